@@ -12,7 +12,7 @@ use std::process::Command;
 use mauve_hir::{Database, Workspace, projects};
 use mauve_orocos::{Owner, packages};
 use mauve_tests::machines::{
-    Component, Library, codels_source, expected_run, library_text, program_source, random_library,
+    Component, Library, codels_source, expected_run, program_source, random_library,
 };
 use mauve_tests::orocos::{build, component_library, configure, run};
 use mauve_tests::{scratch, write};
@@ -33,7 +33,7 @@ target_precompile_headers(machines-components PRIVATE <rtt/Component.hpp> <rtt/L
 
 /// Generates the package into a folder, with codels of the test instead of the user's.
 fn generate(library: &Library, folder: &Path) {
-    let text = library_text(library);
+    let text = library.text();
     write(folder, &[("machines.mal", text.as_str())]);
     let db = Database::default();
     let workspace =
@@ -94,7 +94,7 @@ fn runs(folder: &Path, compiler: &str) -> BTreeMap<String, Vec<String>> {
 
 /// The text of one component, for a failure.
 fn text_of(library: &Library, component: &Component) -> String {
-    library_text(&Library { codels: library.codels.clone(), components: vec![component.clone()] })
+    Library { codels: library.codels.clone(), components: vec![component.clone()] }.text()
 }
 
 /// What the runs of all components together have to show, so that nothing is proved by doing nothing.

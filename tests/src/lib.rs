@@ -25,7 +25,7 @@ pub use client::{Client, Columns, Text, address, is_answer, is_publication};
 pub use command::{Run, copy, mauve, own_scratch, scratch, test_name, write};
 #[cfg(unix)]
 pub use lttng::{Event, Recorder, Span, spans};
-pub use random_model::{plain, random_model};
+pub use random_model::{Options, plain, random_model, random_model_of};
 pub use times::Times;
 
 /// The files of a fixture: `//- /path` begins a file, and text before the first such line is `/model.mal`.

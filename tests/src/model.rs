@@ -71,6 +71,31 @@ pub struct Parameter {
     pub ty: String,
 }
 
+impl Parameter {
+    /// Whether the caller gives it a value.
+    pub fn is_given(&self) -> bool {
+        self.direction != "out "
+    }
+
+    /// Whether the callee gives it a value.
+    pub fn returns(&self) -> bool {
+        matches!(self.direction, "out " | "inout ")
+    }
+}
+
+impl Signature {
+    /// The type of its result, where it has one.
+    pub fn returned(&self) -> Option<&str> {
+        Some(self.result.as_str()).filter(|it| !matches!(*it, "" | "void"))
+    }
+
+    /// The types of all that it returns: of its result, then of parameters.
+    pub fn results(&self) -> impl Iterator<Item = &str> {
+        let parameters = self.parameters.iter().filter(|it| it.returns());
+        self.returned().into_iter().chain(parameters.map(|it| it.ty.as_str()))
+    }
+}
+
 #[derive(Clone, Debug, Default)]
 #[allow(missing_docs, reason = "the words of the grammar")]
 pub struct Shell {

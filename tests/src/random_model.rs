@@ -1,4 +1,4 @@
-//! Random models that are whole and well typed: no error and no warning is in them.
+//! The generator of random models without errors.
 //!
 //! They are made as [`Model`]s, so that a test can put a mistake in and know where it stands.
 
@@ -7,10 +7,53 @@ use std::collections::{BTreeMap, HashSet};
 use crate::Random;
 use crate::model::*;
 
-/// A model of several files, one for each seed: libraries, shells with bases, cores, a deployed system, timing tables.
+/// What a random model contains.
+#[derive(Debug, Clone, Copy)]
+pub struct Options {
+    /// The number of components that stand alone. They are in one library `machines`, compute with values that C++ has
+    /// too, hide names by others, and may have warnings. None: a project without warnings, which has several files
+    /// and libraries, messages, shells with bases, and a deployed system.
+    pub components: Option<usize>,
+    /// The greatest number of statements of a block, in components that stand alone.
+    pub statements: usize,
+    /// May the right operand of `&&` and `||` be a condition that joins a constant and a call? The analysis counts the
+    /// call for both values of the condition.
+    pub constant_operands: bool,
+    /// May statements follow one that returns? Compilers warn of some of them.
+    pub unreachable_code: bool,
+}
+
+impl Options {
+    /// A project.
+    pub const PROJECT: Options =
+        Options { components: None, statements: 5, constant_operands: true, unreachable_code: true };
+
+    /// Components that stand alone.
+    pub const fn components(count: usize) -> Options {
+        Options { components: Some(count), ..Options::PROJECT }
+    }
+}
+
+/// Returns the project of a seed.
 pub fn random_model(seed: u64) -> Model {
-    let random = Random::of_seed(seed);
-    Maker { random, taken: HashSet::new(), common: Vec::new(), uses: Vec::new(), built: Vec::new() }.model()
+    random_model_of(seed, Options::PROJECT)
+}
+
+/// Returns the model of a seed that contains what `options` say, with timing tables for its codels and some programs.
+pub fn random_model_of(seed: u64, options: Options) -> Model {
+    let maker = Maker {
+        random: Random::of_seed(seed),
+        options,
+        taken: HashSet::new(),
+        common: Vec::new(),
+        uses: Vec::new(),
+        built: Vec::new(),
+        recent: Vec::new(),
+    };
+    match options.components {
+        None => maker.model(),
+        Some(count) => maker.components(count),
+    }
 }
 
 /// A type without the package before it.
@@ -36,12 +79,49 @@ const PACKAGES: [&str; 4] = ["geometry_msgs", "std_msgs", "sensor_msgs", "nav_ms
 const EXTERNAL: [&str; 2] = ["Device", "Grid"];
 /// With values that can be written down.
 const SCALARS: [&str; 6] = ["int", "int", "double", "double", "bool", "string"];
+/// The types of components that stand alone.
+const PLAIN: [&str; 9] = ["int", "int", "double", "double", "bool", "string", "uint8", "float", "int"];
 /// Names, also those that are keywords elsewhere.
 const WORDS: [&str; 30] = [
     "scan", "goal", "pose", "speed", "gap", "map", "next", "target", "order", "route", "here", "wanted",
     "found", "index", "silence", "heading", "mode", "level", "limit", "radius", "way", "to", "port", "entry",
     "start", "from", "initial", "use", "input", "library",
 ];
+/// Names of variables that C++ or RTT use otherwise, and that hide each other.
+const RESERVED: [&str; 24] = [
+    "a",
+    "b",
+    "c",
+    "x",
+    "n",
+    "gain",
+    "level",
+    "class",
+    "new",
+    "state",
+    "log",
+    "run",
+    "start",
+    "update",
+    "to",
+    "double_",
+    "_low",
+    "two__words",
+    "std",
+    "RTT",
+    "value",
+    "result",
+    "read",
+    "send",
+];
+const RESERVED_CODELS: [&str; 20] = [
+    "measure", "plan", "turn", "halt", "gain", "level", "new", "sweep", "result", "drive", "fit", "sense",
+    "start", "grow", "value", "class", "pick", "tell", "ask", "log",
+];
+const RESERVED_STATES: [&str; 8] =
+    ["Waiting", "Moving", "entry", "state", "default", "Blind", "run", "initial"];
+/// Codels that return a value of the type of the variable that they change: they show what is computed first.
+const CHANGING: [(&str, &str); 3] = [("count", "int"), ("shift", "double"), ("join", "string")];
 const VERBS: [&str; 12] = [
     "plan",
     "steer",
@@ -82,6 +162,25 @@ struct Scope {
     outputs: Vec<Port>,
     /// Handlers and their operations.
     handlers: Vec<(String, Signature)>,
+    /// The names that the innermost block declares.
+    block: Vec<String>,
+    /// The variables of the core, which the core's own operations may change.
+    shared: Vec<String>,
+    /// The core's own operations.
+    own: Vec<String>,
+    /// What a `return` before the program's end returns.
+    returns: Returns,
+}
+
+#[derive(Clone, Default)]
+enum Returns {
+    /// There is none.
+    #[default]
+    Never,
+    Nothing,
+    /// Whether a hook succeeds.
+    Success,
+    Value(String),
 }
 
 impl Scope {
@@ -91,6 +190,24 @@ impl Scope {
         self.variables.retain(|it| it.name != name);
         self.calls.retain(|it| it.name != name);
         self.variables.push(Known { name, ty, readable, writable });
+    }
+
+    /// Gives the program the ports of a shell.
+    fn connect(&mut self, features: &Shell) {
+        let (inputs, outputs) = features.ports.iter().cloned().partition(|it| it.is_input);
+        (self.inputs, self.outputs) = (inputs, outputs);
+    }
+
+    /// What the last statement of `body` may name: without what other variables of `body` hide.
+    fn after(&self, body: &Block) -> Scope {
+        let mut scope = self.clone();
+        for statement in body {
+            if let Statement::Variable(Variable { name, .. }) = statement {
+                scope.variables.retain(|it| it.name != *name);
+                scope.calls.retain(|it| it.name != *name);
+            }
+        }
+        scope
     }
 
     fn of(&self, ty: &str, fits: impl Fn(&Known) -> bool) -> Vec<String> {
@@ -111,6 +228,7 @@ struct Built {
 
 struct Maker {
     random: Random,
+    options: Options,
     /// Names of the library that is made.
     taken: HashSet<String>,
     /// Codels of the library that every other uses.
@@ -118,11 +236,18 @@ struct Maker {
     /// Message packages that the library uses.
     uses: Vec<&'static str>,
     built: Vec<Built>,
+    /// The variables that were named last.
+    recent: Vec<String>,
 }
 
 impl Maker {
     fn chance(&mut self, percent: usize) -> bool {
         self.random.below(100) < percent
+    }
+
+    /// Whether components that stand alone are made. Only they may have warnings.
+    fn stands_alone(&self) -> bool {
+        self.options.components.is_some()
     }
 
     fn word(&mut self, words: &[&'static str]) -> &'static str {
@@ -135,6 +260,51 @@ impl Maker {
         let number = (0..).find(|number| !self.taken.contains(&numbered(word, *number)));
         let name = numbered(word, number.unwrap_or_default());
         self.taken.insert(name.clone());
+        name
+    }
+
+    /// A name of a variable that is new in the library.
+    fn variable_name(&mut self) -> String {
+        if self.stands_alone() { self.name(&RESERVED) } else { self.name(&WORDS) }
+    }
+
+    /// A name for a member of a core: one of those that may be hidden, or a new one.
+    fn member_name(&mut self, hidden: &mut Vec<String>) -> String {
+        match hidden.len() {
+            count if count > 0 && self.chance(60) => hidden.swap_remove(self.random.below(count)),
+            _ => self.variable_name(),
+        }
+    }
+
+    /// A name for a variable of a block; it may hide one outside of the block.
+    fn local_name(&mut self, scope: &mut Scope) -> String {
+        let name = match self.hideable(scope) {
+            hidden if !hidden.is_empty() && self.chance(40) => self.random.of(&hidden).clone(),
+            _ => self.variable_name(),
+        };
+        scope.block.push(name.clone());
+        name
+    }
+
+    /// The names that a variable of the innermost block may hide.
+    fn hideable(&self, scope: &Scope) -> Vec<String> {
+        let variables = scope.variables.iter().map(|it| &it.name);
+        let all = variables.chain(scope.calls.iter().map(|it| &it.name));
+        all.filter(|name| self.stands_alone() && !scope.block.contains(name)).cloned().collect()
+    }
+
+    /// One of some variables; of components that stand alone, often one that was named just before: what is computed
+    /// first shows where a statement both reads and changes a variable.
+    fn pick(&mut self, mut names: Vec<String>) -> String {
+        if self.stands_alone() {
+            let recent: Vec<String> = names.iter().filter(|it| self.recent.contains(it)).cloned().collect();
+            if !recent.is_empty() && self.chance(50) {
+                names = recent;
+            }
+        }
+        let name = self.random.of(&names).clone();
+        self.recent.insert(0, name.clone());
+        self.recent.truncate(3);
         name
     }
 
@@ -152,7 +322,7 @@ impl Maker {
     }
 
     fn scalar(&mut self) -> String {
-        self.word(&SCALARS).to_owned()
+        if self.stands_alone() { self.word(&PLAIN).to_owned() } else { self.word(&SCALARS).to_owned() }
     }
 
     fn message(&mut self) -> &'static str {
@@ -161,7 +331,9 @@ impl Maker {
 
     /// One of the types of a library, or a scalar.
     fn ty(&mut self, types: &[&'static str]) -> String {
-        if self.chance(45) {
+        if self.stands_alone() {
+            self.scalar()
+        } else if self.chance(45) {
             let ty = self.random.of(types);
             self.spelled(ty)
         } else if self.chance(8) {
@@ -202,6 +374,33 @@ impl Maker {
         model.files.insert(0, root);
         model.tomls = self.tomls(system.cpus, &timed);
         model
+    }
+
+    /// A library of components that stand alone.
+    fn components(mut self, count: usize) -> Model {
+        let codels = self.codels(&[]);
+        let mut all: Vec<Declaration> = codels.iter().cloned().map(Declaration::Codel).collect();
+        for number in 0..count {
+            self.taken = codels.iter().map(|codel| codel.name.clone()).collect();
+            self.recent.clear();
+            let name = format!("K{number}");
+            let mut shell = Shell { name: format!("{name}Shell"), ..Shell::default() };
+            self.features(&mut shell, &[]);
+            for _ in 0..self.random.below(3) {
+                let operation = self.name(&VERBS);
+                shell.required.push(self.signature(operation, &[], &["in ", "in ", "out ", "inout "]));
+            }
+            let core = self.core(&name, &shell, &codels, &[]);
+            let programs = programs_of(&core);
+            let component = Declaration::Component(name.clone(), shell.name.clone(), core.name.clone());
+            self.built.push(Built { name: format!("machines.{name}"), features: shell.clone(), programs });
+            all.extend([Declaration::Shell(shell), Declaration::Core(core), component]);
+        }
+        let keys: Vec<String> = codels.iter().map(|codel| format!("machines.{}", codel.name)).collect();
+        let libraries = vec![(Some("machines".to_owned()), all)];
+        let file = File { path: "/robot.mal".to_owned(), includes: Vec::new(), libraries };
+        let tomls = self.tomls(1, &keys);
+        Model { files: vec![file], tomls, semicolons: self.chance(50), crlf: false }
     }
 
     /// A library of codels and a shell that the others may extend.
@@ -291,10 +490,19 @@ impl Maker {
                 Signature { name, parameters: vec![seed, out], result: "bool".to_owned() }
             });
         }
-        for _ in 0..2 + self.random.below(4) {
-            let name = self.name(&VERBS);
+        let names = RESERVED_CODELS.map(str::to_owned).to_vec();
+        let mut names = if self.stands_alone() { names } else { Vec::new() };
+        let count = if self.stands_alone() { names.len() } else { 2 + self.random.below(4) };
+        for _ in 0..count {
+            let name = names.pop().unwrap_or_else(|| self.name(&VERBS));
             codels.push(self.signature(name, types, &["", "in ", "in ", "out ", "inout "]));
         }
+        let changing = CHANGING.iter().filter(|_| self.stands_alone());
+        codels.extend(changing.map(|(name, ty)| {
+            let (name, result) = ((*name).to_owned(), (*ty).to_owned());
+            let changed = Parameter { direction: "inout ", name: "it".to_owned(), ty: result.clone() };
+            Signature { name, parameters: vec![changed], result }
+        }));
         codels
     }
 
@@ -359,7 +567,7 @@ impl Maker {
         for _ in 0..self.random.below(4) {
             let keyword = self.word(&["property", "property", "constant"]);
             let ty = if self.chance(6) { "uint8".to_owned() } else { self.scalar() };
-            let name = self.name(&WORDS);
+            let name = self.variable_name();
             let mut value = self.value(&name, keyword, &ty);
             // A value may name a constant of the shell, inherited or not.
             let known =
@@ -401,17 +609,19 @@ impl Maker {
     }
 
     fn value(&mut self, name: &str, keyword: &'static str, ty: &str) -> Value {
-        let number = matches!(ty, "int" | "double" | "uint8");
+        let number = matches!(ty, "int" | "double" | "uint8" | "float");
         let bounds = (number && self.chance(60)).then(|| {
             let low =
                 if ty == "uint8" { self.random.below(5) as i32 } else { self.random.below(100) as i32 - 50 };
             (low, low + 1 + self.random.below(50) as i32)
         });
         let interval = bounds.map(|(low, high)| match ty {
-            "double" if self.chance(60) => format!("[{low}.0; {high}.{}]", if high < 0 { 0 } else { 5 }),
+            "double" | "float" if self.chance(60) => {
+                format!("[{low}.0; {high}.{}]", if high < 0 { 0 } else { 5 })
+            }
             _ => format!("[{low}; {high}]"),
         });
-        let value = self.chance(75).then(|| self.constant(ty, bounds));
+        let value = (self.chance(75) || self.stands_alone()).then(|| self.constant(ty, bounds));
         Value { keyword, name: name.to_owned(), ty: ty.to_owned(), interval, bounds, value }
     }
 
@@ -446,6 +656,7 @@ impl Maker {
                 "+",
                 Expr::literal("string", "\"/tty0\""),
             ),
+            (_, 4) if self.stands_alone() => Expr::literal("string", "\"a\\n\\t??/\""),
             _ => {
                 let text = self.word(&["\"\"", "\"odom\"", "\"a \\\"b\\\" \\\\ \\n\"", "\"größer // 3\""]);
                 Expr::literal("string", text)
@@ -460,6 +671,10 @@ impl Maker {
         let mut scope = Scope { calls: codels.to_vec(), ..Scope::default() };
         scope.calls.extend(self.common.iter().cloned());
         features.values.iter().for_each(|it| scope.add(&it.name, &it.ty, true, false));
+        let mut hidden = self.hidden(&mut scope);
+        if self.stands_alone() {
+            scope.connect(features);
+        }
         // Messages come from ports, and go to ports.
         let mut wanted: Vec<String> = features.ports.iter().map(|it| plain(&it.ty).to_owned()).collect();
         let results = features.required.iter().map(|it| plain(&it.result).to_owned());
@@ -470,24 +685,35 @@ impl Maker {
         // What is set before all else, by `configure` or `start`: no value that is computed earlier may need it.
         let mut setting: Block = Vec::new();
         let mut before = scope.clone();
+        // Of components that stand alone, initial values have no calls, and some variables have no first value.
+        let sets = !self.stands_alone() || self.chance(50);
+        let calls = if self.stands_alone() { std::mem::take(&mut before.calls) } else { Vec::new() };
         for ty in wanted {
             let is_there = core.variables.iter().any(|it| plain(&it.ty) == ty);
             if is_there && self.chance(80) || !self.can_make(&ty, types) && !is_simple(&ty) {
                 continue;
             }
-            let name = self.name(&WORDS);
+            let name = self.member_name(&mut hidden);
             let is_set = !is_simple(&ty) || self.chance(20);
             let value = match is_set {
                 true => None,
                 false => Some(self.expr(&before, &ty, 1).unwrap_or_else(|| self.constant(&ty, None))),
             };
-            before.add(&name, &ty, !is_set, true);
+            before.add(&name, &ty, !is_set || self.stands_alone(), true);
             scope.add(&name, &ty, true, true);
-            setting.extend(self.making(&before, &name, &ty).filter(|_| is_set));
+            setting.extend(self.making(&before, &name, &ty).filter(|_| is_set && sets));
+            scope.shared.push(name.clone());
             core.variables.push(Variable { name, ty: self.spelled(&ty), value });
         }
+        let first_values = before.clone();
+        before.calls.extend(calls);
         let mut sends = Block::new();
-        for operation in &features.required {
+        let mut required: Vec<&Signature> = features.required.iter().collect();
+        if self.stands_alone() {
+            // An operation may have two handlers.
+            required.extend(features.required.iter().filter(|_| self.chance(20)));
+        }
+        for operation in required {
             let handler = self.name(&["request", "answer", "pending"]);
             core.handlers.push((handler.clone(), operation.name.clone()));
             if let Some(send) = self.send(&scope, &handler, operation) {
@@ -498,20 +724,28 @@ impl Maker {
         for operation in &features.provided {
             if let Some(operation) = self.operation(&scope, operation) {
                 scope.calls.push(operation.signature.clone());
+                scope.own.push(operation.signature.name.clone());
                 core.operations.push(operation);
             }
         }
         let mut set = setting;
         let in_configure = self.chance(40);
         let mut first = if in_configure { std::mem::take(&mut set) } else { Block::new() };
+        if self.stands_alone() {
+            before = scope.clone();
+        }
+        before.returns = Returns::Success;
         if in_configure || self.chance(30) {
             first.extend(self.block(&mut before, 2, 1));
-            first.extend(self.returned("bool", &before));
+            first.extend(self.succeeded(&before, &first));
             core.hooks.push(Program { keyword: "configure".to_owned(), body: first });
         }
         set.extend(sends);
         if !set.is_empty() || self.chance(30) {
-            set.extend(self.returned("bool", &before));
+            if self.stands_alone() && self.goes_on(&set) {
+                set.extend(self.block(&mut before, 3, 2));
+            }
+            set.extend(self.succeeded(&before, &set));
             core.hooks.push(Program { keyword: "start".to_owned(), body: set });
         }
         for keyword in ["stop", "cleanup"] {
@@ -520,10 +754,8 @@ impl Maker {
                 core.hooks.push(Program { keyword: keyword.to_owned(), body });
             }
         }
-        scope.inputs = features.ports.iter().filter(|it| it.is_input).cloned().collect();
-        let outputs: Vec<Port> = features.ports.iter().filter(|it| !it.is_input).cloned().collect();
+        scope.connect(features);
         if self.chance(45) {
-            scope.outputs = outputs;
             let mut body = self.fresh(&mut core, &mut scope);
             body.extend(self.block(&mut scope, 5, 3));
             if self.chance(20) {
@@ -531,9 +763,33 @@ impl Maker {
             }
             core.hooks.push(Program { keyword: "update".to_owned(), body });
         } else {
-            core.machines.push(self.machine(scope, &before, outputs));
+            core.machines.push(self.machine(scope, &first_values, hidden));
         }
         core
+    }
+
+    /// Some names that variables of a core hide. They leave the scope.
+    fn hidden(&mut self, scope: &mut Scope) -> Vec<String> {
+        let all = self.hideable(scope);
+        let hidden: Vec<String> = all.into_iter().filter(|_| self.chance(20)).collect();
+        scope.variables.retain(|it| !hidden.contains(&it.name));
+        scope.calls.retain(|it| !hidden.contains(&it.name));
+        hidden
+    }
+
+    /// How a hook with these statements ends.
+    fn succeeded(&mut self, scope: &Scope, body: &Block) -> Option<Statement> {
+        let scope = scope.after(body);
+        match self.stands_alone() {
+            true if !self.goes_on(body) || self.chance(50) => None,
+            true => self.early_return(&scope),
+            false => self.returned("bool", &scope),
+        }
+    }
+
+    /// Whether statements may follow these.
+    fn goes_on(&self, block: &Block) -> bool {
+        self.options.unreachable_code || !returns(block)
     }
 
     /// Variables whose first value is read from a port, and the reads.
@@ -541,7 +797,7 @@ impl Maker {
         let mut reads = Block::new();
         for port in scope.inputs.clone() {
             if self.chance(40) {
-                let name = self.name(&WORDS);
+                let name = self.variable_name();
                 let arguments = vec![variable(&port.name, "port"), variable(&name, plain(&port.ty))];
                 let form = Form::Call("read".to_owned(), arguments);
                 reads.push(Statement::Expr(Expr { ty: "status".to_owned(), form }));
@@ -576,22 +832,36 @@ impl Maker {
             arguments.push(self.argument(scope, &parameter.ty, 1)?);
         }
         let call = Expr { ty: "handler".to_owned(), form: Form::Call("send".to_owned(), arguments) };
-        Some(Statement::Assign(handler.to_owned(), call))
+        let is_dropped = self.stands_alone() && self.chance(25);
+        Some(if is_dropped { Statement::Expr(call) } else { Statement::Assign(handler.to_owned(), call) })
     }
 
     fn operation(&mut self, scope: &Scope, declared: &Signature) -> Option<Operation> {
         let mut scope = scope.clone();
-        for Parameter { direction, name, ty } in &declared.parameters {
-            self.taken.insert(name.clone());
-            scope.add(name, ty, *direction != "out ", matches!(*direction, "out " | "inout "));
-        }
         let mut signature = declared.clone();
+        let mut body = Block::new();
+        for Parameter { direction, name, ty } in &mut signature.parameters {
+            if self.stands_alone() {
+                *name = self.local_name(&mut scope);
+            }
+            if self.stands_alone() && *direction == "out " {
+                body.push(Statement::Assign(name.clone(), self.constant(ty, None)));
+            }
+            self.taken.insert(name.clone());
+            let is_set = *direction != "out " || self.stands_alone();
+            scope.add(name, ty, is_set, matches!(*direction, "out " | "inout "));
+        }
         if signature.result == "void" && self.chance(50) {
             signature.result.clear();
         }
-        let mut body = self.block(&mut scope, 3, 2);
-        let end = self.returned(&declared.result, &scope);
-        let ends = end.is_some();
+        scope.returns = match declared.result.as_str() {
+            "void" => Returns::Nothing,
+            result => Returns::Value(result.to_owned()),
+        };
+        body.extend(self.block(&mut scope, 3, 2));
+        let is_open = self.goes_on(&body);
+        let end = if is_open { self.returned(&declared.result, &scope.after(&body)) } else { None };
+        let ends = end.is_some() || !is_open;
         body.extend(end);
         // Where no value of the type can be had, there is one way left.
         if declared.result != "void" && !ends {
@@ -606,6 +876,19 @@ impl Maker {
             body.push(Statement::Return("return".to_owned(), Some(value)));
         }
         Some(Operation { signature, body })
+    }
+
+    /// A `return` within a program.
+    fn early_return(&mut self, scope: &Scope) -> Option<Statement> {
+        let value = match &scope.returns {
+            Returns::Never => return None,
+            Returns::Nothing => None,
+            // Most components go on.
+            Returns::Success if self.chance(60) => Some(Expr::literal("bool", "true")),
+            Returns::Success => Some(self.condition(scope)),
+            Returns::Value(ty) => Some(self.argument(scope, ty, 2)?),
+        };
+        Some(Statement::Return("return".to_owned(), value))
     }
 
     /// How a program that gives such a value ends.
@@ -623,39 +906,62 @@ impl Maker {
         Some(end(Some(value)))
     }
 
-    fn machine(&mut self, mut scope: Scope, before: &Scope, outputs: Vec<Port>) -> Machine {
+    fn machine(&mut self, mut scope: Scope, before: &Scope, mut hidden: Vec<String>) -> Machine {
         let mut machine = Machine { keyword: "statemachine".to_owned(), ..Machine::default() };
+        // Its variables may hide those of the core.
+        hidden.extend(scope.shared.iter().filter(|_| self.stands_alone() && self.chance(20)).cloned());
+        // Their initial values do not name what they hide.
+        let mut before = before.clone();
+        before.variables.retain(|it| !hidden.contains(&it.name));
         for _ in 0..self.random.below(4) {
-            let (name, ty) = (self.name(&WORDS), self.scalar());
-            let value = self.expr(before, &ty, 1);
+            let (name, ty) = (self.member_name(&mut hidden), self.scalar());
+            let value = self.expr(&before, &ty, 1).filter(|_| !self.stands_alone() || self.chance(75));
             machine.variables.push(Variable { name: name.clone(), ty: ty.clone(), value });
+            if self.stands_alone() {
+                before.add(&name, &ty, true, true);
+            }
             scope.add(&name, &ty, true, true);
         }
         // In one period one `run`, one `handle` or effect, one `entry` and one `exit` are executed: a port that only one
         // of these writes is written once.
         let mut of_phase = vec![Vec::new(); 4];
-        for port in outputs {
-            of_phase[self.random.below(4)].push(port);
+        for port in std::mem::take(&mut scope.outputs) {
+            of_phase[self.random.below(4)].push(port.clone());
+            if self.stands_alone() {
+                of_phase.iter_mut().for_each(|ports| ports.push(port.clone()));
+            }
         }
-        let mut names: Vec<&str> = STATES.to_vec();
+        let mut names: Vec<&str> =
+            if self.stands_alone() { RESERVED_STATES.to_vec() } else { STATES.to_vec() };
         let count = 1 + self.random.below(4);
         let states: Vec<String> =
             (0..count).map(|_| names.remove(self.random.below(names.len())).to_owned()).collect();
+        scope.returns = Returns::Nothing;
+        let initial = if self.stands_alone() { self.random.below(count) } else { 0 };
         for (number, name) in states.iter().enumerate() {
-            let mut state = State { is_initial: number == 0, name: name.clone(), ..State::default() };
+            let mut state = State { is_initial: number == initial, name: name.clone(), ..State::default() };
             for (phase, keyword) in ["run", "handle", "entry", "exit"].into_iter().enumerate() {
-                if phase == 0 || self.chance(50) {
+                if phase == 0 && !self.stands_alone() || self.chance(50) {
                     let mut scope = Scope { outputs: of_phase[phase].clone(), ..scope.clone() };
                     let body = self.block(&mut scope, 3, 2);
-                    state.methods.push(Program { keyword: keyword.to_owned(), body });
+                    let program = Program { keyword: keyword.to_owned(), body };
+                    match keyword {
+                        "handle" | "exit" if self.stands_alone() => state.later_methods.push(program),
+                        _ => state.methods.push(program),
+                    }
                 }
             }
             // A ring, and some shortcuts before it.
             let extra = self.random.below(3);
             for index in 0..=extra {
-                let target = if index == extra { (number + 1) % count } else { self.random.below(count) };
                 let is_last = index == extra;
-                let guard = (!is_last || self.chance(85)).then(|| self.condition(&scope));
+                let is_next = is_last && !self.stands_alone();
+                let target = if is_next { (number + 1) % count } else { self.random.below(count) };
+                let is_guarded = !is_last && !self.stands_alone() || self.chance(85);
+                let guard = is_guarded.then(|| self.condition(&scope));
+                if self.stands_alone() && self.chance(20) {
+                    continue;
+                }
                 let mut inner = Scope { outputs: of_phase[1].clone(), ..scope.clone() };
                 let effect = self.chance(40).then(|| self.block(&mut inner, 2, 1));
                 let name = ["go", "to", "done", "back", "if_ready"][index];
@@ -671,9 +977,13 @@ impl Maker {
 
     /// Some statements; what they declare is out of scope behind them, what they write is written.
     fn block(&mut self, scope: &mut Scope, size: usize, depth: usize) -> Block {
-        let mut inner = scope.clone();
+        let mut inner = Scope { block: Vec::new(), ..scope.clone() };
         let mut block = Block::new();
+        let size = if self.stands_alone() { self.options.statements } else { size };
         for _ in 0..1 + self.random.below(size) {
+            if !self.goes_on(&block) {
+                break;
+            }
             block.extend(self.statement(&mut inner, depth));
         }
         scope.outputs = inner.outputs;
@@ -681,10 +991,13 @@ impl Maker {
     }
 
     fn statement(&mut self, scope: &mut Scope, depth: usize) -> Vec<Statement> {
+        if self.stands_alone() && self.chance(5) {
+            return self.early_return(scope).into_iter().collect();
+        }
         let found = match self.random.below(12) {
             0 => {
                 let ty = self.scalar();
-                let name = self.name(&WORDS);
+                let name = self.local_name(scope);
                 let value = self.argument(scope, &ty, 2);
                 scope.add(&name, &ty, true, true);
                 return vec![Statement::Variable(Variable { name, ty, value })];
@@ -695,7 +1008,7 @@ impl Maker {
                     return Vec::new();
                 }
                 let ty = self.random.of(&messages).clone();
-                let name = self.name(&WORDS);
+                let name = self.local_name(scope);
                 let Some(value) = self.making(scope, &name, &ty) else { return Vec::new() };
                 scope.add(&name, &ty, true, true);
                 let declared = Variable { name, ty: self.spelled(&ty), value: None };
@@ -742,17 +1055,19 @@ impl Maker {
         if targets.is_empty() {
             return None;
         }
-        let Known { name, ty, .. } = *self.random.of(&targets);
-        let value = self.argument(scope, ty, 3)?;
-        Some(Statement::Assign(name.clone(), value))
+        let names = targets.iter().map(|it| it.name.clone()).collect();
+        let name = self.pick(names);
+        let ty = scope.variables.iter().find(|it| it.name == name)?.ty.clone();
+        let value = self.argument(scope, &ty, 3)?;
+        Some(Statement::Assign(name, value))
     }
 
     fn read(&mut self, scope: &Scope) -> Option<Expr> {
         let inputs = scope.inputs.clone();
         let port = if inputs.is_empty() { return None } else { self.random.of(&inputs) };
         let targets = scope.of(&port.ty, |it| it.writable);
-        let target = if targets.is_empty() { return None } else { self.random.of(&targets) };
-        let arguments = vec![variable(&port.name, "port"), variable(target, plain(&port.ty))];
+        let target = if targets.is_empty() { return None } else { self.pick(targets) };
+        let arguments = vec![variable(&port.name, "port"), variable(&target, plain(&port.ty))];
         Some(Expr { ty: "status".to_owned(), form: Form::Call("read".to_owned(), arguments) })
     }
 
@@ -760,7 +1075,7 @@ impl Maker {
         let outputs = scope.outputs.clone();
         let port = if outputs.is_empty() { return None } else { self.random.of(&outputs) };
         let value = self.argument(scope, &port.ty, 2)?;
-        scope.outputs.retain(|it| it.name != port.name);
+        scope.outputs.retain(|it| it.name != port.name || self.stands_alone());
         let arguments = vec![variable(&port.name, "port"), value];
         Some(Statement::Expr(Expr { ty: "void".to_owned(), form: Form::Call("write".to_owned(), arguments) }))
     }
@@ -775,11 +1090,13 @@ impl Maker {
             outputs.clear();
         }
         for ty in outputs {
-            let targets = scope.of(ty, |it| it.writable);
+            let mut targets = scope.of(ty, |it| it.writable);
+            let is_taken = |name: &str| arguments.iter().any(|it: &Expr| it.to_string() == name);
+            targets.retain(|name| !self.stands_alone() || !is_taken(name));
             if targets.is_empty() {
                 return None;
             }
-            arguments.push(variable(self.random.of::<String>(&targets), plain(ty)));
+            arguments.push(variable(&self.pick(targets), plain(ty)));
         }
         Some(Expr { ty: "call".to_owned(), form: Form::Call("collect".to_owned(), arguments) })
     }
@@ -794,10 +1111,13 @@ impl Maker {
                     let fits = |it: &Known| it.writable && (direction == "out " || it.readable);
                     let mut all = scope.of(ty, fits);
                     all.retain(|it| !targets.contains(it));
+                    // An operation of a component that runs is not given what it may change by itself.
+                    let is_own = self.stands_alone() && scope.own.contains(&callee.name);
+                    all.retain(|it| !is_own || !scope.shared.contains(it));
                     if all.is_empty() {
                         return None;
                     }
-                    targets.push(self.random.of(&all).clone());
+                    targets.push(self.pick(all));
                     variable(&targets[targets.len() - 1], plain(ty))
                 }
             });
@@ -820,9 +1140,17 @@ impl Maker {
 
     fn expr(&mut self, scope: &Scope, ty: &str, depth: usize) -> Option<Expr> {
         let ty = plain(ty);
+        if depth > 0
+            && self.stands_alone()
+            && self.chance(12)
+            && let Some(both) = self.changed_beside(scope, ty)
+        {
+            return Some(both);
+        }
         if depth > 0 && self.chance(60) {
             let composed = match ty {
                 "int" | "double" | "bool" | "string" => self.composed(scope, ty, depth - 1),
+                "float" | "uint8" if self.stands_alone() => self.of_small_type(scope, ty),
                 _ => None,
             };
             if let Some(composed) = composed {
@@ -831,7 +1159,7 @@ impl Maker {
         }
         let known = scope.of(ty, |it| it.readable);
         if !known.is_empty() && self.chance(75) {
-            return Some(variable(self.random.of::<String>(&known), ty));
+            return Some(variable(&self.pick(known), ty));
         }
         let callees: Vec<Signature> =
             scope.calls.iter().filter(|it| plain(&it.result) == ty).cloned().collect();
@@ -842,6 +1170,10 @@ impl Maker {
             }
         }
         match ty {
+            "float" | "double" if self.stands_alone() => {
+                Some(Expr::literal(ty, self.word(&["0.5", "0.1", "3.0", "1e-3", "0.0", "1.5e3"])))
+            }
+            "uint8" if self.stands_alone() => Some(Expr::literal(ty, self.random.below(6).to_string())),
             "float" => Some(Expr::literal("float", "2.5")),
             "uint8" | "int16" => Some(Expr::literal(ty, self.random.below(100).to_string())),
             "int" | "double" | "bool" | "string" => {
@@ -852,11 +1184,65 @@ impl Maker {
         }
     }
 
+    /// A variable, and beside it a call that changes it.
+    fn changed_beside(&mut self, scope: &Scope, ty: &str) -> Option<Expr> {
+        let (name, _) = CHANGING.iter().find(|(_, of)| *of == ty)?;
+        let codel = scope.calls.iter().find(|it| it.name == *name)?.clone();
+        let call = self.call(scope, &codel, 0)?;
+        let Form::Call(_, arguments) = &call.form else { return None };
+        let changed = arguments[0].clone();
+        let (left, right) = if self.chance(70) { (changed, call) } else { (call, changed) };
+        Some(binary(ty, left, "+", right))
+    }
+
+    /// What is computed of a variable of type `float` or `uint8`, without another type.
+    fn of_small_type(&mut self, scope: &Scope, ty: &str) -> Option<Expr> {
+        let known = scope.of(ty, |it| it.readable);
+        let left = if known.is_empty() { return None } else { variable(&self.pick(known), ty) };
+        if ty == "uint8" {
+            let operator = self.word(&["%", "/", "+", "*"]);
+            return Some(binary(
+                ty,
+                left,
+                operator,
+                Expr::literal(ty, (1 + self.random.below(3)).to_string()),
+            ));
+        }
+        if self.chance(10) {
+            return Some(unary("-", left));
+        }
+        let right = self.expr(scope, ty, 0)?;
+        let operator = self.word(&["+", "-", "*"]);
+        Some(if self.chance(50) {
+            binary(ty, left, operator, right)
+        } else {
+            binary(ty, right, operator, left)
+        })
+    }
+
+    /// A variable of type `narrow` and one of type `wide`.
+    fn of_two_types(&mut self, scope: &Scope, narrow: &str, wide: &str) -> Option<Expr> {
+        let [small, great] = [narrow, wide].map(|ty| scope.of(ty, |it| it.readable));
+        if small.is_empty() || great.is_empty() {
+            return None;
+        }
+        let (left, right) = (variable(&self.pick(small), narrow), variable(&self.pick(great), wide));
+        Some(binary(wide, left, self.word(&["+", "-"]), right))
+    }
+
     fn composed(&mut self, scope: &Scope, ty: &str, depth: usize) -> Option<Expr> {
         let number = |it: &mut Maker, scope: &Scope| -> Option<Expr> {
             let ty = if it.chance(60) { "int" } else { "double" };
             it.expr(scope, ty, depth)
         };
+        if self.stands_alone() && self.chance(15) {
+            return match ty {
+                "int" if self.chance(50) => self.of_two_types(scope, "uint8", ty),
+                "int" => Some(binary(ty, self.expr(scope, ty, depth)?, "%", Expr::literal(ty, "50"))),
+                "double" => self.of_two_types(scope, "float", ty),
+                _ => None,
+            };
+        }
         Some(match ty {
             "int" => match self.random.below(6) {
                 0 => unary("-", self.expr(scope, "int", depth)?),
@@ -885,12 +1271,11 @@ impl Maker {
                 0 => unary("!", self.expr(scope, "bool", depth)?),
                 1 | 2 => {
                     let operator = self.word(&["&&", "||"]);
-                    binary(
-                        "bool",
-                        self.expr(scope, "bool", depth)?,
-                        operator,
-                        self.expr(scope, "bool", depth)?,
-                    )
+                    let (left, right) = (self.expr(scope, ty, depth)?, self.expr(scope, ty, depth)?);
+                    if !self.options.constant_operands && joins_constant(&right) {
+                        return None;
+                    }
+                    binary(ty, left, operator, right)
                 }
                 3 | 4 => {
                     let operator = self.word(&["<", "<=", ">", ">=", "==", "!="]);
@@ -1115,13 +1500,12 @@ impl Maker {
                 }
             }
         }
-        let head = |unit: &str| {
-            vec![entry("unit", format!("\"{unit}\"")), entry("levels", "[1e-3, 1e-4]".to_owned())]
-        };
+        let unit = if self.stands_alone() { "ms" } else { "us" };
+        let head = || vec![entry("unit", format!("\"{unit}\"")), entry("levels", "[1e-3, 1e-4]".to_owned())];
         let second = times.split_off(times.len() / 2);
         let mut tables = vec![Toml {
             path: "/timing/a.toml".to_owned(),
-            sections: vec![(String::new(), head("us")), ("codel".to_owned(), times)],
+            sections: vec![(String::new(), head()), ("codel".to_owned(), times)],
         }];
         let mut rest = vec![("codel".to_owned(), second)];
         if !programs.is_empty() {
@@ -1131,7 +1515,7 @@ impl Maker {
             rest.push(("overhead".to_owned(), vec![entry("dispatch", "2".to_owned())]));
         }
         if self.chance(50) {
-            rest.insert(0, (String::new(), head("us")));
+            rest.insert(0, (String::new(), head()));
             tables.push(Toml { path: "/timing/b.toml".to_owned(), sections: rest });
         } else {
             let more = std::mem::take(&mut rest[0].1);
@@ -1153,7 +1537,8 @@ fn programs_of(core: &Core) -> Vec<String> {
     let mut keys: Vec<String> = core.operations.iter().map(|it| it.signature.name.clone()).collect();
     keys.extend(core.hooks.iter().filter(|it| it.keyword == "update").map(|_| "update".to_owned()));
     for state in core.machines.iter().flat_map(|it| &it.states) {
-        keys.extend(state.methods.iter().map(|it| format!("{}.{}", state.name, it.keyword)));
+        let methods = state.methods.iter().chain(&state.later_methods);
+        keys.extend(methods.map(|it| format!("{}.{}", state.name, it.keyword)));
         for Transition { name, guard, effect, .. } in &state.transitions {
             keys.extend(guard.iter().map(|_| format!("{}.{name}.guard", state.name)));
             keys.extend(effect.iter().map(|_| format!("{}.{name}.effect", state.name)));
@@ -1169,6 +1554,36 @@ fn numbered(word: &str, number: usize) -> String {
 /// Has the type values that can be written down?
 fn is_simple(ty: &str) -> bool {
     matches!(ty, "int" | "double" | "bool" | "string" | "float" | "uint8" | "int16")
+}
+
+/// Whether every path through the block returns.
+fn returns(block: &Block) -> bool {
+    block.iter().any(|statement| match statement {
+        Statement::Return(..) => true,
+        Statement::Block(inner) => returns(inner),
+        Statement::If(_, then, Some(otherwise)) => returns(then) && returns(otherwise),
+        _ => false,
+    })
+}
+
+fn operands(expr: &Expr) -> Vec<&Expr> {
+    match &expr.form {
+        Form::Literal(_) | Form::Name(_) => Vec::new(),
+        Form::Call(_, arguments) => arguments.iter().collect(),
+        Form::Unary(_, inner) | Form::Parens(inner) => vec![inner],
+        Form::Binary(left, _, right) => vec![left, right],
+    }
+}
+
+/// Whether the expression names and calls nothing.
+fn is_constant(expr: &Expr) -> bool {
+    !matches!(expr.form, Form::Name(_) | Form::Call(..)) && operands(expr).into_iter().all(is_constant)
+}
+
+/// Whether `&&` or `||` join a constant and another condition in the expression.
+fn joins_constant(expr: &Expr) -> bool {
+    let joins = matches!(expr.form, Form::Binary(_, "&&" | "||", _)) && !is_constant(expr);
+    joins && operands(expr).into_iter().any(is_constant) || operands(expr).into_iter().any(joins_constant)
 }
 
 fn variable(name: &str, ty: &str) -> Expr {

@@ -254,6 +254,11 @@ inline std::string at_run_time(const std::string& name) {
   return name[0] == '_' ? "mal_" + name : name;
 }
 
+// What scripts know something by whose name they use otherwise.
+inline std::string reserved(const std::string& name) {
+  return at_run_time(name) + "_";
+}
+
 class Rig {
  public:
   Rig(const ComponentLibrary& library, const std::string& component, std::uint64_t seed)
@@ -300,10 +305,8 @@ class Rig {
   // The value that it gets, and the one that it gets later.
   template <class T>
   void property(const std::string& name, const T& first, const T& later) {
-    // Names that scripts use otherwise have a `_` behind them.
     RTT::base::PropertyBase* const plain = task_->getProperty(at_run_time(name));
-    RTT::base::PropertyBase* const found =
-        plain == nullptr ? task_->getProperty(at_run_time(name) + "_") : plain;
+    RTT::base::PropertyBase* const found = plain == nullptr ? task_->getProperty(reserved(name)) : plain;
     RTT::Property<T>* const property = dynamic_cast<RTT::Property<T>*>(found);
     if (property == nullptr) throw std::runtime_error("no property " + name);
     property->set(first);
@@ -345,7 +348,8 @@ class Rig {
  private:
   template <class P>
   void connect(P& port, const std::string& name, int size) {
-    RTT::base::PortInterface* const other = task_->getPort(at_run_time(name));
+    RTT::base::PortInterface* const plain = task_->getPort(at_run_time(name));
+    RTT::base::PortInterface* const other = plain == nullptr ? task_->getPort(reserved(name)) : plain;
     const RTT::ConnPolicy policy = size == 0 ? RTT::ConnPolicy::data() : RTT::ConnPolicy::circularBuffer(size);
     if (other == nullptr || !port.connectTo(other, policy)) throw std::runtime_error("no port " + name);
   }

@@ -1,575 +1,224 @@
-//! What components do in a run, line by line: an interpreter that follows the reference of the language, and the rig.
+//! Executes programs in a [`World`], which decides what their variables hold and what calls return.
 
-use std::collections::VecDeque;
+use super::{Component, Value};
+use crate::model::{
+    Block, Expr, Form, Operation, Program, Signature, State, Statement, Transition, Variable,
+};
 
-use super::*;
-
-/// Numbers that look random: those of `tests/orocos/rig/recorder.cpp`.
-struct Drawn(u64);
-
-impl Drawn {
-    fn below(&mut self, bound: u64) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut mixed = self.0;
-        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (mixed ^ (mixed >> 31)) % bound
-    }
-
-    fn value(&mut self, ty: Ty) -> Value {
-        match ty {
-            Ty::Int => Value::Int(self.below(21) as i64 - 10),
-            Ty::Byte => Value::Int(self.below(6) as i64),
-            Ty::Float => Value::Float((self.below(41) as f32 - 20.0) / 4.0),
-            Ty::Double => Value::Double((self.below(41) as f64 - 20.0) / 4.0),
-            Ty::Bool => Value::Bool(self.below(2) == 1),
-            Ty::Text => {
-                let texts = ["", "a", "left/\"wheel\"", "\\n", "??/", "é\n\t"];
-                Value::Text(texts[self.below(6) as usize].to_owned())
-            }
-            Ty::PortStatus | Ty::CallStatus => unreachable!("nobody draws one"),
-        }
-    }
-}
-
-/// What a variable without a value holds; nobody sees it.
-fn nothing(ty: Ty) -> Value {
-    match ty {
-        Ty::Int | Ty::Byte => Value::Int(0),
-        Ty::Float => Value::Float(0.0),
-        Ty::Double => Value::Double(0.0),
-        Ty::Bool => Value::Bool(false),
-        Ty::Text => Value::Text(String::new()),
-        Ty::PortStatus | Ty::CallStatus => Value::Status(0),
-    }
-}
-
-/// What a variable holds before the component is configured: its first value, where that is known beforehand.
-fn at_first((variable, first): &(Variable, Option<Expr>)) -> Value {
-    let known = first.as_ref().and_then(known);
-    known.map_or_else(|| nothing(variable.ty), |value| convert(value, variable.ty))
-}
-
-/// The value of an expression of nothing but literals.
-fn known(expr: &Expr) -> Option<Value> {
-    let value = match &expr.form {
-        Form::Literal(value) => value.clone(),
-        Form::Unary(_, inner) => negated(known(inner)?, expr.ty).ok()?,
-        Form::Binary(left, operator @ ("&&" | "||"), right) => {
-            let (left, right) = (known(left)?, known(right)?);
-            if left == Value::Bool(*operator == "&&") { right } else { left }
-        }
-        Form::Binary(left, operator, right) => binary(known(left)?, operator, known(right)?, expr.ty).ok()?,
-        _ => return None,
-    };
-    Some(convert(value, expr.ty))
-}
-
-fn negated(value: Value, ty: Ty) -> Step<Value> {
-    Ok(match value {
-        Value::Bool(value) => Value::Bool(!value),
-        Value::Int(number) => whole(-number, ty)?,
-        Value::Float(number) => Value::Float(-number),
-        Value::Double(number) => Value::Double(-number),
-        other => other,
-    })
-}
-
-fn show(value: &Value) -> String {
-    match value {
-        Value::Int(number) | Value::Status(number) => number.to_string(),
-        Value::Float(number) => format!("f{:08x}", number.to_bits()),
-        Value::Double(number) => format!("d{:016x}", number.to_bits()),
-        Value::Bool(value) => value.to_string(),
-        Value::Text(text) => {
-            let mut out = String::from("\"");
-            for byte in text.bytes() {
-                match byte {
-                    b'"' | b'\\' => out += &format!("\\x{byte:02x}"),
-                    b' '..=b'~' => out.push(byte as char),
-                    _ => out += &format!("\\x{byte:02x}"),
-                }
-            }
-            out + "\""
-        }
-    }
-}
-
-fn list(values: &[Value]) -> String {
-    values.iter().map(show).collect::<Vec<_>>().join(", ")
-}
-
-/// A value where a `ty` is asked for.
-fn convert(value: Value, ty: Ty) -> Value {
-    match (value, ty) {
-        (Value::Int(number), Ty::Double) => Value::Double(number as f64),
-        (Value::Int(number), Ty::Float) => Value::Float(number as f32),
-        (Value::Float(number), Ty::Double) => Value::Double(f64::from(number)),
-        (Value::Double(number), Ty::Float) => Value::Float(number as f32),
-        (value, _) => value,
-    }
-}
-
-/// Why a program ends before its end.
-enum Stop {
+/// Why a program ends before its last statement.
+pub(super) enum Stop {
     Return(Option<Value>),
-    /// It does what a language does not say: a whole number overflows, a division by zero. Such a component proves nothing.
+    /// Its result is undefined: an integer overflows, a number is divided by zero. Such a run has no expected lines.
     Undefined,
 }
 
-type Step<T> = Result<T, Stop>;
+pub(super) type Step<T> = Result<T, Stop>;
 
-/// A connection.
-#[derive(Default)]
-struct Channel {
-    size: i64,
-    fresh: VecDeque<Value>,
-    last: Option<Value>,
+/// A program of a component; what it does not have is empty.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Key<'a> {
+    /// The state that has it.
+    pub(super) state: &'a str,
+    /// The transition or the operation that has it.
+    pub(super) name: &'a str,
+    /// `run`, `guard`, `operation`, …
+    pub(super) keyword: &'a str,
 }
 
-/// A call of a required operation.
-struct Call {
-    required: usize,
-    arguments: Vec<Value>,
-    /// The result, then what comes back.
-    results: Option<Vec<Value>>,
+/// What surrounds the programs of a component.
+pub(super) trait World {
+    /// The value of a literal.
+    fn literal(&self, value: Value) -> Value;
+    /// What a variable holds when `value` has been assigned to it.
+    fn stored(&self, value: Value) -> Value;
+    /// The result of an operator that is undefined for its operands.
+    fn undefined(&self) -> Step<Value>;
+    /// Whether a condition with an unknown value holds.
+    fn choose(&mut self) -> bool;
+    /// A property or constant of the shell.
+    fn property(&self, name: &str) -> Value;
+    fn begin(&mut self, program: Key<'_>);
+    fn end(&mut self, program: Key<'_>);
+    /// Calls a codel with its `in` and `inout` arguments. Returns its result, then what its parameters return.
+    fn codel(&mut self, codel: &Signature, arguments: &[Value]) -> Vec<Value>;
+    /// The status, and the value where there is one.
+    fn read(&mut self, port: &str) -> (Value, Option<Value>);
+    fn status(&mut self, port: &str) -> Value;
+    fn write(&mut self, port: &str, value: Value);
+    fn send(&mut self, handler: Option<&str>, operation: &Signature, arguments: Vec<Value>);
+    /// The status, and the results where there are some.
+    fn collect(&mut self, handler: &str) -> (Value, Vec<Value>);
 }
 
-/// An operation that the rig has asked for.
-struct Asked {
-    arguments: Vec<Value>,
-    answer: Option<Answer>,
+/// A variable under execution.
+#[derive(Debug, Clone)]
+struct Held<'a> {
+    name: &'a str,
+    ty: &'a str,
+    value: Value,
 }
 
-/// What it has got.
-#[derive(Clone)]
-enum Answer {
-    Results(Vec<Value>),
-    /// The component does not run.
-    Refusal,
+/// The variables that one execution of a program sees, beside those of the core.
+#[derive(Debug, Default)]
+struct Frame<'a> {
+    /// Parameters and local variables, the innermost last.
+    variables: Vec<Held<'a>>,
+    /// Whether the variables of the state machine hide those of the core. Outside of the machine, they stand behind them.
+    in_machine: bool,
 }
 
-#[derive(Default)]
-struct Frame {
-    locals: Vec<Value>,
-    parameters: Vec<Value>,
-}
-
-#[derive(PartialEq)]
-enum Life {
-    Unconfigured,
-    Stopped,
-    Running,
-}
-
-struct Run<'a> {
+/// Executes the programs of one component.
+pub(super) struct Interpreter<'a, W> {
+    pub(super) world: W,
+    component: &'a Component,
     codels: &'a [Signature],
-    it: &'a Component,
-    lines: Vec<String>,
-    random: Drawn,
-    results: Drawn,
-    life: Life,
-    properties: Vec<Value>,
-    frozen: Vec<Value>,
-    core: Vec<Value>,
-    machine: Vec<Value>,
-    state: usize,
-    channels: Vec<Channel>,
-    status: Vec<i64>,
-    outputs: Vec<Vec<Value>>,
-    calls: Vec<Call>,
-    waiting: VecDeque<usize>,
-    handlers: Vec<Option<usize>>,
-    /// The last calls that were sent for the handlers; those of the required operations that were sent for none.
-    last: Vec<Option<usize>>,
-    last_dropped: Vec<Option<usize>>,
-    asked: Vec<Option<Asked>>,
-    queue: VecDeque<usize>,
+    core: Vec<Held<'a>>,
+    machine: Vec<Held<'a>>,
 }
 
-/// The lines of a run; nothing where it comes to something that no language defines.
-pub fn expected_run(library: &Library, component: &Component) -> Option<Vec<String>> {
-    let it = component;
-    let mut run = Run {
-        codels: &library.codels,
-        it,
-        lines: vec![format!("== {}", it.name)],
-        random: Drawn(it.seed),
-        results: Drawn(!it.seed),
-        life: Life::Unconfigured,
-        properties: it.properties.iter().map(|it| convert(it.first.clone(), it.ty)).collect(),
-        frozen: it.properties.iter().map(|it| convert(it.default.clone(), it.ty)).collect(),
-        core: it.core.iter().map(at_first).collect(),
-        machine: it.machine.iter().map(at_first).collect(),
-        state: it.initial,
-        channels: it.inputs.iter().map(|it| Channel { size: it.size, ..Channel::default() }).collect(),
-        status: vec![0; it.inputs.len()],
-        outputs: vec![Vec::new(); it.outputs.len()],
-        calls: Vec::new(),
-        waiting: VecDeque::new(),
-        handlers: vec![None; it.handlers.len()],
-        last: vec![None; it.handlers.len()],
-        last_dropped: vec![None; it.required.len()],
-        asked: it.provided.iter().map(|_| None).collect(),
-        queue: VecDeque::new(),
-    };
-    for tick in 0..TICKS {
-        run.tick(tick).ok()?;
-    }
-    // As the rig ends.
-    if run.life == Life::Running {
-        run.hook(&it.stop, "stop").ok()?;
-    }
-    Some(run.lines)
-}
-
-impl Run<'_> {
-    fn line(&mut self, text: String) {
-        self.lines.push(text);
+impl<'a, W: World> Interpreter<'a, W> {
+    /// Its variables hold what is known before the component is configured.
+    pub(super) fn new(world: W, component: &'a Component, codels: &'a [Signature]) -> Interpreter<'a, W> {
+        let held = |it: &'a Variable| {
+            let value = it.value.as_ref().and_then(constant).unwrap_or_else(|| Value::nothing(&it.ty));
+            Held { name: &it.name, ty: &it.ty, value: world.stored(value.converted(&it.ty)) }
+        };
+        let core = component.core.variables.iter().map(held).collect();
+        let machine = component.core.machines.iter().flat_map(|it| &it.variables).map(held).collect();
+        Interpreter { world, component, codels, core, machine }
     }
 
-    fn tick(&mut self, tick: usize) -> Step<()> {
-        self.line(format!("tick {tick}"));
-        let it = self.it;
-        if tick == 3 {
-            self.properties = it.properties.iter().map(|it| convert(it.later.clone(), it.ty)).collect();
-        }
-        self.live()?;
-        for (index, port) in it.inputs.iter().enumerate() {
-            for _ in 0..self.random.below(3) {
-                let value = self.random.value(port.ty);
-                let channel = &mut self.channels[index];
-                if channel.size >= 0 {
-                    if channel.fresh.len() as i64 >= channel.size.max(1) {
-                        channel.fresh.pop_front();
-                    }
-                    channel.fresh.push_back(value);
-                }
-            }
-        }
-        for (index, (signature, _, _)) in it.provided.iter().enumerate() {
-            if self.asked[index].is_none() && self.random.below(4) == 0 {
-                let draw = |(way, ty): &(Way, Ty)| {
-                    if *way == Way::Out { nothing(*ty) } else { self.random.value(*ty) }
-                };
-                let arguments = signature.parameters.iter().map(draw).collect();
-                self.asked[index] = Some(Asked { arguments, answer: None });
-                self.queue.push_back(index);
-            }
-        }
-        if self.random.below(2) == 0 {
-            while let Some(call) = self.waiting.pop_front() {
-                self.serve(call);
-            }
-        }
-        self.step()?;
-        for (index, port) in it.outputs.iter().enumerate() {
-            for value in std::mem::take(&mut self.outputs[index]) {
-                self.line(format!("out {} {}", port.name, show(&value)));
-            }
-        }
-        for (index, (signature, _, _)) in it.provided.iter().enumerate() {
-            let Some(asked) = &self.asked[index] else { continue };
-            match asked.answer.clone() {
-                None => self.line(format!("waits for {}", signature.name)),
-                Some(answer) => {
-                    match answer {
-                        Answer::Results(results) => {
-                            self.line(format!("done {} 1 -> {}", signature.name, list(&results)))
-                        }
-                        Answer::Refusal => self.line(format!("refused {}", signature.name)),
-                    }
-                    self.asked[index] = None;
-                }
-            }
+    /// Computes the initial values of the core's variables.
+    pub(super) fn initialise_core(&mut self) -> Step<()> {
+        for (index, variable) in self.component.core.variables.iter().enumerate() {
+            let value = self.first_value(variable, &mut Frame::default())?;
+            self.core[index].value = self.world.stored(value);
         }
         Ok(())
     }
 
-    /// What the other component does with a call.
-    fn serve(&mut self, call: usize) {
-        let it = self.it;
-        let signature = &it.required[self.calls[call].required].signature;
-        let arguments = &self.calls[call].arguments;
-        let ins: Vec<Value> = signature
-            .parameters
-            .iter()
-            .zip(arguments)
-            .filter(|((way, _), _)| *way != Way::Out)
-            .map(|(_, value)| value.clone())
-            .collect();
-        let results = self.draw_results(signature);
-        self.line(format!("served {}({}) -> {}", signature.name, list(&ins), list(&results)));
-        self.calls[call].results = Some(results);
-    }
-
-    fn draw_results(&mut self, signature: &Signature) -> Vec<Value> {
-        let mut results: Vec<Value> =
-            signature.result.iter().map(|result| self.results.value(*result)).collect();
-        for (way, ty) in &signature.parameters {
-            if *way != Way::In {
-                results.push(self.results.value(*ty));
-            }
-        }
-        results
-    }
-
-    // The life of a component.
-
-    fn live(&mut self) -> Step<()> {
-        let it = self.it;
-        if self.life == Life::Running {
-            if self.random.below(10) != 0 {
-                return Ok(());
-            }
-            self.life = Life::Stopped;
-            self.hook(&it.stop, "stop")?;
-            self.line("stop true".to_owned());
-            if self.random.below(2) == 0 {
-                self.life = Life::Unconfigured;
-                self.hook(&it.cleanup, "cleanup")?;
-                self.line("cleanup true".to_owned());
-            }
-            return Ok(());
-        }
-        if self.life == Life::Unconfigured {
-            if self.random.below(3) == 0 {
-                return Ok(());
-            }
-            let is_configured = self.configure()?;
-            if is_configured {
-                self.life = Life::Stopped;
-            }
-            self.line(format!("configure {is_configured}"));
-        }
-        if self.life == Life::Stopped {
-            let is_started = self.start()?;
-            if is_started {
-                self.life = Life::Running;
-            }
-            self.line(format!("start {is_started}"));
+    /// Computes the initial values of the state machine's variables.
+    pub(super) fn initialise_machine(&mut self) -> Step<()> {
+        let component = self.component;
+        for (index, variable) in component.core.machines.iter().flat_map(|it| &it.variables).enumerate() {
+            let mut frame = Frame { in_machine: true, ..Frame::default() };
+            let value = self.first_value(variable, &mut frame)?;
+            self.machine[index].value = self.world.stored(value);
         }
         Ok(())
     }
 
-    fn configure(&mut self) -> Step<bool> {
-        let it = self.it;
-        for (property, value) in it.properties.iter().zip(&self.properties) {
-            if let Some((low, high)) = &property.bounds {
-                let number = |value: &Value| match value {
-                    Value::Int(number) => *number as f64,
-                    Value::Float(number) => f64::from(*number),
-                    Value::Double(number) => *number,
-                    _ => 0.0,
-                };
-                if number(value) < number(low) || number(value) > number(high) {
-                    return Ok(false);
-                }
-            }
-        }
-        self.frozen = self.properties.clone();
-        self.status.iter_mut().for_each(|status| *status = 0);
-        self.handlers.iter_mut().for_each(|handler| *handler = None);
-        for (index, (variable, first)) in it.core.iter().enumerate() {
-            self.core[index] = match first {
-                Some(first) => convert(self.expr(first, &mut Frame::default())?, variable.ty),
-                None => nothing(variable.ty),
-            };
-        }
-        Ok(self.hook(&it.configure, "configure")? != Some(Value::Bool(false)))
+    /// Executes the hook, where there is one. Returns what it returns.
+    pub(super) fn hook(&mut self, keyword: &str) -> Step<Option<Value>> {
+        let Some(program) = self.component.hook(keyword) else { return Ok(None) };
+        self.program(Key { keyword, ..Key::default() }, &program.body, &mut Frame::default())
     }
 
-    fn start(&mut self) -> Step<bool> {
-        let it = self.it;
-        for (index, (variable, first)) in it.machine.iter().enumerate() {
-            self.machine[index] = match first {
-                Some(first) => convert(self.expr(first, &mut Frame::default())?, variable.ty),
-                None => nothing(variable.ty),
-            };
-        }
-        if self.hook(&it.start, "start")? == Some(Value::Bool(false)) {
-            return Ok(false);
-        }
-        self.state = it.initial;
-        if let Some(state) = it.states.get(self.state) {
-            self.method(&state.entry, &state.name, "", "entry")?;
-        }
-        Ok(true)
+    /// Executes a method of a state, where there is one.
+    pub(super) fn method(&mut self, state: &'a State, keyword: &str) -> Step<()> {
+        let mut methods = state.methods.iter().chain(&state.later_methods);
+        let Some(Program { body, .. }) = methods.find(|it| it.keyword == keyword) else { return Ok(()) };
+        let key = Key { state: &state.name, name: "", keyword };
+        self.program(key, body, &mut Frame { in_machine: true, ..Frame::default() }).map(drop)
     }
 
-    /// What the component's engine does in a period.
-    fn step(&mut self) -> Step<()> {
-        let it = self.it;
-        while let Some(operation) = self.queue.pop_front() {
-            if self.life != Life::Running {
-                if let Some(asked) = &mut self.asked[operation] {
-                    asked.answer = Some(Answer::Refusal);
-                }
-                continue;
-            }
-            let mut arguments =
-                self.asked[operation].as_ref().map(|asked| asked.arguments.clone()).unwrap_or_default();
-            let result = self.operation(operation, &mut arguments)?;
-            let mut results: Vec<Value> = result.into_iter().collect();
-            for ((way, _), value) in it.provided[operation].0.parameters.iter().zip(arguments) {
-                if *way != Way::In {
-                    results.push(value);
-                }
-            }
-            if let Some(asked) = &mut self.asked[operation] {
-                asked.answer = Some(Answer::Results(results));
-            }
-        }
-        if self.life != Life::Running {
-            return Ok(());
-        }
-        self.line(format!("> component {}", it.name));
-        if it.update.is_some() {
-            self.hook(&it.update, "update")?;
-        } else {
-            self.period()?;
-        }
-        self.line(format!("< component {}", it.name));
-        Ok(())
-    }
-
-    fn period(&mut self) -> Step<()> {
-        let it = self.it;
-        let state = &it.states[self.state];
-        self.method(&state.run, &state.name, "", "run")?;
+    /// Executes one period of the state machine in `state`. Returns the transition that fires.
+    pub(super) fn period(&mut self, state: &'a State) -> Step<Option<&'a Transition>> {
+        self.method(state, "run")?;
         for transition in &state.transitions {
-            let fires = match &transition.guard {
-                None => true,
-                Some(guard) => {
-                    self.span(true, &state.name, &transition.name, "guard");
-                    let fires = self.expr(guard, &mut Frame::default())? == Value::Bool(true);
-                    self.span(false, &state.name, &transition.name, "guard");
-                    fires
+            if self.fires(state, transition)? {
+                self.method(state, "exit")?;
+                if let Some(effect) = &transition.effect {
+                    let key = Key { state: &state.name, name: &transition.name, keyword: "effect" };
+                    self.program(key, effect, &mut Frame { in_machine: true, ..Frame::default() })?;
                 }
-            };
-            if fires {
-                self.method(&state.exit, &state.name, "", "exit")?;
-                self.method(&transition.effect, &state.name, &transition.name, "effect")?;
-                self.state = transition.target;
-                let target = &it.states[transition.target];
-                return self.method(&target.entry, &target.name, "", "entry").map(drop);
+                self.method(self.component.state(&transition.target), "entry")?;
+                return Ok(Some(transition));
             }
         }
-        self.method(&state.handle, &state.name, "", "handle").map(drop)
+        self.method(state, "handle")?;
+        Ok(None)
     }
 
-    // Programs.
-
-    fn span(&mut self, begins: bool, state: &str, transition: &str, program: &str) {
-        let sign = if begins { '>' } else { '<' };
-        let name = &self.it.name;
-        let mut what = program.to_owned();
-        for part in [state, transition] {
-            what += ", ";
-            what += part;
-        }
-        self.line(format!("{sign} {name} machines.{name}: {what}"));
+    fn fires(&mut self, state: &'a State, transition: &'a Transition) -> Step<bool> {
+        let Some(guard) = &transition.guard else { return Ok(true) };
+        let key = Key { state: &state.name, name: &transition.name, keyword: "guard" };
+        self.world.begin(key);
+        let fires = self.condition(guard, &mut Frame { in_machine: true, ..Frame::default() })?;
+        self.world.end(key);
+        Ok(fires)
     }
 
-    fn hook(&mut self, program: &Option<Program>, name: &str) -> Step<Option<Value>> {
-        self.method(program, "", "", name)
-    }
-
-    fn method(
+    /// Executes an operation of the component. What its parameters return is in `arguments` then.
+    pub(super) fn operation(
         &mut self,
-        program: &Option<Program>,
-        state: &str,
-        transition: &str,
-        name: &str,
+        operation: &'a Operation,
+        arguments: &mut [Value],
     ) -> Step<Option<Value>> {
-        let Some(program) = program else { return Ok(None) };
-        self.span(true, state, transition, name);
-        let mut frame = Frame { locals: vec![Value::Status(0); program.locals], parameters: Vec::new() };
-        let result = self.body(program, &mut frame)?;
-        self.span(false, state, transition, name);
+        let Operation { signature, body } = operation;
+        let parameters = signature.parameters.iter().zip(arguments.iter());
+        let held = parameters.map(|(it, value)| Held {
+            name: &it.name,
+            ty: &it.ty,
+            value: self.world.stored(value.clone()),
+        });
+        let mut frame = Frame { variables: held.collect(), in_machine: false };
+        let key = Key { state: "", name: &signature.name, keyword: "operation" };
+        let result = self.program(key, body, &mut frame)?;
+        for (argument, held) in arguments.iter_mut().zip(frame.variables) {
+            *argument = held.value;
+        }
+        let result = result.zip(signature.returned()).map(|(result, ty)| result.converted(ty));
+        Ok(result.map(|it| self.world.stored(it)))
+    }
+
+    fn program(&mut self, key: Key<'_>, body: &'a Block, frame: &mut Frame<'a>) -> Step<Option<Value>> {
+        self.world.begin(key);
+        let parameters = frame.variables.len();
+        let result = match self.block(body, frame) {
+            Ok(()) => None,
+            Err(Stop::Return(value)) => value,
+            Err(Stop::Undefined) => return Err(Stop::Undefined),
+        };
+        frame.variables.truncate(parameters);
+        self.world.end(key);
         Ok(result)
     }
 
-    /// One's own operation; what comes back of its arguments is in their places.
-    fn operation(&mut self, operation: usize, arguments: &mut Vec<Value>) -> Step<Option<Value>> {
-        let (signature, _, program) = &self.it.provided[operation];
-        self.span(true, "", &signature.name, "operation");
-        let locals = vec![Value::Status(0); program.locals];
-        let mut frame = Frame { locals, parameters: std::mem::take(arguments) };
-        let result = self.body(program, &mut frame)?;
-        *arguments = frame.parameters;
-        self.span(false, "", &signature.name, "operation");
-        Ok(result.and_then(|result| Some(convert(result, signature.result?))))
+    fn block(&mut self, block: &'a Block, frame: &mut Frame<'a>) -> Step<()> {
+        let outer = frame.variables.len();
+        block.iter().try_for_each(|statement| self.statement(statement, frame))?;
+        frame.variables.truncate(outer);
+        Ok(())
     }
 
-    fn body(&mut self, program: &Program, frame: &mut Frame) -> Step<Option<Value>> {
-        match self.block(&program.body, frame) {
-            Ok(()) => Ok(None),
-            Err(Stop::Return(value)) => Ok(value),
-            Err(Stop::Undefined) => Err(Stop::Undefined),
-        }
-    }
-
-    fn block(&mut self, block: &[Statement], frame: &mut Frame) -> Step<()> {
-        block.iter().try_for_each(|statement| self.statement(statement, frame))
-    }
-
-    fn statement(&mut self, statement: &Statement, frame: &mut Frame) -> Step<()> {
+    fn statement(&mut self, statement: &'a Statement, frame: &mut Frame<'a>) -> Step<()> {
         match statement {
-            Statement::Local(variable, first) => {
-                let value = match first {
-                    Some(first) => self.expr(first, frame)?,
-                    None => nothing(variable.ty),
-                };
-                self.assign(variable, value, frame);
+            Statement::Variable(variable) => {
+                let value = self.first_value(variable, frame)?;
+                let value = self.world.stored(value);
+                frame.variables.push(Held { name: &variable.name, ty: &variable.ty, value });
             }
-            Statement::Assign(variable, value) => {
+            Statement::Assign(handler, Expr { form: Form::Call(callee, arguments), .. })
+                if callee == "send" =>
+            {
+                self.send(Some(handler), arguments, frame)?;
+            }
+            Statement::Assign(name, value) => {
                 let value = self.expr(value, frame)?;
-                self.assign(variable, value, frame);
+                self.assign(name, value, frame);
             }
-            Statement::Call(call) => drop(self.call(call, frame)?),
-            Statement::Write(port, value) => {
-                let value = self.expr(value, frame)?;
-                self.outputs[*port].push(convert(value, self.it.outputs[*port].ty));
+            Statement::Expr(Expr { form: Form::Call(callee, arguments), .. }) => {
+                self.call(callee, arguments, frame)?;
             }
-            Statement::Send(handler, required, arguments) => {
-                let (it, required) = (self.it, *required);
-                let parameters = &it.required[required].signature.parameters;
-                let mut given = Vec::new();
-                let mut arguments = arguments.iter();
-                for (way, ty) in parameters {
-                    given.push(match way {
-                        Way::Out => nothing(*ty),
-                        _ => match arguments.next() {
-                            Some(argument) => convert(self.expr(argument, frame)?, *ty),
-                            None => nothing(*ty),
-                        },
-                    });
-                }
-                let last = match handler {
-                    Some(handler) => &mut self.last[*handler],
-                    None => &mut self.last_dropped[required],
-                };
-                // What goes both ways is where the last call of the handler, or of those without one, has it.
-                let is_under_way = last.is_some_and(|call| self.calls[call].results.is_none());
-                if is_under_way && parameters.iter().any(|(way, _)| *way == Way::InOut) {
-                    return Ok(());
-                }
-                *last = it.required[required].is_connected.then(|| {
-                    self.calls.push(Call { required, arguments: given, results: None });
-                    self.waiting.push_back(self.calls.len() - 1);
-                    self.calls.len() - 1
-                });
-                if let Some(handler) = handler {
-                    self.handlers[*handler] = *last;
-                }
-            }
+            Statement::Expr(expr) => drop(self.expr(expr, frame)?),
             Statement::If(condition, then, otherwise) => {
-                let branch = if self.expr(condition, frame)? == Value::Bool(true) { then } else { otherwise };
-                self.block(branch, frame)?;
+                let holds = self.condition(condition, frame)?;
+                let branch = if holds { Some(then) } else { otherwise.as_ref() };
+                branch.map_or(Ok(()), |branch| self.block(branch, frame))?;
             }
             Statement::Block(inner) => self.block(inner, frame)?,
-            Statement::Return(value) => {
+            Statement::Return(_, value) => {
                 let value = value.as_ref().map(|value| self.expr(value, frame)).transpose()?;
                 return Err(Stop::Return(value));
             }
@@ -577,197 +226,279 @@ impl Run<'_> {
         Ok(())
     }
 
-    fn assign(&mut self, variable: &Variable, value: Value, frame: &mut Frame) {
-        let value = convert(value, variable.ty);
-        match variable.place {
-            Location::Local(index) => frame.locals[index] = value,
-            Location::Parameter(index) => frame.parameters[index] = value,
-            Location::Machine(index) => self.machine[index] = value,
-            Location::Core(index) => self.core[index] = value,
-            Location::Property(_) => unreachable!("nobody assigns it"),
+    fn first_value(&mut self, variable: &'a Variable, frame: &mut Frame<'a>) -> Step<Value> {
+        Ok(match &variable.value {
+            Some(value) => self.expr(value, frame)?.converted(&variable.ty),
+            None => Value::nothing(&variable.ty),
+        })
+    }
+
+    fn condition(&mut self, condition: &'a Expr, frame: &mut Frame<'a>) -> Step<bool> {
+        let value = self.expr(condition, frame)?;
+        Ok(self.holds(&value))
+    }
+
+    fn holds(&mut self, value: &Value) -> bool {
+        match value {
+            Value::Bool(holds) => *holds,
+            _ => self.world.choose(),
         }
     }
 
-    fn value_of(&self, variable: &Variable, frame: &Frame) -> Value {
-        match variable.place {
-            Location::Local(index) => frame.locals[index].clone(),
-            Location::Parameter(index) => frame.parameters[index].clone(),
-            Location::Machine(index) => self.machine[index].clone(),
-            Location::Core(index) => self.core[index].clone(),
-            Location::Property(index) if self.it.properties[index].is_constant => self.frozen[index].clone(),
-            Location::Property(index) => self.properties[index].clone(),
+    /// The variable that `name` refers to.
+    fn held<'b>(&'b mut self, name: &str, frame: &'b mut Frame<'a>) -> Option<&'b mut Held<'a>> {
+        let (first, second) = match frame.in_machine {
+            true => (&mut self.machine, &mut self.core),
+            false => (&mut self.core, &mut self.machine),
+        };
+        let mut all = frame.variables.iter_mut().rev().chain(first).chain(second);
+        all.find(|it| it.name == name)
+    }
+
+    fn value_of(&mut self, name: &str, frame: &mut Frame<'a>) -> Value {
+        match self.held(name, frame) {
+            Some(held) => held.value.clone(),
+            None => self.world.property(name),
         }
     }
 
-    // Expressions.
-
-    fn expr(&mut self, expr: &Expr, frame: &mut Frame) -> Step<Value> {
-        let value = self.call(expr, frame)?;
-        Ok(convert(value.unwrap_or(Value::Status(0)), expr.ty))
+    fn assign(&mut self, name: &str, value: Value, frame: &mut Frame<'a>) {
+        let value = self.world.stored(value);
+        let Some(held) = self.held(name, frame) else { panic!("no variable `{name}`") };
+        held.value = value.converted(held.ty);
     }
 
-    /// A call may give nothing.
-    fn call(&mut self, expr: &Expr, frame: &mut Frame) -> Step<Option<Value>> {
-        Ok(Some(match &expr.form {
-            Form::Literal(value) => value.clone(),
-            Form::Variable(variable) => self.value_of(variable, frame),
-            Form::Unary(_, inner) => negated(self.expr(inner, frame)?, expr.ty)?,
+    fn expr(&mut self, expr: &'a Expr, frame: &mut Frame<'a>) -> Step<Value> {
+        match &expr.form {
+            Form::Literal(text) => Ok(self.world.literal(Value::of_literal(&expr.ty, text))),
+            Form::Name(name) => Ok(self.value_of(name, frame)),
+            Form::Parens(inner) => self.expr(inner, frame),
+            Form::Unary(_, inner) => {
+                let value = self.expr(inner, frame)?;
+                negated(value, &expr.ty).map_or_else(|| self.world.undefined(), Ok)
+            }
+            Form::Binary(left, operator @ ("&&" | "||"), right) => {
+                let left = self.expr(left, frame)?;
+                match self.holds(&left) == (*operator == "&&") {
+                    true => self.expr(right, frame),
+                    false => Ok(Value::Bool(*operator == "||")),
+                }
+            }
             Form::Binary(left, operator, right) => {
-                let first = self.expr(left, frame)?;
-                match (*operator, &first) {
-                    ("&&", Value::Bool(false)) | ("||", Value::Bool(true)) => return Ok(Some(first)),
-                    ("&&" | "||", _) => return Ok(Some(self.expr(right, frame)?)),
-                    _ => {}
-                }
-                let second = self.expr(right, frame)?;
-                binary(first, operator, second, expr.ty)?
+                let (left, right) = (self.expr(left, frame)?, self.expr(right, frame)?);
+                binary(left, operator, right, &expr.ty).map_or_else(|| self.world.undefined(), Ok)
             }
-            Form::Codel(codel, arguments) => {
-                let signature = &self.codels[*codel];
-                // What is given by reference is what the variable holds when the codel is called.
-                let mut values = Vec::new();
-                for ((way, ty), argument) in signature.parameters.iter().zip(arguments) {
-                    values.push(match way {
-                        Way::In => Some(convert(self.expr(argument, frame)?, *ty)),
-                        _ => None,
-                    });
-                }
-                let mut ins = Vec::new();
-                for (index, (way, _)) in signature.parameters.iter().enumerate() {
-                    match (way, values[index].take(), &arguments[index].form) {
-                        (Way::In, Some(value), _) => ins.push(value),
-                        (Way::InOut, _, Form::Variable(variable)) => ins.push(self.value_of(variable, frame)),
-                        _ => {}
-                    }
-                }
-                let component = &self.it.name;
-                self.line(format!("> {component} codel machines.{}", signature.name));
-                let results = self.draw_results(signature);
-                self.line(format!("{}({}) -> {}", signature.name, list(&ins), list(&results)));
-                let mut results = results.into_iter();
-                let result = signature.result.and_then(|_| results.next());
-                for ((way, _), argument) in signature.parameters.iter().zip(arguments) {
-                    if let (Way::Out | Way::InOut, Form::Variable(variable)) = (way, &argument.form)
-                        && let Some(value) = results.next()
-                    {
-                        self.assign(variable, value, frame);
-                    }
-                }
-                return Ok(result);
+            Form::Call(callee, arguments) => {
+                let result = self.call(callee, arguments, frame)?;
+                Ok(result.unwrap_or_else(|| panic!("`{callee}` returns nothing")))
             }
-            Form::Own(operation, arguments) => {
-                let signature = &self.it.provided[*operation].0;
-                let mut given = Vec::new();
-                for ((way, ty), argument) in signature.parameters.iter().zip(arguments) {
-                    given.push(match way {
-                        Way::In => convert(self.expr(argument, frame)?, *ty),
-                        _ => nothing(*ty),
-                    });
+        }
+    }
+
+    fn call(&mut self, callee: &str, arguments: &'a [Expr], frame: &mut Frame<'a>) -> Step<Option<Value>> {
+        let (component, codels) = (self.component, self.codels);
+        match (callee, arguments) {
+            ("read", [port, target]) => {
+                let (status, value) = self.world.read(name_in(port));
+                if let Some(value) = value {
+                    self.assign(name_in(target), value, frame);
                 }
-                for (index, (way, _)) in signature.parameters.iter().enumerate() {
-                    if let (Way::Out | Way::InOut, Form::Variable(variable)) = (way, &arguments[index].form) {
-                        given[index] = self.value_of(variable, frame);
-                    }
-                }
-                let result = self.operation(*operation, &mut given)?;
-                for (index, (way, _)) in signature.parameters.iter().enumerate() {
-                    if let (Way::Out | Way::InOut, Form::Variable(variable)) = (way, &arguments[index].form) {
-                        self.assign(variable, given[index].clone(), frame);
-                    }
-                }
-                return Ok(result);
+                Ok(Some(status))
             }
-            Form::Read(port, variable) => {
-                let channel = &mut self.channels[*port];
-                let status = if let Some(value) = channel.fresh.pop_front() {
-                    channel.last = Some(value);
-                    2
-                } else {
-                    i64::from(channel.last.is_some())
-                };
-                if let Some(value) = channel.last.clone() {
-                    self.assign(variable, value, frame);
-                }
-                self.status[*port] = status;
-                Value::Status(status)
+            ("status", [port]) => Ok(Some(self.world.status(name_in(port)))),
+            ("write", [port, value]) => {
+                let port = name_in(port);
+                let ty = component.outputs().find(|it| it.name == port).map_or("", |it| &it.ty);
+                let value = self.expr(value, frame)?;
+                self.world.write(port, value.converted(ty));
+                Ok(None)
             }
-            Form::Status(port) => Value::Status(self.status[*port]),
-            Form::Collect(handler, variables) => {
-                let call = self.handlers[*handler];
-                match call.map(|call| self.calls[call].results.clone()) {
-                    None => Value::Status(-1),
-                    Some(None) => Value::Status(0),
-                    Some(Some(results)) => {
-                        for (variable, value) in variables.iter().zip(results) {
-                            self.assign(variable, value, frame);
-                        }
-                        Value::Status(1)
-                    }
+            ("send", _) => self.send(None, arguments, frame).map(|()| None),
+            ("collect", [handler, targets @ ..]) => {
+                let (status, results) = self.world.collect(name_in(handler));
+                for (target, value) in targets.iter().zip(results) {
+                    self.assign(name_in(target), value, frame);
                 }
+                Ok(Some(status))
             }
-        }))
+            _ => match component.core.operations.iter().find(|it| it.signature.name == *callee) {
+                Some(operation) => self.call_operation(operation, arguments, frame),
+                None => {
+                    let Some(codel) = codels.iter().find(|it| it.name == *callee) else {
+                        panic!("no codel `{callee}`")
+                    };
+                    self.call_codel(codel, arguments, frame)
+                }
+            },
+        }
+    }
+
+    /// The arguments of a call. A variable that the callee changes is given by reference: its value is the one when all
+    /// other arguments have been computed.
+    fn given(
+        &mut self,
+        signature: &'a Signature,
+        arguments: &'a [Expr],
+        frame: &mut Frame<'a>,
+    ) -> Step<Vec<Value>> {
+        let mut given = Vec::new();
+        for (parameter, argument) in signature.parameters.iter().zip(arguments) {
+            given.push(match parameter.returns() {
+                true => Value::Unknown,
+                false => self.expr(argument, frame)?.converted(&parameter.ty),
+            });
+        }
+        for (index, parameter) in signature.parameters.iter().enumerate() {
+            if parameter.returns() {
+                given[index] = self.value_of(name_in(&arguments[index]), frame);
+            }
+        }
+        Ok(given)
+    }
+
+    fn call_operation(
+        &mut self,
+        operation: &'a Operation,
+        arguments: &'a [Expr],
+        frame: &mut Frame<'a>,
+    ) -> Step<Option<Value>> {
+        let mut given = self.given(&operation.signature, arguments, frame)?;
+        let result = self.operation(operation, &mut given)?;
+        for ((parameter, argument), value) in operation.signature.parameters.iter().zip(arguments).zip(given)
+        {
+            if parameter.returns() {
+                self.assign(name_in(argument), value, frame);
+            }
+        }
+        Ok(result)
+    }
+
+    fn call_codel(
+        &mut self,
+        codel: &'a Signature,
+        arguments: &'a [Expr],
+        frame: &mut Frame<'a>,
+    ) -> Step<Option<Value>> {
+        let given = codel.parameters.iter().zip(self.given(codel, arguments, frame)?);
+        let given: Vec<Value> = given.filter(|(it, _)| it.is_given()).map(|(_, value)| value).collect();
+        let mut results = self.world.codel(codel, &given).into_iter();
+        let result = codel.returned().and_then(|_| results.next());
+        let changed = codel.parameters.iter().zip(arguments).filter(|(it, _)| it.returns());
+        for ((_, argument), value) in changed.zip(results) {
+            self.assign(name_in(argument), value, frame);
+        }
+        Ok(result)
+    }
+
+    fn send(&mut self, handler: Option<&str>, arguments: &'a [Expr], frame: &mut Frame<'a>) -> Step<()> {
+        let component = self.component;
+        let name = name_in(&arguments[0]);
+        let Some(operation) = component.shell.required.iter().find(|it| it.name == name) else {
+            panic!("no operation `{name}`")
+        };
+        let mut given = Vec::new();
+        let mut arguments = arguments[1..].iter();
+        for parameter in &operation.parameters {
+            given.push(match parameter.is_given().then(|| arguments.next()).flatten() {
+                Some(argument) => self.expr(argument, frame)?.converted(&parameter.ty),
+                None => Value::nothing(&parameter.ty),
+            });
+        }
+        self.world.send(handler, operation, given);
+        Ok(())
     }
 }
 
-/// A whole number of the type, if it is one.
-fn whole(number: i64, ty: Ty) -> Step<Value> {
-    let all = if ty == Ty::Byte { 0..=255 } else { i64::from(i32::MIN)..=i64::from(i32::MAX) };
-    if all.contains(&number) { Ok(Value::Int(number)) } else { Err(Stop::Undefined) }
+/// The port, handler, operation or variable that an argument names.
+fn name_in(argument: &Expr) -> &str {
+    match &argument.form {
+        Form::Name(name) => name,
+        other => panic!("{other:?} is no name"),
+    }
 }
 
-fn binary(left: Value, operator: &str, right: Value, ty: Ty) -> Step<Value> {
-    // Of two numbers of different types, the wider one.
-    let wider = match (&left, &right) {
-        (Value::Double(_), _) | (_, Value::Double(_)) => Ty::Double,
-        (Value::Float(_), _) | (_, Value::Float(_)) => Ty::Float,
-        _ => Ty::Int,
-    };
-    let finite = |value: Value| match value {
-        Value::Float(number) if !number.is_finite() => Err(Stop::Undefined),
-        Value::Double(number) if !number.is_finite() => Err(Stop::Undefined),
-        value => Ok(value),
-    };
-    Ok(match (convert(left, wider), convert(right, wider)) {
-        (Value::Int(left), Value::Int(right)) => match operator {
-            "+" => whole(left + right, ty)?,
-            "-" => whole(left - right, ty)?,
-            "*" => whole(left * right, ty)?,
-            "/" if right != 0 => whole(left / right, ty)?,
-            "%" if right != 0 => whole(left % right, ty)?,
-            "/" | "%" => return Err(Stop::Undefined),
-            _ => Value::Bool(compares(&left, operator, &right)),
-        },
-        (Value::Float(left), Value::Float(right)) => match operator {
-            "+" => finite(Value::Float(left + right))?,
-            "-" => finite(Value::Float(left - right))?,
-            "*" => finite(Value::Float(left * right))?,
-            "/" => finite(Value::Float(left / right))?,
-            _ => Value::Bool(compares(&left, operator, &right)),
-        },
-        (Value::Double(left), Value::Double(right)) => match operator {
-            "+" => finite(Value::Double(left + right))?,
-            "-" => finite(Value::Double(left - right))?,
-            "*" => finite(Value::Double(left * right))?,
-            "/" => finite(Value::Double(left / right))?,
-            _ => Value::Bool(compares(&left, operator, &right)),
-        },
-        (Value::Text(left), Value::Text(right)) if operator == "+" => {
-            if left.len() + right.len() > 60 {
-                return Err(Stop::Undefined);
-            }
-            Value::Text(left + &right)
+/// Returns the value of an expression that names and calls nothing.
+pub(super) fn constant(expr: &Expr) -> Option<Value> {
+    match &expr.form {
+        Form::Literal(text) => Some(Value::of_literal(&expr.ty, text)),
+        Form::Parens(inner) => constant(inner),
+        Form::Unary(_, inner) => negated(constant(inner)?, &expr.ty),
+        Form::Binary(left, operator @ ("&&" | "||"), right) => {
+            let (left, right) = (constant(left)?, constant(right)?);
+            Some(if left == Value::Bool(*operator == "&&") { right } else { left })
         }
-        (left, right) => Value::Bool((left == right) == (operator == "==")),
+        Form::Binary(left, operator, right) => binary(constant(left)?, operator, constant(right)?, &expr.ty),
+        Form::Name(_) | Form::Call(..) => None,
+    }
+}
+
+/// The integer `number` where a `ty` has it.
+fn integer(number: i64, ty: &str) -> Option<Value> {
+    let all = if ty == "uint8" { 0..=255 } else { i64::from(i32::MIN)..=i64::from(i32::MAX) };
+    all.contains(&number).then_some(Value::Int(number))
+}
+
+fn negated(value: Value, ty: &str) -> Option<Value> {
+    Some(match value {
+        Value::Bool(value) => Value::Bool(!value),
+        Value::Int(number) => integer(-number, ty)?,
+        Value::Float(number) => Value::Float(-number),
+        Value::Double(number) => Value::Double(-number),
+        other => other,
     })
 }
 
-fn compares<T: PartialOrd>(left: &T, operator: &str, right: &T) -> bool {
+/// The value of a binary operator, where it is defined.
+fn binary(left: Value, operator: &str, right: Value, ty: &str) -> Option<Value> {
+    // Numbers of different types are computed in the wider type.
+    let wider = match (&left, &right) {
+        (Value::Unknown, _) | (_, Value::Unknown) => return Some(Value::Unknown),
+        (Value::Double(_), _) | (_, Value::Double(_)) => "double",
+        (Value::Float(_), _) | (_, Value::Float(_)) => "float",
+        _ => "int",
+    };
+    let (left, right) = (left.converted(wider), right.converted(wider));
     match operator {
-        "==" => left == right,
-        "!=" => left != right,
-        "<" => left < right,
-        "<=" => left <= right,
-        ">" => left > right,
-        _ => left >= right,
+        "==" | "!=" => return Some(Value::Bool((left == right) == (operator == "=="))),
+        "<" => return Some(Value::Bool(left < right)),
+        "<=" => return Some(Value::Bool(left <= right)),
+        ">" => return Some(Value::Bool(left > right)),
+        ">=" => return Some(Value::Bool(left >= right)),
+        _ => {}
+    }
+    match (left, right) {
+        (Value::Int(left), Value::Int(right)) => integer(
+            match operator {
+                "+" => left + right,
+                "-" => left - right,
+                "*" => left * right,
+                "/" => left.checked_div(right)?,
+                _ => left.checked_rem(right)?,
+            },
+            ty,
+        ),
+        (Value::Float(left), Value::Float(right)) => {
+            let value = match operator {
+                "+" => left + right,
+                "-" => left - right,
+                "*" => left * right,
+                _ => left / right,
+            };
+            value.is_finite().then_some(Value::Float(value))
+        }
+        (Value::Double(left), Value::Double(right)) => {
+            let value = match operator {
+                "+" => left + right,
+                "-" => left - right,
+                "*" => left * right,
+                _ => left / right,
+            };
+            value.is_finite().then_some(Value::Double(value))
+        }
+        // A text that is joined with itself again and again has no end.
+        (Value::Text(left), Value::Text(right)) => {
+            (left.len() + right.len() <= 60).then(|| Value::Text(left + &right))
+        }
+        (left, right) => panic!("{left:?} {operator} {right:?}"),
     }
 }

@@ -2,19 +2,15 @@
 
 use std::fmt::Write as _;
 
-use super::*;
+use super::{Library, TICKS, Value};
+use crate::model::{Parameter, Port, Signature};
 
-impl Ty {
-    fn cpp(self) -> &'static str {
-        match self {
-            Ty::Int => "int",
-            Ty::Byte => "std::uint8_t",
-            Ty::Float => "float",
-            Ty::Double => "double",
-            Ty::Bool => "bool",
-            Ty::Text => "std::string",
-            Ty::PortStatus | Ty::CallStatus => unreachable!("nothing is declared with it"),
-        }
+/// The C++ type of a type.
+fn cpp_type(ty: &str) -> &str {
+    match ty {
+        "uint8" => "std::uint8_t",
+        "string" => "std::string",
+        ty => ty,
     }
 }
 
@@ -29,6 +25,7 @@ impl Value {
                 let bytes: String = text.bytes().map(|byte| format!("\\{byte:03o}")).collect();
                 format!("\"{bytes}\"")
             }
+            Value::Unknown => panic!("the rig knows its values"),
         }
     }
 }
@@ -48,23 +45,22 @@ pub fn codels_source(library: &Library, prototype: &dyn Fn(&str) -> String) -> S
             .into_iter()
             .filter_map(|it| it.rsplit([' ', '&']).next())
             .collect();
-        let of = |fits: &dyn Fn(Way) -> bool| -> Vec<String> {
-            let all = codel.parameters.iter().zip(&names).filter(|((way, _), _)| fits(*way));
+        let shown = |fits: fn(&Parameter) -> bool| -> Vec<String> {
+            let all = codel.parameters.iter().zip(&names).filter(|(parameter, _)| fits(parameter));
             all.map(|(_, name)| format!("rig::show({name})")).collect()
         };
-        let (ins, mut outs) = (of(&|way| way != Way::Out), of(&|way| way != Way::In));
+        let (ins, mut outs) = (shown(Parameter::is_given), shown(Parameter::returns));
         let _ = writeln!(
             out,
             "\n{prototype} {{\n  const std::string rig_ins = rig::join({{{}}});",
             ins.join(", ")
         );
-        if let Some(ty) = codel.result {
-            let ty = ty.cpp();
+        if let Some(ty) = codel.returned().map(cpp_type) {
             let _ = writeln!(out, "  const {ty} rig_result = rig::drawn<{ty}>(rig::results());");
             outs.insert(0, "rig::show(rig_result)".to_owned());
         }
-        for ((way, _), name) in codel.parameters.iter().zip(&names) {
-            if *way != Way::In {
+        for (parameter, name) in codel.parameters.iter().zip(&names) {
+            if parameter.returns() {
                 let _ = writeln!(out, "  rig::draw(rig::results(), {name});");
             }
         }
@@ -74,24 +70,24 @@ pub fn codels_source(library: &Library, prototype: &dyn Fn(&str) -> String) -> S
             codel.name,
             outs.join(", ")
         );
-        out += if codel.result.is_some() { "  return rig_result;\n}\n" } else { "}\n" };
+        out += if codel.returned().is_some() { "  return rig_result;\n}\n" } else { "}\n" };
     }
     out + "\n}  // namespace machines\n"
 }
 
-/// How RTT sees it, and the ways of its parameters.
+/// The C++ type of an operation, and a letter for the direction of each parameter.
 fn signature(of: &Signature) -> (String, String) {
-    let parameters = of.parameters.iter().map(|(way, ty)| match way {
-        Way::In => ty.cpp().to_owned(),
-        Way::Out | Way::InOut => format!("{}&", ty.cpp()),
+    let parameters = of.parameters.iter().map(|it| {
+        let reference = if it.returns() { "&" } else { "" };
+        format!("{}{reference}", cpp_type(&it.ty))
     });
-    let ways = of.parameters.iter().map(|(way, _)| match way {
-        Way::In => 'i',
-        Way::Out => 'o',
-        Way::InOut => 'b',
+    let directions = of.parameters.iter().map(|it| match (it.is_given(), it.returns()) {
+        (true, false) => 'i',
+        (false, _) => 'o',
+        (true, true) => 'b',
     });
-    let result = of.result.map_or("void", Ty::cpp);
-    (format!("{result}({})", parameters.collect::<Vec<_>>().join(", ")), ways.collect())
+    let result = of.returned().map_or("void", cpp_type);
+    (format!("{result}({})", parameters.collect::<Vec<_>>().join(", ")), directions.collect())
 }
 
 /// A program that runs each component of a library that is given to it.
@@ -100,32 +96,28 @@ pub fn program_source(library: &Library) -> String {
         "#include <cstdint>\n#include <exception>\n#include <iostream>\n\n#include <rig.hpp>\n#include <main.hpp>\n\nnamespace {\n",
     );
     for it in &library.components {
+        let scenario = &it.scenario;
         let _ = writeln!(out, "\nvoid {}(const rig::ComponentLibrary& library) {{", it.name);
-        let _ = writeln!(out, "  rig::Rig rig(library, \"{}\", {}u);", it.name, it.seed);
-        for port in &it.inputs {
-            let _ = writeln!(out, "  rig.input<{}>(\"{}\", {});", port.ty.cpp(), port.name, port.size);
+        let _ = writeln!(out, "  rig::Rig rig(library, \"{}\", {}u);", it.name, scenario.seed);
+        for (Port { name, ty, .. }, buffer) in it.inputs().zip(&scenario.buffers) {
+            let _ = writeln!(out, "  rig.input<{}>(\"{name}\", {buffer});", cpp_type(ty));
         }
-        for port in &it.outputs {
-            let _ = writeln!(out, "  rig.output<{}>(\"{}\");", port.ty.cpp(), port.name);
+        for Port { name, ty, .. } in it.outputs() {
+            let _ = writeln!(out, "  rig.output<{}>(\"{name}\");", cpp_type(ty));
         }
-        for property in &it.properties {
-            let _ = writeln!(
-                out,
-                "  rig.property<{}>(\"{}\", {}, {});",
-                property.ty.cpp(),
-                property.name,
-                property.first.cpp(),
-                property.later.cpp()
-            );
+        for (of, (first, later)) in it.shell.values.iter().zip(&scenario.values) {
+            let (ty, first, later) = (cpp_type(&of.ty), first.cpp(), later.cpp());
+            let _ = writeln!(out, "  rig.property<{ty}>(\"{}\", {first}, {later});", of.name);
         }
-        for (of, _, _) in &it.provided {
-            let (signature, ways) = signature(of);
-            let _ = writeln!(out, "  rig.provided<{signature}>(\"{}\", \"{ways}\");", of.name);
+        for of in &it.shell.provided {
+            let (signature, directions) = signature(of);
+            let _ = writeln!(out, "  rig.provided<{signature}>(\"{}\", \"{directions}\");", of.name);
         }
-        for required in it.required.iter().filter(|it| it.is_connected) {
-            let (signature, ways) = signature(&required.signature);
-            let _ =
-                writeln!(out, "  rig.required<{signature}>(\"{}\", \"{ways}\");", required.signature.name);
+        let connected =
+            it.shell.required.iter().zip(&scenario.connected).filter(|(_, is_connected)| **is_connected);
+        for (of, _) in connected {
+            let (signature, directions) = signature(of);
+            let _ = writeln!(out, "  rig.required<{signature}>(\"{}\", \"{directions}\");", of.name);
         }
         let _ = writeln!(out, "  rig.go({TICKS});\n}}");
     }

@@ -48,11 +48,14 @@ pub(crate) fn verdicts_with(fixture: &str, method: Method, level: Level) -> Stri
 /// A line for each edge of a component's machine.
 pub(crate) fn machine(fixture: &str, component: &str) -> String {
     let db = Database::default();
-    let workspace = workspace(&db, fixture);
-    let project = projects(&db, workspace)[0];
-    let decl = names_of(&db, project).anywhere(Kind::Component, component)[0];
+    machine_in(&db, workspace(&db, fixture), component)
+}
+
+pub(crate) fn machine_in(db: &Database, workspace: Workspace, component: &str) -> String {
+    let project = projects(db, workspace)[0];
+    let decl = names_of(db, project).anywhere(Kind::Component, component)[0];
     let mut out = String::new();
-    match psm_of(&db, project, decl, LEVEL) {
+    match psm_of(db, project, decl, LEVEL) {
         Ok(psm) => {
             for (edge, described) in psm.machine.edges().iter().zip(&psm.edges) {
                 let state = |number: u32| &psm.states[number as usize];
@@ -62,7 +65,7 @@ pub(crate) fn machine(fixture: &str, component: &str) -> String {
         }
         Err(refusals) => {
             for refusal in refusals {
-                let _ = writeln!(out, "refused: {}", timing_reason(&db, &refusal.reason));
+                let _ = writeln!(out, "refused: {}", timing_reason(db, &refusal.reason));
             }
         }
     }

@@ -1,0 +1,165 @@
+//! What each period of a component costs at most, by executing every path: conditions of integer and Boolean literals have
+//! their values, and any other condition is true or false.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::interpreter::{Interpreter, Key, Step, World};
+use super::{Component, Library, Value};
+use crate::model::{Model, Signature};
+
+/// How many paths through the periods of one state are tried.
+const MOST_PATHS: usize = 1 << 14;
+
+/// The times of timing tables, at the level that their last column has.
+#[derive(Debug, Clone, Default)]
+pub struct Times {
+    codels: BTreeMap<String, u64>,
+    programs: BTreeMap<String, u64>,
+    /// Of each period.
+    overhead: u64,
+}
+
+impl Times {
+    /// Returns the times in the tables of a model.
+    pub fn of(model: &Model) -> Times {
+        let mut times = Times::default();
+        for (header, entries) in model.tomls.iter().flat_map(|toml| &toml.sections) {
+            let number = |value: &str| {
+                let last = value.trim_matches(['[', ']']).rsplit(", ").next();
+                last.and_then(|it| it.parse::<u64>().ok())
+            };
+            let entries = entries
+                .iter()
+                .filter_map(|(key, value)| Some((key.trim_matches('"').to_owned(), number(value)?)));
+            match header.as_str() {
+                "codel" => times.codels.extend(entries),
+                "program" => times.programs.extend(entries),
+                "overhead" => times.overhead += entries.map(|(_, time)| time).sum::<u64>(),
+                _ => {}
+            }
+        }
+        times
+    }
+}
+
+/// One path through a period.
+struct Path<'a> {
+    component: &'a Component,
+    times: &'a Times,
+    /// Whether each condition so far holds. Those that come later do not.
+    choices: Vec<bool>,
+    met: usize,
+    cost: u64,
+    /// The costs at the beginnings of the programs under way.
+    begun: Vec<u64>,
+}
+
+impl World for Path<'_> {
+    fn literal(&self, value: Value) -> Value {
+        match value {
+            Value::Bool(_) | Value::Int(_) => value,
+            _ => Value::Unknown,
+        }
+    }
+
+    fn stored(&self, _: Value) -> Value {
+        Value::Unknown
+    }
+
+    fn undefined(&self) -> Step<Value> {
+        Ok(Value::Unknown)
+    }
+
+    fn choose(&mut self) -> bool {
+        if self.met == self.choices.len() {
+            self.choices.push(false);
+        }
+        self.met += 1;
+        self.choices[self.met - 1]
+    }
+
+    fn property(&self, _: &str) -> Value {
+        Value::Unknown
+    }
+
+    fn begin(&mut self, _: Key<'_>) {
+        self.begun.push(self.cost);
+    }
+
+    /// A table may have a time for the program itself.
+    fn end(&mut self, Key { state, name, keyword }: Key<'_>) {
+        let key = match (state, name) {
+            ("", "") => keyword.to_owned(),
+            ("", operation) => operation.to_owned(),
+            (state, "") => format!("{state}.{keyword}"),
+            (state, transition) => format!("{state}.{transition}.{keyword}"),
+        };
+        let before = self.begun.pop().unwrap();
+        if let Some(time) = self.times.programs.get(&format!("machines.{}/{key}", self.component.name)) {
+            self.cost = before + time;
+        }
+    }
+
+    fn codel(&mut self, codel: &Signature, _: &[Value]) -> Vec<Value> {
+        self.cost += self.times.codels[&format!("machines.{}", codel.name)];
+        codel.results().map(|_| Value::Unknown).collect()
+    }
+
+    fn read(&mut self, _: &str) -> (Value, Option<Value>) {
+        (Value::Unknown, None)
+    }
+
+    fn status(&mut self, _: &str) -> Value {
+        Value::Unknown
+    }
+
+    fn write(&mut self, _: &str, _: Value) {}
+
+    fn send(&mut self, _: Option<&str>, _: &Signature, _: Vec<Value>) {}
+
+    fn collect(&mut self, _: &str) -> (Value, Vec<Value>) {
+        (Value::Unknown, Vec::new())
+    }
+}
+
+/// Returns the greatest cost of each edge that periods take, by `source transition target`; none where there are too many
+/// paths.
+pub fn edges(library: &Library, component: &Component, times: &Times) -> Option<BTreeMap<String, u64>> {
+    let mut greatest: BTreeMap<String, u64> = BTreeMap::new();
+    let mut open = vec![component.initial_state()];
+    let mut reached = BTreeSet::from([component.initial_state().map(|it| it.name.as_str())]);
+    while let Some(state) = open.pop() {
+        let mut choices = Vec::new();
+        for tries in 0.. {
+            if tries > MOST_PATHS {
+                return None;
+            }
+            let path = Path { component, times, choices, met: 0, cost: times.overhead, begun: Vec::new() };
+            let mut interpreter = Interpreter::new(path, component, &library.codels);
+            let fired = match state {
+                Some(state) => interpreter.period(state).ok()?,
+                None => interpreter.hook("update").ok().map(|_| None)?,
+            };
+            let source = state.map_or("update", |it| &it.name);
+            let (name, target) = fired.map_or(("stay", source), |it| (&it.name, &it.target));
+            let path = interpreter.world;
+            let cost = greatest.entry(format!("{source} {name} {target}")).or_default();
+            *cost = path.cost.max(*cost);
+            if let Some(transition) = fired
+                && reached.insert(Some(&transition.target))
+            {
+                open.push(Some(component.state(&transition.target)));
+            }
+            // The last condition that did not hold does, and those behind it are open again.
+            choices = path.choices;
+            while choices.last() == Some(&true) {
+                choices.pop();
+            }
+            match choices.last_mut() {
+                Some(last) => *last = true,
+                None => break,
+            }
+        }
+    }
+    Some(greatest)
+}
