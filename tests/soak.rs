@@ -16,7 +16,9 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use mauve_tests::methods::{Asked, Location, Method, able_client, methods_of};
-use mauve_tests::{Client, Columns, Random, Text, address, copy, generated_project, models, scratch, write};
+use mauve_tests::{
+    Client, Columns, Random, Text, address, copy, generated_project, models, scratch, wait_for_watcher, write,
+};
 use serde_json::{Value, json};
 
 const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
@@ -31,10 +33,12 @@ const LONGEST_WAY: usize = 5000;
 /// The second half of a session may hold so much more memory at its end than at its beginning, in kB: what the allocator
 /// keeps comes and goes by this much.
 const MARGIN: f64 = 16.0 * 1024.0;
-/// What changes on the disk is noticed when nothing has come for so many ms; where it is not, it is looked for again.
-const PATIENCE: [u64; 8] = [50, 300, 1000, 1000, 1000, 1000, 1000, 1000];
+/// The server notices changes on the disk within this time.
+const PATIENCE: Duration = Duration::from_secs(6);
 /// Fewer steps that fail are looked for so long.
 const SHRINKING: Duration = Duration::from_secs(180);
+/// [`PATIENCE`] while fewer steps are looked for.
+const PATIENCE_OF_SHRINKING: Duration = Duration::from_millis(350);
 
 /// What is typed in, as a whole or letter by letter.
 const PIECES: [&str; 22] = [
@@ -153,8 +157,8 @@ struct Session {
     /// The newest answers that other requests follow.
     answers: HashMap<&'static str, (Location, Value)>,
     counts: BTreeMap<&'static str, Count>,
-    /// How long the server may take, each time, to notice what has changed on the disk, in ms.
-    patience: &'static [u64],
+    /// Within which time the server notices changes on the disk.
+    patience: Duration,
     /// For so many steps more, nothing is read of what the server says.
     unread: usize,
 }
@@ -232,7 +236,7 @@ fn slope(points: &[(f64, f64)]) -> f64 {
 fn shrink(session: &mut Session, checkpoint: &State, mut steps: Vec<usize>, fault: &str) -> String {
     let begin = Instant::now();
     let top = session.top.clone();
-    session.patience = &PATIENCE[..2];
+    session.patience = PATIENCE_OF_SHRINKING;
     let mut fails = |steps: &[usize], mirror: Option<&Path>| {
         session.restart(checkpoint, mirror);
         session.run(steps.iter().copied(), true).err()
@@ -310,7 +314,7 @@ impl Session {
             asked: HashMap::new(),
             answers: HashMap::new(),
             counts: BTreeMap::new(),
-            patience: &PATIENCE,
+            patience: PATIENCE,
             unread: 0,
         }
     }
@@ -335,7 +339,7 @@ impl Session {
                 self.step(step)?;
                 last = step;
             }
-            self.be_quiet()?;
+            self.be_idle()?;
             if is_compared { self.compare(last) } else { Ok(()) }
         }));
         run.unwrap_or_else(|panic| {
@@ -359,14 +363,9 @@ impl Session {
                 for _ in 0..=random.below(4) {
                     self.ask(&mut random);
                 }
-                // Half of them are given the time to be answered before something changes.
-                let end = Instant::now() + Duration::from_millis(50);
-                while random.below(2) == 0
-                    && !self.asked.is_empty()
-                    && self.unread == 0
-                    && Instant::now() < end
-                {
-                    self.hear(Duration::from_millis(2))?;
+                // Half of them are answered before something changes.
+                if random.below(2) == 0 && self.unread == 0 {
+                    self.receive_answers()?;
                 }
             }
             45..=49 => self.type_in(&mut random, step)?,
@@ -693,19 +692,24 @@ impl Session {
         Ok(())
     }
 
-    /// Waits until everything is answered.
-    fn be_quiet(&mut self) -> Result<(), String> {
-        self.client.read_on();
-        self.unread = 0;
-        let end = Instant::now() + Duration::from_secs(60);
-        self.hear(Duration::from_millis(5))?;
-        while !self.asked.is_empty() {
-            if Instant::now() > end {
+    /// Waits until every request is answered.
+    fn receive_answers(&mut self) -> Result<(), String> {
+        while let Some(&id) = self.asked.keys().next() {
+            if !self.client.receive_answer(id) {
                 return Err(format!("never answered: {:?}", self.asked));
             }
-            self.hear(Duration::from_millis(5))?;
+            self.hear(Duration::ZERO)?;
         }
         Ok(())
+    }
+
+    /// Waits until every request is answered and the server has nothing left to do.
+    fn be_idle(&mut self) -> Result<(), String> {
+        self.client.read_on();
+        self.unread = 0;
+        self.receive_answers()?;
+        self.client.idle();
+        self.hear(Duration::ZERO)
     }
 
     /// Compares what the server says of everything with what a fresh one says that has seen nothing of what happened.
@@ -722,39 +726,28 @@ impl Session {
                 questions.extend(methods.map(|method| (method, place.clone())));
             }
         }
-        let mut expected = Vec::new();
-        let mut difference = None;
-        for &quiet in self.patience {
-            for client in [&mut self.client, &mut fresh] {
-                client.idle();
-                // Changes of files are noticed later.
-                client.settle(Duration::from_millis(quiet));
-            }
-            self.hear(Duration::ZERO)?;
+        wait_for_watcher(self.patience, || {
+            self.client.idle();
+            fresh.idle();
             fresh.forget();
-            let about = |(method, place): &(&Method, Location)| format!("{} at {place:?}", method.name);
-            let answers = |client: &mut Client| -> Vec<Value> {
-                questions.iter().map(|(method, place)| answer(client, method, place)).collect()
-            };
-            if expected.is_empty() || difference.is_some() {
-                expected = answers(&mut fresh);
-            }
-            let seen = answers(&mut self.client);
-            difference =
-                questions.iter().zip(&seen).zip(&expected).find_map(|((question, seen), expected)| {
-                    differing(seen, expected).map(|found| format!("{}{found}", about(question)))
-                });
-            if difference.is_none() {
-                let published = [published(&self.client), published(&fresh)];
-                difference = differing(&published[0], &published[1]).map(|found| format!("published{found}"));
-            }
-            if difference.is_none() {
-                self.hear(Duration::ZERO)?;
-                return Ok(());
-            }
-        }
-        Err(difference.unwrap_or_default())
+            difference(&mut self.client, &mut fresh, &questions).map_or(Ok(()), Err)
+        })?;
+        self.hear(Duration::ZERO)
     }
+}
+
+/// The first answer in which two servers differ, or what they publish.
+fn difference(client: &mut Client, fresh: &mut Client, questions: &[(&Method, Location)]) -> Option<String> {
+    let answers = |client: &mut Client| -> Vec<Value> {
+        questions.iter().map(|(method, place)| answer(client, method, place)).collect()
+    };
+    let (expected, seen) = (answers(fresh), answers(client));
+    let all = questions.iter().zip(seen.iter().zip(&expected));
+    let found = all.into_iter().find_map(|((method, place), (seen, expected))| {
+        differing(seen, expected).map(|found| format!("{} at {place:?}{found}", method.name))
+    });
+    found
+        .or_else(|| differing(&published(client), &published(fresh)).map(|found| format!("published{found}")))
 }
 
 /// Does the answer depend on the place in the text?

@@ -8,9 +8,9 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use mauve_tests::{Client, Random, Text, address, scratch, write};
+use mauve_tests::{Client, Random, Text, address, scratch, wait_for_watcher, write};
 use serde_json::{Value, json};
 
 use crate::MAUVE;
@@ -228,18 +228,16 @@ fn run(seed: u64) {
         fresh.open(&top.join(FILES[file].0), &text.text);
     }
     let expected = seen(&mut fresh, &top, &open);
-    let end = Instant::now() + PATIENCE;
-    loop {
+    let found = wait_for_watcher(PATIENCE, || {
         let found = seen(&mut client, &top, &open);
-        if found == expected {
-            break;
-        }
-        assert!(
-            Instant::now() < end,
+        if found == expected { Ok(()) } else { Err(found) }
+    });
+    found.unwrap_or_else(|found| {
+        panic!(
             "seed {seed}:\n{said}open: {:?}\nseen: {found:#}\na fresh server: {expected:#}",
             open.keys().map(|file| FILES[*file].0).collect::<Vec<_>>()
-        );
-    }
+        )
+    });
     drop((client, fresh));
     fs::remove_dir_all(top).unwrap();
 }

@@ -1,8 +1,9 @@
 //! Message packages that are installed: where they are found, which messages they have, and what is passed over.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
-use mauve_tests::{Client, Text, scratch, write};
+use mauve_tests::{Client, Text, scratch, wait_for_watcher, write};
 use serde_json::json;
 
 use crate::MAUVE;
@@ -185,12 +186,10 @@ fn a_message_that_changes_is_read_again() {
 
 /// Waits until the type `Grip` shows something with this in it; with nothing, until it shows nothing.
 fn wait_for(client: &mut Client, text: &Text, expected: &str) {
-    let end = std::time::Instant::now() + std::time::Duration::from_secs(20);
-    loop {
+    let found = wait_for_watcher(Duration::from_secs(20), || {
         let found = shown(client, text, "Grip");
-        if if expected.is_empty() { found.is_empty() } else { found.contains(expected) } {
-            return;
-        }
-        assert!(std::time::Instant::now() < end, "{found}");
-    }
+        let is_it = if expected.is_empty() { found.is_empty() } else { found.contains(expected) };
+        if is_it { Ok(()) } else { Err(found) }
+    });
+    found.unwrap();
 }

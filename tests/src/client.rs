@@ -204,6 +204,18 @@ impl Client {
         }
     }
 
+    /// Receives messages until one of them answers request `id`. Returns false where none does. All stay to be taken.
+    pub fn receive_answer(&mut self, id: u64) -> bool {
+        let end = Instant::now() + PATIENCE;
+        while !self.waiting.iter().any(|(_, message)| is_answer(message, id)) {
+            let Some(message) = self.hear(end.saturating_duration_since(Instant::now())) else {
+                return false;
+            };
+            self.waiting.push_back(message);
+        }
+        true
+    }
+
     /// [`Client::settle`]; gives what was heard and not asked for, in its order.
     pub fn take(&mut self, quiet: Duration) -> Vec<Value> {
         self.settle(quiet);
@@ -212,7 +224,7 @@ impl Client {
 
     /// Waits until the server has nothing left to do and everything that it sent by itself is received.
     ///
-    /// The server handles messages in order. Only changes of files reach it another way: it notices them later.
+    /// The server handles messages in order. Only changes of files reach it another way: see [`wait_for_watcher`].
     pub fn idle(&mut self) {
         let mut settled = 0;
         let end = Instant::now() + PATIENCE;
@@ -339,16 +351,11 @@ impl Client {
 
     /// Asks for a hint again and again until it is as expected, as a client does that is told to ask again.
     pub fn wait_for_hint(&mut self, text: &Text, beside: &str, is_it: impl Fn(&str) -> bool) {
-        let end = Instant::now() + PATIENCE;
-        loop {
-            let hint = self.hint_if_any(text, beside);
-            if hint.as_deref().is_some_and(&is_it) {
-                return;
-            }
-            assert!(Instant::now() < end, "the hint stays {hint:?}");
-            // The server notices changes of files at some time, which no request waits for.
-            self.settle(Duration::from_millis(10));
-        }
+        let found = wait_for_watcher(PATIENCE, || match self.hint_if_any(text, beside) {
+            Some(hint) if is_it(&hint) => Ok(()),
+            hint => Err(hint),
+        });
+        found.unwrap_or_else(|hint| panic!("the hint stays {hint:?}"));
     }
 
     /// Waits until what is published is as expected; gives it.
@@ -356,16 +363,12 @@ impl Client {
         &mut self,
         is_it: impl Fn(&HashMap<String, Value>) -> bool,
     ) -> HashMap<String, Value> {
-        let end = Instant::now() + PATIENCE;
-        loop {
+        let found = wait_for_watcher(PATIENCE, || {
+            self.settle(Duration::ZERO);
             let published = self.published();
-            if is_it(&published) {
-                return published;
-            }
-            assert!(Instant::now() < end, "published is {published:?}");
-            // Changes of files: see above.
-            self.settle(Duration::from_millis(20));
-        }
+            if is_it(&published) { Ok(published) } else { Err(published) }
+        });
+        found.unwrap_or_else(|published| panic!("published is {published:?}"))
     }
 
     /// Reads nothing more of what the server says, but for what is on its way.
@@ -427,6 +430,23 @@ impl Drop for Client {
     fn drop(&mut self) {
         let _ = self.process.kill();
         let _ = self.process.wait();
+    }
+}
+
+/// Calls `check` until it succeeds, with pauses of at most `time` together. Returns its last result.
+///
+/// This is for changes of files: the server notices them some time later, and no request waits for that. For all else
+/// there is [`Client::idle`].
+pub fn wait_for_watcher<T, E>(time: Duration, mut check: impl FnMut() -> Result<T, E>) -> Result<T, E> {
+    let (mut left, mut pause) = (time, Duration::from_millis(2));
+    loop {
+        let result = check();
+        if result.is_ok() || left.is_zero() {
+            return result;
+        }
+        std::thread::sleep(pause);
+        left = left.saturating_sub(pause);
+        pause = (2 * pause).min(Duration::from_millis(100));
     }
 }
 

@@ -21,7 +21,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-pub use client::{Client, Columns, Text, address, is_answer, is_publication};
+pub use client::{Client, Columns, Text, address, is_answer, is_publication, wait_for_watcher};
 pub use command::{Run, copy, mauve, own_scratch, scratch, test_name, write};
 #[cfg(unix)]
 pub use lttng::{Event, Recorder, Span, spans};
