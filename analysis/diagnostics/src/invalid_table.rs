@@ -38,8 +38,8 @@ pub(super) fn repeated<'db>(
     db: &'db dyn ModelDb,
     at: Location<'db>,
     key: &str,
-    (first, first_at): &(File, Location<'db>),
+    first: &Location<'db>,
 ) -> Diagnostic<'db> {
-    let message = timing_reasons::repeated(db, key, *first);
-    Diagnostic::new(&INVALID_TABLE, at, message).related(first_at, "the first is here")
+    let message = timing_reasons::repeated(db, key, first.file(db));
+    Diagnostic::new(&INVALID_TABLE, at, message).related(first, "the first is here")
 }

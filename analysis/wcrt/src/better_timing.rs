@@ -249,11 +249,8 @@ impl<'db> Search<'db> {
             |search: &Self, number: u64| search.with_period(activity, Time::from_nanos(number * step));
         let change = |is_longer, number: u64, fields: Vec<WhatIfField>| {
             let (period, step) = (Time::from_nanos(number * step), Time::from_nanos(step));
-            let with_deadline = fields.len() > 1;
-            Some(BetterTiming::Change(
-                TimingChange::Period { is_longer, with_deadline, period, step },
-                fields,
-            ))
+            let change = TimingChange::Period { is_longer, with_deadline: fields.len() > 1, period, step };
+            Some(BetterTiming::Change(change, fields))
         };
         let now = period / step;
         if self.now.schedulable() {

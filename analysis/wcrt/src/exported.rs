@@ -17,13 +17,13 @@ pub fn task_set_of<'db>(
     deployment: Decl<'db>,
     prose: &Prose,
 ) -> TaskSet {
-    let say = |reason: &Reason<'db>| one_line(&(prose.reason)(db, reason));
+    let message = |reason: &Reason<'db>| one_line(&(prose.reason)(db, reason));
     let levels = levels_of(db, project);
     let system = system_of(db, project, deployment);
     let psms: Vec<Psms<'db>> = levels.iter().map(|&level| psms_of(db, project, system, level)).collect();
     let activity = |(index, resolved): (usize, &ResolvedActivity<'db>)| {
         let psms: Psms<'db> = psms.iter().map(|psms| psms.get(index).copied().flatten()).collect();
-        let always = resolved.refusals.iter().map(|it| always(say(&it.reason)));
+        let always = resolved.refusals.iter().map(|it| always(message(&it.reason)));
         Activity {
             instance: resolved.instance.to_string(),
             component: resolved.component_name.to_string(),
@@ -31,7 +31,7 @@ pub fn task_set_of<'db>(
             priority: resolved.priority,
             period: resolved.period,
             deadline: resolved.deadline,
-            not_analysed: always.chain(refusals_of(&levels, &psms, &say)).collect(),
+            not_analysed: always.chain(refusals_of(&levels, &psms, &message)).collect(),
             doubt: resolved.unknown_priority.as_ref().map(prose.unknown_priority),
             machine: machine_of(&psms),
         }
@@ -42,7 +42,7 @@ pub fn task_set_of<'db>(
         significance: config_of(db, workspace).level(),
         cpus: system.cpus,
         rt_throttling: platform_of(db, workspace).rt_throttling,
-        not_analysed: system.not_analysed.iter().map(|it| say(&it.reason)).collect(),
+        not_analysed: system.not_analysed.iter().map(|it| message(&it.reason)).collect(),
         activities: system.activities.iter().enumerate().map(activity).collect(),
         levels,
     }
@@ -55,15 +55,15 @@ pub fn exported_component<'db>(
     component: Decl<'db>,
     prose: &Prose,
 ) -> Component {
-    let say = |reason: &Reason<'db>| one_line(&(prose.reason)(db, reason));
+    let message = |reason: &Reason<'db>| one_line(&(prose.reason)(db, reason));
     let levels = levels_of(db, project);
     let incomplete = timetable_of(db, project).incomplete.as_ref();
     let psm = |&level: &Level| incomplete.is_none().then(|| psm_of(db, project, component, level));
     let psms: Psms<'db> = levels.iter().map(psm).collect();
-    let incomplete = incomplete.map(|tables| always(say(&Reason::IncompleteTables(tables.clone()))));
+    let incomplete = incomplete.map(|tables| always(message(&Reason::IncompleteTables(tables.clone()))));
     Component {
         name: component.qualified(db),
-        not_analysed: incomplete.into_iter().chain(refusals_of(&levels, &psms, &say)).collect(),
+        not_analysed: incomplete.into_iter().chain(refusals_of(&levels, &psms, &message)).collect(),
         machine: machine_of(&psms),
         levels,
     }
@@ -71,7 +71,8 @@ pub fn exported_component<'db>(
 
 type Psms<'db> = Vec<Executed<'db, 'db>>;
 
-/// Those of its tables; where no time depends on a level, that of `mauve.toml`. What an editor shows has no part in it.
+/// Returns the levels of the project's tables; where no time depends on a level, that of `mauve.toml`, whatever an editor
+/// shows.
 fn levels_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Level> {
     match timetable_of(db, project).levels.as_slice() {
         [] => vec![config_of(db, project.workspace(db)).level()],
@@ -91,15 +92,15 @@ fn always(reason: String) -> NotAnalysed {
 fn refusals_of<'db>(
     levels: &[Level],
     psms: &Psms<'db>,
-    say: &dyn Fn(&Reason<'db>) -> String,
+    message: &dyn Fn(&Reason<'db>) -> String,
 ) -> Vec<NotAnalysed> {
     let refused = |psm: &Executed<'_, 'db>| -> Vec<String> {
         let Some(Err(refusals)) = psm else { return Vec::new() };
-        refusals.iter().map(|refusal| say(&refusal.reason)).collect()
+        refusals.iter().map(|refusal| message(&refusal.reason)).collect()
     };
     let component_time = |psm: &Executed<'_, 'db>| -> Vec<String> {
         let Some(Ok(Psm { unusable_component_time: Some(why), .. })) = psm else { return Vec::new() };
-        vec![say(&Reason::ComponentTime(why.clone()))]
+        vec![message(&Reason::ComponentTime(why.clone()))]
     };
     let mut found = grouped(levels, psms.iter().map(refused).collect(), false);
     found.extend(grouped(levels, psms.iter().map(component_time).collect(), true));

@@ -7,7 +7,7 @@ use mauve_timing::{Level, Time, TimeError};
 
 use crate::reason::{ActivityField, NoSuchCpu, Refusal, TableFault, TableLevels, WrongProgram};
 use mauve_hir::item_tree::{Kind, Name, SourceId, TypeRef};
-use mauve_hir::{Decl, File, Location, Unresolved};
+use mauve_hir::{Decl, Location, Unresolved};
 
 /// Something wrong, at a location.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
@@ -61,8 +61,8 @@ pub enum TimingFactKind<'db> {
     /// A table has an error.
     InvalidTable(TableFault),
     /// A table has a time for what has one already.
-    RepeatedTime { key: String, first: (File, Location<'db>) },
-    /// A key is unknown. With a similar name, and the whole key that can replace it.
+    RepeatedTime { key: String, first: Location<'db> },
+    /// A key is unknown. With a similar name, and the full key that can replace it.
     UnknownTimingKey { kind: Kind, key: String, near: Option<Name>, fixed: Option<String> },
     /// A component does not have a program, or has several of its key.
     UnknownProgram { program: WrongProgram<'db>, near: Option<Name>, fixed: Option<String> },
@@ -105,7 +105,7 @@ pub enum Expected {
 /// Why a value is no time in milliseconds.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum NoTime {
-    /// A whole number that no INT is.
+    /// An integer that exceeds INT.
     TooLarge(Name),
     /// It is in hexadecimal.
     Hexadecimal,

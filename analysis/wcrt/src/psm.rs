@@ -111,7 +111,7 @@ pub(crate) fn psm_with<'db>(
     evaluator.psm()
 }
 
-/// The errors in all that a component executes: a call may have been lost where one stands.
+/// Returns the errors in all that a component executes: a call may be missing where an error stands.
 fn errors_behind<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -298,7 +298,7 @@ impl<'db> Evaluator<'_, 'db> {
 }
 
 /// The codels of one program of a component along its worst path, and its own operations, with their times, in the
-/// order of execution: where the time of the program comes from. Empty where a table gives that time as a whole.
+/// order of execution: where the time of the program comes from. Empty where a table has that time.
 pub fn worst_path<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -309,8 +309,9 @@ pub fn worst_path<'db>(
     let Some(core) = core_of(db, project, component) else { return Vec::new() };
     let Ok(psm) = psm_of(db, project, component, level) else { return Vec::new() };
     let times = timetable_of(db, project);
-    let is_whole = times.program_time(component, program, level) != Lookup::Absent;
-    let program = behaviour_of(db, project, core).programs.iter().find(|it| it.id == *program && !is_whole);
+    let is_in_table = times.program_time(component, program, level) != Lookup::Absent;
+    let program =
+        behaviour_of(db, project, core).programs.iter().find(|it| it.id == *program && !is_in_table);
     let time = |cost: &Cost<'db>| match cost {
         Cost::Codel(codel) => match times.codel_time(db, *codel, level) {
             Lookup::Known(time) | Lookup::Assumed(time) => Some((codel.qualified(db), time)),

@@ -90,7 +90,7 @@ pub(crate) fn read<'db>(
     of: Decl<'db>,
     data: &Deployment,
 ) -> System<'db> {
-    let mut reader = Reader { db, project, of, found: System::default(), affinities: FxHashMap::default() };
+    let mut reader = Reader { db, project, of, found: System::default() };
     reader.deployment(data);
     if let Some(tables) = incomplete_tables(db, project) {
         let at = Location::Range(tables.file, 0, 0);
@@ -108,7 +108,6 @@ struct Reader<'db> {
     project: Project<'db>,
     of: Decl<'db>,
     found: System<'db>,
-    affinities: FxHashMap<usize, Location<'db>>,
 }
 
 impl<'db> Reader<'db> {
@@ -141,19 +140,19 @@ impl<'db> Reader<'db> {
                 None
             }
         };
+        let activities: Vec<&Activity> =
+            data.activities.iter().filter(|it| !it.instance.name.is_empty()).collect();
         match target {
             Some(target) => {
-                self.activities(target, &data.activities);
+                self.activities(target, &activities);
                 self.errors(target);
             }
             None => {
                 self.not_analysed(Reason::NoArchitecture(of), Location::name_of(of));
-                for activity in data.activities.iter().filter(|activity| !activity.instance.name.is_empty()) {
-                    self.activity(None, activity);
-                }
+                activities.iter().for_each(|activity| self.activity(None, activity));
             }
         }
-        self.cpus();
+        self.cpus(&activities);
     }
 
     fn at(&self, id: SourceId) -> Location<'db> {
@@ -168,7 +167,7 @@ impl<'db> Reader<'db> {
         self.found.not_analysed.push(Refusal::new(reason, at));
     }
 
-    fn activities(&mut self, target: Decl<'db>, activities: &[Activity]) {
+    fn activities(&mut self, target: Decl<'db>, activities: &[&Activity]) {
         let flat = flat_of(self.db, self.project, target);
         self.found.not_analysed.extend(flat.refusals.iter().map(Refusal::of_model));
         if flat.cycle {
@@ -179,7 +178,7 @@ impl<'db> Reader<'db> {
         let mut misspelt: FxHashSet<Name> = FxHashSet::default();
         let mut strays = Vec::new();
         let mut twice: FxHashMap<&Name, Refusal<'db>> = FxHashMap::default();
-        for activity in activities.iter().filter(|activity| !activity.instance.name.is_empty()) {
+        for &activity in activities {
             let name = &activity.instance.name;
             let first = first_of.insert(name, activity);
             let instance = flat.instance(name);
@@ -210,9 +209,8 @@ impl<'db> Reader<'db> {
         }
         // One activity too many and one too few are one mistake, which is reported.
         let missing = flat.instances.iter().filter(|it| !first_of.contains_key(&it.name)).count();
-        let named = activities.iter().filter(|it| !it.instance.name.is_empty()).count();
         let right = first_of.keys().filter(|name| flat.instance(name).is_some()).count();
-        let is_renamed = missing == 1 && named.saturating_sub(right) == 1;
+        let is_renamed = missing == 1 && activities.len().saturating_sub(right) == 1;
         let mut without: FxHashSet<&Name> = FxHashSet::default();
         for instance in &flat.instances {
             if first_of.contains_key(&instance.name) || !without.insert(&instance.name) {
@@ -420,16 +418,10 @@ impl<'db> Reader<'db> {
             }
             return;
         }
-        match read_field(found, field, &written.value) {
-            Ok(()) if field == ActivityField::Affinity => {
-                self.affinities.insert(self.found.activities.len(), value);
-            }
-            Ok(()) => {}
-            Err(expected) => {
-                fields.has_misplaced |= matches!(field, ActivityField::Affinity | ActivityField::Priority);
-                found.refuse(Reason::UnusableField(field), value.clone());
-                self.report(value, TimingFactKind::InvalidField(field, expected));
-            }
+        if let Err(expected) = read_field(found, field, &written.value) {
+            fields.has_misplaced |= matches!(field, ActivityField::Affinity | ActivityField::Priority);
+            found.refuse(Reason::UnusableField(field), value.clone());
+            self.report(value, TimingFactKind::InvalidField(field, expected));
         }
     }
 
@@ -506,7 +498,7 @@ impl<'db> Reader<'db> {
         }
     }
 
-    fn cpus(&mut self) {
+    fn cpus(&mut self, activities: &[&Activity]) {
         let platform = platform_of(self.db, self.project.workspace(self.db));
         let named = self.found.activities.iter().filter_map(|it| it.cpus).fold(0, |all, cpus| all | cpus);
         // An unreadable affinity may name one more CPU. An activity that may run there too is not delayed more than without it.
@@ -528,8 +520,9 @@ impl<'db> Reader<'db> {
             let at = resolved.at.clone();
             if cpus & !all != 0 {
                 let missing = NoSuchCpu { named: cpus, available: all };
-                let affinity = self.affinities.get(&index).unwrap_or(&at).clone();
-                self.found.facts.push(TimingFact::new(affinity, TimingFactKind::NoSuchCpu(missing)));
+                let affinity = activities.get(index).and_then(|it| field_of(it, ActivityField::Affinity));
+                let value = affinity.map_or(at.clone(), |it| Location::Source(self.of, it.value_id));
+                self.found.facts.push(TimingFact::new(value, TimingFactKind::NoSuchCpu(missing)));
                 resolved.refuse(Reason::NoSuchCpu(missing), at);
                 // The value may be a mistyped affinity, or that of another field.
                 resolved.forget_priority(UnknownPriority::NoSuchCpu);
@@ -623,7 +616,7 @@ fn read_field(found: &mut ResolvedActivity<'_>, field: ActivityField, value: &Ex
 }
 
 /// Returns the CPUs that an affinity names, a bit each; `None` where `value` is not a literal of at most 64 bits, more than
-/// other whole numbers have.
+/// other integers have.
 pub fn mask(value: &Expr) -> Option<u64> {
     let Expr::Literal(Literal::Int(text), _) = value else { return None };
     match text.strip_prefix("0x").or(text.strip_prefix("0X")) {

@@ -220,7 +220,7 @@ struct TimetableBuilder<'db> {
     project: Project<'db>,
     times: Timetable<'db>,
     facts: Vec<TimingFact<'db>>,
-    locations: FxHashMap<Timed<'db>, Vec<(File, Location<'db>, String)>>,
+    locations: FxHashMap<Timed<'db>, Vec<(Location<'db>, String)>>,
 }
 
 impl<'db> TimetableBuilder<'db> {
@@ -233,9 +233,9 @@ impl<'db> TimetableBuilder<'db> {
     }
 
     /// An error that leaves every time unknown.
-    fn fault(&mut self, file: File, at: Location<'db>, error: TableFault) {
-        self.report(at, TimingFactKind::InvalidTable(error.clone()));
-        self.incomplete(file, error);
+    fn fault(&mut self, at: Location<'db>, error: TableFault) {
+        self.incomplete(at.file(self.db), error.clone());
+        self.report(at, TimingFactKind::InvalidTable(error));
     }
 
     fn table(&mut self, file: File, table: &'db Table) {
@@ -244,11 +244,11 @@ impl<'db> TimetableBuilder<'db> {
             self.times.with_levels.push(TableLevels { table: file, levels: table.levels.clone() });
         }
         if let Some(problem) = file.problem(self.db) {
-            self.fault(file, at(&(0..0)), TableFault::Unreadable(problem.message().to_owned()));
+            self.fault(at(&(0..0)), TableFault::Unreadable(problem.message().to_owned()));
         }
         // A value with an error may contain the entries behind it; a repeated key may be a misspelt one.
         for error in &table.errors {
-            self.fault(file, at(&error.span), TableFault::Unreadable(error.message.clone()));
+            self.fault(at(&error.span), TableFault::Unreadable(error.message.clone()));
         }
         if table.lost {
             return;
@@ -256,7 +256,7 @@ impl<'db> TimetableBuilder<'db> {
         let levels: Arc<[Level]> = table.levels.as_slice().into();
         if table.overhead != Overhead::default() {
             if let Some((first, ..)) = self.times.overhead {
-                self.fault(file, at(&table.overhead_span), TableFault::SecondOverhead(first));
+                self.fault(at(&table.overhead_span), TableFault::SecondOverhead(first));
             }
             self.times.overhead = Some((file, levels.clone(), table.overhead.clone()));
         }
@@ -282,16 +282,15 @@ impl<'db> TimetableBuilder<'db> {
         slot: Slot,
         of: impl Fn(Decl<'db>) -> Timed<'db>,
     ) -> Option<Decl<'db>> {
-        let db = self.db;
-        let file = slot.file;
+        let (db, file) = (self.db, slot.file);
         let at = Location::Range(file, entry.key_span.start as u32, entry.key_span.end as u32);
         let found = names_of(db, self.project).by_key(kind, key);
         match found {
             [] if is_known_elsewhere(db, self.project, kind, key) => {}
-            [] => self.unknown_key(entry, key, kind, file, at),
+            [] => self.unknown_key(entry, key, kind, at),
             [one] => {
                 let of = of(*one);
-                self.locations.entry(of.clone()).or_default().push((file, at, entry.key.clone()));
+                self.locations.entry(of.clone()).or_default().push((at, entry.key.clone()));
                 self.times.slots.entry(of).or_default().push(slot);
                 return Some(*one);
             }
@@ -310,8 +309,8 @@ impl<'db> TimetableBuilder<'db> {
 
     /// Reports a key of which nothing has the name, and notes what the entry may be for: a misspelt name, or one of another
     /// section, whose header is missing.
-    fn unknown_key(&mut self, entry: &Entry, key: &str, kind: Kind, file: File, at: Location<'db>) {
-        let db = self.db;
+    fn unknown_key(&mut self, entry: &Entry, key: &str, kind: Kind, at: Location<'db>) {
+        let (db, file) = (self.db, at.file(self.db));
         let names = names_of(db, self.project);
         let is_program = entry.key != key;
         let stray = StrayEntry { key: entry.key.clone(), table: file };
@@ -351,7 +350,7 @@ impl<'db> TimetableBuilder<'db> {
     fn program(&mut self, entry: &Entry, slot: Slot, at: Location<'db>) {
         let (db, file) = (self.db, slot.file);
         let Some(ProgramKey { component, program }) = ProgramKey::parse(&entry.key) else {
-            self.fault(file, at, TableFault::NoProgramKey(entry.key.clone()));
+            self.fault(at, TableFault::NoProgramKey(entry.key.clone()));
             return;
         };
         let of = |decl| Timed::Program(decl, program.clone());
@@ -413,17 +412,14 @@ impl<'db> TimetableBuilder<'db> {
     fn report_repeated(&mut self) {
         let db = self.db;
         let locations = std::mem::take(&mut self.locations);
-        let mut repeated = Vec::new();
-        for all in locations.values() {
-            let Some(((first_file, first, _), rest)) = all.split_first() else { continue };
-            repeated.extend(rest.iter().map(|(file, at, key)| (*file, at, key, (*first_file, first))));
-        }
+        let firsts = locations.values().filter_map(|all| all.split_first());
+        let repeated = firsts.flat_map(|((first, _), rest)| rest.iter().map(move |it| (it, first)));
+        let mut repeated: Vec<(&(Location<'db>, String), &Location<'db>)> = repeated.collect();
         // The first one becomes the reason: the order does not depend on that of the map.
-        repeated.sort_by_cached_key(|(_, _, key, (first, _))| (format!("`{key}`"), file_name(db, *first)));
-        for (file, at, key, (first, first_at)) in repeated {
-            self.incomplete(file, TableFault::Repeated(key.clone(), first));
-            let first = (first, first_at.clone());
-            self.report(at.clone(), TimingFactKind::RepeatedTime { key: key.clone(), first });
+        repeated.sort_by_cached_key(|((_, key), first)| (format!("`{key}`"), file_name(db, first.file(db))));
+        for ((at, key), first) in repeated {
+            self.incomplete(at.file(db), TableFault::Repeated(key.clone(), first.file(db)));
+            self.report(at.clone(), TimingFactKind::RepeatedTime { key: key.clone(), first: first.clone() });
         }
     }
 }

@@ -3,7 +3,7 @@
 
 use std::cell::Cell;
 
-use mauve_timing::{Level, Response, Status, Time};
+use mauve_timing::{Level, Status, Time};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::fact::{Budget, Missed, MissingTime, TimingFact, TimingFactKind};
@@ -16,8 +16,8 @@ use crate::task_set::activity_set;
 use crate::timetable::{incomplete_tables, timetable_of};
 use mauve_hir::{Decl, Location, ModelDb, Project, config_file, config_of};
 
-/// With more codels without a time than this, what one may take if all others take nothing says little, and each costs
-/// an analysis for each bit of it.
+/// With more codels without a time, the budget of one while all others take nothing is of little use, and each budget needs
+/// an analysis for each of its bits.
 const MOST_BUDGETS: usize = 8;
 
 /// So many activities are analysed for all budgets, those of each analysis counted.
@@ -60,18 +60,15 @@ pub fn budgets<'db>(
         });
         let set = activity_set(db, project, system, &psms.collect::<Vec<_>>(), query.method);
         let analysis = set.response_times(&query.options(true), &|| db.unwind_if_revision_cancelled());
-        let responses = system.activities.iter().zip(&analysis.responses);
-        let status = |(activity, response): (&ResolvedActivity<'db>, &Option<Response>)| {
-            Some(response.as_ref()?.status(activity.deadline.unwrap_or_default()))
-        };
-        let statuses: Vec<Status> = responses.filter_map(status).collect();
-        if statuses.contains(&Status::NotAnalysed) {
-            None
-        } else if statuses.contains(&Status::Missed) || statuses.contains(&Status::Unbounded) {
-            Some(false)
-        } else {
+        let responses = set.activities.iter().zip(&analysis.responses);
+        let statuses: Vec<Status> = responses
+            .filter_map(|(it, response)| Some(response.as_ref()?.status(it.deadline.unwrap_or_default())))
+            .collect();
+        match statuses.contains(&Status::Missed) || statuses.contains(&Status::Unbounded) {
+            _ if statuses.contains(&Status::NotAnalysed) => None,
+            true => Some(false),
             // A search that was given up proves neither.
-            (!statuses.contains(&Status::NoBound)).then_some(true)
+            false => (!statuses.contains(&Status::NoBound)).then_some(true),
         }
     };
     let longest = system.activities.iter().filter_map(|it| it.deadline).max().unwrap_or_default();
