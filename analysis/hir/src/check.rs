@@ -7,7 +7,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::ModelDb;
 use crate::behaviour::behaviour_of;
 use crate::fact::{Defined, Fact, FactKind, Refusal, repeated, unresolved_type};
-use crate::features::{FeatureOf, features_of, is_core_for, shell_of};
+use crate::features::{features_of, is_core_for, shell_of};
 use crate::flat;
 use crate::flow::flow_facts;
 use crate::infer::inference_of_core;
@@ -151,15 +151,13 @@ fn shell_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, decl: Decl<'db>
 
 /// Returns the facts for features of the same name that a shell inherits from different shells.
 fn clashes<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Fact<'db>> {
-    let location =
-        |feature: &FeatureOf<'db>| Some(Location::Source(feature.shell, feature.data(db)?.name.id));
     let mut found = Vec::new();
     for (name, features) in &features_of(db, project, of).by_name {
         let Some(first) = features.first() else { continue };
         let Some(other) = features.iter().find(|other| other.shell != first.shell) else { continue };
         // A feature of the shell itself is the one to rename.
-        let at = if first.shell == of { location(first) } else { Some(Location::name_of(of)) };
-        if let (Some(at), Some(other)) = (at, location(other)) {
+        let at = if first.shell == of { first.name(db) } else { Some(Location::name_of(of)) };
+        if let (Some(at), Some(other)) = (at, other.name(db)) {
             let (what, name) = (Defined::Feature, name.clone());
             found.push(Fact::new(at, FactKind::DuplicateDefinition { what, name, first: other }));
         }

@@ -83,7 +83,7 @@ fn deployed<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Option<Vec<(Proj
         if names.may_miss_names() || names.incomplete_file.is_some() {
             return None;
         }
-        for &deployment in names.all.iter().filter(|decl| decl.kind(db) == Kind::Deployment) {
+        for deployment in names.of_kind(db, Kind::Deployment) {
             let flat = flat_of(db, project, target_of(db, project, deployment)?);
             if !flat.refusals.is_empty() || flat.cycle {
                 return None;

@@ -208,8 +208,7 @@ fn usage_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Usage<'db> {
     let names = names_of(db, project);
     let are_known = names.incomplete_file.is_none() && !names.may_miss_names();
     let mut usage = Usage { completeness: Completeness::of(are_known), ..Usage::default() };
-    let of_kind = |kind| names.all.iter().copied().filter(move |decl| decl.kind(db) == kind);
-    for core in of_kind(Kind::Core) {
+    for core in names.of_kind(db, Kind::Core) {
         let uses = uses_of(db, project, core);
         usage.codels.extend(&uses.codels);
         usage.features.extend(&uses.features);
@@ -219,13 +218,13 @@ fn usage_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Usage<'db> {
             usage.with_core.extend(&features_of(db, project, shell).shells);
         }
     }
-    for of in of_kind(Kind::Shell) {
+    for of in names.of_kind(db, Kind::Shell) {
         let features = features_of(db, project, of);
         let named = shell(db, of).map_or_else(Vec::new, names_in_values);
         let named = named.into_iter().filter_map(|name| features.get(name));
         usage.features.extend(named.map(|feature| (feature.shell, feature.index)));
     }
-    for of in of_kind(Kind::Deployment) {
+    for of in names.of_kind(db, Kind::Deployment) {
         let deployed = usage.deployed.get_or_insert_default();
         let Some(target) = target_of(db, project, of) else {
             usage.completeness = Completeness::Incomplete;

@@ -134,7 +134,7 @@ pub fn shell_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>)
     names_of(db, project).resolve_type(db, of, Kind::Shell, shell).ok()
 }
 
-/// Returns the shells that a shell extends directly, where they are known.
+/// Returns the direct bases of a shell that resolve.
 pub fn bases_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Decl<'db>> {
     let names = names_of(db, project);
     let bases = shell(db, of).into_iter().flat_map(|data| &data.bases);

@@ -64,7 +64,7 @@ pub(crate) fn flow_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: D
 #[salsa::tracked(returns(ref))]
 fn buffered_ports<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHashSet<(Decl<'db>, Name)> {
     let mut buffered = FxHashSet::default();
-    for &of in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Architecture) {
+    for of in names_of(db, project).of_kind(db, Kind::Architecture) {
         let Some(data) = architecture(db, of) else { continue };
         for connection in data.connections.iter().filter(|connection| connection.buffer.is_some()) {
             let Some(source) = &connection.source else { continue };

@@ -22,12 +22,7 @@ pub(crate) fn closure<T: Copy + Eq + Hash, I: IntoIterator<Item = T>>(
 /// Returns, for each node, whether it is reachable from `start`.
 pub(crate) fn reachable(successors: &[Vec<usize>], start: usize) -> Vec<bool> {
     let mut reached = vec![false; successors.len()];
-    let mut worklist = vec![start];
-    while let Some(node) = worklist.pop() {
-        if !std::mem::replace(&mut reached[node], true) {
-            worklist.extend(&successors[node]);
-        }
-    }
+    closure(start, |node| successors[node].iter().copied()).into_iter().for_each(|node| reached[node] = true);
     reached
 }
 

@@ -198,7 +198,7 @@ impl fmt::Display for TypeRef {
     }
 }
 
-/// A name that refers to something.
+/// The occurrence of a name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NameRef {
     pub name: Name,

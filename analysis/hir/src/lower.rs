@@ -61,7 +61,7 @@ struct LoweredNode<T> {
     /// The ranges of its sources, relative to its start.
     ranges: Arc<[TextRange]>,
     /// The addresses of the states in it.
-    states: Arc<[usize]>,
+    states: Vec<usize>,
 }
 
 /// Returns the previous result of lowering `node`, if its sources began at `first`.
@@ -336,10 +336,10 @@ impl Lowering<'_> {
             self.ranges = vec![name.as_ref().map_or(keyword, |name| name.syntax().text_range())];
             let data = Arc::new(lower(self));
             let ranges = self.ranges.drain(..).map(|it| it - range.start()).collect();
-            let states = self.states.drain(..).collect();
+            let states = std::mem::take(&mut self.states);
             Arc::new(LoweredNode { green: node.green().to_owned(), data, first: 0, ranges, states })
         });
-        for state in lowered.states.iter() {
+        for state in &lowered.states {
             if let Some(shared) = self.previous.states.get(state) {
                 self.lowered.states.entry(*state).or_insert_with(|| shared.clone());
             }
@@ -526,7 +526,7 @@ impl Lowering<'_> {
                 let data = Arc::new(self.state(state));
                 let ranges = self.ranges.iter().skip(first).map(|range| *range - start).collect();
                 let green = node.green().to_owned();
-                Arc::new(LoweredNode { green, data, first: first as u32, ranges, states: Arc::default() })
+                Arc::new(LoweredNode { green, data, first: first as u32, ranges, states: Vec::new() })
             }
         };
         let data = lowered.data.clone();

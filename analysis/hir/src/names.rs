@@ -101,7 +101,7 @@ pub enum Unresolved {
 }
 
 impl<'db> Names<'db> {
-    /// Returns all declarations of a kind, in the order of the files.
+    /// Returns the declarations of a kind, in the order of the files.
     pub fn of_kind(
         &self,
         db: &'db dyn ModelDb,

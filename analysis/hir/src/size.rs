@@ -13,7 +13,7 @@ use crate::source::{Decl, data};
 /// including inherited and imported ones.
 const MAX_SIZE: usize = 1 << 19;
 
-/// The number of pairs of activities that count as one: the facts about pairs are part of the size.
+/// The number of pairs of activities that count as one unit of size: each pair may have facts.
 const PAIRS_PER_UNIT: usize = 16;
 
 /// Returns the declaration with which the project exceeds the size limit.
