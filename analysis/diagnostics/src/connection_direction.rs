@@ -31,7 +31,7 @@ pub(super) fn swapped<'db>(
     let [first, last] = ends(kind);
     let message = format!("this goes from {last} to {first}: swap the two ends");
     let swapped = source.iter().zip(target).flat_map(|(one, other)| [(one, other), (other, one)]);
-    let edits = swapped.map(|(place, text)| (beside(&at, place.id), text.name.to_string())).collect();
+    let edits = swapped.map(|(replaced, by)| (beside(&at, replaced.id), by.name.to_string())).collect();
     let fix = Fix { title: "Swap the two ends".to_owned(), edits };
     Diagnostic { fixes: vec![fix], ..Diagnostic::new(&CONNECTION_DIRECTION, at, message) }
 }

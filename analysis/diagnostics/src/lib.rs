@@ -542,8 +542,8 @@ fn all_findings<'db>(
             let key = (file, start, diagnostic.code.name, diagnostic.message.clone());
             let at = *index.entry(key).or_insert(found.len());
             match found.get_mut(at) {
-                Some((_, having)) if having.last() == Some(&project) => {}
-                Some((_, having)) => having.push(project),
+                Some((_, owners)) if owners.last() == Some(&project) => {}
+                Some((_, owners)) => owners.push(project),
                 None => found.push((diagnostic.clone(), vec![project])),
             }
         }
@@ -553,10 +553,10 @@ fn all_findings<'db>(
         is_table || project_files(db, *project).contains(&file)
     };
     let mut findings = Vec::new();
-    for (diagnostic, having) in found {
+    for (diagnostic, owners) in found {
         let file = diagnostic.at.file(db);
-        let everywhere = projects.iter().filter(|project| has_file(project, file)).count() <= having.len();
-        let only_in = having.first().copied().filter(|_| !everywhere);
+        let everywhere = projects.iter().filter(|project| has_file(project, file)).count() <= owners.len();
+        let only_in = owners.first().copied().filter(|_| !everywhere);
         // A declaration that one project does not use may be used by another.
         let is_used =
             diagnostic.code.unused && diagnostic.code.severity == Severity::Hint && only_in.is_some();

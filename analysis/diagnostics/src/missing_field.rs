@@ -48,8 +48,8 @@ pub(super) fn period<'db>(
     priority: Option<SourceId>,
 ) -> Diagnostic<'db> {
     let found = report(of, activity, "period", "period = 100");
-    let place = priority.map_or(Location::Inside(of, activity.1), |priority| Location::Behind(of, priority));
-    found.fix("Write `period = 100`, to be changed", place, " period = 100".to_owned())
+    let location = priority.map_or(Location::Inside(of, activity.1), |priority| Location::Behind(of, priority));
+    found.fix("Write `period = 100`, to be changed", location, " period = 100".to_owned())
 }
 
 fn report<'db>(of: Decl<'db>, (name, id): &(Name, SourceId), field: &str, example: &str) -> Diagnostic<'db> {

@@ -32,15 +32,15 @@ fn core_reason(why: &CoreReason) -> String {
             format!("`{name}` may be an operation of its shell, which has an error")
         }
         CoreReason::RepeatedCodel(name) => format!("codel `{name}` is declared twice"),
-        CoreReason::SyntaxError(part) => {
-            let part = match part {
+        CoreReason::SyntaxError(element) => {
+            let element = match element {
                 CorePart::Core => "it",
                 CorePart::Machine => "its state machine",
                 CorePart::Transition => "a transition",
                 CorePart::Guard => "a guard",
                 CorePart::Program => "a program",
             };
-            format!("{part} has a syntax error")
+            format!("{element} has a syntax error")
         }
         CoreReason::UndefinedOperation(name) => {
             format!("it does not define the operation `{name}`, and calls it")

@@ -28,7 +28,7 @@ pub(super) fn report<'db>(at: Location<'db>, of: &ProgramName, expected: &Type, 
         ProgramName::Effect => "the program of a transition".to_owned(),
         ProgramName::Operation(name) => format!("`{name}`"),
     };
-    let gives = match expected {
+    let expectation = match expected {
         Type::Void => format!("{what} gives nothing"),
         expected => format!("{what} gives {}", type_name(expected)),
     };
@@ -36,7 +36,7 @@ pub(super) fn report<'db>(at: Location<'db>, of: &ProgramName, expected: &Type, 
         Type::Void => "this is no value".to_owned(),
         found => format!("this is {}", type_name(found)),
     };
-    Diagnostic::new(&RETURN_TYPE, at, format!("{gives}, and {found}"))
+    Diagnostic::new(&RETURN_TYPE, at, format!("{expectation}, and {found}"))
 }
 
 /// Reports an operation that may end without a `return`.

@@ -36,17 +36,17 @@ pub(super) fn report<'db>(parse: &Parse, file: File, error: &SyntaxError, at: Lo
     let found = Diagnostic::new(&SYNTAX_ERROR, at, message(parse, error));
     match chained(parse, error) {
         Some((end, middle)) => {
-            let place = Location::Range(file, end.into(), end.into());
-            found.fix(format!("Write `&& {middle}`"), place, format!(" && {middle}"))
+            let location = Location::Range(file, end.into(), end.into());
+            found.fix(format!("Write `&& {middle}`"), location, format!(" && {middle}"))
         }
         None if let Some(sign) = single_equals(parse, error) => {
-            let place = Location::Range(file, sign.start().into(), sign.end().into());
-            found.fix("Write `==`", place, "==".to_owned())
+            let location = Location::Range(file, sign.start().into(), sign.end().into());
+            found.fix("Write `==`", location, "==".to_owned())
         }
         None => match missing_token(parse, error) {
             Some((end, sign)) => {
-                let place = Location::Range(file, end.into(), end.into());
-                found.fix(format!("Write `{}`", sign.trim()), place, sign)
+                let location = Location::Range(file, end.into(), end.into());
+                found.fix(format!("Write `{}`", sign.trim()), location, sign)
             }
             None => found,
         },

@@ -23,8 +23,8 @@ pub(super) fn report<'db>(
     at: Location<'db>,
     name: &str,
 ) -> Diagnostic<'db> {
-    let known = names_of(db, project).libraries().chain(catalogue().keys());
-    let near = similar(name, known);
+    let candidates = names_of(db, project).libraries().chain(catalogue().keys());
+    let near = similar(name, candidates);
     let message = format!("no library and no message package `{name}`: its types are not checked");
     Diagnostic::new(&UNKNOWN_PACKAGE, at, message).did_you_mean(near)
 }

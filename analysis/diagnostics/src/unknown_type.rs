@@ -49,7 +49,7 @@ fn of_name<'db>(
     name: &Name,
 ) -> Diagnostic<'db> {
     let workspace = project.workspace(db);
-    let is_language = |(known, _): &&(&str, Type)| name.eq_ignore_ascii_case(known);
+    let is_language = |(built_in, _): &&(&str, Type)| name.eq_ignore_ascii_case(built_in);
     // `String` is more likely the language's `string` than a message of that name.
     if let Some((built_in, _)) = LANGUAGE_TYPES.iter().find(is_language) {
         return found.did_you_mean(Some((*built_in).into()));
@@ -64,8 +64,8 @@ fn of_name<'db>(
     let used = used_packages(db, project).get(of.library(db)).into_iter().flatten();
     let messages = used.filter_map(|of| package(db, workspace, of)).flat_map(|it| it.messages.keys());
     let own: Vec<Name> = LANGUAGE_TYPES.iter().map(|(name, _)| (*name).into()).collect();
-    let known = messages.chain(external_types(db, workspace).keys()).chain(&own);
-    match similar(name, known) {
+    let candidates = messages.chain(external_types(db, workspace).keys()).chain(&own);
+    match similar(name, candidates) {
         None => found.message += &format!("; `[types.{name}]` in mauve.toml would declare it"),
         near => return found.did_you_mean(near),
     }
