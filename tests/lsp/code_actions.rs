@@ -2,21 +2,14 @@
 
 use std::path::PathBuf;
 
-use mauve_tests::{Client, Text, address, copy, models, scratch};
+use mauve_tests::{Client, Text, address, scratch};
 use serde_json::{Value, json};
 
-use crate::MAUVE;
+use crate::{copied_robot, start};
 
 /// A folder with nothing in it.
 fn empty(name: &str) -> PathBuf {
     scratch(env!("CARGO_TARGET_TMPDIR"), name)
-}
-
-/// A copy of the sample robot.
-fn robot(name: &str) -> PathBuf {
-    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), name);
-    copy(&models().join("p3dx"), &folder);
-    folder
 }
 
 /// What an editor can do that knows everything about actions.
@@ -32,12 +25,6 @@ fn good_editor() -> Value {
             "resolveSupport": {"properties": ["edit"]}, "honorsChangeAnnotations": true,
         }},
     })
-}
-
-fn session(folder: PathBuf, capabilities: &Value) -> (Client, PathBuf, Value) {
-    let mut client = Client::start(MAUVE, &[]);
-    let server = client.initialize(Some(&folder), capabilities);
-    (client, folder, server)
 }
 
 /// The actions where `at` stands; `context` says more than that no diagnostics are shown.
@@ -60,32 +47,12 @@ fn named<'a>(actions: &'a [Value], title: &str) -> &'a Value {
     found.unwrap_or_else(|| panic!("no `{title}` in {actions:#?}"))
 }
 
-/// A text with some edits of a client's, which are in its order.
-fn applied(text: &Text, edits: &Value) -> String {
-    let offset = |position: &Value| {
-        let line = position["line"].as_u64().unwrap() as usize;
-        let before: usize = text.text.split_inclusive('\n').take(line).map(str::len).sum();
-        let mut left = position["character"].as_u64().unwrap() as usize;
-        let letters = text.text[before..].chars().take_while(|letter| {
-            let is_before = left > 0;
-            left = left.saturating_sub(letter.len_utf16());
-            is_before
-        });
-        before + letters.map(char::len_utf8).sum::<usize>()
-    };
-    let mut out = text.text.clone();
-    for edit in edits.as_array().unwrap().iter().rev() {
-        let range = offset(&edit["range"]["start"])..offset(&edit["range"]["end"]);
-        out.replace_range(range, edit["newText"].as_str().unwrap());
-    }
-    out
-}
-
 #[test]
 fn a_fix_is_offered_with_what_it_mends_and_made_when_it_is_chosen() {
-    let (mut client, folder, server) = session(robot("action_fix"), &good_editor());
-    assert_eq!(server["capabilities"]["codeActionProvider"]["resolveProvider"], true);
-    let kinds = server["capabilities"]["codeActionProvider"]["codeActionKinds"].as_array().unwrap();
+    let folder = copied_robot("action_fix");
+    let (mut client, server) = start(&folder, &good_editor());
+    assert_eq!(server["codeActionProvider"]["resolveProvider"], true);
+    let kinds = server["codeActionProvider"]["codeActionKinds"].as_array().unwrap();
     assert!(kinds.contains(&json!("quickfix")) && kinds.contains(&json!("source.organizeImports")));
     let mut text = client.open_file(&folder.join("components/navigation.mal"));
     client.edit(&mut text, "astar(", "/* 🦀 é */ astra(");
@@ -107,7 +74,7 @@ fn a_fix_is_offered_with_what_it_mends_and_made_when_it_is_chosen() {
     assert_eq!(change["textDocument"], json!({"uri": text.uri, "version": text.version}));
     assert_eq!(change["edits"][0]["annotationId"], "Change to `astar`");
     assert_eq!(resolved["edit"]["changeAnnotations"]["Change to `astar`"]["label"], "Change to `astar`");
-    assert_eq!(applied(&text, &change["edits"]), text.text.replace("astra(", "astar("));
+    assert_eq!(text.applied(&change["edits"]), text.text.replace("astra(", "astar("));
     // Only what is asked for.
     let refactorings = actions(&mut client, &text, "astra(", 0, json!({"only": ["refactor.inline"]}));
     assert_eq!(refactorings, [] as [Value; 0]);
@@ -119,7 +86,8 @@ fn a_fix_is_offered_with_what_it_mends_and_made_when_it_is_chosen() {
 
 #[test]
 fn a_refactoring_is_offered_or_says_why_not() {
-    let (mut client, folder, _) = session(empty("action_refactor"), &good_editor());
+    let folder = empty("action_refactor");
+    let (mut client, _) = start(&folder, &good_editor());
     let mut text = client.open(
         &folder.join("own.mal"),
         "codel plan(): int\ncodel drive(in n: int, in m: int): void\nshell S { }\ncore C(S) {\n  update = {\n    /* 🦀 é */ drive(plan(), 1);\n  }\n}\n",
@@ -131,7 +99,7 @@ fn a_refactoring_is_offered_or_says_why_not() {
     let resolved = client.call("codeAction/resolve", extract.clone()).unwrap();
     let edits = &resolved["edit"]["documentChanges"][0]["edits"];
     let after = text.text.replace("drive(plan(), 1)", "var plan_result: int = plan(); drive(plan_result, 1)");
-    assert_eq!(applied(&text, edits), after);
+    assert_eq!(text.applied(edits), after);
     client.edit(&mut text, "drive(plan(), 1)", "drive(plan(), plan())");
     client.diagnostics(&text);
     let invoked = json!({"triggerKind": 1});
@@ -149,7 +117,8 @@ fn a_refactoring_is_offered_or_says_why_not() {
 
 #[test]
 fn a_table_is_mended() {
-    let (mut client, folder, _) = session(robot("action_files"), &good_editor());
+    let folder = copied_robot("action_files");
+    let (mut client, _) = start(&folder, &good_editor());
     let text = client.open_file(&folder.join("timing/p3dx.toml"));
     client.diagnostics(&text);
     let mut text = text;
@@ -158,7 +127,7 @@ fn a_table_is_mended() {
     let found = actions(&mut client, &text, "navigation.astra", 3, json!({"only": ["quickfix"]}));
     let resolved = client.call("codeAction/resolve", named(&found, "Change to").clone()).unwrap();
     let edits = &resolved["edit"]["documentChanges"][0]["edits"];
-    assert_eq!(applied(&text, edits), text.text.replace("astra", "astar"));
+    assert_eq!(text.applied(edits), text.text.replace("astra", "astar"));
 }
 
 #[test]
@@ -166,7 +135,8 @@ fn a_plain_client_gets_edits_at_once_and_one_without_actions_nothing() {
     let plain = json!({"textDocument": {"codeAction": {
         "codeActionLiteralSupport": {"codeActionKind": {"valueSet": ["quickfix"]}},
     }}});
-    let (mut client, folder, _) = session(empty("action_plain"), &plain);
+    let folder = empty("action_plain");
+    let (mut client, _) = start(&folder, &plain);
     let path = folder.join("own.mal");
     let text = client.open(&path, "codel plan(): int\nshell S { }\ncore C(S) { update = { plna(); } }\n");
     client.diagnostics(&text);
@@ -174,11 +144,12 @@ fn a_plain_client_gets_edits_at_once_and_one_without_actions_nothing() {
     let fix = named(&found, "Change to `plan`");
     assert!(fix.get("data").is_none() && fix.get("isPreferred").is_none(), "{fix}");
     let edits = &fix["edit"]["changes"][&address(&path)];
-    assert_eq!(applied(&text, edits), text.text.replace("plna", "plan"));
+    assert_eq!(text.applied(edits), text.text.replace("plna", "plan"));
     assert!(found.iter().all(|action| action.get("disabled").is_none()));
 
-    let (mut client, folder, server) = session(empty("action_none"), &json!({}));
-    assert!(server["capabilities"].get("codeActionProvider").is_none());
+    let folder = empty("action_none");
+    let (mut client, server) = start(&folder, &json!({}));
+    assert!(server.get("codeActionProvider").is_none());
     let text = client.open(&folder.join("own.mal"), "shell S { }\ncore C(S) { update = { plna(); } }\n");
     client.diagnostics(&text);
     assert_eq!(actions(&mut client, &text, "plna", 0, json!({})), [] as [Value; 0]);
@@ -186,7 +157,8 @@ fn a_plain_client_gets_edits_at_once_and_one_without_actions_nothing() {
 
 #[test]
 fn what_is_done_when_a_file_is_saved() {
-    let (mut client, folder, _) = session(empty("action_save"), &good_editor());
+    let folder = empty("action_save");
+    let (mut client, _) = start(&folder, &good_editor());
     let text = client.open(
         &folder.join("own.mal"),
         "library own {\n  use std_msgs\n  use geometry_msgs\n  shell S { input port p: Pose }\n  core C(S): { update = { } }\n}\n",
@@ -197,7 +169,7 @@ fn what_is_done_when_a_file_is_saved() {
         let [action] = found.as_slice() else { panic!("{found:#?}") };
         assert_eq!(action["kind"], kind);
         let resolved = client.call("codeAction/resolve", action.clone()).unwrap();
-        applied(&text, &resolved["edit"]["documentChanges"][0]["edits"])
+        text.applied(&resolved["edit"]["documentChanges"][0]["edits"])
     };
     assert_eq!(done("source.organizeImports"), text.text.replace("  use std_msgs\n", ""));
     assert_eq!(done("source.fixAll"), text.text.replace("C(S):", "C(S)"));

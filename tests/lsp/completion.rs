@@ -1,18 +1,9 @@
 //! Completion and signature help through the protocol, for an editor that can do everything and for one that can do nothing.
 
-use std::path::PathBuf;
-
-use mauve_tests::{Client, Text, copy, models, scratch};
+use mauve_tests::Text;
 use serde_json::{Value, json};
 
-use crate::MAUVE;
-
-/// A copy of the sample robot.
-fn robot(name: &str) -> PathBuf {
-    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), name);
-    copy(&models().join("p3dx"), &folder);
-    folder
-}
+use crate::{copied_robot, start};
 
 fn able() -> Value {
     json!({
@@ -30,12 +21,6 @@ fn able() -> Value {
     })
 }
 
-fn client(folder: &std::path::Path, capabilities: &Value) -> Client {
-    let mut client = Client::start(MAUVE, &[]);
-    client.initialize(Some(folder), capabilities);
-    client
-}
-
 /// What a request about the end of the first `before` needs.
 fn behind(text: &Text, before: &str) -> Value {
     let offset = text.text.find(before).unwrap() + before.len();
@@ -50,8 +35,8 @@ fn item<'a>(list: &'a Value, label: &str) -> &'a Value {
 
 #[test]
 fn an_able_editor_gets_snippets_details_and_documentation() {
-    let folder = robot("lsp_completion_able");
-    let mut client = client(&folder, &able());
+    let folder = copied_robot("lsp_completion_able");
+    let (mut client, _) = start(&folder, &able());
     let mut text = client.open_file(&folder.join("exploration_architecture.mal"));
     client.edit(
         &mut text,
@@ -86,8 +71,8 @@ fn an_able_editor_gets_snippets_details_and_documentation() {
 
 #[test]
 fn a_type_brings_its_use() {
-    let folder = robot("lsp_completion_use");
-    let mut client = client(&folder, &able());
+    let folder = copied_robot("lsp_completion_use");
+    let (mut client, _) = start(&folder, &able());
     let mut text = client.open_file(&folder.join("components/hokuyo.mal"));
     client.edit(&mut text, "output port scan: LaserScan", "output port scan: MarkerA");
     let list = client.call("textDocument/completion", behind(&text, "port scan: MarkerA")).unwrap();
@@ -101,8 +86,8 @@ fn a_type_brings_its_use() {
 
 #[test]
 fn a_plain_editor_gets_text() {
-    let folder = robot("lsp_completion_plain");
-    let mut client = client(&folder, &json!({}));
+    let folder = copied_robot("lsp_completion_plain");
+    let (mut client, _) = start(&folder, &json!({}));
     let mut text = client.open_file(&folder.join("components/navigation.mal"));
     client.edit(&mut text, "found = astar(here, destination, grid, resolution, route);", "found = as");
     let list = client.call("textDocument/completion", behind(&text, "found = as")).unwrap();
@@ -121,11 +106,11 @@ fn a_plain_editor_gets_text() {
 
 #[test]
 fn a_signature_follows_the_arguments() {
-    let folder = robot("lsp_signature");
+    let folder = copied_robot("lsp_signature");
     for (capabilities, label) in
         [(able(), json!([30, 57])), (json!({}), json!("in destination: PoseStamped"))]
     {
-        let mut client = client(&folder, &capabilities);
+        let (mut client, _) = start(&folder, &capabilities);
         let mut text = client.open_file(&folder.join("components/navigation.mal"));
         client.edit(
             &mut text,

@@ -3,7 +3,7 @@
 use mauve_tests::{Client, Text, address, is_publication, long_analysis, scratch, write};
 use serde_json::{Value, json};
 
-use crate::MAUVE;
+use crate::{MAUVE, start};
 
 const PARTS: &str = "\
 codel plan(): int
@@ -180,8 +180,7 @@ fn a_question_that_is_cancelled_does_not_keep_the_next_refresh_away() {
 fn an_analysis_that_the_user_stops_leaves_nothing_that_may_not_hold() {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_stop");
     write(&folder, &long_analysis(400));
-    let mut client = Client::start(MAUVE, &[]);
-    client.initialize(Some(&folder), &json!({"window": {"workDoneProgress": true}}));
+    let (mut client, _) = start(&folder, &json!({"window": {"workDoneProgress": true}}));
     let mut text = client.open_file(&folder.join("a.mal"));
     let (_, create) = client.wait("a progress", |it| it["method"] == "window/workDoneProgress/create");
     let begins = |it: &Value| it["method"] == "$/progress" && it["params"]["value"]["kind"] == "begin";
@@ -203,9 +202,8 @@ fn an_analysis_that_the_user_stops_leaves_nothing_that_may_not_hold() {
 fn who_asks_is_told_that_the_analysis_was_stopped_and_left_in_peace() {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_stop_pull");
     write(&folder, &long_analysis(400));
-    let mut client = Client::start(MAUVE, &[]);
-    client.initialize(
-        Some(&folder),
+    let (mut client, _) = start(
+        &folder,
         &json!({
             "window": {"workDoneProgress": true},
             "workspace": {"diagnostics": {"refreshSupport": true}, "inlayHint": {"refreshSupport": true}},

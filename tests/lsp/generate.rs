@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use mauve_tests::{Client, Text, address, all_texts_in, copy, mauve, models, scratch, write};
 use serde_json::{Value, json};
 
-use crate::MAUVE;
+use crate::{MAUVE, start};
 
 const MODEL: &str = "\
 library parts {
@@ -58,15 +58,9 @@ fn project(name: &str) -> PathBuf {
     folder
 }
 
-fn session(folder: &Path, capabilities: &Value) -> Client {
-    let mut client = Client::start(MAUVE, &[]);
-    client.initialize(Some(folder), capabilities);
-    client
-}
-
 /// A session with the model open.
 fn opened(folder: &Path, capabilities: &Value) -> (Client, Text) {
-    let mut client = session(folder, capabilities);
+    let (mut client, _) = start(folder, capabilities);
     let text = client.open_file(&folder.join("robot.mal"));
     client.diagnostics(&text);
     (client, text)
@@ -173,7 +167,7 @@ fn said(client: &mut Client) -> String {
 fn the_action_on_a_deployment_is_an_edit_that_makes_its_packages() {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_generate_robot");
     copy(&models().join("p3dx"), &folder);
-    let mut client = session(&folder, &good_editor());
+    let (mut client, _) = start(&folder, &good_editor());
     let text = client.open_file(&folder.join("deployment.mal"));
     client.diagnostics(&text);
     let found = actions(&mut client, &text, "activity pose", json!({}));
@@ -475,7 +469,7 @@ fn what_is_not_generated_any_more_is_removed() {
     assert!(removed.contains(&"parts/include/parts/parts-codels.hpp"), "{found:#}");
     // One that removes nothing gets nothing.
     let unable = editor("/workspace/workspaceEdit/resourceOperations", json!(["create"]));
-    let mut other = session(&folder, &unable);
+    let (mut other, _) = start(&folder, &unable);
     let mine = other.open(&folder.join("robot.mal"), &text.text);
     let refused = generate(&mut other, &mine.uri).unwrap_err();
     assert!(
@@ -573,7 +567,7 @@ fn the_folder_is_in_that_of_the_workspace() {
     let config = "[project]\nroot = \"robot.mal\"\n[generate]\nout = \"../src\"\n";
     write(&whole, &[("models/robot.mal", MODEL), ("models/mauve.toml", config)]);
     for (folder, is_fine) in [(whole.clone(), true), (whole.join("models"), false)] {
-        let mut client = session(&folder, &good_editor());
+        let (mut client, _) = start(&folder, &good_editor());
         let text = client.open_file(&whole.join("models/robot.mal"));
         let found = generate(&mut client, &text.uri);
         assert_eq!(found.is_ok(), is_fine, "{found:?}");

@@ -1,22 +1,15 @@
 //! The language server over its standard streams: what a client sees while a deployment is edited.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use mauve_tests::{Client, Columns, address, copy, is_publication, mauve, models, scratch, write};
+use mauve_tests::{Client, Columns, address, is_publication, mauve, scratch, write};
 use serde_json::{Value, json};
 
-use crate::MAUVE;
-
-/// A copy of the sample robot.
-fn robot(name: &str) -> PathBuf {
-    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), name);
-    copy(&models().join("p3dx"), &folder);
-    folder
-}
+use crate::{MAUVE, copied_robot, start};
 
 #[test]
 fn hints_and_warnings_follow_an_edit() {
-    let folder = robot("lsp_edit");
+    let folder = copied_robot("lsp_edit");
     let mut client = Client::of_folder(MAUVE, &folder);
     let mut text = client.open_file(&folder.join("deployment.mal"));
     assert_eq!(client.codes(&text), [] as [&str; 0]);
@@ -37,7 +30,7 @@ fn hints_and_warnings_follow_an_edit() {
 
 #[test]
 fn a_hover_explains_an_activity() {
-    let folder = robot("lsp_hover");
+    let folder = copied_robot("lsp_hover");
     let mut client = Client::of_folder(MAUVE, &folder);
     let mut text = client.open_file(&folder.join("deployment.mal"));
     client.edit(&mut text, "period = 1000  deadline = 1000", "period = 1000  deadline = 700");
@@ -71,7 +64,7 @@ fn a_hover_explains_an_activity() {
 
 #[test]
 fn definitions_cross_files() {
-    let folder = robot("lsp_definition");
+    let folder = copied_robot("lsp_definition");
     let mut client = Client::of_folder(MAUVE, &folder);
     let text = client.open_file(&folder.join("deployment.mal"));
     let found = client.call("textDocument/definition", text.at("navigation  {")).unwrap();
@@ -87,7 +80,7 @@ fn definitions_cross_files() {
 
 #[test]
 fn diagnostics_are_those_of_the_command_line() {
-    let folder = robot("lsp_command_line");
+    let folder = copied_robot("lsp_command_line");
     let path = folder.join("components/navigation.mal");
     let broken = std::fs::read_to_string(&path).unwrap().replace("astar(", "astra(");
     std::fs::write(&path, &broken).unwrap();
@@ -117,7 +110,7 @@ fn diagnostics_are_those_of_the_command_line() {
 
 #[test]
 fn tables_and_models_that_change_on_the_disk_are_seen() {
-    let folder = robot("lsp_disk");
+    let folder = copied_robot("lsp_disk");
     let mut client = Client::of_folder(MAUVE, &folder);
     let text = client.open_file(&folder.join("deployment.mal"));
     assert_eq!(client.codes(&text), [] as [&str; 0]);
@@ -175,7 +168,7 @@ fn tables_and_models_that_change_on_the_disk_are_seen() {
 
 #[test]
 fn a_table_is_followed_while_it_is_typed() {
-    let folder = robot("lsp_table");
+    let folder = copied_robot("lsp_table");
     let mut client = Client::of_folder(MAUVE, &folder);
     let text = client.open_file(&folder.join("deployment.mal"));
     let mut table = client.open_file(&folder.join("timing/p3dx.toml"));
@@ -247,7 +240,7 @@ fn a_text_that_is_no_file_includes_nothing() {
 
 #[test]
 fn nothing_is_remembered_that_nobody_watched() {
-    let folder = robot("lsp_reopen");
+    let folder = copied_robot("lsp_reopen");
     let mut client = Client::start(MAUVE, &[]);
     client.initialize(None, &json!({}));
     let text = client.open_file(&folder.join("deployment.mal"));
@@ -264,7 +257,7 @@ fn nothing_is_remembered_that_nobody_watched() {
 
 #[test]
 fn one_file_by_two_addresses() {
-    let folder = robot("lsp_links");
+    let folder = copied_robot("lsp_links");
     let link = folder.join("link.mal");
     std::os::unix::fs::symlink(folder.join("deployment.mal"), &link).unwrap();
     let mut client = Client::of_folder(MAUVE, &folder);
@@ -286,7 +279,7 @@ fn one_file_by_two_addresses() {
 
 #[test]
 fn a_text_that_is_closed_and_opened_at_once_has_its_diagnostics() {
-    let folder = robot("lsp_close_open");
+    let folder = copied_robot("lsp_close_open");
     let mut client = Client::of_folder(MAUVE, &folder);
     let broken = std::fs::read_to_string(folder.join("deployment.mal"))
         .unwrap()
@@ -305,10 +298,8 @@ fn columns_are_counted_as_agreed() {
     for (name, columns) in [("utf-8", Columns::Utf8), ("utf-16", Columns::Utf16), ("utf-32", Columns::Utf32)]
     {
         let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_columns");
-        let mut client = Client::start(MAUVE, &[]);
-        let capabilities = json!({"general": {"positionEncodings": [name]}});
-        let server = client.initialize(Some(&folder), &capabilities);
-        assert_eq!(server["capabilities"]["positionEncoding"], name);
+        let (mut client, server) = start(&folder, &json!({"general": {"positionEncodings": [name]}}));
+        assert_eq!(server["positionEncoding"], name);
         let mut open = client.open(&folder.join("a.mal"), text);
         open.columns = columns;
         client.edit(&mut open, "deadline = 9", "deadline = 8");
@@ -321,7 +312,7 @@ fn columns_are_counted_as_agreed() {
 
 #[test]
 fn a_code_leads_to_its_page() {
-    let folder = robot("lsp_pages");
+    let folder = copied_robot("lsp_pages");
     let cache = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_pages_cache");
     let mut client = Client::start_where(MAUVE, &[], &[("XDG_CACHE_HOME", cache.to_str().unwrap())]);
     let publish = json!({"textDocument": {"publishDiagnostics": {"codeDescriptionSupport": true}}});
@@ -336,9 +327,8 @@ fn a_code_leads_to_its_page() {
 
 #[test]
 fn a_plain_client_is_served_too() {
-    let folder = robot("lsp_plain");
-    let mut client = Client::start(MAUVE, &[]);
-    client.initialize(Some(&folder), &json!({}));
+    let folder = copied_robot("lsp_plain");
+    let (mut client, _) = start(&folder, &json!({}));
     let mut text = client.open_file(&folder.join("deployment.mal"));
     client.edit(&mut text, "deadline = 1000", "deadline = 700");
     let found = client.diagnostics(&text);
@@ -359,7 +349,7 @@ fn a_plain_client_is_served_too() {
 
 #[test]
 fn folders_come_and_go() {
-    let folder = robot("lsp_folders");
+    let folder = copied_robot("lsp_folders");
     let mut client = Client::start(MAUVE, &[]);
     client.initialize(None, &json!({}));
     let workspaces =
@@ -388,7 +378,7 @@ fn folders_come_and_go() {
 
 #[test]
 fn a_recorded_session_can_be_said_again() {
-    let folder = robot("lsp_mirror");
+    let folder = copied_robot("lsp_mirror");
     let (mirror, log) = (folder.join("session.jsonl"), folder.join("session.log"));
     let mut client =
         Client::start(MAUVE, &["--mirror", mirror.to_str().unwrap(), "--log", log.to_str().unwrap()]);
@@ -417,7 +407,7 @@ fn a_recorded_session_can_be_said_again() {
     assert_eq!((run.code, run.err.as_str()), (0, ""), "{}", run.out);
     assert!(run.out.contains("as recorded"), "{}", run.out);
     // In another folder, where another time is in the table, it shows what is said otherwise.
-    let elsewhere = robot("lsp_mirror_elsewhere");
+    let elsewhere = copied_robot("lsp_mirror_elsewhere");
     let table = elsewhere.join("timing/p3dx.toml");
     let old = std::fs::read_to_string(&table).unwrap();
     let line = old.lines().find(|line| line.contains("astar")).unwrap();

@@ -23,4 +23,28 @@ mod symbols;
 mod text;
 mod timing;
 
+use std::path::{Path, PathBuf};
+
+use mauve_tests::{Client, copy, models, scratch};
+use serde_json::Value;
+
 const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+
+/// A server for `folder` and a client with these capabilities. Returns the client and the server's capabilities.
+fn start(folder: &Path, capabilities: &Value) -> (Client, Value) {
+    let mut client = Client::start(MAUVE, &[]);
+    let server = client.initialize(Some(folder), capabilities);
+    (client, server["capabilities"].clone())
+}
+
+/// A server for the sample robot.
+fn robot() -> Client {
+    Client::of_folder(MAUVE, &models().join("p3dx"))
+}
+
+/// A copy of the sample robot in a folder of its own.
+fn copied_robot(name: &str) -> PathBuf {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), name);
+    copy(&models().join("p3dx"), &folder);
+    folder
+}

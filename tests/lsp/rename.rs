@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use mauve_tests::{Client, Text, address, all_texts_in, copy, mauve, models, scratch, write};
+use mauve_tests::{Client, Text, address, all_texts_in, mauve, scratch, write};
 use serde_json::{Value, json};
 
-use crate::MAUVE;
+use crate::{MAUVE, copied_robot, start};
 
 fn good_editor() -> Value {
     json!({
@@ -19,8 +19,7 @@ fn good_editor() -> Value {
 
 /// A copy of the sample robot, and a table with keys of programs too.
 fn robot(name: &str) -> PathBuf {
-    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), name);
-    copy(&models().join("p3dx"), &folder);
+    let folder = copied_robot(name);
     let programs = "unit = \"ms\"\n[program]\n\"Navigation/Waiting.run\" = 0.5\n\
                     \"navigation.Navigation/Waiting.asked.guard\" = 0.1\n\"Navigation/Planning.given_up.guard\" = 0.1\n";
     write(&folder, &[("timing/programs.toml", programs)]);
@@ -35,17 +34,9 @@ fn apply(edit: &Value) -> Vec<(PathBuf, usize)> {
             PathBuf::from(of_file["textDocument"]["uri"].as_str().unwrap().strip_prefix("file://").unwrap());
         let text = std::fs::read_to_string(&path).unwrap();
         let text = Text { uri: String::new(), version: 1, text, columns: mauve_tests::Columns::Utf16 };
-        let offset = |at: &Value| {
-            let mut offsets = (0..=text.text.len()).filter(|&offset| text.text.is_char_boundary(offset));
-            offsets.find(|&offset| text.position(offset) == *at).unwrap()
-        };
-        let mut new = text.text.clone();
-        let edits = of_file["edits"].as_array().unwrap();
-        for edit in edits.iter().rev() {
-            let range = offset(&edit["range"]["start"])..offset(&edit["range"]["end"]);
-            new.replace_range(range, edit["newText"].as_str().unwrap());
-        }
-        changed.push((path.clone(), edits.len()));
+        let edits = &of_file["edits"];
+        let new = text.applied(edits);
+        changed.push((path.clone(), edits.as_array().unwrap().len()));
         std::fs::write(&path, new).unwrap();
     }
     changed
@@ -136,9 +127,8 @@ fn the_robot_stays_what_it_is() {
     for (what, file, at, old, counts) in renamed {
         let folder = robot(&format!("lsp_rename_{what}"));
         let (before, said) = (all_texts_in(&folder), says(&folder));
-        let mut client = Client::start(MAUVE, &[]);
-        let server = client.initialize(Some(&folder), &good_editor());
-        assert_eq!(server["capabilities"]["renameProvider"], json!({"prepareProvider": true}));
+        let (mut client, server) = start(&folder, &good_editor());
+        assert_eq!(server["renameProvider"], json!({"prepareProvider": true}));
         let text = client.open_file(&folder.join(file));
         let edit = rename(&mut client, &text, at, "quite_another").unwrap();
         let changed = apply(&edit);
@@ -182,8 +172,7 @@ fn what_can_be_renamed_is_said_and_why_not() {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_rename_refused");
     let model = "codel shoot(): int\n/* 🦀 é */ core C(S) { update = { shoot(); lost }\ncodel other(): int\n";
     write(&folder, &[("a.mal", model)]);
-    let mut client = Client::start(MAUVE, &[]);
-    client.initialize(Some(&folder), &good_editor());
+    let (mut client, _) = start(&folder, &good_editor());
     let mut text = client.open_file(&folder.join("a.mal"));
     let prepare =
         |client: &mut Client, text: &Text, at: &str| client.call("textDocument/prepareRename", text.at(at));
@@ -211,9 +200,8 @@ fn what_can_be_renamed_is_said_and_why_not() {
     assert_eq!(edit["documentChanges"][0]["edits"].as_array().unwrap().len(), 3);
 
     // A client that knows none of this.
-    let mut client = Client::start(MAUVE, &[]);
-    let server = client.initialize(Some(&folder), &json!({}));
-    assert_eq!(server["capabilities"]["renameProvider"], true);
+    let (mut client, server) = start(&folder, &json!({}));
+    assert_eq!(server["renameProvider"], true);
     let text = client.open_file(&folder.join("a.mal"));
     let edit = rename(&mut client, &text, "codel sho$0ot", "look").unwrap();
     assert_eq!(edit["changes"][&text.uri].as_array().unwrap().len(), 2);
@@ -223,9 +211,8 @@ fn what_can_be_renamed_is_said_and_why_not() {
 fn includes_follow_renamed_files() {
     let folder = robot("lsp_rename_files");
     let said = says(&folder);
-    let mut client = Client::start(MAUVE, &[]);
-    let server = client.initialize(Some(&folder), &good_editor());
-    let filters = &server["capabilities"]["workspace"]["fileOperations"]["willRename"]["filters"];
+    let (mut client, server) = start(&folder, &good_editor());
+    let filters = &server["workspace"]["fileOperations"]["willRename"]["filters"];
     assert_eq!(filters[1]["pattern"], json!({"glob": "**", "matches": "folder"}));
     let text = client.open_file(&folder.join("exploration.mal"));
     client.diagnostics(&text);
@@ -247,12 +234,8 @@ fn includes_follow_renamed_files() {
         let changes: Vec<Value> =
             uris.iter().zip([3, 1]).map(|(uri, kind)| json!({"uri": uri, "type": kind})).collect();
         client.notify("workspace/didChangeWatchedFiles", json!({"changes": changes}));
-        client = {
-            client.shut_down();
-            let mut client = Client::start(MAUVE, &[]);
-            client.initialize(Some(&folder), &good_editor());
-            client
-        };
+        client.shut_down();
+        client = start(&folder, &good_editor()).0;
     }
     let check = mauve(MAUVE, &folder, &["check"]);
     assert_eq!(check.code, 0, "{}", check.err);

@@ -8,13 +8,9 @@ use std::time::{Duration, Instant};
 use mauve_tests::{Client, Text, address, long_analysis, models, scratch, write};
 use serde_json::{Value, json};
 
-use crate::MAUVE;
+use crate::{MAUVE, robot, start};
 
 const SOON: Duration = Duration::from_secs(10);
-
-fn robot() -> Client {
-    Client::of_folder(MAUVE, &models().join("p3dx"))
-}
 
 #[test]
 fn exit_ends_the_server_while_its_input_is_open() {
@@ -238,8 +234,7 @@ fn a_request_that_waits_for_a_cancelled_one_is_answered() {
 fn an_analysis_that_takes_long_says_so() {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_progress");
     write(&folder, &long_analysis(400));
-    let mut client = Client::start(MAUVE, &[]);
-    client.initialize(Some(&folder), &json!({"window": {"workDoneProgress": true}}));
+    let (mut client, _) = start(&folder, &json!({"window": {"workDoneProgress": true}}));
     let mut text = client.open_file(&folder.join("a.mal"));
     let (_, create) = client.wait("a progress", |it| it["method"] == "window/workDoneProgress/create");
     let of_this = |it: &Value, kind: &str| {

@@ -1,17 +1,9 @@
 //! What is declared in a document and in all of them, and the files that one names, through the binary.
 
-use std::path::PathBuf;
-
-use mauve_tests::{Client, address, copy, generated_project, models, scratch, write};
+use mauve_tests::{Client, address, generated_project, scratch, write};
 use serde_json::{Value, json};
 
-use crate::MAUVE;
-
-fn robot(name: &str) -> PathBuf {
-    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), name);
-    copy(&models().join("p3dx"), &folder);
-    folder
-}
+use crate::{MAUVE, copied_robot, start};
 
 fn found(client: &mut Client, query: &str) -> Vec<Value> {
     client.call("workspace/symbol", json!({"query": query})).unwrap().as_array().unwrap().clone()
@@ -19,7 +11,7 @@ fn found(client: &mut Client, query: &str) -> Vec<Value> {
 
 #[test]
 fn symbols_of_all_files_are_found_by_a_few_letters() {
-    let folder = robot("lsp_workspace_symbols");
+    let folder = copied_robot("lsp_workspace_symbols");
     let mut client = Client::of_folder(MAUVE, &folder);
     let best = &found(&mut client, "navC")[0];
     assert_eq!(best["name"], "NavigationCore");
@@ -57,10 +49,9 @@ fn of_many_symbols_some_are_given_the_best_first() {
 /// The kinds after the eighteenth came later.
 #[test]
 fn kinds_are_those_that_a_client_knows() {
-    let folder = robot("lsp_symbol_kinds");
+    let folder = copied_robot("lsp_symbol_kinds");
     let kinds = |capabilities: Value| {
-        let mut client = Client::start(MAUVE, &[]);
-        client.initialize(Some(&folder), &capabilities);
+        let (mut client, _) = start(&folder, &capabilities);
         let text = client.open_file(&folder.join("components/navigation.mal"));
         let of_document =
             client.call("textDocument/documentSymbol", json!({"textDocument": {"uri": text.uri}})).unwrap();
@@ -74,9 +65,9 @@ fn kinds_are_those_that_a_client_knows() {
 
 #[test]
 fn links_lead_to_the_files_that_are_named() {
-    let folder = robot("lsp_document_links");
-    let mut client = Client::start(MAUVE, &[]);
-    client.initialize(Some(&folder), &json!({"textDocument": {"documentLink": {"tooltipSupport": true}}}));
+    let folder = copied_robot("lsp_document_links");
+    let (mut client, _) =
+        start(&folder, &json!({"textDocument": {"documentLink": {"tooltipSupport": true}}}));
     let links = |client: &mut Client, uri: &str| {
         let links = client.call("textDocument/documentLink", json!({"textDocument": {"uri": uri}})).unwrap();
         links.as_array().unwrap().clone()

@@ -1,54 +1,19 @@
 //! What an editor does with the text itself, through the binary: white space, folds, selections, colours.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use mauve_tests::{Client, Text, copy, mauve, models, scratch, write};
+use mauve_tests::{Client, Columns, Text, copy, mauve, models, scratch, write};
 use serde_json::{Value, json};
 
-use crate::MAUVE;
-
-/// A client that can do this, and nothing more.
-fn client(folder: &Path, capabilities: Value) -> (Client, Value) {
-    let mut client = Client::start(MAUVE, &[]);
-    let result = client.initialize(Some(folder), &capabilities);
-    (client, result["capabilities"].clone())
-}
+use crate::{MAUVE, start};
 
 fn options() -> Value {
     json!({"tabSize": 8, "insertSpaces": false, "trimTrailingWhitespace": false, "insertFinalNewline": false})
 }
 
-/// The byte at a position of the protocol, in UTF-16, counted anew.
-fn offset(text: &str, position: &Value) -> usize {
-    let (line, column) = (position["line"].as_u64().unwrap(), position["character"].as_u64().unwrap());
-    let start: usize = text.split_inclusive('\n').take(line as usize).map(str::len).sum();
-    let units = |length: &usize| text[start..start + length].encode_utf16().count() as u64 == column;
-    let lengths = text[start..].char_indices().map(|(at, _)| at).chain([text.len() - start]);
-    start + lengths.into_iter().find(units).unwrap_or_else(|| panic!("no {position} in {text}"))
-}
-
 fn range<'a>(text: &'a str, range: &Value) -> &'a str {
-    &text[offset(text, &range["start"])..offset(text, &range["end"])]
-}
-
-/// The text with these edits, from the last to the first.
-fn applied(text: &str, edits: &Value) -> String {
-    let mut out = text.to_owned();
-    let mut edits: Vec<(usize, usize, &str)> = edits
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|edit| {
-            let range = &edit["range"];
-            let at = |end: &str| offset(text, &range[end]);
-            (at("start"), at("end"), edit["newText"].as_str().unwrap())
-        })
-        .collect();
-    edits.sort_by_key(|(start, end, _)| (*start, *end));
-    for (start, end, new) in edits.into_iter().rev() {
-        out.replace_range(start..end, new);
-    }
-    out
+    let offset = |end: &str| Columns::Utf16.offset(text, &range[end]);
+    &text[offset("start")..offset("end")]
 }
 
 /// A folder with this model in it.
@@ -63,20 +28,20 @@ const UNTIDY: &str = "/* 🦀 é */ codel f( a:int ):int\r\nshell S{property p:i
 #[test]
 fn a_document_is_formatted_as_the_command_line_does() {
     let (folder, path) = model("lsp_formatting", UNTIDY);
-    let (mut client, can) = client(&folder, json!({}));
+    let (mut client, can) = start(&folder, &json!({}));
     assert_eq!(can["documentOnTypeFormattingProvider"]["firstTriggerCharacter"], "}");
     let text = client.open_file(&path);
     let of = json!({"uri": text.uri});
     let edits =
         client.call("textDocument/formatting", json!({"textDocument": of, "options": options()})).unwrap();
-    let tidy = applied(UNTIDY, &edits);
+    let tidy = text.applied(&edits);
     assert_ne!(tidy, UNTIDY);
     assert_eq!(mauve(MAUVE, &folder, &["fmt", "a.mal"]).code, 0);
     assert_eq!(tidy, std::fs::read_to_string(&path).unwrap());
     // Only what the lines of a range need.
     let line = json!({"start": {"line": 0, "character": 14}, "end": {"line": 1, "character": 0}});
     let params = json!({"textDocument": of, "range": line, "options": options()});
-    let first = applied(UNTIDY, &client.call("textDocument/rangeFormatting", params).unwrap());
+    let first = text.applied(&client.call("textDocument/rangeFormatting", params).unwrap());
     let (line, rest) = UNTIDY.split_once('\n').unwrap();
     assert_eq!(first, format!("{}\n{rest}", line.replace("f( a:int ):int", "f(a: int): int")));
 }
@@ -84,13 +49,13 @@ fn a_document_is_formatted_as_the_command_line_does() {
 #[test]
 fn a_text_is_formatted_while_it_is_typed() {
     let (folder, path) = model("lsp_on_type", "core C(S) {\n  update = {\n    f( 1 )\n  }\n}\n");
-    let (mut client, _) = client(&folder, json!({}));
+    let (mut client, _) = start(&folder, &json!({}));
     let mut text = client.open_file(&path);
     let typed = |client: &mut Client, text: &Text, at: usize, letter: &str| {
         let params = json!({
             "textDocument": {"uri": text.uri}, "position": text.position(at), "ch": letter, "options": options(),
         });
-        applied(&text.text, &client.call("textDocument/onTypeFormatting", params).unwrap())
+        text.applied(&client.call("textDocument/onTypeFormatting", params).unwrap())
     };
     client.edit(&mut text, "f( 1 )", "f( 1 );");
     let at = text.text.find(';').unwrap() + 1;
@@ -108,7 +73,7 @@ fn nothing_is_formatted_that_is_not_ours() {
         &folder,
         &[("a.mal", "#id:  \"org\"\ncategory  C {\n}\n"), ("mauve.toml", "[project]\nroot  =  \"b.mal\"\n")],
     );
-    let (mut client, _) = client(&folder, json!({}));
+    let (mut client, _) = start(&folder, &json!({}));
     for name in ["a.mal", "mauve.toml"] {
         let text = client.open_file(&folder.join(name));
         let params = json!({"textDocument": {"uri": text.uri}, "options": options()});
@@ -127,7 +92,7 @@ fn folds(client: &mut Client, text: &Text) -> Vec<Value> {
 #[test]
 fn folds_are_of_the_kind_that_a_client_knows() {
     let (folder, path) = model("lsp_folding", BLOCKS);
-    let (mut plain, can) = client(&folder, json!({}));
+    let (mut plain, can) = start(&folder, &json!({}));
     assert_eq!(can["foldingRangeProvider"], true);
     let text = plain.open_file(&path);
     let found = folds(&mut plain, &text);
@@ -141,7 +106,7 @@ fn folds_are_of_the_kind_that_a_client_knows() {
     let able = json!({"textDocument": {"foldingRange": {
         "lineFoldingOnly": true, "rangeLimit": 2, "foldingRange": {"collapsedText": true},
     }}});
-    let (mut lines, _) = client(&folder, able);
+    let (mut lines, _) = start(&folder, &able);
     let text = lines.open_file(&path);
     let shown: Vec<String> = folds(&mut lines, &text)
         .iter()
@@ -157,7 +122,7 @@ fn folds_are_of_the_kind_that_a_client_knows() {
 fn selections_grow_from_a_word_to_the_file() {
     let source = "core C(S) { update = { /* 🦀 é */ go(a, b + 1); } }\n";
     let (folder, path) = model("lsp_selection", source);
-    let (mut client, _) = client(&folder, json!({}));
+    let (mut client, _) = start(&folder, &json!({}));
     let text = client.open_file(&path);
     let positions =
         [text.position(source.find("b +").unwrap()), text.position(0), json!({"line": 99, "character": 9})];
@@ -179,7 +144,7 @@ fn selections_grow_from_a_word_to_the_file() {
 fn selections_in_a_text_of_many_levels_can_be_read() {
     let source = format!("core C(S) {{ update = {{ x = {}1{}; }} }}\n", "(".repeat(200), ")".repeat(200));
     let (folder, path) = model("lsp_deep_selection", &source);
-    let (mut client, _) = client(&folder, json!({}));
+    let (mut client, _) = start(&folder, &json!({}));
     let text = client.open_file(&path);
     let params =
         json!({"textDocument": {"uri": text.uri}, "positions": [text.position(source.find('1').unwrap())]});
@@ -224,7 +189,7 @@ fn shown(text: &str, legend: &Value, data: &[Value]) -> Vec<String> {
     let tokens = numbers.chunks_exact(5).map(|token| {
         column = if token[0] == 0 { column + token[1] } else { token[1] };
         line += token[0];
-        let at = |column: u64| offset(text, &json!({"line": line, "character": column}));
+        let at = |column: u64| Columns::Utf16.offset(text, &json!({"line": line, "character": column}));
         let mut shown = text[at(column)..at(column + token[2])].to_owned();
         shown += &format!(" {}", legend["tokenTypes"][token[3] as usize].as_str().unwrap());
         for (bit, name) in legend["tokenModifiers"].as_array().unwrap().iter().enumerate() {
@@ -252,7 +217,7 @@ fn names_have_the_colours_that_a_client_knows() {
         "shell S { /* 🦀 é */ output port out: int }\ncore C(S) { update = { write(out, 1); nothing(); } }\n";
     let (folder, path) = model("lsp_colours", source);
     let all = ["S interface", "out property", "int type", "C class", "S interface", "out property"];
-    let (mut plain, can) = client(&folder, colours(&STANDARD, &[]));
+    let (mut plain, can) = start(&folder, &colours(&STANDARD, &[]));
     let text = plain.open_file(&path);
     let legend = &can["semanticTokensProvider"]["legend"];
     let found = tokens(&mut plain, "full", json!({"textDocument": {"uri": text.uri}}));
@@ -263,7 +228,7 @@ fn names_have_the_colours_that_a_client_knows() {
     let found = tokens(&mut plain, "range", json!({"textDocument": {"uri": text.uri}, "range": part}));
     assert_eq!(shown(source, legend, found["data"].as_array().unwrap()), all[1..4]);
 
-    let (mut able, can) = client(&folder, colours(&["core", "shell", "port"], &["output", "modification"]));
+    let (mut able, can) = start(&folder, &colours(&["core", "shell", "port"], &["output", "modification"]));
     let text = able.open_file(&path);
     let legend = &can["semanticTokensProvider"]["legend"];
     let found = tokens(&mut able, "full", json!({"textDocument": {"uri": text.uri}}));
@@ -271,7 +236,7 @@ fn names_have_the_colours_that_a_client_knows() {
         shown(source, legend, found["data"].as_array().unwrap()),
         ["S shell", "out port output", "C core", "S shell", "out port modification output"]
     );
-    let (_, can) = client(&folder, json!({}));
+    let (_, can) = start(&folder, &json!({}));
     assert!(can["semanticTokensProvider"].is_null());
 }
 
@@ -279,7 +244,7 @@ fn names_have_the_colours_that_a_client_knows() {
 fn what_has_changed_is_all_that_is_sent() {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_delta");
     copy(&models().join("p3dx"), &folder);
-    let (mut client, _) = client(&folder, colours(&STANDARD, &["declaration", "modification"]));
+    let (mut client, _) = start(&folder, &colours(&STANDARD, &["declaration", "modification"]));
     let mut text = client.open_file(&folder.join("components/navigation.mal"));
     let of = json!({"uri": text.uri});
     let full = tokens(&mut client, "full", json!({"textDocument": of}));
@@ -318,7 +283,7 @@ fn another_meaning_by_an_edit_elsewhere_is_to_be_asked_for() {
     let shell = "shell S {\n  output port out: int\n}\n";
     let core = "include \"shell.mal\"\ncore C(S) { update = { write(out, 1); } }\ncomponent P(S, C)\n";
     write(&folder, &[("shell.mal", shell), ("core.mal", core)]);
-    let (mut client, _) = client(&folder, colours(&STANDARD, &[]));
+    let (mut client, _) = start(&folder, &colours(&STANDARD, &[]));
     let mut core = client.open_file(&folder.join("core.mal"));
     let mut shell = client.open_file(&folder.join("shell.mal"));
     client.diagnostics(&shell);

@@ -5,14 +5,7 @@ use std::path::Path;
 use mauve_tests::{Client, Text, models, scratch, write};
 use serde_json::{Value, json};
 
-use crate::MAUVE;
-
-/// A client that can do this.
-fn client(folder: &Path, capabilities: Value) -> Client {
-    let mut client = Client::start(MAUVE, &[]);
-    client.initialize(Some(folder), &capabilities);
-    client
-}
+use crate::start;
 
 /// One that can do what good editors can.
 fn good(folder: &Path) -> Client {
@@ -20,14 +13,12 @@ fn good(folder: &Path) -> Client {
         "codeActionLiteralSupport": {"codeActionKind": {"valueSet": ["", "quickfix", "refactor"]}},
         "dataSupport": true, "resolveSupport": {"properties": ["edit"]}, "disabledSupport": true,
     });
-    client(
-        folder,
-        json!({
+    let capabilities = json!({
             "workspace": {"codeLens": {"refreshSupport": true}, "inlayHint": {"refreshSupport": true}},
             "textDocument": {"codeAction": action, "hover": {"contentFormat": ["markdown"]}},
             "experimental": {"commands": ["mauve.showReferences"]},
-        }),
-    )
+    });
+    start(folder, &capabilities).0
 }
 
 const MODEL: &str = "
@@ -74,17 +65,8 @@ fn actions(client: &mut Client, text: &Text, at: &str) -> Vec<Value> {
 /// Makes the edits of an action.
 fn apply(client: &mut Client, text: &mut Text, edit: &Value) {
     let changes = edit.pointer(&format!("/changes/{}", text.uri.replace('~', "~0").replace('/', "~1")));
-    let mut edits: Vec<Value> = changes.unwrap_or_else(|| panic!("{edit}")).as_array().unwrap().clone();
-    edits.reverse();
-    for edit in edits {
-        let offset = |position: &Value| {
-            (0..=text.text.len())
-                .filter(|offset| text.text.is_char_boundary(*offset))
-                .find(|offset| text.position(*offset) == *position)
-                .unwrap()
-        };
-        let range = offset(&edit["range"]["start"])..offset(&edit["range"]["end"]);
-        client.replace(text, range, edit["newText"].as_str().unwrap());
+    for (range, new) in text.edits(changes.unwrap_or_else(|| panic!("{edit}"))) {
+        client.replace(text, range, new);
     }
 }
 
@@ -147,8 +129,8 @@ fn what_an_action_says_holds_at_the_level_that_is_shown() {
 fn a_plain_client_gets_edits_at_once_and_no_refusals() {
     let folder = robot("lsp_timing_plain");
     let literal = json!({"codeActionKind": {"valueSet": []}});
-    let mut client =
-        client(&folder, json!({"textDocument": {"codeAction": {"codeActionLiteralSupport": literal}}}));
+    let (mut client, _) =
+        start(&folder, &json!({"textDocument": {"codeAction": {"codeActionLiteralSupport": literal}}}));
     let mut text = client.open_file(&folder.join("robot.mal"));
     client.edit(&mut text, "driver { affinity = 1 ", "driver { ");
     let found = actions(&mut client, &text, "driver { priority");
@@ -216,7 +198,7 @@ fn lenses_above_declarations() {
 #[test]
 fn a_lens_of_another_text_is_not_resolved_and_a_plain_client_has_no_commands_that_it_lacks() {
     let folder = robot("lsp_timing_plain_lenses");
-    let mut client = client(&folder, json!({}));
+    let (mut client, _) = start(&folder, &json!({}));
     let mut text = client.open_file(&folder.join("robot.mal"));
     let all = client.call("textDocument/codeLens", json!({"textDocument": {"uri": text.uri}})).unwrap();
     let found = lenses(&mut client, &text.uri);

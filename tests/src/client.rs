@@ -459,6 +459,28 @@ pub enum Columns {
     Utf32,
 }
 
+impl Columns {
+    /// The length of a text.
+    fn count(self, text: &str) -> usize {
+        match self {
+            Columns::Utf8 => text.len(),
+            Columns::Utf16 => text.encode_utf16().count(),
+            Columns::Utf32 => text.chars().count(),
+        }
+    }
+
+    /// The byte at a position in `text`.
+    pub fn offset(self, text: &str, position: &Value) -> usize {
+        let [line, column] =
+            ["line", "character"].map(|it| position[it].as_u64().unwrap_or_default() as usize);
+        let start: usize = text.split_inclusive('\n').take(line).map(str::len).sum();
+        let rest = &text[start..];
+        let mut ends = rest.char_indices().map(|(at, _)| at).chain([rest.len()]);
+        let length = ends.find(|&end| self.count(&rest[..end]) == column);
+        start + length.unwrap_or_else(|| panic!("no {position} in {text}"))
+    }
+}
+
 /// An open text, as the client has it.
 #[derive(Debug, Clone)]
 pub struct Text {
@@ -477,12 +499,31 @@ impl Text {
     pub fn position(&self, offset: usize) -> Value {
         let before = &self.text[..offset];
         let line = before.rsplit('\n').next().unwrap_or_default();
-        let column = match self.columns {
-            Columns::Utf8 => line.len(),
-            Columns::Utf16 => line.encode_utf16().count(),
-            Columns::Utf32 => line.chars().count(),
+        json!({"line": before.matches('\n').count(), "character": self.columns.count(line)})
+    }
+
+    /// The text with the edits of a server.
+    pub fn applied(&self, edits: &Value) -> String {
+        let mut text = self.text.clone();
+        for (range, new) in self.edits(edits) {
+            text.replace_range(range, new);
+        }
+        text
+    }
+
+    /// The edits of a server: the replaced bytes and their replacements. They go from the end of the text to its
+    /// beginning, so that each leaves the bytes of the next ones where they are.
+    pub fn edits<'a>(&self, edits: &'a Value) -> Vec<(std::ops::Range<usize>, &'a str)> {
+        let range = |range: &Value| {
+            let offset = |end: &str| self.columns.offset(&self.text, &range[end]);
+            offset("start")..offset("end")
         };
-        json!({"line": before.matches('\n').count(), "character": column})
+        let edits = edits.as_array().unwrap_or_else(|| panic!("no edits: {edits}")).iter();
+        let mut edits: Vec<_> =
+            edits.map(|it| (range(&it["range"]), it["newText"].as_str().unwrap_or_default())).collect();
+        edits.sort_by_key(|(range, _)| (range.start, range.end));
+        edits.reverse();
+        edits
     }
 
     /// What a request about the place of the first `at` needs.
