@@ -11,11 +11,10 @@ use std::process::{Command, Output};
 use mauve_hir::{Database, Workspace, projects};
 use mauve_orocos::{Package, packages};
 use mauve_tests::ops::{Call, Literal, run};
-use mauve_tests::{models, random_model, scratch, write};
+use mauve_tests::{models, random_model, scratch, texts_in, write};
 
-fn generated(folder: PathBuf, texts: Vec<(String, String)>) -> Vec<Package> {
+fn generated(folder: PathBuf, texts: Vec<(PathBuf, String)>) -> Vec<Package> {
     let db = Database::default();
-    let texts = texts.into_iter().map(|(path, text)| (PathBuf::from(path), text));
     let workspace = Workspace::of_texts(&db, folder, texts);
     let [project] = projects(&db, workspace).as_slice() else { panic!("several projects") };
     packages(&db, *project, None).unwrap_or_else(|problems| panic!("{problems:#?}"))
@@ -23,18 +22,7 @@ fn generated(folder: PathBuf, texts: Vec<(String, String)>) -> Vec<Package> {
 
 /// The packages of the models below a folder.
 fn generated_from(folder: &Path) -> Vec<Package> {
-    let (mut found, mut open) = (Vec::new(), vec![folder.to_owned()]);
-    while let Some(folder) = open.pop() {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                open.push(path);
-            } else if path.extension().is_some_and(|it| it == "mal" || it == "toml") {
-                found.push((path.display().to_string(), std::fs::read_to_string(&path).unwrap()));
-            }
-        }
-    }
-    generated(folder.to_owned(), found)
+    generated(folder.to_owned(), texts_in(folder))
 }
 
 /// A deployment that has whatever is awkward.
@@ -102,7 +90,7 @@ fn run_ops(script: &str, failing: &str) -> Vec<Call> {
 fn orocos_lua_does_what_the_deployer_does() {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "deployment_lua");
     let mut packages = vec![generated_from(&arm()), generated_from(&models().join("p3dx"))];
-    packages.extend((0..30).map(|seed| generated("/".into(), random_model(seed).written().files)));
+    packages.extend((0..30).map(|seed| generated("/".into(), random_model(seed).texts())));
     for [ops, lua] in packages.iter().flat_map(|packages| scripts(packages)) {
         let calls = run_ops(&ops, "");
         assert_eq!(run_lua(&folder, &lua, ""), (calls.clone(), None), "{ops}\n{lua}");
@@ -215,7 +203,7 @@ fn orocos_nothing_of_a_model_is_substituted_in_a_launch_file() {
     let config = std::fs::read_to_string(arm().join("mauve.toml")).unwrap();
     // Names are names of C++; the name of a file is what can hold anything.
     let path = "/a--$(env EVIL)${EVIL}--->&<\n\u{1}\u{fffe}-.mal".to_owned();
-    let packages = generated("/".into(), vec![(path, model), ("/mauve.toml".to_owned(), config)]);
+    let packages = generated("/".into(), vec![(path.into(), model), ("/mauve.toml".into(), config)]);
     let folder = ros_packages("deployment_launch_hostile", &packages);
     let launch = folder.join("arm/launch/D.launch");
     let text = std::fs::read_to_string(&launch).unwrap();

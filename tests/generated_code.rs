@@ -13,7 +13,7 @@ use std::sync::{Mutex, PoisonError};
 use mauve_hir::{Database, Workspace, projects};
 use mauve_orocos::{Package, packages};
 use mauve_tests::orocos::{build, configure};
-use mauve_tests::{fixture, models, scratch};
+use mauve_tests::{fixture, models, scratch, texts_moved};
 
 /// What every build is given: no warning is let pass, and nothing is optimised, unless the build has a type.
 const FLAGS: &str = "-O0 -Wall -Wextra -Werror";
@@ -46,22 +46,7 @@ fn generate_fixture(text: &str, folder: &Path) -> Vec<Package> {
 
 /// The sample robot, with what its owner adds: where the headers of its devices are.
 fn generate_robot(folder: &Path) -> Vec<Package> {
-    let mut texts = Vec::new();
-    let mut open = vec![models().join("p3dx")];
-    while let Some(inner) = open.pop() {
-        for entry in std::fs::read_dir(inner).unwrap() {
-            let path = entry.unwrap().path();
-            match path.is_dir() {
-                true => open.push(path),
-                false => {
-                    let text = std::fs::read_to_string(&path).unwrap();
-                    texts
-                        .push((Path::new("/").join(path.strip_prefix(models().join("p3dx")).unwrap()), text));
-                }
-            }
-        }
-    }
-    let found = generate(texts, folder);
+    let found = generate(texts_moved(&models().join("p3dx"), "/"), folder);
     for package in ["drivers", "localisation"] {
         let text = format!("include_directories(SYSTEM \"{}\")\n", here("orocos/include").display());
         mauve_tests::write(&folder.join(package), &[("user.cmake".to_owned(), text)]);

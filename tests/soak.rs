@@ -17,7 +17,8 @@ use std::time::{Duration, Instant};
 
 use mauve_tests::methods::{Asked, Location, Method, able_client, methods_of};
 use mauve_tests::{
-    Client, Columns, Random, Text, address, copy, generated_project, models, scratch, wait_for_watcher, write,
+    Client, Columns, Random, Text, address, char_boundary, copy, generated_project, models, scratch,
+    wait_for_watcher, write,
 };
 use serde_json::{Value, json};
 
@@ -888,13 +889,10 @@ fn place_in(text: &Text, random: &mut Random, word: &str) -> Location {
 }
 
 /// The next place before an offset, or there, that is neither in a character nor in a line's end.
-fn boundary(text: &str, mut offset: usize) -> usize {
-    while !text.is_char_boundary(offset)
-        || (text[..offset].ends_with('\r') && text[offset..].starts_with('\n'))
-    {
-        offset -= 1;
-    }
-    offset
+fn boundary(text: &str, offset: usize) -> usize {
+    let offset = char_boundary(text, offset);
+    let is_line_end = text[..offset].ends_with('\r') && text[offset..].starts_with('\n');
+    if is_line_end { offset - 1 } else { offset }
 }
 
 /// Something is put in, taken out, or a digit becomes another.

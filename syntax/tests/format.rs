@@ -3,10 +3,10 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
 
 use mauve_syntax::format::{Replacement, applied, format, format_on_type, format_range, formatted};
 use mauve_syntax::{NodeOrToken, Parse, SyntaxErrorKind, SyntaxKind, TextRange, TextSize, WalkEvent, parse};
+use mauve_tests::{char_boundary, models, texts_in};
 use proptest::prelude::*;
 
 /// A tree without its white space and without places: nodes, tokens, and what is wrong. Comments are by themselves, since
@@ -146,19 +146,14 @@ fn spaced(model: &'static str) -> impl Strategy<Value = String> {
     })
 }
 
-/// The last place between two characters that is not behind `at`.
-fn boundary(text: &str, at: usize) -> usize {
-    (0..=at.min(text.len())).rev().find(|&at| text.is_char_boundary(at)).unwrap_or(0)
-}
-
 /// A model in which some pieces have become others.
 fn damaged(model: &'static str) -> impl Strategy<Value = String> {
     let harm = (any::<prop::sample::Index>(), 0..30usize, prop::sample::select(words()));
     prop::collection::vec(harm, 1..4).prop_map(move |harms| {
         let mut text = model.to_owned();
         for (at, length, put) in harms {
-            let from = boundary(&text, at.index(text.len() + 1));
-            let to = boundary(&text, from + length);
+            let from = char_boundary(&text, at.index(text.len() + 1));
+            let to = char_boundary(&text, from + length);
             text.replace_range(from..to, put);
         }
         text
@@ -239,7 +234,7 @@ proptest! {
 
     #[test]
     fn some_lines(text in damaged(MODEL), ends: (prop::sample::Index, prop::sample::Index)) {
-        let at = |index: prop::sample::Index| boundary(&text, index.index(text.len() + 1));
+        let at = |index: prop::sample::Index| char_boundary(&text, index.index(text.len() + 1));
         let (from, to) = (at(ends.0), at(ends.1));
         check_range(&text, from.min(to), from.max(to));
     }
@@ -252,24 +247,13 @@ proptest! {
     }
 }
 
-fn models(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            models(&path, found);
-        } else if path.extension().is_some_and(|it| it == "mal") {
-            found.push(path);
-        }
-    }
-}
-
 #[test]
 fn the_sample_models_are_as_they_should_be() {
-    let mut found = Vec::new();
-    models(&mauve_tests::models(), &mut found);
-    assert!(found.len() > 10);
-    for path in found {
-        let text = std::fs::read_to_string(&path).unwrap();
+    let models =
+        texts_in(&models()).into_iter().filter(|(path, _)| path.extension().is_some_and(|it| it == "mal"));
+    let models: Vec<_> = models.collect();
+    assert!(models.len() > 10);
+    for (path, text) in models {
         assert_eq!(formatted(&text), text, "{}", path.display());
         check(&text);
         // Whatever the author's indentation and line breaks: they come out again.

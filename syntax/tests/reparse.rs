@@ -5,7 +5,7 @@
 use std::collections::HashMap;
 
 use mauve_syntax::{Parse, Tier, lex, parse};
-use mauve_tests::{Random, generated_project, models};
+use mauve_tests::{Random, char_boundary, generated_project, models, texts_in};
 
 /// How many edits are made in each kind of text; `REPARSE_EDITS` makes them more.
 fn edits() -> usize {
@@ -180,14 +180,11 @@ impl Session {
 
     /// A place between two characters, often near the last one.
     fn place(&mut self) -> usize {
-        let mut at = match self.random.below(2) {
+        let at = match self.random.below(2) {
             0 => self.random.below(self.text.len() + 1),
-            _ => (self.at + self.random.below(30)).saturating_sub(15).min(self.text.len()),
+            _ => (self.at + self.random.below(30)).saturating_sub(15),
         };
-        while !self.text.is_char_boundary(at) {
-            at -= 1;
-        }
-        at
+        char_boundary(&self.text, at)
     }
 
     fn replace(&mut self, range: std::ops::Range<usize>, with: &str) {
@@ -226,10 +223,7 @@ impl Session {
             }
             // From anywhere to somewhere near.
             8 => {
-                let mut end = (at + self.random.below(60)).min(self.text.len());
-                while !self.text.is_char_boundary(end) {
-                    end -= 1;
-                }
+                let end = char_boundary(&self.text, at + self.random.below(60));
                 self.replace(at..end, piece);
             }
             // Typed, and taken back.
@@ -341,18 +335,9 @@ fn edits_that_reach_further_than_they_seem() {
 
 #[test]
 fn edits_of_real_models() {
-    let mut texts = Vec::new();
-    let mut folders = vec![models()];
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-            } else if path.extension().is_some_and(|ending| ending == "mal") {
-                texts.push(std::fs::read_to_string(path).unwrap());
-            }
-        }
-    }
+    let models =
+        texts_in(&models()).into_iter().filter(|(path, _)| path.extension().is_some_and(|it| it == "mal"));
+    let mut texts: Vec<String> = models.map(|(_, text)| text).collect();
     texts.sort();
     assert!(texts.len() > 5);
     edited(1, &texts, edits(), 12);

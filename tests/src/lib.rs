@@ -111,6 +111,17 @@ pub fn texts_in(folder: &Path) -> Vec<(PathBuf, String)> {
     files.map(|path| (path.clone(), std::fs::read_to_string(path).unwrap())).collect()
 }
 
+/// [`texts_in`], with the paths that the files have when the folder is `root`.
+pub fn texts_moved(folder: &Path, root: &str) -> Vec<(PathBuf, String)> {
+    let below = |path: &Path| path.strip_prefix(folder).unwrap().to_owned();
+    texts_in(folder).into_iter().map(|(path, text)| (Path::new(root).join(below(&path)), text)).collect()
+}
+
+/// The last offset up to `at` that is between two characters of a text.
+pub fn char_boundary(text: &str, at: usize) -> usize {
+    (0..=at.min(text.len())).rev().find(|&at| text.is_char_boundary(at)).unwrap_or(0)
+}
+
 /// A project of `files` models and about `lines` lines that has nothing to complain of: a root that includes all others, and for each
 /// a library with codels, a shell, a core with a state machine, a component and an instance of it.
 ///

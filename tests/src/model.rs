@@ -6,6 +6,7 @@
 
 use std::fmt::{self, Display, Formatter, Write as _};
 use std::ops::Range;
+use std::path::PathBuf;
 
 /// A workspace: models, `mauve.toml` and timing tables.
 #[derive(Clone, Debug, Default)]
@@ -297,7 +298,12 @@ pub struct Written {
 }
 
 impl Model {
-    /// Its texts.
+    /// Its texts, by their paths.
+    pub fn texts(&self) -> Vec<(PathBuf, String)> {
+        self.written().files.into_iter().map(|(path, text)| (path.into(), text)).collect()
+    }
+
+    /// Its texts, and what is marked in them.
     pub fn written(&self) -> Written {
         let models = self.files.iter().map(|file| {
             let mut writer =

@@ -12,11 +12,10 @@ mod common;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use common::sample;
+use common::{deployments, sample};
 use mauve_diagnostics::{Finding, Severity, workspace_diagnostics};
-use mauve_hir::item_tree::Kind;
-use mauve_hir::{Database, Workspace, names_of, projects};
-use mauve_tests::Random;
+use mauve_hir::{Database, Workspace};
+use mauve_tests::{Random, char_boundary};
 use mauve_timing::{Level, Method, Time};
 use mauve_wcrt::{Query, response_times};
 use salsa::Setter as _;
@@ -213,13 +212,11 @@ fn responses(db: &Database, workspace: Workspace) -> Responses {
     let mut responses = BTreeMap::new();
     for method in [Method::Psm, Method::Classic] {
         let level = Level::from_f64(1e-3).unwrap();
-        for &project in projects(db, workspace) {
-            for &decl in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Deployment) {
-                let query = Query { level, method, horizon: None };
-                for activity in &response_times(db, project, decl, query).activities {
-                    let key = (activity.instance.to_string(), method.to_string());
-                    responses.insert(key, activity.response);
-                }
+        for (project, deployment) in deployments(db, workspace) {
+            let query = Query { level, method, horizon: None };
+            for activity in &response_times(db, project, deployment, query).activities {
+                let key = (activity.instance.to_string(), method.to_string());
+                responses.insert(key, activity.response);
             }
         }
     }
@@ -237,8 +234,7 @@ fn damage_once(text: &str, random: &mut Random) -> (String, String) {
         2 => (token, junk.to_owned()),
         // From somewhere in the token on, the line is cut off.
         _ => {
-            let cut = random.below(token.len() + 1);
-            let cut = (0..=cut).rev().find(|&cut| rest.is_char_boundary(cut)).unwrap_or(0);
+            let cut = char_boundary(rest, random.below(token.len() + 1));
             let end = rest.find('\n').unwrap_or(rest.len()).max(cut);
             (token.start + cut..token.start + end, String::new())
         }

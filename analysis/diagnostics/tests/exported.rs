@@ -6,12 +6,15 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+mod common;
+
 use std::path::PathBuf;
 
+use common::deployments;
 use mauve_diagnostics::{PROSE, timing_reason};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, Project, Workspace, names_of, projects};
-use mauve_tests::{Random, texts_in};
+use mauve_tests::{Random, random_model, texts_in};
 use mauve_timing::task_set::{Component, Exported, TaskSet};
 use mauve_timing::{Level, Method, Status, Time};
 use mauve_wcrt::{
@@ -57,17 +60,6 @@ fn said<'db>(db: &'db Database, report: &Report<'db>) -> Vec<String> {
     let ends =
         format!("{:?} {not_analysed:?} {} {:?}", report.cpus, report.schedulable(), report.deadlines());
     activities.chain([ends]).collect()
-}
-
-fn deployments<'db>(db: &'db Database, workspace: Workspace) -> Vec<(Project<'db>, Decl<'db>)> {
-    let of_kind = |kind| {
-        let in_project = move |&project: &Project<'db>| {
-            let all = names_of(db, project).all.iter().filter(move |decl| decl.kind(db) == kind);
-            all.map(move |&decl| (project, decl)).collect::<Vec<_>>()
-        };
-        projects(db, workspace).iter().flat_map(in_project).collect()
-    };
-    of_kind(Kind::Deployment)
 }
 
 fn written(set: TaskSet) -> TaskSet {
@@ -160,7 +152,7 @@ fn random_models() {
     let mut counted = Counted::default();
     for seed in 0..count() / 5 {
         let db = Database::default();
-        let workspace = Workspace::of_texts(&db, "/".into(), random_texts(seed));
+        let workspace = Workspace::of_texts(&db, "/".into(), random_model(seed).texts());
         check(&db, workspace, &format!("seed {seed}"), &mut counted);
     }
     assert!(counted.responses > 100 && counted.machines > 100, "{counted:?}");
@@ -169,7 +161,7 @@ fn random_models() {
 #[test]
 fn damaged_models() {
     let sample = mauve_tests::models().join("p3dx");
-    let random = (0..count() / 30).map(|seed| ("/".into(), random_texts(seed)));
+    let random = (0..count() / 30).map(|seed| ("/".into(), random_model(seed).texts()));
     let models: Vec<(PathBuf, Vec<(PathBuf, String)>)> =
         std::iter::once((sample.clone(), texts_in(&sample))).chain(random).collect();
     let mut counted = Counted::default();
@@ -193,11 +185,6 @@ fn damaged_models() {
         }
     }
     assert!(counted.responses > 100 && counted.not_analysed > 100, "{counted:?}");
-}
-
-fn random_texts(seed: u64) -> Vec<(PathBuf, String)> {
-    let written = mauve_tests::random_model(seed).written();
-    written.files.into_iter().map(|(path, text)| (path.into(), text)).collect()
 }
 
 /// A file that somebody wrote himself, to harm: it is refused, or analysed, and nothing panics.

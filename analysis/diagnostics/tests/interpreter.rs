@@ -43,8 +43,7 @@ fn check_costs(
         let model = random_model_of(seed, options);
         let (library, times) = (Library::of(&model, seed), Times::of(&model));
         let db = Database::default();
-        let texts = model.written().files.into_iter().map(|(path, text)| (path.into(), text));
-        let workspace = Workspace::of_texts(&db, "/".into(), texts);
+        let workspace = Workspace::of_texts(&db, "/".into(), model.texts());
         for component in &library.components {
             // Some components have too many paths.
             let Some(expected) = edges(&library, component, &times) else { continue };

@@ -7,11 +7,11 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use mauve_diagnostics::workspace_diagnostics;
 use mauve_hir::{Database, Location, Workspace};
-use mauve_tests::{Random, random_model};
+use mauve_tests::{Random, char_boundary, random_model, texts_in};
 use salsa::Setter as _;
 
 /// What is put in: words of the language, and what makes the rest of a text something else.
@@ -89,15 +89,12 @@ fn mutants_neither_panic_nor_lose_a_byte() {
     let (mutants, seed): (u64, u64) = (number("MAUVE_MUTANTS", 1500), number("MAUVE_SEED", 1));
     let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
     let samples: Vec<Vec<(PathBuf, String)>> =
-        ["p3dx", "p3dx_entry"].map(|name| files_of(&mauve_tests::models().join(name))).into();
+        ["p3dx", "p3dx_entry"].map(|name| texts_in(&mauve_tests::models().join(name))).into();
     let mut done = 0;
     while done < mutants {
         let texts = match random.below(4) {
             0 => random.of(&samples).clone(),
-            _ => {
-                let model = random_model(random.below(1 << 20) as u64);
-                model.written().files.into_iter().map(|(path, text)| (path.into(), text)).collect()
-            }
+            _ => random_model(random.below(1 << 20) as u64).texts(),
         };
         let folder =
             texts.iter().find(|it| it.0.ends_with("mauve.toml")).unwrap().0.parent().unwrap().to_owned();
@@ -181,8 +178,7 @@ fn mutated(text: &str, other: &str, random: &mut Random) -> String {
 
 /// Somewhere between two characters.
 fn boundary(text: &str, random: &mut Random) -> usize {
-    let at = random.below(text.len() + 1);
-    (0..=at).rev().find(|&at| text.is_char_boundary(at)).unwrap_or(0)
+    char_boundary(text, random.below(text.len() + 1))
 }
 
 /// What is no UTF-8 any more comes as the loader would read it.
@@ -259,19 +255,4 @@ fn of_lines(text: &str, other: &str, random: &mut Random) -> String {
         _ => lines.insert(one, random.of::<&str>(&others)),
     }
     lines.concat()
-}
-
-/// The models, tables and configuration of a folder.
-fn files_of(folder: &Path) -> Vec<(PathBuf, String)> {
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            files.extend(files_of(&path));
-        } else if path.extension().is_some_and(|it| it == "mal" || it == "toml") {
-            files.push((path.clone(), std::fs::read_to_string(path).unwrap()));
-        }
-    }
-    files.sort();
-    files
 }

@@ -14,12 +14,12 @@ use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use common::sample;
+use common::{deployments, sample};
 use mauve_diagnostics::{Finding, Severity, workspace_diagnostics};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{
     Database, Decl, Project, Workspace, core_of, declaration_at, features_of, flat_of, names_of, parse,
-    projects, shell_of,
+    shell_of,
 };
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange};
 use mauve_tests::{Random, random_model};
@@ -202,10 +202,7 @@ fn nor_where_everything_stands_on_one_line() {
 
 #[test]
 fn nor_one_of_random_models() {
-    let models = (0..).map(|seed| (seed, random_model(seed).written().files));
-    let texts = models.map(|(seed, files)| {
-        (seed, files.into_iter().map(|(path, text)| (PathBuf::from(path), text)).collect::<Vec<_>>())
-    });
+    let texts = (0..).map(|seed| (seed, random_model(seed).texts()));
     // In some, one served operation takes all figures.
     let with_figures = texts.filter(|(_, texts)| {
         let db = Database::default();
@@ -315,16 +312,6 @@ fn is_table(db: &Database, finding: &Finding<'_>) -> bool {
 type Activity = (String, String, &'static str);
 
 const METHODS: [(Method, &str); 2] = [(Method::Psm, "psm"), (Method::Classic, "classic")];
-
-fn deployments<'db>(db: &'db Database, workspace: Workspace) -> Vec<(Project<'db>, Decl<'db>)> {
-    let of = |&project: &Project<'db>| {
-        let all = names_of(db, project).all.iter();
-        all.filter(|decl| decl.kind(db) == Kind::Deployment)
-            .map(move |&decl| (project, decl))
-            .collect::<Vec<_>>()
-    };
-    projects(db, workspace).iter().flat_map(of).collect()
-}
 
 fn responses(db: &Database, workspace: Workspace) -> BTreeMap<Activity, Option<Time>> {
     let mut responses = BTreeMap::new();

@@ -7,14 +7,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use mauve_diagnostics::{Severity, workspace_diagnostics};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Workspace, is_model, names_of, projects};
 use mauve_ide::{ActionKind, ActionQuestion, Change, Changes, code_actions};
 use mauve_syntax::{SyntaxKind, TextRange, TextSize, WalkEvent};
-use mauve_tests::{Random, models, random_model};
+use mauve_tests::{Random, char_boundary, models, random_model, texts_moved};
 use mauve_wcrt::{Query, response_times};
 
 type Texts = BTreeMap<PathBuf, String>;
@@ -38,12 +38,16 @@ fn an_action_breaks_nothing() {
     let mut random = Random(seed);
     let mut offered: BTreeMap<(ActionKind, String), usize> = BTreeMap::new();
     for robot in ["p3dx", "p3dx_entry"] {
-        try_actions(&read(&models().join(robot)), 40, &mut random, &mut offered);
+        try_actions(
+            &texts_moved(&models().join(robot), "/").into_iter().collect(),
+            40,
+            &mut random,
+            &mut offered,
+        );
     }
     for model in 0..number("MAUVE_ACTIONS", 40) {
-        let written = random_model(seed.wrapping_mul(1_000_003).wrapping_add(model)).written();
-        let texts = written.files.into_iter().map(|(path, text)| (path.into(), text)).collect();
-        try_actions(&texts, 60, &mut random, &mut offered);
+        let texts = random_model(seed.wrapping_mul(1_000_003).wrapping_add(model)).texts();
+        try_actions(&texts.into_iter().collect(), 60, &mut random, &mut offered);
     }
     let count =
         |kind: ActionKind| offered.iter().filter(|((of, _), _)| *of == kind).map(|(_, it)| it).sum::<usize>();
@@ -233,26 +237,7 @@ fn random_range(text: &str, is_model: bool, random: &mut Random) -> TextRange {
             };
         }
     }
-    let mut offset = random.below(text.len() + 1);
-    while !text.is_char_boundary(offset) {
-        offset -= 1;
-    }
-    TextRange::empty(TextSize::new(offset as u32))
-}
-
-/// The models and tables of a folder.
-fn read(folder: &Path) -> Texts {
-    let mut texts = Texts::new();
-    let mut open = vec![folder.to_path_buf()];
-    while let Some(path) = open.pop() {
-        if path.is_dir() {
-            open.extend(std::fs::read_dir(&path).unwrap().map(|entry| entry.unwrap().path()));
-        } else if matches!(path.extension().and_then(|it| it.to_str()), Some("mal" | "toml")) {
-            let name = Path::new("/").join(path.strip_prefix(folder).unwrap());
-            texts.insert(name, std::fs::read_to_string(&path).unwrap());
-        }
-    }
-    texts
+    TextRange::empty(TextSize::new(char_boundary(text, random.below(text.len() + 1)) as u32))
 }
 
 #[test]
@@ -261,8 +246,8 @@ fn what_mends_a_mistake_leaves_less_of_it() {
     let mut random = Random(seed);
     let mut offered: BTreeMap<&str, usize> = BTreeMap::new();
     for model in 0..number("MAUVE_ACTIONS", 40) {
-        let written = random_model(seed.wrapping_mul(1_000_003).wrapping_add(model)).written();
-        let whole: Texts = written.files.into_iter().map(|(path, text)| (path.into(), text)).collect();
+        let texts = random_model(seed.wrapping_mul(1_000_003).wrapping_add(model)).texts();
+        let whole: Texts = texts.into_iter().collect();
         for _ in 0..4 {
             mend(&damaged(&whole, &mut random), &mut offered);
         }

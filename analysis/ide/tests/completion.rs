@@ -4,13 +4,13 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use mauve_diagnostics::workspace_diagnostics;
 use mauve_hir::{Database, File, Workspace};
 use mauve_ide::{CompletionKind, Completions, completions, signature_help};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize};
-use mauve_tests::{Random, models};
+use mauve_tests::{Random, models, texts_moved};
 use salsa::Setter as _;
 
 /// Operations and handlers, which the sample robot does not have.
@@ -87,21 +87,7 @@ fn sample(texts: impl IntoIterator<Item = (PathBuf, String)>) -> Sample {
 
 /// The sample robot.
 fn robot() -> Sample {
-    fn read(folder: &Path, below: &Path, texts: &mut Vec<(PathBuf, String)>) {
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            let below = below.join(path.file_name().unwrap());
-            let wanted = path.extension().is_some_and(|it| it == "mal" || it == "toml");
-            if path.is_dir() {
-                read(&path, &below, texts);
-            } else if wanted {
-                texts.push((below, std::fs::read_to_string(path).unwrap()));
-            }
-        }
-    }
-    let mut texts = Vec::new();
-    read(&models().join("p3dx"), Path::new("/robot"), &mut texts);
-    sample(texts)
+    sample(texts_moved(&models().join("p3dx"), "/robot"))
 }
 
 fn operations() -> Sample {

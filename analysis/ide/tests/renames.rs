@@ -10,7 +10,7 @@ use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, File, Workspace, names_of, projects};
 use mauve_ide::{Change, definition, prepare_rename, references, rename};
 use mauve_syntax::{TextRange, TextSize};
-use mauve_tests::{Random, models, random_model};
+use mauve_tests::{Random, models, random_model, texts_moved};
 use mauve_wcrt::{Query, response_times};
 
 type Texts = BTreeMap<PathBuf, String>;
@@ -121,23 +121,9 @@ fn replaced(text: &str, from: &str, to: &str) -> String {
 
 /// The models and tables of a sample, as they stand beside the folder of the workspace or in it.
 fn folder(name: &str) -> Texts {
-    let mut texts = Texts::new();
-    let mut open = vec![models().join(name), models().join("p3dx")];
-    while let Some(folder) = open.pop() {
-        for entry in std::fs::read_dir(&folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                open.push(path);
-            } else if path.extension().is_some_and(|it| it == "mal" || it == "toml") {
-                let place = match path.strip_prefix(models().join(name)) {
-                    Ok(below) => Path::new(FOLDER).join(below),
-                    Err(_) => Path::new("/").join(path.strip_prefix(models()).unwrap()),
-                };
-                texts.insert(place, std::fs::read_to_string(&path).unwrap());
-            }
-        }
-    }
-    texts
+    let inside = texts_moved(&models().join(name), FOLDER);
+    let beside = if name == "p3dx" { Vec::new() } else { texts_moved(&models().join("p3dx"), "/p3dx") };
+    inside.into_iter().chain(beside).collect()
 }
 
 fn random(seed: u64) -> Texts {

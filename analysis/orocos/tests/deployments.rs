@@ -11,12 +11,11 @@ use mauve_hir::{Database, Value, Workspace, projects};
 use mauve_orocos::{Package, packages};
 use mauve_tests::model::{Architecture, Declaration, Deployment, Expr, Form, Model, Shell};
 use mauve_tests::ops::{Call, Literal, run};
-use mauve_tests::{Random, fixture, models, plain, random_model, texts_in};
+use mauve_tests::{Random, models, plain, random_model, texts_in};
 
 /// The packages of a model that has nothing wrong.
-fn generated(folder: PathBuf, texts: Vec<(String, String)>) -> Vec<Package> {
+fn generated(folder: PathBuf, texts: Vec<(PathBuf, String)>) -> Vec<Package> {
     let db = Database::default();
-    let texts = texts.into_iter().map(|(path, text)| (PathBuf::from(path), text));
     let workspace = Workspace::of_texts(&db, folder, texts);
     let [project] = projects(&db, workspace).as_slice() else { panic!("several projects") };
     packages(&db, *project, None).unwrap_or_else(|problems| panic!("{problems:#?}"))
@@ -29,7 +28,7 @@ fn text(packages: &[Package], path: &str) -> String {
 }
 
 fn script(model: &Model) -> String {
-    text(&generated("/".into(), model.written().files), "scripts/Deployed.ops")
+    text(&generated("/".into(), model.texts()), "scripts/Deployed.ops")
 }
 
 /// What a model says of its deployment.
@@ -300,11 +299,11 @@ fn shown(call: &Call) -> String {
 /// What is generated from the model in `tests/arm` stands beside it, and what is from the sample robot in `tests/p3dx`.
 #[test]
 fn scripts_as_people_read_them() {
-    let arm = generated(folder("arm"), files_in(&folder("arm")));
+    let arm = generated(folder("arm"), texts_in(&folder("arm")));
     for path in ["scripts/D.ops", "scripts/D.lua", "launch/D.launch"] {
         expect_file![format!("arm/{path}")].assert_eq(&text(&arm, path));
     }
-    let p3dx = generated(models().join("p3dx"), files_in(&models().join("p3dx")));
+    let p3dx = generated(models().join("p3dx"), texts_in(&models().join("p3dx")));
     for path in ["scripts/P3dxDeployment.ops", "scripts/P3dxDeployment.lua", "launch/P3dxDeployment.launch"] {
         expect_file![format!("p3dx/{path}")].assert_eq(&text(&p3dx, path));
     }
@@ -315,7 +314,7 @@ fn scripts_as_people_read_them() {
 
 #[test]
 fn without_ros_nothing_of_it_is_there() {
-    let with_streams = files_in(&folder("arm"));
+    let with_streams = texts_in(&folder("arm"));
     let mut without = with_streams.clone();
     let config = without.iter_mut().find(|(path, _)| path.ends_with("mauve.toml")).unwrap();
     config.1 += "[generate]\nros_streams = false\n";
@@ -329,19 +328,13 @@ fn without_ros_nothing_of_it_is_there() {
 
 #[test]
 fn a_library_without_deployments_has_no_scripts() {
-    let packages = generated("/".into(), fixture("library a { codel f(): int }"));
+    let packages = generated("/".into(), vec![("/a.mal".into(), "library a { codel f(): int }".to_owned())]);
     assert_eq!(packages.len(), 1);
     assert!(!packages[0].files.iter().any(|file| file.path.starts_with("scripts/")));
 }
 
 fn folder(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests").join(name)
-}
-
-/// The models and TOML files below a folder, by their paths.
-fn files_in(folder: &Path) -> Vec<(String, String)> {
-    let texts = texts_in(folder).into_iter();
-    texts.map(|(path, text)| (path.display().to_string(), text)).collect()
 }
 
 const MODELS: u64 = 300;

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use mauve_diagnostics::{Severity, timing_reason, workspace_diagnostics};
 use mauve_hir::item_tree::Kind;
-use mauve_hir::{Database, Workspace, names_of, projects};
+use mauve_hir::{Database, Decl, Project, Workspace, names_of, projects};
 use mauve_timing::{Level, Method};
 use mauve_wcrt::{Query, psm_of, response_times};
 
@@ -16,6 +16,15 @@ pub(crate) const LEVEL: Level = Level::TEN_TO_MINUS_FOUR;
 pub(crate) fn workspace(db: &Database, fixture: &str) -> Workspace {
     let texts = mauve_tests::fixture(fixture).into_iter().map(|(path, text)| (PathBuf::from(path), text));
     Workspace::of_texts(db, "/".into(), texts)
+}
+
+/// The deployments of all projects.
+pub(crate) fn deployments<'db>(db: &'db Database, workspace: Workspace) -> Vec<(Project<'db>, Decl<'db>)> {
+    let of = |&project: &Project<'db>| -> Vec<_> {
+        let all = names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Deployment);
+        all.map(|&decl| (project, decl)).collect()
+    };
+    projects(db, workspace).iter().flat_map(of).collect()
 }
 
 /// A line for each activity of each deployment: its response time, or why it has none.
@@ -27,19 +36,16 @@ pub(crate) fn verdicts_with(fixture: &str, method: Method, level: Level) -> Stri
     let db = Database::default();
     let workspace = workspace(&db, fixture);
     let mut out = String::new();
-    for &project in projects(&db, workspace) {
-        for &decl in names_of(&db, project).all.iter().filter(|decl| decl.kind(&db) == Kind::Deployment) {
-            let query = Query { level, method, horizon: None };
-            for activity in &response_times(&db, project, decl, query).activities {
-                let _ = write!(out, "{} {}", activity.instance, activity.verdict.name());
-                if let Some(response) = activity.response {
-                    let _ = write!(out, " {response}");
-                }
-                let reasons: Vec<String> =
-                    activity.reasons.iter().map(|it| timing_reason(&db, &it.reason)).collect();
-                out +=
-                    &if reasons.is_empty() { "\n".to_owned() } else { format!(": {}\n", reasons.join("; ")) };
+    for (project, decl) in deployments(&db, workspace) {
+        let query = Query { level, method, horizon: None };
+        for activity in &response_times(&db, project, decl, query).activities {
+            let _ = write!(out, "{} {}", activity.instance, activity.verdict.name());
+            if let Some(response) = activity.response {
+                let _ = write!(out, " {response}");
             }
+            let reasons: Vec<String> =
+                activity.reasons.iter().map(|it| timing_reason(&db, &it.reason)).collect();
+            out += &if reasons.is_empty() { "\n".to_owned() } else { format!(": {}\n", reasons.join("; ")) };
         }
     }
     out
