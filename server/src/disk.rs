@@ -167,16 +167,8 @@ fn open(real: &Path) -> io::Result<File> {
 fn is_of_the_kernel(file: &File) -> bool {
     // proc, sysfs, debugfs, tracefs, securityfs, cgroup and cgroup2, devpts, bpf, efivarfs: `statfs(2)`.
     const KERNEL: [u64; 10] = [
-        0x9fa0,
-        0x6265_6572,
-        0x6462_6720,
-        0x7472_6163,
-        0x7363_6673,
-        0x0027_e0eb,
-        0x6367_7270,
-        0x1cd1,
-        0xcafe_4a11,
-        0xde5e_81e4,
+        0x9fa0, 0x62656572, 0x64626720, 0x74726163, 0x73636673, 0x0027e0eb, 0x63677270, 0x1cd1, 0xcafe4a11,
+        0xde5e81e4,
     ];
     rustix::fs::fstatfs(file).is_ok_and(|it| KERNEL.contains(&(it.f_type as u64 & 0xffff_ffff)))
 }

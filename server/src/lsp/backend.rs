@@ -308,9 +308,9 @@ impl Backend {
         });
     }
 
-    /// [`Backend::answer`] about the colours of a text: an edit elsewhere may overtake it, and then nobody asks again by
-    /// himself.
-    async fn colour<T: Send + 'static>(
+    /// [`Backend::answer`] with semantic tokens. When an edit of another document cancels the request, the client does not
+    /// repeat it.
+    async fn tokens<T: Send + 'static>(
         &self,
         uri: Url,
         handler: impl Fn(&Snapshot) -> Result<T> + Send + 'static,
@@ -394,11 +394,12 @@ impl Drop for Pull {
 
 type Handler<R> = fn(&Snapshot, &<R as RequestType>::Params) -> Result<<R as RequestType>::Result>;
 
-/// Implements the methods of the protocol: by a handler, by a method of [`Backend`] that does more, or by one that takes a
-/// notification.
+/// Implements the methods of the protocol: by a handler, by one for semantic tokens, by a method of [`Backend`] that does
+/// more, or by one that takes a notification.
 macro_rules! language_server {
     (
         handlers: { $($method:ident: $request:ident => $handler:expr;)* }
+        tokens: { $($tokens:ident: $tokens_request:ident => $tokens_handler:path;)* }
         requests: { $($own:ident: $own_request:ident;)* }
         notifications: { $($notified:ident: $notification:ident;)* }
     ) => {
@@ -410,6 +411,14 @@ macro_rules! language_server {
             ) -> Result<<request::$request as RequestType>::Result> {
                 let handler: Handler<request::$request> = $handler;
                 self.answer(move |snapshot| handler(snapshot, &params)).await
+            })*
+
+            $(async fn $tokens(
+                &self,
+                params: <request::$tokens_request as RequestType>::Params,
+            ) -> Result<<request::$tokens_request as RequestType>::Result> {
+                let uri = params.text_document.uri.clone();
+                self.tokens(uri, move |snapshot| $tokens_handler(snapshot, &params)).await
             })*
 
             $(async fn $own(
@@ -473,6 +482,11 @@ language_server! {
             |it, params| hierarchies::related_types(it, &params.item, mauve_ide::supertypes);
         will_rename_files: WillRenameFiles => rename::will_rename_files;
     }
+    tokens: {
+        semantic_tokens_full: SemanticTokensFullRequest => semantic_tokens::full;
+        semantic_tokens_full_delta: SemanticTokensFullDeltaRequest => semantic_tokens::delta;
+        semantic_tokens_range: SemanticTokensRangeRequest => semantic_tokens::range;
+    }
     requests: {
         initialize: Initialize;
         code_action_resolve: CodeActionResolveRequest;
@@ -480,9 +494,6 @@ language_server! {
         diagnostic: DocumentDiagnosticRequest;
         execute_command: ExecuteCommand;
         inlay_hint: InlayHintRequest;
-        semantic_tokens_full: SemanticTokensFullRequest;
-        semantic_tokens_full_delta: SemanticTokensFullDeltaRequest;
-        semantic_tokens_range: SemanticTokensRangeRequest;
         workspace_diagnostic: WorkspaceDiagnosticRequest;
     }
     notifications: {
@@ -615,30 +626,6 @@ impl Backend {
         let client = self.client.clone();
         tokio::spawn(async move { tell(&client, messages).await });
         Ok(action)
-    }
-
-    async fn semantic_tokens_full(
-        &self,
-        params: SemanticTokensParams,
-    ) -> Result<Option<SemanticTokensResult>> {
-        let uri = params.text_document.uri.clone();
-        self.colour(uri, move |snapshot| semantic_tokens::full(snapshot, &params)).await
-    }
-
-    async fn semantic_tokens_full_delta(
-        &self,
-        params: SemanticTokensDeltaParams,
-    ) -> Result<Option<SemanticTokensFullDeltaResult>> {
-        let uri = params.text_document.uri.clone();
-        self.colour(uri, move |snapshot| semantic_tokens::delta(snapshot, &params)).await
-    }
-
-    async fn semantic_tokens_range(
-        &self,
-        params: SemanticTokensRangeParams,
-    ) -> Result<Option<SemanticTokensRangeResult>> {
-        let uri = params.text_document.uri.clone();
-        self.colour(uri, move |snapshot| semantic_tokens::range(snapshot, &params)).await
     }
 }
 

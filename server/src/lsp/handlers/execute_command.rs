@@ -65,7 +65,7 @@ pub(crate) fn read(snapshot: &Snapshot, params: &ExecuteCommandParams) -> Result
             }
         }
         GENERATE => {
-            let params = meant(&params.arguments)?;
+            let params = generate_params(&params.arguments)?;
             if !snapshot.capabilities.applies_edits {
                 return Err(refused(
                     "this editor makes no changes by itself: run `mauve generate`".to_owned(),
@@ -100,7 +100,7 @@ fn level(arguments: &[Value]) -> Result<Option<Level>> {
     }
 }
 
-fn meant(arguments: &[Value]) -> Result<GenerateParams> {
+fn generate_params(arguments: &[Value]) -> Result<GenerateParams> {
     let (uri, deployment) = match arguments {
         [Value::String(uri)] | [Value::String(uri), Value::Null] => (uri, None),
         [Value::String(uri), Value::String(deployment)] => (uri, Some(deployment.clone())),
