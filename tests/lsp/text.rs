@@ -325,8 +325,9 @@ fn the_editors_know_every_colour_of_ours() {
     let source =
         std::fs::read_to_string(models().join("../../server/src/lsp/handlers/semantic_tokens.rs")).unwrap();
     let strings = |of: &str| -> Vec<String> {
-        let list = source.split_once(of).unwrap().1.split_once("\n];").unwrap().0;
-        list.split('"').skip(1).step_by(2).map(str::to_owned).collect()
+        let list = source.split_once(of).unwrap().1.split_once(";\n").unwrap().0;
+        let words = list.split('"').skip(1).step_by(2).flat_map(str::split_whitespace);
+        words.filter(|word| *word != "\\").map(str::to_owned).collect()
     };
     let standard_types = [
         "namespace",
