@@ -87,18 +87,18 @@ enum Named {
 }
 
 impl Named {
-    /// Classifies a path; `place` is its canonical form.
-    fn new(path: &Path, place: PathBuf, is_file: bool) -> Result<Named, String> {
-        let is_config = place.ends_with(CONFIG_FILE);
+    /// Classifies a path; `canonical` is the same path behind all links.
+    fn new(path: &Path, canonical: PathBuf, is_file: bool) -> Result<Named, String> {
+        let is_config = canonical.ends_with(CONFIG_FILE);
         if is_file && !is_config {
-            return match is_model(&place) {
-                true => Ok(Named::Model(place)),
+            return match is_model(&canonical) {
+                true => Ok(Named::Model(canonical)),
                 false => {
                     Err(format!("`{}` is no model (*.mal), no {CONFIG_FILE} and no folder", path.display()))
                 }
             };
         }
-        Ok(Named::Folder(if is_config { parent(&place).to_owned() } else { place }))
+        Ok(Named::Folder(if is_config { parent(&canonical).to_owned() } else { canonical }))
     }
 }
 
@@ -139,7 +139,8 @@ pub(crate) fn models_in(paths: &[PathBuf]) -> Result<(BTreeSet<PathBuf>, Vec<Str
     for path in paths {
         let absolute =
             path.canonicalize().map_err(|error| format!("cannot read `{}`: {error}", path.display()))?;
-        let beside = place(path.parent().filter(|it| !it.as_os_str().is_empty()).unwrap_or(Path::new(".")));
+        let beside =
+            canonical_path(path.parent().filter(|it| !it.as_os_str().is_empty()).unwrap_or(Path::new(".")));
         if absolute.is_file() && !absolute.starts_with(beside) {
             let (path, absolute) = (path.display(), absolute.display());
             return Err(format!("`{path}` is a link that leads elsewhere: name `{absolute}` itself"));
@@ -158,7 +159,7 @@ pub(crate) fn models_in(paths: &[PathBuf]) -> Result<(BTreeSet<PathBuf>, Vec<Str
         if walked.files.is_empty() && walked.problems.is_empty() {
             return Err(format!("no model (*.mal) in `{}`", path.display()));
         }
-        let models = walked.files.iter().map(|model| place(model));
+        let models = walked.files.iter().map(|model| canonical_path(model));
         found.extend(models.filter(|model| model.strip_prefix(&folder).is_ok_and(|below| !is_hidden(below))));
     }
     Ok((found, problems))
@@ -186,7 +187,7 @@ impl Loader {
         self.packages.clear();
         self.left = LONGEST_TOGETHER;
         self.read.clear();
-        self.named = paths.iter().map(|path| place(path)).collect();
+        self.named = paths.iter().map(|path| canonical_path(path)).collect();
         let mut problems = Vec::new();
         // The folders of the workspaces, in the order in which they were first named.
         let mut order: Vec<PathBuf> = Vec::new();
@@ -202,7 +203,7 @@ impl Loader {
         // A folder or a model within one of these folders belongs to the outermost.
         let folders: Vec<PathBuf> = self.named.iter().filter(|path| path.is_dir()).cloned().collect();
         for path in paths {
-            let absolute = place(path);
+            let absolute = canonical_path(path);
             // A link on the way may lead elsewhere tomorrow.
             self.watch_set.add(path);
             if !self.edited.contains(&absolute)
@@ -278,7 +279,7 @@ impl Loader {
 
     /// Is this the configuration of a workspace, or of one to be?
     pub(crate) fn is_config(&self, path: &Path) -> bool {
-        path.ends_with(CONFIG_FILE) || self.configs.contains(&place(path))
+        path.ends_with(CONFIG_FILE) || self.configs.contains(&canonical_path(path))
     }
 
     /// Shows everything at this significance level from now on, or at that of each `mauve.toml`. Says whether it was
@@ -302,9 +303,9 @@ impl Loader {
         text: &str,
         problem: Option<Problem>,
     ) -> File {
-        let place = place(path);
-        self.edited.insert(place.clone());
-        put(db, &mut self.files, place, text, problem, false)
+        let canonical = canonical_path(path);
+        self.edited.insert(canonical.clone());
+        put(db, &mut self.files, canonical, text, problem, false)
     }
 
     /// Returns the workspace of a text that is no file on the disk.
@@ -354,25 +355,25 @@ impl Loader {
     /// Takes a file's text from the disk again. Says whether the workspaces are to be loaded again, since no project may have
     /// it otherwise than from an editor.
     pub(crate) fn closed(&mut self, db: &mut Database, file: File) -> bool {
-        let place = file.path(db).clone();
-        self.edited.remove(&place);
-        self.changed(db, &place);
-        !self.read.contains_key(&place)
+        let canonical = file.path(db).clone();
+        self.edited.remove(&canonical);
+        self.changed(db, &canonical);
+        !self.read.contains_key(&canonical)
     }
 
     /// Reads a file again that may have changed on the disk, if it was read before. Says whether it is another one now.
     pub(crate) fn changed(&mut self, db: &mut Database, path: &Path) -> bool {
-        let place = place(path);
-        if self.edited.contains(&place) {
+        let canonical = canonical_path(path);
+        if self.edited.contains(&canonical) {
             return false;
         }
         // What an editor had open and no project may read is not read now; nor is more than the bounds allow.
-        let Some((before, file)) = self.read.get(&place).copied() else { return false };
-        let (mut text, mut problem) = text_of(&place);
+        let Some((before, file)) = self.read.get(&canonical).copied() else { return false };
+        let (mut text, mut problem) = text_of(&canonical);
         match (self.left + before).checked_sub(text.len() as u64) {
             Some(left) => {
                 self.left = left;
-                self.read.insert(place, (text.len() as u64, file));
+                self.read.insert(canonical, (text.len() as u64, file));
             }
             None => {
                 text.clear();
@@ -382,8 +383,8 @@ impl Loader {
         write(db, file, &text, problem.map(Problem::Cut))
     }
 
-    fn is_file(&self, place: &Path) -> bool {
-        self.edited.contains(place) || place.is_file()
+    fn is_file(&self, canonical: &Path) -> bool {
+        self.edited.contains(canonical) || canonical.is_file()
     }
 
     /// Has a folder a configuration, or a link that leads nowhere or a folder in its place? Then the configuration of a
@@ -516,34 +517,36 @@ impl Loader {
         if files.contains_key(path) {
             return;
         }
-        let place = place(path);
-        self.watch_set.folders.extend([path, &place].map(|path| path.parent().unwrap_or(path).to_owned()));
-        if path != place {
+        let canonical = canonical_path(path);
+        self.watch_set
+            .folders
+            .extend([path, &canonical].map(|path| path.parent().unwrap_or(path).to_owned()));
+        if path != canonical {
             self.watch_set.add(path);
         }
-        let file = match self.files.get(&place) {
-            Some(&file) if self.edited.contains(&place) => {
+        let file = match self.files.get(&canonical) {
+            Some(&file) if self.edited.contains(&canonical) => {
                 // Once the editor has it no more, it is read, or is not to be.
-                if self.boundary.refusal(&place).is_none() {
-                    self.read.entry(place).or_insert((0, file));
+                if self.boundary.refusal(&canonical).is_none() {
+                    self.read.entry(canonical).or_insert((0, file));
                 }
                 file
             }
-            _ => match self.boundary.refusal(&place).filter(|_| place.exists()) {
+            _ => match self.boundary.refusal(&canonical).filter(|_| canonical.exists()) {
                 // Such a file has no text, and is known by the path that leads to it.
                 Some(why) => put(db, &mut self.outside, path.to_owned(), "", Some(Problem::Cut(why)), true),
-                None => self.read_file(db, place),
+                None => self.read_file(db, canonical),
             },
         };
         files.insert(path.to_owned(), file);
     }
 
     /// Reads a file that is to be read, once for all projects that have it.
-    fn read_file(&mut self, db: &mut Database, place: PathBuf) -> File {
-        if let Some(&(_, file)) = self.read.get(&place) {
+    fn read_file(&mut self, db: &mut Database, canonical: PathBuf) -> File {
+        if let Some(&(_, file)) = self.read.get(&canonical) {
             return file;
         }
-        let (mut text, mut problem) = text_of(&place);
+        let (mut text, mut problem) = text_of(&canonical);
         match self.left.checked_sub(text.len() as u64) {
             Some(left) => self.left = left,
             None => {
@@ -554,8 +557,8 @@ impl Loader {
                 ));
             }
         }
-        let file = put(db, &mut self.files, place.clone(), &text, problem.map(Problem::Cut), false);
-        self.read.insert(place, (text.len() as u64, file));
+        let file = put(db, &mut self.files, canonical.clone(), &text, problem.map(Problem::Cut), false);
+        self.read.insert(canonical, (text.len() as u64, file));
         file
     }
 
@@ -753,8 +756,8 @@ fn write(db: &mut Database, file: File, text: &str, problem: Option<Problem>) ->
     is_text || is_problem
 }
 
-/// The path behind all links. A file that is not on the disk yet, or not any more, stands in a folder that is.
-pub(crate) fn place(path: &Path) -> PathBuf {
+/// Returns the canonical path of a file, or of its folder and its name if the file does not exist.
+pub(crate) fn canonical_path(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| {
         let folder = path.parent().and_then(|folder| folder.canonicalize().ok());
         folder.zip(path.file_name()).map_or_else(|| path.to_owned(), |(folder, name)| folder.join(name))

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use crate::Output;
 use crate::disk::text_of;
 use crate::harmless::harmless;
-use crate::load::place;
+use crate::load::canonical_path;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Parse {
@@ -30,7 +30,7 @@ enum Format {
 
 impl Parse {
     pub(crate) fn run(self) -> Result<Output, String> {
-        let (text, problem) = text_of(&place(&self.file));
+        let (text, problem) = text_of(&canonical_path(&self.file));
         if let Some(problem) = problem {
             return Err(format!("`{}`: {problem}", self.file.display()));
         }

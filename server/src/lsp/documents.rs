@@ -8,7 +8,7 @@ use tower_lsp::lsp_types::{TextDocumentContentChangeEvent, TextDocumentItem, Url
 
 use super::position::{Encoding, offset};
 use crate::disk::text_of;
-use crate::load::place;
+use crate::load::canonical_path;
 
 /// An open text.
 #[derive(Debug)]
@@ -45,7 +45,7 @@ impl Documents {
     /// Takes a text. One that is open already is replaced: the client knows best.
     pub(crate) fn open(&mut self, document: TextDocumentItem) {
         let TextDocumentItem { uri, version, text, .. } = document;
-        let (path, is_file) = place_of(&uri);
+        let (path, is_file) = path_of(&uri);
         if path.is_dir() {
             tracing::error!("{uri} is a folder, and no text");
             return;
@@ -78,7 +78,7 @@ impl Documents {
 
     /// The files whose text is unknown by one of their addresses, behind all links, and why.
     pub(crate) fn unknown(&self) -> BTreeMap<PathBuf, String> {
-        self.0.values().filter_map(|open| Some((place(&open.path), open.problem.clone()?))).collect()
+        self.0.values().filter_map(|open| Some((canonical_path(&open.path), open.problem.clone()?))).collect()
     }
 
     fn get_mut(&mut self, uri: &Url) -> Option<&mut Open> {
@@ -141,13 +141,13 @@ impl Documents {
     /// is known, the last one stands for it, or that of the disk. A folder has no text.
     pub(crate) fn lost(&mut self, uri: &Url) {
         let known = self.address(uri);
-        if known.is_none() && place_of(uri).0.is_dir() {
+        if known.is_none() && path_of(uri).0.is_dir() {
             return;
         }
         let address = known.unwrap_or_else(|| uri.clone());
         let open = self.0.entry(address).or_insert_with(|| {
-            let (path, is_file) = place_of(uri);
-            let text = if is_file { text_of(&place(&path)).0 } else { String::new() };
+            let (path, is_file) = path_of(uri);
+            let text = if is_file { text_of(&canonical_path(&path)).0 } else { String::new() };
             Open { path, is_file, version: 0, text, problem: None, dirty: None }
         });
         open.problem = Some(LOST.to_owned());
@@ -163,7 +163,7 @@ fn line_with_lone_return(text: &str) -> Option<usize> {
 }
 
 /// Where a text is; a name of its own where it is no file. Only texts of our language are opened without a file.
-fn place_of(uri: &Url) -> (PathBuf, bool) {
+fn path_of(uri: &Url) -> (PathBuf, bool) {
     match uri.to_file_path() {
         Ok(path) => (path, true),
         Err(()) => (PathBuf::from(format!("{uri}.mal")), false),

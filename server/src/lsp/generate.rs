@@ -22,7 +22,7 @@ use crate::generate::{
     GenerateRequest, Generated, Out, Refusal, Selected, behind_links, generate, read, refuse_hidden, target,
 };
 use crate::harmless::harmless_line;
-use crate::load::place;
+use crate::load::canonical_path;
 
 /// The folder of the packages, where `mauve.toml` does not say it.
 const FOLDER: &str = "generated";
@@ -279,6 +279,6 @@ fn out_folder(snapshot: &Snapshot, workspace: Workspace) -> Result<Out, String> 
 
 /// The document that the client has open of a file.
 pub(crate) fn open<'a>(snapshot: &'a Snapshot, path: &Path) -> Option<(&'a Url, &'a Document)> {
-    let path = place(path);
+    let path = canonical_path(path);
     snapshot.documents.iter().find(|(_, document)| *document.file.path(&snapshot.db) == path)
 }

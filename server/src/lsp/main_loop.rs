@@ -29,7 +29,7 @@ use super::snapshot::{Document, Failure, Snapshot, attempt};
 use super::staleness::{MAX_LOADS_FOR_WATCHES, Staleness};
 use super::tokens::Tokens;
 use super::watcher::Watcher;
-use crate::load::{Left, Loaded, Loader, Walk, Walked, place};
+use crate::load::{Left, Loaded, Loader, Walk, Walked, canonical_path};
 
 /// A message to the main loop.
 pub(crate) enum Event {
@@ -345,7 +345,7 @@ impl MainLoop {
         let unknown = if dirty.is_empty() { BTreeMap::new() } else { self.documents.unknown() };
         for uri in dirty.into_iter().map(|(_, uri)| uri) {
             if let Some(open) = self.documents.0.get(uri) {
-                let problem = unknown.get(&place(&open.path)).cloned().map(Problem::Unknown);
+                let problem = unknown.get(&canonical_path(&open.path)).cloned().map(Problem::Unknown);
                 let file = self.loader.opened(&mut self.db, &open.path, &open.text, problem);
                 written.insert(uri.clone(), file);
             }
@@ -450,7 +450,7 @@ impl MainLoop {
         let files = self.documents.0.iter().filter(|(_, open)| open.is_file);
         let files = files.filter_map(|(uri, open)| Some((known(uri)?, open)));
         let left: Vec<File> = files
-            .filter(|(file, open)| place(&open.path) != *file.path(&self.db))
+            .filter(|(file, open)| canonical_path(&open.path) != *file.path(&self.db))
             .map(|(file, _)| file)
             .collect();
         for &file in &left {
@@ -491,13 +491,13 @@ impl MainLoop {
     /// Loads the workspaces. Returns the walks that are required first.
     fn load_workspaces(&mut self) -> Result<Vec<Walk>, Failure> {
         let begin = Instant::now();
-        let folders: Vec<PathBuf> = self.folders.iter().map(|folder| place(folder)).collect();
+        let folders: Vec<PathBuf> = self.folders.iter().map(|folder| canonical_path(folder)).collect();
         let mut paths = self.folders.clone();
         let (mut elsewhere, mut alone) = (Vec::new(), Vec::new());
         for (uri, open) in &self.documents.0 {
             match (open.is_file, self.shared_documents.get(uri)) {
                 (true, document) if is_model(&open.path) || open.path.ends_with(CONFIG_FILE) => {
-                    let is_within = |folder: &PathBuf| place(&open.path).starts_with(folder);
+                    let is_within = |folder: &PathBuf| canonical_path(&open.path).starts_with(folder);
                     match document.filter(|_| !folders.iter().any(is_within)) {
                         Some(document) => elsewhere.push((document.file, open.path.clone())),
                         None => paths.push(open.path.clone()),

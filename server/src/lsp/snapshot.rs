@@ -17,7 +17,7 @@ use super::position::LineIndex;
 use super::publisher::Outbox;
 use super::settings::Settings;
 use super::tokens::Tokens;
-use crate::load::{is_outdated, place};
+use crate::load::{canonical_path, is_outdated};
 
 /// An open document.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -98,8 +98,8 @@ impl Snapshot {
     }
 
     fn known(&self, path: PathBuf) -> Option<File> {
-        let place = place(&path);
-        self.workspaces.iter().find_map(|workspace| workspace.file(&self.db, &place))
+        let canonical = canonical_path(&path);
+        self.workspaces.iter().find_map(|workspace| workspace.file(&self.db, &canonical))
     }
 
     /// Fails while a file is not read that the answer needs, since the answer would be one of another project, and where the

@@ -8,7 +8,7 @@ use tower_lsp::lsp_types::{
     PrepareRenameResponse, RenameFilesParams, RenameParams, TextDocumentPositionParams, Url, WorkspaceEdit,
 };
 
-use crate::load::place;
+use crate::load::canonical_path;
 use crate::lsp::snapshot::{ANOTHER_TEXT, Snapshot};
 use crate::lsp::to_proto::workspace_edit;
 
@@ -42,7 +42,7 @@ pub(crate) fn will_rename_files(
     params: &RenameFilesParams,
 ) -> Result<Option<WorkspaceEdit>> {
     snapshot.complete()?;
-    let path = |uri: &String| Some(place(&Url::parse(uri).ok()?.to_file_path().ok()?));
+    let path = |uri: &String| Some(canonical_path(&Url::parse(uri).ok()?.to_file_path().ok()?));
     let moves = params.files.iter().filter_map(|it| Some((path(&it.old_uri)?, path(&it.new_uri)?)));
     let moves: Vec<(PathBuf, PathBuf)> = moves.collect();
     let change = mauve_ide::rename_files(&snapshot.db, &snapshot.workspaces, &moves);
