@@ -671,17 +671,13 @@ impl<'a> Layout<'a> {
 
     /// The first piece of the innermost item that the piece belongs to.
     fn first_of_item(&self, piece: usize) -> Option<usize> {
-        match self.pieces[piece] {
-            Piece { kind: R_CURLY, brace: Some((list, _)), .. } => {
-                // From where the item begins that has the block, which may have others before.
-                let owner = self.lists[list].owner;
-                let depth = self.pieces[owner].depth;
-                (0..=owner).rev().find(|&it| self.pieces[it].item.is_some() && self.pieces[it].depth <= depth)
-            }
-            Piece { depth, .. } => {
-                (0..=piece).rev().find(|&it| self.pieces[it].item.is_some() && self.pieces[it].depth <= depth)
-            }
-        }
+        let last = match self.pieces[piece] {
+            // From where the item begins that has the block, which may have others before.
+            Piece { kind: R_CURLY, brace: Some((list, _)), .. } => self.lists[list].owner,
+            _ => piece,
+        };
+        let depth = self.pieces[last].depth;
+        (0..=last).rev().find(|&it| self.pieces[it].item.is_some() && self.pieces[it].depth <= depth)
     }
 
     /// Where the text of a line begins that has this white space only before it; nothing where that is not known.
@@ -699,7 +695,7 @@ impl<'a> Layout<'a> {
         // An empty line: how it goes on is not written yet.
         let blocks = self.lists.iter().skip(1).filter(|list| list.open < next && next <= list.close).count();
         let token = self.pieces[..next].iter().rposition(|piece| !piece.is_comment());
-        let goes_on = token.is_some_and(|token| goes_on(&self.pieces[token]));
+        let goes_on = token.is_some_and(|token| CONTINUED.contains(&self.pieces[token].kind));
         let open = (0..next)
             .rev()
             .take_while(|&it| self.pieces[it].item.is_none() && self.pieces[it].brace.is_none());
@@ -721,27 +717,9 @@ impl<'a> Layout<'a> {
     }
 }
 
-/// Does an item go on behind this token, whatever comes?
-fn goes_on(piece: &Piece<'_>) -> bool {
-    matches!(
-        piece.kind,
-        EQ | ARROW
-            | COMMA
-            | EQ2
-            | NEQ
-            | LT
-            | LTEQ
-            | GT
-            | GTEQ
-            | PLUS
-            | MINUS
-            | STAR
-            | SLASH
-            | PERCENT
-            | AMP2
-            | PIPE2
-    )
-}
+/// The tokens that never end an item.
+const CONTINUED: [SyntaxKind; 16] =
+    [EQ, ARROW, COMMA, EQ2, NEQ, LT, LTEQ, GT, GTEQ, PLUS, MINUS, STAR, SLASH, PERCENT, AMP2, PIPE2];
 
 /// Where the text is, while it is laid out.
 struct Pen {

@@ -43,16 +43,19 @@ pub(crate) fn source_file(p: &mut Parser<'_>) {
     m.complete(p, SOURCE_FILE);
 }
 
+// test use_
+// use geometry_msgs
+// use use
 fn declaration(p: &mut Parser<'_>) {
     match p.current() {
         INCLUDE_KW => include(p, true),
-        USE_KW => use_(p),
-        CODEL_KW => codel(p),
+        USE_KW => node(p, USE, |p| name_ref(p, Expected::PackageName)),
+        CODEL_KW => signature(p, CODEL),
         SHELL_KW => shell::shell(p),
         CORE_KW => core::core(p),
         COMPONENT_KW => component(p),
-        ARCHITECTURE_KW => architecture::architecture(p),
-        DEPLOYMENT_KW => deployment::deployment(p),
+        ARCHITECTURE_KW => named_list(p, ARCHITECTURE, List::Architecture),
+        DEPLOYMENT_KW => named_list(p, DEPLOYMENT, List::Deployment),
         SEMICOLON => p.bump(),
         _ => unknown(p, List::Library),
     }
@@ -86,33 +89,27 @@ fn include(p: &mut Parser<'_>, late: bool) {
 // }
 // library nav { }
 fn library(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    name(p);
-    list(p, List::Library);
-    m.complete(p, LIBRARY);
+    named_list(p, LIBRARY, List::Library);
 }
 
-// test use_
-// use geometry_msgs
-// use use
-fn use_(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    name_ref(p, Expected::PackageName);
-    m.complete(p, USE);
+/// `keyword Name { … }`
+fn named_list(p: &mut Parser<'_>, kind: SyntaxKind, items: List) {
+    node(p, kind, |p| {
+        name(p);
+        list(p, items);
+    });
 }
 
 // test codel
 // codel astar(in start: geometry_msgs::PoseStamped, goal: nav.Pose, out path: Path, inout in: int): bool
 // codel in(out: int): void
-fn codel(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    name(p);
-    parameters(p);
-    colon_type(p);
-    m.complete(p, CODEL);
+/// `keyword name(parameters): Type`
+fn signature(p: &mut Parser<'_>, kind: SyntaxKind) {
+    node(p, kind, |p| {
+        name(p);
+        parameters(p);
+        colon_type(p);
+    });
 }
 
 /// `( [in|out|inout] name: Type, … )`
@@ -121,11 +118,10 @@ fn parameters(p: &mut Parser<'_>) {
         p.missing(Expected::Parameters);
         return;
     }
-    let m = p.start();
-    p.bump();
-    separated(p, R_PAREN, Expected::Parameter, parameter);
-    p.expect(R_PAREN);
-    m.complete(p, PARAM_LIST);
+    node(p, PARAM_LIST, |p| {
+        separated(p, R_PAREN, Expected::Parameter, parameter);
+        p.expect(R_PAREN);
+    });
 }
 
 fn parameter(p: &mut Parser<'_>) -> bool {
@@ -137,8 +133,7 @@ fn parameter(p: &mut Parser<'_>) -> bool {
     if matches!(p.current(), IN_KW | OUT_KW | INOUT_KW) && p.nth(1).is_word() {
         p.bump();
     }
-    name(p);
-    colon_type(p);
+    declared_type(p);
     m.complete(p, PARAM);
     true
 }
@@ -146,18 +141,25 @@ fn parameter(p: &mut Parser<'_>) -> bool {
 // test component
 // component Pilot(PilotShell, nav::PilotCore)
 fn component(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    name(p);
-    p.expect(L_PAREN);
-    type_(p, Expected::ShellName);
-    p.expect(COMMA);
-    type_(p, Expected::CoreName);
-    p.expect(R_PAREN);
-    m.complete(p, COMPONENT);
+    node(p, COMPONENT, |p| {
+        name(p);
+        p.expect(L_PAREN);
+        type_(p, Expected::ShellName);
+        p.expect(COMMA);
+        type_(p, Expected::CoreName);
+        p.expect(R_PAREN);
+    });
 }
 
-// Names, types and lists, which every rule uses
+// Nodes, names, types and lists, which every rule uses
+
+/// Makes a node of the current token and of what `rest` reads behind that token.
+fn node(p: &mut Parser<'_>, kind: SyntaxKind, rest: impl FnOnce(&mut Parser<'_>)) {
+    let m = p.start();
+    p.bump();
+    rest(p);
+    m.complete(p, kind);
+}
 
 fn name(p: &mut Parser<'_>) {
     word(p, NAME, Expected::Name);
@@ -168,10 +170,14 @@ fn name_ref(p: &mut Parser<'_>, what: Expected) {
 }
 
 fn word(p: &mut Parser<'_>, kind: SyntaxKind, what: Expected) {
-    if !p.at_name() {
-        p.missing(what);
-        return;
+    match p.at_name() {
+        true => any_word(p, kind),
+        false => p.missing(what),
     }
+}
+
+/// The current word as a name, also where it begins a line as an item does.
+fn any_word(p: &mut Parser<'_>, kind: SyntaxKind) {
     let m = p.start();
     p.bump_as(IDENT);
     m.complete(p, kind);
@@ -193,6 +199,12 @@ fn type_(p: &mut Parser<'_>, what: Expected) {
         name_ref(p, Expected::Name);
     }
     m.complete(p, TYPE);
+}
+
+/// `name: Type`
+fn declared_type(p: &mut Parser<'_>) {
+    name(p);
+    colon_type(p);
 }
 
 // test_err type_without_its_colon

@@ -279,14 +279,7 @@ impl<'a> Parser<'a> {
 
     /// Does this line begin an item of one of the lists that the innermost one stands in? Then that one was not closed.
     pub(crate) fn at_outer_item(&self) -> bool {
-        self.begins_line()
-            && self.current().is_word()
-            && match self.lists.split_last() {
-                Some((&inner, outer)) => {
-                    !self.item_of(inner, false) && outer.iter().any(|&list| self.item_of(list, true))
-                }
-                None => false,
-            }
+        self.at_item() && !self.at_own_item()
     }
 
     /// Does this line begin an item, of any list that we are in? Then it is no name, type or expression.

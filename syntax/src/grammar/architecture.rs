@@ -12,32 +12,19 @@ use super::*;
 //   property laser.device = "/dev/ttyACM0"
 //   constant laser.rate = 10 * 2
 // }
-pub(super) fn architecture(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    name(p);
-    list(p, List::Architecture);
-    m.complete(p, ARCHITECTURE);
-}
-
 pub(super) fn architecture_item(p: &mut Parser<'_>) {
     match p.current() {
-        IMPORT_KW => import(p),
+        IMPORT_KW => node(p, IMPORT, |p| type_(p, Expected::ArchitectureName)),
         INSTANCE_KW => instance(p),
         CONNECTION_KW => connection(p),
-        OPERATION_KW => operation(p),
+        OPERATION_KW => node(p, OPERATION_CONNECTION, |p| {
+            endpoint(p);
+            p.expect(ARROW);
+            endpoint(p);
+        }),
         PROPERTY_KW | CONSTANT_KW => setting(p),
-        _ => {
-            unknown(p, List::Architecture);
-        }
+        _ => unknown(p, List::Architecture),
     }
-}
-
-fn import(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    type_(p, Expected::ArchitectureName);
-    m.complete(p, IMPORT);
 }
 
 // test_err half_typed_items_cost_themselves_only
@@ -50,48 +37,35 @@ fn import(p: &mut Parser<'_>) {
 //   instance good: Laser
 // }
 fn instance(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    name(p);
-    if p.expect(COLON) {
-        type_(p, Expected::ComponentName);
-    }
-    m.complete(p, INSTANCE);
+    node(p, INSTANCE, |p| {
+        name(p);
+        if p.expect(COLON) {
+            type_(p, Expected::ComponentName);
+        }
+    });
 }
 
 fn connection(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    endpoint(p);
-    p.expect(ARROW);
-    if p.at(L_BRACK) {
-        let buffer = p.start();
-        p.bump();
-        p.expect(INT_NUMBER);
-        p.expect(R_BRACK);
-        buffer.complete(p, BUFFER);
-    }
-    endpoint(p);
-    m.complete(p, CONNECTION);
-}
-
-fn operation(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    endpoint(p);
-    p.expect(ARROW);
-    endpoint(p);
-    m.complete(p, OPERATION_CONNECTION);
+    node(p, CONNECTION, |p| {
+        endpoint(p);
+        p.expect(ARROW);
+        if p.at(L_BRACK) {
+            node(p, BUFFER, |p| {
+                p.expect(INT_NUMBER);
+                p.expect(R_BRACK);
+            });
+        }
+        endpoint(p);
+    });
 }
 
 pub(super) fn setting(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    endpoint(p);
-    if p.expect(EQ) {
-        expression(p);
-    }
-    m.complete(p, SETTING);
+    node(p, SETTING, |p| {
+        endpoint(p);
+        if p.expect(EQ) {
+            expression(p);
+        }
+    });
 }
 
 /// `instance.feature`

@@ -14,27 +14,24 @@ use super::*;
 //   stop = { } ; cleanup = { }
 // }
 pub(super) fn core(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    name(p);
-    p.expect(L_PAREN);
-    type_(p, Expected::ShellName);
-    p.expect(R_PAREN);
-    p.eat(COLON);
-    list(p, List::Core);
-    m.complete(p, CORE);
+    node(p, CORE, |p| {
+        name(p);
+        p.expect(L_PAREN);
+        type_(p, Expected::ShellName);
+        p.expect(R_PAREN);
+        p.eat(COLON);
+        list(p, List::Core);
+    });
 }
 
 pub(super) fn core_item(p: &mut Parser<'_>) {
     match p.current() {
         VAR_KW => variable(p),
-        HANDLER_KW => handler(p),
+        HANDLER_KW => node(p, HANDLER, declared_type),
         PROVIDE_KW => operation_definition(p),
         CONFIGURE_KW | START_KW | UPDATE_KW | STOP_KW | CLEANUP_KW => program(p, HOOK),
-        STATEMACHINE_KW => state_machine(p),
-        _ => {
-            unknown(p, List::Core);
-        }
+        STATEMACHINE_KW => node(p, STATE_MACHINE, |p| list(p, List::StateMachine)),
+        _ => unknown(p, List::Core),
     }
 }
 
@@ -47,44 +44,32 @@ pub(super) fn core_item(p: &mut Parser<'_>) {
 //   update = { }
 // }
 pub(super) fn variable(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    name(p);
-    colon_type(p);
-    shell::opt_initializer(p);
-    m.complete(p, VAR);
-}
-
-fn handler(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    name(p);
-    colon_type(p);
-    m.complete(p, HANDLER);
+    node(p, VAR, |p| {
+        declared_type(p);
+        shell::opt_initializer(p);
+    });
 }
 
 fn operation_definition(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    name(p);
-    parameters(p);
-    if p.at(COLON) {
-        let result = p.start();
-        colon_type(p);
-        result.complete(p, RESULT_TYPE);
-    }
-    p.expect(EQ);
-    block(p);
-    m.complete(p, OPERATION_DEFINITION);
+    node(p, OPERATION_DEFINITION, |p| {
+        name(p);
+        parameters(p);
+        if p.at(COLON) {
+            let result = p.start();
+            colon_type(p);
+            result.complete(p, RESULT_TYPE);
+        }
+        p.expect(EQ);
+        block(p);
+    });
 }
 
 /// `keyword = { … }`
 fn program(p: &mut Parser<'_>, kind: SyntaxKind) {
-    let m = p.start();
-    p.bump();
-    p.expect(EQ);
-    block(p);
-    m.complete(p, kind);
+    node(p, kind, |p| {
+        p.expect(EQ);
+        block(p);
+    });
 }
 
 // test state_machine
@@ -99,13 +84,6 @@ fn program(p: &mut Parser<'_>, kind: SyntaxKind) {
 //     state Moving { }
 //   }
 // }
-fn state_machine(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    list(p, List::StateMachine);
-    m.complete(p, STATE_MACHINE);
-}
-
 pub(super) fn state_machine_item(p: &mut Parser<'_>) {
     match p.current() {
         VAR_KW => variable(p),
@@ -146,20 +124,16 @@ pub(super) fn state_item(p: &mut Parser<'_>) {
 //   }
 // }
 fn transition(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    name(p);
-    if p.at(IF_KW) {
-        let guard = p.start();
-        p.bump();
-        expression(p);
-        guard.complete(p, GUARD);
-    }
-    if p.expect(TO_KW) {
-        name_ref(p, Expected::StateName);
-        if p.at(L_CURLY) {
-            block(p);
+    node(p, TRANSITION, |p| {
+        name(p);
+        if p.at(IF_KW) {
+            node(p, GUARD, expression);
         }
-    }
-    m.complete(p, TRANSITION);
+        if p.expect(TO_KW) {
+            name_ref(p, Expected::StateName);
+            if p.at(L_CURLY) {
+                block(p);
+            }
+        }
+    });
 }

@@ -10,28 +10,16 @@ use super::*;
 //   property laser.device = "/dev/ttyACM0";
 //   constant laser.rate = 10
 // }
-pub(super) fn deployment(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    name(p);
-    list(p, List::Deployment);
-    m.complete(p, DEPLOYMENT);
-}
-
 pub(super) fn deployment_item(p: &mut Parser<'_>) {
     match p.current() {
-        ARCHITECTURE_KW => target(p),
-        ACTIVITY_KW => activity(p),
+        ARCHITECTURE_KW => node(p, TARGET, |p| type_(p, Expected::ArchitectureName)),
+        ACTIVITY_KW => node(p, ACTIVITY, |p| {
+            name_ref(p, Expected::InstanceName);
+            list(p, List::Activity);
+        }),
         PROPERTY_KW | CONSTANT_KW => architecture::setting(p),
         _ => unknown(p, List::Deployment),
     }
-}
-
-fn target(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    type_(p, Expected::ArchitectureName);
-    m.complete(p, TARGET);
 }
 
 // test_err activity_half_typed
@@ -43,14 +31,6 @@ fn target(p: &mut Parser<'_>) {
 //   activity
 //   property x.y = 1
 // }
-fn activity(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    name_ref(p, Expected::InstanceName);
-    list(p, List::Activity);
-    m.complete(p, ACTIVITY);
-}
-
 /// `word = expression`: which words mean something, and what values, is checked where the names are.
 // test_err units
 // deployment D { architecture A  activity a { period = 10 ms priority = 3 deadline = 5.5 ms } }
@@ -60,10 +40,8 @@ pub(super) fn field(p: &mut Parser<'_>) {
         return;
     }
     let m = p.start();
-    // A field may begin its line: here nothing else can be meant.
-    let name = p.start();
-    p.bump_as(IDENT);
-    name.complete(p, NAME_REF);
+    // A field may begin its line: no item of another list stands here.
+    any_word(p, NAME_REF);
     let has_value = p.expect(EQ);
     if has_value {
         expression(p);

@@ -17,10 +17,16 @@ use super::*;
 //   w = ;
 // } }
 pub(super) fn expression(p: &mut Parser<'_>) {
-    if let Some((_, _)) = operators(p, 1) {
-        return;
+    let found = operators(p, 1);
+    height_of(p, found);
+}
+
+/// Returns the height of the tree of an expression, or reports that the expression is missing.
+fn height_of(p: &mut Parser<'_>, found: Option<(CompletedMarker, u32)>) -> u32 {
+    if found.is_none() {
+        p.missing(Expected::Expression);
     }
-    p.missing(Expected::Expression);
+    found.map_or(0, |(_, height)| height)
 }
 
 /// How tightly an operator binds, from 1.
@@ -62,13 +68,10 @@ fn operators(p: &mut Parser<'_>, weakest: u8) -> Option<(CompletedMarker, u32)> 
         p.depth += 1;
         let rhs = if p.at_item() { None } else { operators(p, strength + 1) };
         p.depth -= 1;
-        if rhs.is_none() {
-            p.missing(Expected::Expression);
-        }
+        height = height.max(height_of(p, rhs)) + 1;
         if strength == COMPARISON && self::strength(p.current()) == COMPARISON {
             p.error(SyntaxErrorKind::ChainedComparison);
         }
-        height = height.max(rhs.map_or(0, |(_, height)| height)) + 1;
         lhs = m.complete(p, BINARY_EXPR);
     }
 }
@@ -87,19 +90,15 @@ fn operand(p: &mut Parser<'_>) -> Option<(CompletedMarker, u32)> {
         BANG | MINUS => {
             p.bump();
             let inner = operand(p);
-            if inner.is_none() {
-                p.missing(Expected::Expression);
-            }
-            (m.complete(p, UNARY_EXPR), inner.map_or(0, |(_, height)| height) + 1)
+            let height = height_of(p, inner);
+            (m.complete(p, UNARY_EXPR), height + 1)
         }
         L_PAREN => {
             p.bump();
             let inner = operators(p, 1);
-            if inner.is_none() {
-                p.missing(Expected::Expression);
-            }
+            let height = height_of(p, inner);
             p.expect(R_PAREN);
-            (m.complete(p, PAREN_EXPR), inner.map_or(0, |(_, height)| height) + 1)
+            (m.complete(p, PAREN_EXPR), height + 1)
         }
         kind if is_literal(kind) => {
             p.bump();
@@ -127,18 +126,17 @@ fn is_literal(kind: SyntaxKind) -> bool {
 
 /// `( one, two, … )`; the height of the tree in it.
 fn arguments(p: &mut Parser<'_>) -> u32 {
-    let m = p.start();
-    p.bump();
     let height = std::cell::Cell::new(0);
-    separated(p, R_PAREN, Expected::Argument, |p| match operators(p, 1) {
-        Some((_, inner)) => {
-            height.set(height.get().max(inner));
-            true
-        }
-        None => false,
+    node(p, ARGUMENT_LIST, |p| {
+        separated(p, R_PAREN, Expected::Argument, |p| match operators(p, 1) {
+            Some((_, inner)) => {
+                height.set(height.get().max(inner));
+                true
+            }
+            None => false,
+        });
+        p.expect(R_PAREN);
     });
-    p.expect(R_PAREN);
-    m.complete(p, ARGUMENT_LIST);
     height.get()
 }
 

@@ -12,31 +12,28 @@ use super::*;
 //   provide reset(): void
 // }
 pub(super) fn shell(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    name(p);
-    if p.at(EXTENDS_KW) {
-        extends(p);
-    }
-    list(p, List::Shell);
-    m.complete(p, SHELL);
-}
-
-fn extends(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    type_(p, Expected::ShellName);
-    while p.eat(COMMA) {
-        type_(p, Expected::ShellName);
-    }
-    m.complete(p, EXTENDS);
+    node(p, SHELL, |p| {
+        name(p);
+        if p.at(EXTENDS_KW) {
+            node(p, EXTENDS, |p| {
+                type_(p, Expected::ShellName);
+                while p.eat(COMMA) {
+                    type_(p, Expected::ShellName);
+                }
+            });
+        }
+        list(p, List::Shell);
+    });
 }
 
 pub(super) fn shell_item(p: &mut Parser<'_>) {
     match p.current() {
         CONSTANT_KW | PROPERTY_KW => property(p),
-        INPUT_KW | OUTPUT_KW => port(p),
-        REQUIRE_KW | PROVIDE_KW => operation(p),
+        INPUT_KW | OUTPUT_KW => node(p, PORT, |p| {
+            p.expect(PORT_KW);
+            declared_type(p);
+        }),
+        REQUIRE_KW | PROVIDE_KW => signature(p, OPERATION_DECLARATION),
         _ => unknown(p, List::Shell),
     }
 }
@@ -47,50 +44,26 @@ pub(super) fn shell_item(p: &mut Parser<'_>) {
 //   property b: int
 // }
 fn property(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    name(p);
-    colon_type(p);
-    if p.at(L_BRACK) {
-        interval(p);
-    }
-    opt_initializer(p);
-    m.complete(p, PROPERTY);
+    node(p, PROPERTY, |p| {
+        declared_type(p);
+        if p.at(L_BRACK) {
+            interval(p);
+        }
+        opt_initializer(p);
+    });
 }
 
 fn interval(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    expression(p);
-    p.expect(SEMICOLON);
-    expression(p);
-    p.expect(R_BRACK);
-    m.complete(p, INTERVAL);
+    node(p, INTERVAL, |p| {
+        expression(p);
+        p.expect(SEMICOLON);
+        expression(p);
+        p.expect(R_BRACK);
+    });
 }
 
 pub(super) fn opt_initializer(p: &mut Parser<'_>) {
     if p.at(EQ) {
-        let m = p.start();
-        p.bump();
-        expression(p);
-        m.complete(p, INITIALIZER);
+        node(p, INITIALIZER, expression);
     }
-}
-
-fn port(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    p.expect(PORT_KW);
-    name(p);
-    colon_type(p);
-    m.complete(p, PORT);
-}
-
-fn operation(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    name(p);
-    parameters(p);
-    colon_type(p);
-    m.complete(p, OPERATION_DECLARATION);
 }

@@ -95,9 +95,7 @@ fn if_(p: &mut Parser<'_>) {
 }
 
 fn else_(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    match p.current() {
+    node(p, ELSE, |p| match p.current() {
         IF_KW => {
             p.depth += 1;
             if_(p);
@@ -105,26 +103,22 @@ fn else_(p: &mut Parser<'_>) {
         }
         L_CURLY => block(p),
         _ => p.missing(Expected::BlockOrIf),
-    }
-    m.complete(p, ELSE);
+    });
 }
 
 fn return_(p: &mut Parser<'_>) {
-    let m = p.start();
-    p.bump();
-    if !p.at(SEMICOLON) && starts_expression(p.current()) && !p.at_item() {
-        expression(p);
-    }
-    p.expect(SEMICOLON);
-    m.complete(p, RETURN_STATEMENT);
+    node(p, RETURN_STATEMENT, |p| {
+        if !p.at(SEMICOLON) && starts_expression(p.current()) && !p.at_item() {
+            expression(p);
+        }
+        p.expect(SEMICOLON);
+    });
 }
 
 fn assignment(p: &mut Parser<'_>) {
     let m = p.start();
     // The first word of a statement: it begins its line, and is a name all the same.
-    let name = p.start();
-    p.bump_as(IDENT);
-    name.complete(p, NAME_REF);
+    any_word(p, NAME_REF);
     p.bump();
     expression(p);
     p.expect(SEMICOLON);
