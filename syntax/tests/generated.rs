@@ -85,64 +85,50 @@ const CLASSES: &[(&str, &str)] = &[
 fn kinds(grammar: &Grammar) -> String {
     let keywords = keywords(grammar);
     let mut out = String::from(HEADER);
-    out += "\nuse logos::Logos;\n\n";
-    out += "/// What a token or a node of the syntax tree is.\n";
-    out += "#[allow(missing_docs, non_camel_case_types, clippy::upper_case_acronyms)]\n";
-    out += "#[derive(Logos, Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]\n#[repr(u8)]\n";
-    out += "pub enum SyntaxKind {\n    /// The end of the text: never in a tree.\n    EOF,\n";
+    out += "\nsyntax_kinds! {\n    texts {\n";
     for (text, kind) in PUNCTUATION {
-        writeln!(out, "    #[token(\"{text}\")]\n    {kind},").unwrap();
+        writeln!(out, "        {kind} \"{text}\";").unwrap();
     }
     for keyword in &keywords {
-        writeln!(out, "    #[token(\"{keyword}\")]\n    {}_KW,", keyword.to_uppercase()).unwrap();
+        writeln!(out, "        {} \"{keyword}\";", token_kind(keyword)).unwrap();
     }
+    out += "    }\n    others {\n";
     for (kind, rule) in CLASSES {
-        if !rule.is_empty() {
-            writeln!(out, "    {rule}").unwrap();
-        }
-        writeln!(out, "    {kind},").unwrap();
+        let rule = if rule.is_empty() { String::new() } else { format!("{rule} ") };
+        writeln!(out, "        {rule}{kind};").unwrap();
     }
     for node in structs(grammar) {
-        writeln!(out, "    {node},").unwrap();
+        writeln!(out, "        {node};").unwrap();
     }
-    out += "    /// Something is missing here, or these tokens fit nowhere.\n    ERROR,\n}\n\n";
+    out +=
+        "        /// Something is missing here, or these tokens fit nowhere.\n        ERROR;\n    }\n}\n\n";
     out += "impl SyntaxKind {\n";
-    writeln!(out, "    const LAST: u16 = SyntaxKind::ERROR as u16;\n").unwrap();
-    out += "    /// All kinds, in the order of their numbers.\n";
-    out += "    pub(crate) const ALL: [SyntaxKind; SyntaxKind::LAST as usize + 1] = [\n        SyntaxKind::EOF,\n";
-    let tokens = PUNCTUATION.iter().map(|(_, kind)| kind.to_string());
-    let words = keywords.iter().map(|keyword| format!("{}_KW", keyword.to_uppercase()));
-    let classes = CLASSES.iter().map(|(kind, _)| kind.to_string());
-    for kind in tokens.chain(words.clone()).chain(classes).chain(structs(grammar)) {
-        writeln!(out, "        SyntaxKind::{kind},").unwrap();
-    }
-    out += "        SyntaxKind::ERROR,\n    ];\n\n";
-    out += "    /// Is this a word, so that it can be a name?\n";
-    out += "    #[inline]\n    pub fn is_word(self) -> bool {\n";
-    let first = words.clone().next().unwrap();
-    writeln!(out, "        (SyntaxKind::{first}..=SyntaxKind::IDENT).contains(&self)\n    }}\n").unwrap();
-    out += "    /// White space or a comment.\n";
-    out += "    #[inline]\n    pub fn is_trivia(self) -> bool {\n";
-    out += "        matches!(self, SyntaxKind::WHITESPACE | SyntaxKind::LINE_COMMENT | SyntaxKind::BLOCK_COMMENT)\n    }\n\n";
-    out += "    /// A comment.\n";
-    out += "    #[inline]\n    pub fn is_comment(self) -> bool {\n";
-    out += "        matches!(self, SyntaxKind::LINE_COMMENT | SyntaxKind::BLOCK_COMMENT)\n    }\n\n";
     let literals = first_words(grammar, rule_of(grammar, "Literal"));
     let literals: Vec<String> =
         literals.iter().map(|word| format!("SyntaxKind::{}", token_kind(word))).collect();
-    out += "    /// A keyword that is a literal.\n";
-    out += "    #[inline]\n    pub fn is_literal_keyword(self) -> bool {\n";
-    writeln!(out, "        matches!(self, {})\n    }}\n", literals.join(" | ")).unwrap();
-    out += "    /// Returns the text of a token that always has the same one.\n";
-    out += "    pub fn text(self) -> Option<&'static str> {\n        Some(match self {\n";
-    for (text, kind) in PUNCTUATION {
-        writeln!(out, "            SyntaxKind::{kind} => \"{text}\",").unwrap();
-    }
-    for keyword in &keywords {
-        writeln!(out, "            SyntaxKind::{}_KW => \"{keyword}\",", keyword.to_uppercase()).unwrap();
-    }
-    out += "            _ => return None,\n        })\n    }\n}\n";
-    out
+    let comments = "SyntaxKind::LINE_COMMENT | SyntaxKind::BLOCK_COMMENT";
+    let functions = [
+        (
+            "Is this a word, so that it can be a name?",
+            "is_word",
+            format!("(SyntaxKind::{}..=SyntaxKind::IDENT).contains(&self)", token_kind(&keywords[0])),
+        ),
+        (
+            "White space or a comment.",
+            "is_trivia",
+            format!("matches!(self, SyntaxKind::WHITESPACE | {comments})"),
+        ),
+        ("A comment.", "is_comment", format!("matches!(self, {comments})")),
+        (
+            "A keyword that is a literal.",
+            "is_literal_keyword",
+            format!("matches!(self, {})", literals.join(" | ")),
+        ),
+    ];
+    let functions = functions.map(|(docs, name, body)| {
+        format!("    /// {docs}\n    #[inline]\n    pub fn {name}(self) -> bool {{\n        {body}\n    }}\n")
+    });
+    out + &functions.join("\n") + "}\n"
 }
 
 fn keyword_sets(grammar: &Grammar) -> String {
@@ -183,31 +169,12 @@ fn keyword_sets(grammar: &Grammar) -> String {
 
 /// An enum with the keywords of a set.
 fn keyword_set(out: &mut String, name: &str, words: &[(String, String)]) {
-    let variants: Vec<String> = words.iter().map(|(variant, _)| camel(variant)).collect();
     let docs: Vec<String> = words.iter().map(|(_, word)| format!("`{word}`")).collect();
-    writeln!(out, "\n/// {}.\n#[allow(missing_docs)]", docs.join(", ")).unwrap();
-    writeln!(out, "#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]\npub enum {name} {{").unwrap();
-    for variant in &variants {
-        writeln!(out, "    {variant},").unwrap();
+    writeln!(out, "\nkeyword_set! {{\n    /// {}.\n    {name} {{", docs.join(", ")).unwrap();
+    for (variant, word) in words {
+        writeln!(out, "        {} {word:?} {};", camel(variant), token_kind(word)).unwrap();
     }
-    writeln!(out, "}}\n\nimpl {name} {{\n    /// All of them, in the order of the grammar.").unwrap();
-    let all: Vec<String> = variants.iter().map(|variant| format!("{name}::{variant}")).collect();
-    writeln!(out, "    pub const ALL: [{name}; {}] = [{}];\n", all.len(), all.join(", ")).unwrap();
-    writeln!(out, "    /// Returns the keyword.\n    pub fn keyword(self) -> &'static str {{").unwrap();
-    writeln!(out, "        match self {{").unwrap();
-    for (variant, (_, word)) in all.iter().zip(words) {
-        writeln!(out, "            {variant} => {word:?},").unwrap();
-    }
-    writeln!(out, "        }}\n    }}\n\n    /// Returns the one with `keyword`.").unwrap();
-    writeln!(out, "    pub fn from_keyword(keyword: &str) -> Option<{name}> {{").unwrap();
-    writeln!(out, "        Self::ALL.into_iter().find(|it| it.keyword() == keyword)\n    }}\n").unwrap();
-    writeln!(out, "    /// Returns the one whose keyword is a token of `kind`.").unwrap();
-    writeln!(out, "    pub fn from_kind(kind: SyntaxKind) -> Option<{name}> {{\n        match kind {{")
-        .unwrap();
-    for (variant, (_, word)) in all.iter().zip(words) {
-        writeln!(out, "            SyntaxKind::{} => Some({variant}),", token_kind(word)).unwrap();
-    }
-    writeln!(out, "            _ => None,\n        }}\n    }}\n}}").unwrap();
+    out.push_str("    }\n}\n");
 }
 
 fn nodes(grammar: &Grammar) -> String {
@@ -227,30 +194,20 @@ fn nodes(grammar: &Grammar) -> String {
 }
 
 fn structure(out: &mut String, grammar: &Grammar, node: Node, name: &str) {
-    let kind = upper(name);
-    writeln!(
-        out,
-        "\n#[derive(Debug, Clone, PartialEq, Eq, Hash)]\npub struct {name}(pub(crate) SyntaxNode);\n"
-    )
-    .unwrap();
-    writeln!(out, "impl AstNode for {name} {{").unwrap();
-    writeln!(out, "    fn can_cast(kind: SyntaxKind) -> bool {{\n        kind == {kind}\n    }}\n").unwrap();
-    writeln!(out, "    fn cast(node: SyntaxNode) -> Option<Self> {{\n        Self::can_cast(node.kind()).then_some({name}(node))\n    }}\n").unwrap();
-    writeln!(out, "    fn syntax(&self) -> &SyntaxNode {{\n        &self.0\n    }}\n}}").unwrap();
     let mut fields = Vec::new();
     collect(grammar, &grammar[node].rule, None, false, &mut fields);
-    let mut methods = String::new();
+    writeln!(out, "\nnode!({name} {} {{", upper(name)).unwrap();
     let mut done: Vec<String> = Vec::new();
     for field in &fields {
-        let (method, result, body) = match field {
+        let (method, part) = match field {
             Field::Token(text) => {
                 let kind = token_kind(text);
                 let method = kind.to_lowercase().trim_end_matches("_kw").to_owned() + "_token";
-                (method, "Option<SyntaxToken>".to_owned(), format!("token(&self.0, {kind})"))
+                (method, format!("token {kind}"))
             }
             Field::Node { label, ty, many: true } => {
                 let method = label.clone().unwrap_or_else(|| plural(&accessor(ty)));
-                (method, format!("impl Iterator<Item = {ty}>"), "children(&self.0)".to_owned())
+                (method, format!("children {ty}"))
             }
             Field::Node { label, ty, many: false } => {
                 let position = fields
@@ -261,54 +218,27 @@ fn structure(out: &mut String, grammar: &Grammar, node: Node, name: &str) {
                     .position(|other| std::ptr::eq(other, field))
                     .unwrap();
                 let method = label.clone().unwrap_or_else(|| accessor(ty));
-                let body = if position == 0 {
-                    "child(&self.0)".to_owned()
-                } else {
-                    format!("nth_child(&self.0, {position})")
-                };
-                (method, format!("Option<{ty}>"), body)
+                let position = if position == 0 { String::new() } else { format!(" {position}") };
+                (method, format!("child {ty}{position}"))
             }
         };
-        if done.contains(&method) {
-            continue;
+        if !done.contains(&method) {
+            writeln!(out, "    {method}: {part};").unwrap();
+            done.push(method);
         }
-        let gap = if done.is_empty() { "" } else { "\n" };
-        writeln!(methods, "{gap}    pub fn {method}(&self) -> {result} {{\n        {body}\n    }}").unwrap();
-        done.push(method);
     }
-    if !methods.is_empty() {
-        writeln!(out, "\nimpl {name} {{\n{methods}}}").unwrap();
-    }
+    out.push_str("});\n");
 }
 
 fn enumeration(out: &mut String, grammar: &Grammar, node: Node) {
-    let name = &grammar[node].name;
     let Rule::Alt(alternatives) = &grammar[node].rule else { unreachable!() };
-    let variants: Vec<&str> = alternatives
-        .iter()
-        .map(|rule| match rule {
-            Rule::Node(node) => grammar[*node].name.as_str(),
-            _ => unreachable!("checked by is_enum"),
-        })
-        .collect();
-    writeln!(out, "\n#[derive(Debug, Clone, PartialEq, Eq, Hash)]\npub enum {name} {{").unwrap();
-    for variant in &variants {
-        writeln!(out, "    {variant}({variant}),").unwrap();
+    writeln!(out, "\none_of!({} {{", grammar[node].name).unwrap();
+    for rule in alternatives {
+        let Rule::Node(node) = rule else { unreachable!("checked by is_enum") };
+        let name = &grammar[*node].name;
+        writeln!(out, "    {name} {};", upper(name)).unwrap();
     }
-    writeln!(out, "}}\n\nimpl AstNode for {name} {{\n    fn can_cast(kind: SyntaxKind) -> bool {{").unwrap();
-    let kinds: Vec<String> = variants.iter().map(|variant| upper(variant)).collect();
-    writeln!(out, "        matches!(kind, {})\n    }}\n", kinds.join(" | ")).unwrap();
-    writeln!(out, "    fn cast(node: SyntaxNode) -> Option<Self> {{\n        Some(match node.kind() {{")
-        .unwrap();
-    for (variant, kind) in variants.iter().zip(&kinds) {
-        writeln!(out, "            {kind} => {name}::{variant}({variant}(node)),").unwrap();
-    }
-    writeln!(out, "            _ => return None,\n        }})\n    }}\n").unwrap();
-    writeln!(out, "    fn syntax(&self) -> &SyntaxNode {{\n        match self {{").unwrap();
-    for variant in &variants {
-        writeln!(out, "            {name}::{variant}(it) => it.syntax(),").unwrap();
-    }
-    writeln!(out, "        }}\n    }}\n}}").unwrap();
+    out.push_str("});\n");
 }
 
 enum Field {
