@@ -55,5 +55,5 @@ pub use task::{
     Window,
 };
 pub use time::{Rounding, Time, TimeError, Unit};
-pub use trace_bound::{NoDemand, TraceBound, worst_trace};
+pub use trace_bound::{TraceBound, worst_trace};
 pub use utilisation::Utilisation;

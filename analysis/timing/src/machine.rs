@@ -88,25 +88,13 @@ impl StateMachine {
 
     /// The index of the first edge of the greatest cost: what one period can cost at most.
     pub fn greatest_edge(&self) -> usize {
-        let mut greatest = 0;
-        for (index, edge) in self.edges.iter().enumerate() {
-            if edge.cost > self.edges[greatest].cost {
-                greatest = index;
-            }
-        }
-        greatest
+        let greatest = self.greatest_cost();
+        self.edges.iter().position(|edge| edge.cost == greatest).unwrap_or_default()
     }
 
     /// The cost of [`greatest_edge`](Self::greatest_edge).
     pub fn greatest_cost(&self) -> Time {
         self.edges.iter().map(|edge| edge.cost).max().unwrap_or_default()
-    }
-
-    /// Whether every state reaches every other (paper, property 4). No bound of this crate needs it.
-    pub fn is_strongly_connected(&self) -> bool {
-        let forward = Adjacency::new(self, |edge| (edge.source, edge.target));
-        let backward = Adjacency::new(self, |edge| (edge.target, edge.source));
-        forward.all_reached() && backward.all_reached()
     }
 
     /// λ, the greatest mean cost of a cycle: what a period costs on average, in the long run and at the worst.
@@ -117,7 +105,7 @@ impl StateMachine {
         if self.repeats(greatest) {
             return CycleMean { cost: greatest, length: 1 };
         }
-        cycle_mean::greatest(&Adjacency::successors(self), &|| ())
+        cycle_mean::greatest(&Adjacency::new(self), &|| ())
     }
 
     /// Whether an edge of `cost` can be taken in every period.
@@ -160,34 +148,28 @@ impl fmt::Display for MachineError {
 
 impl std::error::Error for MachineError {}
 
-/// The edges by the state at one of their ends, in one array: those of state s are `first[s]..first[s + 1]`.
+/// The edges by their source, in one array: those of state s are `first[s]..first[s + 1]`.
 pub(crate) struct Adjacency {
     pub(crate) first: Vec<u32>,
-    /// The state at the other end, and the cost in nanoseconds.
+    /// The target, and the cost in nanoseconds.
     pub(crate) arcs: Vec<(u32, u64)>,
 }
 
 impl Adjacency {
-    /// The edges by their source.
-    pub(crate) fn successors(machine: &StateMachine) -> Adjacency {
-        Adjacency::new(machine, |edge| (edge.source, edge.target))
-    }
-
-    fn new(machine: &StateMachine, ends: impl Fn(&Edge) -> (u32, u32)) -> Adjacency {
+    pub(crate) fn new(machine: &StateMachine) -> Adjacency {
         // A counting sort: how many start before each state, then each edge to the next free place of its state.
         let mut first = vec![0u32; machine.states as usize + 2];
         for edge in &machine.edges {
-            first[ends(edge).0 as usize + 2] += 1;
+            first[edge.source as usize + 2] += 1;
         }
         for state in 2..first.len() {
             first[state] += first[state - 1];
         }
         let mut arcs = vec![(0, 0); machine.edges.len()];
         for edge in &machine.edges {
-            let (from, to) = ends(edge);
-            let place = &mut first[from as usize + 1];
-            arcs[*place as usize] = (to, edge.cost.as_nanos());
-            *place += 1;
+            let next = &mut first[edge.source as usize + 1];
+            arcs[*next as usize] = (edge.target, edge.cost.as_nanos());
+            *next += 1;
         }
         first.pop();
         Adjacency { first, arcs }
@@ -200,17 +182,6 @@ impl Adjacency {
     /// The arcs of `state`, in the order of the machine's edges.
     pub(crate) fn of(&self, state: usize) -> &[(u32, u64)] {
         &self.arcs[self.first[state] as usize..self.first[state + 1] as usize]
-    }
-
-    fn all_reached(&self) -> bool {
-        let mut reached = vec![false; self.states()];
-        let mut open = vec![0];
-        while let Some(state) = open.pop() {
-            if !std::mem::replace(&mut reached[state], true) {
-                open.extend(self.of(state).iter().map(|&(to, _)| to as usize));
-            }
-        }
-        reached.into_iter().all(|reached| reached)
     }
 }
 
@@ -247,19 +218,10 @@ mod tests {
     }
 
     #[test]
-    fn connected_both_ways() {
-        let connected = |states, edges| StateMachine::new(states, edges).unwrap().is_strongly_connected();
-        assert!(connected(1, vec![edge(0, 0, 0)]));
-        assert!(connected(3, vec![edge(0, 1, 0), edge(1, 2, 0), edge(2, 0, 0)]));
-        assert!(!connected(2, vec![edge(0, 1, 0), edge(1, 1, 0)]));
-        assert!(!connected(2, vec![edge(0, 0, 0), edge(1, 0, 0)]));
-    }
-
-    #[test]
     fn arcs_keep_the_order_of_the_edges() {
         let machine =
             StateMachine::new(2, vec![edge(1, 0, 4), edge(0, 1, 3), edge(1, 1, 2), edge(0, 0, 1)]).unwrap();
-        let successors = Adjacency::successors(&machine);
+        let successors = Adjacency::new(&machine);
         assert_eq!(successors.of(0), [(1, 3), (0, 1)]);
         assert_eq!(successors.of(1), [(0, 4), (1, 2)]);
     }

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 
 use crate::utilisation::Share;
 use crate::{
-    Analysis, Bound, CpuLoad, Demand, Interference, Method, NoBoundReason, NoDemand, Options, Response,
-    StateMachine, Task, Time, TraceBound, Utilisation, Window,
+    Analysis, Bound, CpuLoad, Demand, Interference, Method, NoBoundReason, Options, Response, StateMachine,
+    Task, Time, TraceBound, Utilisation, Window,
 };
 
 /// The worst-case response time of each of `tasks`: a bound that no schedule exceeds, or why there is none.
@@ -139,11 +139,7 @@ impl Curve<'_> {
     fn demand(&mut self, jobs: u64) -> Result<u64, NoBoundReason> {
         match self {
             Curve::Linear(cost) => cost.checked_mul(jobs).ok_or(NoBoundReason::Overflow),
-            Curve::Trace(bound) => match bound.demand(jobs) {
-                Ok(time) => Ok(time.as_nanos()),
-                Err(NoDemand::Overflow) => Err(NoBoundReason::Overflow),
-                Err(NoDemand::Budget) => Err(NoBoundReason::Budget),
-            },
+            Curve::Trace(bound) => bound.demand(jobs).map(Time::as_nanos),
         }
     }
 }
@@ -357,10 +353,8 @@ impl<'a> Walk<'a> {
             return Some(load);
         }
         self.exact_left = self.exact_left.checked_sub(1).filter(|_| is_exact)?;
-        Some(match share {
-            Some(share) => utilisation.without(&share).compare_with_one(),
-            None => utilisation.compare_with_one(),
-        })
+        let others = share.map(|share| utilisation.without(&share));
+        Some(others.as_ref().unwrap_or(utilisation).compare_with_one())
     }
 
     /// The steps that each task may take.
@@ -419,14 +413,14 @@ impl<'a> Walk<'a> {
                 };
                 match busiest {
                     Some(Ok(busiest)) => {
-                        response.interference = self.interference_in(busiest.length, counts);
+                        response.interference = self.interference_in(busiest.length, counts, None);
                         self.conclude(&mut response, place, busiest, counts);
                     }
                     Some(Err(reason)) => {
-                        response.interference = self.interference_in(length, counts);
+                        response.interference = self.interference_in(length, counts, None);
                         response.bound = no_bound(reason, load);
                     }
-                    None => response.interference = self.interference_in(length, counts),
+                    None => response.interference = self.interference_in(length, counts, None),
                 }
             }
             Err(_) if load == Some(Ordering::Greater) => {}
@@ -544,10 +538,10 @@ impl<'a> Walk<'a> {
     }
 
     /// The interference in a window of `length`, which `counts` have passed.
-    fn interference_in(&mut self, length: u64, counts: &Counts) -> Vec<Interference> {
+    fn interference_in(&mut self, length: u64, counts: &Counts, horizon: Option<Time>) -> Vec<Interference> {
         let mut interference = Vec::with_capacity(counts.present as usize);
         for (member, _) in self.members.iter_mut().zip(&counts.jobs).filter(|&(_, &jobs)| jobs > 0) {
-            let jobs = length.div_ceil(member.period);
+            let jobs = jobs_released(length, member.period, horizon);
             // It was computed on the way here.
             if let Ok(time) = member.curve.demand(jobs) {
                 interference.push(Interference { task: member.index, jobs, time: Time::from_nanos(time) });
@@ -572,7 +566,7 @@ impl<'a> Walk<'a> {
             budget = budget.checked_sub(counts.present + 1)?;
             let mut demand = u128::from(own);
             for (member, _) in self.members.iter_mut().zip(&counts.jobs).filter(|&(_, &jobs)| jobs > 0) {
-                let jobs = window.div_ceil(member.period).min(jobs_within(horizon, member.period));
+                let jobs = jobs_released(window, member.period, horizon);
                 demand += u128::from(member.curve.demand(jobs).ok()?);
             }
             let demand = u64::try_from(demand).ok()?;
@@ -591,16 +585,9 @@ impl<'a> Walk<'a> {
         if matches!(response.bound, Bound::Response(_)) {
             return;
         }
-        response.interference.clear();
-        let Some(length) = response.first_job else { return };
-        for (member, _) in self.members.iter_mut().zip(&counts.jobs).filter(|&(_, &jobs)| jobs > 0) {
-            let jobs =
-                length.as_nanos().div_ceil(member.period).min(jobs_within(Some(horizon), member.period));
-            if let Ok(time) = member.curve.demand(jobs) {
-                let interference = Interference { task: member.index, jobs, time: Time::from_nanos(time) };
-                response.interference.push(interference);
-            }
-        }
+        let length = response.first_job.map(Time::as_nanos);
+        response.interference =
+            length.map_or_else(Vec::new, |length| self.interference_in(length, counts, Some(horizon)));
     }
 }
 
@@ -620,9 +607,9 @@ fn least_common_multiple(a: u64, b: u64) -> Option<u64> {
     (a / x.max(1)).checked_mul(b)
 }
 
-/// The jobs that the horizon leaves.
-fn jobs_within(horizon: Option<Time>, period: u64) -> u64 {
-    horizon.map_or(u64::MAX, |horizon| horizon.as_nanos().div_ceil(period))
+/// The jobs that are released in a window, up to the horizon.
+fn jobs_released(window: u64, period: u64, horizon: Option<Time>) -> u64 {
+    horizon.map_or(window, |horizon| window.min(horizon.as_nanos())).div_ceil(period)
 }
 
 fn no_bound(reason: NoBoundReason, load: Option<Ordering>) -> Bound {

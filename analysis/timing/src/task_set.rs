@@ -49,10 +49,10 @@
 //! that somebody wrote himself has none ([`Parsed::is_sealed`]).
 
 use std::collections::{HashMap, HashSet};
-use std::fmt;
+use std::{fmt, io};
 
-use serde::Deserialize;
 use serde::de::{Deserializer, Error as _, Unexpected, Visitor};
+use serde::{Deserialize, Serialize, Serializer};
 
 use crate::table::MOST_LEVELS;
 use crate::{ActivitySet, Demand, Edge as Period, Level, Method, StateMachine, Time};
@@ -153,7 +153,7 @@ pub enum Priority {
 }
 
 /// Why something cannot be analysed.
-#[derive(Clone, PartialEq, Debug, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NotAnalysed {
     /// In words for the user.
@@ -194,7 +194,7 @@ pub struct Machine {
 }
 
 /// A codel that no timing table has, and the time that it is assumed to take.
-#[derive(Clone, PartialEq, Debug, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Assumed {
     /// `library.name`.
@@ -204,7 +204,7 @@ pub struct Assumed {
 }
 
 /// A program of a component.
-#[derive(Clone, PartialEq, Debug, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Program {
     /// Its key: `update`, `Idle.run`, `Idle.go.guard`.
@@ -214,7 +214,7 @@ pub struct Program {
 }
 
 /// One period of a machine.
-#[derive(Clone, PartialEq, Debug, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Edge {
     /// The state at its start.
@@ -312,8 +312,8 @@ impl Exported {
     }
 
     fn write(&self, digest: Option<&str>) -> String {
-        let mut fields = vec![("format", text(FORMAT)), ("unit", text("ns"))];
-        fields.extend(digest.map(|digest| ("digest", text(digest))));
+        let mut fields = vec![("format", line(FORMAT)), ("unit", line("ns"))];
+        fields.extend(digest.map(|digest| ("digest", line(digest))));
         fields.push(match self {
             Exported::Deployment(set) => ("deployment", set.write()),
             Exported::Component(component) => ("component", component.write()),
@@ -384,12 +384,12 @@ impl TaskSet {
         lines(
             1,
             &[
-                ("name", text(&self.name)),
-                ("levels", list(self.levels.iter().map(level_text))),
-                ("significance", level_text(&self.significance)),
-                ("cpus", self.cpus.to_string()),
-                ("rt_throttling", or_null(self.rt_throttling)),
-                ("not_analysed", list(self.not_analysed.iter().map(|reason| text(reason)))),
+                ("name", line(&self.name)),
+                ("levels", line(&self.levels)),
+                ("significance", line(&self.significance)),
+                ("cpus", line(&self.cpus)),
+                ("rt_throttling", line(&self.rt_throttling)),
+                ("not_analysed", line(&self.not_analysed)),
                 ("activities", items(2, self.activities.iter().map(Activity::write))),
             ],
         )
@@ -419,10 +419,10 @@ impl Component {
         lines(
             1,
             &[
-                ("name", text(&self.name)),
-                ("levels", list(self.levels.iter().map(level_text))),
-                ("not_analysed", items(2, self.not_analysed.iter().map(NotAnalysed::write))),
-                ("machine", self.machine.as_ref().map_or_else(null, |machine| machine.write(2))),
+                ("name", line(&self.name)),
+                ("levels", line(&self.levels)),
+                ("not_analysed", items(2, self.not_analysed.iter().map(line))),
+                ("machine", Machine::write(self.machine.as_ref(), 2)),
             ],
         )
     }
@@ -474,34 +474,17 @@ impl Activity {
         lines(
             3,
             &[
-                ("instance", text(&self.instance)),
-                ("component", text(&self.component)),
-                ("affinity", or_null(self.affinity)),
-                (
-                    "priority",
-                    match self.priority {
-                        Priority::RealTime(priority) => priority.to_string(),
-                        Priority::Background => text("background"),
-                        Priority::Unknown => null(),
-                    },
-                ),
-                ("period", time_text(&self.period)),
-                ("deadline", time_text(&self.deadline)),
-                ("not_analysed", items(4, self.not_analysed.iter().map(NotAnalysed::write))),
-                ("doubt", self.doubt.as_deref().map_or_else(null, text)),
-                ("machine", self.machine.as_ref().map_or_else(null, |machine| machine.write(4))),
+                ("instance", line(&self.instance)),
+                ("component", line(&self.component)),
+                ("affinity", line(&self.affinity)),
+                ("priority", line(&self.priority)),
+                ("period", line(&self.period)),
+                ("deadline", line(&self.deadline)),
+                ("not_analysed", items(4, self.not_analysed.iter().map(line))),
+                ("doubt", line(&self.doubt)),
+                ("machine", Machine::write(self.machine.as_ref(), 4)),
             ],
         )
-    }
-}
-
-impl NotAnalysed {
-    fn write(&self) -> String {
-        line(&[
-            ("reason", text(&self.reason)),
-            ("levels", self.levels.as_ref().map_or_else(null, |levels| list(levels.iter().map(level_text)))),
-            ("classic_only", self.classic_only.to_string()),
-        ])
     }
 }
 
@@ -610,32 +593,18 @@ impl Machine {
         }
     }
 
-    fn write(&self, depth: usize) -> String {
-        let assumed = self.assumed.iter();
-        let assumed =
-            assumed.map(|it| line(&[("codel", text(&it.codel)), ("time", it.time.as_nanos().to_string())]));
-        let programs = self.programs.iter();
-        let programs =
-            programs.map(|it| line(&[("program", text(&it.program)), ("time", times_text(&it.time))]));
-        let edges = self.edges.iter().map(|edge| {
-            line(&[
-                ("source", text(&edge.source)),
-                ("target", text(&edge.target)),
-                ("transition", edge.transition.as_deref().map_or_else(null, text)),
-                ("programs", list(edge.programs.iter().map(|it| text(it)))),
-                ("cost", times_text(&edge.cost)),
-            ])
-        });
+    fn write(machine: Option<&Machine>, depth: usize) -> String {
+        let Some(machine) = machine else { return line(&()) };
         lines(
             depth,
             &[
-                ("states", list(self.states.iter().map(|it| text(it)))),
-                ("initial", text(&self.initial)),
-                ("overhead", times_text(&self.overhead)),
-                ("component_time", times_text(&self.component_time)),
-                ("assumed", items(depth + 1, assumed)),
-                ("programs", items(depth + 1, programs)),
-                ("edges", items(depth + 1, edges)),
+                ("states", line(&machine.states)),
+                ("initial", line(&machine.initial)),
+                ("overhead", line(&machine.overhead)),
+                ("component_time", line(&machine.component_time)),
+                ("assumed", items(depth + 1, machine.assumed.iter().map(line))),
+                ("programs", items(depth + 1, machine.programs.iter().map(line))),
+                ("edges", items(depth + 1, machine.edges.iter().map(line))),
             ],
         )
     }
@@ -749,39 +718,49 @@ impl<'de> Deserialize<'de> for Priority {
     }
 }
 
-fn null() -> String {
-    "null".to_owned()
+impl Serialize for Level {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_f64(self.as_f64())
+    }
 }
 
-fn or_null(value: Option<impl fmt::Display>) -> String {
-    value.map_or_else(null, |value| value.to_string())
+impl Serialize for Time {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_u64(self.as_nanos())
+    }
 }
 
-fn text(text: &str) -> String {
-    serde_json::Value::from(text).to_string()
+impl Serialize for Priority {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Priority::RealTime(priority) => to.serialize_u32(*priority),
+            Priority::Background => to.serialize_str("background"),
+            Priority::Unknown => to.serialize_unit(),
+        }
+    }
 }
 
-fn level_text(level: &Level) -> String {
-    serde_json::Value::from(level.as_f64()).to_string()
-}
-
-fn time_text(time: &Option<Time>) -> String {
-    or_null(time.map(Time::as_nanos))
-}
-
-fn times_text(times: &[Option<Time>]) -> String {
-    list(times.iter().map(time_text))
-}
-
-/// An array on one line.
-fn list(values: impl Iterator<Item = String>) -> String {
-    format!("[{}]", values.collect::<Vec<_>>().join(", "))
-}
-
-/// An object on one line.
-fn line(fields: &[(&str, String)]) -> String {
-    let fields: Vec<String> = fields.iter().map(|(key, value)| format!("\"{key}\": {value}")).collect();
-    format!("{{ {} }}", fields.join(", "))
+/// Returns a value in JSON, on one line.
+fn line(value: &(impl Serialize + ?Sized)) -> String {
+    struct OneLine;
+    impl serde_json::ser::Formatter for OneLine {
+        fn begin_array_value<W: io::Write + ?Sized>(&mut self, to: &mut W, first: bool) -> io::Result<()> {
+            to.write_all(if first { b"" } else { b", " })
+        }
+        fn begin_object_key<W: io::Write + ?Sized>(&mut self, to: &mut W, first: bool) -> io::Result<()> {
+            to.write_all(if first { b" " } else { b", " })
+        }
+        fn begin_object_value<W: io::Write + ?Sized>(&mut self, to: &mut W) -> io::Result<()> {
+            to.write_all(b": ")
+        }
+        fn end_object<W: io::Write + ?Sized>(&mut self, to: &mut W) -> io::Result<()> {
+            to.write_all(b" }")
+        }
+    }
+    let mut out = Vec::new();
+    // All keys are texts, and memory takes every byte: there is no error.
+    let _ = value.serialize(&mut serde_json::Serializer::with_formatter(&mut out, OneLine));
+    String::from_utf8_lossy(&out).into_owned()
 }
 
 /// An array with a line for each value, within `depth` others.

@@ -221,11 +221,7 @@ struct Decimal {
 
 impl Decimal {
     fn read(text: &str) -> Option<Decimal> {
-        let (negative, text) = match text.as_bytes().first()? {
-            b'-' => (true, text.get(1..)?),
-            b'+' => (false, text.get(1..)?),
-            _ => (false, text),
-        };
+        let (negative, text) = signed(text);
         let (mantissa, exponent) = match text.split_once(['e', 'E']) {
             Some((mantissa, exponent)) => (mantissa, Decimal::exponent(exponent)?),
             None => (text, 0),
@@ -246,15 +242,19 @@ impl Decimal {
     /// The exponent, limited to ±10¹⁵: beyond that it only says "too large" or "too fine".
     fn exponent(text: &str) -> Option<i64> {
         const LIMIT: i64 = 1_000_000_000_000_000;
-        let (negative, text) = match text.as_bytes().first()? {
-            b'-' => (true, text.get(1..)?),
-            b'+' => (false, text.get(1..)?),
-            _ => (false, text),
-        };
+        let (negative, text) = signed(text);
         let magnitude = digits(text)?
             .into_iter()
             .fold(0i64, |value, digit| value.saturating_mul(10).saturating_add(i64::from(digit)).min(LIMIT));
         Some(if negative { -magnitude } else { magnitude })
+    }
+}
+
+/// Whether `text` begins with a minus sign, and the number behind its sign.
+fn signed(text: &str) -> (bool, &str) {
+    match text.strip_prefix('-') {
+        Some(text) => (true, text),
+        None => (false, text.strip_prefix('+').unwrap_or(text)),
     }
 }
 

@@ -1,10 +1,8 @@
 //! The trace bound T⁺ of a periodic state machine: the greatest demand of n consecutive periods (paper, eq. 13–18).
 
-use std::fmt;
-
 use crate::cycle_mean;
 use crate::machine::Adjacency;
-use crate::{CycleMean, StateMachine, Time};
+use crate::{CycleMean, NoBoundReason, StateMachine, Time};
 
 /// M(n), the greatest total cost of any n consecutive edges of a machine, from any of its states.
 ///
@@ -74,11 +72,11 @@ impl<'a> TraceBound<'a> {
 
     /// M(n), the greatest demand of `n` consecutive periods. M(0) is 0.
     ///
-    /// `Err` where it comes within one edge of 2⁶⁴ ns, or where n is so large that the counted budget (which depends
-    /// on the machine only) is used up before a period is found. Then it is one for every greater n too.
-    pub fn demand(&mut self, n: u64) -> Result<Time, NoDemand> {
+    /// `Overflow` where it comes within one edge of 2⁶⁴ ns, `Budget` where n is so large that the counted budget (which
+    /// depends on the machine only) is used up before a period is found. Then it is one for every greater n too.
+    pub fn demand(&mut self, n: u64) -> Result<Time, NoBoundReason> {
         if self.greatest_repeats || n <= 1 {
-            return self.greatest.checked_mul(n).map(Time::from_nanos).ok_or(NoDemand::Overflow);
+            return self.greatest.checked_mul(n).map(Time::from_nanos).ok_or(NoBoundReason::Overflow);
         }
         loop {
             let known = usize::try_from(n).ok().and_then(|n| self.totals.get(n));
@@ -86,7 +84,7 @@ impl<'a> TraceBound<'a> {
                 return Ok(Time::from_nanos(total));
             }
             if let Some(period) = &self.period {
-                return period.demand(n).map(Time::from_nanos).ok_or(NoDemand::Overflow);
+                return period.demand(n).map(Time::from_nanos).ok_or(NoBoundReason::Overflow);
             }
             self.step()?;
         }
@@ -115,7 +113,7 @@ impl<'a> TraceBound<'a> {
     }
 
     /// One more total.
-    fn step(&mut self) -> Result<(), NoDemand> {
+    fn step(&mut self) -> Result<(), NoBoundReason> {
         if self.totals.is_empty() {
             self.totals.push(0);
         }
@@ -123,7 +121,7 @@ impl<'a> TraceBound<'a> {
         // No entry is greater than the last total: this is the only sum that needs a check.
         let last = self.totals.last().copied().unwrap_or(0);
         if last.checked_add(self.greatest).is_none() {
-            return Err(NoDemand::Overflow);
+            return Err(NoBoundReason::Overflow);
         }
         // A step is too short to look each time.
         let spent = recurrence.spent / INTERRUPT_EACH;
@@ -137,28 +135,8 @@ impl<'a> TraceBound<'a> {
 }
 
 fn recurrence_of<'r>(recurrence: &'r mut Option<Recurrence>, machine: &StateMachine) -> &'r mut Recurrence {
-    recurrence.get_or_insert_with(|| Recurrence::new(Adjacency::successors(machine)))
+    recurrence.get_or_insert_with(|| Recurrence::new(Adjacency::new(machine)))
 }
-
-/// Why there is no M(n).
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-pub enum NoDemand {
-    /// It exceeds 2⁶⁴ ns, or comes within one edge of that.
-    Overflow,
-    /// The counted budget was used up: n is too large for a machine of which no period was found.
-    Budget,
-}
-
-impl fmt::Display for NoDemand {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            NoDemand::Overflow => "a total time exceeds 584 years",
-            NoDemand::Budget => "too many periods of a state machine without a short cycle",
-        })
-    }
-}
-
-impl std::error::Error for NoDemand {}
 
 /// The vectors yₙ, and the search for a period in them.
 struct Recurrence {
@@ -205,10 +183,10 @@ impl Recurrence {
     }
 
     /// One step of the recurrence: the next M. The caller has checked that it fits 64 bits.
-    fn step(&mut self) -> Result<u64, NoDemand> {
+    fn step(&mut self) -> Result<u64, NoBoundReason> {
         self.spent += self.successors.arcs.len() as u64 + self.current.len() as u64 + 8;
         if self.spent > BUDGET {
-            return Err(NoDemand::Budget);
+            return Err(NoBoundReason::Budget);
         }
         let mut total = 0;
         let mut begin = 0;
@@ -470,14 +448,14 @@ mod tests {
     fn a_demand_that_does_not_fit() {
         let huge = StateMachine::single(Time::from_nanos(u64::MAX / 2));
         assert!(TraceBound::new(&huge).demand(2).is_ok());
-        assert_eq!(TraceBound::new(&huge).demand(3), Err(NoDemand::Overflow));
+        assert_eq!(TraceBound::new(&huge).demand(3), Err(NoBoundReason::Overflow));
         let huge = machine(2, &[(0, 1, u64::MAX / 4), (1, 0, 0)]);
         let mut bound = TraceBound::new(&huge);
         assert!(bound.demand(6).is_ok());
-        assert_eq!(bound.demand(8), Err(NoDemand::Overflow));
-        assert_eq!(bound.demand(u64::MAX), Err(NoDemand::Overflow));
+        assert_eq!(bound.demand(8), Err(NoBoundReason::Overflow));
+        assert_eq!(bound.demand(u64::MAX), Err(NoBoundReason::Overflow));
         let slow = machine(2, &[(0, 1, 2), (1, 0, 0)]);
-        assert_eq!(TraceBound::new(&slow).demand(u64::MAX).map(Time::as_nanos), Err(NoDemand::Overflow));
+        assert_eq!(TraceBound::new(&slow).demand(u64::MAX).map(Time::as_nanos), Err(NoBoundReason::Overflow));
         assert_eq!(TraceBound::new(&slow).demand(u64::MAX - 1).map(Time::as_nanos), Ok(u64::MAX - 1));
     }
 
@@ -490,8 +468,8 @@ mod tests {
         let ring = machine(states, &edges);
         let mut bound = TraceBound::new(&ring);
         assert_eq!(bound.demand(2000).unwrap().as_nanos(), 999_000);
-        assert_eq!(bound.demand(1_000_000), Err(NoDemand::Budget));
-        assert_eq!(bound.demand(1_000_000), Err(NoDemand::Budget));
+        assert_eq!(bound.demand(1_000_000), Err(NoBoundReason::Budget));
+        assert_eq!(bound.demand(1_000_000), Err(NoBoundReason::Budget));
         assert!(bound.demand(2000).is_ok());
     }
 
@@ -511,7 +489,7 @@ mod tests {
         let ring = machine(states, &edges);
         let looks = std::cell::Cell::new(0);
         let look = || looks.set(looks.get() + 1);
-        assert_eq!(TraceBound::interruptible(&ring, &look).demand(1 << 40), Err(NoDemand::Budget));
+        assert_eq!(TraceBound::interruptible(&ring, &look).demand(1 << 40), Err(NoBoundReason::Budget));
         assert_eq!(looks.get(), BUDGET / INTERRUPT_EACH - 1);
     }
 
