@@ -114,37 +114,22 @@ impl<'db> Signature<'db> {
 
     /// The same with `end` behind it, on as many lines as it needs.
     fn lines(&self, end: &str) -> String {
-        let whole = self.prototype() + end;
-        if whole.len() <= WIDTH {
-            return whole;
-        }
-        let head = format!("{} {}(", self.result, self.name);
-        let parameter = |(index, it): (usize, &CppParameter)| {
-            let sign = if index + 1 == self.parameters.len() { ")" } else { "," };
-            format!("{} {}{sign}", it.ty, it.name)
+        let one_line = self.prototype() + end;
+        let Some((last, others)) = self.parameters.split_last().filter(|_| one_line.len() > WIDTH) else {
+            return one_line;
         };
-        let parameters: Vec<String> = self.parameters.iter().enumerate().map(parameter).collect();
+        let head = format!("{} {}(", self.result, self.name);
+        let others = others.iter().map(|it| format!("{} {},", it.ty, it.name));
+        let mut parameters: Vec<String> = others.chain([format!("{} {})", last.ty, last.name)]).collect();
         let longest = parameters.iter().map(String::len).max().unwrap_or_default() + end.len();
+        parameters.last_mut().into_iter().for_each(|last| *last += end);
         // Below the first of them, where there is room; otherwise on lines of their own.
-        let (indent, mut out) = match head.len() + longest <= WIDTH {
+        let (indent, head) = match head.len() + longest <= WIDTH {
             true => (head.len(), head),
             false => (4, head + "\n    "),
         };
-        let mut column = out.rsplit('\n').next().unwrap_or_default().len();
-        for (index, parameter) in parameters.iter().enumerate() {
-            let end = if index + 1 == parameters.len() { end.len() } else { 0 };
-            let is_first = column == indent;
-            if !is_first && column + 1 + parameter.len() + end > WIDTH {
-                out += &format!("\n{:indent$}", "");
-                column = indent;
-            } else if !is_first {
-                out.push(' ');
-                column += 1;
-            }
-            out += parameter;
-            column += parameter.len();
-        }
-        out + end
+        let lines = wrapped(parameters.iter().map(String::as_str), WIDTH - indent);
+        head + &lines.join(&format!("\n{:indent$}", ""))
     }
 }
 

@@ -14,7 +14,7 @@ use rustc_hash::FxHashSet;
 
 use crate::component::{is_set_from_text, ports_of_introspection};
 use crate::cpp_name::{file_name, script_name, task_name};
-use crate::library::{Libraries, Library, features_in_order};
+use crate::library::{Libraries, Library, features_in_order, topological_order};
 use crate::package::GeneratedFile;
 use crate::{launch, lua, ops};
 
@@ -215,7 +215,7 @@ fn deployed<'db>(
             file_and_line(db, project.workspace(db), &Location::name_of(of)),
         ),
         packages: packages.filter(|package| used.contains(package.as_str())).collect(),
-        order: ordered(tasks.iter().map(|task| (task.name.clone(), providers(task))).collect()),
+        order: ordered(&tasks.iter().map(|task| (task.name.clone(), providers(task))).collect::<Vec<_>>()),
         connections: connections.map(|link| ([end(&link.source), end(&link.target)], link.buffer)).collect(),
         operations: operations.clone().map(|link| [end(&link.target), end(&link.source)]).collect(),
         streams: with_streams.then(|| streams(db, project, flat)),
@@ -311,17 +311,13 @@ fn seconds(time: Time) -> String {
 
 /// Names and who must come before each: in the order given, unless that is needed. Where they wait for each other, the first
 /// of them goes first.
-fn ordered(all: Vec<(String, FxHashSet<String>)>) -> Vec<String> {
-    let mut left = all;
-    let mut order: Vec<String> = Vec::new();
-    while !left.is_empty() {
-        let waits = |before: &FxHashSet<String>, own: &str| {
-            left.iter().any(|(name, _)| name != own && before.contains(name))
-        };
-        let next = left.iter().position(|(name, before)| !waits(before, name)).unwrap_or(0);
-        order.push(left.remove(next).0);
-    }
-    order
+fn ordered(all: &[(String, FxHashSet<String>)]) -> Vec<String> {
+    let waits = |one: usize, other: usize| match (all.get(one), all.get(other)) {
+        (Some((_, before)), Some((name, _))) => before.contains(name),
+        _ => false,
+    };
+    let order = topological_order(all.len(), waits).into_iter();
+    order.filter_map(|index| all.get(index)).map(|(name, _)| name.clone()).collect()
 }
 
 fn streams<'db>(db: &'db dyn ModelDb, project: Project<'db>, flat: &Flat<'db>) -> Streams {
@@ -393,7 +389,7 @@ mod tests {
             let of = |(name, before): &(&str, &[&str])| {
                 ((*name).to_owned(), before.iter().map(|it| (*it).to_owned()).collect())
             };
-            ordered(all.iter().map(of).collect()).join(" ")
+            ordered(&all.iter().map(of).collect::<Vec<_>>()).join(" ")
         };
         assert_eq!(order(&[("a", &[]), ("b", &[]), ("c", &[])]), "a b c");
         assert_eq!(order(&[("a", &["c"]), ("b", &[]), ("c", &["d"]), ("d", &[])]), "b d c a");

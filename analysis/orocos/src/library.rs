@@ -316,19 +316,12 @@ impl<'db> Reader<'db> {
 
     /// Those that others call first; and no two that call each other, which no build system can build.
     fn ordered(&mut self, all: Vec<Library<'db>>) -> Vec<Library<'db>> {
-        let mut numbers: Vec<usize> = Vec::new();
-        while numbers.len() < all.len() {
-            let is_left = |index: &usize| !numbers.contains(index);
-            let is_ready = |index: &usize| all.get(*index).is_some_and(|it| !it.calls.iter().any(is_left));
-            let next = (0..all.len()).filter(is_left).find(is_ready);
-            match next.or_else(|| (0..all.len()).find(is_left)) {
-                Some(next) => {
-                    if !is_ready(&next) {
-                        self.report_cycle(&all, next, &numbers);
-                    }
-                    numbers.push(next);
-                }
-                None => break,
+        let calls = |one: usize, other| all.get(one).is_some_and(|it| it.calls.contains(&other));
+        let numbers = topological_order(all.len(), calls);
+        for (position, &index) in numbers.iter().enumerate() {
+            let (done, left) = numbers.split_at(position);
+            if left.iter().any(|&other| calls(index, other)) {
+                self.report_cycle(&all, index, done);
             }
         }
         let new = |old: &usize| numbers.iter().position(|it| it == old);
@@ -401,6 +394,19 @@ fn types<'db>(
     ty: Option<&'db TypeRef>,
 ) -> impl Iterator<Item = (Decl<'db>, &'db TypeRef)> {
     parameters.iter().filter_map(|it| it.ty.as_ref()).chain(ty).map(move |ty| (of, ty))
+}
+
+/// Returns the numbers below `count`, each behind those that it waits for, otherwise ascending. Where all that are left wait
+/// for each other, the first of them goes first.
+pub(crate) fn topological_order(count: usize, waits_for: impl Fn(usize, usize) -> bool) -> Vec<usize> {
+    let mut left: Vec<usize> = (0..count).collect();
+    let mut order = Vec::new();
+    while !left.is_empty() {
+        let is_ready = |&one: &usize| left.iter().all(|&other| other == one || !waits_for(one, other));
+        let next = left.iter().position(is_ready).unwrap_or(0);
+        order.push(left.remove(next));
+    }
+    order
 }
 
 fn component_is_broken(db: &dyn ModelDb, of: Decl<'_>) -> bool {

@@ -259,21 +259,15 @@ impl Planner<'_> {
         if let Some(offer) = known.offered.take_if(|_| there.is_none()) {
             known = CodelFile { prototype: Some(offer.prototype), is_right: true, offered: None };
         }
-        let is_for = |known: &CodelFile| {
-            known.prototype.as_ref().is_some_and(|before| Prototype::is_same(before, prototype))
-        };
-        let read = Prototype::read(prototype);
-        // Two parameters of one type that have changed places are the same to a compiler.
-        let has_moved = known.prototype.as_ref().is_some_and(|before| {
-            Prototype::is_same(before, prototype) && Prototype::has_moved(before, prototype)
-        });
-        let other = read.as_ref().and_then(|it| it.other_in(prototype, text));
-        let is_defined = read.is_some_and(|it| it.is_defined_in(text));
-        let names = has_moved.then(|| known.prototype.clone()).flatten();
-        let follows = names.is_none_or(|before| {
-            Prototype::read(&before).is_some_and(|it| it.other_in(&before, text).is_some())
-        });
-        let is_as_said = is_for(&known) && !has_moved;
+        let before = known.prototype.as_deref();
+        let is_same = before.is_some_and(|before| Prototype::is_same(before, prototype));
+        // Two parameters of one type that were exchanged are the same to a compiler.
+        let moved = before.filter(|before| is_same && Prototype::has_moved(before, prototype));
+        let other_in = |prototype: &str| Prototype::read(prototype)?.other_in(prototype, text);
+        let other = other_in(prototype);
+        let is_defined = Prototype::read(prototype).is_some_and(|it| it.is_defined_in(text));
+        let follows = moved.is_none_or(|before| other_in(before).is_some());
+        let is_as_said = is_same && moved.is_none();
         if is_as_said && known.is_right || other.is_none() && (is_as_said || is_defined && follows) {
             self.withdraw(path, known.offered.as_ref())?;
             let is_right = is_as_said && known.is_right;
