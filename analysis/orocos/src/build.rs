@@ -155,7 +155,6 @@ fn description(library: &Library<'_>) -> String {
 /// What `CMakeLists.txt` has to say.
 struct Build<'a, 'db> {
     library: &'a Library<'db>,
-    /// The packages whose codels its components call.
     calls: Vec<&'a str>,
     headers: &'a Headers,
     files: &'a [GeneratedFile],
@@ -178,7 +177,6 @@ impl Build<'_, '_> {
         self.has_components() || self.headers.paths.iter().any(|path| path.starts_with("rtt/"))
     }
 
-    /// Is there a file below this folder?
     fn has(&self, folder: &str) -> bool {
         self.files.iter().any(|file| file.path.strip_prefix(folder).is_some_and(|it| it.starts_with('/')))
     }

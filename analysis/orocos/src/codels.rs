@@ -15,7 +15,6 @@ use crate::library::{Library, types_of_codel, types_of_component};
 use crate::origin::{WIDTH, generated_from, origin, origin_file, words_of, wrapped};
 use crate::package::{GeneratedFile, Owner};
 
-/// The headers of a library's types and codels, and a stub for each codel.
 pub(crate) fn codel_files<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -70,7 +69,6 @@ struct Signature<'db> {
 
 struct CppParameter {
     direction: Direction,
-    /// With its `const` and `&`.
     ty: String,
     name: String,
 }
@@ -180,7 +178,6 @@ fn codels_header<'db>(
 pub(crate) const STUB: &str =
     "// This file is yours: `mauve generate` wrote it once, and never overwrites it.";
 
-/// Does a file begin as a stub does?
 pub(crate) fn is_stub(text: &str) -> bool {
     text.lines().next() == Some(STUB)
 }

@@ -26,8 +26,8 @@ mod source;
 use std::cell::Cell;
 
 use mauve_hir::item_tree::{
-    Core, Direction, Expr, Feature, FeatureKind, HookKind, Name, Parameter, Program, SourceId, Statement,
-    Variable,
+    Core, Direction, Expr, Feature, FeatureKind, HookKind, Machine, Name, Parameter, Program, SourceId,
+    Statement, Variable,
 };
 use mauve_hir::{
     Binding, Builtin, Callee, CoreInference, Decl, Integer, Location, ModelDb, ProgramId, Project, Type,
@@ -93,7 +93,7 @@ struct Class<'a, 'db> {
     sent: Vec<SentOperation<'db>>,
     programs: Vec<Routine<'db>>,
     by_id: FxHashMap<ProgramId, usize>,
-    machine: Option<Machine>,
+    machine: Option<StateMachine<'db>>,
     /// Whether ports show its state and its execution times.
     introspection: bool,
     /// The output ports whose values vary in size, each with a variable of the core that is written to it.
@@ -161,8 +161,8 @@ struct LastCall {
     is_under_way: String,
 }
 
-/// The names of a state machine.
-struct Machine {
+struct StateMachine<'db> {
+    data: &'db Machine,
     /// The enumeration of its states.
     states: String,
     /// Its values, in the order of the states.
@@ -452,7 +452,8 @@ impl<'a, 'db> Class<'a, 'db> {
             }
         }
         let mut values = CppNames::of_namespace();
-        self.machine = Some(Machine {
+        self.machine = Some(StateMachine {
+            data: machine,
             states: self.names.declare("State"),
             values: machine.states.iter().map(|state| values.declare(&state.name.name)).collect(),
             current: self.names.declare("current_state"),

@@ -25,7 +25,6 @@ pub(crate) fn cpp_type(db: &dyn ModelDb, workspace: Workspace, ty: &Type) -> Opt
     })
 }
 
-/// How a whole number is written in C++.
 pub(crate) fn integer_type(integer: Integer) -> &'static str {
     match integer {
         Integer::Int => "int",
@@ -64,7 +63,6 @@ pub(crate) fn operation_parameter_type(cpp: &str, direction: Direction) -> Strin
     }
 }
 
-/// What generated code includes for these types.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Headers {
     /// As they stand between the brackets of an `#include`.
@@ -74,7 +72,6 @@ pub(crate) struct Headers {
 }
 
 impl Headers {
-    /// Adds those of a type.
     pub(crate) fn add(&mut self, db: &dyn ModelDb, workspace: Workspace, ty: &Type) {
         let path = match ty {
             Type::Integer(Integer::Size) => "cstddef".to_owned(),

@@ -26,11 +26,9 @@ use crate::{launch, lua, ops};
 /// with nothing. So it runs again soon after each run: the pause is a period that is counted from the run before.
 const BACKGROUND_PERIOD: Time = Time::from_nanos(10_000_000);
 
-/// What is said of that where it is assumed.
 pub(crate) const BACKGROUND: &str = "In the background, and the model gives no period: it runs again 10 ms after it began, or \
     when it has ended. A `period` in its activity says another time.";
 
-/// The scripts and launch files of the deployments in a library.
 pub(crate) fn deployment_files<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -54,11 +52,8 @@ pub(crate) fn deployment_files<'db>(
 /// A deployment, by the names that everything has at run time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Deployed {
-    /// What its files are called.
     pub(crate) name: String,
-    /// The package that it stands in.
     pub(crate) package: String,
-    /// What it is, and where it stands.
     pub(crate) description: String,
     /// The packages of its components, those that others call first.
     pub(crate) packages: Vec<String>,
@@ -74,23 +69,18 @@ pub(crate) struct Deployed {
     pub(crate) streams: Option<Streams>,
 }
 
-/// An instance.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Task {
-    /// What it is called.
     pub(crate) name: String,
     /// The class: `motion::Guidance`.
     pub(crate) class: String,
     /// The properties that have other values here than their class gives them.
     /// Their names, their values, and whether scripts can only set them from a text.
     pub(crate) values: Vec<(String, Value, bool)>,
-    /// Has it any property or constant?
     pub(crate) has_values: bool,
-    /// How it runs.
     pub(crate) activity: Activity,
 }
 
-/// How an instance runs.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Activity {
     /// In seconds, exact.
@@ -103,7 +93,6 @@ pub(crate) struct Activity {
     pub(crate) affinity: Option<u32>,
 }
 
-/// What is said where it is done, and where it cannot be.
 pub(crate) const LOADED: &str = "The instances, who provides operations before who requires them: the deployer stops them the \
     other way round.";
 pub(crate) const ACTIVITIES: &str = "How they run: period in seconds, priority, scheduler; and on which CPUs, a bit for each. \
@@ -116,7 +105,6 @@ pub(crate) const NOTHING_STARTS: &str = "Nothing runs.";
 pub(crate) const TOPICS: &str =
     "Topics need rtt_ros_integration. Without them: `[generate] ros_streams = false` in mauve.toml.";
 
-/// What cannot be done, where it cannot.
 pub(crate) fn reading(name: &str) -> String {
     format!("use the values in {name}.cpf")
 }
@@ -148,7 +136,6 @@ impl Deployed {
         self.in_order().filter(|task| task.has_values).map(|task| task.name.as_str()).collect()
     }
 
-    /// The packages that topics need.
     pub(crate) fn ros_packages(&self) -> Vec<&str> {
         let Some(streams) = &self.streams else { return Vec::new() };
         let packages = streams.packages.iter().map(String::as_str);
@@ -163,7 +150,6 @@ impl Activity {
     }
 }
 
-/// What is said where they are listed.
 pub(crate) const STREAMS: &str = "Outputs are topics, and inputs that nothing is connected to. On the other inputs a topic \
     would be a second writer.";
 

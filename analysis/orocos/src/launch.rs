@@ -4,7 +4,6 @@ use crate::deployment::Deployed;
 use crate::escape::xml;
 use crate::origin::{comment_lines, generated_from};
 
-/// The launch file of a deployment that stands in `package`.
 pub(crate) fn launch_file(deployed: &Deployed, package: &str) -> String {
     // Names have nothing that roslaunch would substitute: the only `$(find …)` and `$(arg …)` are those here.
     let script = xml(&format!("-s $(find {package})/scripts/{}.ops", deployed.name));

@@ -30,7 +30,6 @@ pub struct Problem<'db> {
     pub at: Location<'db>,
 }
 
-/// What one package is made of.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub(crate) struct Library<'db> {
     /// Its name in C++ and on the disk: namespace, folder, package.
@@ -187,7 +186,6 @@ impl<'db> Reader<'db> {
         Libraries { places: place(&all), all }
     }
 
-    /// The codels that a component may call.
     fn codels_of(&self, component: Decl<'db>) -> Vec<Decl<'db>> {
         let core = core_of(self.db, self.project, component);
         let Some(core) = core else { return Vec::new() };
@@ -243,7 +241,6 @@ impl<'db> Reader<'db> {
         }
     }
 
-    /// Reports the types that C++ does not know.
     fn check_types(&mut self, library: &Library<'db>) {
         let (db, project) = (self.db, self.project);
         for &(codel, _) in &library.codels {

@@ -45,7 +45,6 @@ local function set(name, property, value)
 end
 "#;
 
-/// The script of a deployment.
 pub(crate) fn script(deployed: &Deployed) -> String {
     let mut script = Script { text: String::new() };
     script.comment(&generated_from(&deployed.package));
@@ -121,7 +120,6 @@ impl Script {
         }
     }
 
-    /// Values that come from files.
     fn values(&mut self, deployed: &Deployed) {
         let names = deployed.with_values();
         if names.is_empty() {

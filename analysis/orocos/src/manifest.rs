@@ -28,7 +28,6 @@ pub(crate) struct Manifest {
     format: u32,
     /// The hash of each generated file.
     pub(crate) files: BTreeMap<String, String>,
-    /// The user's files.
     pub(crate) codels: BTreeMap<String, CodelFile>,
 }
 
@@ -42,7 +41,6 @@ pub(crate) struct CodelFile {
     /// Has the user removed the stub for that prototype, and so said that the file is right as it is?
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub(crate) is_right: bool,
-    /// The stub that was put beside it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) offered: Option<Offer>,
 }
@@ -53,7 +51,6 @@ pub(crate) struct CodelFile {
 pub(crate) struct Offer {
     /// What it is a stub of.
     pub(crate) prototype: String,
-    /// Its hash.
     pub(crate) hash: String,
 }
 
@@ -96,7 +93,6 @@ impl Manifest {
         }
     }
 
-    /// The text of the file.
     pub(crate) fn text(&self) -> Result<String, String> {
         let text = serde_json::to_string_pretty(self).map_err(|error| error.to_string())?;
         Ok(text + "\n")

@@ -52,7 +52,6 @@ bool loaded(string name, string class) {
 var bool ready = true
 "#;
 
-/// The script of a deployment.
 pub(crate) fn script(deployed: &Deployed) -> String {
     let mut script = Script { text: String::new(), tasks: &deployed.tasks };
     script.comment(&generated_from(&deployed.package));
@@ -136,7 +135,6 @@ impl Script<'_> {
         }
     }
 
-    /// Values that come from files.
     fn values(&mut self, deployed: &Deployed) {
         let names = deployed.with_values();
         if names.is_empty() {

@@ -307,7 +307,6 @@ fn is_offered(offer: &Offer, text: &str) -> bool {
     offer.hash == hash(text) && is_stub(text)
 }
 
-/// Where the stub for a changed prototype is put.
 fn offered_path(path: &str) -> String {
     format!("{path}.new")
 }

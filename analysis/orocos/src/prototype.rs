@@ -46,7 +46,6 @@ impl<'a> Prototype<'a> {
         self.definitions(&tokens).any(|(before, found)| self.has(&found) && self.is_result_of(before))
     }
 
-    /// Are these the parameters?
     fn has(&self, found: &[&[&str]]) -> bool {
         found.len() == self.parameters.len()
             && self.parameters.iter().zip(found).all(|(expected, found)| is_parameter(expected, found))
@@ -141,7 +140,6 @@ const STANDARD_TYPES: [&str; 11] = [
     "uint64_t",
 ];
 
-/// The names of a prototype's parameters.
 fn names(prototype: &str) -> Vec<&str> {
     let tokens = tokens(prototype);
     let open = tokens.iter().position(|token| *token == "(").and_then(|at| tokens.get(at + 1..));

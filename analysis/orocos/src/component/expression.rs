@@ -87,12 +87,18 @@ impl Code {
 
     /// As a value of another type, which it fits.
     pub(super) fn converted(self, to: &Type) -> Code {
-        if self.ty == *to || !self.ty.is_number() || !to.is_number() {
+        if !self.ty.is_number() || !to.is_number() {
             return self;
         }
+        self.with_type(to, loses_nothing)
+    }
+
+    /// As a number of another type, with a cast unless the conversion of a value `is_implicit`.
+    fn with_type(self, to: &Type, is_implicit: fn(&Type, &Type) -> bool) -> Code {
         match self.value.clone().filter(|_| self.is_literal) {
+            _ if self.ty == *to => self,
             Some(value) => Code::literal(value, to.clone()),
-            None if loses_nothing(&self.ty, to) => Code { ty: to.clone(), ..self },
+            None if is_implicit(&self.ty, to) => Code { ty: to.clone(), ..self },
             None => self.cast(to),
         }
     }
@@ -398,6 +404,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         if is_comparison && is_unsigned_64(&ty) && is_unsigned(&left) != is_unsigned(&right) {
             return self.compare_unsigned(operator, lhs, rhs, &ty);
         }
+        let in_type = |code: Code, ty: &Type| code.with_type(ty, is_same_in_cpp);
         let (mut lhs, mut rhs) = (in_type(lhs, &left), in_type(rhs, &right));
         // C++ has other ideas about some pairs of types.
         if !is_same_in_cpp(&usual(&lhs.ty, &rhs.ty), &usual(&ty, &ty)) {
@@ -756,16 +763,6 @@ fn base_of(expr: &Expr) -> String {
         Expr::Call { callee, .. } => format!("{}_result", callee.name),
         Expr::Name(name) => format!("{}_before", name.name),
         _ => "value".to_owned(),
-    }
-}
-
-/// Converts to a type, with a cast where C++ would use another type.
-fn in_type(code: Code, ty: &Type) -> Code {
-    match &code.value {
-        _ if code.ty == *ty => code,
-        Some(value) if code.is_literal => Code::literal(value.clone(), ty.clone()),
-        _ if is_same_in_cpp(&code.ty, ty) => Code { ty: ty.clone(), ..code },
-        _ => code.cast(ty),
     }
 }
 

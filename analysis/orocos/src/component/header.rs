@@ -143,13 +143,13 @@ fn core<'db>(class: &Class<'_, 'db>, text: &mut Text) {
         }
         text.gap();
     }
-    let (Some(machine), Some(data)) = (&class.machine, class.data.machines.first()) else { return };
-    text.line(1, format!("// statemachine: {}", class.at(class.core, data.id)));
+    let Some(machine) = &class.machine else { return };
+    text.line(1, format!("// statemachine: {}", class.at(class.core, machine.data.id)));
     text.line(1, format!("enum class {} {{ {} }};", machine.states, machine.values.join(", ")));
     if let Some(initial) = machine.values.get(machine.initial) {
         text.line(1, format!("{0} {1} = {0}::{initial};", machine.states, machine.current));
     }
-    text.commented(1, &variables(class, &data.variables));
+    text.commented(1, &variables(class, &machine.data.variables));
     text.gap();
 }
 

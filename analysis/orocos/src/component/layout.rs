@@ -12,7 +12,6 @@ use crate::origin::{WIDTH, wrapped};
 const BREAKS: [&str; 14] =
     [", ", "&& ", "|| ", " == ", " != ", " < ", " <= ", " > ", " >= ", " + ", " - ", " * ", " / ", " % "];
 
-/// A text that is written line by line.
 #[derive(Default)]
 pub(super) struct Text {
     pub(super) out: String,
@@ -65,7 +64,6 @@ impl Text {
         self.gap();
     }
 
-    /// Writes an empty line.
     pub(super) fn gap(&mut self) {
         self.out.push('\n');
     }

@@ -9,7 +9,7 @@ use super::expression::{Code, Writer};
 use super::layout::Text;
 use super::obvious::MEANT;
 use super::program::definition;
-use super::{Class, Machine, Member, Routine};
+use super::{Class, Member, Routine, StateMachine};
 use crate::cpp_name::script_name;
 use crate::escape::cpp_string;
 
@@ -127,8 +127,9 @@ fn constructor(class: &Class<'_, '_>, text: &mut Text) {
     if class.introspection {
         let names: Vec<String> = class.members.iter().map(|it| script_name(&it.data.name.name)).collect();
         let [state, period] = ports_of_introspection(&names);
-        if let Some(machine) = class.data.machines.first() {
-            let longest = machine.states.iter().map(|state| state.name.name.len()).max().unwrap_or_default();
+        if let Some(machine) = &class.machine {
+            let longest =
+                machine.data.states.iter().map(|state| state.name.name.len()).max().unwrap_or_default();
             text.line(1, format!("mauve_add_state_port({}, {longest});", cpp_string(state)));
         }
         text.line(1, format!("mauve_add_period_port({});", cpp_string(period)));
@@ -280,16 +281,14 @@ fn interval_check<'db>(class: &Class<'_, 'db>, member: &Member<'db>, text: &mut 
 fn start_hook(class: &Class<'_, '_>, text: &mut Text) {
     text.function(&format!("bool {}::startHook()", class.name), |text| {
         text.line(1, "if (!mauve_may_start()) return false;");
-        class.data.machines.iter().take(1).for_each(|it| first_values(class, &it.variables, text));
+        class.machine.iter().for_each(|it| first_values(class, &it.data.variables, text));
         agreed(class, HookKind::Start, text);
         if let Some(machine) = &class.machine
             && let Some(initial) = machine.values.get(machine.initial)
         {
             text.line(1, format!("{} = {}::{initial};", machine.current, machine.states));
-            let state = class.data.machines.first().and_then(|it| it.states.get(machine.initial));
-            let state = state.map(|state| state.name.name.clone());
-            let entry = state.map(|state| ProgramId::Method { state, kind: MethodKind::Entry });
-            entry.iter().for_each(|entry| call(class, entry, 1, text));
+            let state = machine.data.states.get(machine.initial).into_iter();
+            state.for_each(|state| call_method(class, state, MethodKind::Entry, 1, text));
             machine.show.iter().for_each(|show| text.line(1, format!("{show}();")));
         }
         text.line(1, "mauve_started();");
@@ -304,6 +303,10 @@ fn call(class: &Class<'_, '_>, id: &ProgramId, depth: usize, text: &mut Text) {
     }
 }
 
+fn call_method(class: &Class<'_, '_>, state: &State, kind: MethodKind, depth: usize, text: &mut Text) {
+    call(class, &ProgramId::Method { state: state.name.name.clone(), kind }, depth, text);
+}
+
 /// The ports that show the state and the periods of a component whose features have these names: no feature is called `state`
 /// in scripts.
 pub(crate) fn ports_of_introspection(names: &[String]) -> [&'static str; 2] {
@@ -313,8 +316,8 @@ pub(crate) fn ports_of_introspection(names: &[String]) -> [&'static str; 2] {
 /// Shows the state on its port.
 fn show(class: &Class<'_, '_>, text: &mut Text) {
     let Some(machine) = &class.machine else { return };
-    let (Some(show), Some(data)) = (&machine.show, class.data.machines.first()) else { return };
-    let names: Vec<String> = data.states.iter().map(|state| cpp_string(&state.name.name)).collect();
+    let Some(show) = &machine.show else { return };
+    let names: Vec<String> = machine.data.states.iter().map(|state| cpp_string(&state.name.name)).collect();
     text.function(&format!("void {}::{show}()", class.name), |text| {
         text.line(1, format!("static const char* const names[]{{{}}};", names.join(", ")));
         text.line(1, format!("mauve_show_state(names[static_cast<int>({})]);", machine.current));
@@ -399,13 +402,11 @@ fn update_hook(class: &Class<'_, '_>, text: &mut Text) {
 }
 
 /// The statements of a period that begins in a state.
-fn state(class: &Class<'_, '_>, machine: &Machine, number: usize, text: &mut Text) {
-    let states = class.data.machines.first().map_or(&[] as &[_], |machine| &machine.states);
+fn state(class: &Class<'_, '_>, machine: &StateMachine<'_>, number: usize, text: &mut Text) {
+    let states = &machine.data.states;
     let Some(data) = states.get(number) else { return };
     let name = || data.name.name.clone();
-    let method = |state: &State, kind, depth, text: &mut Text| {
-        call(class, &ProgramId::Method { state: state.name.name.clone(), kind }, depth, text);
-    };
+    let method = |state, kind, depth, text: &mut Text| call_method(class, state, kind, depth, text);
     method(data, MethodKind::Run, 3, text);
     // The first transition without a guard is always taken; those behind it never are.
     let always = data.transitions.iter().position(|transition| transition.guard.is_none());
