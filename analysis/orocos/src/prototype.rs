@@ -17,10 +17,9 @@ impl<'a> Prototype<'a> {
     /// Reads a prototype: `double clearance(const ::sensor_msgs::LaserScan& scan, double width)`.
     pub(crate) fn read(text: &'a str) -> Option<Prototype<'a>> {
         let tokens = tokens(text);
-        let open = tokens.iter().position(|token| *token == "(")?;
-        let (&name, result) = tokens.get(..open)?.split_last()?;
-        let (inner, _) = parenthesised(tokens.get(open + 1..)?)?;
-        let parameters = parameters(inner).into_iter().map(|parameter| {
+        let (before, parameters) = split(&tokens)?;
+        let (&name, result) = before.split_last()?;
+        let parameters = parameters.into_iter().map(|parameter| {
             let is_named = matches!(parameter, [.., before, last] if *before != "::" && may_be_a_name(last));
             normalised(if is_named {
                 parameter.split_last().map_or(parameter, |(_, ty)| ty)
@@ -142,9 +141,15 @@ const STANDARD_TYPES: [&str; 11] = [
 
 fn names(prototype: &str) -> Vec<&str> {
     let tokens = tokens(prototype);
-    let open = tokens.iter().position(|token| *token == "(").and_then(|at| tokens.get(at + 1..));
-    let inner = open.and_then(parenthesised).map(|(inner, _)| parameters(inner));
-    inner.into_iter().flatten().filter_map(|it| it.last().copied()).collect()
+    let parameters = split(&tokens).map(|(_, parameters)| parameters);
+    parameters.into_iter().flatten().filter_map(|it| it.last().copied()).collect()
+}
+
+/// Splits a prototype: the tokens before the parentheses, and the parameters.
+fn split<'t, 'a>(tokens: &'t [&'a str]) -> Option<(&'t [&'a str], Vec<&'t [&'a str]>)> {
+    let open = tokens.iter().position(|token| *token == "(")?;
+    let end = ends_of_parentheses(tokens).get(open).copied().flatten()?;
+    Some((tokens.get(..open)?, parameters(tokens.get(open + 1..end)?)))
 }
 
 fn is_in_another_order(some: &[&str], others: &[&str]) -> bool {
@@ -187,22 +192,6 @@ fn ends_of_parentheses(tokens: &[&str]) -> Vec<Option<usize>> {
         }
     }
     ends
-}
-
-/// What stands up to the parenthesis that closes, and what follows.
-fn parenthesised<'t, 'a>(tokens: &'t [&'a str]) -> Option<(&'t [&'a str], &'t [&'a str])> {
-    let mut depth = 0;
-    let closes = |token: &&str| {
-        match *token {
-            "(" => depth += 1,
-            ")" if depth == 0 => return true,
-            ")" => depth -= 1,
-            _ => {}
-        }
-        false
-    };
-    let at = tokens.iter().position(closes)?;
-    Some((tokens.get(..at)?, tokens.get(at + 1..)?))
 }
 
 /// What stands between the commas.
@@ -278,40 +267,28 @@ fn tokens(text: &str) -> Vec<&str> {
     let mut rest = text;
     let mut begins_line = true;
     while let Some(first) = rest.chars().next() {
-        let length = match first {
-            '\n' => {
-                begins_line = true;
-                rest = rest.get(1..).unwrap_or_default();
-                continue;
-            }
-            c if c.is_whitespace() || c == '\\' => {
-                rest = rest.get(c.len_utf8()..).unwrap_or_default();
-                continue;
-            }
-            '#' if begins_line => {
-                rest = rest.get(directive(rest)..).unwrap_or_default();
-                continue;
-            }
-            '/' if rest.starts_with("//") => {
-                rest = rest.find('\n').and_then(|end| rest.get(end..)).unwrap_or_default();
-                continue;
-            }
+        let (length, is_token) = match first {
+            c if c.is_whitespace() || c == '\\' => (c.len_utf8(), false),
+            '#' if begins_line => (directive(rest), false),
+            '/' if rest.starts_with("//") => (rest.find('\n').unwrap_or(rest.len()), false),
             '/' if rest.starts_with("/*") => {
-                rest = rest.get(2..).and_then(|it| it.split_once("*/")).map_or("", |(_, after)| after);
-                continue;
+                let end = rest.get(2..).and_then(|it| it.find("*/"));
+                (end.map_or(rest.len(), |end| end + 4), false)
             }
-            '"' | '\'' => quoted(rest, first),
-            c if c.is_ascii_digit() => number(rest),
+            '"' | '\'' => (quoted(rest, first), true),
+            c if c.is_ascii_digit() => (number(rest), true),
             c if c.is_alphabetic() || c == '_' => {
                 let word = rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len());
-                raw_string(rest, word).unwrap_or(word)
+                (raw_string(rest, word).unwrap_or(word), true)
             }
-            ':' if rest.starts_with("::") => 2,
-            c => c.len_utf8(),
+            ':' if rest.starts_with("::") => (2, true),
+            c => (c.len_utf8(), true),
         };
-        begins_line = false;
         let (token, after) = rest.split_at_checked(length).unwrap_or((rest, ""));
-        out.push(token);
+        if is_token {
+            out.push(token);
+        }
+        begins_line = !is_token && (begins_line || first == '\n');
         rest = after;
     }
     out
