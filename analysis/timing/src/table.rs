@@ -310,29 +310,24 @@ impl Reader {
     /// What is exceeded more rarely is not shorter: where times fall from level to level, one of them is wrong, or the
     /// levels stand in another order than the times.
     fn falling(&mut self) {
-        let mut order: Vec<usize> = (0..self.table.levels.len()).collect();
-        order.sort_by(|&a, &b| self.table.levels[b].cmp(&self.table.levels[a]));
-        let levels = self.table.levels.clone();
-        let Table { codels, programs, components, overhead, .. } = &mut self.table;
-        let mut varying = 0;
-        let mut falling = Vec::new();
-        let mut overhead_falls = false;
-        for times in [&overhead.dispatch, &overhead.context_switch] {
-            let Times::PerLevel(times) = times else { continue };
-            overhead_falls |= order.windows(2).any(|pair| times[pair[1]] < times[pair[0]]);
-        }
-        if overhead_falls {
+        let Table { levels, codels, programs, components, overhead, .. } = &mut self.table;
+        let mut order: Vec<usize> = (0..levels.len()).collect();
+        order.sort_by_key(|&level| std::cmp::Reverse(levels[level]));
+        let fall_in = |times: &[Time]| order.windows(2).find(|pair| times[pair[1]] < times[pair[0]]);
+        let falls = |times: &Times| matches!(times, Times::PerLevel(times) if fall_in(times).is_some());
+        if falls(&overhead.dispatch) || falls(&overhead.context_switch) {
             self.loses_all = true;
             let message =
                 "the overhead falls from level to level: what is exceeded more rarely is not shorter";
             self.error(self.table.overhead_span.clone(), message.to_owned());
             return;
         }
+        let mut varying = 0;
+        let mut falling = Vec::new();
         for entry in codels.iter_mut().chain(programs).chain(components) {
             let Some(Times::PerLevel(times)) = &entry.value else { continue };
             varying += usize::from(times.windows(2).any(|pair| pair[0] != pair[1]));
-            let pair = order.windows(2).find(|pair| times[pair[1]] < times[pair[0]]);
-            if let Some(&[before, after]) = pair {
+            if let Some(&[before, after]) = fall_in(times) {
                 let message = format!(
                     "`{}` takes {} at {} and only {} at {}: what is exceeded more rarely is not shorter",
                     entry.key, times[before], levels[before], times[after], levels[after]
