@@ -211,6 +211,14 @@ struct List {
     lines: bool,
 }
 
+impl List {
+    /// The list in a node whose opening brace is the piece `open`.
+    fn new(frame: &Frame, outer: usize, open: usize) -> List {
+        let Frame { kind, first: owner, whole, .. } = *frame;
+        List { kind, outer, owner, open, close: usize::MAX, whole, last_whole: true, lines: false }
+    }
+}
+
 /// What is to stand before a piece.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Gap {
@@ -763,16 +771,8 @@ impl<'a> Reader<'a> {
             }
         }
         let pieces = Vec::with_capacity(text.len() / 6);
-        let file = List {
-            kind: SOURCE_FILE,
-            outer: 0,
-            owner: 0,
-            open: 0,
-            close: usize::MAX,
-            whole: errors.is_empty(),
-            last_whole: true,
-            lines: true,
-        };
+        let file = Frame { kind: SOURCE_FILE, first: 0, whole: errors.is_empty(), list: None };
+        let file = List { lines: true, ..List::new(&file, 0, 0) };
         let mut reader = Reader {
             text,
             errors,
@@ -843,16 +843,7 @@ impl<'a> Reader<'a> {
         let mut brace = None;
         match (kind, frame.list) {
             (L_CURLY, None) if frame.kind != ERROR => {
-                let list = List {
-                    kind: frame.kind,
-                    outer: *self.open.last().unwrap_or(&0),
-                    owner: frame.first,
-                    open: index,
-                    close: usize::MAX,
-                    whole: frame.whole,
-                    last_whole: true,
-                    lines: false,
-                };
+                let list = List::new(frame, *self.open.last().unwrap_or(&0), index);
                 brace = Some((self.lists.len(), false));
                 frame.list = Some(self.lists.len());
                 self.open.push(self.lists.len());

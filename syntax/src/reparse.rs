@@ -66,16 +66,10 @@ impl Parse {
         }
         let Some(edit) = Edit::between(old, new) else { return (self.clone(), Tier::Nothing) };
         let before = Before { parse: self, root: self.syntax(), old, new, edit };
-        if let Some(parse) = before.token() {
-            return (parse, Tier::Token);
-        }
-        if let Some(parse) = before.trivia() {
-            return (parse, Tier::Trivia);
-        }
-        if let Some(parse) = before.items() {
-            return (parse, Tier::Items);
-        }
-        (parse(new), Tier::Whole)
+        let token = || Some((before.token()?, Tier::Token));
+        let trivia = || Some((before.trivia()?, Tier::Trivia));
+        let items = || Some((before.items()?, Tier::Items));
+        token().or_else(trivia).or_else(items).unwrap_or_else(|| (parse(new), Tier::Whole))
     }
 }
 
