@@ -157,15 +157,12 @@ struct Piece<'a> {
     kind: SyntaxKind,
     text: &'a str,
     start: usize,
-    /// The kind of the node that it stands in.
     parent: SyntaxKind,
-    /// How many blocks are open around it.
     depth: usize,
     /// The list that an item begins in here, and whether the line may be broken before it.
     item: Option<(usize, bool)>,
     /// The list whose brace this is, and for a closing one, whether the line may be broken before it.
     brace: Option<(usize, bool)>,
-    /// Is it a `;` between items?
     is_separator: bool,
     keep: Keep,
 }
@@ -197,7 +194,6 @@ enum Keep {
 /// `{ … }`; the first list is the file.
 struct List {
     kind: SyntaxKind,
-    /// The list that the block stands in.
     outer: usize,
     /// The first piece of what the block belongs to, and its braces.
     owner: usize,
@@ -207,7 +203,6 @@ struct List {
     whole: bool,
     /// Has the last of its items that was seen no error?
     last_whole: bool,
-    /// Does each item begin a line?
     lines: bool,
 }
 
@@ -281,7 +276,6 @@ impl<'a> Layout<'a> {
         self.text.get(start..self.pieces[piece].start).unwrap_or_default()
     }
 
-    /// Does the piece begin its line?
     fn breaks(&self, piece: usize) -> bool {
         match self.gaps[piece] {
             Gap::AsIs => breaks(self.white(piece)) > 0,
@@ -489,7 +483,6 @@ impl<'a> Layout<'a> {
         piece.item.is_some_and(|(list, _)| self.lists[list].kind == ACTIVITY)
     }
 
-    /// Moves the pen behind a piece.
     fn advance(&self, pen: &mut Pen, piece: usize) {
         match self.gaps[piece] {
             Gap::Spaces(count) => pen.column += count,
@@ -732,12 +725,10 @@ const CONTINUED: [SyntaxKind; 16] =
 /// Where the text is, while it is laid out.
 struct Pen {
     column: usize,
-    /// Where the line begins.
     indent: usize,
     parens: Vec<Paren>,
 }
 
-/// Reads pieces and lists off a tree.
 struct Reader<'a> {
     text: &'a str,
     /// Where errors stand; none is inside another.
@@ -746,18 +737,15 @@ struct Reader<'a> {
     lists: Vec<List>,
     /// What the next gap keeps, at least.
     keep: Keep,
-    /// What the next token begins.
     item: Option<(usize, bool)>,
     /// The lists that are open around, the innermost last.
     open: Vec<usize>,
 }
 
-/// A node that is open.
 struct Frame {
     kind: SyntaxKind,
     first: usize,
     whole: bool,
-    /// The list in it that is open.
     list: Option<usize>,
 }
 
@@ -899,7 +887,6 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// How often a line breaks in a text.
 fn breaks(text: &str) -> usize {
     let bytes = text.as_bytes();
     let ends = |index: usize| match bytes[index] {
@@ -910,7 +897,6 @@ fn breaks(text: &str) -> usize {
     (0..bytes.len()).filter(|&index| ends(index)).count()
 }
 
-/// Where the last line of a text begins.
 fn last_line(text: &str) -> usize {
     text.rfind(['\n', '\r']).map_or(0, |at| at + 1)
 }

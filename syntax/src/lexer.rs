@@ -138,7 +138,6 @@ impl Lexed {
         &self.kinds
     }
 
-    /// The errors by token, in the order of the text.
     pub(crate) fn errors(&self) -> &[(u32, TokenError)] {
         &self.errors
     }

@@ -48,7 +48,6 @@ pub(crate) enum Event {
 }
 
 pub(crate) struct Events {
-    /// The token that the tree begins with.
     pub(crate) first: usize,
     pub(crate) events: Vec<Event>,
     pub(crate) errors: Vec<SyntaxError>,
@@ -188,7 +187,6 @@ impl<'a> Parser<'a> {
         self.position >= self.kinds.len()
     }
 
-    /// The token before the current one.
     pub(crate) fn previous(&self) -> SyntaxKind {
         self.position.checked_sub(1).and_then(|position| self.kinds.get(position)).copied().unwrap_or(EOF)
     }
@@ -203,7 +201,6 @@ impl<'a> Parser<'a> {
         self.tokens.get(self.position + n).is_none_or(|&token| self.lexed.begins_line(token as usize))
     }
 
-    /// Where the current token starts.
     pub(crate) fn offset(&self) -> usize {
         self.range_of(self.position).start().into()
     }
@@ -330,7 +327,6 @@ impl<'a> Parser<'a> {
         Marker { position }
     }
 
-    /// Takes the current token as what it is.
     pub(crate) fn bump(&mut self) {
         self.bump_as(self.current());
     }
@@ -355,7 +351,6 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// What is wrong inside the current token.
     fn token_error(&self) -> Option<TokenError> {
         let (at, error) = self.lexed.errors().get(self.next_lex_error)?;
         (self.tokens.get(self.position) == Some(at)).then_some(*error)
@@ -524,7 +519,6 @@ pub(crate) struct CompletedMarker {
 }
 
 impl CompletedMarker {
-    /// Starts a node around this one.
     pub(crate) fn precede(self, p: &mut Parser<'_>) -> Marker {
         let outer = p.start();
         let distance = (outer.position - self.position) as u32;

@@ -119,7 +119,6 @@ fn common_suffix(a: &[u8], b: &[u8]) -> usize {
     chunks + a.iter().rev().zip(b.iter().rev()).skip(chunks).take_while(|(a, b)| a == b).count()
 }
 
-/// What an edit meets.
 struct Before<'a> {
     parse: &'a Parse,
     root: SyntaxNode,
@@ -405,7 +404,6 @@ impl Before<'_> {
 
     // Errors
 
-    /// The errors that start in `range`.
     fn errors(&self, range: std::ops::Range<usize>) -> &[SyntaxError] {
         let errors = self.parse.errors();
         let first = errors.partition_point(|error| usize::from(error.range.start()) < range.start);

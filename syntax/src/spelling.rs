@@ -27,7 +27,6 @@ pub fn similar<'a>(word: &str, words: impl IntoIterator<Item = &'a str>) -> Opti
     best.map(|(_, other)| other)
 }
 
-/// So many words are looked at.
 const MOST_WORDS: usize = 500;
 
 /// Of longer words only the beginning is looked at.

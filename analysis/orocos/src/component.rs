@@ -98,11 +98,9 @@ struct Class<'a, 'db> {
     introspection: bool,
     /// The output ports whose values vary in size, each with a variable of the core that is written to it.
     samples: Vec<(String, VariableId)>,
-    /// The parameter of the constructor.
     instance: String,
     /// Variables that a program reads, or passes by reference.
     read: FxHashSet<VariableId>,
-    /// Variables that a program names.
     named: FxHashSet<VariableId>,
     by_source: FxHashMap<SourceId, VariableId>,
     /// All names that are taken in the class.
@@ -123,7 +121,6 @@ struct Member<'db> {
     property: Option<String>,
     /// Of an input port: the variable for the result of its last `read`, where a program asks for that.
     status: Option<String>,
-    /// Of an operation.
     parameters: Vec<(Direction, Type)>,
     /// Of a property or a constant: its default.
     value: Option<Value>,

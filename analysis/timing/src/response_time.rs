@@ -99,7 +99,6 @@ const BUDGET: u64 = 1 << 23;
 /// The steps of all tasks of a CPU, shared equally: the order of the tasks does not matter.
 const BUDGET_OF_CPU: u64 = 1 << 28;
 
-/// The same where [`Options::is_brief`].
 const BRIEF_BUDGET_OF_CPU: u64 = 1 << 17;
 
 /// Each task may pass over all members at least this often.
@@ -108,10 +107,8 @@ const FEWEST_PASSES: u64 = 16;
 /// At most this many exact comparisons per CPU: the fractions have thousands of digits.
 const MOST_EXACT: u32 = 8;
 
-/// How many values of an iteration are kept.
 const KEPT_ITERATIONS: usize = 32;
 
-/// One task of a CPU.
 struct Member<'a> {
     index: usize,
     task: &'a Task,
@@ -234,7 +231,6 @@ struct Walk<'a> {
     members: Vec<Member<'a>>,
     options: &'a Options,
     interrupt: &'a dyn Fn(),
-    /// See [`MOST_EXACT`].
     exact_left: u32,
     results: Vec<(usize, Response)>,
 }
@@ -357,7 +353,6 @@ impl<'a> Walk<'a> {
         Some(others.as_ref().unwrap_or(utilisation).compare_with_one())
     }
 
-    /// The steps that each task may take.
     fn budget(&self) -> u64 {
         let members = (self.members.len() as u64).max(1);
         let of_cpu = if self.options.is_brief { BRIEF_BUDGET_OF_CPU } else { BUDGET_OF_CPU };
@@ -432,7 +427,6 @@ impl<'a> Walk<'a> {
         response
     }
 
-    /// The demand of `jobs` own jobs.
     fn own(&mut self, place: usize, jobs: u64) -> Result<u64, NoBoundReason> {
         self.members[place].curve.demand(jobs)
     }
@@ -514,7 +508,6 @@ impl<'a> Walk<'a> {
         Ok(greatest)
     }
 
-    /// Fills in the bound and its window.
     fn conclude(&mut self, response: &mut Response, place: usize, busiest: BusyJob, counts: &Counts) {
         let BusyJob { job, length } = busiest;
         let period = self.members[place].period;

@@ -500,7 +500,6 @@ impl Machine {
         self.machine_at(&self.numbers(), column).ok().flatten()
     }
 
-    /// The states by their names.
     fn numbers(&self) -> HashMap<&str, u32> {
         self.states.iter().zip(0..).map(|(name, number)| (name.as_str(), number)).collect()
     }

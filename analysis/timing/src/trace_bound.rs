@@ -112,7 +112,6 @@ impl<'a> TraceBound<'a> {
         }
     }
 
-    /// One more total.
     fn step(&mut self) -> Result<(), NoBoundReason> {
         if self.totals.is_empty() {
             self.totals.push(0);
@@ -144,7 +143,6 @@ struct Recurrence {
     n: u64,
     /// yₙ.
     current: Vec<u64>,
-    /// The place of yₙ₊₁.
     next: Vec<u64>,
     spent: u64,
     search: Search,

@@ -195,7 +195,6 @@ pub(super) fn literal_text(value: &Value, ty: &Type) -> String {
 pub(super) struct Line {
     pub(super) depth: usize,
     pub(super) text: String,
-    /// Whether it only declares a variable.
     is_declaration: bool,
 }
 
@@ -230,12 +229,10 @@ pub(super) struct Scope {
     numbers: FxHashMap<String, usize>,
 }
 
-/// Writes a program.
 pub(super) struct Writer<'c, 'a, 'db> {
     pub(super) class: &'c Class<'a, 'db>,
     /// Includes the names of the enclosing blocks.
     pub(super) scope: Scope,
-    /// Local variables and parameters.
     pub(super) locals: FxHashMap<VariableId, String>,
     pub(super) lines: Vec<Line>,
     pub(super) depth: usize,
@@ -250,7 +247,6 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         Writer { class, scope, locals, lines: Vec::new(), depth: 1, of_shell: false }
     }
 
-    /// For expressions of a shell.
     pub(super) fn of_shell(class: &'c Class<'a, 'db>) -> Writer<'c, 'a, 'db> {
         Writer { of_shell: true, ..Writer::new(class) }
     }
@@ -318,12 +314,10 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         Code { is_literal: true, ..Code::primary(text, ty) }
     }
 
-    /// Returns the variable that a name refers to.
     pub(super) fn variable(&self, id: SourceId) -> Option<VariableId> {
         self.class.inference.variable_at(id)
     }
 
-    /// Returns the name of a variable in C++.
     pub(super) fn variable_name(&self, id: VariableId) -> String {
         let name = self.locals.get(&id).or_else(|| self.class.variables.get(&id));
         name.cloned().unwrap_or_default()

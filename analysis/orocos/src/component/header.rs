@@ -221,7 +221,6 @@ impl<'db> Class<'_, 'db> {
         calls.filter_map(|it| Some((it.last_call.as_ref()?, self.member(it.shell, it.index)?)))
     }
 
-    /// The first line of each file.
     pub(super) fn written_by(&self) -> String {
         format!("// {}", generated_from(&self.library.package))
     }

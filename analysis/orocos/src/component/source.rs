@@ -277,7 +277,6 @@ fn interval_check<'db>(class: &Class<'_, 'db>, member: &Member<'db>, text: &mut 
     text.line(1, "}");
 }
 
-/// Starts the state machine.
 fn start_hook(class: &Class<'_, '_>, text: &mut Text) {
     text.function(&format!("bool {}::startHook()", class.name), |text| {
         text.line(1, "if (!mauve_may_start()) return false;");
@@ -313,7 +312,6 @@ pub(crate) fn ports_of_introspection(names: &[String]) -> [&'static str; 2] {
     ["state", if names.iter().any(|name| name == "period") { "mauve_period" } else { "period" }]
 }
 
-/// Shows the state on its port.
 fn show(class: &Class<'_, '_>, text: &mut Text) {
     let Some(machine) = &class.machine else { return };
     let Some(show) = &machine.show else { return };
@@ -379,7 +377,6 @@ fn described(program: &ProgramId) -> String {
     }
 }
 
-/// One period.
 fn update_hook(class: &Class<'_, '_>, text: &mut Text) {
     text.function(&format!("void {}::updateHook()", class.name), |text| {
         text.line(1, "if (!mauve_begin()) return;");
