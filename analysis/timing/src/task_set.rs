@@ -1117,7 +1117,8 @@ mod tests {
         #[test]
         fn damage_is_seen(at in 0_usize..4000, length in 0_usize..60, put in "[0-9a-z{}\\[\\],:\"\\n -]{0,4}") {
             let text = example().to_json();
-            let start = at % text.len();
+            // Without its last line break alone, the file is the same.
+            let start = at % (text.len() - 1);
             let end = (start + length).min(text.len());
             let damaged = format!("{}{put}{}", &text[..start], &text[end..]);
             if let Ok(parsed) = Exported::parse(&damaged) {
