@@ -126,6 +126,24 @@ fn it_is_explained_as_far_as_it_is_known() {
 }
 
 #[test]
+fn a_reason_of_the_deployment_has_nothing_to_do_with_its_first_activity() {
+    let (folder, set) = robot();
+    let path = folder.join(&set);
+    let mut document: Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
+    document.as_object_mut().unwrap().remove("digest");
+    let deployment = &mut document["deployment"];
+    deployment["not_analysed"] = serde_json::json!(["a table is missing"]);
+    deployment["activities"][0]["not_analysed"] =
+        serde_json::json!([{ "reason": "no scanner", "levels": null, "classic_only": false }]);
+    let first = deployment["activities"][0]["instance"].as_str().unwrap().to_owned();
+    std::fs::write(&path, document.to_string()).unwrap();
+    let of = |instance: &str| run(&folder, &["wcrt", &set, "--explain", instance]).out;
+    assert!(of("navigation").contains("because a table is missing\n"));
+    assert!(!of("navigation").contains("no scanner"));
+    assert!(of(&first).contains("because no scanner\n"));
+}
+
+#[test]
 fn several_files_and_what_goes_with_none() {
     let (folder, set) = robot();
     let shown = run(&folder, &["wcrt", &set, &set, "--format", "json"]);

@@ -82,8 +82,7 @@ fn explain<'db>(
         time(activity.period)
     );
     let mut seen = FxHashSet::default();
-    let own_reasons = activity.reasons.len().saturating_sub(report.not_analysed.len());
-    for (number, reason) in activity.reasons.iter().enumerate() {
+    for reason in &activity.reasons {
         let why = timing_reason(db, &reason.reason);
         if !seen.insert(why.clone()) {
             continue;
@@ -93,10 +92,6 @@ fn explain<'db>(
         let mut others = report.activities.iter().filter(|other| other.instance != activity.instance);
         let other = match reason.reason {
             Reason::DelayedBy { first, .. } => report.activities.get(first),
-            // FIXME: a reason of the deployment in a file has nothing to do with the first activity.
-            _ if reason.at.is_none() && number >= own_reasons => {
-                report.activities.first().filter(|other| other.instance != activity.instance)
-            }
             _ => others.find(|other| other.at.is_some() && other.at == reason.at),
         };
         if let Some(other) = other
