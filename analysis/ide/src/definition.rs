@@ -66,7 +66,7 @@ pub(crate) fn destination<'db>(
     let targets = each_once(names.iter().flat_map(|(project, name)| targets(*project, name)));
     let files = each_once(names.iter().filter_map(|(project, name)| file(*project, name)));
     let is_empty = targets.is_empty() && files.is_empty();
-    (!is_empty).then(|| Navigation { origin: first.range, targets, files })
+    (!is_empty).then_some(Navigation { origin: first.range, targets, files })
 }
 
 pub(crate) fn names<'db>(

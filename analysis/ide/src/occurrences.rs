@@ -465,11 +465,11 @@ impl<'db> Programs<'_, 'db> {
         self.finder.declares(&state.name, SymbolKind::State);
         for transition in &state.transitions {
             self.finder.declares(&transition.name, SymbolKind::Transition);
-            if let Some(target) = &transition.target {
-                if let Some(state) = self.core.state(&target.name) {
-                    let definition = Definition::At(Location::Source(self.finder.of, state.name.id));
-                    self.finder.add(target, definition, SymbolKind::State, Role::Mention);
-                }
+            if let Some(target) = &transition.target
+                && let Some(state) = self.core.state(&target.name)
+            {
+                let definition = Definition::At(Location::Source(self.finder.of, state.name.id));
+                self.finder.add(target, definition, SymbolKind::State, Role::Mention);
             }
         }
         for (_, code) in state.code() {

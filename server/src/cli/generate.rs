@@ -56,7 +56,7 @@ enum Format {
 impl Generate {
     pub(crate) fn run(self) -> Result<Output, String> {
         let mut db = Database::default();
-        let workspaces = load(&mut db, &[self.path.clone()], self.outside.allow_outside)?;
+        let workspaces = load(&mut db, std::slice::from_ref(&self.path), self.outside.allow_outside)?;
         let request = self.request(&db, &workspaces)?;
         let folders = match generate(&db, &request, &read) {
             Ok(folders) => folders,

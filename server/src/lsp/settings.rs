@@ -36,8 +36,10 @@ impl Default for Settings {
 
 const SIGNIFICANCE: &str = "timing.significance";
 
-/// The keys that are `true` or `false`.
-const SWITCHES: [(&str, fn(&mut Settings) -> &mut bool); 6] = [
+/// A key that is `true` or `false`, and its field.
+type Switch = (&'static str, fn(&mut Settings) -> &mut bool);
+
+const SWITCHES: [Switch; 6] = [
     ("codeLens.enable", |it| &mut it.lenses),
     ("inlayHints.responseTimes", |it| &mut it.hints.response_times),
     ("inlayHints.loads", |it| &mut it.hints.loads),

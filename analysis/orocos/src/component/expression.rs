@@ -581,9 +581,8 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
     fn is_shared(&self, id: VariableId) -> bool {
         use VariableKind::{Core, Machine, Parameter};
         let variable = self.class.inference.variable(id);
-        variable.is_some_and(|it| match it.kind {
-            Core | Machine | Parameter(Direction::Out | Direction::InOut) => true,
-            _ => false,
+        variable.is_some_and(|it| {
+            matches!(it.kind, Core | Machine | Parameter(Direction::Out | Direction::InOut))
         })
     }
 
