@@ -3,7 +3,7 @@
 //! | file | is |
 //! |---|---|
 //! | `mod.rs` | components that stand alone, and values |
-//! | `interpreter.rs` | executes programs in a [`World`](interpreter::World) |
+//! | `interpreter.rs` | executes programs in a `World` |
 //! | `run.rs` | the world of a run with random inputs: what a component does, line by line |
 //! | `periods.rs` | the world of every path through a period: what each transition costs |
 //! | `rig.rs` | the C++ around generated packages: codels, and the program that runs the components |
