@@ -1018,7 +1018,8 @@ ok = 1
             }
             for entry in table.codels.iter().chain(&table.programs) {
                 let parts: Vec<&str> = entry.key_parts.iter().map(|part| &entry.key[part.of_key.clone()]).collect();
-                prop_assert_eq!(parts.join("."), entry.key.as_str());
+                // A key without `=` is no TOML: its parts are unknown.
+                prop_assert!(parts.join(".") == entry.key || parts.is_empty() && table.lost);
                 for part in entry.key_parts.iter().filter(|part| part.verbatim) {
                     prop_assert_eq!(text.get(part.span.clone()), entry.key.get(part.of_key.clone()));
                 }
