@@ -98,13 +98,19 @@ end
 local deployment
 local windows = #vim.api.nvim_list_wins()
 
-check('the server is attached', function()
-  deployment = open('deployment.mal')
+--- Opens a model, and waits for the server to know it: Neovim 0.12 attaches a client later.
+local function open_model(path)
+  local buffer = open(path)
   wait('a client', function()
-    return vim.lsp.get_clients({ bufnr = deployment, name = 'mauve' })
+    return vim.lsp.get_clients({ bufnr = buffer, name = 'mauve' })
   end, function(seen)
     return #seen == 1 and seen[1].initialized
   end)
+  return buffer
+end
+
+check('the server is attached', function()
+  deployment = open_model('deployment.mal')
 end)
 
 check('what is not wanted is not written', function()
@@ -162,7 +168,7 @@ check('a prototype that changes is shown, and the file of the user stays', funct
   local file = 'generated/motion/src/codels/clearance.cpp'
   local mine = '// Mine.\n' .. read(file)
   write(file, mine)
-  local model = open('components/switch.mal')
+  local model = open_model('components/switch.mal')
   local before = vim.api.nvim_buf_get_lines(model, 0, -1, false)
   replace('width: double): double', 'width: double): float')
   answers, previews, told = { 'Generate' }, {}, {}
@@ -208,7 +214,7 @@ check('what fails in the middle is put back', function()
   local codel = 'generated/motion/src/codels/clearance.cpp'
   local header = 'generated/motion/include/motion/motion-codels.hpp'
   local before = { read(header), read('generated/motion/.mauve-manifest.json') }
-  local model = open('components/switch.mal')
+  local model = open_model('components/switch.mal')
   local text = vim.api.nvim_buf_get_lines(model, 0, -1, false)
   replace('width: double): double', 'width: double): float')
   -- Manifests come last.
