@@ -81,80 +81,14 @@ fn explain<'db>(
         time(activity.deadline),
         time(activity.period)
     );
-    let mut seen = FxHashSet::default();
-    for reason in &activity.reasons {
-        let why = timing_reason(db, &reason.reason);
-        if !seen.insert(why.clone()) {
-            continue;
-        }
-        let _ = writeln!(out, "  because {why}");
-        // Of what may delay it, the first that is not analysed itself.
-        let mut others = report.activities.iter().filter(|other| other.instance != activity.instance);
-        let other = match reason.reason {
-            Reason::DelayedBy { first, .. } => report.activities.get(first),
-            _ => others.find(|other| other.at.is_some() && other.at == reason.at),
-        };
-        if let Some(other) = other
-            && let Some(why) = other.reasons.first()
-        {
-            let _ = writeln!(out, "    {}: {}", other.instance, timing_reason(db, &why.reason));
-        }
-    }
+    why_not_analysed(&mut out, db, report, activity);
     let is_analysed = activity.verdict != Verdict::RealTime(Status::NotAnalysed);
     if is_analysed && origin.throttling.is_none() {
         out += "  assumes real-time throttling off\n";
     }
-    match &activity.window {
-        Some(window) if window.job > 1 => {
-            let _ = writeln!(
-                out,
-                "\njob {job} of the busy window responds last: it ends {} after the window began\n\
-                 of that, its own {job} jobs take {}",
-                window.length,
-                window.own,
-                job = window.job
-            );
-        }
-        Some(window) => {
-            let _ = writeln!(out, "\nof that, its own job takes {}", window.own);
-        }
-        None => {}
-    }
-    if !activity.interference.is_empty() {
-        out += match activity.window {
-            Some(_) => "and what interferes:\n",
-            None => "\nwhat interferes until its first job ends:\n",
-        };
-        let shown = activity.greatest_interference(MOST_INTERFERENCE);
-        let left = activity.interference.len() - shown.len();
-        for it in shown {
-            let jobs = if it.jobs == 1 { "job" } else { "jobs" };
-            let mut others = report.activities.iter().filter(|other| other.instance == it.instance);
-            let is_assumed = others.any(|other| !other.assumed.is_empty());
-            let assumed = if is_assumed { "  (with assumed times)" } else { "" };
-            let time = it.time.to_string();
-            let _ = writeln!(out, "  {time:>12}  {:>4} {jobs:<4}  {}{assumed}", it.jobs, it.instance);
-        }
-        if left > 0 {
-            let _ = writeln!(out, "  and {left} more, each of which takes no longer");
-        }
-    }
-    if let (Some(window), Some(period), Some(deadline)) = (&activity.window, activity.period, activity.deadline)
-        // The deadline of job q is (q − 1)·T + D after the window began.
-        && let Some(deadline) = period.checked_mul(window.job - 1).and_then(|at| at.checked_add(deadline))
-        && let Some(crossed) = window.iterations.iter().position(|&length| length > deadline)
-    {
-        let _ = writeln!(
-            out,
-            "\niterations: the {} crosses the deadline, {deadline} after the window began",
-            ordinal(crossed + 1)
-        );
-        let mut shown: Vec<String> = window.iterations.iter().map(Time::to_string).collect();
-        if let Some(more) = shown.len().checked_sub(SHOWN_ITERATIONS + 1).filter(|more| *more > 0) {
-            shown.splice(1..=more, [format!("… {more} more …")]);
-        }
-        let _ = writeln!(out, "  {}", shown.join(" → "));
-    }
+    window(&mut out, activity);
+    interference(&mut out, report, activity);
+    crossed_deadline(&mut out, activity);
     if let Some(psm) = origin.psm {
         own_time(&mut out, psm, query.method, origin.worst_path);
     }
@@ -178,6 +112,95 @@ fn explain<'db>(
         trace(&mut out, psm);
     }
     out
+}
+
+fn why_not_analysed<'db>(
+    out: &mut String,
+    db: &'db dyn ModelDb,
+    report: &Report<'db>,
+    activity: &ActivityReport<'db>,
+) {
+    let mut seen = FxHashSet::default();
+    for reason in &activity.reasons {
+        let why = timing_reason(db, &reason.reason);
+        if !seen.insert(why.clone()) {
+            continue;
+        }
+        let _ = writeln!(out, "  because {why}");
+        // Of what may delay it, the first that is not analysed itself.
+        let mut others = report.activities.iter().filter(|other| other.instance != activity.instance);
+        let other = match reason.reason {
+            Reason::DelayedBy { first, .. } => report.activities.get(first),
+            _ => others.find(|other| other.at.is_some() && other.at == reason.at),
+        };
+        if let Some(other) = other
+            && let Some(why) = other.reasons.first()
+        {
+            let _ = writeln!(out, "    {}: {}", other.instance, timing_reason(db, &why.reason));
+        }
+    }
+}
+
+fn window(out: &mut String, activity: &ActivityReport<'_>) {
+    match &activity.window {
+        Some(window) if window.job > 1 => {
+            let _ = writeln!(
+                out,
+                "\njob {job} of the busy window responds last: it ends {} after the window began\n\
+                 of that, its own {job} jobs take {}",
+                window.length,
+                window.own,
+                job = window.job
+            );
+        }
+        Some(window) => {
+            let _ = writeln!(out, "\nof that, its own job takes {}", window.own);
+        }
+        None => {}
+    }
+}
+
+fn interference(out: &mut String, report: &Report<'_>, activity: &ActivityReport<'_>) {
+    if activity.interference.is_empty() {
+        return;
+    }
+    *out += match activity.window {
+        Some(_) => "and what interferes:\n",
+        None => "\nwhat interferes until its first job ends:\n",
+    };
+    let shown = activity.greatest_interference(MOST_INTERFERENCE);
+    let left = activity.interference.len() - shown.len();
+    for it in shown {
+        let jobs = if it.jobs == 1 { "job" } else { "jobs" };
+        let mut others = report.activities.iter().filter(|other| other.instance == it.instance);
+        let is_assumed = others.any(|other| !other.assumed.is_empty());
+        let assumed = if is_assumed { "  (with assumed times)" } else { "" };
+        let time = it.time.to_string();
+        let _ = writeln!(out, "  {time:>12}  {:>4} {jobs:<4}  {}{assumed}", it.jobs, it.instance);
+    }
+    if left > 0 {
+        let _ = writeln!(out, "  and {left} more, each of which takes no longer");
+    }
+}
+
+/// The first iteration of the window that is longer than the deadline allows.
+fn crossed_deadline(out: &mut String, activity: &ActivityReport<'_>) {
+    if let (Some(window), Some(period), Some(deadline)) = (&activity.window, activity.period, activity.deadline)
+        // The deadline of job q is (q − 1)·T + D after the window began.
+        && let Some(deadline) = period.checked_mul(window.job - 1).and_then(|at| at.checked_add(deadline))
+        && let Some(crossed) = window.iterations.iter().position(|&length| length > deadline)
+    {
+        let _ = writeln!(
+            out,
+            "\niterations: the {} crosses the deadline, {deadline} after the window began",
+            ordinal(crossed + 1)
+        );
+        let mut shown: Vec<String> = window.iterations.iter().map(Time::to_string).collect();
+        if let Some(more) = shown.len().checked_sub(SHOWN_ITERATIONS + 1).filter(|more| *more > 0) {
+            shown.splice(1..=more, [format!("… {more} more …")]);
+        }
+        let _ = writeln!(out, "  {}", shown.join(" → "));
+    }
 }
 
 /// The greatest edge, program by program, codel by codel; or the table's time for the whole component.

@@ -64,12 +64,11 @@ fn inlined(
     variable: &ast::Var,
     definition: &Definition<'_>,
 ) -> Result<Vec<Replacement>, String> {
-    let lost = || "something in it is missing".to_owned();
     let node = variable.syntax();
-    let name = variable.name().ok_or_else(lost)?.syntax().text_range();
-    let value = variable.initializer().and_then(|it| it.expr()).ok_or_else(lost)?;
-    let inner = bare(&value).ok_or_else(lost)?;
-    let block = node.parent().ok_or_else(lost)?;
+    let name = variable.name().ok_or_else(incomplete)?.syntax().text_range();
+    let value = variable.initializer().and_then(|it| it.expr()).ok_or_else(incomplete)?;
+    let inner = bare(&value).ok_or_else(incomplete)?;
+    let block = node.parent().ok_or_else(incomplete)?;
     if has_comment(node) {
         return Err("there is a comment in its declaration, which would be lost".to_owned());
     }
@@ -88,24 +87,64 @@ fn inlined(
         return Err("its value is converted to another type".to_owned());
     }
     if matches!(inner, ast::Expr::CallExpr(_)) || calls(inner.syntax()).next().is_some() {
-        let next = std::iter::successors(node.next_sibling(), SyntaxNode::next_sibling)
-            .find(|it| ast::Statement::can_cast(it.kind()));
-        let next = next.ok_or_else(lost)?;
-        let [only] = uses.as_slice() else {
-            return Err("it is read several times, and its value calls something".to_owned());
-        };
-        let place = expression_at(&block, only.range).ok_or_else(lost)?;
-        let may_be_put_there = statement_of(place.syntax()).as_ref() == Some(&next)
-            && programs.comes_first(&next, &place)
-            && !programs.changes_beside(inner.syntax(), next.text_range(), only.range);
-        if !may_be_put_there {
-            return Err(
-                "its value calls something, and what reads it is not the first thing that is executed then"
-                    .to_owned(),
-            );
-        }
+        check_call(programs, node, &inner, &uses)?;
     }
-    // What it is made of is the same wherever it is read: it is assigned nowhere in the block, and not hidden.
+    check_operands(text, programs, node, &value)?;
+    let shown = &text[inner.syntax().text_range()];
+    let mut edits = vec![Replacement { range: with_line(text, with_semicolon(node)), text: String::new() }];
+    for it in uses {
+        let place = expression_at(&block, it.range).ok_or_else(incomplete)?;
+        let is_operand = place
+            .syntax()
+            .parent()
+            .is_some_and(|parent| matches!(parent.kind(), SyntaxKind::BINARY_EXPR | SyntaxKind::UNARY_EXPR));
+        let needs_brackets =
+            is_operand && matches!(inner, ast::Expr::BinaryExpr(_) | ast::Expr::UnaryExpr(_));
+        let text = if needs_brackets { format!("({shown})") } else { shown.to_owned() };
+        edits.push(Replacement { range: it.range, text });
+    }
+    Ok(edits)
+}
+
+fn incomplete() -> String {
+    "something in it is missing".to_owned()
+}
+
+/// Checks that a value with a call is executed first in the next statement.
+fn check_call(
+    programs: &Programs<'_>,
+    node: &SyntaxNode,
+    inner: &ast::Expr,
+    uses: &[&Found<'_>],
+) -> Result<(), String> {
+    let next = std::iter::successors(node.next_sibling(), SyntaxNode::next_sibling)
+        .find(|it| ast::Statement::can_cast(it.kind()));
+    let next = next.ok_or_else(incomplete)?;
+    let [only] = uses else {
+        return Err("it is read several times, and its value calls something".to_owned());
+    };
+    let place = node.parent().and_then(|block| expression_at(&block, only.range)).ok_or_else(incomplete)?;
+    let may_be_put_there = statement_of(place.syntax()).as_ref() == Some(&next)
+        && programs.comes_first(&next, &place)
+        && !programs.changes_beside(inner.syntax(), next.text_range(), only.range);
+    if !may_be_put_there {
+        return Err(
+            "its value calls something, and what reads it is not the first thing that is executed then"
+                .to_owned(),
+        );
+    }
+    Ok(())
+}
+
+/// Checks that what the value reads is the same wherever the variable is read: it is not assigned to in the block, and not
+/// hidden.
+fn check_operands(
+    text: &str,
+    programs: &Programs<'_>,
+    node: &SyntaxNode,
+    value: &ast::Expr,
+) -> Result<(), String> {
+    let block = node.parent().ok_or_else(incomplete)?;
     let operands: Vec<&Found<'_>> = programs.names_in(value.syntax().text_range()).collect();
     let is_here = |it: &&&Found<'_>| {
         block.text_range().contains_range(it.range) && it.range.start() > node.text_range().end()
@@ -132,20 +171,7 @@ fn inlined(
             return Err("an operation that is called meanwhile may change what it is made of".to_owned());
         }
     }
-    let shown = &text[inner.syntax().text_range()];
-    let mut edits = vec![Replacement { range: with_line(text, with_semicolon(node)), text: String::new() }];
-    for it in uses {
-        let place = expression_at(&block, it.range).ok_or_else(lost)?;
-        let is_operand = place
-            .syntax()
-            .parent()
-            .is_some_and(|parent| matches!(parent.kind(), SyntaxKind::BINARY_EXPR | SyntaxKind::UNARY_EXPR));
-        let needs_brackets =
-            is_operand && matches!(inner, ast::Expr::BinaryExpr(_) | ast::Expr::UnaryExpr(_));
-        let text = if needs_brackets { format!("({shown})") } else { shown.to_owned() };
-        edits.push(Replacement { range: it.range, text });
-    }
-    Ok(edits)
+    Ok(())
 }
 
 fn expression_at(block: &SyntaxNode, range: TextRange) -> Option<ast::Expr> {
