@@ -248,6 +248,17 @@ mod tests {
         expected.assert_eq(&text);
     }
 
+    #[test]
+    fn a_long_prototype_without_parameters_is_closed() {
+        let db = Database::default();
+        let name = "n".repeat(100);
+        let model = [(PathBuf::from("/m.mal"), format!("library m {{ codel {name}(): int }}"))];
+        let workspace = Workspace::of_texts(&db, "/".into(), model);
+        let packages = packages(&db, projects(&db, workspace)[0], None).unwrap();
+        let has = |text: String| packages[0].files.iter().any(|file| file.text.contains(&text));
+        assert!(has(format!("int {name}();\n")) && has(format!("int {name}() {{\n")));
+    }
+
     const MODEL: &str = "\
 //- /mauve.toml
 [types.Base]
