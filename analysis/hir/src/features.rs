@@ -6,7 +6,7 @@ use rustc_hash::FxHashSet;
 
 use crate::ModelDb;
 use crate::completeness::Completeness;
-use crate::item_tree::{Feature, FeatureKind, Kind, Name};
+use crate::item_tree::{Feature, FeatureKind, Kind, Name, TypeRef};
 use crate::names::{MayHide, Names, Unresolved, names_of};
 use crate::project::Project;
 use crate::size::too_large;
@@ -127,11 +127,15 @@ pub fn core_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
 
 /// Returns the shell of a component or a core, if it resolves.
 pub fn shell_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Decl<'db>> {
-    let shell = match of.kind(db) {
+    names_of(db, project).resolve_type(db, of, Kind::Shell, written_shell(db, of)).ok()
+}
+
+/// Returns the shell of a component or a core as it is written.
+pub(crate) fn written_shell<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Option<&'db TypeRef> {
+    match of.kind(db) {
         Kind::Core => core_interface(db, of).as_ref()?.shell.as_ref(),
         _ => component(db, of)?.shell.as_ref(),
-    };
-    names_of(db, project).resolve_type(db, of, Kind::Shell, shell).ok()
+    }
 }
 
 /// Returns the direct bases of a shell that resolve.

@@ -10,13 +10,14 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::body::core_scope;
 use crate::builtin::Builtin;
 use crate::completeness::Completeness;
-use crate::features::{Features, features_of, shell_of};
+use crate::features::{Features, features_of, shell_of, written_shell};
+use crate::graph::closure;
 use crate::infer::{CoreInference, VariableKind, VariableOf, expression_types, inference_of_core};
 use crate::item_tree::{Feature, FeatureKind, HookKind, Kind, Name, SourceId, TypeRef};
 use crate::names::names_of;
 use crate::project::Project;
 use crate::resolve::{Binding, CallError, Callee, ResolvedCall, Resolver, Scope, VariableId};
-use crate::source::{Decl, component, core_interface, declaration_at, declaration_map, shell};
+use crate::source::{Decl, declaration_at, declaration_map, shell};
 use crate::types::{Type, type_of};
 use crate::{File, ModelDb};
 
@@ -151,7 +152,7 @@ impl<'db> Semantics<'db> {
         name: &Name,
         first: Option<&Name>,
     ) -> Option<ResolvedCall<'db>> {
-        let none = Features { completeness: Completeness::Incomplete, ..Features::default() };
+        let unknown = Features::unknown();
         let core = core_scope(self.db, self.core).as_ref()?;
         let (mut scope, mut machine) = (Scope::default(), Scope::default());
         for (id, variable) in visible.variables.iter().rev() {
@@ -159,7 +160,7 @@ impl<'db> Semantics<'db> {
             let scope = if is_behind { &mut machine } else { &mut scope };
             scope.push(&variable.name.name, *id);
         }
-        let (names, features) = (names_of(self.db, self.project), self.features().unwrap_or(&none));
+        let (names, features) = (names_of(self.db, self.project), self.features().unwrap_or(&unknown));
         let (db, of, variables) = (self.db, self.core, Completeness::Incomplete);
         let resolver = Resolver { db, of, names, features, core, scope, machine, variables };
         Some(resolver.resolve_call(name, first))
@@ -292,12 +293,10 @@ pub fn likely_declaration<'db>(
 
 /// Returns the shell of a core or of a component as [`likely_declaration`] finds it; a shell itself.
 pub fn likely_shell_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Decl<'db>> {
-    let shell = match of.kind(db) {
-        Kind::Shell => return Some(of),
-        Kind::Core => core_interface(db, of).as_ref()?.shell.as_ref(),
-        _ => component(db, of)?.shell.as_ref(),
-    };
-    likely_declaration(db, project, of, Kind::Shell, &shell?.path)
+    if of.kind(db) == Kind::Shell {
+        return Some(of);
+    }
+    likely_declaration(db, project, of, Kind::Shell, &written_shell(db, of)?.path)
 }
 
 /// Returns the features of a shell and of its base shells as [`likely_declaration`] finds them, each name once.
@@ -306,20 +305,15 @@ pub fn likely_features_of<'db>(
     project: Project<'db>,
     of: Decl<'db>,
 ) -> FeaturesByName<'db> {
+    let bases_of = |of: Decl<'db>| {
+        let bases = shell(db, of).into_iter().flat_map(|data| &data.bases);
+        bases.filter_map(move |it| likely_declaration(db, project, of, Kind::Shell, &it.path))
+    };
     let mut found = BTreeMap::new();
-    let (mut all, mut next) = (vec![of], 0);
-    while let Some(&current) = all.get(next) {
-        next += 1;
-        let Some(data) = shell(db, current) else { continue };
-        for feature in data.features.iter().filter(|it| !it.name.name.is_empty()) {
-            found.entry(feature.name.name.clone()).or_insert((current, feature));
-        }
-        let bases = data.bases.iter();
-        let bases = bases.filter_map(|it| likely_declaration(db, project, current, Kind::Shell, &it.path));
-        for base in bases {
-            if !all.contains(&base) {
-                all.push(base);
-            }
+    for of in closure(of, bases_of) {
+        let features = shell(db, of).into_iter().flat_map(|data| &data.features);
+        for feature in features.filter(|it| !it.name.name.is_empty()) {
+            found.entry(feature.name.name.clone()).or_insert((of, feature));
         }
     }
     found
