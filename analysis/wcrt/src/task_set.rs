@@ -32,7 +32,7 @@ impl<'db> Deployed<'db> {
             component: resolved.component,
             at: Some(resolved.at.clone()),
             unknown_priority: resolved.unknown_priority.clone(),
-            reasons: refusals_of(resolved, *psm, query.method),
+            reasons: refusals_of(resolved, *psm, query.method).collect(),
             assumed: psm.and_then(|psm| psm.as_ref().ok()).map_or_else(Vec::new, |psm| psm.assumed.clone()),
             ..ActivityReport::without_figures(activity)
         });
@@ -93,7 +93,7 @@ pub(crate) fn activity_set<'db>(
         deadline: activity.deadline,
         cpus: activity.cpus,
         demand: match executed {
-            Some(Ok(psm)) if refusals_of(activity, executed, method).is_empty() => {
+            Some(Ok(psm)) if refusals_of(activity, executed, method).next().is_none() => {
                 Demand::Machine { machine: psm.machine.clone(), whole: psm.component_time }
             }
             _ => Demand::Unknown,
@@ -103,18 +103,14 @@ pub(crate) fn activity_set<'db>(
     ActivitySet { activities: activities.collect(), throttled }
 }
 
-fn refusals_of<'db>(
-    activity: &ResolvedActivity<'db>,
-    psm: Executed<'_, 'db>,
+fn refusals_of<'a, 'db>(
+    activity: &'a ResolvedActivity<'db>,
+    psm: Executed<'a, 'db>,
     method: Method,
-) -> Vec<Refusal<'db>> {
-    let mut refusals = activity.refusals.clone();
-    match psm {
-        Some(Err(of_component)) => refusals.extend_from_slice(of_component),
-        Some(Ok(Psm { unusable_component_time: Some(why), .. })) if method == Method::Classic => {
-            refusals.push(Refusal::new(Reason::ComponentTime(why.clone()), activity.at.clone()));
-        }
-        _ => {}
-    }
-    refusals
+) -> impl Iterator<Item = Refusal<'db>> + use<'a, 'db> {
+    let of_component = psm.and_then(|psm| psm.as_ref().err()).into_iter().flatten();
+    let unusable = psm.filter(|_| method == Method::Classic).and_then(|psm| psm.as_ref().ok());
+    let unusable = unusable.and_then(|psm| psm.unusable_component_time.clone());
+    let unusable = unusable.map(|why| Refusal::new(Reason::ComponentTime(why), activity.at.clone()));
+    activity.refusals.iter().chain(of_component).cloned().chain(unusable)
 }
