@@ -8,7 +8,7 @@ use mauve_diagnostics::reasons::reason;
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{
     Decl, File, FlatInstance, Location, ModelDb, Project, Workspace, architecture, declaration_at,
-    declarations, deployment, flat_of, is_model, names_of,
+    declarations, flat_of, is_model, names_of, target_of,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{Status, Time, Utilisation};
@@ -133,11 +133,7 @@ pub fn graph<'db>(
 ) -> Option<Graph<'db>> {
     let (target, report) = match of.kind(db) {
         Kind::Architecture => (of, None),
-        Kind::Deployment => {
-            let [target] = deployment(db, of)?.targets.as_slice() else { return None };
-            let target = names_of(db, project).resolve_type(db, of, Kind::Architecture, Some(target)).ok()?;
-            (target, Some(response_times(db, project, of, query)))
-        }
+        Kind::Deployment => (target_of(db, project, of)?, Some(response_times(db, project, of, query))),
         _ => return None,
     };
     let flat = flat_of(db, project, target);

@@ -138,8 +138,7 @@ pub fn component_at<'db>(
         let found = match decl.kind(db) {
             Kind::Component => Some(decl),
             Kind::Core => {
-                let all = names.all.iter().copied().filter(|it| it.kind(db) == Kind::Component);
-                all.into_iter().find(|&component| core_of(db, project, component) == Some(decl))
+                names.of_kind(db, Kind::Component).find(|&it| core_of(db, project, it) == Some(decl))
             }
             Kind::Architecture => {
                 let instances = &architecture(db, decl)?.instances;
