@@ -454,10 +454,12 @@ impl Loader {
         }
         let workspace = match self.workspaces.get(folder) {
             Some(&workspace) => {
-                let mut known = BTreeMap::clone(workspace.files(db));
-                known.remove(&config);
-                known.extend(files.clone());
-                set_changed!(db, workspace: files = set_files(Arc::new(known)));
+                if workspace.files(db).get(&config) != files.get(&config) {
+                    let mut known = BTreeMap::clone(workspace.files(db));
+                    known.remove(&config);
+                    known.extend(files.clone());
+                    workspace.set_files(db).to(Arc::new(known));
+                }
                 workspace
             }
             None => self.new_workspace(db, folder.to_owned(), folder.to_owned(), files.clone(), Vec::new()),
