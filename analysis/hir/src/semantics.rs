@@ -271,8 +271,8 @@ impl<'db> VisibleScope<'db> {
     }
 }
 
-/// Returns the declaration that `path`, written in `from`, most likely refers to: the one that the resolver finds, else one
-/// of the same library, else any.
+/// Returns the declaration that `path`, written in `from`, most likely refers to. It is the declaration that the resolver
+/// finds; otherwise one with that name in the same library; otherwise any with that name.
 pub fn likely_declaration<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,

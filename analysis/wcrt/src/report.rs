@@ -26,13 +26,13 @@ impl Query {
         Options { method: self.method, horizon: self.horizon, is_brief }
     }
 
-    /// What is shown and checked: the level that was chosen, otherwise that of `mauve.toml`, by the best method.
+    /// Returns the query of what is shown and checked: the level of [`level_shown`], by the most precise method.
     pub fn shown<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Query {
         Query { level: level_shown(db, project.workspace(db)), method: Method::Psm, horizon: None }
     }
 }
 
-/// The significance level that is shown: the one that was chosen, otherwise that of `mauve.toml`.
+/// Returns the significance level that is shown: the one that the user chose, otherwise that of `mauve.toml`.
 pub fn level_shown(db: &dyn ModelDb, workspace: Workspace) -> Level {
     workspace.significance(db).unwrap_or_else(|| config_of(db, workspace).level())
 }

@@ -138,7 +138,7 @@ impl<'db> Deployed<'db> {
     }
 }
 
-/// Returns what is unknown of activities that may delay another one although they seem to have a lower priority.
+/// Returns why the priorities of `others` are unknown: they may be higher than that of the activity that is delayed.
 fn unknown_priority_of(others: &[&ActivityReport<'_>], is_one_instance: bool) -> Option<UnknownPriority> {
     let written = others.first().and_then(|it| it.unknown_priority.as_ref());
     if let Some(written) = written.filter(|_| is_one_instance) {

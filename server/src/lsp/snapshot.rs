@@ -91,8 +91,8 @@ impl Snapshot {
         self.documents.get(url).map(|document| document.version)
     }
 
-    /// Fails unless a text still has the version for which something was offered. In another one, something else may stand
-    /// there.
+    /// Fails unless a document still has the version for which an action was offered: the ranges of the action belong to
+    /// that version.
     pub(crate) fn unchanged(&self, document: &TextDocumentIdentifier, version: Option<i32>) -> Result<()> {
         if self.version(&document.uri) == version { Ok(()) } else { Err(Error::content_modified()) }
     }

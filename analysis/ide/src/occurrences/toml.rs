@@ -19,7 +19,7 @@ use crate::project::each_once;
 pub(crate) struct InToml<'db> {
     /// Each once, in no order.
     pub(crate) names: Vec<Found<'db>>,
-    /// What is named in texts that are written with escapes, so that nobody can replace a name in them.
+    /// The names in texts with escapes: a rename cannot replace them.
     pub(crate) escaped: Vec<Found<'db>>,
 }
 

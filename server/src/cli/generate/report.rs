@@ -158,7 +158,7 @@ pub(super) fn document(it: &Generated) -> impl Serialize + use<> {
     let changed_codels = plan.changed_codels.iter().map(|it| {
         object! {
             file: it.path.clone(),
-            // Null where nobody knows any more.
+            // Null if the former prototype is unknown.
             before: Some(it.before.clone()).filter(|before| !before.is_empty()),
             now: it.now.clone(),
         }
