@@ -414,7 +414,7 @@ impl Reader {
     fn section(&mut self, section: &DeTable) -> Vec<Entry> {
         self.loses_all = false;
         let mut entries = Vec::with_capacity(section.len());
-        self.entries("", section, &mut entries);
+        self.entries(None, section, &mut entries);
         entries.sort_by_key(|entry| entry.key_span.start);
         let mut first_of: HashMap<String, usize> = HashMap::with_capacity(entries.len());
         for index in 0..entries.len() {
@@ -431,13 +431,14 @@ impl Reader {
         entries
     }
 
-    fn entries(&mut self, prefix: &str, section: &DeTable, entries: &mut Vec<Entry>) {
+    /// `prefix`: the parts of the key before these. It is `Some("")` behind `""`, which is a part too: `"".a` is not `a`.
+    fn entries(&mut self, prefix: Option<&str>, section: &DeTable, entries: &mut Vec<Entry>) {
         for (key, value) in section.iter() {
             let name = key.get_ref();
-            let whole = if prefix.is_empty() { name.to_string() } else { format!("{prefix}.{name}") };
+            let whole = prefix.map_or_else(|| name.to_string(), |prefix| format!("{prefix}.{name}"));
             let times = match value.get_ref() {
                 DeValue::Table(section) if !section.is_empty() => {
-                    self.entries(&whole, section, entries);
+                    self.entries(Some(&whole), section, entries);
                     continue;
                 }
                 DeValue::Table(_) => {
@@ -741,6 +742,22 @@ context_switch = 0.002
                 1:a = a  1:b = b
                 1:c = c  1:d = d
                 2:A/u = A/u
+            "#]],
+        );
+        // `""` is a part as every other: neither is a time of `a`, nor of `b`.
+        check_parts(
+            "[codel]\n\"\".a = 1\n[program.\"\"]\nb = 1\n",
+            expect![[r#"
+                2: =   2:a = a
+                3: =   4:b = b
+            "#]],
+        );
+        assert_eq!(Table::parse("[codel]\n\"\".a = 1").codels[0].key, ".a");
+        // Not TOML: the same key is recovered from it.
+        check_parts(
+            "[codel]\n.a = 1\n",
+            expect![[r#"
+                2: =   2:a = a
             "#]],
         );
     }
