@@ -1,6 +1,7 @@
 //! The messages of errors in `mauve.toml`.
 
 use mauve_hir::{ExpectedValue, MistakeKind};
+use mauve_timing::TimeError;
 
 /// Returns the message of an error in a `mauve.toml`.
 pub(super) fn mistake(kind: &MistakeKind) -> String {
@@ -31,7 +32,9 @@ fn expected_value(key: &str, expected: ExpectedValue) -> String {
         ExpectedValue::Instances => "is a list of instances",
         ExpectedValue::Level => "is a number between 0 and 1, such as 1e-4",
         ExpectedValue::Time(None) => "is a time with its unit, such as \"5 ms\"",
-        ExpectedValue::Time(Some(error)) => return format!("is a time such as \"5 ms\": {error}"),
+        ExpectedValue::Time(Some(error)) => {
+            return format!("is a time such as \"5 ms\": {}", time_error(error));
+        }
         ExpectedValue::Integer(from, to) => return format!("is a whole number from {from} to {to}"),
         ExpectedValue::Boolean => "is true or false",
         ExpectedValue::Folder => "is the path of a folder",
@@ -50,6 +53,17 @@ fn expected_value(key: &str, expected: ExpectedValue) -> String {
         ExpectedValue::Severity => "in [lints] is \"allow\", \"hint\", \"warn\" or \"error\"",
     };
     text.to_owned()
+}
+
+/// Returns why a text is not a time.
+pub fn time_error(error: TimeError) -> &'static str {
+    match error {
+        TimeError::NotANumber => "not a number: write a decimal number such as 40, 0.5 or 1e-3",
+        TimeError::Negative => "a time cannot be negative",
+        TimeError::TooLarge => "too large: the longest time is 584 years",
+        TimeError::TooFine => "finer than a nanosecond: write a whole number of nanoseconds",
+        TimeError::UnknownUnit => "unknown unit of time: write ns, us, ms or s after the number",
+    }
 }
 
 /// `a`, `a or b`, `a, b or c`

@@ -40,7 +40,7 @@ fn no_time(why: &NoTime) -> String {
         NoTime::Hexadecimal => "not in hexadecimal".to_owned(),
         NoTime::Negative => "it is never negative".to_owned(),
         NoTime::NotALiteral => "a number, not an expression".to_owned(),
-        NoTime::Unreadable(error) => error.to_string(),
+        NoTime::Unreadable(error) => time_error_message(*error).to_owned(),
     }
 }
 

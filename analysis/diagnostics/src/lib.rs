@@ -22,8 +22,11 @@ use mauve_wcrt::{
 pub mod reasons;
 mod render;
 
+pub use configuration::time_error as time_error_message;
 pub use render::render;
 pub use syntax_error::{message as syntax_error_message, tree_of};
+pub use table_error::table_error_message;
+pub use task_set_error::task_set_error_message;
 
 /// A kind of diagnostic.
 #[derive(Debug, PartialEq, Eq)]
@@ -307,6 +310,8 @@ codes! {
 }
 
 mod configuration;
+mod table_error;
+mod task_set_error;
 mod timing_facts;
 mod timing_reasons;
 mod types;

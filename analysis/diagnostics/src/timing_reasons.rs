@@ -1,9 +1,10 @@
 //! The messages of the reasons why a system is not analysed, or an activity has no response time.
 
-use mauve_timing::Level;
+use mauve_timing::{Level, MachineError, NoBoundReason};
 
 use super::configuration::mistake;
 use super::reasons;
+use super::table_error::table_error_message;
 use mauve_hir::item_tree::Name;
 use mauve_hir::{File, ModelDb, features_of, names_of};
 use mauve_wcrt::{
@@ -99,7 +100,7 @@ pub fn timing_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String 
             TooLong::Edge(program) => format!("the time of `{program}` exceeds 584 years"),
             TooLong::Program => "the time of a program exceeds 584 years".to_owned(),
         },
-        Reason::NoMachine(error) => error.to_string(),
+        Reason::NoMachine(error) => machine_error(*error),
 
         Reason::DelayedBy { instances, unknown_priority: unknown, .. } => {
             let names: Vec<&str> = instances.iter().map(Name::as_str).collect();
@@ -114,7 +115,27 @@ pub fn timing_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String 
             let asked = if asked < 100.05 { "more than 100".to_owned() } else { format!("{asked:.1}") };
             format!("{} is asked for {asked} % by it and what is at least as urgent", cpu_names(*cpu))
         }
-        Reason::NoBound(why) => format!("no bound found: {why}"),
+        Reason::NoBound(why) => format!("no bound found: {}", no_bound(*why)),
+    }
+}
+
+/// Returns why edges make no state machine.
+pub(super) fn machine_error(error: MachineError) -> String {
+    match error {
+        MachineError::NoState => "a state machine has at least one state".to_owned(),
+        MachineError::NoSuchState { edge } => {
+            format!("edge {edge} starts or ends at a state that is not there")
+        }
+        MachineError::DeadEnd { state } => format!("state {state} has no outgoing edge"),
+        MachineError::TooLarge => "the state machine is too large, or its times are too long".to_owned(),
+    }
+}
+
+fn no_bound(why: NoBoundReason) -> &'static str {
+    match why {
+        NoBoundReason::Budget => "the search was given up: the CPU is too close to full load",
+        NoBoundReason::Overflow => "a time exceeds 584 years",
+        NoBoundReason::FullyLoaded => "the CPU is loaded to exactly 100 %",
     }
 }
 
@@ -203,7 +224,8 @@ pub(super) fn table_levels(db: &dyn ModelDb, table: &TableLevels) -> String {
 pub(super) fn table_fault(db: &dyn ModelDb, fault: &TableFault) -> String {
     match fault {
         TableFault::Configuration(kind) => mistake(kind),
-        TableFault::Unreadable(message) => message.clone(),
+        TableFault::Unreadable(problem) => problem.clone(),
+        TableFault::Invalid(kind) => table_error_message(kind),
         TableFault::Files(error) => table_files_error(error),
         TableFault::SecondOverhead(first) => {
             format!("[overhead] stands in {} already: write it once", file_name(db, *first))

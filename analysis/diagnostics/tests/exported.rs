@@ -11,7 +11,7 @@ mod common;
 use std::path::PathBuf;
 
 use common::deployments;
-use mauve_diagnostics::{PROSE, timing_reason};
+use mauve_diagnostics::{PROSE, task_set_error_message, timing_reason};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, Project, Workspace, names_of, projects};
 use mauve_tests::{Random, random_model, texts_in};
@@ -64,7 +64,7 @@ fn said<'db>(db: &'db Database, report: &Report<'db>) -> Vec<String> {
 
 fn written(set: TaskSet) -> TaskSet {
     let text = Exported::Deployment(set).to_json();
-    let parsed = Exported::parse(&text).unwrap_or_else(|why| panic!("{why}\n{text}"));
+    let parsed = Exported::parse(&text).unwrap_or_else(|why| panic!("{why:?}\n{text}"));
     assert!(parsed.is_sealed);
     let Exported::Deployment(read) = parsed.content else { panic!("a deployment") };
     read
@@ -236,8 +236,9 @@ fn hostile_task_sets() {
             *document.pointer_mut(&path).unwrap() = other;
         }
         match Exported::parse(&document.to_string()) {
-            Err(why) => {
-                assert!(!why.chars().any(char::is_control), "{why:?}");
+            Err(error) => {
+                let message = task_set_error_message(&error);
+                assert!(!message.chars().any(char::is_control), "{message:?}");
                 refused += 1;
             }
             Ok(parsed) => {

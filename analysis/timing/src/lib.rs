@@ -49,7 +49,8 @@ pub use activities::{Activity, ActivitySet, SetAnalysis};
 pub use cycle_mean::CycleMean;
 pub use machine::{Edge, MachineError, StateMachine};
 pub use response_time::response_times;
-pub use table::{Entry, KeyPart, Level, Overhead, Table, TableError, Times, keys as table_keys};
+pub use table::error::{TableError, TableErrorKind, TomlKind};
+pub use table::{Entry, KeyPart, Level, MOST_LEVELS, Overhead, Table, Times, keys as table_keys};
 pub use task::{
     Analysis, Bound, CpuLoad, Demand, Interference, Method, NoBoundReason, Options, Response, Status, Task,
     Window,

@@ -1,7 +1,5 @@
 //! Periodic state machines: one edge per period, each with its execution time (paper, definitions 3 and 4).
 
-use std::fmt;
-
 use crate::Time;
 use crate::cycle_mean::{self, CycleMean};
 
@@ -132,21 +130,6 @@ pub enum MachineError {
     /// More than 2²⁴ states or 2³² edges, or as many times the greatest cost as there are states exceeds 2⁶⁴ ns.
     TooLarge,
 }
-
-impl fmt::Display for MachineError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            MachineError::NoState => write!(f, "a state machine has at least one state"),
-            MachineError::NoSuchState { edge } => {
-                write!(f, "edge {edge} starts or ends at a state that is not there")
-            }
-            MachineError::DeadEnd { state } => write!(f, "state {state} has no outgoing edge"),
-            MachineError::TooLarge => write!(f, "the state machine is too large, or its times are too long"),
-        }
-    }
-}
-
-impl std::error::Error for MachineError {}
 
 /// The edges by their source, in one array: those of state s are `first[s]..first[s + 1]`.
 pub(crate) struct Adjacency {

@@ -1,5 +1,6 @@
 //! Timing tables: execution times by codel, program or component, one per significance level, in TOML.
 
+pub(crate) mod error;
 pub mod keys;
 
 use std::borrow::Cow;
@@ -12,6 +13,7 @@ use toml::de::{DeArray, DeInteger, DeTable, DeValue};
 use toml_parser::Source;
 use toml_parser::parser::{EventKind, RecursionGuard, parse_document};
 
+use self::error::{TableError, TableErrorKind, TomlKind};
 use self::keys::{KEYS, Kind, OVERHEAD, kind_of};
 use crate::{Rounding, Time, TimeError, Unit};
 
@@ -137,15 +139,6 @@ pub struct Overhead {
     pub context_switch: Times,
 }
 
-/// Something wrong in a table.
-#[derive(Clone, PartialEq, Eq, Hash, Debug)]
-pub struct TableError {
-    /// Where, in bytes.
-    pub span: Range<usize>,
-    /// What was found, what was expected, what to do.
-    pub message: String,
-}
-
 /// A significance level: the probability, between 0 and 1, with which one execution takes longer than its time says.
 ///
 /// Ordered by the probability: `1e-9` < `1e-3`.
@@ -156,7 +149,7 @@ pub struct Level {
 }
 
 /// A table or a task set has no more levels.
-pub(crate) const MOST_LEVELS: usize = 64;
+pub const MOST_LEVELS: usize = 64;
 
 impl Level {
     /// 10⁻⁴.
@@ -196,9 +189,9 @@ impl Table {
         let mut table = reader.table;
         // Of text that is not TOML, what was read is a guess, and so are all errors but the first.
         if let Some(error) = errors.into_iter().min_by_key(|error| error.span().map(|span| span.start)) {
-            let message = format!("not TOML: {}; nothing in this table is used", error.message());
+            let kind = TableErrorKind::NotToml(error.message().to_owned());
             table.lost = true;
-            table.errors = vec![TableError { span: error.span().unwrap_or(0..0), message }];
+            table.errors = vec![TableError { span: error.span().unwrap_or(0..0), kind }];
         }
         table.errors.sort_by_key(|error| (error.span.start, error.span.end));
         table
@@ -245,9 +238,9 @@ struct Reader {
 }
 
 impl Reader {
-    fn error(&mut self, span: Range<usize>, message: String) {
+    fn error(&mut self, span: Range<usize>, kind: TableErrorKind) {
         self.table.lost |= self.loses_all;
-        self.table.errors.push(TableError { span, message });
+        self.table.errors.push(TableError { span, kind });
     }
 
     fn document(&mut self, document: &DeTable) {
@@ -258,18 +251,7 @@ impl Reader {
                 Some(Kind::Unit) => self.unit(value),
                 Some(Kind::Levels) => self.levels(value),
                 Some(_) => {}
-                None => {
-                    let names = KEYS.iter().map(|it| match it.is_section() {
-                        true => format!("`[{}]`", it.name),
-                        false => format!("`{}`", it.name),
-                    });
-                    let message = format!(
-                        "unknown section or key `{}`: expected {}; nothing in this table is used until it is corrected",
-                        key.get_ref(),
-                        alternatives(names)
-                    );
-                    self.error(key.span(), message);
-                }
+                None => self.error(key.span(), TableErrorKind::UnknownKey(key.get_ref().to_string())),
             }
         }
         if self.table.lost {
@@ -286,8 +268,8 @@ impl Reader {
                 }
                 (Some(Kind::Overhead), DeValue::Table(section)) => self.overhead(section),
                 (Some(Kind::Entries(..) | Kind::Overhead), other) => {
-                    let (name, found) = (key.get_ref(), kind(other));
-                    self.error(value.span(), format!("`{name}` is {found}: expected a section `[{name}]`"));
+                    let (name, found) = (key.get_ref().to_string(), TomlKind::of(other));
+                    self.error(value.span(), TableErrorKind::NotASection { name, found });
                 }
                 _ => {}
             }
@@ -297,13 +279,12 @@ impl Reader {
     }
 
     fn unit(&mut self, value: &Spanned<DeValue>) {
-        const EXPECTED: &str = "expected \"ns\", \"us\", \"ms\" or \"s\"";
         let DeValue::String(name) = value.get_ref() else {
-            return self.error(value.span(), format!("the unit is {}: {EXPECTED}", kind(value.get_ref())));
+            return self.error(value.span(), TableErrorKind::UnitOfKind(TomlKind::of(value.get_ref())));
         };
         match Unit::parse(name) {
             Some(unit) => self.unit = unit,
-            None => self.error(value.span(), format!("unknown unit `{name}`: {EXPECTED}")),
+            None => self.error(value.span(), TableErrorKind::UnknownUnit(name.to_string())),
         }
     }
 
@@ -317,9 +298,7 @@ impl Reader {
         let falls = |times: &Times| matches!(times, Times::PerLevel(times) if fall_in(times).is_some());
         if falls(&overhead.dispatch) || falls(&overhead.context_switch) {
             self.loses_all = true;
-            let message =
-                "the overhead falls from level to level: what is exceeded more rarely is not shorter";
-            self.error(self.table.overhead_span.clone(), message.to_owned());
+            self.error(self.table.overhead_span.clone(), TableErrorKind::FallingOverhead);
             return;
         }
         let mut varying = 0;
@@ -328,23 +307,19 @@ impl Reader {
             let Some(Times::PerLevel(times)) = &entry.value else { continue };
             varying += usize::from(times.windows(2).any(|pair| pair[0] != pair[1]));
             if let Some(&[before, after]) = fall_in(times) {
-                let message = format!(
-                    "`{}` takes {} at {} and only {} at {}: what is exceeded more rarely is not shorter",
-                    entry.key, times[before], levels[before], times[after], levels[after]
-                );
-                falling.push((entry.value_span.clone(), message));
+                let at = |column: usize| (times[column], levels[column]);
+                let (key, before, after) = (entry.key.clone(), at(before), at(after));
+                falling.push((entry.value_span.clone(), TableErrorKind::FallingTime { key, before, after }));
                 entry.value = None;
             }
         }
         if falling.len() > 1 && falling.len() == varying {
             self.loses_all = true;
-            let message = "all times fall from level to level: what is exceeded more rarely is not shorter; are the \
-                           levels in another order than the times?";
-            self.error(self.levels_span.clone(), message.to_owned());
+            self.error(self.levels_span.clone(), TableErrorKind::AllFalling);
             return;
         }
-        for (span, message) in falling {
-            self.error(span, message);
+        for (span, kind) in falling {
+            self.error(span, kind);
         }
     }
 
@@ -352,16 +327,11 @@ impl Reader {
         self.levels_span = value.span();
         let DeValue::Array(array) = value.get_ref() else {
             self.levels = None;
-            let found = kind(value.get_ref());
-            return self.error(
-                value.span(),
-                format!("the levels are {found}: expected an array of probabilities, such as [1e-3, 1e-4]"),
-            );
+            return self.error(value.span(), TableErrorKind::LevelsOfKind(TomlKind::of(value.get_ref())));
         };
         if array.len() > MOST_LEVELS {
             self.levels = None;
-            let message = format!("{} levels: at most {MOST_LEVELS} are read", array.len());
-            return self.error(value.span(), message);
+            return self.error(value.span(), TableErrorKind::TooManyLevels(array.len()));
         }
         let mut levels = Vec::with_capacity(array.len());
         for item in array.iter() {
@@ -372,14 +342,10 @@ impl Reader {
             };
             match probability.and_then(Level::from_f64) {
                 Some(level) if levels.contains(&level) => {
-                    self.error(item.span(), format!("the level {level} twice: remove one, and its column"));
+                    self.error(item.span(), TableErrorKind::RepeatedLevel(level));
                 }
                 Some(level) => levels.push(level),
-                None => self.error(
-                    item.span(),
-                    "not a significance level: expected a probability between 0 and 1, such as 1e-4"
-                        .to_owned(),
-                ),
+                None => self.error(item.span(), TableErrorKind::NotALevel),
             }
         }
         // A column of a level in error must not be taken for that of another.
@@ -398,8 +364,7 @@ impl Reader {
             if let Some(Kind::Times(field)) = kind_of(name, &OVERHEAD) {
                 *field(&mut self.table.overhead) = self.overhead_times(value);
             } else {
-                let names = alternatives(OVERHEAD.iter().map(|known| format!("`{}`", known.name)));
-                self.error(key.span(), format!("unknown overhead `{name}`: expected {names}"));
+                self.error(key.span(), TableErrorKind::UnknownOverhead(name.to_string()));
             }
         }
     }
@@ -425,8 +390,8 @@ impl Reader {
             // Neither is safe: the greater may be the mistake, or the smaller.
             entries[first].value = None;
             entries[index].value = None;
-            let message = format!("`{}` twice: keep one of the two entries", entries[index].key);
-            self.error(entries[index].key_span.clone(), message);
+            let kind = TableErrorKind::RepeatedKey(entries[index].key.clone());
+            self.error(entries[index].key_span.clone(), kind);
         }
         entries
     }
@@ -442,8 +407,7 @@ impl Reader {
                     continue;
                 }
                 DeValue::Table(_) => {
-                    let message = format!("no time for `{whole}`: write one, or remove the entry");
-                    self.error(key.span(), message);
+                    self.error(key.span(), TableErrorKind::NoTime(whole.clone()));
                     None
                 }
                 // Below a section these are its entries, and all times would be read without them.
@@ -455,7 +419,7 @@ impl Reader {
                     } =>
                 {
                     self.loses_all = true;
-                    self.error(key.span(), format!("`{name}` stands before the first section of a table"));
+                    self.error(key.span(), TableErrorKind::BelowSection(name.to_string()));
                     self.loses_all = false;
                     None
                 }
@@ -480,21 +444,15 @@ impl Reader {
 
     fn times_per_level(&mut self, span: Range<usize>, array: &DeArray) -> Option<Times> {
         let levels = self.levels?;
-        let found = array.len();
+        let times = array.len();
         if levels == 0 {
-            let message = format!("{} but no `levels`: name them, or write one time", values(found));
-            self.error(span, message);
+            self.error(span, TableErrorKind::NoLevels { times });
             // Once is enough.
             self.levels = None;
             return None;
         }
-        if found != levels {
-            let message = format!(
-                "{} for {levels} level{}: expected one for each of `levels`",
-                values(found),
-                if levels == 1 { "" } else { "s" }
-            );
-            self.error(span, message);
+        if times != levels {
+            self.error(span, TableErrorKind::OtherCount { times, levels });
             return None;
         }
         // All of them, so that every error is reported.
@@ -514,18 +472,15 @@ impl Reader {
             }
             DeValue::Float(float) => (float.to_string(), Time::parse(float.as_str(), unit, Rounding::Up)),
             other => {
-                let message = format!("{}: expected a number of {unit}, or one for each level", kind(other));
-                self.error(value.span(), message);
+                self.error(value.span(), TableErrorKind::TimeOfKind { found: TomlKind::of(other), unit });
                 return None;
             }
         };
-        let message = match time {
+        let kind = match time {
             Ok(time) => return Some(time),
-            Err(TimeError::Negative) => format!("negative time {text}: expected a number of {unit} from 0"),
-            Err(TimeError::TooLarge) => format!("{text} {unit} is too large: the longest time is 584 years"),
-            Err(_) => format!("{text} is not a time: expected a finite number of {unit}"),
+            Err(error) => TableErrorKind::InvalidTime { text, unit, error },
         };
-        self.error(value.span(), message);
+        self.error(value.span(), kind);
         None
     }
 }
@@ -599,34 +554,6 @@ fn integer_text(integer: &DeInteger) -> Option<String> {
     }
 }
 
-/// `a, b or c`.
-fn alternatives(names: impl Iterator<Item = String>) -> String {
-    let names: Vec<String> = names.collect();
-    match names.as_slice() {
-        [rest @ .., last] if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
-        names => names.concat(),
-    }
-}
-
-fn values(count: usize) -> String {
-    match count {
-        0 => "no value".to_owned(),
-        1 => "1 value".to_owned(),
-        _ => format!("{count} values"),
-    }
-}
-
-fn kind(value: &DeValue) -> &'static str {
-    match value {
-        DeValue::String(_) => "a text",
-        DeValue::Integer(_) | DeValue::Float(_) => "a number",
-        DeValue::Boolean(_) => "a truth value",
-        DeValue::Datetime(_) => "a date",
-        DeValue::Array(_) => "an array",
-        DeValue::Table(_) => "a table",
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -662,7 +589,7 @@ mod tests {
             found.push_str(&format!("{:?}\n", table.overhead));
         }
         for error in &table.errors {
-            found.push_str(&format!("error at {:?}: {}\n", &text[error.span.clone()], error.message));
+            found.push_str(&format!("error at {:?}: {:?}\n", &text[error.span.clone()], error.kind));
         }
         if table.lost {
             found.push_str("lost\n");
@@ -800,19 +727,19 @@ ok = 1
                 codel k "k": error "99999999999999999999999999"
                 codel l "l": error "0xfffffffffffffffffffff"
                 codel ok "ok": 0.001 ms "1"
-                error at "[1, 2]": 2 values for 3 levels: expected one for each of `levels`
-                error at "-1": negative time -1: expected a number of us from 0
-                error at "inf": inf is not a time: expected a finite number of us
-                error at "nan": nan is not a time: expected a finite number of us
-                error at "1e40": 1e40 us is too large: the longest time is 584 years
-                error at "\"5 ms\"": a text: expected a number of us, or one for each level
-                error at "-2": negative time -2: expected a number of us from 0
-                error at "true": a truth value: expected a number of us, or one for each level
-                error at "[1]": an array: expected a number of us, or one for each level
-                error at "true": a truth value: expected a number of us, or one for each level
-                error at "[]": no value for 3 levels: expected one for each of `levels`
-                error at "99999999999999999999999999": 99999999999999999999999999 us is too large: the longest time is 584 years
-                error at "0xfffffffffffffffffffff": 0xfffffffffffffffffffff us is too large: the longest time is 584 years
+                error at "[1, 2]": OtherCount { times: 2, levels: 3 }
+                error at "-1": InvalidTime { text: "-1", unit: Microseconds, error: Negative }
+                error at "inf": InvalidTime { text: "inf", unit: Microseconds, error: NotANumber }
+                error at "nan": InvalidTime { text: "nan", unit: Microseconds, error: NotANumber }
+                error at "1e40": InvalidTime { text: "1e40", unit: Microseconds, error: TooLarge }
+                error at "\"5 ms\"": TimeOfKind { found: String, unit: Microseconds }
+                error at "-2": InvalidTime { text: "-2", unit: Microseconds, error: Negative }
+                error at "true": TimeOfKind { found: Boolean, unit: Microseconds }
+                error at "[1]": TimeOfKind { found: Array, unit: Microseconds }
+                error at "true": TimeOfKind { found: Boolean, unit: Microseconds }
+                error at "[]": OtherCount { times: 0, levels: 3 }
+                error at "99999999999999999999999999": InvalidTime { text: "99999999999999999999999999", unit: Microseconds, error: TooLarge }
+                error at "0xfffffffffffffffffffff": InvalidTime { text: "0xfffffffffffffffffffff", unit: Microseconds, error: TooLarge }
             "#]],
         );
     }
@@ -828,7 +755,7 @@ ok = 1
                 codel a "a": 1 ms, 2 ms, 3 ms "[1, 2, 3]"
                 codel b "b": error "[60, 7, 90]"
                 codel c "c": 2 ms, 2 ms, 2 ms "[2, 2, 2]"
-                error at "[60, 7, 90]": `b` takes 60 ms at 1e-3 and only 7 ms at 1e-4: what is exceeded more rarely is not shorter
+                error at "[60, 7, 90]": FallingTime { key: "b", before: (Time(60000000), Level { bits: 4562254508917369340 }), after: (Time(7000000), Level { bits: 4547007122018943789 }) }
             "#]],
         );
         check(
@@ -840,7 +767,7 @@ ok = 1
                 codel a "a": error "[1, 2, 3]"
                 program B/u "\"B/u\"": error "[1, 1, 2]"
                 program C/u "\"C/u\"": 1 ms, 1 ms, 1 ms "[1, 1, 1]"
-                error at "[1e-5, 1e-4, 1e-3]": all times fall from level to level: what is exceeded more rarely is not shorter; are the levels in another order than the times?
+                error at "[1e-5, 1e-4, 1e-3]": AllFalling
                 lost
             "#]],
         );
@@ -858,7 +785,7 @@ ok = 1
                 codel a "a": error "[1]"
                 codel b "b": 2 ms "2"
                 codel c "c": error "[3]"
-                error at "[1]": 1 value but no `levels`: name them, or write one time
+                error at "[1]": NoLevels { times: 1 }
             "#]],
         );
     }
@@ -872,7 +799,7 @@ ok = 1
                 codel a.b "b": error "2"
                 codel a.c "c": 3 ms "3"
                 program a.b "\"a.b\"": 4 ms "4"
-                error at "b": `a.b` twice: keep one of the two entries
+                error at "b": RepeatedKey("a.b")
             "#]],
         );
     }
@@ -912,7 +839,7 @@ ok = 1
             "[codel]\na = 1\n[programs]\nx = 40\n",
             expect![[r#"
                 codel a "a": 1 ms "1"
-                error at "programs": unknown section or key `programs`: expected `unit`, `levels`, `[codel]`, `[program]`, `[component]` or `[overhead]`; nothing in this table is used until it is corrected
+                error at "programs": UnknownKey("programs")
                 lost
             "#]],
         );
@@ -921,7 +848,7 @@ ok = 1
             expect![[r#"
                 codel a "a": 1 ms "1"
                 codel b "b": error "[1,\n[program]\n\"H/u\" = 40"
-                error at "program": not TOML: string values must be quoted, expected literal string; nothing in this table is used
+                error at "program": NotToml("string values must be quoted, expected literal string")
                 lost
             "#]],
         );
@@ -929,21 +856,21 @@ ok = 1
             "[codel]\na = 1\na = 2\n",
             expect![[r#"
                 codel a "a": 1 ms "1"
-                error at "a": not TOML: duplicate key; nothing in this table is used
+                error at "a": NotToml("duplicate key")
                 lost
             "#]],
         );
         check(
             "unit = \"min\"\n",
             expect![[r#"
-                error at "\"min\"": unknown unit `min`: expected "ns", "us", "ms" or "s"
+                error at "\"min\"": UnknownUnit("min")
                 lost
             "#]],
         );
         check(
             "unit = 5\n",
             expect![[r#"
-                error at "5": the unit is a number: expected "ns", "us", "ms" or "s"
+                error at "5": UnitOfKind(Number)
                 lost
             "#]],
         );
@@ -952,48 +879,48 @@ ok = 1
             expect![[r#"
                 codel a "a": error "[1, 2]"
                 codel b "b": error "[1]"
-                error at "1e-3": the level 1e-3 twice: remove one, and its column
+                error at "1e-3": RepeatedLevel(Level { bits: 4562254508917369340 })
                 lost
             "#]],
         );
         check(
             "levels = [0, 1, 2.0, nan, \"1e-3\", 1e-400]\n",
             expect![[r#"
-                error at "0": not a significance level: expected a probability between 0 and 1, such as 1e-4
-                error at "1": not a significance level: expected a probability between 0 and 1, such as 1e-4
-                error at "2.0": not a significance level: expected a probability between 0 and 1, such as 1e-4
-                error at "nan": not a significance level: expected a probability between 0 and 1, such as 1e-4
-                error at "\"1e-3\"": not a significance level: expected a probability between 0 and 1, such as 1e-4
-                error at "1e-400": not a significance level: expected a probability between 0 and 1, such as 1e-4
+                error at "0": NotALevel
+                error at "1": NotALevel
+                error at "2.0": NotALevel
+                error at "nan": NotALevel
+                error at "\"1e-3\"": NotALevel
+                error at "1e-400": NotALevel
                 lost
             "#]],
         );
         check(
             "levels = 1e-3\n",
             expect![[r#"
-                error at "1e-3": the levels are a number: expected an array of probabilities, such as [1e-3, 1e-4]
+                error at "1e-3": LevelsOfKind(Number)
                 lost
             "#]],
         );
         check(
             "[overhead]\ndispatch = -1\n",
             expect![[r#"
-                error at "-1": negative time -1: expected a number of ms from 0
+                error at "-1": InvalidTime { text: "-1", unit: Milliseconds, error: Negative }
                 lost
             "#]],
         );
         check(
             "[overhead]\nswitch = 1\n",
             expect![[r#"
-                error at "switch": unknown overhead `switch`: expected `dispatch` or `context_switch`
+                error at "switch": UnknownOverhead("switch")
                 lost
             "#]],
         );
         check(
             "codel = 1\n[[program]]\na = 1\n",
             expect![[r#"
-                error at "1": `codel` is a number: expected a section `[codel]`
-                error at "[[program]]": `program` is an array: expected a section `[program]`
+                error at "1": NotASection { name: "codel", found: Number }
+                error at "[[program]]": NotASection { name: "program", found: Array }
                 lost
             "#]],
         );

@@ -176,16 +176,6 @@ pub enum NoBoundReason {
     FullyLoaded,
 }
 
-impl fmt::Display for NoBoundReason {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            NoBoundReason::Budget => "the search was given up: the CPU is too close to full load",
-            NoBoundReason::Overflow => "a time exceeds 584 years",
-            NoBoundReason::FullyLoaded => "the CPU is loaded to exactly 100 %",
-        })
-    }
-}
-
 /// Whether a deadline is kept.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Status {

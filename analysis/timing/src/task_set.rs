@@ -48,12 +48,15 @@
 //! refused ([`Exported::parse`]). The digest is that of the meaning of the rest: what was changed since is refused too. A file
 //! that somebody wrote himself has none ([`Parsed::is_sealed`]).
 
+mod error;
+mod json;
+
 use std::collections::{HashMap, HashSet};
-use std::{fmt, io};
 
-use serde::de::{Deserializer, Error as _, Unexpected, Visitor};
-use serde::{Deserialize, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
+pub use self::error::{TaskSetError, Times, Unknown};
+use self::json::{items, line, lines, nullable};
 use crate::table::MOST_LEVELS;
 use crate::{ActivitySet, Demand, Edge as Period, Level, Method, StateMachine, Time};
 
@@ -242,10 +245,11 @@ struct Document {
     component: Option<Component>,
 }
 
-const FORMAT: &str = "mauve-1";
+/// The only format that is read.
+pub const FORMAT: &str = "mauve-1";
 
 /// A task set has no more activities: what they tell of each other grows with the square.
-const MOST_ACTIVITIES: usize = 2896;
+pub const MOST_ACTIVITIES: usize = 2896;
 
 impl Exported {
     /// Reads a file.
@@ -254,40 +258,30 @@ impl Exported {
     ///
     /// What is wrong with it, and where: it is no JSON, a key is missing or unknown, a value cannot be used, something does
     /// not fit together, or it was changed since it was written.
-    pub fn parse(text: &str) -> Result<Parsed, String> {
-        // A terminal obeys control characters, and messages quote the file.
-        let harmless = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
-        Exported::read(text).map_err(|why| why.chars().map(harmless).collect())
-    }
-
-    fn read(text: &str) -> Result<Parsed, String> {
+    pub fn parse(text: &str) -> Result<Parsed, TaskSetError> {
         #[derive(Deserialize)]
         struct Head {
             format: Option<String>,
         }
         let document: Document = match (serde_json::from_str(text), serde_json::from_str(text)) {
             (Ok(Head { format: None }), _) => {
-                return Err("it is no task set of MAUVE: it has no `format`".to_owned());
+                return Err(TaskSetError::NoFormat);
             }
             (Ok(Head { format: Some(format) }), _) if format != FORMAT => {
-                return Err(format!("its format is `{format}`: this version reads `{FORMAT}`"));
+                return Err(TaskSetError::OtherFormat(format));
             }
-            (_, document) => document.map_err(|error| error.to_string())?,
+            (_, document) => document.map_err(|error| TaskSetError::Json(error.to_string()))?,
         };
         if document.unit != "ns" {
-            return Err(format!("its unit is `{}`: expected `ns`", document.unit));
+            return Err(TaskSetError::OtherUnit(document.unit));
         }
         let content = match (document.deployment, document.component) {
             (Some(set), None) => Exported::Deployment(set),
             (None, Some(component)) => Exported::Component(component),
-            _ => return Err("expected either `deployment` or `component` in it".to_owned()),
+            _ => return Err(TaskSetError::NoContent),
         };
         if document.digest.as_ref().is_some_and(|digest| *digest != content.digest()) {
-            return Err(
-                "it was changed since it was written: its digest is another. Generate it again, or remove `digest` where \
-                 the change is meant"
-                    .to_owned(),
-            );
+            return Err(TaskSetError::OtherDigest);
         }
         match &content {
             Exported::Deployment(set) => set.check()?,
@@ -350,25 +344,24 @@ impl TaskSet {
         ActivitySet { activities, throttled: self.rt_throttling == Some(true) }
     }
 
-    fn check(&self) -> Result<(), String> {
+    fn check(&self) -> Result<(), TaskSetError> {
         self.not_analysed.iter().chain([&self.name]).try_for_each(|text| is_one_line(text))?;
         check_levels(&self.levels)?;
         if self.cpus == 0 {
-            return Err("`cpus` is 0: there is one at least".to_owned());
+            return Err(TaskSetError::NoCpu);
         }
         let count = self.activities.len();
         if count > MOST_ACTIVITIES {
-            return Err(format!("it has {count} activities: at most {MOST_ACTIVITIES} are analysed"));
+            return Err(TaskSetError::TooManyActivities(count));
         }
         let mut known: HashMap<&str, &Activity> = HashMap::new();
         for activity in &self.activities {
             let name = &activity.instance;
-            let within = |why: String| format!("activity `{name}`: {why}");
-            activity.check(self).map_err(within)?;
+            activity.check(self).map_err(|error| TaskSetError::OfActivity(name.clone(), Box::new(error)))?;
             if let Some(first) = known.insert(name, activity)
                 && !(self.is_excused(first) && self.is_excused(activity))
             {
-                return Err(format!("activity `{name}` is there twice"));
+                return Err(TaskSetError::RepeatedActivity(name.clone()));
             }
         }
         Ok(())
@@ -397,7 +390,7 @@ impl TaskSet {
 }
 
 impl Component {
-    fn check(&self) -> Result<(), String> {
+    fn check(&self) -> Result<(), TaskSetError> {
         is_one_line(&self.name)?;
         check_levels(&self.levels)?;
         check_reasons(&self.not_analysed, &self.levels)?;
@@ -407,9 +400,7 @@ impl Component {
         for (column, level) in self.levels.iter().enumerate() {
             let is_known = self.machine.as_ref().is_some_and(|machine| machine.is_known(column));
             if !is_known && !has_reason(&self.not_analysed, *level) {
-                return Err(format!(
-                    "there are no times at {level}, and no reason for that in `not_analysed`"
-                ));
+                return Err(TaskSetError::NoReason(Unknown::Times, *level));
             }
         }
         Ok(())
@@ -429,21 +420,21 @@ impl Component {
 }
 
 impl Activity {
-    fn check(&self, set: &TaskSet) -> Result<(), String> {
+    fn check(&self, set: &TaskSet) -> Result<(), TaskSetError> {
         [&self.instance, &self.component]
             .into_iter()
             .chain(&self.doubt)
             .try_for_each(|text| is_one_line(text))?;
         check_reasons(&self.not_analysed, &set.levels)?;
         if self.period == Some(Time::ZERO) || self.deadline == Some(Time::ZERO) {
-            return Err("a period and a deadline are greater than 0".to_owned());
+            return Err(TaskSetError::NoPeriod);
         }
         if self.period.zip(self.deadline).is_some_and(|(period, deadline)| deadline > period) {
-            return Err("its deadline is later than its period".to_owned());
+            return Err(TaskSetError::LateDeadline);
         }
         if let Some(machine) = &self.machine {
             if self.priority == Priority::Background {
-                return Err("it is in the background, and has a state machine".to_owned());
+                return Err(TaskSetError::BackgroundMachine);
             }
             machine.check(&set.levels)?;
         }
@@ -455,17 +446,17 @@ impl Activity {
                 continue;
             }
             let unknown = if !self.machine.as_ref().is_some_and(|machine| machine.is_known(column)) {
-                "there are no times"
+                Unknown::Times
             } else if self.priority == Priority::Unknown {
-                "its priority is unknown"
+                Unknown::Priority
             } else if self.period.is_none() || self.deadline.is_none() {
-                "its period or its deadline is unknown"
+                Unknown::PeriodOrDeadline
             } else if !self.affinity.is_some_and(|cpus| cpus.is_power_of_two() && cpus & set.cpus != 0) {
-                "its affinity is not one of the CPUs that there are"
+                Unknown::Cpu
             } else {
                 continue;
             };
-            return Err(format!("{unknown} at {level}, and no reason for that is in `not_analysed`"));
+            return Err(TaskSetError::NoReason(unknown, *level));
         }
         Ok(())
     }
@@ -508,31 +499,25 @@ impl Machine {
         &self,
         numbers: &HashMap<&str, u32>,
         column: usize,
-    ) -> Result<Option<StateMachine>, String> {
+    ) -> Result<Option<StateMachine>, TaskSetError> {
         if !self.is_known(column) {
             return Ok(None);
         }
         let number = |edge: usize, name: &String| {
-            numbers
-                .get(name.as_str())
-                .copied()
-                .ok_or_else(|| format!("edge {edge}: there is no state `{name}`"))
+            let number = numbers.get(name.as_str()).copied();
+            number.ok_or_else(|| TaskSetError::NoState { edge, state: name.clone() })
         };
         let mut edges = Vec::with_capacity(self.edges.len());
         for (index, edge) in self.edges.iter().enumerate() {
             let (source, target) = (number(index, &edge.source)?, number(index, &edge.target)?);
             let cost = edge.cost.get(column).copied().flatten();
-            edges.push(Period {
-                source,
-                target,
-                cost: cost.ok_or_else(|| format!("edge {index} has no cost"))?,
-            });
+            edges.push(Period { source, target, cost: cost.ok_or(TaskSetError::NoCost(index))? });
         }
         let states = u32::try_from(self.states.len()).unwrap_or(u32::MAX);
-        StateMachine::new(states, edges).map(Some).map_err(|error| error.to_string())
+        StateMachine::new(states, edges).map(Some).map_err(TaskSetError::Machine)
     }
 
-    fn check(&self, levels: &[Level]) -> Result<(), String> {
+    fn check(&self, levels: &[Level]) -> Result<(), TaskSetError> {
         let transitions = self.edges.iter().filter_map(|edge| edge.transition.as_ref());
         let assumed = self.assumed.iter().map(|it| &it.codel);
         let programs = self.programs.iter().map(|it| &it.program);
@@ -540,33 +525,33 @@ impl Machine {
         texts.into_iter().try_for_each(|text| is_one_line(text))?;
         let numbers = self.numbers();
         if numbers.len() < self.states.len() {
-            return Err("two of its states have one name".to_owned());
+            return Err(TaskSetError::RepeatedState);
         }
         if !numbers.contains_key(self.initial.as_str()) {
-            return Err(format!("there is no state `{}`, which is to be the initial one", self.initial));
+            return Err(TaskSetError::NoInitialState(self.initial.clone()));
         }
         let all: HashMap<&str, &Program> = self.programs.iter().map(|it| (it.program.as_str(), it)).collect();
         if all.len() < self.programs.len() {
-            return Err("two of its programs have one name".to_owned());
+            return Err(TaskSetError::RepeatedProgram);
         }
-        check_times("overhead", &self.overhead, levels)?;
-        check_times("component_time", &self.component_time, levels)?;
+        check_times(Times::Overhead, &self.overhead, levels)?;
+        check_times(Times::ComponentTime, &self.component_time, levels)?;
         for program in &self.programs {
-            self.check_column(&format!("program `{}`", program.program), &program.time, levels)?;
+            self.check_column(Times::Program(program.program.clone()), &program.time, levels)?;
         }
         for (index, edge) in self.edges.iter().enumerate() {
-            self.check_column(&format!("edge {index}"), &edge.cost, levels)?;
+            self.check_column(Times::Edge(index), &edge.cost, levels)?;
             for (column, cost) in edge.cost.iter().enumerate() {
                 let mut sum = self.overhead.get(column).copied().flatten();
                 for name in &edge.programs {
                     let Some(program) = all.get(name.as_str()) else {
-                        return Err(format!("edge {index}: there is no program `{name}`"));
+                        return Err(TaskSetError::NoProgram { edge: index, program: name.clone() });
                     };
                     let time = program.time.get(column).copied().flatten();
                     sum = sum.zip(time).and_then(|(sum, time)| sum.checked_add(time));
                 }
                 if cost.is_some() && sum.is_none_or(|sum| Some(sum) > *cost) {
-                    return Err(format!("edge {index} costs less than what it executes"));
+                    return Err(TaskSetError::LowCost(index));
                 }
             }
         }
@@ -577,17 +562,11 @@ impl Machine {
     }
 
     /// A time wherever the machine has any, and nowhere else.
-    fn check_column(&self, what: &str, times: &[Option<Time>], levels: &[Level]) -> Result<(), String> {
-        check_times(what, times, levels)?;
-        match times
-            .iter()
-            .zip(&self.overhead)
-            .position(|(time, overhead)| time.is_some() != overhead.is_some())
-        {
-            Some(column) => Err(format!(
-                "{what}: `overhead` has times at other levels than this{}",
-                levels.get(column).map_or_else(String::new, |level| format!(": see {level}"))
-            )),
+    fn check_column(&self, of: Times, times: &[Option<Time>], levels: &[Level]) -> Result<(), TaskSetError> {
+        check_times(of.clone(), times, levels)?;
+        let differs = |(time, overhead): (&Option<Time>, &Option<Time>)| time.is_some() != overhead.is_some();
+        match times.iter().zip(&self.overhead).position(differs) {
+            Some(column) => Err(TaskSetError::OtherLevels(of, levels.get(column).copied())),
             None => Ok(()),
         }
     }
@@ -615,168 +594,47 @@ fn has_reason(reasons: &[NotAnalysed], level: Level) -> bool {
 }
 
 /// A terminal obeys control characters.
-fn is_one_line(text: &str) -> Result<(), String> {
+fn is_one_line(text: &str) -> Result<(), TaskSetError> {
     if text.chars().any(char::is_control) {
-        return Err(format!("a control character stands in {text:?}"));
+        return Err(TaskSetError::ControlCharacter(text.to_owned()));
     }
     Ok(())
 }
 
-fn check_levels(levels: &[Level]) -> Result<(), String> {
+fn check_levels(levels: &[Level]) -> Result<(), TaskSetError> {
     if levels.len() > MOST_LEVELS {
-        return Err(format!("it has {} levels: at most {MOST_LEVELS} are read", levels.len()));
+        return Err(TaskSetError::TooManyLevels(levels.len()));
     }
     let mut seen = HashSet::new();
     match levels.iter().find(|level| !seen.insert(**level)) {
-        Some(level) => Err(format!("the level {level} is there twice")),
-        None if levels.is_empty() => Err("it has no levels".to_owned()),
+        Some(level) => Err(TaskSetError::RepeatedLevel(*level)),
+        None if levels.is_empty() => Err(TaskSetError::NoLevels),
         None => Ok(()),
     }
 }
 
-fn check_reasons(reasons: &[NotAnalysed], levels: &[Level]) -> Result<(), String> {
+fn check_reasons(reasons: &[NotAnalysed], levels: &[Level]) -> Result<(), TaskSetError> {
     for it in reasons {
         is_one_line(&it.reason)?;
         if let Some(level) = it.levels.iter().flatten().find(|level| !levels.contains(level)) {
-            return Err(format!("a reason is for {level}, which is not one of the levels"));
+            return Err(TaskSetError::ReasonForOtherLevel(*level));
         }
     }
     Ok(())
 }
 
 /// A time for each level; what is exceeded more rarely is not shorter.
-fn check_times(what: &str, times: &[Option<Time>], levels: &[Level]) -> Result<(), String> {
+fn check_times(of: Times, times: &[Option<Time>], levels: &[Level]) -> Result<(), TaskSetError> {
     if times.len() != levels.len() {
-        return Err(format!("{what}: {} for {} levels: expected one for each", times.len(), levels.len()));
+        return Err(TaskSetError::OtherCount { of, times: times.len(), levels: levels.len() });
     }
     let mut known: Vec<(Level, Time)> =
         levels.iter().zip(times).filter_map(|(level, time)| Some((*level, (*time)?))).collect();
     known.sort_by_key(|(level, _)| std::cmp::Reverse(*level));
     match known.is_sorted_by_key(|(_, time)| *time) {
         true => Ok(()),
-        false => Err(format!(
-            "{what}: its times fall from level to level: what is exceeded more rarely is not shorter"
-        )),
+        false => Err(TaskSetError::FallingTimes(of)),
     }
-}
-
-/// A value that may be null, and that must be there.
-fn nullable<'de, T: Deserialize<'de>, D: Deserializer<'de>>(from: D) -> Result<Option<T>, D::Error> {
-    Option::deserialize(from)
-}
-
-impl<'de> Deserialize<'de> for Level {
-    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Level, D::Error> {
-        let number = f64::deserialize(from)?;
-        let expected = &"a probability between 0 and 1, such as 1e-4";
-        Level::from_f64(number).ok_or_else(|| D::Error::invalid_value(Unexpected::Float(number), expected))
-    }
-}
-
-impl<'de> Deserialize<'de> for Time {
-    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Time, D::Error> {
-        struct Nanoseconds;
-        impl Visitor<'_> for Nanoseconds {
-            type Value = Time;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a whole number of nanoseconds")
-            }
-            fn visit_u64<E>(self, nanos: u64) -> Result<Time, E> {
-                Ok(Time::from_nanos(nanos))
-            }
-        }
-        from.deserialize_u64(Nanoseconds)
-    }
-}
-
-impl<'de> Deserialize<'de> for Priority {
-    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Priority, D::Error> {
-        struct Urgency;
-        impl Visitor<'_> for Urgency {
-            type Value = Priority;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a priority from 1 to 99, \"background\", or null where it is unknown")
-            }
-            fn visit_u64<E: serde::de::Error>(self, number: u64) -> Result<Priority, E> {
-                let priority = u32::try_from(number).ok().filter(|it| (1..=99).contains(it));
-                priority
-                    .map(Priority::RealTime)
-                    .ok_or_else(|| E::invalid_value(Unexpected::Unsigned(number), &self))
-            }
-            fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Priority, E> {
-                match text {
-                    "background" => Ok(Priority::Background),
-                    _ => Err(E::invalid_value(Unexpected::Str(text), &self)),
-                }
-            }
-            fn visit_unit<E>(self) -> Result<Priority, E> {
-                Ok(Priority::Unknown)
-            }
-        }
-        from.deserialize_any(Urgency)
-    }
-}
-
-impl Serialize for Level {
-    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        to.serialize_f64(self.as_f64())
-    }
-}
-
-impl Serialize for Time {
-    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        to.serialize_u64(self.as_nanos())
-    }
-}
-
-impl Serialize for Priority {
-    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Priority::RealTime(priority) => to.serialize_u32(*priority),
-            Priority::Background => to.serialize_str("background"),
-            Priority::Unknown => to.serialize_unit(),
-        }
-    }
-}
-
-/// Returns a value in JSON, on one line.
-fn line(value: &(impl Serialize + ?Sized)) -> String {
-    struct OneLine;
-    impl serde_json::ser::Formatter for OneLine {
-        fn begin_array_value<W: io::Write + ?Sized>(&mut self, to: &mut W, first: bool) -> io::Result<()> {
-            to.write_all(if first { b"" } else { b", " })
-        }
-        fn begin_object_key<W: io::Write + ?Sized>(&mut self, to: &mut W, first: bool) -> io::Result<()> {
-            to.write_all(if first { b" " } else { b", " })
-        }
-        fn begin_object_value<W: io::Write + ?Sized>(&mut self, to: &mut W) -> io::Result<()> {
-            to.write_all(b": ")
-        }
-        fn end_object<W: io::Write + ?Sized>(&mut self, to: &mut W) -> io::Result<()> {
-            to.write_all(b" }")
-        }
-    }
-    let mut out = Vec::new();
-    // All keys are texts, and memory takes every byte: there is no error.
-    let _ = value.serialize(&mut serde_json::Serializer::with_formatter(&mut out, OneLine));
-    String::from_utf8_lossy(&out).into_owned()
-}
-
-/// An array with a line for each value, within `depth` others.
-fn items(depth: usize, values: impl Iterator<Item = String>) -> String {
-    let values: Vec<String> = values.map(|value| format!("\n{}{value}", "  ".repeat(depth + 1))).collect();
-    match values.as_slice() {
-        [] => "[]".to_owned(),
-        values => format!("[{}\n{}]", values.join(","), "  ".repeat(depth)),
-    }
-}
-
-/// An object with a line for each key, within `depth` others.
-fn lines(depth: usize, fields: &[(&str, String)]) -> String {
-    let indent = "  ".repeat(depth);
-    let fields: Vec<String> =
-        fields.iter().map(|(key, value)| format!("\n{indent}  \"{key}\": {value}")).collect();
-    format!("{{{}\n{indent}}}", fields.join(","))
 }
 
 #[cfg(test)]
@@ -970,7 +828,7 @@ mod tests {
             let text = serde_json::to_string_pretty(&document).unwrap();
             found += &match Exported::parse(&text) {
                 Ok(_) => "fine\n".to_owned(),
-                Err(why) => why + "\n",
+                Err(error) => format!("{error:?}\n"),
             };
         }
         expected.assert_eq(&found);
@@ -1027,50 +885,50 @@ mod tests {
                 ("rear/machine/overhead", json!([null, null])),
             ],
             expect![[r#"
-                its format is `mauve-2`: this version reads `mauve-1`
-                its unit is `ms`: expected `ns`
-                the level 1e-3 is there twice
-                invalid value: floating point `2.0`, expected a probability between 0 and 1, such as 1e-4 at line 204 column 5
-                it has no levels
-                `cpus` is 0: there is one at least
-                a control character stands in "a\nb"
-                invalid type: integer `1`, expected a boolean at line 207 column 22
-                activity `front`: its affinity is not one of the CPUs that there are at 1e-3, and no reason for that is in `not_analysed`
-                activity `front`: its affinity is not one of the CPUs that there are at 1e-3, and no reason for that is in `not_analysed`
-                activity `front`: its affinity is not one of the CPUs that there are at 1e-3, and no reason for that is in `not_analysed`
-                invalid value: integer `0`, expected a priority from 1 to 99, "background", or null where it is unknown at line 94 column 21
-                invalid value: integer `100`, expected a priority from 1 to 99, "background", or null where it is unknown at line 94 column 23
-                invalid value: string "idle", expected a priority from 1 to 99, "background", or null where it is unknown at line 94 column 26
-                activity `front`: its priority is unknown at 1e-3, and no reason for that is in `not_analysed`
-                activity `front`: it is in the background, and has a state machine
-                activity `front`: a period and a deadline are greater than 0
-                invalid type: integer `-5`, expected a whole number of nanoseconds at line 93 column 20
-                invalid type: floating point `1.5`, expected a whole number of nanoseconds at line 93 column 21
-                invalid type: floating point `1e+30`, expected a whole number of nanoseconds at line 93 column 23
-                invalid type: string "5 ms", expected a whole number of nanoseconds at line 93 column 24
-                activity `front`: its period or its deadline is unknown at 1e-3, and no reason for that is in `not_analysed`
-                activity `front`: its deadline is later than its period
-                activity `front`: there are no times at 1e-3, and no reason for that is in `not_analysed`
-                activity `rear` is there twice
-                activity `front`: two of its states have one name
-                activity `front`: state 2 has no outgoing edge
-                activity `front`: there is no state `Lost`, which is to be the initial one
-                activity `front`: edge 0: there is no state `Lost`
-                activity `front`: edge 0: there is no program `Idle.walk`
-                activity `front`: edge 0 costs less than what it executes
-                activity `front`: edge 0: 1 for 2 levels: expected one for each
-                activity `front`: edge 0: `overhead` has times at other levels than this: see 1e-9
-                activity `front`: edge 1: its times fall from level to level: what is exceeded more rarely is not shorter
-                activity `front`: the state machine is too large, or its times are too long
-                activity `front`: two of its programs have one name
+                OtherFormat("mauve-2")
+                OtherUnit("ms")
+                RepeatedLevel(Level { bits: 4562254508917369340 })
+                Json("invalid value: floating point `2.0`, expected a probability between 0 and 1, such as 1e-4 at line 204 column 5")
+                NoLevels
+                NoCpu
+                ControlCharacter("a\nb")
+                Json("invalid type: integer `1`, expected a boolean at line 207 column 22")
+                OfActivity("front", NoReason(Cpu, Level { bits: 4562254508917369340 }))
+                OfActivity("front", NoReason(Cpu, Level { bits: 4562254508917369340 }))
+                OfActivity("front", NoReason(Cpu, Level { bits: 4562254508917369340 }))
+                Json("invalid value: integer `0`, expected a priority from 1 to 99, \"background\", or null where it is unknown at line 94 column 21")
+                Json("invalid value: integer `100`, expected a priority from 1 to 99, \"background\", or null where it is unknown at line 94 column 23")
+                Json("invalid value: string \"idle\", expected a priority from 1 to 99, \"background\", or null where it is unknown at line 94 column 26")
+                OfActivity("front", NoReason(Priority, Level { bits: 4562254508917369340 }))
+                OfActivity("front", BackgroundMachine)
+                OfActivity("front", NoPeriod)
+                Json("invalid type: integer `-5`, expected a whole number of nanoseconds at line 93 column 20")
+                Json("invalid type: floating point `1.5`, expected a whole number of nanoseconds at line 93 column 21")
+                Json("invalid type: floating point `1e+30`, expected a whole number of nanoseconds at line 93 column 23")
+                Json("invalid type: string \"5 ms\", expected a whole number of nanoseconds at line 93 column 24")
+                OfActivity("front", NoReason(PeriodOrDeadline, Level { bits: 4562254508917369340 }))
+                OfActivity("front", LateDeadline)
+                OfActivity("front", NoReason(Times, Level { bits: 4562254508917369340 }))
+                RepeatedActivity("rear")
+                OfActivity("front", RepeatedState)
+                OfActivity("front", Machine(DeadEnd { state: 2 }))
+                OfActivity("front", NoInitialState("Lost"))
+                OfActivity("front", NoState { edge: 0, state: "Lost" })
+                OfActivity("front", NoProgram { edge: 0, program: "Idle.walk" })
+                OfActivity("front", LowCost(0))
+                OfActivity("front", OtherCount { of: Edge(0), times: 1, levels: 2 })
+                OfActivity("front", OtherLevels(Edge(0), Some(Level { bits: 4472406533629990549 })))
+                OfActivity("front", FallingTimes(Edge(1)))
+                OfActivity("front", Machine(TooLarge))
+                OfActivity("front", RepeatedProgram)
                 fine
-                activity `front`: edge 0 costs less than what it executes
-                activity `front`: program `Idle.run`: `overhead` has times at other levels than this: see 1e-3
-                activity `rear`: there are no times at 1e-9, and no reason for that is in `not_analysed`
-                activity `rear`: there are no times at 1e-9, and no reason for that is in `not_analysed`
-                activity `rear`: a reason is for 1e-5, which is not one of the levels
-                activity `rear`: there are no times at 1e-9, and no reason for that is in `not_analysed`
-                activity `rear`: program `Idle.run`: `overhead` has times at other levels than this: see 1e-3
+                OfActivity("front", LowCost(0))
+                OfActivity("front", OtherLevels(Program("Idle.run"), Some(Level { bits: 4562254508917369340 })))
+                OfActivity("rear", NoReason(Times, Level { bits: 4472406533629990549 }))
+                OfActivity("rear", NoReason(Times, Level { bits: 4472406533629990549 }))
+                OfActivity("rear", ReasonForOtherLevel(Level { bits: 4532020583610935537 }))
+                OfActivity("rear", NoReason(Times, Level { bits: 4472406533629990549 }))
+                OfActivity("rear", OtherLevels(Program("Idle.run"), Some(Level { bits: 4562254508917369340 })))
             "#]],
         );
         for text in [
@@ -1085,9 +943,10 @@ mod tests {
             assert!(Exported::parse(text).is_err(), "{text}");
         }
         let twice = example().to_json().replace("\"cpus\": 1,", "\"cpus\": 1, \"cpus\": 3,");
-        assert!(Exported::parse(&twice).unwrap_err().starts_with("duplicate field `cpus`"));
+        let is_json_error = |text: &str, start: &str| matches!(Exported::parse(text), Err(TaskSetError::Json(why)) if why.starts_with(start));
+        assert!(is_json_error(&twice, "duplicate field `cpus`"));
         let nan = example().to_json().replace("\"cpus\": 1,", "\"cpus\": NaN,");
-        assert!(Exported::parse(&nan).unwrap_err().starts_with("expected value"));
+        assert!(is_json_error(&nan, "expected value"));
     }
 
     #[test]

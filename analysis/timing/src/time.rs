@@ -198,20 +198,6 @@ pub enum TimeError {
     UnknownUnit,
 }
 
-impl fmt::Display for TimeError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            TimeError::NotANumber => "not a number: write a decimal number such as 40, 0.5 or 1e-3",
-            TimeError::Negative => "a time cannot be negative",
-            TimeError::TooLarge => "too large: the longest time is 584 years",
-            TimeError::TooFine => "finer than a nanosecond: write a whole number of nanoseconds",
-            TimeError::UnknownUnit => "unknown unit of time: write ns, us, ms or s after the number",
-        })
-    }
-}
-
-impl std::error::Error for TimeError {}
-
 /// ± 0.d₁d₂… moved by a power of ten: `digits` × 10^`exponent`, without zeros at either end of `digits`.
 struct Decimal {
     negative: bool,

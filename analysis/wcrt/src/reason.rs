@@ -3,7 +3,7 @@
 #![allow(missing_docs, reason = "the documentation of an item says what its fields are")]
 
 pub use mauve_syntax::keywords::ActivityField;
-use mauve_timing::{Level, MachineError, NoBoundReason};
+use mauve_timing::{Level, MachineError, NoBoundReason, TableErrorKind};
 
 use mauve_hir::fact;
 use mauve_hir::item_tree::{Kind, Name};
@@ -249,8 +249,10 @@ pub enum TableFault {
     Configuration(MistakeKind),
     /// The configuration names tables that are not there.
     Files(TableFilesError),
-    /// The table cannot be read, or has an error.
+    /// The table cannot be read, for this reason.
     Unreadable(String),
+    /// The table has this error.
+    Invalid(TableErrorKind),
     /// The overhead stands in this table already.
     SecondOverhead(File),
     /// This key is not that of a program.

@@ -248,7 +248,7 @@ impl<'db> TimetableBuilder<'db> {
         }
         // A value with an error may contain the entries behind it; a repeated key may be a misspelt one.
         for error in &table.errors {
-            self.fault(at(&error.span), TableFault::Unreadable(error.message.clone()));
+            self.fault(at(&error.span), TableFault::Invalid(error.kind.clone()));
         }
         if table.lost {
             return;

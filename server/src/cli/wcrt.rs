@@ -5,7 +5,9 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use mauve_diagnostics::{cpu_names, errors_of_text, reasons_of, timing_reason};
+use mauve_diagnostics::{
+    cpu_names, errors_of_text, reasons_of, task_set_error_message, time_error_message, timing_reason,
+};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Database, Decl, Location, Project, Workspace};
 use mauve_ide::{explain_response, explain_response_of};
@@ -68,7 +70,9 @@ impl Wcrt {
         let horizon = match &self.horizon {
             Some(text) => {
                 let time = Time::parse_with_unit(text, Rounding::Exact);
-                let time = time.map_err(|error| format!("--horizon is a time such as 1000ms: {error}"))?;
+                let time = time.map_err(|error| {
+                    format!("--horizon is a time such as 1000ms: {}", time_error_message(error))
+                })?;
                 Some(time).filter(|time| *time > Time::ZERO).map(Some).ok_or("--horizon is greater than 0")?
             }
             None => None,
@@ -186,7 +190,8 @@ fn task_set(path: &Path) -> Result<(PathBuf, TaskSet, bool), String> {
         Ok((text.map_err(|_| std::io::Error::other("this is no UTF-8 text"))?, path))
     };
     let (text, path) = read().map_err(|error| format!("cannot read `{shown}`: {error}"))?;
-    let Parsed { content, is_sealed } = Exported::parse(&text).map_err(|why| format!("`{shown}`: {why}"))?;
+    let Parsed { content, is_sealed } =
+        Exported::parse(&text).map_err(|error| format!("`{shown}`: {}", task_set_error_message(&error)))?;
     match content {
         Exported::Deployment(set) => {
             if !is_sealed {

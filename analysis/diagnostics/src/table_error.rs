@@ -1,0 +1,187 @@
+//! The messages of errors in a timing table.
+
+use mauve_timing::{MOST_LEVELS, TableErrorKind, TimeError, TomlKind, table_keys};
+
+use crate::configuration::{alternatives, time_error};
+
+/// Returns the message of an error in a timing table.
+///
+/// ```
+/// let table = mauve_timing::Table::parse("[codel]\na = -1");
+/// let message = mauve_diagnostics::table_error_message(&table.errors[0].kind);
+/// assert_eq!(message, "negative time -1: expected a number of ms from 0");
+/// ```
+pub fn table_error_message(kind: &TableErrorKind) -> String {
+    const NOT_SHORTER: &str = "what is exceeded more rarely is not shorter";
+    const UNITS: &str = "expected \"ns\", \"us\", \"ms\" or \"s\"";
+    match kind {
+        TableErrorKind::NotToml(error) => format!("not TOML: {error}; nothing in this table is used"),
+        TableErrorKind::UnknownKey(name) => format!(
+            "unknown section or key `{name}`: expected {}; nothing in this table is used until it is corrected",
+            names_of(&table_keys::KEYS)
+        ),
+        TableErrorKind::NotASection { name, found } => {
+            format!("`{name}` is {}: expected a section `[{name}]`", kind_name(*found))
+        }
+        TableErrorKind::UnitOfKind(found) => format!("the unit is {}: {UNITS}", kind_name(*found)),
+        TableErrorKind::UnknownUnit(name) => format!("unknown unit `{name}`: {UNITS}"),
+        TableErrorKind::LevelsOfKind(found) => {
+            let found = kind_name(*found);
+            format!("the levels are {found}: expected an array of probabilities, such as [1e-3, 1e-4]")
+        }
+        TableErrorKind::TooManyLevels(count) => format!("{count} levels: at most {MOST_LEVELS} are read"),
+        TableErrorKind::RepeatedLevel(level) => {
+            format!("the level {level} twice: remove one, and its column")
+        }
+        TableErrorKind::NotALevel => {
+            "not a significance level: expected a probability between 0 and 1, such as 1e-4".to_owned()
+        }
+        TableErrorKind::UnknownOverhead(name) => {
+            format!("unknown overhead `{name}`: expected {}", names_of(&table_keys::OVERHEAD))
+        }
+        TableErrorKind::FallingOverhead => format!("the overhead falls from level to level: {NOT_SHORTER}"),
+        TableErrorKind::FallingTime { key, before: (before, first), after: (after, second) } => {
+            format!("`{key}` takes {before} at {first} and only {after} at {second}: {NOT_SHORTER}")
+        }
+        TableErrorKind::AllFalling => format!(
+            "all times fall from level to level: {NOT_SHORTER}; are the levels in another order than the times?"
+        ),
+        TableErrorKind::RepeatedKey(key) => format!("`{key}` twice: keep one of the two entries"),
+        TableErrorKind::NoTime(key) => format!("no time for `{key}`: write one, or remove the entry"),
+        TableErrorKind::BelowSection(name) => {
+            format!("`{name}` stands before the first section of a table")
+        }
+        TableErrorKind::NoLevels { times } => {
+            format!("{} but no `levels`: name them, or write one time", values(*times))
+        }
+        TableErrorKind::OtherCount { times, levels } => {
+            let plural = if *levels == 1 { "" } else { "s" };
+            format!("{} for {levels} level{plural}: expected one for each of `levels`", values(*times))
+        }
+        TableErrorKind::TimeOfKind { found, unit } => {
+            format!("{}: expected a number of {unit}, or one for each level", kind_name(*found))
+        }
+        TableErrorKind::InvalidTime { text, unit, error } => match error {
+            TimeError::Negative => format!("negative time {text}: expected a number of {unit} from 0"),
+            TimeError::TooLarge => format!("{text} {unit} is {}", time_error(*error)),
+            _ => format!("{text} is not a time: expected a finite number of {unit}"),
+        },
+    }
+}
+
+fn names_of(keys: &[table_keys::Key]) -> String {
+    let names = keys.iter().map(|key| match key.is_section() {
+        true => format!("`[{}]`", key.name),
+        false => format!("`{}`", key.name),
+    });
+    alternatives(&names.collect::<Vec<_>>())
+}
+
+fn values(count: usize) -> String {
+    match count {
+        0 => "no value".to_owned(),
+        1 => "1 value".to_owned(),
+        _ => format!("{count} values"),
+    }
+}
+
+fn kind_name(kind: TomlKind) -> &'static str {
+    match kind {
+        TomlKind::String => "a text",
+        TomlKind::Number => "a number",
+        TomlKind::Boolean => "a truth value",
+        TomlKind::Datetime => "a date",
+        TomlKind::Array => "an array",
+        TomlKind::Table => "a table",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use expect_test::{Expect, expect};
+
+    fn check(text: &str, expected: Expect) {
+        let errors = mauve_timing::Table::parse(text).errors;
+        let messages = errors.iter().map(|error| table_error_message(&error.kind) + "\n");
+        expected.assert_eq(&messages.collect::<String>());
+    }
+
+    #[test]
+    fn each_error_has_its_message() {
+        check(
+            "a = = 1",
+            expect![[r#"
+            not TOML: extra `=`, expected nothing; nothing in this table is used
+        "#]],
+        );
+        check(
+            "unit = \"min\"\nlevels = 1e-3\nprograms = 1\ncodel = 5\n[[program]]",
+            expect![[r#"
+            unknown unit `min`: expected "ns", "us", "ms" or "s"
+            the levels are a number: expected an array of probabilities, such as [1e-3, 1e-4]
+            unknown section or key `programs`: expected `unit`, `levels`, `[codel]`, `[program]`, `[component]` or `[overhead]`; nothing in this table is used until it is corrected
+            `codel` is a number: expected a section `[codel]`
+            `program` is an array: expected a section `[program]`
+        "#]],
+        );
+        check(
+            "unit = 5\nlevels = [1e-3, 0.001, 0]\n[component]\nA = {}",
+            expect![[r#"
+            the unit is a number: expected "ns", "us", "ms" or "s"
+            the level 1e-3 twice: remove one, and its column
+            not a significance level: expected a probability between 0 and 1, such as 1e-4
+            no time for `A`: write one, or remove the entry
+        "#]],
+        );
+        check(
+            &format!("levels = [{}]", "1e-3, ".repeat(65)),
+            expect![[r#"
+            65 levels: at most 64 are read
+        "#]],
+        );
+        check(
+            "unit = \"us\"\nlevels = [1e-3, 1e-4]\n[codel]\na.b = 1\n\"a.b\" = 2\nc = [1]\nd = []\ne = -1\nf = inf\n\
+             g = 1e40\nh = \"5 ms\"\ni = true\nj = 2026-01-01\nk = [2, 1]\nunit = \"ms\"\n[overhead]\nswitch = 1",
+            expect![[r#"
+                `a.b` twice: keep one of the two entries
+                1 value for 2 levels: expected one for each of `levels`
+                no value for 2 levels: expected one for each of `levels`
+                negative time -1: expected a number of us from 0
+                inf is not a time: expected a finite number of us
+                1e40 us is too large: the longest time is 584 years
+                a text: expected a number of us, or one for each level
+                a truth value: expected a number of us, or one for each level
+                a date: expected a number of us, or one for each level
+                `k` takes 0.002 ms at 1e-3 and only 0.001 ms at 1e-4: what is exceeded more rarely is not shorter
+                `unit` stands before the first section of a table
+                unknown overhead `switch`: expected `dispatch` or `context_switch`
+            "#]],
+        );
+        check(
+            "levels = [1e-3, 1e-4]\n[codel]\na = [2, 1]\nb = [3, 2]",
+            expect![[r#"
+            all times fall from level to level: what is exceeded more rarely is not shorter; are the levels in another order than the times?
+        "#]],
+        );
+        check(
+            "levels = [1e-3]\n[codel]\na = [1, 2]\nb = { c = [[1]] }",
+            expect![[r#"
+            2 values for 1 level: expected one for each of `levels`
+            an array: expected a number of ms, or one for each level
+        "#]],
+        );
+        check(
+            "levels = [1e-3, 1e-4]\n[overhead]\ndispatch = [2, 1]",
+            expect![[r#"
+            the overhead falls from level to level: what is exceeded more rarely is not shorter
+        "#]],
+        );
+        check(
+            "[codel]\na = [1]\nb = [{}]",
+            expect![[r#"
+            1 value but no `levels`: name them, or write one time
+        "#]],
+        );
+    }
+}
