@@ -338,6 +338,26 @@ impl Loader {
         workspace
     }
 
+    /// The workspace of a folder, whose configuration is the only file in `files`, or absent.
+    fn with_config(
+        &mut self,
+        db: &mut Database,
+        folder: &Path,
+        config: &Path,
+        files: &BTreeMap<PathBuf, File>,
+    ) -> Workspace {
+        let Some(&workspace) = self.workspaces.get(folder) else {
+            return self.new_workspace(db, folder.to_owned(), folder.to_owned(), files.clone(), Vec::new());
+        };
+        if workspace.files(db).get(config) != files.get(config) {
+            let mut known = BTreeMap::clone(workspace.files(db));
+            known.remove(config);
+            known.extend(files.clone());
+            workspace.set_files(db).to(Arc::new(known));
+        }
+        workspace
+    }
+
     /// Reads the message packages that the models of a workspace name, where they are installed.
     fn find_packages(&mut self, db: &mut Database, workspace: Workspace) {
         let mut found = BTreeMap::new();
@@ -452,18 +472,7 @@ impl Loader {
         if self.has_config(folder) {
             self.add(db, &mut files, &config);
         }
-        let workspace = match self.workspaces.get(folder) {
-            Some(&workspace) => {
-                if workspace.files(db).get(&config) != files.get(&config) {
-                    let mut known = BTreeMap::clone(workspace.files(db));
-                    known.remove(&config);
-                    known.extend(files.clone());
-                    workspace.set_files(db).to(Arc::new(known));
-                }
-                workspace
-            }
-            None => self.new_workspace(db, folder.to_owned(), folder.to_owned(), files.clone(), Vec::new()),
-        };
+        let workspace = self.with_config(db, folder, &config, &files);
         let config = config_of(db, workspace).clone();
         // All walks that are required are collected.
         let tables: Vec<Option<Walked>> =
