@@ -119,7 +119,7 @@ fn one_mistake_is_one_diagnostic_at_its_place() {
     for (code, operator) in
         OPERATORS.iter().filter(|(code, _)| only.as_deref().is_none_or(|only| only == *code))
     {
-        let (mut tried, mut failed) = (0, 0);
+        let (mut tried, mut failed) = (0, Vec::new());
         // Not every model has a place for every mistake.
         for seed in 0..100 * models() {
             let random = Random((seed + 1).wrapping_mul(0xd134_2543_de82_ef95) | 1);
@@ -141,8 +141,8 @@ fn one_mistake_is_one_diagnostic_at_its_place() {
                 .map(|(code, path, at, _)| (code.clone(), path.clone(), at.start, at.end))
                 .collect();
             if places != expected || found.len() != expected.len() {
-                failed += 1;
-                if failed == 1 {
+                failed.push(seed);
+                if failed.len() == 1 {
                     let _ = writeln!(failures, "=== {code}, seed {seed}\n{}", differs(&written, &found));
                 }
             }
@@ -151,8 +151,8 @@ fn one_mistake_is_one_diagnostic_at_its_place() {
             }
         }
         assert!(tried == models(), "{code}: a place was found in {tried} models only");
-        if failed > 0 {
-            let _ = writeln!(failures, "=== {code}: {failed} of {tried} failed\n");
+        if !failed.is_empty() {
+            let _ = writeln!(failures, "=== {code}: {} of {tried} failed: seeds {failed:?}\n", failed.len());
         }
     }
     assert!(failures.is_empty(), "{failures}");
