@@ -13,7 +13,7 @@ use crate::ModelDb;
 use crate::behaviour::{behaviour_of, successors};
 use crate::body::statements;
 use crate::builtin::Builtin;
-use crate::fact::{Fact, FactKind, Unreachable};
+use crate::fact::{Defined, Fact, FactKind, Unreachable, repeated};
 use crate::features::core_of;
 use crate::flat::flat_of;
 use crate::graph::{reachable, topological_order};
@@ -39,6 +39,7 @@ pub(crate) fn flow_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: D
         core: data,
         inference,
         variables: inference.variables().collect(),
+        repeated: FxHashMap::default(),
         operations: Vec::new(),
         assigned_anywhere: Variables::default(),
         conditions: 0,
@@ -51,6 +52,7 @@ pub(crate) fn flow_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: D
     // The missing statements of an incomplete program, or an unresolved name, may assign or read.
     if data.total_completeness().is_complete() {
         if !inference.is_unresolved() {
+            flow.repeated = flow.repeated_variables(project);
             flow.reads_before_assignment();
             flow.unused_variables();
         }
@@ -115,6 +117,8 @@ struct Flow<'a, 'db> {
     inference: &'a CoreInference<'db>,
     /// By index.
     variables: Vec<(VariableId, &'db VariableOf)>,
+    /// For each variable that repeats a name of its scope, the previous variable of that name.
+    repeated: FxHashMap<usize, usize>,
     /// The variables that each operation may assign.
     operations: Vec<Variables>,
     /// The variables that any program may assign.
@@ -152,6 +156,38 @@ impl<'db> Flow<'_, 'db> {
         }
     }
 
+    /// Returns, for each variable that repeats a name of its scope, the previous variable of that name. Another fact reports
+    /// the repetition, and does not say which of them a reference should use.
+    fn repeated_variables(&self, project: Project<'db>) -> FxHashMap<usize, usize> {
+        let parameters = self.core.operations.iter().flat_map(|operation| {
+            repeated(self.of, operation.parameters.iter().map(|it| (&it.name, Defined::Parameter)))
+        });
+        let parameters: Vec<Fact<'db>> = parameters.collect();
+        let behaviour = behaviour_of(self.db, project, self.of);
+        let facts = behaviour.facts.iter().chain(self.inference.facts()).chain(&parameters);
+        let pairs = facts.filter_map(|fact| match (&fact.at, &fact.kind) {
+            (
+                Location::Source(_, id),
+                FactKind::DuplicateDefinition { first: Location::Source(_, first), .. },
+            ) => Some((*first, *id)),
+            _ => None,
+        });
+        let indices = LazyCell::new(|| self.indices());
+        let (mut previous, mut last) = (FxHashMap::default(), FxHashMap::default());
+        for (first, id) in pairs {
+            // Not all of them are variables.
+            let (Some(&first), Some(&index)) = (indices.get(&first), indices.get(&id)) else { continue };
+            previous.insert(index, last.insert(first, index).unwrap_or(first));
+        }
+        previous
+    }
+
+    /// Returns the index of each variable, by the source of its name.
+    fn indices(&self) -> FxHashMap<SourceId, usize> {
+        let variables = self.variables.iter().enumerate();
+        variables.map(|(index, (_, variable))| (variable.name.id, index)).collect()
+    }
+
     fn reads_before_assignment(&mut self) {
         self.operations();
         // Assigned at the start; and, later, by any program: core variables then count as assigned.
@@ -173,14 +209,12 @@ impl<'db> Flow<'_, 'db> {
         });
         self.assigned_anywhere = anywhere;
         // An initial value may depend on the variables before it.
-        let variables = self.variables.iter().enumerate();
-        let index: FxHashMap<SourceId, usize> =
-            variables.map(|(index, (_, it))| (it.name.id, index)).collect();
+        let indices = self.indices();
         let machines = self.core.machines.iter().flat_map(|machine| &machine.variables);
         for variable in self.core.variables.iter().chain(machines) {
             if let Some(value) = &variable.value {
                 self.expr(value, &mut assigned);
-                index.get(&variable.name.id).into_iter().for_each(|&it| assigned.insert(it));
+                indices.get(&variable.name.id).into_iter().for_each(|&it| assigned.insert(it));
             }
         }
         // Other components call an operation at any time; `stop` and `cleanup` run last.
@@ -321,11 +355,12 @@ impl<'db> Flow<'_, 'db> {
             Expr::Missing | Expr::Literal(..) => {}
             Expr::Name(name) => {
                 let Some(index) = self.variable(name.id) else { return };
-                self.read.insert(index);
+                self.read.extend(with_repeated(&self.repeated, index));
                 let ty = self.variables.get(index).map(|(_, variable)| &variable.ty);
                 // A condition may know of an assignment in an earlier period.
-                let may_be_assigned =
-                    assigned.contains(index) || self.conditions > 0 && self.assigned_anywhere.contains(index);
+                let may_be_assigned = with_repeated(&self.repeated, index).any(|it| {
+                    assigned.contains(it) || self.conditions > 0 && self.assigned_anywhere.contains(it)
+                });
                 // Whether an unknown type, such as a pointer, has an initial value is unknown.
                 if !may_be_assigned && !matches!(ty, None | Some(Type::External(_) | Type::Unknown)) {
                     let first = self.unassigned_reads.entry(index).or_insert(name.id);
@@ -366,7 +401,7 @@ impl<'db> Flow<'_, 'db> {
                 (_, argument) => self.expr(argument, assigned),
             }
         }
-        self.outputs.extend(&outputs);
+        self.outputs.extend(outputs.iter().flat_map(|&index| with_repeated(&self.repeated, index)));
         outputs.into_iter().for_each(|index| assigned.insert(index));
         if let Some(Callee::Operation(index)) = callee
             && let Some(operation) = self.operations.get(index)
@@ -595,6 +630,11 @@ impl<'db> Flow<'_, 'db> {
             self.report(machine.id, FactKind::NotStronglyConnected { initial, states });
         }
     }
+}
+
+/// Returns the variable `index` and, if it repeats a name of its scope, the variables of that name before it.
+fn with_repeated(repeated: &FxHashMap<usize, usize>, index: usize) -> impl Iterator<Item = usize> {
+    std::iter::successors(Some(index), |later| repeated.get(later).copied())
 }
 
 /// Returns the intersection.
