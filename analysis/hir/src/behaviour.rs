@@ -392,6 +392,11 @@ impl<'db> BehaviourContext<'_, 'db> {
             // Transitions after one that always fires are checked, but have no edge.
             if let Some(always) = fires_always {
                 self.never_taken(transition, always);
+                // Transitions after one without a guard are a warning, even if a constant guard precedes both.
+                let has_no_guard = transition.guard.is_none() && transition.completeness.is_complete();
+                if always.guard.is_some() && has_no_guard {
+                    fires_always = Some(transition);
+                }
                 continue;
             }
             if constant == Some(false) {
