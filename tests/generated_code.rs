@@ -28,7 +28,7 @@ fn generate(texts: Vec<(PathBuf, String)>, folder: &Path) -> Vec<Package> {
     let project = projects(&db, workspace)[0];
     let found = packages(&db, project, None);
     let found = found
-        .unwrap_or_else(|problems| panic!("{:?}", problems.iter().map(|it| &it.message).collect::<Vec<_>>()));
+        .unwrap_or_else(|problems| panic!("{:?}", problems.iter().map(|it| &it.kind).collect::<Vec<_>>()));
     for package in &found {
         let files: Vec<(String, String)> = package
             .files

@@ -40,7 +40,7 @@ fn generate(library: &Library, folder: &Path) {
         Workspace::of_texts(&db, "/".into(), vec![(PathBuf::from("/machines.mal"), text.clone())]);
     let project = projects(&db, workspace)[0];
     let packages = packages(&db, project, None).unwrap_or_else(|problems| {
-        panic!("{:#?}\n{text}", problems.iter().map(|it| &it.message).collect::<Vec<_>>())
+        panic!("{:#?}\n{text}", problems.iter().map(|it| &it.kind).collect::<Vec<_>>())
     });
     let [package] = packages.as_slice() else { panic!("{} packages", packages.len()) };
     let (mut prototypes, mut codels) = (BTreeMap::new(), Vec::new());

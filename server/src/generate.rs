@@ -3,6 +3,7 @@
 //! The folder that they go to, or one in it, may be exchanged for a link at any time. So its path is looked at
 //! once, and what was found is opened without following a link from then on (`folder.rs`).
 
+mod problem;
 mod write;
 
 use std::collections::{BTreeSet, HashSet};
@@ -16,7 +17,9 @@ use mauve_orocos::{MANIFEST, Package, Plan, Problem, packages, plan, problems};
 
 use crate::disk::{LONGEST, bytes_of, is_hidden};
 use crate::folder::{Folder, Folders, Kind};
+use problem::plan_message;
 
+pub(crate) use problem::problem_message;
 pub(crate) use write::{Site, target};
 
 /// The folder that packages go to.
@@ -292,7 +295,7 @@ pub(crate) fn generate<'db>(
     for (out, packages) in merged {
         // From here on no other run writes there.
         let site = if request.is_written { Some(Site::open(&out)?) } else { None };
-        let plan = plan(&packages, &|path| read(&out, path))?;
+        let plan = plan(&packages, &|path| read(&out, path)).map_err(|error| plan_message(&error))?;
         let left_packages = if request.is_whole { left_packages(&out, &packages) } else { Vec::new() };
         all.push(Generated { out, packages, plan, left_packages, site });
     }

@@ -25,7 +25,8 @@
 //! Nothing is generated from a model with errors ([`problems`]): what is generated from the others compiles. Names and texts
 //! of a model go through `cpp_name.rs` and `escape.rs` on their way out, so that no model can break out of its place.
 //!
-//! This crate knows no file system, no editor and no protocol.
+//! This crate knows no file system, no editor and no protocol. What prevents generation is a [`ProblemKind`] or a
+//! [`PlanError`], and no text: `server` writes the messages.
 
 mod build;
 mod codels;
@@ -47,7 +48,7 @@ mod prototype;
 mod task;
 mod trace;
 
-pub use library::{Problem, problems};
-pub use manifest::MANIFEST;
+pub use library::{Artifact, Problem, ProblemKind, problems};
+pub use manifest::{MANIFEST, ManifestError};
 pub use package::{GeneratedFile, Owner, Package, packages};
-pub use plan::{Action, ChangedCodel, Plan, Step, plan};
+pub use plan::{Action, ChangedCodel, Plan, PlanError, Step, plan};

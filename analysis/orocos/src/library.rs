@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use mauve_diagnostics::{Severity, cpu_names, diagnostics_of_file, project_diagnostics};
+use mauve_diagnostics::{Severity, diagnostics_of_file, project_diagnostics};
 use mauve_hir::item_tree::{FeatureKind, Kind, Name, Parameter, TypeRef};
 use mauve_hir::{
     Callee, Decl, FeatureOf, Location, ModelDb, Project, Type, catalogue, codel, component, config_file,
@@ -24,10 +24,61 @@ const OTHER_PACKAGES: [&str; 8] =
 /// Something that must be put right before anything is generated.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
 pub struct Problem<'db> {
-    /// What is wrong, and what to do.
-    pub message: String,
+    /// What is wrong.
+    pub kind: ProblemKind,
     /// Where.
     pub at: Location<'db>,
+}
+
+/// What prevents the generation of packages.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
+pub enum ProblemKind {
+    /// A diagnostic of the models or of `mauve.toml` is an error; this is its message.
+    Diagnostic(String),
+    /// Two names, as the models have them, give paths that differ in case only.
+    SamePath {
+        /// What has these names.
+        of: Artifact,
+        /// The name that is declared first.
+        first: String,
+        /// The other name.
+        second: String,
+    },
+    /// The declaration of a component is incomplete.
+    IncompleteComponent,
+    /// The core of a component does not define an operation that the shell of the component provides.
+    UndefinedOperation {
+        /// The name of the core.
+        core: Name,
+        /// The name of the operation.
+        operation: Name,
+    },
+    /// An affinity names CPUs above 32, the last one that Orocos knows.
+    UnsupportedCpus(u64),
+    /// The table of a type in `mauve.toml` does not name its type in C++.
+    UnmappedType(Name),
+    /// No type in C++ is known for a type of a model, given as written there.
+    UnknownType(String),
+    /// Components of libraries call codels of each other's packages.
+    CyclicPackages {
+        /// One of these packages.
+        package: String,
+        /// The packages that it calls and that call it.
+        others: Vec<String>,
+    },
+}
+
+/// What has a folder or a file of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, salsa::SalsaValue)]
+pub enum Artifact {
+    /// A folder.
+    Package,
+    /// A file.
+    Codel,
+    /// A folder.
+    Component,
+    /// A file.
+    Deployment,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
@@ -96,7 +147,7 @@ pub fn problems<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Problem
     for diagnostic in own.chain(configured) {
         let here = lints.get(diagnostic.code.name).and_then(|(severity, _)| *severity);
         let is_error = diagnostic.code.severity == Severity::Error || here == Some(Severity::Error);
-        let problem = Problem { message: diagnostic.message, at: diagnostic.at };
+        let problem = Problem { kind: ProblemKind::Diagnostic(diagnostic.message), at: diagnostic.at };
         if is_error && diagnostic.code.name != "deadline-missed" && seen.insert(problem.clone()) {
             found.push(problem);
         }
@@ -207,26 +258,21 @@ impl<'db> Reader<'db> {
         };
         let packages =
             all.iter().filter_map(|it| Some((it.package.clone(), it.package.as_str(), first(it)?)));
-        self.check_case("packages", "folder", packages);
+        self.check_case(Artifact::Package, packages);
         for library in all {
             // Sources are called as in C++, what was analysed as in the model.
             let in_cpp = |(decl, name): &(Decl<'db>, String)| (name.clone(), decl.name(db).as_str(), *decl);
             let in_model = |decl: Decl<'db>| (file_name(decl.name(db)), decl.name(db).as_str(), decl);
-            self.check_case("codels", "file", library.codels.iter().map(in_cpp));
-            self.check_case("components", "folder", library.components.iter().map(in_cpp));
+            self.check_case(Artifact::Codel, library.codels.iter().map(in_cpp));
+            self.check_case(Artifact::Component, library.components.iter().map(in_cpp));
             let components = library.components.iter().map(|(decl, _)| in_model(*decl));
-            self.check_case("components", "folder", components);
-            self.check_case("deployments", "file", library.deployments.iter().copied().map(in_model));
+            self.check_case(Artifact::Component, components);
+            self.check_case(Artifact::Deployment, library.deployments.iter().copied().map(in_model));
         }
     }
 
     /// `named`: what each is called on the disk, and in the model, and where that stands.
-    fn check_case<'n>(
-        &mut self,
-        what: &str,
-        made: &str,
-        named: impl Iterator<Item = (String, &'n str, Decl<'db>)>,
-    ) {
+    fn check_case<'n>(&mut self, of: Artifact, named: impl Iterator<Item = (String, &'n str, Decl<'db>)>) {
         let mut seen: FxHashMap<String, &str> = FxHashMap::default();
         for (file, name, decl) in named {
             let file = file.to_ascii_lowercase();
@@ -234,10 +280,8 @@ impl<'db> Reader<'db> {
                 seen.insert(file, name);
                 continue;
             };
-            let message = format!(
-                "{what} `{first}` and `{name}` would be one {made} where a file system ignores case: rename one of them"
-            );
-            self.report(message, Location::name_of(decl));
+            let (first, second) = ((*first).to_owned(), name.to_owned());
+            self.report(ProblemKind::SamePath { of, first, second }, Location::name_of(decl));
         }
     }
 
@@ -251,7 +295,7 @@ impl<'db> Reader<'db> {
             types.into_iter().for_each(|(of, ty)| self.check_type(of, ty));
             self.check_operations(component);
             if component_is_broken(db, component) {
-                self.report("this component is not complete".to_owned(), Location::name_of(component));
+                self.report(ProblemKind::IncompleteComponent, Location::name_of(component));
             }
         }
     }
@@ -266,9 +310,9 @@ impl<'db> Reader<'db> {
         for (name, found) in &features_of(db, project, shell).by_name {
             let is_provided = found.iter().any(|feature| feature.kind == FeatureKind::Provided);
             if is_provided && data.operations.iter().all(|operation| operation.name.name != *name) {
-                let message =
-                    format!("core {} does not define the operation `{name}` of this shell", of.name(db));
-                self.report(message, Location::name_of(component));
+                let (core, operation) = (of.name(db).clone(), name.clone());
+                let kind = ProblemKind::UndefinedOperation { core, operation };
+                self.report(kind, Location::name_of(component));
             }
         }
     }
@@ -280,8 +324,7 @@ impl<'db> Reader<'db> {
                 activity.fields.iter().filter(|field| field.name.name == ActivityField::Affinity.keyword())
             {
                 if let Some(mask) = mask(&field.value).filter(|mask| u32::try_from(*mask).is_err()) {
-                    let say = format!("Orocos has CPUs 1 to 32, and this is {}", cpu_names(mask));
-                    self.report(say, Location::Source(of, field.value_id));
+                    self.report(ProblemKind::UnsupportedCpus(mask), Location::Source(of, field.value_id));
                 }
             }
         }
@@ -292,20 +335,15 @@ impl<'db> Reader<'db> {
         if cpp_type(self.db, self.project.workspace(self.db), &found).is_some() {
             return;
         }
-        let say = match found {
-            Type::External(name) => {
-                format!("`[types.{name}]` in mauve.toml does not say what `{name}` is in C++: add `cpp`")
-            }
-            _ => format!(
-                "nobody knows type `{ty}` in C++: add `[types.{ty}]` with `cpp` and `header` to mauve.toml, or `use` its \
-                 message package"
-            ),
+        let kind = match found {
+            Type::External(name) => ProblemKind::UnmappedType(name),
+            _ => ProblemKind::UnknownType(ty.to_string()),
         };
-        self.report(say, Location::Source(of, ty.id));
+        self.report(kind, Location::Source(of, ty.id));
     }
 
-    fn report(&mut self, message: String, at: Location<'db>) {
-        let problem = Problem { message, at };
+    fn report(&mut self, kind: ProblemKind, at: Location<'db>) {
+        let problem = Problem { kind, at };
         if !self.problems.contains(&problem) {
             self.problems.push(problem);
         }
@@ -332,19 +370,11 @@ impl<'db> Reader<'db> {
 
     fn report_cycle(&mut self, all: &[Library<'db>], index: usize, done: &[usize]) {
         let Some(library) = all.get(index) else { return };
-        let name = |index: &usize| all.get(*index).map(|it| format!("`{}`", it.package));
-        let others: Vec<String> =
-            library.calls.iter().filter(|it| !done.contains(it)).filter_map(name).collect();
-        let at = library.components.first().map(|(component, _)| Location::name_of(*component));
-        if let Some(at) = at {
-            let message = format!(
-                "components of library `{}` call codels of {}, whose components call codels of it, over others or \
-                 directly: none of these packages could be built before the other; move the codels that both call to a \
-                 library of their own",
-                library.package,
-                others.join(" and "),
-            );
-            self.report(message, at);
+        let name = |index: &usize| all.get(*index).map(|it| it.package.clone());
+        let others = library.calls.iter().filter(|it| !done.contains(it)).filter_map(name).collect();
+        if let Some((component, _)) = library.components.first() {
+            let kind = ProblemKind::CyclicPackages { package: library.package.clone(), others };
+            self.report(kind, Location::name_of(*component));
         }
     }
 }
@@ -423,10 +453,10 @@ fn root_name(db: &dyn ModelDb, project: Project<'_>) -> String {
 mod tests {
     use mauve_hir::{Database, Workspace, projects};
 
-    use crate::{Package, packages};
+    use crate::{Artifact, Package, ProblemKind, packages};
 
     /// The packages of a model; or what is wrong, and at which word.
-    fn generated(model: &str) -> Result<Vec<Package>, Vec<String>> {
+    fn generated(model: &str) -> Result<Vec<Package>, Vec<(String, ProblemKind)>> {
         let db = Database::default();
         let texts = mauve_tests::fixture(model).into_iter().map(|(path, text)| (path.into(), text));
         let workspace = Workspace::of_texts(&db, "/".into(), texts);
@@ -435,34 +465,42 @@ mod tests {
             let shown = problems.iter().map(|it| {
                 let range = it.at.range(&db);
                 let at = &it.at.file(&db).text(&db)[usize::from(range.start())..usize::from(range.end())];
-                format!("{at}: {}", it.message)
+                (at.to_owned(), it.kind.clone())
             });
             shown.collect()
         })
     }
 
-    const END: &str = "would be one file where a file system ignores case: rename one of them";
+    fn same_path(at: &str, of: Artifact, first: &str, second: &str) -> (String, ProblemKind) {
+        let (first, second) = (first.to_owned(), second.to_owned());
+        (at.to_owned(), ProblemKind::SamePath { of, first, second })
+    }
 
     #[test]
     fn names_that_differ_in_case_only_are_one_file_somewhere() {
         let model = "library l { codel plan(): int  codel Plan(): int  codel plan_(): int } library L { codel plan(): int }";
-        let folder = END.replace("file where", "folder where");
         assert_eq!(
             generated(model).unwrap_err(),
-            [format!("plan: packages `l` and `L` {folder}"), format!("Plan: codels `plan` and `Plan` {END}")]
+            [
+                same_path("plan", Artifact::Package, "l", "L"),
+                same_path("Plan", Artifact::Codel, "plan", "Plan")
+            ]
         );
         let parts = "shell S { } core K(S) { update = { } } component Go(S, K) component GO(S, K) \
             architecture A { instance a: Go } deployment D { architecture A activity a { priority = 1 period = 10 } } \
             deployment d { architecture A activity a { priority = 1 period = 10 } }";
         assert_eq!(
             generated(parts).unwrap_err(),
-            [format!("GO: components `Go` and `GO` {folder}"), format!("d: deployments `D` and `d` {END}")]
+            [
+                same_path("GO", Artifact::Component, "Go", "GO"),
+                same_path("d", Artifact::Deployment, "D", "d")
+            ]
         );
         // One is called otherwise in C++, and the other in what was analysed.
         let parts = "shell S { } core K(S) { update = { } } component log(S, K) component Log(S, K)";
-        assert_eq!(generated(parts).unwrap_err(), [format!("Log: components `log` and `Log` {folder}")]);
+        assert_eq!(generated(parts).unwrap_err(), [same_path("Log", Artifact::Component, "log", "Log")]);
         let parts = "shell S { } core K(S) { update = { } } component log(S, K) component LOG_(S, K)";
-        assert_eq!(generated(parts).unwrap_err(), [format!("LOG_: components `log` and `LOG_` {folder}")]);
+        assert_eq!(generated(parts).unwrap_err(), [same_path("LOG_", Artifact::Component, "log", "LOG_")]);
         // Things of different kinds are in different places.
         let others = "library l { codel go(): int shell S { } core K(S) { update = { go(); } } component Go(S, K) } \
             library m { codel Go(): int }";

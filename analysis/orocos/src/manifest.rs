@@ -54,6 +54,34 @@ pub(crate) struct Offer {
     pub(crate) hash: String,
 }
 
+/// Why a text is no manifest.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ManifestError {
+    /// The text is no JSON, or has other fields: the message of the JSON parser.
+    Json(String),
+    /// The format has another number.
+    Format {
+        /// The number in the manifest.
+        found: u32,
+        /// The number that this generator writes.
+        known: u32,
+    },
+    /// This path does not name a file in the package, or names the manifest.
+    OutsidePackage(String),
+    /// The path of a file that belongs to the user is listed as generated.
+    UserFile(String),
+    /// The generator makes no file with this path.
+    NotGenerated(String),
+    /// This is not the path of a file of a codel.
+    NotACodel(String),
+}
+
+impl From<serde_json::Error> for ManifestError {
+    fn from(error: serde_json::Error) -> Self {
+        ManifestError::Json(error.to_string())
+    }
+}
+
 impl Default for Manifest {
     fn default() -> Manifest {
         Manifest { format: FORMAT, files: BTreeMap::new(), codels: BTreeMap::new() }
@@ -66,36 +94,35 @@ impl Manifest {
     /// # Errors
     ///
     /// Why it is none.
-    pub(crate) fn read(text: &str) -> Result<Manifest, String> {
+    pub(crate) fn read(text: &str) -> Result<Manifest, ManifestError> {
         #[derive(Deserialize)]
         struct Version {
             format: u32,
         }
-        let version: Version = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        let version: Version = serde_json::from_str(text)?;
         if version.format != FORMAT {
-            return Err(format!("its format is {}, and this mauve knows {FORMAT}", version.format));
+            return Err(ManifestError::Format { found: version.format, known: FORMAT });
         }
-        let manifest: Manifest = serde_json::from_str(text).map_err(|error| error.to_string())?;
+        let manifest: Manifest = serde_json::from_str(text)?;
         if let Some(path) = manifest.files.keys().chain(manifest.codels.keys()).find(|path| !is_inside(path))
         {
-            return Err(format!("{path:?} is no path in the package"));
+            return Err(ManifestError::OutsidePackage(path.clone()));
         }
-        // What is listed and no longer made is removed: nothing of the user's may be, nor anything else that is not ours.
+        // Files that are listed and no longer made are removed: none of them may be the user's or unknown to the generator.
         if let Some(path) = manifest.files.keys().find(|path| is_the_users(path)) {
-            return Err(format!("{path:?} is the user's, and no generated file"));
+            return Err(ManifestError::UserFile(path.clone()));
         }
         if let Some(path) = manifest.files.keys().find(|path| !is_generated_path(path)) {
-            return Err(format!("{path:?} is no file that the generator makes"));
+            return Err(ManifestError::NotGenerated(path.clone()));
         }
         match manifest.codels.keys().find(|path| !is_codel_path(path)) {
-            Some(path) => Err(format!("{path:?} is no file of a codel")),
+            Some(path) => Err(ManifestError::NotACodel(path.clone())),
             None => Ok(manifest),
         }
     }
 
-    pub(crate) fn text(&self) -> Result<String, String> {
-        let text = serde_json::to_string_pretty(self).map_err(|error| error.to_string())?;
-        Ok(text + "\n")
+    pub(crate) fn text(&self) -> Result<String, ManifestError> {
+        Ok(serde_json::to_string_pretty(self)? + "\n")
     }
 }
 
@@ -145,15 +172,16 @@ mod tests {
     #[test]
     fn what_is_no_manifest_says_why() {
         let why = |text: &str| Manifest::read(text).unwrap_err();
-        assert_eq!(why(""), "EOF while parsing a value at line 1 column 0");
-        assert_eq!(why("<<<<<<< HEAD\n{"), "expected value at line 1 column 1");
+        let json = |message: &str| ManifestError::Json(message.to_owned());
+        assert_eq!(why(""), json("EOF while parsing a value at line 1 column 0"));
+        assert_eq!(why("<<<<<<< HEAD\n{"), json("expected value at line 1 column 1"));
         assert_eq!(
             why(r#"{"format":2,"files":{},"packages":{}}"#),
-            "its format is 2, and this mauve knows 1"
+            ManifestError::Format { found: 2, known: 1 }
         );
         assert_eq!(
             why(r#"{"format":1,"files":{},"codels":{},"more":1}"#),
-            "unknown field `more`, expected one of `format`, `files`, `codels` at line 1 column 41"
+            json("unknown field `more`, expected one of `format`, `files`, `codels` at line 1 column 41")
         );
         for path in [
             "../a",
@@ -168,22 +196,22 @@ mod tests {
             ".mauve-manifest.json",
         ] {
             let files = serde_json::json!({ "format": 1, "files": { path: "0" }, "codels": {} });
-            assert_eq!(why(&files.to_string()), format!("{path:?} is no path in the package"));
+            assert_eq!(why(&files.to_string()), ManifestError::OutsidePackage(path.to_owned()));
             let codels = serde_json::json!({ "format": 1, "files": {}, "codels": { path: {} } });
-            assert_eq!(why(&codels.to_string()), format!("{path:?} is no path in the package"));
+            assert_eq!(why(&codels.to_string()), ManifestError::OutsidePackage(path.to_owned()));
         }
         for path in ["user.cmake", "src/codels/plan.cpp"] {
             let files = serde_json::json!({ "format": 1, "files": { path: hash("mine") }, "codels": {} });
-            assert_eq!(why(&files.to_string()), format!("{path:?} is the user's, and no generated file"));
+            assert_eq!(why(&files.to_string()), ManifestError::UserFile(path.to_owned()));
         }
         // A forged one may know the hash of any file.
         for path in
             ["main.cpp", "src/main.cpp", ".bashrc", "User.cmake", "src/Codels/plan.cpp", "models/robot.mal"]
         {
             let files = serde_json::json!({ "format": 1, "files": { path: hash("mine") }, "codels": {} });
-            assert_eq!(why(&files.to_string()), format!("{path:?} is no file that the generator makes"));
+            assert_eq!(why(&files.to_string()), ManifestError::NotGenerated(path.to_owned()));
             let codels = serde_json::json!({ "format": 1, "files": {}, "codels": { path: {} } });
-            assert_eq!(why(&codels.to_string()), format!("{path:?} is no file of a codel"));
+            assert_eq!(why(&codels.to_string()), ManifestError::NotACodel(path.to_owned()));
         }
     }
 }

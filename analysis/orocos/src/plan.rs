@@ -15,7 +15,7 @@
 use std::collections::BTreeMap;
 
 use crate::codels::is_stub;
-use crate::manifest::{CodelFile, MANIFEST, Manifest, Offer, hash};
+use crate::manifest::{CodelFile, MANIFEST, Manifest, ManifestError, Offer, hash};
 use crate::origin::is_marked;
 use crate::package::{GeneratedFile, Owner, Package};
 use crate::prototype::Prototype;
@@ -74,42 +74,50 @@ pub struct ChangedCodel {
     pub now: String,
 }
 
+/// Why there is no plan for a folder.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum PlanError {
+    /// A file of the folder cannot be read: the message of the reader.
+    Unreadable(String),
+    /// The names of these two packages differ in case only.
+    SameFolder(String, String),
+    /// A manifest cannot be understood.
+    Manifest {
+        /// The path of the manifest, from the folder of the packages.
+        path: String,
+        /// Why.
+        error: ManifestError,
+    },
+}
+
 /// What has to be done so that a folder holds `packages`. `read` gives the text of a file of it, by its path there; nothing
 /// where there is none.
 ///
 /// # Errors
 ///
-/// What `read` says of a file that cannot be read, why a manifest cannot be understood, or that two packages would be one
-/// folder where a file system ignores case.
+/// `read` fails, a manifest cannot be understood, or two packages would be one folder where a file system ignores case.
 pub fn plan(
     packages: &[Package],
     read: &dyn Fn(&str) -> Result<Option<String>, String>,
-) -> Result<Plan, String> {
+) -> Result<Plan, PlanError> {
     let mut plan = Plan::default();
     for (index, package) in packages.iter().enumerate() {
         // Of one project that is a problem already; several may go to one folder.
         let is_almost =
             |it: &&Package| it.name != package.name && it.name.eq_ignore_ascii_case(&package.name);
         if let Some(other) = packages.iter().take(index).find(is_almost) {
-            return Err(format!(
-                "packages `{}` and `{}` would be one folder where a file system ignores case: generate each into a folder \
-                 of its own (`--out`), or rename the library of one",
-                other.name, package.name
-            ));
+            return Err(PlanError::SameFolder(other.name.clone(), package.name.clone()));
         }
         let manifest = format!("{}/{MANIFEST}", package.name);
-        let text = read(&manifest)?;
-        let before = text.as_deref().map_or_else(|| Ok(Manifest::default()), Manifest::read).map_err(|why| {
-            format!(
-                "`{manifest}` cannot be understood: {why}; remove it and generate again: generated files that are not as \
-                 they would be made now then need --force, and your codels stay"
-            )
-        })?;
+        let text = read(&manifest).map_err(PlanError::Unreadable)?;
+        let unusable = |error| PlanError::Manifest { path: manifest.clone(), error };
+        let before = text.as_deref().map_or_else(|| Ok(Manifest::default()), Manifest::read);
+        let before = before.map_err(unusable)?;
         let mut planner =
             Planner { package, read, before, now: Manifest::default(), steps: Vec::new(), plan: &mut plan };
-        planner.package()?;
+        planner.package().map_err(PlanError::Unreadable)?;
         let Planner { now, mut steps, .. } = planner;
-        let now = now.text()?;
+        let now = now.text().map_err(unusable)?;
         match text {
             None => steps.push((MANIFEST.to_owned(), Action::Create(now))),
             Some(text) if is_same_text(&text, &now) => {}
@@ -537,11 +545,8 @@ mod tests {
     fn two_packages_are_two_folders() {
         let [one, other] = ["p", "P"].map(|name| Package { name: name.to_owned(), files: Vec::new() });
         let read = |_: &str| Ok(None);
-        assert!(
-            plan(&[one.clone(), other], &read)
-                .unwrap_err()
-                .starts_with("packages `p` and `P` would be one folder")
-        );
+        let error = PlanError::SameFolder("p".to_owned(), "P".to_owned());
+        assert_eq!(plan(&[one.clone(), other], &read), Err(error));
         assert!(plan(&[one], &read).is_ok());
     }
 
@@ -637,14 +642,17 @@ mod tests {
 
     #[test]
     fn what_is_no_manifest_is_not_guessed_at() {
-        let why = |text: &str| {
-            let read = |path: &str| Ok(path.ends_with(MANIFEST).then(|| text.to_owned()));
-            plan(&package(Vec::new()), &read).unwrap_err()
+        let read = |path: &str| {
+            Ok(path
+                .ends_with(MANIFEST)
+                .then(|| r#"{"format":1,"files":{"../x":"0"},"codels":{}}"#.to_owned()))
         };
-        assert!(why("").starts_with("`p/.mauve-manifest.json` cannot be understood: EOF"));
-        assert!(why(r#"{"format":1,"files":{"../x":"0"},"codels":{}}"#).contains("\"../x\" is no path in"));
+        let error = ManifestError::OutsidePackage("../x".to_owned());
+        let error = PlanError::Manifest { path: format!("p/{MANIFEST}"), error };
+        assert_eq!(plan(&package(Vec::new()), &read), Err(error));
         let read = |_: &str| Err("broken disk".to_owned());
-        assert_eq!(plan(&package(Vec::new()), &read), Err("broken disk".to_owned()));
+        let error = PlanError::Unreadable("broken disk".to_owned());
+        assert_eq!(plan(&package(Vec::new()), &read), Err(error));
     }
 
     /// What happens to a model or a folder; numbers choose among what is there.

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use expect_test::expect_file;
 use mauve_hir::item_tree::BinaryOperator;
 use mauve_hir::{Database, Value, Workspace, projects};
-use mauve_orocos::{Package, packages};
+use mauve_orocos::{Package, ProblemKind, packages};
 use mauve_tests::model::{Architecture, Declaration, Deployment, Expr, Form, Model, Shell};
 use mauve_tests::ops::{Call, Literal, run};
 use mauve_tests::{Random, models, plain, random_model, texts_in};
@@ -440,7 +440,7 @@ fn a_thread_has_cpus_1_to_32() {
         );
         let workspace = Workspace::of_texts(&db, "/".into(), [("/robot.mal".into(), model)]);
         let made = packages(&db, projects(&db, workspace)[0], None);
-        made.map_err(|problems| problems[0].message.clone()).map(|packages| {
+        made.map_err(|problems| problems[0].kind.clone()).map(|packages| {
             let files = packages.iter().flat_map(|package| &package.files);
             let scripts = files.filter(|file| file.path.ends_with("D.ops") || file.path.ends_with("D.lua"));
             let lines =
@@ -457,7 +457,7 @@ fn a_thread_has_cpus_1_to_32() {
     };
     assert_eq!(robot("2"), set("2", "2"));
     assert_eq!(robot("0x80000000"), set("2147483648u", "2147483648"));
-    assert_eq!(robot("0x100000000"), Err("Orocos has CPUs 1 to 32, and this is CPU 33".to_owned()));
+    assert_eq!(robot("0x100000000"), Err(ProblemKind::UnsupportedCpus(1 << 32)));
 }
 
 #[test]

@@ -15,7 +15,9 @@ use super::check::{Lines, excerpt, excerpts, located, with_excerpts};
 use super::{Outside, counted, say};
 use crate::Output;
 use crate::analysis_document::{Deployed, Proved, deployments};
-use crate::generate::{GenerateRequest, Generated, Out, Refusal, Selected, configured_out, generate, read};
+use crate::generate::{
+    GenerateRequest, Generated, Out, Refusal, Selected, configured_out, generate, problem_message, read,
+};
 use crate::harmless::harmless;
 use crate::json::{self, object};
 use crate::load::load;
@@ -149,7 +151,8 @@ impl Generate {
             }
             Format::Json => {
                 let lines = Lines::new(|text| text.chars().count());
-                let problems = problems.iter().map(|it| located(db, &lines, &it.at, &it.message));
+                let problems =
+                    problems.iter().map(|it| located(db, &lines, &it.at, &problem_message(&it.kind)));
                 let problems: Vec<_> = problems.collect();
                 json::text(&object! { problems: problems, folders: [(); 0], written: false })?
             }
@@ -160,15 +163,15 @@ impl Generate {
 
 /// A problem as `mauve check` shows it.
 fn problem_excerpt(db: &Database, here: &Path, problem: &Problem<'_>, findings: &[Finding<'_>]) -> String {
-    let is_this =
-        |it: &&Finding<'_>| it.diagnostic.at == problem.at && it.diagnostic.message == problem.message;
+    let message = problem_message(&problem.kind);
+    let is_this = |it: &&Finding<'_>| it.diagnostic.at == problem.at && it.diagnostic.message == message;
     match findings.iter().find(is_this) {
         Some(finding) => {
             let diagnostic = finding.diagnostic.clone();
             excerpt(db, here, &Finding { diagnostic, severity: Severity::Error, only_in: finding.only_in })
         }
         None => {
-            let title = Level::ERROR.primary_title(harmless(&problem.message));
+            let title = Level::ERROR.primary_title(harmless(&message));
             with_excerpts(db, here, title, &[(&problem.at, "", AnnotationKind::Primary)], Vec::new())
         }
     }

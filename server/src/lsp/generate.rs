@@ -19,7 +19,8 @@ use super::position::{Encoding, LineIndex};
 use super::snapshot::{Document, Snapshot};
 use crate::analysis_document::deployments_of;
 use crate::generate::{
-    GenerateRequest, Generated, Out, Refusal, Selected, behind_links, generate, read, refuse_hidden, target,
+    GenerateRequest, Generated, Out, Refusal, Selected, behind_links, generate, problem_message, read,
+    refuse_hidden, target,
 };
 use crate::harmless::harmless_line;
 use crate::load::canonical_path;
@@ -148,9 +149,10 @@ fn refusal_text(snapshot: &Snapshot, request: &GenerateRequest<'_>, refusal: Ref
         None => harmless_line(&file.path(db).display().to_string()),
     };
     let at = format!("{path}:{}:{}", start.line + 1, start.character + 1);
+    let message = problem_message(&first.kind);
     match problems.len() {
-        1 => format!("1 error is to be mended first: {at}: {}", first.message),
-        count => format!("{count} errors are to be mended first. The first one: {at}: {}", first.message),
+        1 => format!("1 error is to be mended first: {at}: {message}"),
+        count => format!("{count} errors are to be mended first. The first one: {at}: {message}"),
     }
 }
 

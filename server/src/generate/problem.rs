@@ -1,0 +1,202 @@
+//! The messages about what prevents the generation of packages, for the command line and for editors.
+
+use mauve_diagnostics::cpu_names;
+use mauve_orocos::{Artifact, ManifestError, PlanError, ProblemKind};
+
+/// Returns what is wrong in a project, and what to do.
+pub(crate) fn problem_message(problem: &ProblemKind) -> String {
+    match problem {
+        ProblemKind::Diagnostic(message) => message.clone(),
+        ProblemKind::SamePath { of, first, second } => {
+            let (what, path) = match of {
+                Artifact::Package => ("packages", "folder"),
+                Artifact::Codel => ("codels", "file"),
+                Artifact::Component => ("components", "folder"),
+                Artifact::Deployment => ("deployments", "file"),
+            };
+            format!(
+                "{what} `{first}` and `{second}` would be one {path} where a file system ignores case: rename one of them"
+            )
+        }
+        ProblemKind::IncompleteComponent => "this component is not complete".to_owned(),
+        ProblemKind::UndefinedOperation { core, operation } => {
+            format!("core {core} does not define the operation `{operation}` of this shell")
+        }
+        ProblemKind::UnsupportedCpus(mask) => {
+            format!("Orocos has CPUs 1 to 32, and this is {}", cpu_names(*mask))
+        }
+        ProblemKind::UnmappedType(name) => {
+            format!("`[types.{name}]` in mauve.toml does not say what `{name}` is in C++: add `cpp`")
+        }
+        ProblemKind::UnknownType(ty) => format!(
+            "nobody knows type `{ty}` in C++: add `[types.{ty}]` with `cpp` and `header` to mauve.toml, or `use` its \
+             message package"
+        ),
+        ProblemKind::CyclicPackages { package, others } => {
+            let others: Vec<String> = others.iter().map(|other| format!("`{other}`")).collect();
+            format!(
+                "components of library `{package}` call codels of {}, whose components call codels of it, over others or \
+                 directly: none of these packages could be built before the other; move the codels that both call to a \
+                 library of their own",
+                others.join(" and ")
+            )
+        }
+    }
+}
+
+/// Returns why there is no plan for a folder, and what to do.
+pub(super) fn plan_message(error: &PlanError) -> String {
+    match error {
+        PlanError::Unreadable(message) => message.clone(),
+        PlanError::SameFolder(first, second) => format!(
+            "packages `{first}` and `{second}` would be one folder where a file system ignores case: generate each into a \
+             folder of its own (`--out`), or rename the library of one"
+        ),
+        PlanError::Manifest { path, error } => format!(
+            "`{path}` cannot be understood: {}; remove it and generate again: generated files that are not as they would be \
+             made now then need --force, and your codels stay",
+            manifest_message(error)
+        ),
+    }
+}
+
+fn manifest_message(error: &ManifestError) -> String {
+    match error {
+        ManifestError::Json(message) => message.clone(),
+        ManifestError::Format { found, known } => {
+            format!("its format is {found}, and this mauve knows {known}")
+        }
+        ManifestError::OutsidePackage(path) => format!("{path:?} is no path in the package"),
+        ManifestError::UserFile(path) => format!("{path:?} is the user's, and no generated file"),
+        ManifestError::NotGenerated(path) => format!("{path:?} is no file that the generator makes"),
+        ManifestError::NotACodel(path) => format!("{path:?} is no file of a codel"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mauve_hir::{Database, Workspace, projects};
+    use mauve_orocos::{MANIFEST, Package, plan, problems};
+
+    use super::*;
+
+    /// The marked word of each problem of a model, with its message.
+    fn messages(model: &str) -> Vec<String> {
+        let db = Database::default();
+        let texts = mauve_tests::fixture(model).into_iter().map(|(path, text)| (path.into(), text));
+        let workspace = Workspace::of_texts(&db, "/".into(), texts);
+        let [project] = projects(&db, workspace)[..] else { panic!("one project") };
+        let problems = problems(&db, project).into_iter().map(|it| {
+            let at = &it.at.file(&db).text(&db)[it.at.range(&db)];
+            format!("{at}: {}", problem_message(&it.kind))
+        });
+        problems.collect()
+    }
+
+    #[test]
+    fn an_error_is_what_its_diagnostic_says() {
+        assert_eq!(messages("component C(S, K)"), ["S: no shell `S`", "K: no core `K`"]);
+    }
+
+    #[test]
+    fn names_that_differ_in_case_only() {
+        let model = "library l { codel plan(): int  codel Plan(): int } library L { codel plan(): int } \
+            shell S { } core K(S) { update = { } } component Go(S, K) component GO(S, K) \
+            architecture A { instance a: Go } deployment D { architecture A activity a { priority = 1 period = 10 } } \
+            deployment d { architecture A activity a { priority = 1 period = 10 } }";
+        assert_eq!(
+            messages(model),
+            [
+                "plan: packages `l` and `L` would be one folder where a file system ignores case: rename one of them",
+                "Plan: codels `plan` and `Plan` would be one file where a file system ignores case: rename one of them",
+                "GO: components `Go` and `GO` would be one folder where a file system ignores case: rename one of them",
+                "d: deployments `D` and `d` would be one file where a file system ignores case: rename one of them",
+            ]
+        );
+    }
+
+    #[test]
+    fn what_a_component_lacks() {
+        // Diagnostics report both before.
+        assert_eq!(problem_message(&ProblemKind::IncompleteComponent), "this component is not complete");
+        let [core, operation] = ["K", "help"].map(Into::into);
+        assert_eq!(
+            problem_message(&ProblemKind::UndefinedOperation { core, operation }),
+            "core K does not define the operation `help` of this shell"
+        );
+    }
+
+    #[test]
+    fn types_and_cpus_that_are_not_known() {
+        let model = "codel f(in a: own, in b: pkg.Other): void\n//- /mauve.toml\n[types.own]\n";
+        assert_eq!(
+            messages(model),
+            [
+                "own: `[types.own]` in mauve.toml does not say what `own` is in C++: add `cpp`",
+                "pkg.Other: nobody knows type `pkg.Other` in C++: add `[types.pkg.Other]` with `cpp` and `header` to \
+                 mauve.toml, or `use` its message package",
+            ]
+        );
+        let model = "shell S { } core K(S) { update = { } } component C(S, K) architecture A { instance c: C } \
+            deployment D { architecture A activity c { affinity = 0x300000000 priority = 1 period = 10 } }";
+        assert_eq!(messages(model), ["0x300000000: Orocos has CPUs 1 to 32, and this is CPUs 33 and 34"]);
+    }
+
+    #[test]
+    fn packages_that_need_each_other() {
+        let library = |own: &str, other: &str| {
+            format!(
+                "library {own} {{ use {other}  codel f_{own}(): void  shell S {{ }} \
+                 core K(S) {{ update = {{ f_{other}(); }} }} component C(S, K) }}\n"
+            )
+        };
+        assert_eq!(
+            messages(&(library("a", "b") + &library("b", "a"))),
+            [
+                "C: components of library `a` call codels of `b`, whose components call codels of it, over others or \
+                 directly: none of these packages could be built before the other; move the codels that both call to a \
+                 library of their own"
+            ]
+        );
+    }
+
+    #[test]
+    fn folders_without_a_plan() {
+        let package = |name: &str| Package { name: name.to_owned(), files: Vec::new() };
+        let message = |packages: &[Package], manifest: Result<&str, &str>| {
+            let read = |path: &str| {
+                assert!(path.ends_with(MANIFEST));
+                manifest.map(|text| Some(text.to_owned())).map_err(str::to_owned)
+            };
+            plan_message(&plan(packages, &read).unwrap_err())
+        };
+        let one = [package("p")];
+        assert_eq!(message(&one, Err("broken disk")), "broken disk");
+        let empty = r#"{"format":1,"files":{},"codels":{}}"#;
+        assert_eq!(
+            message(&[package("p"), package("P")], Ok(empty)),
+            "packages `p` and `P` would be one folder where a file system ignores case: generate each into a folder of its \
+             own (`--out`), or rename the library of one"
+        );
+        for (manifest, why) in [
+            ("", "EOF while parsing a value at line 1 column 0"),
+            (r#"{"format":2}"#, "its format is 2, and this mauve knows 1"),
+            (r#"{"format":1,"files":{"../x":""},"codels":{}}"#, "\"../x\" is no path in the package"),
+            (
+                r#"{"format":1,"files":{"user.cmake":""},"codels":{}}"#,
+                "\"user.cmake\" is the user's, and no generated file",
+            ),
+            (
+                r#"{"format":1,"files":{"main.cpp":""},"codels":{}}"#,
+                "\"main.cpp\" is no file that the generator makes",
+            ),
+            (r#"{"format":1,"files":{},"codels":{"main.cpp":{}}}"#, "\"main.cpp\" is no file of a codel"),
+        ] {
+            let expected = format!(
+                "`p/.mauve-manifest.json` cannot be understood: {why}; remove it and generate again: generated files that \
+                 are not as they would be made now then need --force, and your codels stay"
+            );
+            assert_eq!(message(&one, Ok(manifest)), expected);
+        }
+    }
+}
