@@ -11,29 +11,22 @@
 use std::collections::BTreeSet;
 
 use mauve_hir::item_tree::Name;
-use mauve_hir::{ModelDb, Project, config_of, type_of};
 
 use crate::codels::headers_of;
 use crate::cpp_type::Headers;
 use crate::deployment::topic_package;
 use crate::escape::xml;
-use crate::library::{Libraries, Library, features_in_order};
+use crate::library::{Libraries, Library, Model};
 use crate::origin::{MARK, generated_from};
 use crate::package::GeneratedFile;
 
 /// What builds a package that has these other files.
-pub(crate) fn build_files<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    libraries: &Libraries<'db>,
-    library: &Library<'db>,
-    files: &[GeneratedFile],
-) -> Vec<GeneratedFile> {
-    let headers = headers_of(db, project, library);
-    let build = Build { library, calls: names_of(libraries, &library.calls), headers: &headers, files };
-    let runs = names_of(libraries, &library.runs);
+pub(crate) fn build_files(model: Model<'_, '_>, files: &[GeneratedFile]) -> Vec<GeneratedFile> {
+    let library = model.library;
+    let calls = names_of(model.libraries, &library.calls);
+    let build = Build { library, calls, headers: headers_of(model), files };
     let mut texts = vec![
-        ("package.xml".to_owned(), package_xml(db, project, &build, &runs)),
+        ("package.xml".to_owned(), package_xml(model, &build)),
         ("CMakeLists.txt".to_owned(), build.cmake_lists()),
     ];
     if library.components.len() > 1 {
@@ -56,15 +49,10 @@ fn component_library(package: &str) -> String {
     )
 }
 
-fn package_xml<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    build: &Build<'_, 'db>,
-    runs: &[&str],
-) -> String {
-    let library = build.library;
+fn package_xml(model: Model<'_, '_>, build: &Build<'_, '_>) -> String {
+    let Model { library, .. } = model;
     let package = &library.package;
-    let config = config_of(db, project.workspace(db));
+    let config = model.config();
     // What stands there until the user says more is what the tools of catkin write themselves.
     let maintainer = match &config.maintainer {
         Some(it) => {
@@ -83,7 +71,7 @@ fn package_xml<'db>(
     }
     let mut exec_depends: BTreeSet<String> = BTreeSet::new();
     if config.ros_streams != Some(false) {
-        exec_depends.extend(packages_of_ports(db, project, library).iter().map(|it| format!("rtt_{it}")));
+        exec_depends.extend(packages_of_ports(model).iter().map(|it| format!("rtt_{it}")));
         if config.introspection != Some(false) && !library.components.is_empty() {
             exec_depends.insert("rtt_std_msgs".to_owned());
         }
@@ -94,7 +82,7 @@ fn package_xml<'db>(
             exec_depends.extend(["rtt_roscomm", "rtt_rosnode"].map(str::to_owned));
         }
     }
-    exec_depends.extend(runs.iter().map(|&it| it.to_owned()));
+    exec_depends.extend(names_of(model.libraries, &library.runs).into_iter().map(str::to_owned));
 
     let mut out = format!(
         "<?xml version=\"1.0\"?>\n\
@@ -123,16 +111,12 @@ fn package_xml<'db>(
 }
 
 /// The message packages whose typekits must be there, so that ports can be topics.
-fn packages_of_ports<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    library: &Library<'db>,
-) -> BTreeSet<Name> {
+fn packages_of_ports(model: Model<'_, '_>) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
-    for &(component, _) in &library.components {
-        for feature in features_in_order(db, project, component).into_iter().filter(|it| it.kind.is_port()) {
-            let ty = feature.data(db).and_then(|it| it.ty.as_ref());
-            found.extend(topic_package(&type_of(db, project, feature.shell, ty)).map(Name::from));
+    for &(component, _) in &model.library.components {
+        for feature in model.features(component).into_iter().filter(|it| it.kind.is_port()) {
+            let ty = feature.data(model.db).and_then(|it| it.ty.as_ref());
+            found.extend(topic_package(&model.type_of(feature.shell, ty)));
         }
     }
     found
@@ -156,7 +140,7 @@ fn description(library: &Library<'_>) -> String {
 struct Build<'a, 'db> {
     library: &'a Library<'db>,
     calls: Vec<&'a str>,
-    headers: &'a Headers,
+    headers: Headers,
     files: &'a [GeneratedFile],
 }
 

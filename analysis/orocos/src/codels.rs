@@ -7,53 +7,46 @@
 //! ```
 
 use mauve_hir::item_tree::Direction;
-use mauve_hir::{Decl, Location, ModelDb, Project, Type, codel, external_types, type_of};
+use mauve_hir::{Decl, Location, Type, codel, external_types};
 
 use crate::cpp_name::CppNames;
 use crate::cpp_type::{Headers, cpp_type, parameter_type};
-use crate::library::{Library, types_of_codel, types_of_component};
+use crate::library::{Model, types_of_codel, types_of_component};
 use crate::origin::{WIDTH, generated_from, origin, origin_file, words_of, wrapped};
 use crate::package::{GeneratedFile, Owner};
 
-pub(crate) fn codel_files<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    library: &Library<'db>,
-) -> Vec<GeneratedFile> {
+pub(crate) fn codel_files(model: Model<'_, '_>) -> Vec<GeneratedFile> {
+    let library = model.library;
     let package = &library.package;
     let mut files = Vec::new();
     if !library.codels.is_empty() || !library.components.is_empty() {
         let path = format!("include/{package}/{package}-types.hpp");
-        let text = types_header(&headers_of(db, project, library), package);
+        let text = types_header(&headers_of(model), package);
         files.push(GeneratedFile::generated(path, text));
     }
-    let signatures = library.codels.iter().filter_map(|(decl, name)| Signature::of(db, project, *decl, name));
-    let signatures: Vec<Signature<'db>> = signatures.collect();
+    let signatures = library.codels.iter().filter_map(|(decl, name)| Signature::of(model, *decl, name));
+    let signatures: Vec<Signature<'_>> = signatures.collect();
     if !signatures.is_empty() {
         let path = format!("include/{package}/{package}-codels.hpp");
-        let text = codels_header(db, project, &signatures, package);
+        let text = codels_header(model, &signatures);
         files.push(GeneratedFile::generated(path, text));
     }
     for signature in &signatures {
         let path = format!("src/codels/{}.cpp", signature.name);
-        let text = stub(db, project, signature, package);
+        let text = stub(model, signature);
         files.push(GeneratedFile { path, text, owner: Owner::User { prototype: signature.prototype() } });
     }
     files
 }
 
 /// The headers of all types that the codels and the components of a library name.
-pub(crate) fn headers_of<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    library: &Library<'db>,
-) -> Headers {
-    let workspace = project.workspace(db);
+pub(crate) fn headers_of(model: Model<'_, '_>) -> Headers {
+    let Model { db, project, library, .. } = model;
     let mut headers = Headers::default();
     let codels = library.codels.iter().flat_map(|(of, _)| types_of_codel(db, *of));
     let components = library.components.iter().flat_map(|(of, _)| types_of_component(db, project, *of));
     for (of, ty) in codels.chain(components) {
-        headers.add(db, workspace, &type_of(db, project, of, Some(ty)));
+        headers.add(db, model.workspace(), &model.type_of(of, Some(ty)));
     }
     headers
 }
@@ -74,30 +67,30 @@ struct CppParameter {
 }
 
 impl<'db> Signature<'db> {
-    fn of(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, name: &str) -> Option<Signature<'db>> {
+    fn of(model: Model<'_, 'db>, of: Decl<'db>, name: &str) -> Option<Signature<'db>> {
+        let (db, workspace) = (model.db, model.workspace());
         let data = codel(db, of)?;
-        let workspace = project.workspace(db);
         let mut names = CppNames::of_namespace();
         // A parameter hides a type of its own name from those that follow.
-        for parameter in &data.parameters {
-            if let Type::External(ty) = type_of(db, project, of, parameter.ty.as_ref())
-                && let Some(external) = external_types(db, workspace).get(&ty)
+        let types = model.parameters(of, &data.parameters);
+        for (_, ty) in &types {
+            if let Type::External(ty) = ty
+                && let Some(external) = external_types(db, workspace).get(ty)
             {
                 names.take_type(&external.cpp);
             }
         }
         let mut parameters = Vec::new();
-        for parameter in &data.parameters {
-            let ty = type_of(db, project, of, parameter.ty.as_ref());
+        for (parameter, (direction, ty)) in data.parameters.iter().zip(types) {
             let cpp = cpp_type(db, workspace, &ty)?;
             parameters.push(CppParameter {
-                direction: parameter.direction,
-                ty: parameter_type(&cpp, &ty, parameter.direction),
+                direction,
+                ty: parameter_type(&cpp, &ty, direction),
                 name: names.declare(&parameter.name.name),
             });
         }
         let result = match &data.result {
-            Some(result) => cpp_type(db, workspace, &type_of(db, project, of, Some(result)))?,
+            Some(result) => cpp_type(db, workspace, &model.type_of(of, Some(result)))?,
             None => "void".to_owned(),
         };
         Some(Signature { codel: of, name: name.to_owned(), result, parameters })
@@ -149,12 +142,8 @@ fn types_header(headers: &Headers, package: &str) -> String {
     out
 }
 
-fn codels_header<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    codels: &[Signature<'db>],
-    package: &str,
-) -> String {
+fn codels_header<'db>(model: Model<'_, 'db>, codels: &[Signature<'db>]) -> String {
+    let (db, package) = (model.db, &model.library.package);
     let generated = generated_from(package);
     let mut out = format!(
         "// {generated}\n//\n\
@@ -167,7 +156,7 @@ fn codels_header<'db>(
         if !words.is_empty() {
             out += "///\n";
         }
-        let origin = origin(db, project.workspace(db), &Location::name_of(signature.codel));
+        let origin = origin(db, model.workspace(), &Location::name_of(signature.codel));
         out += &line_comment("///", &format!("`{}`, {origin}", signature.codel.qualified(db)));
         out += &format!("{}\n\n", signature.lines(";"));
     }
@@ -182,14 +171,10 @@ pub(crate) fn is_stub(text: &str) -> bool {
     text.lines().next() == Some(STUB)
 }
 
-fn stub<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    signature: &Signature<'db>,
-    package: &str,
-) -> String {
+fn stub<'db>(model: Model<'_, 'db>, signature: &Signature<'db>) -> String {
+    let (db, package) = (model.db, &model.library.package);
     let codel = signature.codel;
-    let file = origin_file(db, project.workspace(db), &Location::name_of(codel));
+    let file = origin_file(db, model.workspace(), &Location::name_of(codel));
     let words = words_of(db, codel);
     let mut out = format!(
         "{STUB}\n//\n// Codel `{}` of {file}{}\n",

@@ -30,31 +30,24 @@ use mauve_hir::item_tree::{
     Statement, Variable,
 };
 use mauve_hir::{
-    Binding, Builtin, Callee, CoreInference, Decl, Integer, Location, ModelDb, ProgramId, Project, Type,
-    Value, VariableId, VariableKind, config_of, core, core_of, external_types, inference_of_core, shell_of,
-    type_of, values_of_shell,
+    Binding, Builtin, Callee, CoreInference, Decl, Integer, Location, ProgramId, Type, Value, VariableId,
+    VariableKind, core, core_of, external_types, inference_of_core, shell_of, values_of_shell,
 };
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::cpp_name::CppNames;
 use crate::cpp_type::{cpp_type, is_large, operation_parameter_type};
 use crate::escape::comment;
-use crate::library::{Libraries, Library, features_in_order};
+use crate::library::Model;
 use crate::origin::origin;
 use crate::package::GeneratedFile;
 
 pub(crate) use source::ports_of_introspection;
 
 /// The classes of a library's components.
-pub(crate) fn component_files<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    libraries: &Libraries<'db>,
-    library: &Library<'db>,
-) -> Vec<GeneratedFile> {
-    let classes = library.components.iter().filter_map(|(component, name)| {
-        Class::new(Model { db, project, libraries }, library, *component, name)
-    });
+pub(crate) fn component_files(model: Model<'_, '_>) -> Vec<GeneratedFile> {
+    let components = model.library.components.iter();
+    let classes = components.filter_map(|(component, name)| Class::new(model, *component, name));
     let files = classes.flat_map(|class| {
         [("hpp", header::text(&class)), ("cpp", source::text(&class))].map(|(extension, text)| {
             GeneratedFile::generated(format!("{0}/{0}-component.{extension}", class.name), text)
@@ -63,24 +56,9 @@ pub(crate) fn component_files<'db>(
     files.collect()
 }
 
-#[derive(Clone, Copy)]
-struct Model<'a, 'db> {
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    libraries: &'a Libraries<'db>,
-}
-
-impl<'db> Model<'_, 'db> {
-    /// Returns the directions and types of parameters that are declared in `of`.
-    fn parameters(&self, of: Decl<'db>, all: &[Parameter]) -> Vec<(Direction, Type)> {
-        all.iter().map(|it| (it.direction, type_of(self.db, self.project, of, it.ty.as_ref()))).collect()
-    }
-}
-
 /// A component as a class, with the names that its features and variables have in C++.
 struct Class<'a, 'db> {
     model: Model<'a, 'db>,
-    library: &'a Library<'db>,
     component: Decl<'db>,
     core: Decl<'db>,
     data: &'db Core,
@@ -201,28 +179,22 @@ enum Body<'db> {
 }
 
 impl<'a, 'db> Class<'a, 'db> {
-    fn new(
-        model: Model<'a, 'db>,
-        library: &'a Library<'db>,
-        component: Decl<'db>,
-        name: &str,
-    ) -> Option<Class<'a, 'db>> {
+    fn new(model: Model<'a, 'db>, component: Decl<'db>, name: &str) -> Option<Class<'a, 'db>> {
         let Model { db, project, .. } = model;
         let of = core_of(db, project, component)?;
         let data = core(db, of)?;
         let mut names = CppNames::of_component();
         names.declare(name);
-        names.declare(&library.package);
+        names.declare(&model.library.package);
         let macros = ["MAUVE_TRACE_COMPONENT", "MAUVE_TRACE_PROGRAM", "MAUVE_TRACE_CODEL"];
         macros.iter().for_each(|it| drop(names.declare(it)));
         // A member would hide a type of its own name.
-        for external in external_types(db, project.workspace(db)).values() {
+        for external in external_types(db, model.workspace()).values() {
             let words = external.cpp.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
             words.filter(|word| !word.is_empty()).for_each(|word| drop(names.declare(word)));
         }
         let mut class = Class {
             model,
-            library,
             component,
             core: of,
             data,
@@ -234,7 +206,7 @@ impl<'a, 'db> Class<'a, 'db> {
             programs: Vec::new(),
             by_id: FxHashMap::default(),
             machine: None,
-            introspection: config_of(db, project.workspace(db)).introspection != Some(false),
+            introspection: model.config().introspection != Some(false),
             samples: Vec::new(),
             instance: String::new(),
             read: FxHashSet::default(),
@@ -254,14 +226,14 @@ impl<'a, 'db> Class<'a, 'db> {
     fn features(&mut self, shell: Decl<'db>) {
         let Model { db, project, .. } = self.model;
         let values = values_of_shell(db, project, shell);
-        for feature in features_in_order(db, project, self.component) {
+        for feature in self.model.features(self.component) {
             let Some(data) = feature.data(db) else { continue };
             self.members.push(Member {
                 shell: feature.shell,
                 index: feature.index,
                 data,
                 name: self.names.declare(&data.name.name),
-                ty: type_of(db, project, feature.shell, data.ty.as_ref()),
+                ty: self.model.type_of(feature.shell, data.ty.as_ref()),
                 property: None,
                 status: None,
                 parameters: self.model.parameters(feature.shell, &data.parameters),
@@ -415,7 +387,7 @@ impl<'a, 'db> Class<'a, 'db> {
             let function = declared.map(|member| member.name.clone());
             let result = match (&operation.result, declared) {
                 (None, Some(member)) => member.ty.clone(),
-                (result, _) => type_of(self.model.db, self.model.project, self.core, result.as_ref()),
+                (result, _) => self.model.type_of(self.core, result.as_ref()),
             };
             let called = function.is_some().then(|| self.names.declare(&format!("call_{name}")));
             let function = function.unwrap_or_else(|| self.names.declare(name));
@@ -507,13 +479,12 @@ impl<'a, 'db> Class<'a, 'db> {
 
     /// A type in C++; everything here is generated from models of which all types are known.
     fn cpp(&self, ty: &Type) -> String {
-        let Model { db, project, .. } = self.model;
         match ty {
             Type::Handle(_) => {
                 let signature = self.member_of_handle(ty).map(|it| self.signature(it));
                 format!("RTT::SendHandle<{}>", signature.unwrap_or_default())
             }
-            ty => cpp_type(db, project.workspace(db), ty).unwrap_or_else(|| "void*".to_owned()),
+            ty => cpp_type(self.model.db, self.model.workspace(), ty).unwrap_or_else(|| "void*".to_owned()),
         }
     }
 
@@ -546,8 +517,7 @@ impl<'a, 'db> Class<'a, 'db> {
 
     /// Returns a location as comments show it: `components/guidance.mal:25`.
     fn at(&self, of: Decl<'db>, id: SourceId) -> String {
-        let Model { db, project, .. } = self.model;
-        origin(db, project.workspace(db), &Location::Source(of, id))
+        origin(self.model.db, self.model.workspace(), &Location::Source(of, id))
     }
 
     /// Returns the text of the model at a location.

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
-    Decl, Flat, FlatInstance, Integer, Location, ModelDb, Project, Type, Value, ValueInEffect, config_of,
-    core as core_data, core_of, deployment, file_and_line, type_of, values_in_effect,
+    Decl, Flat, FlatInstance, Integer, Location, ModelDb, Type, Value, ValueInEffect, core as core_data,
+    core_of, deployment, file_and_line, values_in_effect,
 };
 use mauve_syntax::keywords::ActivityField;
 use mauve_timing::Time;
@@ -14,7 +14,7 @@ use rustc_hash::FxHashSet;
 
 use crate::component::{is_set_from_text, ports_of_introspection};
 use crate::cpp_name::{file_name, script_name, task_name};
-use crate::library::{Libraries, Library, features_in_order, topological_order};
+use crate::library::{Model, topological_order};
 use crate::package::GeneratedFile;
 use crate::{launch, lua, ops};
 
@@ -29,20 +29,15 @@ const BACKGROUND_PERIOD: Time = Time::from_nanos(10_000_000);
 pub(crate) const BACKGROUND: &str = "In the background, and the model gives no period: it runs again 10 ms after it began, or \
     when it has ended. A `period` in its activity says another time.";
 
-pub(crate) fn deployment_files<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    libraries: &Libraries<'db>,
-    library: &Library<'db>,
-) -> Vec<GeneratedFile> {
+pub(crate) fn deployment_files(model: Model<'_, '_>) -> Vec<GeneratedFile> {
     let mut files = Vec::new();
-    for &decl in &library.deployments {
-        let Some(deployed) = deployed(db, project, libraries, &library.package, decl) else { continue };
+    for &decl in &model.library.deployments {
+        let Some(deployed) = deployed(model, decl) else { continue };
         let name = &deployed.name;
         let texts = [
             (format!("scripts/{name}.ops"), ops::script(&deployed)),
             (format!("scripts/{name}.lua"), lua::script(&deployed)),
-            (format!("launch/{name}.launch"), launch::launch_file(&deployed, &library.package)),
+            (format!("launch/{name}.launch"), launch::launch_file(&deployed)),
         ];
         files.extend(texts.map(|(path, text)| GeneratedFile::generated(path, text)));
     }
@@ -169,16 +164,10 @@ pub(crate) struct Streams {
     pub(crate) left_out: Vec<String>,
 }
 
-fn deployed<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    libraries: &Libraries<'db>,
-    package: &str,
-    of: Decl<'db>,
-) -> Option<Deployed> {
+fn deployed<'db>(model: Model<'_, 'db>, of: Decl<'db>) -> Option<Deployed> {
+    let Model { db, project, libraries, library } = model;
     let (flat, target) = mauve_hir::deployed(db, project, of)?;
-    let tasks: Vec<Task> =
-        flat.instances.iter().filter_map(|it| task(db, project, libraries, of, flat, it)).collect();
+    let tasks: Vec<Task> = flat.instances.iter().filter_map(|it| task(model, of, flat, it)).collect();
     let end =
         |(instance, feature): &(Name, Name)| format!("{}.{}", task_name(instance), script_name(feature));
     let connections = flat.links.iter().filter(|link| !link.operation);
@@ -186,46 +175,45 @@ fn deployed<'db>(
     let used: FxHashSet<&str> =
         tasks.iter().filter_map(|task| Some(task.class.split_once("::")?.0)).collect();
     let packages = libraries.all.iter().map(|library| library.package.clone());
-    let with_streams = config_of(db, project.workspace(db)).ros_streams != Some(false);
+    let with_streams = model.config().ros_streams != Some(false);
     let providers = |task: &Task| -> FxHashSet<String> {
         let required = operations.clone().filter(|link| task_name(&link.target.0) == task.name);
         required.map(|link| task_name(&link.source.0)).collect()
     };
     Some(Deployed {
         name: file_name(of.name(db)),
-        package: package.to_owned(),
+        package: library.package.clone(),
         description: format!(
             "Deployment `{}` of architecture `{}` ({}).",
             of.qualified(db),
             target.qualified(db),
-            file_and_line(db, project.workspace(db), &Location::name_of(of)),
+            file_and_line(db, model.workspace(), &Location::name_of(of)),
         ),
         packages: packages.filter(|package| used.contains(package.as_str())).collect(),
         order: ordered(&tasks.iter().map(|task| (task.name.clone(), providers(task))).collect::<Vec<_>>()),
         connections: connections.map(|link| ([end(&link.source), end(&link.target)], link.buffer)).collect(),
         operations: operations.clone().map(|link| [end(&link.target), end(&link.source)]).collect(),
-        streams: with_streams.then(|| streams(db, project, flat)),
+        streams: with_streams.then(|| streams(model, flat)),
         tasks,
     })
 }
 
 fn task<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    libraries: &Libraries<'db>,
+    model: Model<'_, 'db>,
     of: Decl<'db>,
     flat: &Flat<'db>,
     instance: &FlatInstance<'db>,
 ) -> Option<Task> {
+    let Model { db, project, .. } = model;
     let component = instance.component?;
-    let class = libraries.qualified(component)?.trim_start_matches("::").to_owned();
+    let class = model.libraries.qualified(component)?.trim_start_matches("::").to_owned();
     let in_effect = values_in_effect(db, project, of).get(&instance.name)?;
     let set = set_values(db, of, flat, instance, in_effect);
-    let features = features_in_order(db, project, component).into_iter();
+    let features = model.features(component).into_iter();
     let values = features.filter_map(|feature| in_effect.iter().find(|it| it.declared == *feature));
     let value = |it: &ValueInEffect<'db>| {
         let data = it.declared.data(db)?;
-        let ty = type_of(db, project, it.declared.shell, data.ty.as_ref());
+        let ty = model.type_of(it.declared.shell, data.ty.as_ref());
         Some((script_name(&it.name), it.value.clone()?, is_set_from_text(&ty)))
     };
     let activities = &system_of(db, project, of).activities;
@@ -306,14 +294,15 @@ fn ordered(all: &[(String, FxHashSet<String>)]) -> Vec<String> {
     order.filter_map(|index| all.get(index)).map(|(name, _)| name.clone()).collect()
 }
 
-fn streams<'db>(db: &'db dyn ModelDb, project: Project<'db>, flat: &Flat<'db>) -> Streams {
-    let introspection = config_of(db, project.workspace(db)).introspection != Some(false);
+fn streams<'db>(model: Model<'_, 'db>, flat: &Flat<'db>) -> Streams {
+    let Model { db, project, .. } = model;
+    let introspection = model.config().introspection != Some(false);
     let connections = flat.links.iter().filter(|link| !link.operation);
     let connected: FxHashSet<_> = connections.map(|link| (&link.target.0, &link.target.1)).collect();
     let mut streams = Streams::default();
     for instance in &flat.instances {
         let Some(component) = instance.component else { continue };
-        let features = features_in_order(db, project, component);
+        let features = model.features(component);
         let features: Vec<_> = features.iter().filter_map(|it| Some((it, it.data(db)?))).collect();
         if introspection {
             let names: Vec<String> = features.iter().map(|(_, it)| script_name(&it.name.name)).collect();
@@ -331,7 +320,7 @@ fn streams<'db>(db: &'db dyn ModelDb, project: Project<'db>, flat: &Flat<'db>) -
             if connected.contains(&(&instance.name, name)) {
                 continue;
             }
-            let ty = type_of(db, project, port.shell, data.ty.as_ref());
+            let ty = model.type_of(port.shell, data.ty.as_ref());
             let end = format!("{}.{}", task_name(&instance.name), script_name(name));
             let Some(package) = topic_package(&ty) else {
                 streams.left_out.push(end);

@@ -3,20 +3,16 @@
 //! [`mauve_timing::task_set`] says what stands there.
 
 use mauve_diagnostics::PROSE;
-use mauve_hir::{ModelDb, Project};
 use mauve_timing::task_set::Exported;
 use mauve_wcrt::{exported_component, task_set_of};
 
 use crate::cpp_name::file_name;
-use crate::library::Library;
+use crate::library::Model;
 use crate::package::GeneratedFile;
 
 /// The files of a package that tell what was analysed, at all levels of the timing tables.
-pub(crate) fn export_files<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    library: &Library<'db>,
-) -> Vec<GeneratedFile> {
+pub(crate) fn export_files(model: Model<'_, '_>) -> Vec<GeneratedFile> {
+    let Model { db, project, library, .. } = model;
     let components = library.components.iter().map(|&(component, _)| {
         let content = Exported::Component(exported_component(db, project, component, &PROSE));
         (format!("models/{}.psm.json", file_name(component.name(db))), content)

@@ -4,7 +4,8 @@ use crate::deployment::Deployed;
 use crate::escape::xml;
 use crate::origin::{comment_lines, generated_from};
 
-pub(crate) fn launch_file(deployed: &Deployed, package: &str) -> String {
+pub(crate) fn launch_file(deployed: &Deployed) -> String {
+    let package = &deployed.package;
     // Names have nothing that roslaunch would substitute: the only `$(find …)` and `$(arg …)` are those here.
     let script = xml(&format!("-s $(find {package})/scripts/{}.ops", deployed.name));
     let description: Vec<String> =

@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 
 use mauve_diagnostics::{Severity, diagnostics_of_file, project_diagnostics};
-use mauve_hir::item_tree::{FeatureKind, Kind, Name, Parameter, TypeRef};
+use mauve_hir::item_tree::{Direction, FeatureKind, Kind, Name, Parameter, TypeRef};
 use mauve_hir::{
-    Callee, Decl, FeatureOf, Location, ModelDb, Project, Type, catalogue, codel, component, config_file,
-    config_of, core, core_of, deployed, deployment, external_types, features_of, inference_of_core, names_of,
-    shell_of, type_of,
+    Callee, Config, Decl, FeatureOf, Location, ModelDb, Project, Type, Workspace, catalogue, codel,
+    component, config_file, config_of, core, core_of, deployed, deployment, external_types, features_of,
+    inference_of_core, names_of, shell_of, type_of,
 };
 use mauve_syntax::keywords::ActivityField;
 use mauve_wcrt::mask;
@@ -379,17 +379,43 @@ impl<'db> Reader<'db> {
     }
 }
 
-/// Returns the features of a component in the order of the text, those of the shells that its shell extends first.
-pub(crate) fn features_in_order<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    component: Decl<'db>,
-) -> Vec<&'db FeatureOf<'db>> {
-    let Some(shell) = shell_of(db, project, component) else { return Vec::new() };
-    let features = features_of(db, project, shell);
-    let mut all: Vec<&FeatureOf<'db>> = features.by_name.values().flatten().collect();
-    all.sort_by_cached_key(|it| (features.shells.iter().rev().position(|of| *of == it.shell), it.index));
-    all
+/// What the files of a package are generated from.
+#[derive(Clone, Copy)]
+pub(crate) struct Model<'a, 'db> {
+    pub(crate) db: &'db dyn ModelDb,
+    pub(crate) project: Project<'db>,
+    pub(crate) libraries: &'a Libraries<'db>,
+    /// The library of the package.
+    pub(crate) library: &'a Library<'db>,
+}
+
+impl<'db> Model<'_, 'db> {
+    pub(crate) fn workspace(&self) -> Workspace {
+        self.project.workspace(self.db)
+    }
+
+    pub(crate) fn config(&self) -> &'db Config {
+        config_of(self.db, self.workspace())
+    }
+
+    /// Returns the type that a declaration names.
+    pub(crate) fn type_of(&self, of: Decl<'db>, ty: Option<&TypeRef>) -> Type {
+        type_of(self.db, self.project, of, ty)
+    }
+
+    /// Returns the directions and types of parameters that are declared in `of`.
+    pub(crate) fn parameters(&self, of: Decl<'db>, all: &[Parameter]) -> Vec<(Direction, Type)> {
+        all.iter().map(|it| (it.direction, self.type_of(of, it.ty.as_ref()))).collect()
+    }
+
+    /// Returns the features of a component in the order of the text, those of the shells that its shell extends first.
+    pub(crate) fn features(&self, component: Decl<'db>) -> Vec<&'db FeatureOf<'db>> {
+        let Some(shell) = shell_of(self.db, self.project, component) else { return Vec::new() };
+        let features = features_of(self.db, self.project, shell);
+        let mut all: Vec<&FeatureOf<'db>> = features.by_name.values().flatten().collect();
+        all.sort_by_cached_key(|it| (features.shells.iter().rev().position(|of| *of == it.shell), it.index));
+        all
+    }
 }
 
 /// Returns the types that the declaration of a codel names, with the codel.

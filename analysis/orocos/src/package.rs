@@ -7,7 +7,7 @@ use crate::codels::codel_files;
 use crate::component::component_files;
 use crate::deployment::deployment_files;
 use crate::export::export_files;
-use crate::library::{Libraries, Library, Problem, libraries, problems};
+use crate::library::{Library, Model, Problem, libraries, problems};
 use crate::origin::generated_from;
 use crate::task::task_files;
 use crate::trace::trace_files;
@@ -121,25 +121,20 @@ pub fn packages<'db>(
     let needed = deployment.map(|deployment| libraries.needed_by(deployment));
     let is_needed = |index: &usize| needed.as_ref().is_none_or(|needed| needed.contains(index));
     let all = libraries.all.iter().enumerate().filter(|(index, _)| is_needed(index));
-    Ok(all.map(|(_, library)| package(db, project, libraries, library)).collect())
+    Ok(all.map(|(_, library)| package(Model { db, project, libraries, library })).collect())
 }
 
-fn package<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    libraries: &Libraries<'db>,
-    library: &Library<'db>,
-) -> Package {
-    let mut files = codel_files(db, project, library);
-    files.extend(component_files(db, project, libraries, library));
-    files.extend(task_files(library));
-    files.extend(trace_files(library));
-    files.extend(deployment_files(db, project, libraries, library));
-    files.extend(export_files(db, project, library));
+fn package(model: Model<'_, '_>) -> Package {
+    let mut files = codel_files(model);
+    files.extend(component_files(model));
+    files.extend(task_files(model.library));
+    files.extend(trace_files(model.library));
+    files.extend(deployment_files(model));
+    files.extend(export_files(model));
     // The last one: what is installed is what the others make.
-    let build = build_files(db, project, libraries, library, &files);
+    let build = build_files(model, &files);
     files.extend(build);
-    Package { name: library.package.clone(), files }
+    Package { name: model.library.package.clone(), files }
 }
 
 #[cfg(test)]

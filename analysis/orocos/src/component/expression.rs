@@ -13,12 +13,12 @@ use mauve_hir::item_tree::{
     BinaryOperator, CallStatus, Direction, Expr, Literal, NameRef, PortStatus, SourceId, UnaryOperator,
 };
 use mauve_hir::{
-    Binding, Builtin, Callee, Decl, Integer, ProgramId, Type, Value, VariableId, VariableKind, codel, type_of,
+    Binding, Builtin, Callee, Decl, Integer, ProgramId, Type, Value, VariableId, VariableKind, codel,
 };
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::obvious::{Comparison, are_obvious, comparison, is_obvious};
-use super::{Class, LastCall, Member, Model, SentOperation};
+use super::{Class, LastCall, Member, SentOperation};
 use crate::cpp_name::{CppNames, as_identifier};
 use crate::cpp_type::{integer_type, is_large};
 use crate::escape::cpp_string;
@@ -588,17 +588,16 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
 
     fn call(&mut self, callee: &NameRef, arguments: &'db [Expr]) -> Option<Code> {
         let class = self.class;
-        let Model { db, project, libraries } = class.model;
         let found = class.inference.callee(callee.id)?;
         match found {
             Callee::Codel(of) => {
-                let data = codel(db, of)?;
+                let data = codel(class.model.db, of)?;
                 let parameters = class.model.parameters(of, &data.parameters);
                 let arguments = self.arguments(found, &parameters, arguments);
-                let function = libraries.qualified(of).unwrap_or_default();
+                let function = class.model.libraries.qualified(of).unwrap_or_default();
                 let call = format!("{function}({})", arguments.join(", "));
-                let key = cpp_string(&of.qualified(db));
-                let result = type_of(db, project, of, data.result.as_ref());
+                let key = cpp_string(&of.qualified(class.model.db));
+                let result = class.model.type_of(of, data.result.as_ref());
                 Some(Code::primary(format!("MAUVE_TRACE_CODEL(getName(), {key}, {call})"), result))
             }
             Callee::Operation(index) => {

@@ -30,7 +30,7 @@ pub(super) fn text(class: &Class<'_, '_>) -> String {
         text.line(0, format!("#include <rtt/{header}.hpp>"));
     }
     text.gap();
-    let (package, name) = (&class.library.package, &class.name);
+    let (package, name) = (&class.model.library.package, &class.name);
     text.line(0, format!("#include <{package}/{package}-task.hpp>"));
     text.line(0, format!("#include <{package}/{package}-types.hpp>"));
     text.gap();
@@ -222,7 +222,7 @@ impl<'db> Class<'_, 'db> {
     }
 
     pub(super) fn written_by(&self) -> String {
-        format!("// {}", generated_from(&self.library.package))
+        format!("// {}", generated_from(&self.model.library.package))
     }
 
     /// A feature as the model declares it: `property body_width: double [0.3; 1.0]`.

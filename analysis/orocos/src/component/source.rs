@@ -44,7 +44,7 @@ pub(super) fn text(class: &Class<'_, '_>) -> String {
     }
     let mut text = Text::default();
     includes(class, &body.out, &mut text);
-    let package = &class.library.package;
+    let package = &class.model.library.package;
     if class.is_obvious.get() {
         MEANT.iter().for_each(|line| text.line(0, line));
         text.gap();
@@ -54,7 +54,7 @@ pub(super) fn text(class: &Class<'_, '_>) -> String {
     text.out += &body.out;
     text.line(0, format!("}}  // namespace {package}"));
     text.gap();
-    let create = match class.library.components.as_slice() {
+    let create = match class.model.library.components.as_slice() {
         [_] => "ORO_CREATE_COMPONENT",
         _ => "ORO_LIST_COMPONENT_TYPE",
     };
@@ -89,7 +89,7 @@ fn includes(class: &Class<'_, '_>, body: &str, text: &mut Text) {
     for package in codels.collect::<BTreeSet<_>>() {
         text.line(0, format!("#include <{package}/{package}-codels.hpp>"));
     }
-    let package = &class.library.package;
+    let package = &class.model.library.package;
     text.line(0, format!("#include <{package}/{package}-trace.hpp>"));
     text.gap();
 }
