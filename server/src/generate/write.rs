@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 
 use mauve_orocos::{Action, MANIFEST, Step};
 
-use super::{Out, is_name, leads_nowhere, no_path, not_a_file, not_a_folder};
+use super::{Out, is_name, leads_nowhere, no_path, not_a_file, not_a_folder, not_read};
 use crate::folder::{Folder, Folders, Kind};
 
 /// Where new texts wait, and old ones.
@@ -197,7 +197,7 @@ pub(crate) fn target(root: &Path, step: &Step) -> Result<PathBuf, String> {
             Ok(data) => data,
             // What stands above was looked at: there is nothing.
             Err(error) if error.kind() == ErrorKind::NotFound => continue,
-            Err(error) => return Err(format!("`{}` cannot be read: {error}", at.display())),
+            Err(error) => return Err(not_read(&at, &error)),
         };
         let mut is_folder = data.is_dir();
         if data.is_symlink() {
