@@ -15,6 +15,7 @@ use rustc_hash::FxHashSet;
 use crate::component::{is_set_from_text, ports_of_introspection};
 use crate::cpp_name::{file_name, script_name, task_name};
 use crate::library::{Model, topological_order};
+use crate::origin::{comment_lines, generated_from};
 use crate::package::GeneratedFile;
 use crate::{launch, lua, ops};
 
@@ -58,8 +59,8 @@ pub(crate) struct Deployed {
     pub(crate) connections: Vec<([String; 2], Option<u32>)>,
     /// Required and provided operation.
     pub(crate) operations: Vec<[String; 2]>,
-    /// The names of the tasks, those that provide operations before those that require them.
-    pub(crate) order: Vec<String>,
+    /// The numbers of the tasks, those that provide operations before those that require them.
+    order: Vec<usize>,
     /// The topics, where ports are topics.
     pub(crate) streams: Option<Streams>,
 }
@@ -88,10 +89,15 @@ pub(crate) struct Activity {
     pub(crate) affinity: Option<u32>,
 }
 
+pub(crate) const ROS: &str = "ROS, and the types of the messages.";
 pub(crate) const LOADED: &str = "The instances, who provides operations before who requires them: the deployer stops them the \
     other way round.";
+pub(crate) const SET: &str = "Values that the model sets, and those that rest on them.";
+pub(crate) const CONNECTIONS: &str =
+    "The connections: from an output to an input, which keeps the last value or so many.";
 pub(crate) const ACTIVITIES: &str = "How they run: period in seconds, priority, scheduler; and on which CPUs, a bit for each. \
     Each then looks whether its thread has that.";
+pub(crate) const CONFIGURED: &str = "Where all that has worked, all are configured.";
 pub(crate) const STARTED: &str = "They start, unless MAUVE_START is false: who provides operations before who requires them. \
     Where one does not start, all are stopped again.";
 pub(crate) const VALUES: &str =
@@ -120,10 +126,48 @@ pub(crate) fn streaming(topic: &str) -> String {
     format!("make topic {topic}: does roscore run?")
 }
 
+/// The text of a script.
+pub(crate) struct Script {
+    pub(crate) text: String,
+    /// What begins a comment.
+    mark: &'static str,
+}
+
+impl Script {
+    pub(crate) fn new(deployed: &Deployed, mark: &'static str, prelude: &str) -> Script {
+        let mut script = Script { text: String::new(), mark };
+        script.comment(&generated_from(&deployed.package));
+        script.comment(&deployed.description);
+        script.text += prelude;
+        script
+    }
+
+    pub(crate) fn line(&mut self, line: &str) {
+        self.text += line;
+        self.text.push('\n');
+    }
+
+    pub(crate) fn comment(&mut self, text: &str) {
+        comment_lines(text).iter().for_each(|line| self.line(&format!("{} {line}", self.mark)));
+    }
+
+    /// Writes an empty line, and what the next lines are about.
+    pub(crate) fn section(&mut self, about: &str) {
+        self.text.push('\n');
+        self.comment(about);
+    }
+
+    pub(crate) fn left_out(&mut self, streams: &Streams) {
+        for port in &streams.left_out {
+            self.comment(&format!("Not {port}: no message has its type."));
+        }
+    }
+}
+
 impl Deployed {
     /// The instances, in the order in which they are loaded, configured and started.
-    pub(crate) fn in_order(&self) -> impl Iterator<Item = &Task> {
-        self.order.iter().filter_map(|name| self.tasks.iter().find(|task| task.name == *name))
+    pub(crate) fn in_order(&self) -> impl DoubleEndedIterator<Item = &Task> {
+        self.order.iter().filter_map(|&number| self.tasks.get(number))
     }
 
     /// The instances with properties, in that order.
@@ -176,10 +220,9 @@ fn deployed<'db>(model: Model<'_, 'db>, of: Decl<'db>) -> Option<Deployed> {
         tasks.iter().filter_map(|task| Some(task.class.split_once("::")?.0)).collect();
     let packages = libraries.all.iter().map(|library| library.package.clone());
     let with_streams = model.config().ros_streams != Some(false);
-    let providers = |task: &Task| -> FxHashSet<String> {
-        let required = operations.clone().filter(|link| task_name(&link.target.0) == task.name);
-        required.map(|link| task_name(&link.source.0)).collect()
-    };
+    let number = |instance: &Name| tasks.iter().position(|task| task.name == task_name(instance));
+    let required = operations.clone().map(|link| (number(&link.target.0), number(&link.source.0)));
+    let required: FxHashSet<_> = required.collect();
     Some(Deployed {
         name: file_name(of.name(db)),
         package: library.package.clone(),
@@ -190,7 +233,7 @@ fn deployed<'db>(model: Model<'_, 'db>, of: Decl<'db>) -> Option<Deployed> {
             file_and_line(db, model.workspace(), &Location::name_of(of)),
         ),
         packages: packages.filter(|package| used.contains(package.as_str())).collect(),
-        order: ordered(&tasks.iter().map(|task| (task.name.clone(), providers(task))).collect::<Vec<_>>()),
+        order: topological_order(tasks.len(), |one, other| required.contains(&(Some(one), Some(other)))),
         connections: connections.map(|link| ([end(&link.source), end(&link.target)], link.buffer)).collect(),
         operations: operations.clone().map(|link| [end(&link.target), end(&link.source)]).collect(),
         streams: with_streams.then(|| streams(model, flat)),
@@ -283,17 +326,6 @@ fn seconds(time: Time) -> String {
     if short.ends_with('.') { format!("{short}0") } else { short.to_owned() }
 }
 
-/// Names and who must come before each: in the order given, unless that is needed. Where they wait for each other, the first
-/// of them goes first.
-fn ordered(all: &[(String, FxHashSet<String>)]) -> Vec<String> {
-    let waits = |one: usize, other: usize| match (all.get(one), all.get(other)) {
-        (Some((_, before)), Some((name, _))) => before.contains(name),
-        _ => false,
-    };
-    let order = topological_order(all.len(), waits).into_iter();
-    order.filter_map(|index| all.get(index)).map(|(name, _)| name.clone()).collect()
-}
-
 fn streams<'db>(model: Model<'_, 'db>, flat: &Flat<'db>) -> Streams {
     let Model { db, project, .. } = model;
     let introspection = model.config().introspection != Some(false);
@@ -356,18 +388,5 @@ mod tests {
         assert_eq!([of(100_000_000), of(1), of(1_000_000_000)], ["0.1", "0.000000001", "1.0"]);
         assert_eq!(of(33_333_333), "0.033333333");
         assert_eq!(of(u64::MAX), "18446744073.709551615");
-    }
-
-    #[test]
-    fn who_provides_comes_before_who_requires() {
-        let order = |all: &[(&str, &[&str])]| {
-            let of = |(name, before): &(&str, &[&str])| {
-                ((*name).to_owned(), before.iter().map(|it| (*it).to_owned()).collect())
-            };
-            ordered(&all.iter().map(of).collect::<Vec<_>>()).join(" ")
-        };
-        assert_eq!(order(&[("a", &[]), ("b", &[]), ("c", &[])]), "a b c");
-        assert_eq!(order(&[("a", &["c"]), ("b", &[]), ("c", &["d"]), ("d", &[])]), "b d c a");
-        assert_eq!(order(&[("a", &["b"]), ("b", &["a"]), ("c", &["c"])]), "c a b");
     }
 }

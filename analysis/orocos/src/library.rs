@@ -479,6 +479,7 @@ fn root_name(db: &dyn ModelDb, project: Project<'_>) -> String {
 mod tests {
     use mauve_hir::{Database, Workspace, projects};
 
+    use super::topological_order;
     use crate::{Artifact, Package, ProblemKind, packages};
 
     /// The packages of a model; or what is wrong, and at which word.
@@ -531,6 +532,16 @@ mod tests {
         let others = "library l { codel go(): int shell S { } core K(S) { update = { go(); } } component Go(S, K) } \
             library m { codel Go(): int }";
         assert_eq!(generated(others).map(|packages| packages.len()), Ok(2));
+    }
+
+    #[test]
+    fn numbers_stand_behind_those_that_they_wait_for() {
+        let order = |count: usize, waits: &[(usize, usize)]| {
+            topological_order(count, |one, other| waits.contains(&(one, other)))
+        };
+        assert_eq!(order(3, &[]), [0, 1, 2]);
+        assert_eq!(order(4, &[(0, 2), (2, 3)]), [1, 3, 2, 0]);
+        assert_eq!(order(3, &[(0, 1), (1, 0), (2, 2)]), [2, 0, 1]);
     }
 
     #[test]

@@ -3,11 +3,10 @@
 use mauve_hir::Value;
 
 use crate::deployment::{
-    ACTIVITIES, Activity, BACKGROUND, Deployed, LOADED, STARTED, STREAMS, TOPICS, Task, VALUES, connecting,
-    pinning, scheduling, streaming,
+    ACTIVITIES, Activity, BACKGROUND, CONFIGURED, CONNECTIONS, Deployed, LOADED, ROS, SET, STARTED, STREAMS,
+    Script, TOPICS, Task, VALUES, connecting, pinning, scheduling, streaming,
 };
 use crate::escape::lua_string;
-use crate::origin::{comment_lines, generated_from};
 
 /// What every script begins with.
 const PRELUDE: &str = r#"
@@ -46,170 +45,141 @@ end
 "#;
 
 pub(crate) fn script(deployed: &Deployed) -> String {
-    let mut script = Script { text: String::new() };
-    script.comment(&generated_from(&deployed.package));
-    script.comment(&deployed.description);
-    script.text += PRELUDE;
-    script.imports(deployed);
-    script.tasks(deployed);
-    script.values(deployed);
-    script.connections(deployed);
-    script.activities(&deployed.tasks);
-    script.streams(deployed);
-    script.start(deployed);
+    let mut script = Script::new(deployed, "--", PRELUDE);
+    imports(&mut script, deployed);
+    tasks(&mut script, deployed);
+    values(&mut script, deployed);
+    connections(&mut script, deployed);
+    activities(&mut script, deployed);
+    streams(&mut script, deployed);
+    start(&mut script, deployed);
     script.text
 }
 
-struct Script {
-    text: String,
+fn write_call(script: &mut Script, function: &str, arguments: &[&str]) {
+    script.line(&format!("{function}({})", arguments.join(", ")));
 }
 
-impl Script {
-    fn line(&mut self, line: &str) {
-        self.text += line;
-        self.text.push('\n');
-    }
+/// A step, and what cannot be done where it fails.
+fn step(script: &mut Script, call: &str, what: &str) {
+    write_call(script, "worked", &[call, &lua_string(what)]);
+}
 
-    fn comment(&mut self, text: &str) {
-        comment_lines(text).iter().for_each(|line| self.line(&format!("-- {line}")));
+fn imports(script: &mut Script, deployed: &Deployed) {
+    if deployed.streams.is_some() {
+        script.section(ROS);
+        script.comment(TOPICS);
+        deployed.ros_packages().iter().for_each(|it| write_call(script, "import", &[&lua_string(it)]));
     }
+    script.section("The components.");
+    deployed.packages.iter().for_each(|it| write_call(script, "import", &[&lua_string(it)]));
+}
 
-    /// An empty line, and what the next ones are about.
-    fn section(&mut self, about: &str) {
-        self.text.push('\n');
-        self.comment(about);
+fn tasks(script: &mut Script, deployed: &Deployed) {
+    script.section(LOADED);
+    for Task { name, class, .. } in deployed.in_order() {
+        write_call(script, "load", &[&lua_string(name), &lua_string(class)]);
     }
-
-    fn call(&mut self, function: &str, arguments: &[&str]) {
-        self.line(&format!("{function}({})", arguments.join(", ")));
+    if deployed.tasks.iter().any(|task| !task.values.is_empty()) {
+        script.section(SET);
     }
-
-    /// A step, and what cannot be done where it fails.
-    fn step(&mut self, call: &str, what: &str) {
-        self.call("worked", &[call, &lua_string(what)]);
-    }
-
-    fn imports(&mut self, deployed: &Deployed) {
-        if deployed.streams.is_some() {
-            self.section("ROS, and the types of the messages.");
-            self.comment(TOPICS);
-            deployed.ros_packages().iter().for_each(|it| self.call("import", &[&lua_string(it)]));
-        }
-        self.section("The components.");
-        deployed.packages.iter().for_each(|it| self.call("import", &[&lua_string(it)]));
-    }
-
-    fn tasks(&mut self, deployed: &Deployed) {
-        self.section(LOADED);
-        for Task { name, class, .. } in deployed.in_order() {
-            self.call("load", &[&lua_string(name), &lua_string(class)]);
-        }
-        if deployed.tasks.iter().any(|task| !task.values.is_empty()) {
-            self.section("Values that the model sets, and those that rest on them.");
-        }
-        for task in &deployed.tasks {
-            for (property, value, from_text) in &task.values {
-                let [name, property] = [&task.name, property].map(|text| lua_string(text));
-                if *from_text {
-                    let call = format!("task({name}):mauve_set({property}, {})", lua_string(&value.text()));
-                    self.step(&call, &format!("set {} of {}", property.trim_matches('"'), task.name));
-                } else {
-                    self.call("set", &[&name, &property, &literal(value)]);
-                }
+    for task in &deployed.tasks {
+        for (property, value, from_text) in &task.values {
+            let [name, property] = [&task.name, property].map(|text| lua_string(text));
+            if *from_text {
+                let call = format!("task({name}):mauve_set({property}, {})", lua_string(&value.text()));
+                step(script, &call, &format!("set {} of {}", property.trim_matches('"'), task.name));
+            } else {
+                write_call(script, "set", &[&name, &property, &literal(value)]);
             }
         }
     }
+}
 
-    fn values(&mut self, deployed: &Deployed) {
-        let names = deployed.with_values();
-        if names.is_empty() {
-            return;
-        }
-        self.section(VALUES);
-        self.text += READ;
-        for name in names {
-            self.call("read", &[&lua_string(name)]);
+fn values(script: &mut Script, deployed: &Deployed) {
+    let names = deployed.with_values();
+    if names.is_empty() {
+        return;
+    }
+    script.section(VALUES);
+    script.text += READ;
+    for name in names {
+        write_call(script, "read", &[&lua_string(name)]);
+    }
+}
+
+fn connections(script: &mut Script, deployed: &Deployed) {
+    if !deployed.connections.is_empty() {
+        script.section(CONNECTIONS);
+        script.text += CONNECT;
+    }
+    for ([from, to], buffer) in &deployed.connections {
+        let what = lua_string(&connecting(from, to));
+        let [from, to] = [from, to].map(|end| lua_string(end));
+        match buffer {
+            None => write_call(script, "connect", &[&from, &to, "nil", &what]),
+            Some(size) => write_call(script, "connect", &[&from, &to, &size.to_string(), &what]),
         }
     }
-
-    fn connections(&mut self, deployed: &Deployed) {
-        if !deployed.connections.is_empty() {
-            self.section(
-                "The connections: from an output to an input, which keeps the last value or so many.",
-            );
-            self.text += CONNECT;
-        }
-        for ([from, to], buffer) in &deployed.connections {
-            let what = lua_string(&connecting(from, to));
-            let [from, to] = [from, to].map(|end| lua_string(end));
-            match buffer {
-                None => self.call("connect", &[&from, &to, "nil", &what]),
-                Some(size) => self.call("connect", &[&from, &to, &size.to_string(), &what]),
-            }
-        }
-        if !deployed.operations.is_empty() {
-            self.section("The operations: who requires it, who provides it.");
-        }
-        for [required, provided] in &deployed.operations {
-            let call =
-                format!("deployer:connectOperations({}, {})", lua_string(required), lua_string(provided));
-            self.step(&call, &connecting(required, provided));
-        }
+    if !deployed.operations.is_empty() {
+        script.section("The operations: who requires it, who provides it.");
     }
-
-    fn activities(&mut self, tasks: &[Task]) {
-        self.section(ACTIVITIES);
-        for Task { name, activity, .. } in tasks {
-            let Activity { period, assumed, affinity, .. } = activity;
-            if *assumed {
-                self.comment(BACKGROUND);
-            }
-            let (priority, scheduler) = activity.scheduling();
-            let quoted = lua_string(name);
-            let arguments = format!("{quoted}, {period}, {priority}, rtt.globals.{scheduler}");
-            self.step(&format!("deployer:setActivity({arguments})"), &scheduling(name));
-            if activity.priority.is_none() {
-                let arguments = format!("{quoted}, rtt.globals.ORO_WAIT_REL");
-                self.step(&format!("deployer:setWaitPeriodPolicy({arguments})"), &scheduling(name));
-            }
-            let mask = affinity.unwrap_or_default();
-            if affinity.is_some() {
-                self.step(&format!("task({quoted}):setCpuAffinity({mask})"), &pinning(name));
-            }
-            let call = format!("task({quoted}):mauve_runs_as({priority}, {mask})");
-            self.step(&call, &format!("start {name}"));
-        }
+    for [required, provided] in &deployed.operations {
+        let call = format!("deployer:connectOperations({}, {})", lua_string(required), lua_string(provided));
+        step(script, &call, &connecting(required, provided));
     }
+}
 
-    fn streams(&mut self, deployed: &Deployed) {
-        let Some(streams) = &deployed.streams else { return };
-        let topics: Vec<&[String; 2]> = streams.topics.iter().chain(&streams.shown).collect();
-        if !topics.is_empty() || !streams.left_out.is_empty() {
-            self.section(STREAMS);
+fn activities(script: &mut Script, deployed: &Deployed) {
+    script.section(ACTIVITIES);
+    for Task { name, activity, .. } in &deployed.tasks {
+        let Activity { period, assumed, affinity, .. } = activity;
+        if *assumed {
+            script.comment(BACKGROUND);
         }
-        if !topics.is_empty() {
-            self.line("local ros = rtt.provides(\"ros\"):provides(\"comm\")");
+        let (priority, scheduler) = activity.scheduling();
+        let quoted = lua_string(name);
+        let arguments = format!("{quoted}, {period}, {priority}, rtt.globals.{scheduler}");
+        step(script, &format!("deployer:setActivity({arguments})"), &scheduling(name));
+        if activity.priority.is_none() {
+            let arguments = format!("{quoted}, rtt.globals.ORO_WAIT_REL");
+            step(script, &format!("deployer:setWaitPeriodPolicy({arguments})"), &scheduling(name));
         }
-        for [port, topic] in topics {
-            let call = format!("deployer:stream({}, ros:topic({}))", lua_string(port), lua_string(topic));
-            self.step(&call, &streaming(topic));
+        let mask = affinity.unwrap_or_default();
+        if affinity.is_some() {
+            step(script, &format!("task({quoted}):setCpuAffinity({mask})"), &pinning(name));
         }
-        for port in &streams.left_out {
-            self.comment(&format!("Not {port}: no message has its type."));
-        }
+        let call = format!("task({quoted}):mauve_runs_as({priority}, {mask})");
+        step(script, &call, &format!("start {name}"));
     }
+}
 
-    fn start(&mut self, deployed: &Deployed) {
-        self.section("Where all that has worked, all are configured.");
-        for name in &deployed.order {
-            self.step(&format!("task({}):configure()", lua_string(name)), &format!("configure {name}"));
-        }
-        self.section(STARTED);
-        self.line("local order = {");
-        deployed.order.iter().for_each(|name| self.line(&format!("  {},", lua_string(name))));
-        self.line("}");
-        self.text += START;
+fn streams(script: &mut Script, deployed: &Deployed) {
+    let Some(streams) = &deployed.streams else { return };
+    let topics: Vec<&[String; 2]> = streams.topics.iter().chain(&streams.shown).collect();
+    if !topics.is_empty() || !streams.left_out.is_empty() {
+        script.section(STREAMS);
     }
+    if !topics.is_empty() {
+        script.line("local ros = rtt.provides(\"ros\"):provides(\"comm\")");
+    }
+    for [port, topic] in topics {
+        let call = format!("deployer:stream({}, ros:topic({}))", lua_string(port), lua_string(topic));
+        step(script, &call, &streaming(topic));
+    }
+    script.left_out(streams);
+}
+
+fn start(script: &mut Script, deployed: &Deployed) {
+    script.section(CONFIGURED);
+    for Task { name, .. } in deployed.in_order() {
+        step(script, &format!("task({}):configure()", lua_string(name)), &format!("configure {name}"));
+    }
+    script.section(STARTED);
+    script.line("local order = {");
+    deployed.in_order().for_each(|task| script.line(&format!("  {},", lua_string(&task.name))));
+    script.line("}");
+    script.text += START;
 }
 
 const READ: &str = r#"local values = os.getenv("MAUVE_VALUES") or ""

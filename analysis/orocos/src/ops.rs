@@ -21,11 +21,10 @@
 use mauve_hir::Value;
 
 use crate::deployment::{
-    ACTIVITIES, Activity, BACKGROUND, Deployed, LOADED, NOTHING_STARTS, STARTED, STREAMS, TOPICS, Task,
-    VALUES, connecting, pinning, reading, scheduling, streaming,
+    ACTIVITIES, Activity, BACKGROUND, CONFIGURED, CONNECTIONS, Deployed, LOADED, NOTHING_STARTS, ROS, SET,
+    STARTED, STREAMS, Script, TOPICS, Task, VALUES, connecting, pinning, reading, scheduling, streaming,
 };
 use crate::escape::ops_string;
-use crate::origin::{comment_lines, generated_from};
 
 /// What every script begins with. A package is also looked for below the name of its target: where the deployer is run beside
 /// the folder of a package, RTT takes that for what is installed of it.
@@ -53,227 +52,198 @@ var bool ready = true
 "#;
 
 pub(crate) fn script(deployed: &Deployed) -> String {
-    let mut script = Script { text: String::new(), tasks: &deployed.tasks };
-    script.comment(&generated_from(&deployed.package));
-    script.comment(&deployed.description);
-    script.text += PRELUDE;
-    script.imports(deployed);
-    script.tasks(deployed);
-    script.values(deployed);
-    script.connections(deployed);
-    script.activities();
-    script.streams(deployed);
-    script.start(deployed);
+    let mut script = Script::new(deployed, "//", PRELUDE);
+    imports(&mut script, deployed);
+    tasks(&mut script, deployed);
+    values(&mut script, deployed);
+    connections(&mut script, deployed);
+    activities(&mut script, deployed);
+    streams(&mut script, deployed);
+    start(&mut script, deployed);
     script.text
 }
 
-struct Script<'a> {
-    text: String,
-    tasks: &'a [Task],
+/// A step, and what cannot be done where it fails.
+fn step(script: &mut Script, indent: &str, call: &str, what: &str) {
+    script.line(&format!("{indent}ready = worked({call}, {}) && ready", ops_string(what)));
 }
 
-impl Script<'_> {
-    fn line(&mut self, line: &str) {
-        self.text += line;
-        self.text.push('\n');
+fn imports(script: &mut Script, deployed: &Deployed) {
+    let import = |script: &mut Script, package: &str| {
+        script.line(&format!("ready = imported({}) && ready", ops_string(package)));
+    };
+    if deployed.streams.is_some() {
+        script.section(ROS);
+        deployed.ros_packages().into_iter().for_each(|it| import(script, it));
+        script.line("if ( !ready ) then {");
+        script.line(&format!("  print.err({})", ops_string(TOPICS)));
+        script.line("}");
     }
+    script.section("The components.");
+    deployed.packages.iter().for_each(|it| import(script, it));
+}
 
-    fn comment(&mut self, text: &str) {
-        comment_lines(text).iter().for_each(|line| self.line(&format!("// {line}")));
+fn tasks(script: &mut Script, deployed: &Deployed) {
+    script.section(LOADED);
+    for Task { name, class, .. } in deployed.in_order() {
+        script.line(&format!("ready = loaded({}, {}) && ready", ops_string(name), ops_string(class)));
     }
-
-    /// An empty line, and what the next ones are about.
-    fn section(&mut self, about: &str) {
-        self.text.push('\n');
-        self.comment(about);
+    script.line("if ( !ready ) then {");
+    script.line(&format!("  print.err({})", ops_string(NOTHING_STARTS)));
+    script.line("}");
+    if deployed.tasks.iter().any(|task| !task.values.is_empty()) {
+        script.section(SET);
     }
-
-    /// A step, and what cannot be done where it fails.
-    fn step(&mut self, indent: &str, call: &str, what: &str) {
-        self.line(&format!("{indent}ready = worked({call}, {}) && ready", ops_string(what)));
-    }
-
-    fn imports(&mut self, deployed: &Deployed) {
-        let import = |script: &mut Self, package: &str| {
-            script.line(&format!("ready = imported({}) && ready", ops_string(package)));
-        };
-        if deployed.streams.is_some() {
-            self.section("ROS, and the types of the messages.");
-            deployed.ros_packages().into_iter().for_each(|it| import(self, it));
-            self.line("if ( !ready ) then {");
-            self.line(&format!("  print.err({})", ops_string(TOPICS)));
-            self.line("}");
-        }
-        self.section("The components.");
-        deployed.packages.iter().for_each(|it| import(self, it));
-    }
-
-    fn tasks(&mut self, deployed: &Deployed) {
-        self.section(LOADED);
-        for Task { name, class, .. } in deployed.in_order() {
-            self.line(&format!("ready = loaded({}, {}) && ready", ops_string(name), ops_string(class)));
-        }
-        self.line("if ( !ready ) then {");
-        self.line(&format!("  print.err({})", ops_string(NOTHING_STARTS)));
-        self.line("}");
-        if self.tasks.iter().any(|task| !task.values.is_empty()) {
-            self.section("Values that the model sets, and those that rest on them.");
-        }
-        for task in self.tasks {
-            for (property, value, from_text) in &task.values {
-                if *from_text {
-                    let text = ops_string(&value.text());
-                    self.line(&format!(
-                        "ready = {}.mauve_set({}, {text}) && ready",
-                        task.name,
-                        ops_string(property)
-                    ));
-                } else {
-                    self.line(&format!("{}.{property} = {}", task.name, literal(value)));
-                }
+    for task in &deployed.tasks {
+        for (property, value, from_text) in &task.values {
+            if *from_text {
+                let text = ops_string(&value.text());
+                script.line(&format!(
+                    "ready = {}.mauve_set({}, {text}) && ready",
+                    task.name,
+                    ops_string(property)
+                ));
+            } else {
+                script.line(&format!("{}.{property} = {}", task.name, literal(value)));
             }
         }
     }
+}
 
-    fn values(&mut self, deployed: &Deployed) {
-        let names = deployed.with_values();
-        if names.is_empty() {
-            return;
-        }
-        self.section(VALUES);
-        self.line("var string values = os.getenv(\"MAUVE_VALUES\")");
-        for name in &names {
-            self.step("", &format!("loadService({}, \"marshalling\")", ops_string(name)), &reading(name));
-        }
-        self.line("if ( values != \"\" ) then {");
-        for name in &names {
-            let call = format!("{name}.marshalling.updateProperties(values + \"/{name}.cpf\")");
-            self.step("  ", &call, &reading(name));
-        }
-        self.line("}");
+fn values(script: &mut Script, deployed: &Deployed) {
+    let names = deployed.with_values();
+    if names.is_empty() {
+        return;
     }
+    script.section(VALUES);
+    script.line("var string values = os.getenv(\"MAUVE_VALUES\")");
+    for name in &names {
+        step(script, "", &format!("loadService({}, \"marshalling\")", ops_string(name)), &reading(name));
+    }
+    script.line("if ( values != \"\" ) then {");
+    for name in &names {
+        let call = format!("{name}.marshalling.updateProperties(values + \"/{name}.cpf\")");
+        step(script, "  ", &call, &reading(name));
+    }
+    script.line("}");
+}
 
-    fn connections(&mut self, deployed: &Deployed) {
-        let mut buffers: Vec<Option<u32>> = deployed.connections.iter().map(|(_, buffer)| *buffer).collect();
-        buffers.sort_unstable();
-        buffers.dedup();
-        if !buffers.is_empty() {
-            self.section(
-                "The connections: from an output to an input, which keeps the last value or so many.",
-            );
-        }
-        for &buffer in &buffers {
-            let policy = self.policy(buffer);
-            self.line(&format!("var ConnPolicy {policy} = ConnPolicy()"));
-            match buffer {
-                None => self.line(&format!("{policy}.type = DATA")),
-                Some(size) => {
-                    self.line(&format!("{policy}.type = CIRCULAR_BUFFER"));
-                    self.line(&format!("{policy}.size = {size}"));
-                }
+fn connections(script: &mut Script, deployed: &Deployed) {
+    let mut buffers: Vec<Option<u32>> = deployed.connections.iter().map(|(_, buffer)| *buffer).collect();
+    buffers.sort_unstable();
+    buffers.dedup();
+    if !buffers.is_empty() {
+        script.section(CONNECTIONS);
+    }
+    for &buffer in &buffers {
+        let policy = policy(&deployed.tasks, buffer);
+        script.line(&format!("var ConnPolicy {policy} = ConnPolicy()"));
+        match buffer {
+            None => script.line(&format!("{policy}.type = DATA")),
+            Some(size) => {
+                script.line(&format!("{policy}.type = CIRCULAR_BUFFER"));
+                script.line(&format!("{policy}.size = {size}"));
             }
         }
-        for ([from, to], buffer) in &deployed.connections {
-            let policy = self.policy(*buffer);
-            let call = format!("connect({}, {}, {policy})", ops_string(from), ops_string(to));
-            self.step("", &call, &connecting(from, to));
-        }
-        if deployed.operations.is_empty() {
-            return;
-        }
-        self.section("The operations: who requires it, who provides it. Where one is missing, the deployer would crash here.");
-        self.line("if ( ready ) then {");
-        for [required, provided] in &deployed.operations {
-            let call = format!("connectOperations({}, {})", ops_string(required), ops_string(provided));
-            self.step("  ", &call, &connecting(required, provided));
-        }
-        self.line("}");
     }
+    for ([from, to], buffer) in &deployed.connections {
+        let policy = policy(&deployed.tasks, *buffer);
+        let call = format!("connect({}, {}, {policy})", ops_string(from), ops_string(to));
+        step(script, "", &call, &connecting(from, to));
+    }
+    if deployed.operations.is_empty() {
+        return;
+    }
+    script.section("The operations: who requires it, who provides it. Where one is missing, the deployer would crash here.");
+    script.line("if ( ready ) then {");
+    for [required, provided] in &deployed.operations {
+        let call = format!("connectOperations({}, {})", ops_string(required), ops_string(provided));
+        step(script, "  ", &call, &connecting(required, provided));
+    }
+    script.line("}");
+}
 
-    /// The variable of a policy, which no task may be called, because a member of it would be a property of that.
-    fn policy(&self, buffer: Option<u32>) -> String {
-        let mut name = buffer.map_or("last_value".to_owned(), |size| format!("last_{size}"));
-        while self.tasks.iter().any(|task| task.name == name) {
-            name.push('_');
-        }
-        name
+/// The variable of a policy, which no task may be called, because a member of it would be a property of that.
+fn policy(tasks: &[Task], buffer: Option<u32>) -> String {
+    let mut name = buffer.map_or("last_value".to_owned(), |size| format!("last_{size}"));
+    while tasks.iter().any(|task| task.name == name) {
+        name.push('_');
     }
+    name
+}
 
-    fn activities(&mut self) {
-        self.section(ACTIVITIES);
-        for Task { name, activity, .. } in self.tasks {
-            let Activity { period, assumed, affinity, .. } = activity;
-            if *assumed {
-                self.comment(BACKGROUND);
-            }
-            let (priority, scheduler) = activity.scheduling();
-            let call = format!("setActivity({}, {period}, {priority}, {scheduler})", ops_string(name));
-            self.step("", &call, &scheduling(name));
-            if activity.priority.is_none() {
-                let call = format!("setWaitPeriodPolicy({}, ORO_WAIT_REL)", ops_string(name));
-                self.step("", &call, &scheduling(name));
-            }
-            // Numbers without a sign are marked.
-            let mask = affinity.unwrap_or_default();
-            let mask = format!("{mask}{}", if i32::try_from(mask).is_ok() { "" } else { "u" });
-            if affinity.is_some() {
-                self.step("", &format!("{name}.setCpuAffinity({mask})"), &pinning(name));
-            }
-            self.line(&format!("ready = {name}.mauve_runs_as({priority}, {mask}) && ready"));
+fn activities(script: &mut Script, deployed: &Deployed) {
+    script.section(ACTIVITIES);
+    for Task { name, activity, .. } in &deployed.tasks {
+        let Activity { period, assumed, affinity, .. } = activity;
+        if *assumed {
+            script.comment(BACKGROUND);
         }
+        let (priority, scheduler) = activity.scheduling();
+        let call = format!("setActivity({}, {period}, {priority}, {scheduler})", ops_string(name));
+        step(script, "", &call, &scheduling(name));
+        if activity.priority.is_none() {
+            let call = format!("setWaitPeriodPolicy({}, ORO_WAIT_REL)", ops_string(name));
+            step(script, "", &call, &scheduling(name));
+        }
+        // Numbers without a sign are marked.
+        let mask = affinity.unwrap_or_default();
+        let mask = format!("{mask}{}", if i32::try_from(mask).is_ok() { "" } else { "u" });
+        if affinity.is_some() {
+            step(script, "", &format!("{name}.setCpuAffinity({mask})"), &pinning(name));
+        }
+        script.line(&format!("ready = {name}.mauve_runs_as({priority}, {mask}) && ready"));
     }
+}
 
-    fn streams(&mut self, deployed: &Deployed) {
-        let Some(streams) = &deployed.streams else { return };
-        if !streams.topics.is_empty() || !streams.left_out.is_empty() {
-            self.section(STREAMS);
-        }
-        let topics: Vec<&[String; 2]> = streams.topics.iter().chain(&streams.shown).collect();
-        // Where the first one fails, the others would for the same reason.
-        let (first, others) = topics.split_at(topics.len().min(1));
-        for topics in [first, others].into_iter().filter(|topics| !topics.is_empty()) {
-            self.line("if ( ready ) then {");
-            for [port, topic] in topics {
-                let call = format!("stream({}, ros.comm.topic({}))", ops_string(port), ops_string(topic));
-                self.step("  ", &call, &streaming(topic));
-            }
-            self.line("}");
-        }
-        for port in &streams.left_out {
-            self.comment(&format!("Not {port}: no message has its type."));
-        }
+fn streams(script: &mut Script, deployed: &Deployed) {
+    let Some(streams) = &deployed.streams else { return };
+    if !streams.topics.is_empty() || !streams.left_out.is_empty() {
+        script.section(STREAMS);
     }
+    let topics: Vec<&[String; 2]> = streams.topics.iter().chain(&streams.shown).collect();
+    // Where the first one fails, the others would for the same reason.
+    let (first, others) = topics.split_at(topics.len().min(1));
+    for topics in [first, others].into_iter().filter(|topics| !topics.is_empty()) {
+        script.line("if ( ready ) then {");
+        for [port, topic] in topics {
+            let call = format!("stream({}, ros.comm.topic({}))", ops_string(port), ops_string(topic));
+            step(script, "  ", &call, &streaming(topic));
+        }
+        script.line("}");
+    }
+    script.left_out(streams);
+}
 
-    fn start(&mut self, deployed: &Deployed) {
-        self.section("Where all that has worked, all are configured.");
-        self.line("if ( ready ) then {");
-        for name in &deployed.order {
-            self.step("  ", &format!("{name}.configure()"), &format!("configure {name}"));
-        }
-        self.line("}");
-        self.section(STARTED);
-        self.line("var bool starts = os.getenv(\"MAUVE_START\") != \"false\"");
-        for name in &deployed.order {
-            self.line("if ( ready && starts ) then {");
-            self.step("  ", &format!("{name}.start()"), &format!("start {name}"));
-            self.line("}");
-        }
-        self.line("var bool stopped = false");
-        self.line("if ( !ready ) then {");
-        for name in deployed.order.iter().rev() {
-            self.line(&format!("  stopped = {name}.stop()"));
-        }
-        self.line(&format!("  print.err({})", ops_string(NOTHING_STARTS)));
-        self.line("}");
-        let Some(first) = deployed.order.first() else { return };
-        self.section(
-            "Only then there is what the last line names: a script that fails is one to the deployer, too.",
-        );
-        self.line("if ( ready ) then {");
-        self.line(&format!("  aliasPeer(\"this\", {}, \"all_is_well\")", ops_string(first)));
-        self.line("}");
-        self.line("all_is_well.getPeriod()");
+fn start(script: &mut Script, deployed: &Deployed) {
+    script.section(CONFIGURED);
+    script.line("if ( ready ) then {");
+    for Task { name, .. } in deployed.in_order() {
+        step(script, "  ", &format!("{name}.configure()"), &format!("configure {name}"));
     }
+    script.line("}");
+    script.section(STARTED);
+    script.line("var bool starts = os.getenv(\"MAUVE_START\") != \"false\"");
+    for Task { name, .. } in deployed.in_order() {
+        script.line("if ( ready && starts ) then {");
+        step(script, "  ", &format!("{name}.start()"), &format!("start {name}"));
+        script.line("}");
+    }
+    script.line("var bool stopped = false");
+    script.line("if ( !ready ) then {");
+    for Task { name, .. } in deployed.in_order().rev() {
+        script.line(&format!("  stopped = {name}.stop()"));
+    }
+    script.line(&format!("  print.err({})", ops_string(NOTHING_STARTS)));
+    script.line("}");
+    let Some(first) = deployed.in_order().next() else { return };
+    script.section(
+        "Only then there is what the last line names: a script that fails is one to the deployer, too.",
+    );
+    script.line("if ( ready ) then {");
+    script.line(&format!("  aliasPeer(\"this\", {}, \"all_is_well\")", ops_string(&first.name)));
+    script.line("}");
+    script.line("all_is_well.getPeriod()");
 }
 
 fn literal(value: &Value) -> String {
