@@ -278,7 +278,7 @@ impl Build<'_, '_> {
 
     /// The messages of a workspace must be there before what includes them.
     fn after_messages(&self, out: &mut String, target: &str) {
-        if !self.headers.packages.is_empty() {
+        if self.has_messages() {
             *out +=
                 &format!("if(message_targets)\n  add_dependencies({target} ${{message_targets}})\nendif()\n");
         }
@@ -332,15 +332,13 @@ impl Build<'_, '_> {
              target_link_libraries({package}-components{own}{called}{messages})\n"
         );
         self.after_messages(out, &format!("{package}-components"));
-        if self.has("tracing") {
-            *out += &format!(
-                "if(MAUVE_TRACING)\n  find_package(LTTngUST REQUIRED)\n  \
+        *out += &format!(
+            "if(MAUVE_TRACING)\n  find_package(LTTngUST REQUIRED)\n  \
                  target_sources({package}-components PRIVATE tracing/{package}-tp.c)\n  \
                  target_compile_definitions({package}-components PRIVATE MAUVE_TRACING)\n  \
                  target_include_directories({package}-components PRIVATE tracing)\n  \
                  target_link_libraries({package}-components LTTng::UST ${{CMAKE_DL_LIBS}})\nendif()\n"
-            );
-        }
+        );
     }
 
     fn installed(&self, out: &mut String) {
