@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use mauve_diagnostics::{Severity, diagnostics_of_file, project_diagnostics};
-use mauve_hir::item_tree::{Direction, FeatureKind, Kind, Name, Parameter, TypeRef};
+use mauve_hir::item_tree::{Direction, Kind, Name, Parameter, TypeRef};
 use mauve_hir::{
     Callee, Config, Decl, FeatureOf, Location, ModelDb, Project, Type, Workspace, catalogue, codel,
     component, config_file, config_of, core, core_of, deployed, deployment, external_types, features_of,
@@ -46,13 +46,6 @@ pub enum ProblemKind {
     },
     /// The declaration of a component is incomplete.
     IncompleteComponent,
-    /// The core of a component does not define an operation that the shell of the component provides.
-    UndefinedOperation {
-        /// The name of the core.
-        core: Name,
-        /// The name of the operation.
-        operation: Name,
-    },
     /// An affinity names CPUs above 32, the last one that Orocos knows.
     UnsupportedCpus(u64),
     /// The table of a type in `mauve.toml` does not name its type in C++.
@@ -293,26 +286,8 @@ impl<'db> Reader<'db> {
         for &(component, _) in &library.components {
             let types = types_of_component(db, project, component);
             types.into_iter().for_each(|(of, ty)| self.check_type(of, ty));
-            self.check_operations(component);
             if component_is_broken(db, component) {
                 self.report(ProblemKind::IncompleteComponent, Location::name_of(component));
-            }
-        }
-    }
-
-    /// Reports the operations of a component's shell that its core, which is for a shell that this one extends, does not define.
-    fn check_operations(&mut self, component: Decl<'db>) {
-        let (db, project) = (self.db, self.project);
-        let (shell, of) = (shell_of(db, project, component), core_of(db, project, component));
-        let Some(((shell, of), data)) = shell.zip(of).and_then(|of| Some((of, core(db, of.1)?))) else {
-            return;
-        };
-        for (name, found) in &features_of(db, project, shell).by_name {
-            let is_provided = found.iter().any(|feature| feature.kind == FeatureKind::Provided);
-            if is_provided && data.operations.iter().all(|operation| operation.name.name != *name) {
-                let (core, operation) = (of.name(db).clone(), name.clone());
-                let kind = ProblemKind::UndefinedOperation { core, operation };
-                self.report(kind, Location::name_of(component));
             }
         }
     }

@@ -19,9 +19,6 @@ pub(crate) fn problem_message(problem: &ProblemKind) -> String {
             )
         }
         ProblemKind::IncompleteComponent => "this component is not complete".to_owned(),
-        ProblemKind::UndefinedOperation { core, operation } => {
-            format!("core {core} does not define the operation `{operation}` of this shell")
-        }
         ProblemKind::UnsupportedCpus(mask) => {
             format!("Orocos has CPUs 1 to 32, and this is {}", cpu_names(*mask))
         }
@@ -116,14 +113,9 @@ mod tests {
     }
 
     #[test]
-    fn what_a_component_lacks() {
-        // Diagnostics report both before.
+    fn components_that_are_incomplete() {
+        // The parser reports what makes it incomplete, too.
         assert_eq!(problem_message(&ProblemKind::IncompleteComponent), "this component is not complete");
-        let [core, operation] = ["K", "help"].map(Into::into);
-        assert_eq!(
-            problem_message(&ProblemKind::UndefinedOperation { core, operation }),
-            "core K does not define the operation `help` of this shell"
-        );
     }
 
     #[test]

@@ -106,12 +106,7 @@ fn constructor(class: &Class<'_, '_>, text: &mut Text) {
         let behind = if index + 1 == last { " {" } else { "," };
         text.line(1, format!("{before}{base}{behind}"));
     }
-    let is_defined = |member: &&Member<'_>| {
-        let mut defined = class.data.operations.iter();
-        let name = &member.data.name.name;
-        member.data.kind != FeatureKind::Provided || defined.any(|it| it.name.name == *name)
-    };
-    for member in class.members.iter().filter(is_defined) {
+    for member in &class.members {
         text.line(1, added(class, member));
     }
     if !class.set_from_text().is_empty() {
