@@ -289,7 +289,7 @@ impl Backend {
     }
 
     /// Has the client make an edit. Its user may take as long as he likes to look at it.
-    fn make(&self, (edit, messages): (WorkspaceEdit, Messages)) {
+    fn make(&self, edit: WorkspaceEdit, messages: Messages) {
         let client = self.client.clone();
         tokio::spawn(async move {
             let is_something = messages.nothing.is_none();
@@ -615,7 +615,7 @@ impl Backend {
         let result = command.result();
         match command {
             Command::SetSignificance(level) => self.send(Event::Significance(level)),
-            Command::Generate(document) => self.make(document.into_edit()),
+            Command::Generate(document) => self.make(document.edit, document.messages),
         }
         Ok(result)
     }

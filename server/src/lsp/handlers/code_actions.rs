@@ -102,8 +102,9 @@ pub(crate) fn resolve(
     action: &lsp_types::CodeAction,
 ) -> Result<(lsp_types::CodeAction, Messages)> {
     if let Some(chosen) = generate::chosen(action) {
-        let (edit, messages) = generate::resolve(snapshot, chosen)?.into_edit();
-        return Ok((lsp_types::CodeAction { edit: Some(edit), ..action.clone() }, messages));
+        let document = generate::resolve(snapshot, chosen)?;
+        let action = lsp_types::CodeAction { edit: Some(document.edit), ..action.clone() };
+        return Ok((action, document.messages));
     }
     resolve_change(snapshot, action).map(|action| (action, Messages::default()))
 }

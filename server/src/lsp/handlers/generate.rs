@@ -58,9 +58,9 @@ pub(crate) struct GenerateDocument {
     left_codels: Vec<String>,
     left_files: Vec<String>,
     left_packages: Vec<String>,
-    edit: WorkspaceEdit,
+    pub(crate) edit: WorkspaceEdit,
     #[serde(skip)]
-    messages: Messages,
+    pub(crate) messages: Messages,
 }
 
 /// Messages about an edit, for the user.
@@ -73,11 +73,6 @@ pub(crate) struct Messages {
 }
 
 impl GenerateDocument {
-    /// The edit, and the messages about it.
-    pub(crate) fn into_edit(self) -> (WorkspaceEdit, Messages) {
-        (self.edit, self.messages)
-    }
-
     /// Returns the result of the command: the folder, and the numbers of files.
     pub(crate) fn summary(&self) -> Value {
         let of = |action| self.files.iter().filter(|it| it["action"] == action).count();
