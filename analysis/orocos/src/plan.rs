@@ -271,7 +271,7 @@ impl Planner<'_> {
         let is_same = before.is_some_and(|before| Prototype::is_same(before, prototype));
         // Two parameters of one type that were exchanged are the same to a compiler.
         let moved = before.filter(|before| is_same && Prototype::has_moved(before, prototype));
-        let other_in = |prototype: &str| Prototype::read(prototype)?.other_in(prototype, text);
+        let other_in = |prototype: &str| Prototype::read(prototype)?.other_in(text);
         let other = other_in(prototype);
         let is_defined = Prototype::read(prototype).is_some_and(|it| it.is_defined_in(text));
         let follows = moved.is_none_or(|before| other_in(before).is_some());

@@ -6,37 +6,43 @@
 //! macro or another name of a type is not found: then the user is asked once more than needed, and nothing is lost.
 
 /// A prototype, without what does not count.
-#[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Prototype<'a> {
     result: Vec<&'a str>,
     name: &'a str,
     parameters: Vec<Vec<&'a str>>,
+    /// The names of the parameters.
+    names: Vec<&'a str>,
 }
 
 impl<'a> Prototype<'a> {
     /// Reads a prototype: `double clearance(const ::sensor_msgs::LaserScan& scan, double width)`.
     pub(crate) fn read(text: &'a str) -> Option<Prototype<'a>> {
         let tokens = tokens(text);
-        let (before, parameters) = split(&tokens)?;
-        let (&name, result) = before.split_last()?;
-        let parameters = parameters.into_iter().map(|parameter| {
-            let is_named = matches!(parameter, [.., before, last] if *before != "::" && may_be_a_name(last));
-            normalised(if is_named {
-                parameter.split_last().map_or(parameter, |(_, ty)| ty)
-            } else {
-                parameter
-            })
+        let open = tokens.iter().position(|token| *token == "(")?;
+        let end = ends_of_parentheses(&tokens).get(open).copied().flatten()?;
+        let (&name, result) = tokens.get(..open)?.split_last()?;
+        let found = parameters(tokens.get(open + 1..end)?);
+        let names = found.iter().filter_map(|it| it.last().copied()).collect();
+        let types = found.into_iter().map(|parameter| match parameter {
+            [ty @ .., name] if ty.last().is_some_and(|it| *it != "::") && may_be_a_name(name) => ty,
+            unnamed => unnamed,
         });
-        is_word(name).then(|| Prototype {
-            result: normalised(result),
-            name,
-            parameters: parameters.collect(),
-        })
+        let parameters = types.map(normalised).collect();
+        is_word(name).then(|| Prototype { result: normalised(result), name, parameters, names })
     }
 
     /// Is this the prototype of the same function?
     pub(crate) fn is_same(before: &str, now: &str) -> bool {
-        before == now || Prototype::read(before).is_some_and(|it| Some(it) == Prototype::read(now))
+        let is_same = |(a, b): (Prototype<'_>, Prototype<'_>)| {
+            (a.result, a.name, a.parameters) == (b.result, b.name, b.parameters)
+        };
+        before == now || Prototype::read(before).zip(Prototype::read(now)).is_some_and(is_same)
+    }
+
+    /// Do the parameters of two prototypes have the same names, in another order?
+    pub(crate) fn has_moved(before: &str, now: &str) -> bool {
+        let names = Prototype::read(before).zip(Prototype::read(now));
+        names.is_some_and(|(before, now)| is_in_another_order(&before.names, &now.names))
     }
 
     /// Does a text of C++ define this function?
@@ -70,20 +76,20 @@ impl<'a> Prototype<'a> {
     }
 
     /// What a text defines by this name, where that is another function for certain: its parameters are of other types of the
-    /// language itself, or their names stand in another order. `prototype` is the text of this one.
+    /// language itself, or their names stand in another order.
     ///
     /// ```text
     /// double clearance(double range, double width)          the model
     /// double clearance(const double& range, double width)   another: it would not link
     /// double clearance(double width, double range)          another: it would link, and do something else
     /// ```
-    pub(crate) fn other_in(&self, prototype: &str, text: &str) -> Option<String> {
+    pub(crate) fn other_in(&self, text: &str) -> Option<String> {
         let tokens = tokens(text);
         let definitions: Vec<Vec<&[&str]>> = self.definitions(&tokens).map(|(_, found)| found).collect();
         let other = match definitions.iter().find(|found| self.has(found)) {
             Some(found) => {
                 let named: Vec<&str> = found.iter().filter_map(|it| it.last().copied()).collect();
-                is_in_another_order(&names(prototype), &named).then_some(found)
+                is_in_another_order(&self.names, &named).then_some(found)
             }
             // A name could be that of any type.
             None => definitions.iter().find(|found| {
@@ -100,11 +106,6 @@ impl<'a> Prototype<'a> {
             let shown = format!("{} {}({})", self.result.join(" "), self.name, words.join(", "));
             shown.replace(" :: ", "::").replace(" &", "&").replace(" *", "*")
         })
-    }
-
-    /// Do the parameters of two prototypes have the same names, in another order?
-    pub(crate) fn has_moved(before: &str, now: &str) -> bool {
-        is_in_another_order(&names(before), &names(now))
     }
 
     /// Does what stands before a function's name end with this result, and the namespaces of the name perhaps?
@@ -138,19 +139,6 @@ const STANDARD_TYPES: [&str; 11] = [
     "std", "string", "size_t", "int8_t", "int16_t", "int32_t", "int64_t", "uint8_t", "uint16_t", "uint32_t",
     "uint64_t",
 ];
-
-fn names(prototype: &str) -> Vec<&str> {
-    let tokens = tokens(prototype);
-    let parameters = split(&tokens).map(|(_, parameters)| parameters);
-    parameters.into_iter().flatten().filter_map(|it| it.last().copied()).collect()
-}
-
-/// Splits a prototype: the tokens before the parentheses, and the parameters.
-fn split<'t, 'a>(tokens: &'t [&'a str]) -> Option<(&'t [&'a str], Vec<&'t [&'a str]>)> {
-    let open = tokens.iter().position(|token| *token == "(")?;
-    let end = ends_of_parentheses(tokens).get(open).copied().flatten()?;
-    Some((tokens.get(..open)?, parameters(tokens.get(open + 1..end)?)))
-}
 
 fn is_in_another_order(some: &[&str], others: &[&str]) -> bool {
     let sorted = |names: &[&str]| {
@@ -383,8 +371,7 @@ mod tests {
 
     #[test]
     fn what_is_another_function_for_certain() {
-        let other =
-            |prototype: &str, text: &str| Prototype::read(prototype).unwrap().other_in(prototype, text);
+        let other = |prototype: &str, text: &str| Prototype::read(prototype).unwrap().other_in(text);
         let gap = "double gap(double range, double width)";
         for (text, shown) in [
             (
