@@ -204,9 +204,14 @@ fn agreed(class: &Class<'_, '_>, kind: HookKind, text: &mut Text) {
     let Some(program) = class.program(&ProgramId::Hook(kind)) else { return };
     let said = cpp_string(&format!(": the program {} gives false", kind.keyword()));
     text.line(1, format!("if (!{}()) {{", program.function));
-    text.line(2, format!("RTT::log(RTT::Error) << getName() << {said} << RTT::endlog();"));
-    text.line(2, "return false;");
+    refuse(2, &said, text);
     text.line(1, "}");
+}
+
+/// Logs an error, whose text is the operands of `<<`, and returns false.
+fn refuse(depth: usize, error: &str, text: &mut Text) {
+    text.line(depth, format!("RTT::log(RTT::Error) << getName() << {error} << RTT::endlog();"));
+    text.line(depth, "return false;");
 }
 
 /// Gives variables their first values again: a program may have run before.
@@ -262,13 +267,7 @@ fn interval_check<'db>(class: &Class<'_, 'db>, member: &Member<'db>, text: &mut 
     let (shown, low, high) = (streamed(value), end(&low), end(&high));
     text.line(1, format!("// {}: {}", class.shown(member), class.at(member.shell, interval.id)));
     text.line(1, format!("if (!({})) {{", checks.join(" && ")));
-    text.line(
-        2,
-        format!(
-            "RTT::log(RTT::Error) << getName() << {what} << {shown} << \", and must be in [{low}; {high}]\" << RTT::endlog();"
-        ),
-    );
-    text.line(2, "return false;");
+    refuse(2, &format!("{what} << {shown} << \", and must be in [{low}; {high}]\""), text);
     text.line(1, "}");
 }
 
@@ -328,15 +327,10 @@ fn set(class: &Class<'_, '_>, text: &mut Text) {
     text.function(&head, |text| {
         for member in members {
             let (known, name) = (cpp_string(&script_name(&member.data.name.name)), member.property());
-            let condition =
-                format!("property == {known} && !isRunning() && mauve_parse(text, this->{name})");
+            let condition = format!("property == {known} && !isRunning() && mauve_parse(text, this->{name})");
             text.line(1, format!("if ({condition}) return true;"));
         }
-        text.line(
-            1,
-            "RTT::log(RTT::Error) << getName() << \": no property \" << property << \" can be \" << text << RTT::endlog();",
-        );
-        text.line(1, "return false;");
+        refuse(1, "\": no property \" << property << \" can be \" << text", text);
     });
 }
 
