@@ -242,14 +242,14 @@ fn shown(db: &dyn ModelDb, workspace: Workspace, path: &Path) -> String {
     harmless_line(&path.strip_prefix(workspace.folder(db)).unwrap_or(path).display().to_string())
 }
 
-/// Returns the path that `[generate] out` of a workspace names, or the default.
-fn asked_out(db: &dyn ModelDb, workspace: Workspace) -> PathBuf {
+/// Returns what `[generate] out` of a workspace is, or the default, and the path that it names.
+fn asked_out(db: &dyn ModelDb, workspace: Workspace) -> (&str, PathBuf) {
     let out = config_of(db, workspace).out.as_ref().map_or(FOLDER, |(out, _)| out);
-    normalised(&workspace.folder(db).join(out))
+    (out, normalised(&workspace.folder(db).join(out)))
 }
 
 fn shown_out(db: &dyn ModelDb, workspace: Workspace) -> String {
-    let shown = shown(db, workspace, &asked_out(db, workspace));
+    let shown = shown(db, workspace, &asked_out(db, workspace).1);
     if shown.is_empty() { ".".to_owned() } else { shown }
 }
 
@@ -259,8 +259,7 @@ fn out_folder(snapshot: &Snapshot, workspace: Workspace) -> Result<Out, String> 
     if home.as_os_str().is_empty() {
         return Err("this text is no file yet: save it first".to_owned());
     }
-    let out = config_of(db, workspace).out.as_ref().map_or(FOLDER, |(out, _)| out);
-    let asked = asked_out(db, workspace);
+    let (out, asked) = asked_out(db, workspace);
     let folder = behind_links(&asked)?;
     let mut homes = std::iter::once(home).chain(snapshot.folders.iter());
     let holder = homes.find_map(|home| home.canonicalize().ok().filter(|home| folder.starts_with(home)));
