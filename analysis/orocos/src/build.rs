@@ -136,7 +136,6 @@ fn description(library: &Library<'_>) -> String {
     format!("The {parts} of library {} of a MAUVE model, for Orocos.", library.package)
 }
 
-/// What `CMakeLists.txt` has to say.
 struct Build<'a, 'db> {
     library: &'a Library<'db>,
     calls: Vec<&'a str>,

@@ -81,7 +81,6 @@ struct Class<'a, 'db> {
     read: FxHashSet<VariableId>,
     named: FxHashSet<VariableId>,
     by_source: FxHashMap<SourceId, VariableId>,
-    /// All names that are taken in the class.
     names: CppNames,
     /// Whether a condition is always true, or never.
     is_obvious: Cell<bool>,
@@ -169,7 +168,6 @@ struct CppParameter {
     declared: String,
     /// Its type and its name.
     named: String,
-    /// Whether a copy of it may be expensive.
     is_large: bool,
 }
 
@@ -284,13 +282,11 @@ impl<'a, 'db> Class<'a, 'db> {
         self.sent_operations();
     }
 
-    /// Returns the arguments of every call of a built-in function.
     fn calls_of(&self, function: Builtin) -> impl Iterator<Item = &'db [Expr]> {
         let expressions = self.data.expressions().flat_map(Expr::descendants);
         expressions.filter_map(move |expr| self.arguments_of(function, expr))
     }
 
-    /// Returns the arguments of a call of a built-in function.
     fn arguments_of(&self, function: Builtin, expr: &'db Expr) -> Option<&'db [Expr]> {
         match expr {
             Expr::Call { callee, arguments, .. } => {
@@ -309,7 +305,6 @@ impl<'a, 'db> Class<'a, 'db> {
         }
     }
 
-    /// Likewise, as a member.
     fn member_in(&self, arguments: &[Expr]) -> Option<&Member<'db>> {
         let (shell, index) = self.feature_in(arguments)?;
         self.member(shell, index)
@@ -455,7 +450,6 @@ impl<'a, 'db> Class<'a, 'db> {
         self.members.iter().find(|member| member.data.name.name == *name)
     }
 
-    /// Returns the operation that handles of this type are for.
     fn member_of_handle(&self, ty: &Type) -> Option<&Member<'db>> {
         match ty {
             Type::Handle(operation) => self.named_member(operation),
@@ -468,7 +462,6 @@ impl<'a, 'db> Class<'a, 'db> {
         self.is_obvious.set(self.is_obvious.get() || is_obvious);
     }
 
-    /// The properties and constants that scripts can only set from a text.
     fn set_from_text(&self) -> Vec<&Member<'db>> {
         self.members.iter().filter(|it| it.data.kind.is_value() && is_set_from_text(&it.ty)).collect()
     }

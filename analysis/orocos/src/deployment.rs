@@ -126,7 +126,6 @@ pub(crate) fn streaming(topic: &str) -> String {
     format!("make topic {topic}: does roscore run?")
 }
 
-/// The text of a script.
 pub(crate) struct Script {
     pub(crate) text: String,
     /// What begins a comment.

@@ -80,7 +80,6 @@ pub(crate) struct Library<'db> {
     pub(crate) package: String,
     /// In the order of the texts, each with its name in the namespace.
     pub(crate) codels: Vec<(Decl<'db>, String)>,
-    /// Likewise.
     pub(crate) components: Vec<(Decl<'db>, String)>,
     /// In the order of the texts.
     pub(crate) deployments: Vec<Decl<'db>>,
@@ -373,7 +372,6 @@ impl<'db> Model<'_, 'db> {
         config_of(self.db, self.workspace())
     }
 
-    /// Returns the type that a declaration names.
     pub(crate) fn type_of(&self, of: Decl<'db>, ty: Option<&TypeRef>) -> Type {
         type_of(self.db, self.project, of, ty)
     }

@@ -8,7 +8,6 @@ use crate::deployment::{
 };
 use crate::escape::lua_string;
 
-/// What every script begins with.
 const PRELUDE: &str = r#"
 require("rttlib")
 

@@ -203,7 +203,6 @@ impl Planner<'_> {
         self.steps.push((path.to_owned(), action));
     }
 
-    /// A file that is the generator's.
     fn generated(&mut self, file: &GeneratedFile) -> Result<(), String> {
         let path = file.path.as_str();
         match self.text(path)? {

@@ -392,8 +392,7 @@ fn state(class: &Class<'_, '_>, machine: &StateMachine<'_>, number: usize, text:
     let states = &machine.data.states;
     let Some(data) = states.get(number) else { return };
     let name = || data.name.name.clone();
-    let method = |state, kind, depth, text: &mut Text| call_method(class, state, kind, depth, text);
-    method(data, MethodKind::Run, 3, text);
+    call_method(class, data, MethodKind::Run, 3, text);
     // The first transition without a guard is always taken; those behind it never are.
     let always = data.transitions.iter().position(|transition| transition.guard.is_none());
     let (taken, never) = data.transitions.split_at(always.map_or(data.transitions.len(), |it| it + 1));
@@ -410,21 +409,21 @@ fn state(class: &Class<'_, '_>, machine: &StateMachine<'_>, number: usize, text:
         let target = transition.target.as_ref();
         let target = target.and_then(|target| states.iter().position(|it| it.name.name == target.name));
         let target = target.unwrap_or(number);
-        method(data, MethodKind::Exit, depth, text);
+        call_method(class, data, MethodKind::Exit, depth, text);
         call(class, &ProgramId::Effect { state: name(), transition: own() }, depth, text);
         if let Some(value) = machine.values.get(target) {
             text.line(depth, format!("{} = {}::{value};", machine.current, machine.states));
         }
-        states.get(target).into_iter().for_each(|it| method(it, MethodKind::Entry, depth, text));
+        states.get(target).into_iter().for_each(|it| call_method(class, it, MethodKind::Entry, depth, text));
         if guard.is_some() {
             before = "} else ";
         }
     }
     if always.is_none() && before.is_empty() {
-        method(data, MethodKind::Handle, 3, text);
+        call_method(class, data, MethodKind::Handle, 3, text);
     } else if always.is_none() && data.method(MethodKind::Handle).is_some() {
         text.line(3, "} else {");
-        method(data, MethodKind::Handle, 4, text);
+        call_method(class, data, MethodKind::Handle, 4, text);
     }
     if !before.is_empty() {
         text.line(3, "}");
