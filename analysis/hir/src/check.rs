@@ -6,16 +6,14 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::behaviour::behaviour_of;
-use crate::fact::{Defined, Fact, FactKind, Refusal, repeated, unresolved_type};
+use crate::fact::{Checker, Defined, Fact, FactKind, Refusal, repeated};
 use crate::features::{features_of, is_core_for, shell_of};
-use crate::flat;
 use crate::flow::flow_facts;
 use crate::infer::inference_of_core;
-use crate::item_tree::{FeatureKind, Kind, Name, TypeRef};
+use crate::item_tree::{FeatureKind, Kind, Name};
 use crate::names::names_of;
 use crate::size::too_large;
 use crate::source::{Decl, Location, component, shell};
-use crate::{declared, settings, wiring};
 
 /// Returns the facts about the declarations of a project together: duplicates, and the size limit.
 pub fn project_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Fact<'db>> {
@@ -34,30 +32,30 @@ pub fn declaration_facts<'db>(
     project: Project<'db>,
     decl: Decl<'db>,
 ) -> Box<[Fact<'db>]> {
-    let mut found = Vec::new();
+    let mut checker = Checker { db, project, of: decl, found: Vec::new() };
     match decl.kind(db) {
         Kind::Core => {
-            found.extend(behaviour_of(db, project, decl).facts.iter().cloned());
-            found.extend(inference_of_core(db, project, decl).facts().cloned());
-            found.extend(flow_facts(db, project, decl).iter().cloned());
+            checker.found.extend(behaviour_of(db, project, decl).facts.iter().cloned());
+            checker.found.extend(inference_of_core(db, project, decl).facts().cloned());
+            checker.found.extend(flow_facts(db, project, decl).iter().cloned());
         }
         Kind::Architecture => {
-            found.extend(flat::check_architecture(db, project, decl));
-            found.extend(wiring::check_architecture(db, project, decl));
-            found.extend(settings::check_settings(db, project, decl));
+            checker.names_in_architecture();
+            checker.connections();
+            checker.settings();
         }
         Kind::Deployment => {
-            found.extend(flat::check_settings(db, project, decl));
-            found.extend(settings::check_settings(db, project, decl));
-            found.extend(wiring::check_deployment(db, project, decl));
+            checker.names_in_deployment();
+            checker.settings();
+            checker.unset_and_unconnected();
         }
-        Kind::Component => found.extend(component_facts(db, project, decl)),
-        Kind::Shell => found.extend(shell_facts(db, project, decl)),
-        Kind::Use => found.extend(declared::check_use(db, project, decl)),
+        Kind::Component => checker.component(),
+        Kind::Shell => checker.shell(),
+        Kind::Use => checker.package(),
         Kind::Codel => {}
     }
-    found.extend(declared::check(db, project, decl));
-    found.into_boxed_slice()
+    checker.names_and_types();
+    checker.found.into_boxed_slice()
 }
 
 /// Returns the errors in a declaration as refusals: its dependents are not analysed, whatever severity `mauve.toml` sets. For
@@ -72,97 +70,85 @@ pub fn errors_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, decl: Decl<'d
         return refusals(declaration_facts(db, project, decl));
     }
     // Only checks that report errors: the others depend on other declarations.
-    let behaviour = behaviour_of(db, project, decl).facts.iter();
-    let inference = inference_of_core(db, project, decl);
-    let all: Vec<Fact<'db>> =
-        behaviour.chain(inference.facts()).cloned().chain(declared::errors(db, project, decl)).collect();
-    refusals(&all)
+    let mut checker = Checker { db, project, of: decl, found: behaviour_of(db, project, decl).facts.clone() };
+    checker.found.extend(inference_of_core(db, project, decl).facts().cloned());
+    checker.void_values_and_parameters();
+    refusals(&checker.found)
 }
 
-fn component_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, decl: Decl<'db>) -> Vec<Fact<'db>> {
-    let Some(data) = component(db, decl) else { return Vec::new() };
-    let names = names_of(db, project);
-    let resolve = |kind, ty: &Option<TypeRef>| names.resolve_type(db, decl, kind, ty.as_ref());
-    match (resolve(Kind::Shell, &data.shell), resolve(Kind::Core, &data.core)) {
-        (Ok(shell), Ok(core)) if is_core_for(db, project, core, shell) => {
-            let at = data.core.as_ref().map(|it| Location::Source(decl, it.id));
-            at.map_or_else(Vec::new, |at| undefined_operations(db, project, at, shell, core))
-        }
-        (Ok(shell), Ok(core)) => {
-            let at = data.core.as_ref().map_or(Location::name_of(decl), |it| Location::Source(decl, it.id));
-            vec![Fact::new(at, FactKind::WrongShell { core, shell })]
-        }
-        (Err(_), Err(_))
-            if resolve(Kind::Core, &data.shell).is_ok() && resolve(Kind::Shell, &data.core).is_ok() =>
-        {
-            let swapped = |core: &TypeRef| {
-                Fact::new(Location::Source(decl, core.id), FactKind::CoreBeforeShell { core: core.clone() })
-            };
-            data.shell.iter().map(swapped).collect()
-        }
-        (shell, core) => {
-            let unresolved = [(Kind::Shell, &data.shell, shell), (Kind::Core, &data.core, core)];
-            let fact = |(kind, ty, why): (_, &Option<TypeRef>, Result<_, _>)| {
-                unresolved_type(decl, kind, ty.as_ref(), &why.err()?)
-            };
-            unresolved.into_iter().filter(|_| data.completeness.is_complete()).filter_map(fact).collect()
+impl<'db> Checker<'db> {
+    fn component(&mut self) {
+        let (db, project) = (self.db, self.project);
+        let Some(data) = component(db, self.of) else { return };
+        let [own_shell, own_core] = [data.shell.as_ref(), data.core.as_ref()];
+        let at = own_core.map_or(Location::name_of(self.of), |it| self.at(it.id));
+        match (self.resolve(Kind::Shell, own_shell), self.resolve(Kind::Core, own_core)) {
+            (Ok(shell), Ok(core)) if is_core_for(db, project, core, shell) => {
+                self.undefined_operations(&at, shell, core);
+            }
+            (Ok(shell), Ok(core)) => self.report_at(at, FactKind::WrongShell { core, shell }),
+            (Err(_), Err(_))
+                if self.resolve(Kind::Core, own_shell).is_ok()
+                    && self.resolve(Kind::Shell, own_core).is_ok() =>
+            {
+                if let Some(core) = own_shell {
+                    self.report(core.id, FactKind::CoreBeforeShell { core: core.clone() });
+                }
+            }
+            (shell, core) if data.completeness.is_complete() => {
+                shell.err().iter().for_each(|why| self.report_unresolved(Kind::Shell, own_shell, why));
+                core.err().iter().for_each(|why| self.report_unresolved(Kind::Core, own_core, why));
+            }
+            _ => {}
         }
     }
-}
 
-/// Returns the facts for operations that the shell of a component provides and its core does not define. The check of the
-/// core reports the operations of the core's own shell.
-fn undefined_operations<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    at: Location<'db>,
-    shell: Decl<'db>,
-    core: Decl<'db>,
-) -> Vec<Fact<'db>> {
-    let own = shell_of(db, project, core).filter(|own| *own != shell);
-    let Some(own) = own else { return Vec::new() };
-    let of_core = features_of(db, project, own);
-    let others = features_of(db, project, shell).by_name.iter();
-    let others = others.filter(|(name, _)| of_core.get(name).is_none());
-    let provided = others.filter_map(|(name, found)| {
-        let declared = found.first().filter(|it| it.kind == FeatureKind::Provided)?.clone();
-        Some(Fact::new(at.clone(), FactKind::UndefinedOperation { core, name: name.clone(), declared }))
-    });
-    provided.collect()
-}
-
-fn shell_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, decl: Decl<'db>) -> Vec<Fact<'db>> {
-    let Some(data) = shell(db, decl) else { return Vec::new() };
-    let mut found = Vec::new();
-    for base in &data.bases {
-        if let Err(why) = names_of(db, project).resolve_type(db, decl, Kind::Shell, Some(base)) {
-            found.extend(unresolved_type(decl, Kind::Shell, Some(base), &why));
+    /// Reports the operations that the shell of a component provides and its core does not define. The check of the core
+    /// reports the operations of the core's own shell.
+    fn undefined_operations(&mut self, at: &Location<'db>, shell: Decl<'db>, core: Decl<'db>) {
+        let (db, project) = (self.db, self.project);
+        let Some(own) = shell_of(db, project, core).filter(|own| *own != shell) else { return };
+        let of_core = features_of(db, project, own);
+        for (name, found) in &features_of(db, project, shell).by_name {
+            let declared = found.first().filter(|it| it.kind == FeatureKind::Provided);
+            if let Some(declared) = declared.filter(|_| of_core.get(name).is_none()) {
+                let (name, declared) = (name.clone(), declared.clone());
+                self.report_at(at.clone(), FactKind::UndefinedOperation { core, name, declared });
+            }
         }
     }
-    if features_of(db, project, decl).cycle {
-        let shell = decl.name(db).clone();
-        found.push(Fact::new(Location::name_of(decl), FactKind::InheritanceCycle { shell }));
-    }
-    found.extend(repeated(decl, data.features.iter().map(|feature| (&feature.name, Defined::Feature))));
-    found.extend(clashes(db, project, decl));
-    found.extend(settings::check_shell(db, project, decl));
-    found
-}
 
-/// Returns the facts for features of the same name that a shell inherits from different shells.
-fn clashes<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Fact<'db>> {
-    let mut found = Vec::new();
-    for (name, features) in &features_of(db, project, of).by_name {
-        let Some(first) = features.first() else { continue };
-        let Some(other) = features.iter().find(|other| other.shell != first.shell) else { continue };
-        // A feature of the shell itself is the one to rename.
-        let at = if first.shell == of { first.name(db) } else { Some(Location::name_of(of)) };
-        if let (Some(at), Some(other)) = (at, other.name(db)) {
-            let (what, name) = (Defined::Feature, name.clone());
-            found.push(Fact::new(at, FactKind::DuplicateDefinition { what, name, first: other }));
+    fn shell(&mut self) {
+        let Some(data) = shell(self.db, self.of) else { return };
+        for base in &data.bases {
+            if let Err(why) = self.resolve(Kind::Shell, Some(base)) {
+                self.report_unresolved(Kind::Shell, Some(base), &why);
+            }
+        }
+        if features_of(self.db, self.project, self.of).cycle {
+            let shell = self.of.name(self.db).clone();
+            self.report_at(Location::name_of(self.of), FactKind::InheritanceCycle { shell });
+        }
+        let features = data.features.iter().map(|feature| (&feature.name, Defined::Feature));
+        self.found.extend(repeated(self.of, features));
+        self.clashes();
+        self.values_of_shell();
+    }
+
+    /// Reports the features of the same name that a shell inherits from different shells.
+    fn clashes(&mut self) {
+        for (name, features) in &features_of(self.db, self.project, self.of).by_name {
+            let Some(first) = features.first() else { continue };
+            let Some(other) = features.iter().find(|other| other.shell != first.shell) else { continue };
+            // A feature of the shell itself is the one to rename.
+            let own = Some(Location::name_of(self.of));
+            let at = if first.shell == self.of { first.name(self.db) } else { own };
+            if let (Some(at), Some(first)) = (at, other.name(self.db)) {
+                let (what, name) = (Defined::Feature, name.clone());
+                self.report_at(at, FactKind::DuplicateDefinition { what, name, first });
+            }
         }
     }
-    found
 }
 
 /// Returns the facts for declarations with the same library, kind and name, in all files.

@@ -4,11 +4,11 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::completeness::Completeness;
-use crate::fact::{Defined, Fact, FactKind, Reserved, repeated};
+use crate::fact::{Checker, Defined, FactKind, Reserved, repeated};
 use crate::features::{core_of, features_of, shell_of};
 use crate::flat::{flat_of, target_of};
 use crate::infer::uses_of;
-use crate::item_tree::{Data, Kind, Name, NameRef, Parameter, Shell, SourceId, TypeRef};
+use crate::item_tree::{Data, Kind, Name, NameRef, Parameter, SourceId, TypeRef};
 use crate::messages::used_packages;
 use crate::names::names_of;
 use crate::project::Project;
@@ -16,62 +16,103 @@ use crate::settings::names_in_values;
 use crate::source::{Decl, Location, data, shell};
 use crate::types::{self, Type};
 
-/// Returns the errors in the types and names of a declaration: `void` values and repeated parameters.
-pub(crate) fn errors<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Fact<'db>> {
-    let Some(data) = data(db, of).as_deref() else { return Vec::new() };
-    let void =
-        |ty: &TypeRef| types::resolved(db, project, of.library(db).as_ref(), &ty.path) == Some(Type::Void);
-    let voids = data.types().into_iter().filter(|(ty, may_be_void)| !may_be_void && void(ty));
-    let mut found: Vec<Fact<'db>> =
-        voids.map(|(ty, _)| Fact::new(Location::Source(of, ty.id), FactKind::VoidValue)).collect();
-    let lists: Vec<&[Parameter]> = match data {
-        Data::Codel(codel) => vec![&codel.parameters],
-        Data::Shell(shell) => shell.features.iter().map(|it| it.parameters.as_slice()).collect(),
-        Data::Core(core) => core.operations.iter().map(|it| it.parameters.as_slice()).collect(),
-        _ => Vec::new(),
-    };
-    for parameters in lists {
-        found.extend(repeated(of, parameters.iter().map(|it| (&it.name, Defined::Parameter))));
+impl<'db> Checker<'db> {
+    /// Reports values of type `void` and repeated parameters: the errors in the types and names of a declaration.
+    pub(crate) fn void_values_and_parameters(&mut self) {
+        let Some(data) = data(self.db, self.of).as_deref() else { return };
+        let library = self.of.library(self.db).as_ref();
+        for (ty, may_be_void) in data.types() {
+            if !may_be_void && types::resolved(self.db, self.project, library, &ty.path) == Some(Type::Void) {
+                self.report(ty.id, FactKind::VoidValue);
+            }
+        }
+        let lists: Vec<&[Parameter]> = match data {
+            Data::Codel(codel) => vec![&codel.parameters],
+            Data::Shell(shell) => shell.features.iter().map(|it| it.parameters.as_slice()).collect(),
+            Data::Core(core) => core.operations.iter().map(|it| it.parameters.as_slice()).collect(),
+            _ => Vec::new(),
+        };
+        for parameters in lists {
+            self.found.extend(repeated(self.of, parameters.iter().map(|it| (&it.name, Defined::Parameter))));
+        }
     }
-    found
-}
 
-/// Returns the facts about the names and types of a declaration.
-pub(crate) fn check<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Fact<'db>> {
-    let Some(data) = data(db, of).as_deref() else { return Vec::new() };
-    let mut found = errors(db, project, of);
-    for ty in has_types(db, of).then(|| unknown_types(db, project, of)).into_iter().flatten() {
-        let first = first_unknown(db, project).get(&(of.library(db).clone(), ty.path.clone()));
-        if first == Some(&of) && is_mistake(db, project, of, ty) {
-            let kind = FactKind::UnknownType { of, ty: ty.clone() };
-            found.push(Fact::new(Location::Source(of, ty.id), kind));
+    /// Checks the names and types of a declaration.
+    pub(crate) fn names_and_types(&mut self) {
+        let (db, project, of) = (self.db, self.project, self.of);
+        let Some(data) = data(db, of).as_deref() else { return };
+        self.void_values_and_parameters();
+        for ty in has_types(db, of).then(|| unknown_types(db, project, of)).into_iter().flatten() {
+            let first = first_unknown(db, project).get(&(of.library(db).clone(), ty.path.clone()));
+            if first == Some(&of) && self.is_mistake(ty) {
+                self.report(ty.id, FactKind::UnknownType { of, ty: ty.clone() });
+            }
+        }
+        let own = NameRef { name: of.name(db).clone(), id: SourceId(0) };
+        let own = matches!(data, Data::Codel(_) | Data::Component(_)).then_some((&own, None));
+        for (NameRef { name, id }, reserved) in own.into_iter().chain(names_in(data)) {
+            let reserved = reserved.filter(|(names, _)| names.contains(&name.as_str())).map(|(_, what)| what);
+            if let Some(is) = reserved.or_else(|| is_cpp(name).then_some(Reserved::Cpp)) {
+                self.report(*id, FactKind::ReservedName { name: name.clone(), is });
+            }
+        }
+        if let Data::Core(core) = data {
+            core.colon.into_iter().for_each(|colon| self.report(colon, FactKind::HeaderColon));
+            for variable in core.all_variables() {
+                if let Some((token, white)) = variable.continued {
+                    let name = variable.name.name.clone();
+                    self.report(token, FactKind::ContinuedLine { name, white });
+                }
+            }
+        }
+        self.unused();
+        if let Data::Shell(shell) = data {
+            for feature in unread(db, project, of).iter().filter_map(|&index| shell.features.get(index)) {
+                let (kind, name) = (feature.kind, feature.name.name.clone());
+                self.report(feature.name.id, FactKind::UnusedProperty { kind, name });
+            }
         }
     }
-    let own = NameRef { name: of.name(db).clone(), id: SourceId(0) };
-    let own = matches!(data, Data::Codel(_) | Data::Component(_)).then_some((&own, None));
-    for (NameRef { name, id }, reserved) in own.into_iter().chain(names_in(data)) {
-        let reserved = reserved.filter(|(names, _)| names.contains(&name.as_str())).map(|(_, what)| what);
-        if let Some(is) = reserved.or_else(|| is_cpp(name).then_some(Reserved::Cpp)) {
-            let kind = FactKind::ReservedName { name: name.clone(), is };
-            found.push(Fact::new(Location::Source(of, *id), kind));
+
+    /// Returns whether an unresolved type is an error of its own: not if a missing file may declare it, or if its name is
+    /// incomplete.
+    fn is_mistake(&self, ty: &TypeRef) -> bool {
+        let (db, project) = (self.db, self.project);
+        if names_of(db, project).completeness.is_incomplete() || ty.path.iter().any(|id| id.is_empty()) {
+            return false;
+        }
+        match ty.path.as_slice() {
+            [] => false,
+            // An unknown package, which is reported, may declare it.
+            [_] => {
+                let mut used = used_packages(db, project).get(self.of.library(db)).into_iter().flatten();
+                used.all(|name| types::is_known_package(db, project, name))
+            }
+            _ => true,
         }
     }
-    if let Data::Core(core) = data {
-        found.extend(core.colon.map(|colon| Fact::new(Location::Source(of, colon), FactKind::HeaderColon)));
-        for variable in core.all_variables() {
-            found.extend(variable.continued.map(|(token, white)| {
-                let kind = FactKind::ContinuedLine { name: variable.name.name.clone(), white };
-                Fact::new(Location::Source(of, token), kind)
-            }));
+
+    /// Checks the package of a `use`.
+    pub(crate) fn package(&mut self) {
+        let (db, project, name) = (self.db, self.project, self.of.name(self.db));
+        if !types::is_known_package(db, project, name) && names_of(db, project).completeness.is_complete() {
+            self.report_at(Location::name_of(self.of), FactKind::UnknownPackage { name: name.clone() });
         }
     }
-    if let Some(unused) = unused(db, project, of) {
-        found.push(unused);
+
+    fn unused(&mut self) {
+        let (db, of) = (self.db, self.of);
+        let (kind, name) = (of.kind(db), of.name(db));
+        if name.is_empty() || matches!(kind, Kind::Use | Kind::Deployment) || !is_unused(db, self.project, of)
+        {
+            return;
+        }
+        let fact = match kind {
+            Kind::Codel => FactKind::UnusedCodel { codel: of },
+            kind => FactKind::UnusedDeclaration { kind, name: name.clone() },
+        };
+        self.report_at(Location::name_of(of), fact);
     }
-    if let Data::Shell(data) = data {
-        found.extend(unused_features(db, project, of, data));
-    }
-    found
 }
 
 /// Names that generated code uses, and their purpose.
@@ -160,36 +201,6 @@ fn first_unknown<'db>(
     first
 }
 
-/// Returns whether an unresolved type is an error of its own: not if a missing file may declare it, or if its name is
-/// incomplete.
-fn is_mistake<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, ty: &TypeRef) -> bool {
-    if names_of(db, project).completeness.is_incomplete() || ty.path.iter().any(|id| id.is_empty()) {
-        return false;
-    }
-    match ty.path.as_slice() {
-        [] => false,
-        // An unknown package, which is reported, may declare it.
-        [_] => {
-            let mut used = used_packages(db, project).get(of.library(db)).into_iter().flatten();
-            used.all(|name| types::is_known_package(db, project, name))
-        }
-        _ => true,
-    }
-}
-
-/// Checks the package of a `use`.
-pub(crate) fn check_use<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-) -> Option<Fact<'db>> {
-    let name = of.name(db);
-    if types::is_known_package(db, project, name) || names_of(db, project).completeness.is_incomplete() {
-        return None;
-    }
-    Some(Fact::new(Location::name_of(of), FactKind::UnknownPackage { name: name.clone() }))
-}
-
 /// The definitions that the programs and deployments of a project use.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 struct Usage<'db> {
@@ -260,18 +271,6 @@ fn is_unused<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) ->
         }
 }
 
-fn unused<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Fact<'db>> {
-    let name = of.name(db);
-    if name.is_empty() || matches!(of.kind(db), Kind::Use | Kind::Deployment) || !is_unused(db, project, of) {
-        return None;
-    }
-    let kind = match of.kind(db) {
-        Kind::Codel => FactKind::UnusedCodel { codel: of },
-        kind => FactKind::UnusedDeclaration { kind, name: name.clone() },
-    };
-    Some(Fact::new(Location::name_of(of), kind))
-}
-
 /// Returns the properties and constants of a shell that no core reads, by their indices.
 #[salsa::tracked(returns(ref))]
 fn unread<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<usize> {
@@ -284,19 +283,4 @@ fn unread<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Ve
     let features = data.features.iter().enumerate();
     let values = features.filter(|(_, it)| it.kind.is_value() && !it.name.name.is_empty());
     values.filter(|(index, _)| !usage.features.contains(&(of, *index))).map(|(index, _)| index).collect()
-}
-
-fn unused_features<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    data: &Shell,
-) -> Vec<Fact<'db>> {
-    let unread = unread(db, project, of).iter().filter_map(|&index| data.features.get(index));
-    unread
-        .map(|it| {
-            let kind = FactKind::UnusedProperty { kind: it.kind, name: it.name.name.clone() };
-            Fact::new(Location::Source(of, it.name.id), kind)
-        })
-        .collect()
 }

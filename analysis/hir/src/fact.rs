@@ -4,9 +4,10 @@
 use crate::features::FeatureOf;
 pub use crate::features::Incomplete;
 pub use crate::names::MayHide;
-use crate::names::Unresolved;
+use crate::names::{Unresolved, names_of};
 use rustc_hash::FxHashMap;
 
+use crate::ModelDb;
 use crate::builtin::Builtin;
 use crate::item_tree::{
     BinaryOperator, FeatureKind, HookKind, Kind, MethodKind, Name, NameRef, SourceId, TypeRef, UnaryOperator,
@@ -430,6 +431,38 @@ pub enum CorePart {
     Transition,
     Guard,
     Program,
+}
+
+/// Collects the facts of a declaration. The modules of the checks add methods to it.
+pub(crate) struct Checker<'db> {
+    pub(crate) db: &'db dyn ModelDb,
+    pub(crate) project: Project<'db>,
+    pub(crate) of: Decl<'db>,
+    pub(crate) found: Vec<Fact<'db>>,
+}
+
+impl<'db> Checker<'db> {
+    pub(crate) fn at(&self, id: SourceId) -> Location<'db> {
+        Location::Source(self.of, id)
+    }
+
+    pub(crate) fn report(&mut self, id: SourceId, kind: FactKind<'db>) {
+        self.report_at(self.at(id), kind);
+    }
+
+    pub(crate) fn report_at(&mut self, at: Location<'db>, kind: FactKind<'db>) {
+        self.found.push(Fact::new(at, kind));
+    }
+
+    /// Resolves the name of a shell, core, component or architecture that the declaration contains.
+    pub(crate) fn resolve(&self, kind: Kind, ty: Option<&TypeRef>) -> Result<Decl<'db>, Unresolved> {
+        names_of(self.db, self.project).resolve_type(self.db, self.of, kind, ty)
+    }
+
+    /// Reports an unresolved name, unless another fact reports the reason.
+    pub(crate) fn report_unresolved(&mut self, kind: Kind, ty: Option<&TypeRef>, why: &Unresolved) {
+        self.found.extend(unresolved_type(self.of, kind, ty, why));
+    }
 }
 
 /// Returns a fact for each of `names`, all in `of`, that equals an earlier one.

@@ -5,10 +5,10 @@ use rustc_hash::FxHashMap;
 
 use crate::ModelDb;
 use crate::completeness::Completeness;
-use crate::fact::{Defined, EndKind, Fact, FactKind, Reason, Refusal, unresolved_type};
+use crate::fact::{Checker, Defined, EndKind, FactKind, Reason, Refusal};
 use crate::features::{FeatureOf, Features, features_of, shell_of};
 use crate::graph::closure;
-use crate::item_tree::{Endpoint, FeatureKind, Instance, Kind, Name};
+use crate::item_tree::{Connection, Endpoint, FeatureKind, Instance, Kind, Name, NameRef, Setting};
 use crate::names::{names_of, similar};
 use crate::project::Project;
 use crate::size::too_large;
@@ -163,71 +163,133 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
     flat
 }
 
-/// Returns the errors in the names in an architecture: of imports, components, instances and features.
-pub(crate) fn check_architecture<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-) -> Vec<Fact<'db>> {
-    let Some(data) = architecture(db, of) else { return Vec::new() };
-    let names = names_of(db, project);
-    let flat = flat_of(db, project, of);
-    let mut found = Vec::new();
-    for import in data.imports.iter().flatten() {
-        match names.resolve_type(db, of, Kind::Architecture, Some(import)) {
-            Ok(target) if flat.cycle && closure(target, |it| imports_of(db, project, it)).contains(&of) => {
-                let kind = FactKind::ImportCycle { architecture: of.name(db).clone() };
-                found.push(Fact::new(Location::Source(of, import.id), kind));
-            }
-            Ok(_) => {}
-            Err(unresolved) => {
-                found.extend(unresolved_type(of, Kind::Architecture, Some(import), &unresolved));
+impl<'db> Checker<'db> {
+    /// Checks the names in an architecture: of imports, components, instances and features.
+    pub(crate) fn names_in_architecture(&mut self) {
+        let (db, project, of) = (self.db, self.project, self.of);
+        let Some(data) = architecture(db, of) else { return };
+        let flat = flat_of(db, project, of);
+        for import in data.imports.iter().flatten() {
+            match self.resolve(Kind::Architecture, Some(import)) {
+                Ok(target)
+                    if flat.cycle && closure(target, |it| imports_of(db, project, it)).contains(&of) =>
+                {
+                    let architecture = of.name(db).clone();
+                    self.report(import.id, FactKind::ImportCycle { architecture });
+                }
+                Ok(_) => {}
+                Err(why) => self.report_unresolved(Kind::Architecture, Some(import), &why),
             }
         }
-    }
-    for instance in &data.instances {
-        if let Err(unresolved) = names.resolve_type(db, of, Kind::Component, instance.component.as_ref()) {
-            found.extend(unresolved_type(of, Kind::Component, instance.component.as_ref(), &unresolved));
-        }
-    }
-    // An instance of an imported architecture, or an earlier one, has the same name.
-    for (index, instance) in data.instances.iter().enumerate().filter(|(_, it)| !it.name.name.is_empty()) {
-        let same = flat.instance(&instance.name.name).filter(|first| first.declared != (of, index));
-        if let Some(first) = same.and_then(|same| same.declaration(db)) {
-            let (what, name) = (Defined::Instance, instance.name.name.clone());
-            let kind = FactKind::DuplicateDefinition { what, name, first };
-            found.push(Fact::new(Location::Source(of, instance.name.id), kind));
-        }
-    }
-    if !flat.refusals.is_empty() || flat.cycle {
-        return found;
-    }
-    let connections = data.connections.iter().map(|it| (it, EndKind::Port));
-    for (link, kind) in connections.chain(data.operations.iter().map(|it| (it, EndKind::Operation))) {
-        let ends = [&link.source, &link.target].into_iter().flatten();
-        let errors: Vec<_> =
-            ends.filter_map(|end| endpoint(db, project, of, flat, of.name(db), end, kind)).collect();
-        match (errors.is_empty(), &link.source, &link.target) {
-            (true, Some(source), Some(target)) => {
-                found.extend(direction(db, project, of, flat, [source, target], kind));
+        for instance in &data.instances {
+            if let Err(why) = self.resolve(Kind::Component, instance.component.as_ref()) {
+                self.report_unresolved(Kind::Component, instance.component.as_ref(), &why);
             }
-            // A wrong keyword is reported once, not at both endpoints.
-            (false, Some(source), Some(target))
-                if [source, target].into_iter().all(|end| {
-                    let found = feature_of(db, project, flat, end).map(|feature| feature.kind);
-                    let other = if kind == EndKind::Port { EndKind::Operation } else { EndKind::Port };
-                    found.is_some_and(|found| other.takes(found))
-                }) =>
-            {
-                found.extend(errors.into_iter().take(1));
+        }
+        // An instance of an imported architecture, or an earlier one, has the same name.
+        for (index, Instance { name: NameRef { name, id }, .. }) in data.instances.iter().enumerate() {
+            let same = flat.instance(name).filter(|first| first.declared != (of, index));
+            if let Some(first) = same.and_then(|same| same.declaration(db)) {
+                let (what, name) = (Defined::Instance, name.clone());
+                self.report(*id, FactKind::DuplicateDefinition { what, name, first });
             }
-            _ => found.extend(errors),
+        }
+        if !flat.refusals.is_empty() || flat.cycle {
+            return;
+        }
+        let connections = data.connections.iter().map(|it| (it, EndKind::Port));
+        for (link, kind) in connections.chain(data.operations.iter().map(|it| (it, EndKind::Operation))) {
+            self.names_in_connection(flat, link, kind);
+        }
+        self.names_in_settings(flat, of, &data.settings);
+    }
+
+    fn names_in_connection(&mut self, flat: &Flat<'db>, link: &Connection, kind: EndKind) {
+        let before = self.found.len();
+        for end in [&link.source, &link.target].into_iter().flatten() {
+            self.endpoint(flat, self.of, end, kind);
+        }
+        let (Some(source), Some(target)) = (&link.source, &link.target) else { return };
+        let [from, to] = [source, target].map(|end| self.feature_at(flat, end));
+        if self.found.len() == before {
+            if let (Some(from), Some(to)) = (from, to) {
+                self.direction([(source, from), (target, to)], kind);
+            }
+            return;
+        }
+        // A wrong keyword is reported once, not at both endpoints.
+        let other = if kind == EndKind::Port { EndKind::Operation } else { EndKind::Port };
+        if [from, to].into_iter().all(|found| found.is_some_and(|found| other.takes(found))) {
+            self.found.truncate(before + 1);
         }
     }
-    let settings = data.settings.iter().filter_map(|it| it.endpoint.as_ref());
-    let kind = EndKind::Value;
-    found.extend(settings.filter_map(|end| endpoint(db, project, of, flat, of.name(db), end, kind)));
-    found
+
+    /// Returns the kind of the feature at an endpoint, if it resolves and its shell is complete.
+    fn feature_at(&self, flat: &Flat<'db>, end: &Endpoint) -> Option<FeatureKind> {
+        let features = flat.features(self.db, self.project, &end.instance.name)?;
+        let found = features.get(&end.feature.as_ref()?.name)?;
+        features.completeness.is_complete().then_some(found.kind)
+    }
+
+    /// Checks the direction of a connection whose endpoints are both ports or both operations.
+    fn direction(&mut self, ends: [(&Endpoint, FeatureKind); 2], kind: EndKind) {
+        let [(source, from), (target, to)] = ends;
+        let starts = matches!(from, FeatureKind::Output | FeatureKind::Provided);
+        let ends = matches!(to, FeatureKind::Input | FeatureKind::Required);
+        let names = |end: &Endpoint| Some([end.instance.clone(), end.feature.clone()?]);
+        let (Some(source), Some(target)) = (names(source), names(target)) else { return };
+        if !starts && !ends {
+            return self.report(source[1].id, FactKind::SwappedEnds { kind, source, target });
+        }
+        let [instance, feature] = match (starts, ends) {
+            (false, _) => source,
+            (_, false) => target,
+            _ => return,
+        };
+        let (instance, name) = (instance.name, feature.name);
+        self.report(feature.id, FactKind::WrongEnd { kind, is_source: !starts, instance, name });
+    }
+
+    /// Checks the names in the settings of a deployment: of instances and features.
+    pub(crate) fn names_in_deployment(&mut self) {
+        let Some(data) = deployment(self.db, self.of) else { return };
+        if let Some((flat, target)) = deployed(self.db, self.project, self.of) {
+            self.names_in_settings(flat, target, &data.settings);
+        }
+    }
+
+    fn names_in_settings(&mut self, flat: &Flat<'db>, target: Decl<'db>, settings: &[Setting]) {
+        for end in settings.iter().filter_map(|setting| setting.endpoint.as_ref()) {
+            self.endpoint(flat, target, end, EndKind::Value);
+        }
+    }
+
+    /// Checks the names in an endpoint: of an instance of `target`, and of a feature of this kind.
+    fn endpoint(&mut self, flat: &Flat<'db>, target: Decl<'db>, end: &Endpoint, kind: EndKind) {
+        let (db, project, name) = (self.db, self.project, end.instance.name.clone());
+        if flat.instance(&name).is_none() {
+            if !name.is_empty() {
+                let near = similar(&name, flat.instances.iter().map(|instance| &instance.name));
+                let architecture = target.name(db).clone();
+                self.report(end.instance.id, FactKind::UnresolvedInstance { name, architecture, near });
+            }
+            return;
+        }
+        let Some(NameRef { name: feature, id }) = &end.feature else { return };
+        let Some(shell) = flat.shell(db, project, &name) else { return };
+        let features = features_of(db, project, shell);
+        let found = features.get(feature).map(|it| it.kind);
+        if features.completeness.is_incomplete() || found.is_some_and(|found| kind.takes(found)) {
+            return;
+        }
+        let (expected, instance, name, shell) = (kind, name, feature.clone(), shell.name(db).clone());
+        if let Some(found) = found {
+            return self.report(*id, FactKind::OtherFeature { expected, name, instance, found, shell });
+        }
+        let fitting = features.by_name.iter().filter(|(_, found)| found.iter().any(|it| kind.takes(it.kind)));
+        let near = similar(&name, fitting.map(|(name, _)| name));
+        self.report(*id, FactKind::UnresolvedFeature { expected, name, instance, shell, near });
+    }
 }
 
 /// Returns the direct imports of an architecture that resolve.
@@ -239,97 +301,6 @@ pub(crate) fn imports_of<'db>(
     let imports = architecture(db, of).into_iter().flat_map(|data| data.imports.iter().flatten());
     let resolve = move |it| names_of(db, project).resolve_type(db, of, Kind::Architecture, Some(it)).ok();
     imports.filter_map(resolve)
-}
-
-/// Returns the feature at an endpoint, if it resolves and its shell is complete.
-fn feature_of<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    flat: &Flat<'db>,
-    end: &Endpoint,
-) -> Option<&'db FeatureOf<'db>> {
-    let features = flat.features(db, project, &end.instance.name)?;
-    features.get(&end.feature.as_ref()?.name).filter(|_| features.completeness.is_complete())
-}
-
-/// Checks the direction of a connection whose endpoints are both ports or both operations.
-fn direction<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    flat: &Flat<'db>,
-    ends: [&Endpoint; 2],
-    kind: EndKind,
-) -> Option<Fact<'db>> {
-    let [source, target] = ends.map(|end| {
-        let found = feature_of(db, project, flat, end)?;
-        Some((found.kind, [end.instance.clone(), end.feature.clone()?]))
-    });
-    let ((from, source), (to, target)) = (source?, target?);
-    let starts = matches!(from, FeatureKind::Output | FeatureKind::Provided);
-    let ends = matches!(to, FeatureKind::Input | FeatureKind::Required);
-    if !starts && !ends {
-        let at = Location::Source(of, source[1].id);
-        return Some(Fact::new(at, FactKind::SwappedEnds { kind, source, target }));
-    }
-    let [instance, feature] = match (starts, ends) {
-        (false, _) => source,
-        (_, false) => target,
-        _ => return None,
-    };
-    let at = Location::Source(of, feature.id);
-    let (instance, name) = (instance.name, feature.name);
-    Some(Fact::new(at, FactKind::WrongEnd { kind, is_source: !starts, instance, name }))
-}
-
-/// Returns the errors in the names in the settings of a deployment: of instances and features.
-pub(crate) fn check_settings<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-) -> Vec<Fact<'db>> {
-    let Some(data) = deployment(db, of) else { return Vec::new() };
-    let Some((flat, target)) = deployed(db, project, of) else { return Vec::new() };
-    let settings = data.settings.iter().filter_map(|setting| setting.endpoint.as_ref());
-    settings.filter_map(|end| endpoint(db, project, of, flat, target.name(db), end, EndKind::Value)).collect()
-}
-
-fn endpoint<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    flat: &Flat<'db>,
-    architecture: &Name,
-    end: &Endpoint,
-    kind: EndKind,
-) -> Option<Fact<'db>> {
-    let name = &end.instance.name;
-    let Some(instance) = flat.instance(name) else {
-        if name.is_empty() {
-            return None;
-        }
-        let near = similar(name, flat.instances.iter().map(|instance| &instance.name));
-        let at = Location::Source(of, end.instance.id);
-        let (name, architecture) = (name.clone(), architecture.clone());
-        return Some(Fact::new(at, FactKind::UnresolvedInstance { name, architecture, near }));
-    };
-    let feature = end.feature.as_ref()?;
-    let shell = shell_of(db, project, instance.component?)?;
-    let features = features_of(db, project, shell);
-    if features.completeness.is_incomplete()
-        || features.get(&feature.name).is_some_and(|found| kind.takes(found.kind))
-    {
-        return None;
-    }
-    let at = Location::Source(of, feature.id);
-    let (expected, name, instance) = (kind, feature.name.clone(), name.clone());
-    let (found, shell) = (features.get(&name).map(|it| it.kind), shell.name(db).clone());
-    if let Some(found) = found {
-        return Some(Fact::new(at, FactKind::OtherFeature { expected, name, instance, found, shell }));
-    }
-    let fitting = features.by_name.iter().filter(|(_, found)| found.iter().any(|it| kind.takes(it.kind)));
-    let near = similar(&name, fitting.map(|(name, _)| name));
-    Some(Fact::new(at, FactKind::UnresolvedFeature { expected, name, instance, shell, near }))
 }
 
 /// Returns the flattened architecture of a deployment; `None` if it is unresolved or incomplete.

@@ -8,7 +8,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::completeness::Completeness;
-use crate::fact::{Fact, FactKind, NotConstant};
+use crate::fact::{Checker, Fact, FactKind, NotConstant};
 use crate::features::{FeatureOf, features_of, shell_of};
 use crate::graph::topological_order;
 use crate::item_tree::{Endpoint, Expr, Feature, Kind, Name, Setting, Shell, SourceId};
@@ -17,82 +17,75 @@ use crate::source::{Decl, Location, architecture, deployment, shell};
 use crate::types::{OperatorError, Type, Typed, type_of, type_of_value};
 use crate::values::Value;
 
-/// Returns the errors in the values and intervals of a shell.
-pub(crate) fn check_shell<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Fact<'db>> {
-    let Some(data) = shell(db, of) else { return Vec::new() };
-    let constants = Some(constants_of(db, project, of));
-    let mut found = Vec::new();
-    for feature in &data.features {
-        let mut evaluator = Evaluator { own: Some(&feature.name.name), ..Evaluator::new(of, constants) };
-        let ty = type_of_value(db, project, of, feature.ty.as_ref());
-        let interval = evaluator.interval(feature, &ty);
-        if let Some(value) = &feature.value {
-            let value = evaluator.value_for(&feature.name.name, &ty, value);
-            if let (Some((value, id)), Some((low, high))) = (value, interval) {
-                evaluator.inside(&feature.name.name, (&value, id), [&low, &high], None);
+impl<'db> Checker<'db> {
+    /// Checks the values and intervals of a shell.
+    pub(crate) fn values_of_shell(&mut self) {
+        let (db, project, of) = (self.db, self.project, self.of);
+        let Some(data) = shell(db, of) else { return };
+        let constants = Some(constants_of(db, project, of));
+        for feature in &data.features {
+            let mut evaluator = Evaluator { own: Some(&feature.name.name), ..Evaluator::new(of, constants) };
+            let ty = type_of_value(db, project, of, feature.ty.as_ref());
+            let interval = evaluator.interval(feature, &ty);
+            if let Some(value) = &feature.value {
+                let value = evaluator.value_for(&feature.name.name, &ty, value);
+                evaluator.inside(&feature.name.name, value, interval, None);
             }
+            self.found.extend(evaluator.found);
         }
-        found.extend(evaluator.found);
     }
-    found
-}
 
-/// Returns the errors in the values that an architecture or a deployment sets.
-pub(crate) fn check_settings<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-) -> Vec<Fact<'db>> {
-    let Some(flat) = flat_with_settings(db, project, of) else { return Vec::new() };
-    // Lazy, because few intervals name a constant.
-    let given = LazyCell::new(|| given(db, of, flat));
-    let mut found = Vec::new();
-    let mut seen: FxHashMap<(&Name, &Name), SourceId> = FxHashMap::default();
-    for setting in settings_of(db, of) {
-        let Some(Endpoint { instance, feature: Some(name) }) = &setting.endpoint else { continue };
-        let first = *seen.entry((&instance.name, &name.name)).or_insert(name.id);
-        if first != name.id {
-            let (at, first) = (Location::Source(of, name.id), Location::Source(of, first));
-            let (instance, name) = (instance.name.clone(), name.name.clone());
-            found.push(Fact::new(at, FactKind::DuplicateValue { instance, name, first }));
+    /// Checks the values that an architecture or a deployment sets.
+    pub(crate) fn settings(&mut self) {
+        let (db, of) = (self.db, self.of);
+        let Some(flat) = flat_with_settings(db, self.project, of) else { return };
+        // Lazy, because few intervals name a constant.
+        let given = LazyCell::new(|| given(db, of, flat));
+        let mut seen: FxHashMap<(&Name, &Name), SourceId> = FxHashMap::default();
+        for setting in settings_of(db, of) {
+            let Some(Endpoint { instance, feature: Some(name) }) = &setting.endpoint else { continue };
+            let first = *seen.entry((&instance.name, &name.name)).or_insert(name.id);
+            if first != name.id {
+                let (id, first) = (name.id, self.at(first));
+                let (instance, name) = (instance.name.clone(), name.name.clone());
+                self.report(id, FactKind::DuplicateValue { instance, name, first });
+            }
+            self.value(flat, &given, (&instance.name, &name.name), &setting.value);
         }
-        found.extend(check_value(db, project, of, (flat, &given), setting));
     }
-    found
-}
 
-fn check_value<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    (flat, given): (&Flat<'db>, &LazyCell<Given<'db>, impl FnOnce() -> Given<'db>>),
-    setting: &Setting,
-) -> Vec<Fact<'db>> {
-    let Some(Endpoint { instance, feature: Some(name) }) = &setting.endpoint else { return Vec::new() };
-    let shell = flat.shell(db, project, &instance.name);
-    let feature = shell.and_then(|shell| features_of(db, project, shell).get(&name.name));
-    let data = feature.and_then(|it| Some((it.shell, it.data(db)?)));
-    let mut evaluator = Evaluator::new(of, None);
-    let Some((declared_in, data)) = data.filter(|(_, data)| data.kind.is_value()) else {
-        // The value of an unresolved setting is checked too.
-        evaluator.evaluate(&setting.value);
-        return evaluator.found;
-    };
-    let ty = type_of(db, project, declared_in, data.ty.as_ref());
-    let value = evaluator.value_for(&name.name, &ty, &setting.value);
-    // The bounds of the interval may name constants that the instance sets.
-    let ends = data.interval.iter().flat_map(|it| [&it.low, &it.high]);
-    let of_instance = shell.filter(|_| ends.clone().any(|end| !end.names().is_empty()));
-    let of_instance = of_instance.and_then(|shell| Some((shell, given.get(&instance.name)?)));
-    let of_instance = of_instance.map(|(shell, given)| constants_with(db, project, shell, given));
-    let constants = of_instance.as_ref().unwrap_or_else(|| constants_of(db, project, declared_in));
-    // The check of the shell reports the errors in the interval.
-    let interval = Evaluator::new(declared_in, Some(constants)).interval(data, &ty);
-    if let (Some((value, id)), Some((low, high))) = (value, interval) {
-        let declared = data.interval.as_ref().map(|it| Location::Source(declared_in, it.id));
-        evaluator.inside(&name.name, (&value, id), [&low, &high], declared);
+    /// Checks a value that a property or constant of an instance gets.
+    fn value(
+        &mut self,
+        flat: &Flat<'db>,
+        given: &LazyCell<Given<'db>, impl FnOnce() -> Given<'db>>,
+        (instance, name): (&Name, &Name),
+        value: &Expr,
+    ) {
+        let (db, project) = (self.db, self.project);
+        let shell = flat.shell(db, project, instance);
+        let feature = shell.and_then(|shell| features_of(db, project, shell).get(name));
+        let data = feature.and_then(|it| Some((it.shell, it.data(db)?)));
+        let mut evaluator = Evaluator::new(self.of, None);
+        if let Some((declared_in, data)) = data.filter(|(_, data)| data.kind.is_value()) {
+            let ty = type_of(db, project, declared_in, data.ty.as_ref());
+            let value = evaluator.value_for(name, &ty, value);
+            // The bounds of the interval may name constants that the instance sets.
+            let mut ends = data.interval.iter().flat_map(|it| [&it.low, &it.high]);
+            let of_instance = shell.filter(|_| ends.any(|end| !end.names().is_empty()));
+            let of_instance = of_instance.and_then(|shell| Some((shell, given.get(instance)?)));
+            let of_instance = of_instance.map(|(shell, given)| constants_with(db, project, shell, given));
+            let constants = of_instance.as_ref().unwrap_or_else(|| constants_of(db, project, declared_in));
+            // The check of the shell reports the errors in the interval.
+            let interval = Evaluator::new(declared_in, Some(constants)).interval(data, &ty);
+            let declared = data.interval.as_ref().map(|it| Location::Source(declared_in, it.id));
+            evaluator.inside(name, value, interval, declared);
+        } else {
+            // The value of an unresolved setting is checked too.
+            evaluator.evaluate(value);
+        }
+        self.found.extend(evaluator.found);
     }
-    evaluator.found
 }
 
 /// Returns the flattened architecture that `of`, an architecture or a deployment, sets values of.
@@ -273,7 +266,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
     }
 
     /// Returns the bounds of a feature's interval, if it has a valid one.
-    fn interval(&mut self, feature: &Feature, ty: &Type) -> Option<(Value, Value)> {
+    fn interval(&mut self, feature: &Feature, ty: &Type) -> Option<[Value; 2]> {
         let interval = feature.interval.as_ref()?;
         if !ty.is_number() && *ty != Type::Unknown {
             let at = feature.ty.as_ref().map_or(interval.id, |ty| ty.id);
@@ -287,7 +280,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
             self.report(interval.id, FactKind::EmptyInterval { ends: [low, high] });
             return None;
         }
-        Some((low, high))
+        Some([low, high])
     }
 
     /// Returns the value of an expression that is assigned to a feature of this type, and its source.
@@ -302,21 +295,20 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         Some((found.value?, id))
     }
 
+    /// Reports a value outside the interval of its property or constant.
     fn inside(
         &mut self,
         name: &Name,
-        (value, id): (&Value, SourceId),
-        [low, high]: [&Value; 2],
+        value: Option<(Value, SourceId)>,
+        interval: Option<[Value; 2]>,
         declared: Option<Location<'db>>,
     ) {
-        let (Some(number), Some(least), Some(greatest)) = (value.number(), low.number(), high.number())
-        else {
-            return;
-        };
-        if number < least || number > greatest {
-            let interval = [low.clone(), high.clone()];
-            let (name, value) = (name.clone(), value.clone());
-            self.report(id, FactKind::OutsideInterval { name, value, interval, declared });
+        let (Some((value, id)), Some(interval)) = (value, interval) else { return };
+        let [low, high] = &interval;
+        if let (Some(number), Some(low), Some(high)) = (value.number(), low.number(), high.number())
+            && (number < low || number > high)
+        {
+            self.report(id, FactKind::OutsideInterval { name: name.clone(), value, interval, declared });
         }
     }
 
