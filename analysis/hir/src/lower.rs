@@ -234,42 +234,34 @@ impl Lowering<'_> {
             match item {
                 ast::Item::Include(it) => self.include(&it),
                 ast::Item::Library(it) => {
-                    let name = text_of(it.name().as_ref());
+                    let name = it.name().map(|name| text_of(name.syntax())).unwrap_or_default();
                     self.tree.libraries.push(name.clone());
                     self.items(it.items(), Some(&name));
                 }
                 ast::Item::Use(it) => {
-                    self.declare(it.syntax(), it.name_ref(), Kind::Use, library, |_| Data::Use);
+                    self.declare(it.syntax(), Kind::Use, library, |_| Data::Use);
                 }
                 ast::Item::Codel(it) => {
-                    self.declare(it.syntax(), it.name(), Kind::Codel, library, |this| {
-                        Data::Codel(this.codel(&it))
-                    });
+                    self.declare(it.syntax(), Kind::Codel, library, |this| Data::Codel(this.codel(&it)));
                 }
                 ast::Item::Shell(it) => {
-                    self.declare(it.syntax(), it.name(), Kind::Shell, library, |this| {
-                        Data::Shell(this.shell(&it))
-                    });
+                    self.declare(it.syntax(), Kind::Shell, library, |this| Data::Shell(this.shell(&it)));
                 }
                 ast::Item::Core(it) => {
-                    self.declare(it.syntax(), it.name(), Kind::Core, library, |this| {
-                        Data::Core(this.core(&it))
-                    });
+                    self.declare(it.syntax(), Kind::Core, library, |this| Data::Core(this.core(&it)));
                 }
                 ast::Item::Component(it) => {
-                    self.declare(it.syntax(), it.name(), Kind::Component, library, |this| {
-                        let shell = it.shell().map(|ty| this.type_ref(&ty));
-                        let core = it.core().map(|ty| this.type_ref(&ty));
-                        Data::Component(Component { shell, core, completeness: completeness_of(it.syntax()) })
+                    self.declare(it.syntax(), Kind::Component, library, |this| {
+                        Data::Component(this.component(&it))
                     });
                 }
                 ast::Item::Architecture(it) => {
-                    self.declare(it.syntax(), it.name(), Kind::Architecture, library, |this| {
+                    self.declare(it.syntax(), Kind::Architecture, library, |this| {
                         Data::Architecture(this.architecture(&it))
                     });
                 }
                 ast::Item::Deployment(it) => {
-                    self.declare(it.syntax(), it.name(), Kind::Deployment, library, |this| {
+                    self.declare(it.syntax(), Kind::Deployment, library, |this| {
                         Data::Deployment(this.deployment(&it))
                     });
                 }
@@ -298,7 +290,8 @@ impl Lowering<'_> {
                     },
                 },
                 SyntaxKind::LIBRARY => {
-                    let name = text_of(ast::Library::cast(child.clone()).and_then(|it| it.name()).as_ref());
+                    let name = ast::Library::cast(child.clone()).and_then(|it| it.name());
+                    let name = name.map(|name| text_of(name.syntax())).unwrap_or_default();
                     self.possible_names(&child, Some(&name));
                 }
                 // The error may contain the next declaration of the line.
@@ -325,15 +318,17 @@ impl Lowering<'_> {
     fn declare(
         &mut self,
         node: &SyntaxNode,
-        name: Option<impl AstNode>,
         kind: Kind,
         library: Option<&Name>,
         lower: impl FnOnce(&mut Self) -> Data,
     ) {
         let range = node.text_range();
+        // A `use` has the name of a library or a package.
+        let is_name = |child: &SyntaxNode| matches!(child.kind(), SyntaxKind::NAME | SyntaxKind::NAME_REF);
+        let name = node.children().find(is_name);
         let lowered = lowered_before(&self.previous.declarations, node, 0).unwrap_or_else(|| {
             let keyword = node.first_token().map_or(range, |token| token.text_range());
-            self.ranges = vec![name.as_ref().map_or(keyword, |name| name.syntax().text_range())];
+            self.ranges = vec![name.as_ref().map_or(keyword, SyntaxNode::text_range)];
             let data = Arc::new(lower(self));
             let ranges = self.ranges.drain(..).map(|it| it - range.start()).collect();
             let states = std::mem::take(&mut self.states);
@@ -350,7 +345,7 @@ impl Lowering<'_> {
         }
         self.tree.declarations.push(Declaration {
             library: library.cloned(),
-            name: text_of(name.as_ref()),
+            name: name.as_ref().map(text_of).unwrap_or_default(),
             kind,
             data: lowered.data.clone(),
         });
@@ -372,16 +367,22 @@ impl Lowering<'_> {
     }
 
     fn name_ref(&mut self, name: &impl AstNode) -> NameRef {
-        NameRef { name: text_of(Some(name)), id: self.id(name.syntax().text_range()) }
+        NameRef { name: text_of(name.syntax()), id: self.id(name.syntax().text_range()) }
     }
 
     fn type_ref(&mut self, ty: &ast::Type) -> TypeRef {
-        let mut path: Vec<Name> = ty.segments().map(|segment| text_of(Some(&segment))).collect();
+        let mut path: Vec<Name> = ty.segments().map(|segment| text_of(segment.syntax())).collect();
         // The segment after the last dot is missing: the path without it would resolve to something else.
         if has_error_child(ty.syntax()) {
             path.push(Name::default());
         }
         TypeRef { path, id: self.id(ty.syntax().text_range()) }
+    }
+
+    fn component(&mut self, component: &ast::Component) -> Component {
+        let shell = component.shell().map(|ty| self.type_ref(&ty));
+        let core = component.core().map(|ty| self.type_ref(&ty));
+        Component { shell, core, completeness: completeness_of(component.syntax()) }
     }
 
     fn codel(&mut self, codel: &ast::Codel) -> Codel {
@@ -822,9 +823,8 @@ fn continued(variable: &ast::Var) -> Option<(TextRange, Option<TextRange>)> {
     Some((token.text_range(), white.map(|white| white.text_range())))
 }
 
-fn text_of(name: Option<&impl AstNode>) -> Name {
-    let token = name.and_then(|name| name.syntax().first_token());
-    token.map_or_else(Name::default, |token| token.text().into())
+fn text_of(name: &SyntaxNode) -> Name {
+    name.first_token().map_or_else(Name::default, |token| token.text().into())
 }
 
 /// Returns, for each declaration of the tree, the number of earlier declarations with its kind, library and name.
