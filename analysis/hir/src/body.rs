@@ -13,7 +13,7 @@ use crate::source::{Decl, core};
 
 /// A body of a core.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, salsa::SalsaValue)]
-pub enum BodyId {
+pub(crate) enum BodyId {
     /// The initial values of the variables of the core.
     CoreValues,
     /// The operation with that index.
@@ -28,24 +28,20 @@ pub enum BodyId {
 
 /// The content of a body.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-pub enum Body {
-    /// See [`BodyId::CoreValues`] and [`BodyId::MachineValues`].
+pub(crate) enum Body {
     InitialValues(InitialValues),
-    /// See [`BodyId::Operation`].
     Operation(Arc<Operation>),
-    /// See [`BodyId::Hook`].
     Hook(Arc<Hook>),
-    /// See [`BodyId::State`].
     State(Arc<State>),
 }
 
 /// Variables with their initial values.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct InitialValues {
+pub(crate) struct InitialValues {
     /// The variables of the core, or those of its state machines.
-    pub variables: Vec<Variable>,
+    pub(crate) variables: Vec<Variable>,
     /// Whether no error hides an item of the core.
-    pub completeness: Completeness,
+    pub(crate) completeness: Completeness,
 }
 
 /// A program in a body.
@@ -63,16 +59,15 @@ pub enum ProgramIn {
 
 /// Code with its own scope: a program, or the condition of a guard.
 #[derive(Debug, Clone, Copy)]
+#[allow(missing_docs)]
 pub enum Code<'a> {
-    /// A program.
     Program(&'a Program),
-    /// A guard.
     Guard(&'a Guard),
 }
 
 impl Core {
     /// Returns its bodies, in the order of the checks.
-    pub fn bodies(&self) -> impl Iterator<Item = BodyId> {
+    pub(crate) fn bodies(&self) -> impl Iterator<Item = BodyId> {
         let operations = (0..self.operations.len() as u32).map(BodyId::Operation);
         let hooks = (0..self.hooks.len() as u32).map(BodyId::Hook);
         let states = self.machines.iter().enumerate().flat_map(|(machine, it)| {
@@ -100,7 +95,7 @@ impl Core {
 
 impl Body {
     /// Returns its programs and guards, in the order of the text; empty for initial values.
-    pub fn code(&self) -> Vec<(ProgramIn, Code<'_>)> {
+    pub(crate) fn code(&self) -> Vec<(ProgramIn, Code<'_>)> {
         match self {
             Body::InitialValues(_) => Vec::new(),
             Body::Operation(operation) => vec![(ProgramIn::Whole, Code::Program(&operation.program))],
@@ -127,45 +122,34 @@ impl State {
 
 /// The data of a core that its bodies read.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct CoreScope {
-    /// The shell that it implements.
-    pub shell: Option<TypeRef>,
-    /// Its variables.
-    pub variables: Vec<SharedVariable>,
-    /// Its handlers.
-    pub handlers: Vec<Handler>,
-    /// The operations that it defines, without their programs.
-    pub operations: Vec<OperationHead>,
-    /// The variables of its state machines.
-    pub machine_variables: Vec<SharedVariable>,
+pub(crate) struct CoreScope {
+    pub(crate) shell: Option<TypeRef>,
+    pub(crate) variables: Vec<SharedVariable>,
+    pub(crate) handlers: Vec<Handler>,
+    pub(crate) operations: Vec<OperationHead>,
+    pub(crate) machine_variables: Vec<SharedVariable>,
     /// The number of its hooks.
-    pub hooks: u32,
+    pub(crate) hooks: u32,
     /// The number of states of each of its state machines.
-    pub states: Vec<u32>,
+    pub(crate) states: Vec<u32>,
     /// Whether no error hides an item of the core or of its state machines.
-    pub completeness: Completeness,
+    pub(crate) completeness: Completeness,
 }
 
 /// A variable of a core or of a state machine.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct SharedVariable {
-    /// Its name.
-    pub name: NameRef,
-    /// Its type.
-    pub ty: Option<TypeRef>,
-    /// Whether it has an initial value.
-    pub has_value: bool,
+pub(crate) struct SharedVariable {
+    pub(crate) name: NameRef,
+    pub(crate) ty: Option<TypeRef>,
+    pub(crate) has_value: bool,
 }
 
 /// The signature of an operation.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct OperationHead {
-    /// Its name.
-    pub name: NameRef,
-    /// Its parameters.
-    pub parameters: Vec<Parameter>,
-    /// The type of its result.
-    pub result: Option<TypeRef>,
+pub(crate) struct OperationHead {
+    pub(crate) name: NameRef,
+    pub(crate) parameters: Vec<Parameter>,
+    pub(crate) result: Option<TypeRef>,
 }
 
 /// Returns the [`CoreScope`] of a core: without programs, so that an edit of a program does not change it.

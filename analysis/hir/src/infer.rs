@@ -29,19 +29,19 @@ use crate::types::{OperatorError, Signature, Type, Typed, type_of, type_of_value
 
 /// The bindings, callees and types of a group of bodies.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
-pub struct Inference<'db> {
+pub(crate) struct Inference<'db> {
     /// The parameters and local variables, in the order of the text.
-    pub variables: Vec<VariableOf>,
+    pub(crate) variables: Vec<VariableOf>,
     /// The bindings of the names of values, sorted by source: half the memory of a hash map.
     bindings: Box<[(SourceId, Binding<'db>)]>,
     /// The callees of the calls, sorted by the source of the name.
     callees: Box<[(SourceId, Callee<'db>)]>,
     /// Whether the name of a value or of a callee is unresolved.
-    pub unresolved: bool,
+    pub(crate) unresolved: bool,
     /// The reasons not to analyse the core, by program, in the order of execution.
-    pub problems: FxHashMap<(BodyId, ProgramIn), Vec<NameProblem<'db>>>,
+    pub(crate) problems: FxHashMap<(BodyId, ProgramIn), Vec<NameProblem<'db>>>,
     /// The type errors.
-    pub facts: Vec<Fact<'db>>,
+    pub(crate) facts: Vec<Fact<'db>>,
     /// The shared variables, if the core has only one group.
     shared: Option<Box<Shared<'db>>>,
 }
@@ -74,7 +74,7 @@ pub enum VariableKind {
 
 /// An unresolved name in a program: the demand of the program is unknown.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-pub enum NameProblem<'db> {
+pub(crate) enum NameProblem<'db> {
     /// An error.
     Error(Fact<'db>),
     /// An error that another fact reports.
@@ -98,11 +98,11 @@ pub(crate) fn signature<'db>(
 
 /// The variables that all bodies of a core share.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
-pub struct Shared<'db> {
+struct Shared<'db> {
     /// The variables and handlers of the core, then the variables of its state machines.
-    pub variables: Vec<VariableOf>,
+    variables: Vec<VariableOf>,
     /// The errors of handlers.
-    pub facts: Vec<Fact<'db>>,
+    facts: Vec<Fact<'db>>,
 }
 
 /// Returns the shared variables of a core with several groups; [`Inference`] holds those of a core with one group.

@@ -76,9 +76,7 @@ mod values;
 mod wiring;
 
 pub use behaviour::{Behaviour, Edge, TimedProgram, behaviour_of};
-pub use body::{
-    Body, BodyId, Code, CoreScope, InitialValues, OperationHead, ProgramIn, SharedVariable, statements,
-};
+pub use body::{Code, ProgramIn, statements};
 pub use builtin::{Builtin, Operand};
 pub use check::{declaration_facts, errors_in, not_checked, project_facts};
 pub use completeness::Completeness;
@@ -90,10 +88,7 @@ pub use cost::{Cost, operations_in};
 pub use db::{Database, File, ModelDb, Problem, Trees, Workspace, normalised};
 pub use features::{FeatureOf, Features, bases_of, core_of, features_of, is_core_for, shell_of};
 pub use flat::{Flat, FlatInstance, deployed, first_target_of, flat_of, target_of};
-pub use infer::{
-    CoreInference, Inference, NameProblem, Shared, Uses, VariableKind, VariableOf, inference_of_core,
-    returns, uses_of,
-};
+pub use infer::{CoreInference, Uses, VariableKind, VariableOf, inference_of_core, returns, uses_of};
 pub use lines::{file_and_line, line_index, line_of};
 pub use link::Link;
 pub use lower::{DeclarationMap, SourceMap};
@@ -105,7 +100,7 @@ pub use project::{
     CONFIG_FILE, Platform, Project, all_roots, config_file, config_of, external_types, include_candidates,
     include_rings, includes, is_model, platform_of, project_files, projects, root_file,
 };
-pub use resolve::{Binding, CallError, Callee, ResolvedCall, Resolver, Scope, VariableId};
+pub use resolve::{Binding, Callee, VariableId};
 pub use semantics::{
     FeaturesByName, LikelyCallee, Semantics, VisibleScope, likely_declaration, likely_features_of,
     likely_shell_of,

@@ -44,7 +44,7 @@ pub enum Callee<'db> {
 
 /// Why a call has no callee.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum CallError {
+pub(crate) enum CallError {
     /// The shell provides an operation of this name, and the core does not define it.
     Undefined,
     /// The shell requires an operation of this name: a call would block.
@@ -58,39 +58,33 @@ pub enum CallError {
 }
 
 /// A resolved call.
-pub struct ResolvedCall<'db> {
+pub(crate) struct ResolvedCall<'db> {
     /// The callee, or why the call has none.
-    pub callee: Result<Callee<'db>, CallError>,
+    pub(crate) callee: Result<Callee<'db>, CallError>,
     /// Whether its first argument is, or should be, the operand of a built-in function instead of a value.
-    pub has_operand: bool,
+    pub(crate) has_operand: bool,
 }
 
 /// The variables in scope, innermost last.
 #[derive(Debug, Default)]
-pub struct Scope {
+pub(crate) struct Scope {
     all: Vec<(Name, VariableId)>,
     by_name: FxHashMap<Name, Vec<VariableId>>,
 }
 
 impl Scope {
     /// Adds a variable, which shadows those of its name.
-    pub fn push(&mut self, name: &Name, id: VariableId) {
+    pub(crate) fn push(&mut self, name: &Name, id: VariableId) {
         self.all.push((name.clone(), id));
         self.by_name.entry(name.clone()).or_default().push(id);
     }
 
-    /// Returns the number of variables.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.all.len()
     }
 
-    /// Returns whether there is no variable.
-    pub fn is_empty(&self) -> bool {
-        self.all.is_empty()
-    }
-
     /// Removes all variables after the first `depth` ones.
-    pub fn truncate(&mut self, depth: usize) {
+    pub(crate) fn truncate(&mut self, depth: usize) {
         for (name, _) in self.all.drain(depth.min(self.all.len())..) {
             if let Some(all) = self.by_name.get_mut(&name) {
                 all.pop();
@@ -99,12 +93,12 @@ impl Scope {
     }
 
     /// Returns the variables after the first `depth` ones.
-    pub fn from(&self, depth: usize) -> impl Iterator<Item = VariableId> {
+    pub(crate) fn from(&self, depth: usize) -> impl Iterator<Item = VariableId> {
         self.all.iter().skip(depth).map(|(_, id)| *id)
     }
 
     /// Returns the names of the variables, outermost first.
-    pub fn names(&self) -> impl Iterator<Item = &Name> {
+    pub(crate) fn names(&self) -> impl Iterator<Item = &Name> {
         self.all.iter().map(|(name, _)| name)
     }
 
@@ -114,7 +108,7 @@ impl Scope {
 }
 
 /// Resolves names at a position in the programs of a core.
-pub struct Resolver<'a, 'db> {
+pub(crate) struct Resolver<'a, 'db> {
     pub(crate) db: &'db dyn ModelDb,
     /// The core.
     pub(crate) of: Decl<'db>,
@@ -123,11 +117,11 @@ pub struct Resolver<'a, 'db> {
     pub(crate) features: &'a Features<'db>,
     pub(crate) core: &'db CoreScope,
     /// The variables in scope, which also shadow callees.
-    pub scope: Scope,
+    pub(crate) scope: Scope,
     /// The variables of the state machines: all programs see them, after those in scope; they do not shadow callees.
-    pub machine: Scope,
+    pub(crate) machine: Scope,
     /// Whether all variables are known: otherwise an unresolved name may be a missing variable.
-    pub variables: Completeness,
+    pub(crate) variables: Completeness,
 }
 
 impl<'db> Resolver<'_, 'db> {
@@ -159,7 +153,7 @@ impl<'db> Resolver<'_, 'db> {
     /// Resolves a call of `name`; `first` is its first argument if that is a name. The order of the lookup: a built-in
     /// function with the operand `first`, unless a codel or a provided operation has its name; variables, which shadow
     /// callees; features of the shell; codels.
-    pub fn resolve_call(&self, name: &Name, first: Option<&Name>) -> ResolvedCall<'db> {
+    pub(crate) fn resolve_call(&self, name: &Name, first: Option<&Name>) -> ResolvedCall<'db> {
         let feature = self.features.get(name).map(|feature| feature.kind);
         let builtin = Builtin::of_name(name).zip(first);
         let has_operand = builtin.is_some_and(|(builtin, first)| self.is_operand(builtin, first));
