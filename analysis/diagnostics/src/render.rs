@@ -1,7 +1,7 @@
 //! Renders facts as diagnostics: the arm of a fact calls the module of its code.
 
 use super::*;
-use mauve_hir::fact::{Fact, FactKind};
+use mauve_hir::fact::{Fact, FactKind, OperatorError};
 
 /// Returns the diagnostic of a fact in `project`: its code, message, related locations and fixes.
 pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>) -> Diagnostic<'db> {
@@ -14,7 +14,6 @@ pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>
             argument_type::report(at, callee, parameter, expected, found)
         }
         K::AssignmentType { name, expected, found } => assignment_type::report(at, name, expected, found),
-        K::BinaryOperator { operator, operands } => operator_type::binary(at, *operator, operands),
         K::BlockingCall { name, send } => blocking_call::report(at, name, send.as_ref()),
         K::BufferSize { size } => buffer_size::report(at, size),
         K::ConditionType { found } => condition_type::report(at, found),
@@ -40,7 +39,6 @@ pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>
         K::NoBehaviour => update_or_statemachine::neither(at),
         K::NoEffect => no_effect::report(at),
         K::NoInitialState { first } => initial_state::none(at, first.as_ref()),
-        K::NoValue(why) => constant_expression::no_value(at, *why),
         K::NotAssignable { name, is } => not_assignable::report(at, name, *is),
         K::NotBuiltin(function) => unresolved_codel::built_in(at, *function),
         K::NotCallable { name, is, hides } => unresolved_codel::not_callable(at, name, *is, *hides),
@@ -48,6 +46,11 @@ pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>
         K::NotConstant(why) => constant_expression::not_constant(at, why),
         K::NotDeployed { instance, near } => unresolved_instance::not_deployed(at, instance, near.clone()),
         K::NotStronglyConnected { initial, states } => not_strongly_connected::report(at, initial, states),
+        K::Operation(error) => match error {
+            OperatorError::Unary(operator, operand) => operator_type::unary(at, *operator, operand),
+            OperatorError::Binary(operator, operands) => operator_type::binary(at, *operator, operands),
+            OperatorError::NoValue(why) => constant_expression::no_value(at, *why),
+        },
         K::OperationDefinition { name, declared, defined, declared_at, fixed } => {
             let signatures = [declared, defined].map(|it| types::signature(name, it));
             operation_definition::report(at, &signatures, declared_at, fixed.as_ref())
@@ -74,7 +77,6 @@ pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>
         K::TooLarge { with } => too_large::report(db, *with),
         K::TwoBehaviours { machines } => update_or_statemachine::both(at, *machines),
         K::TwoWriters { of, first, second } => two_writers::report(at, *of, first, second),
-        K::UnaryOperator { operator, operand } => operator_type::unary(at, *operator, operand),
         K::UnconnectedInput { instance, ports } => unconnected_input::report(at, instance, ports),
         K::UnconnectedOperation { instance, name, declared } => {
             unconnected_operation::report(at, instance, name, declared)

@@ -9,13 +9,12 @@ use rustc_hash::FxHashMap;
 
 use crate::ModelDb;
 use crate::builtin::Builtin;
-use crate::item_tree::{
-    BinaryOperator, FeatureKind, HookKind, Kind, MethodKind, Name, NameRef, SourceId, TypeRef, UnaryOperator,
-};
+use crate::item_tree::{FeatureKind, HookKind, Kind, MethodKind, Name, NameRef, SourceId, TypeRef};
 use crate::link::Link;
 use crate::project::Project;
 use crate::source::{Decl, Location};
-use crate::types::{OperatorError, Signature, Type};
+pub use crate::types::OperatorError;
+use crate::types::{Signature, Type};
 pub use crate::values::NoValue;
 use crate::values::Value;
 
@@ -61,7 +60,7 @@ impl<'db> Fact<'db> {
     }
 }
 
-/// The kinds of facts. Each variant belongs to one diagnostic code.
+/// The kinds of facts. Each variant belongs to one diagnostic code, except [`FactKind::Operation`].
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 #[allow(missing_docs, reason = "the documentation of a variant says what its fields are")]
 pub enum FactKind<'db> {
@@ -108,12 +107,8 @@ pub enum FactKind<'db> {
         declared_at: Location<'db>,
         fixed: Option<(SourceId, String)>,
     },
-    /// An operator does not take its operands.
-    UnaryOperator { operator: UnaryOperator, operand: Type },
-    /// An operator does not take its operands.
-    BinaryOperator { operator: BinaryOperator, operands: [Type; 2] },
-    /// A constant expression has no value.
-    NoValue(NoValue),
+    /// An operation or a literal has no type, or no value.
+    Operation(OperatorError),
     /// An output argument is not a variable.
     OutArgument { callee: Name, parameter: ParameterName },
     /// A built-in function is called with a port of the wrong direction.
@@ -501,14 +496,4 @@ pub fn unresolved_type<'db>(
         Unresolved::Repeated | Unresolved::Missing | Unresolved::Incomplete => return None,
     };
     Some(Fact::new(Location::Source(of, ty.id), fact))
-}
-
-impl From<OperatorError> for FactKind<'_> {
-    fn from(error: OperatorError) -> Self {
-        match error {
-            OperatorError::Unary(operator, operand) => FactKind::UnaryOperator { operator, operand },
-            OperatorError::Binary(operator, operands) => FactKind::BinaryOperator { operator, operands },
-            OperatorError::NoValue(why) => FactKind::NoValue(why),
-        }
-    }
 }

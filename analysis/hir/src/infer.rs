@@ -702,7 +702,7 @@ impl<'db> InferenceContext<'_, 'db> {
     /// Returns the result, or reports the error.
     fn computed(&mut self, found: Result<Typed, OperatorError>, id: SourceId) -> Typed {
         found.unwrap_or_else(|error| {
-            self.report(id, error.into());
+            self.report(id, FactKind::Operation(error));
             Typed::UNKNOWN
         })
     }

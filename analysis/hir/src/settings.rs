@@ -339,7 +339,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
     }
 
     fn reported(&mut self, found: Result<Typed, OperatorError>, id: SourceId) -> Option<Typed> {
-        found.map_err(|error| self.report(id, error.into())).ok()
+        found.map_err(|error| self.report(id, FactKind::Operation(error))).ok()
     }
 
     /// Returns the value of a named constant.

@@ -267,7 +267,8 @@ pub(crate) struct Typed {
 }
 
 /// Why an operation has no type or no value.
-pub(crate) enum OperatorError {
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub enum OperatorError {
     /// The operator does not take the operand.
     Unary(UnaryOperator, Type),
     /// The operator does not take the operands.
