@@ -3,7 +3,7 @@
 use mauve_timing::task_set::{Activity, Assumed, Component, Edge, Machine, NotAnalysed, Program, TaskSet};
 use mauve_timing::{Level, Time};
 
-use crate::psm::{Psm, PsmEdge, psm_of};
+use crate::psm::{Psm, psm_of};
 use crate::reason::{Prose, Reason};
 use crate::system::{ResolvedActivity, system_of};
 use crate::task_set::{Executed, psms_of};
@@ -162,7 +162,10 @@ fn machine_of(psms: &Psms<'_>) -> Option<Machine> {
 pub fn psm_at(machine: &Machine, column: usize) -> Option<Psm<'static>> {
     let number: std::collections::HashMap<&str, usize> =
         machine.programs.iter().map(|it| it.program.as_str()).zip(0..).collect();
-    let edge = |edge: &Edge| PsmEdge {
+    let state_machine = machine.state_machine(column)?;
+    let edge = |(edge, timed): (&Edge, &mauve_timing::Edge)| mauve_hir::Edge {
+        source: timed.source as usize,
+        target: timed.target as usize,
         transition: edge.transition.as_deref().map(Into::into),
         programs: edge.programs.iter().filter_map(|it| number.get(it.as_str()).copied()).collect(),
     };
@@ -170,8 +173,8 @@ pub fn psm_at(machine: &Machine, column: usize) -> Option<Psm<'static>> {
     Some(Psm {
         states: machine.states.iter().map(|state| state.as_str().into()).collect(),
         initial: machine.states.iter().position(|state| *state == machine.initial)?,
-        machine: machine.state_machine(column)?,
-        edges: machine.edges.iter().map(edge).collect(),
+        edges: machine.edges.iter().zip(state_machine.edges()).map(edge).collect(),
+        machine: state_machine,
         programs: machine
             .programs
             .iter()

@@ -45,7 +45,7 @@ pub use fact::{
     TimingFactKind,
 };
 pub use priorities::priority_facts;
-pub use psm::{Psm, PsmEdge, psm_of, worst_path};
+pub use psm::{Psm, psm_of, worst_path};
 pub use reason::{
     ActivityField, IncompleteTable, NoSuchCpu, PatternError, Prose, Reason, Refusal, Share, StrayEntry,
     TableFault, TableFilesError, TableLevels, Timed, TooLong, UnknownPriority, UnusableTime, WrongProgram,

@@ -21,8 +21,8 @@ pub struct Psm<'db> {
     pub initial: usize,
     /// The machine that the analysis reads; its edges are those of `edges`, in the same order.
     pub machine: StateMachine,
-    /// What each edge executes.
-    pub edges: Vec<PsmEdge>,
+    /// The transition and the programs of each edge.
+    pub edges: Vec<mauve_hir::Edge>,
     /// The programs with their times: 0 where no edge executes them.
     pub programs: Vec<(ProgramId, Time)>,
     /// Its own operations that programs may call, likewise; no time where none was needed.
@@ -35,15 +35,6 @@ pub struct Psm<'db> {
     pub unusable_component_time: Option<UnusableTime<'db>>,
     /// Codels whose time is that of `[assume]`, with it.
     pub assumed: Vec<(String, Time)>,
-}
-
-/// What one period may execute.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct PsmEdge {
-    /// The transition that fires; none where the machine stays.
-    pub transition: Option<Name>,
-    /// The programs in their order: indices into [`Psm::programs`].
-    pub programs: Vec<usize>,
 }
 
 /// The periodic state machine of a component, or why it has none.
@@ -165,8 +156,7 @@ impl<'db> Evaluator<'_, 'db> {
                 None => self.refuse(Reason::TooLong(TooLong::Overhead)),
             }
         }
-        let mut edges = Vec::new();
-        let mut described = Vec::new();
+        let (mut edges, mut described) = (Vec::new(), Vec::new());
         for edge in &behaviour.edges {
             let mut add = |cost: Time, &index: &usize| {
                 let (program, time) = behaviour.programs.get(index).zip(*programs.get(index)?)?;
@@ -179,7 +169,7 @@ impl<'db> Evaluator<'_, 'db> {
             let cost = overhead.and_then(|overhead| edge.programs.iter().try_fold(overhead, &mut add));
             let Some(cost) = cost else { continue };
             edges.push(Edge { source: edge.source as u32, target: edge.target as u32, cost });
-            described.push(PsmEdge { transition: edge.transition.clone(), programs: edge.programs.clone() });
+            described.push(edge.clone());
         }
         self.refusals.extend(std::mem::take(&mut self.missing).into_values());
         if !self.refusals.is_empty() {
