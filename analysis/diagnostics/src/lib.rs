@@ -468,7 +468,7 @@ fn timing_diagnostics<'db>(
     project: Project<'db>,
     facts: &[TimingFact<'db>],
 ) -> Vec<Diagnostic<'db>> {
-    facts.iter().filter_map(|fact| timing_diagnostic(db, project, fact)).collect()
+    facts.iter().map(|fact| timing_diagnostic(db, project, fact)).collect()
 }
 
 /// Returns the number of errors in the models, the tables and the configuration of a project, without missed deadlines and

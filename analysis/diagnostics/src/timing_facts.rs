@@ -3,23 +3,17 @@
 use super::*;
 use mauve_wcrt::{TimingFact, TimingFactKind as Fact};
 
-/// Returns the diagnostic of a fact; `None` if another diagnostic reports its cause.
+/// Returns the diagnostic of a fact.
 pub(super) fn timing_diagnostic<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     TimingFact { at, kind }: &TimingFact<'db>,
-) -> Option<Diagnostic<'db>> {
+) -> Diagnostic<'db> {
     let at = at.clone();
-    Some(match kind {
-        Fact::UnresolvedArchitecture { of, ty, why } => {
-            let fact = mauve_hir::fact::unresolved_type(*of, Kind::Architecture, Some(ty), why)?;
-            return Some(render(db, project, &fact));
-        }
+    match kind {
+        Fact::Unresolved(kind) => render(db, project, &mauve_hir::fact::Fact { at, kind: kind.clone() }),
         Fact::NoTarget => deployment_target::none(at),
         Fact::SecondTarget => deployment_target::second(at),
-        Fact::UnresolvedInstance { name, architecture, near } => {
-            unresolved_instance::report(at, name, architecture.name(db), near.clone())
-        }
         Fact::DuplicateActivity { instance, first } => duplicate_activity::report(at, instance, first),
         Fact::MissingActivity { of, instance } => missing_activity::report(db, at, *of, instance),
         Fact::DuplicateField { of, id, field, instance, first } => {
@@ -62,5 +56,5 @@ pub(super) fn timing_diagnostic<'db>(
             deadline_missed::report(db, at, instance, *deadline, missed)
         }
         Fact::NotAnalysed { instance, reasons } => not_analysed::report(db, at, instance, reasons),
-    })
+    }
 }

@@ -24,7 +24,6 @@ pub fn timing_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String 
         }
         Reason::Stated(text) => text.clone(),
 
-        Reason::ProjectTooLarge => "the project is too large".to_owned(),
         Reason::DamagedDeployment(of) => {
             format!("deployment {} has a syntax error: an activity may be missing in it", of.name(db))
         }

@@ -6,8 +6,9 @@
 use mauve_timing::{Level, Time, TimeError};
 
 use crate::reason::{ActivityField, NoSuchCpu, Refusal, TableFault, TableLevels, WrongProgram};
-use mauve_hir::item_tree::{Kind, Name, SourceId, TypeRef};
-use mauve_hir::{Decl, Location, Unresolved};
+use mauve_hir::fact::FactKind;
+use mauve_hir::item_tree::{Kind, Name, SourceId};
+use mauve_hir::{Decl, Location};
 
 /// Something wrong, at a location.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
@@ -29,10 +30,8 @@ pub enum TimingFactKind<'db> {
     NoTarget,
     /// A deployment has a second `architecture`.
     SecondTarget,
-    /// The name of an architecture that nothing has, or several have.
-    UnresolvedArchitecture { of: Decl<'db>, ty: TypeRef, why: Unresolved },
-    /// An activity is for an instance that the architecture does not have.
-    UnresolvedInstance { name: Name, architecture: Decl<'db>, near: Option<Name> },
+    /// A name is unresolved: the architecture of a deployment, or the instance of an activity.
+    Unresolved(FactKind<'db>),
     /// An instance has two activities.
     DuplicateActivity { instance: Name, first: Location<'db> },
     /// An instance has no activity.

@@ -40,8 +40,6 @@ pub enum Reason<'db> {
     /// An exported file states it in these words.
     Stated(String),
 
-    /// There are more declarations than are analysed.
-    ProjectTooLarge,
     /// A deployment has a syntax error: an activity may be missing in it.
     DamagedDeployment(Decl<'db>),
     /// Two deployments of one library have the name.

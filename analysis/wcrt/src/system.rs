@@ -8,6 +8,7 @@ use mauve_timing::{Rounding, Time, Unit};
 use crate::fact::{Expected, NoTime, TimingFact, TimingFactKind};
 use crate::reason::{ActivityField, MOST_REASONS, NoSuchCpu, Reason, Refusal, UnknownPriority};
 use crate::timetable::incomplete_tables;
+use mauve_hir::fact::{self, Fact, FactKind, unresolved_type};
 use mauve_hir::item_tree::{
     Activity, Deployment, Endpoint, Expr, FeatureKind, Field, Kind, Literal, Name, NameRef, SourceId,
     UnaryOperator,
@@ -117,7 +118,7 @@ impl<'db> Reader<'db> {
             self.not_analysed(Reason::DamagedDeployment(of), Location::name_of(of));
         }
         if let Some(at) = too_large(db, project) {
-            self.not_analysed(Reason::ProjectTooLarge, Location::name_of(at));
+            self.not_analysed(Reason::Model(fact::Reason::TooLarge), Location::name_of(at));
             return;
         }
         let names = names_of(db, project);
@@ -127,8 +128,11 @@ impl<'db> Reader<'db> {
         let target = match data.targets.as_slice() {
             [target] => {
                 let found = names.resolve_type(db, of, Kind::Architecture, Some(target));
-                let unresolved = |why| TimingFactKind::UnresolvedArchitecture { of, ty: target.clone(), why };
-                found.map_err(|why| self.report(self.at(target.id), unresolved(why))).ok()
+                let unresolved = |why| unresolved_type(of, Kind::Architecture, Some(target), why);
+                if let Some(Fact { at, kind }) = found.as_ref().err().and_then(unresolved) {
+                    self.report(at, TimingFactKind::Unresolved(kind));
+                }
+                found.ok()
             }
             _ if data.completeness.is_incomplete() => None,
             [_, second, ..] => {
@@ -189,8 +193,9 @@ impl<'db> Reader<'db> {
                 misspelt.extend(near.clone());
                 let missing = Reason::NoSuchInstance { architecture: target, instance: name.clone() };
                 strays.push(Refusal::new(missing, at.clone()));
-                let name = name.clone();
-                self.report(at, TimingFactKind::UnresolvedInstance { name, architecture: target, near });
+                let (name, architecture) = (name.clone(), target.name(self.db).clone());
+                let unresolved = FactKind::UnresolvedInstance { name, architecture, near };
+                self.report(at, TimingFactKind::Unresolved(unresolved));
             }
             self.activity(instance, activity);
             if let Some(first) = first {
@@ -239,15 +244,9 @@ impl<'db> Reader<'db> {
         let flat = flat_of(db, project, target);
         let mut of_instance: FxHashMap<&Name, Vec<Refusal<'db>>> = FxHashMap::default();
         for &decl in flat.architectures.iter().chain([&self.of]) {
-            let errors = errors_in(db, project, decl);
-            if errors.is_empty() {
-                continue;
-            }
-            let items = items_of(db, decl);
-            for error in errors {
+            for (error, item) in errors_and_items(db, project, decl) {
                 let refusal = Refusal::new(Reason::ErrorIn(decl, error.reason.clone()), error.at.clone());
-                let item = item_at(&items, decl, &error.at);
-                let named = item.map_or(&[] as &[&Name], |item| item.instances.as_slice());
+                let named = item.map_or_else(Vec::new, |item| item.instances);
                 if named.is_empty() || named.iter().any(|name| flat.instance(name).is_none()) {
                     self.found.not_analysed.push(refusal);
                 } else {
@@ -453,10 +452,9 @@ impl<'db> Reader<'db> {
         };
         let mut serves: FxHashMap<&Name, &Name> = FxHashMap::default();
         // A connection with an error may call any activity that provides operations.
-        let has_wrong_operation = |decl: &Decl<'db>| {
-            let errors = errors_in(self.db, self.project, *decl);
-            let items = if errors.is_empty() { Vec::new() } else { items_of(self.db, *decl) };
-            errors.iter().any(|error| item_at(&items, *decl, &error.at).is_some_and(|item| item.is_operation))
+        let has_wrong_operation = |&decl: &Decl<'db>| {
+            let errors = errors_and_items(self.db, self.project, decl);
+            errors.into_iter().any(|(_, item)| item.is_some_and(|item| item.is_operation))
         };
         let mut may_serve =
             flat.link_completeness.is_incomplete() || flat.architectures.iter().any(has_wrong_operation);
@@ -533,6 +531,7 @@ impl<'db> Reader<'db> {
     }
 }
 
+#[derive(Clone)]
 struct Item<'db> {
     first: SourceId,
     /// The instances that it declares, connects, runs or sets a value of.
@@ -564,13 +563,21 @@ fn items_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<Item<'db>> {
     items
 }
 
-fn item_at<'a, 'db>(items: &'a [Item<'db>], decl: Decl<'db>, at: &Location<'db>) -> Option<&'a Item<'db>> {
-    match at {
-        Location::Source(of, id) if *of == decl => {
-            items.get(items.partition_point(|item| item.first <= *id).checked_sub(1)?)
+/// Returns the errors in an architecture or a deployment, each with the item that contains it.
+fn errors_and_items<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Vec<(&'db fact::Refusal<'db>, Option<Item<'db>>)> {
+    let errors = errors_in(db, project, of);
+    let items = if errors.is_empty() { Vec::new() } else { items_of(db, of) };
+    let item_at = |at: &Location<'db>| match at {
+        Location::Source(decl, id) if *decl == of => {
+            items.get(items.partition_point(|item| item.first <= *id).checked_sub(1)?).cloned()
         }
         _ => None,
-    }
+    };
+    errors.iter().map(|error| (error, item_at(&error.at))).collect()
 }
 
 #[derive(Default)]
