@@ -150,8 +150,8 @@ impl<'db> BehaviourContext<'_, 'db> {
         self.found.facts.push(Fact::new(Location::Source(self.of, id), kind));
     }
 
-    fn duplicates<'a>(&self, names: impl Iterator<Item = &'a NameRef>, what: Defined) -> Vec<Fact<'db>> {
-        repeated(self.of, names.map(|name| (name, what)))
+    fn refuse_repeated<'a>(&mut self, names: impl Iterator<Item = &'a NameRef>, what: Defined) {
+        repeated(self.of, names.map(|name| (name, what))).into_iter().for_each(|fact| self.refuse(fact));
     }
 
     fn core(&mut self) {
@@ -229,8 +229,7 @@ impl<'db> BehaviourContext<'_, 'db> {
         let variables = core.variables.iter().map(|it| (&it.name, Defined::Variable));
         let handlers = core.handlers.iter().map(|it| (&it.name, Defined::Handler));
         self.found.facts.extend(repeated(self.of, variables.chain(handlers)));
-        let operations = core.operations.iter().map(|it| &it.name);
-        self.duplicates(operations, Defined::Operation).into_iter().for_each(|fact| self.refuse(fact));
+        self.refuse_repeated(core.operations.iter().map(|it| &it.name), Defined::Operation);
         let mut seen = FxHashSet::default();
         for hook in core.hooks.iter().filter(|hook| !seen.insert(hook.kind)) {
             match hook.kind {
@@ -300,10 +299,9 @@ impl<'db> BehaviourContext<'_, 'db> {
             self.refuse_once(CoreReason::SyntaxError(CorePart::Machine));
         }
         self.name_problems(BodyId::MachineValues, ProgramIn::Whole);
-        let variables = self.duplicates(machine.variables.iter().map(|it| &it.name), Defined::Variable);
-        self.found.facts.extend(variables);
-        let states = self.duplicates(machine.states.iter().map(|it| &it.name), Defined::State);
-        states.into_iter().for_each(|fact| self.refuse(fact));
+        let variables = machine.variables.iter().map(|it| (&it.name, Defined::Variable));
+        self.found.facts.extend(repeated(self.of, variables));
+        self.refuse_repeated(machine.states.iter().map(|it| &it.name), Defined::State);
         let Some(start) = self.initial(machine) else { return };
         self.states = machine.state_indices();
         let mut edges = Vec::new();
@@ -314,7 +312,6 @@ impl<'db> BehaviourContext<'_, 'db> {
         self.keep_reachable(machine, start, edges);
     }
 
-    /// Returns the index of the initial state.
     fn initial(&mut self, machine: &Machine) -> Option<usize> {
         let initial: Vec<usize> =
             (0..machine.states.len()).filter(|&it| machine.states[it].initial).collect();
@@ -355,8 +352,7 @@ impl<'db> BehaviourContext<'_, 'db> {
     /// Adds the edges of a state: its transitions in the order of the text, then the edge that stays in the state.
     fn state(&mut self, machine: &'db Machine, index: usize, edges: &mut Vec<Edge>) {
         let state = &machine.states[index];
-        let transitions = self.duplicates(state.transitions.iter().map(|it| &it.name), Defined::Transition);
-        transitions.into_iter().for_each(|fact| self.refuse(fact));
+        self.refuse_repeated(state.transitions.iter().map(|it| &it.name), Defined::Transition);
         let mut seen = FxHashSet::default();
         for method in state.methods.iter().filter(|method| !seen.insert(method.kind)) {
             self.refuse_at(method.id, FactKind::DuplicateMethod(method.kind));
@@ -438,7 +434,6 @@ impl<'db> BehaviourContext<'_, 'db> {
         );
     }
 
-    /// Adds a program, and returns its index.
     fn add_program(&mut self, id: ProgramId, cost: Arc<Cost<'db>>) -> usize {
         self.found.programs.push(TimedProgram { id, cost });
         self.found.programs.len() - 1
