@@ -11,7 +11,6 @@ use crate::item_tree::{
 };
 use crate::source::{Decl, core};
 
-/// A body of a core.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, salsa::SalsaValue)]
 pub(crate) enum BodyId {
     /// The initial values of the variables of the core.
@@ -26,7 +25,6 @@ pub(crate) enum BodyId {
     State(u32, u32),
 }
 
-/// The content of a body.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub(crate) enum Body {
     InitialValues(InitialValues),

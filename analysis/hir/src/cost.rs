@@ -121,7 +121,6 @@ struct Paths<'db> {
 }
 
 impl<'db> Paths<'db> {
-    /// Returns the paths through either branch.
     fn either(self, other: Paths<'db>) -> Paths<'db> {
         Paths {
             returned: greatest(self.returned, other.returned),
@@ -135,7 +134,6 @@ impl<'db> Paths<'db> {
         Paths { returned: self.returned.map(after), finished: self.finished.map(after) }
     }
 
-    /// Returns the cost of the worst path.
     fn worst(self) -> Cost<'db> {
         greatest(self.returned, self.finished).unwrap_or(Cost::Sum(Vec::new()))
     }
@@ -165,7 +163,6 @@ impl<'db> Paths<'db> {
     }
 }
 
-/// Returns the maximum of two optional costs.
 fn greatest<'db>(one: Option<Cost<'db>>, other: Option<Cost<'db>>) -> Option<Cost<'db>> {
     match (one, other) {
         (Some(one), Some(other)) => Some(Cost::Greatest(vec![one, other])),

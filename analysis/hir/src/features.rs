@@ -35,7 +35,6 @@ impl<'db> FeatureOf<'db> {
     }
 }
 
-/// Returns the feature with that index in a shell.
 pub(crate) fn feature<'db>(db: &'db dyn ModelDb, of: Decl<'db>, index: usize) -> Option<&'db Feature> {
     shell(db, of)?.features.get(index)
 }

@@ -42,7 +42,6 @@ impl<'db> Flat<'db> {
         self.by_name.get(name).and_then(|&index| self.instances.get(index))
     }
 
-    /// Returns the shell of that instance, if it resolves.
     pub(crate) fn shell(
         &self,
         db: &'db dyn ModelDb,
@@ -52,7 +51,6 @@ impl<'db> Flat<'db> {
         shell_of(db, project, self.instance(instance)?.component?)
     }
 
-    /// Returns the features of that instance, if its shell resolves.
     pub(crate) fn features(
         &self,
         db: &'db dyn ModelDb,
@@ -62,7 +60,6 @@ impl<'db> Flat<'db> {
         self.instance(instance)?.features(db, project)
     }
 
-    /// Returns the feature of an instance, if it resolves.
     pub(crate) fn feature(
         &self,
         db: &'db dyn ModelDb,

@@ -28,7 +28,6 @@ use crate::resolve::{Callee, VariableId};
 use crate::source::{Decl, Location, architecture, core};
 use crate::types::Type;
 
-/// Returns the facts about the data flow in a core.
 #[salsa::tracked(returns(ref))]
 pub(crate) fn flow_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Fact<'db>> {
     let Some(data) = core(db, of) else { return Vec::new() };
@@ -107,7 +106,6 @@ impl Variables {
     }
 }
 
-/// Names of output ports.
 type Ports<'a> = FxHashSet<&'a Name>;
 
 struct Flow<'a, 'db> {
@@ -637,7 +635,6 @@ fn with_repeated(repeated: &FxHashMap<usize, usize>, index: usize) -> impl Itera
     std::iter::successors(Some(index), |later| repeated.get(later).copied())
 }
 
-/// Returns the intersection.
 fn on_all_paths<'a>(mut paths: Vec<Ports<'a>>) -> Ports<'a> {
     let Some(mut all) = paths.pop() else { return Ports::default() };
     all.retain(|port| paths.iter().all(|path| path.contains(port)));

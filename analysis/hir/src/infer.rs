@@ -264,7 +264,6 @@ fn get<T: Copy>(sorted: &[(SourceId, T)], id: SourceId) -> Option<T> {
 }
 
 impl<'db> Inference<'db> {
-    /// Returns the callee of a call, by the source of its name.
     pub(crate) fn callee(&self, id: SourceId) -> Option<Callee<'db>> {
         get(&self.callees, id)
     }
@@ -275,14 +274,11 @@ struct InferenceContext<'a, 'db> {
     project: Project<'db>,
     of: Decl<'db>,
     group: u32,
-    /// The current body.
     body: BodyId,
-    /// The variables that all bodies share.
     shared: &'a [VariableOf],
     resolver: Resolver<'a, 'db>,
     /// Whether the current program has no syntax error.
     completeness: Completeness,
-    /// The current program.
     program: ProgramIn,
     /// The name of the current program, for its `return` statements.
     program_name: ProgramName,
@@ -559,7 +555,6 @@ impl<'db> InferenceContext<'_, 'db> {
         }
     }
 
-    /// Returns the type of the target of an assignment.
     fn target(&mut self, target: &NameRef) -> Type {
         let is = match self.value(target) {
             Some(Binding::Variable(id)) => {
@@ -699,7 +694,6 @@ impl<'db> InferenceContext<'_, 'db> {
         }
     }
 
-    /// Returns the result, or reports the error.
     fn computed(&mut self, found: Result<Typed, OperatorError>, id: SourceId) -> Typed {
         found.unwrap_or_else(|error| {
             self.report(id, FactKind::Operation(error));
@@ -828,7 +822,6 @@ impl<'db> InferenceContext<'_, 'db> {
         }
     }
 
-    /// Reports the unresolved first argument of a built-in function.
     fn unresolved_operand(&mut self, function: Builtin, first: Option<&NameRef>) {
         let Some(NameRef { name, id }) = first else { return };
         let features = self.resolver.features.by_name.iter();
@@ -1003,9 +996,7 @@ type ParameterOf = (Direction, ParameterName, Type);
 /// A call that is a statement.
 #[derive(Clone, Copy)]
 struct SendableCall {
-    /// The call.
     id: SourceId,
-    /// Its first argument.
     first: Option<SourceId>,
 }
 

@@ -17,15 +17,12 @@ use crate::{File, ModelDb, Workspace, normalised};
 /// A root file and the files that it includes, directly or indirectly.
 #[salsa::interned(debug)]
 pub struct Project<'db> {
-    /// The workspace that contains it.
     #[returns(copy)]
     pub workspace: Workspace,
-    /// The root file.
     #[returns(copy)]
     pub root: File,
 }
 
-/// The name of the configuration file.
 pub const CONFIG_FILE: &str = "mauve.toml";
 
 /// Returns the workspace's `mauve.toml`, if it exists.
@@ -119,7 +116,6 @@ pub fn root_file(db: &dyn ModelDb, workspace: Workspace, path: &str) -> Option<F
     workspace.file(db, &normalised(&workspace.folder(db).join(path)))
 }
 
-/// Returns whether all roots in `mauve.toml` exist.
 pub(crate) fn roots_exist(db: &dyn ModelDb, workspace: Workspace) -> bool {
     config_of(db, workspace).roots.iter().all(|(path, _)| root_file(db, workspace, path).is_some())
 }

@@ -57,9 +57,7 @@ pub(crate) enum CallError {
     Unresolved(Unresolved),
 }
 
-/// A resolved call.
 pub(crate) struct ResolvedCall<'db> {
-    /// The callee, or why the call has none.
     pub(crate) callee: Result<Callee<'db>, CallError>,
     /// Whether its first argument is, or should be, the operand of a built-in function instead of a value.
     pub(crate) has_operand: bool,
@@ -110,7 +108,6 @@ impl Scope {
 /// Resolves names at a position in the programs of a core.
 pub(crate) struct Resolver<'a, 'db> {
     pub(crate) db: &'db dyn ModelDb,
-    /// The core.
     pub(crate) of: Decl<'db>,
     pub(crate) names: &'db Names<'db>,
     /// The features of its shell.

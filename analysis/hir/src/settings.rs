@@ -342,7 +342,6 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         found.map_err(|error| self.report(id, FactKind::Operation(error))).ok()
     }
 
-    /// Returns the value of a named constant.
     fn constant(&mut self, name: &Name, id: SourceId) -> Option<Typed> {
         let Some(constants) = self.constants else {
             self.report(id, FactKind::NotConstant(NotConstant::NotNameable(name.clone())));

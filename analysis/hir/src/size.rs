@@ -58,7 +58,6 @@ struct Sizes<'db> {
     project: Project<'db>,
     /// The size that remains until the limit.
     remaining: usize,
-    /// The features of components.
     features: FxHashMap<Decl<'db>, usize>,
 }
 

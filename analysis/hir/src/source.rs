@@ -18,10 +18,8 @@ use crate::{File, ModelDb};
 /// A declaration, identified by its file, kind, library and name: edits of the text around it do not change its identity.
 #[salsa::interned(debug)]
 pub struct Decl<'db> {
-    /// The file that contains it.
     #[returns(copy)]
     pub file: File,
-    /// The kind.
     #[returns(copy)]
     pub kind: Kind,
     /// The library that contains it; `None` outside libraries.
@@ -95,18 +93,14 @@ pub fn declaration_at<'db>(db: &'db dyn ModelDb, file: File, range: TextRange) -
     declarations(db, file).all.get(index).copied()
 }
 
-/// The declarations of a file.
+/// The declarations of a file, with the fields of its [`ItemTree`] that need no content.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct Declarations<'db> {
     /// In the order of the item tree.
     pub all: Vec<Decl<'db>>,
-    /// See [`ItemTree::completeness`].
     pub completeness: Completeness,
-    /// See [`ItemTree::possible_names`].
     pub possible_names: Vec<(Option<Name>, Option<Name>)>,
-    /// See [`ItemTree::include_completeness`].
     pub include_completeness: Completeness,
-    /// See [`ItemTree::libraries`].
     pub libraries: Vec<Name>,
     index: FxHashMap<Decl<'db>, usize>,
 }
@@ -308,8 +302,8 @@ pub fn core_interface<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<Core
 }
 
 macro_rules! data_of {
-    ($($(#[$doc:meta])* $name:ident: $ty:ident;)*) => {$(
-        $(#[$doc])*
+    ($($name:ident: $ty:ident;)*) => {$(
+        #[doc = concat!("Returns the data of a declaration of kind `", stringify!($name), "`; `None` for another kind.")]
         pub fn $name<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<&'db crate::item_tree::$ty> {
             match data(db, decl).as_deref() {
                 Some(Data::$ty(it)) => Some(it),
@@ -320,17 +314,11 @@ macro_rules! data_of {
 }
 
 data_of! {
-    /// Returns the data of a codel; `None` for another kind of declaration.
     codel: Codel;
-    /// Returns the data of a shell; `None` for another kind of declaration.
     shell: Shell;
-    /// Returns the data of a core; `None` for another kind of declaration.
     core: Core;
-    /// Returns the data of a component; `None` for another kind of declaration.
     component: Component;
-    /// Returns the data of an architecture; `None` for another kind of declaration.
     architecture: Architecture;
-    /// Returns the data of a deployment; `None` for another kind of declaration.
     deployment: Deployment;
 }
 
