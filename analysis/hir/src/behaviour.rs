@@ -5,7 +5,6 @@
 
 use crate::cost::{Cost, Costs, costs_of, operations_in};
 use std::borrow::Cow;
-use std::rc::Rc;
 use std::sync::Arc;
 
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -88,7 +87,7 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
         core: data,
         states: FxHashMap::default(),
         methods: FxHashMap::default(),
-        costs: costs_of(db, project, of).into(),
+        costs: costs_of(db, project, of),
         found: Behaviour::default(),
     };
     if let Err(unresolved) = &shell {
@@ -115,7 +114,7 @@ struct BehaviourContext<'a, 'db> {
     /// The programs of methods, by state.
     methods: FxHashMap<(&'db Name, MethodKind), usize>,
     /// The costs of the programs, by group of bodies.
-    costs: Rc<[Cow<'db, Costs<'db>>]>,
+    costs: Vec<Cow<'db, Costs<'db>>>,
     found: Behaviour<'db>,
 }
 
@@ -205,9 +204,8 @@ impl<'db> BehaviourContext<'_, 'db> {
 
     /// Returns the worst-case cost of a program, and the value of a constant guard. Refuses the core for the program's errors.
     fn cost_and_value(&mut self, body: BodyId, program: ProgramIn) -> (Arc<Cost<'db>>, Option<bool>) {
-        let costs = Rc::clone(&self.costs);
-        let of_body = self.group(body).and_then(|group| costs.get(group as usize)?.get(&body));
-        let found = of_body.into_iter().flatten().find(|cost| cost.program == program);
+        let costs = self.group(body).and_then(|group| self.costs.get(group as usize));
+        let found = costs.and_then(|costs| costs.get(&(body, program))).cloned();
         let Some(found) = found else { return (Arc::default(), None) };
         if found.completeness.is_incomplete() {
             self.refuse_once(match program {
@@ -216,8 +214,8 @@ impl<'db> BehaviourContext<'_, 'db> {
             });
         }
         self.name_problems(body, program);
-        self.found.facts.extend(found.facts.iter().cloned());
-        (found.cost.clone(), found.constant)
+        self.found.facts.extend(found.facts);
+        (found.cost, found.constant)
     }
 
     fn cost(&mut self, body: BodyId, program: ProgramIn) -> Arc<Cost<'db>> {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use rustc_hash::FxHashMap;
 
 use crate::ModelDb;
-use crate::body::{Body, BodyId, Code, CoreScope, ProgramIn, bodies_of, core_scope};
+use crate::body::{BodyId, Code, CoreScope, ProgramIn, bodies_of, core_scope};
 use crate::completeness::Completeness;
 use crate::fact::{Fact, FactKind, Unreachable};
 use crate::infer::{Inference, inference_of};
@@ -49,7 +49,6 @@ pub fn operations_in(cost: &Cost<'_>) -> Vec<usize> {
 /// The cost of a program or guard of a body.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub(crate) struct ProgramCost<'db> {
-    pub(crate) program: ProgramIn,
     pub(crate) completeness: Completeness,
     pub(crate) cost: Arc<Cost<'db>>,
     /// The value of a constant guard.
@@ -59,7 +58,7 @@ pub(crate) struct ProgramCost<'db> {
 }
 
 /// The costs of the programs of a group of bodies, without initial values, which no period evaluates.
-pub(crate) type Costs<'db> = FxHashMap<BodyId, Vec<ProgramCost<'db>>>;
+pub(crate) type Costs<'db> = FxHashMap<(BodyId, ProgramIn), ProgramCost<'db>>;
 
 /// Returns the costs of the programs of a core, by group of bodies.
 pub(crate) fn costs_of<'db>(
@@ -77,12 +76,7 @@ pub(crate) fn costs_of<'db>(
 
 /// Returns the costs of the programs of one of several groups of bodies.
 #[salsa::tracked(returns(ref))]
-fn costs_of_group<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    group: u32,
-) -> FxHashMap<BodyId, Vec<ProgramCost<'db>>> {
+fn costs_of_group<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, group: u32) -> Costs<'db> {
     costs_in(db, project, of, group)
 }
 
@@ -90,26 +84,28 @@ fn costs_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, gro
     let Some(scope) = core_scope(db, of) else { return Costs::default() };
     let inference = inference_of(db, project, of, group);
     let bodies = bodies_of(db, of, scope, group);
-    bodies.iter().map(|(id, body)| (*id, costs(of, body, inference))).collect()
+    let mut costs = Costs::default();
+    for (id, body) in bodies.iter() {
+        let programs = body.code().into_iter();
+        costs.extend(programs.map(|(program, code)| ((*id, program), program_cost(of, code, inference))));
+    }
+    costs
 }
 
-fn costs<'db>(of: Decl<'db>, body: &Body, inference: &'db Inference<'db>) -> Vec<ProgramCost<'db>> {
-    let cost = |(program, code): (ProgramIn, Code<'_>)| {
-        let mut context = CostContext { of, inference, facts: Vec::new() };
-        let (completeness, cost, constant) = match code {
-            Code::Program(code) => (code.completeness, context.program(code), None),
-            Code::Guard(guard) => {
-                let mut costs = Vec::new();
-                let constant = match context.expr(&guard.condition, &mut costs) {
-                    Some(Value::Bool(value)) => Some(value),
-                    _ => None,
-                };
-                (guard.completeness, Cost::Sum(costs), constant)
-            }
-        };
-        ProgramCost { program, completeness, cost: Arc::new(cost), constant, facts: context.facts }
+fn program_cost<'db>(of: Decl<'db>, code: Code<'_>, inference: &'db Inference<'db>) -> ProgramCost<'db> {
+    let mut context = CostContext { of, inference, facts: Vec::new() };
+    let (completeness, cost, constant) = match code {
+        Code::Program(code) => (code.completeness, context.program(code), None),
+        Code::Guard(guard) => {
+            let mut costs = Vec::new();
+            let constant = match context.expr(&guard.condition, &mut costs) {
+                Some(Value::Bool(value)) => Some(value),
+                _ => None,
+            };
+            (guard.completeness, Cost::Sum(costs), constant)
+        }
     };
-    body.code().into_iter().map(cost).collect()
+    ProgramCost { completeness, cost: Arc::new(cost), constant, facts: context.facts }
 }
 
 /// The costs of statements along their worst paths, by the end of the path.
