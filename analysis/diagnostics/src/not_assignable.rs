@@ -20,17 +20,16 @@
 //! ```
 
 use super::*;
-use mauve_hir::fact::NotAssignable;
 
 code!(NOT_ASSIGNABLE, Error, "not-assignable");
 
-pub(super) fn report<'db>(at: Location<'db>, name: &str, is: NotAssignable) -> Diagnostic<'db> {
+pub(super) fn report<'db>(at: Location<'db>, name: &str, is: Option<FeatureKind>) -> Diagnostic<'db> {
     let is = match is {
-        NotAssignable::InParameter => "an `in` parameter: its value belongs to the caller",
-        NotAssignable::Property => "a property: architectures and deployments give it its value",
-        NotAssignable::Constant => "a constant",
-        NotAssignable::OutputPort => "a port: write to it with `write(port, value)`",
-        NotAssignable::InputPort => "an input port: nothing is assigned to it",
+        None => "an `in` parameter: its value belongs to the caller",
+        Some(FeatureKind::Property) => "a property: architectures and deployments give it its value",
+        Some(FeatureKind::Constant) => "a constant",
+        Some(FeatureKind::Output) => "a port: write to it with `write(port, value)`",
+        Some(_) => "an input port: nothing is assigned to it",
     };
     Diagnostic::new(&NOT_ASSIGNABLE, at, format!("`{name}` is {is}"))
 }

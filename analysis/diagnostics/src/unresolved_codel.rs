@@ -19,7 +19,7 @@
 
 use super::*;
 use mauve_hir::Builtin;
-use mauve_hir::fact::{Hidden, NotCallable};
+use mauve_hir::fact::Hidden;
 
 code!(UNRESOLVED_CODEL, Error, "unresolved-codel");
 
@@ -52,13 +52,13 @@ pub(super) fn built_in<'db>(at: Location<'db>, function: Builtin) -> Diagnostic<
 pub(super) fn not_callable<'db>(
     at: Location<'db>,
     name: &str,
-    is: NotCallable,
+    is: Option<FeatureKind>,
     hides: Option<Hidden>,
 ) -> Diagnostic<'db> {
     let what = match is {
-        NotCallable::Variable => "a variable",
-        NotCallable::Port => "a port",
-        NotCallable::Property => "a property",
+        None => "a variable",
+        Some(kind) if kind.is_port() => "a port",
+        Some(_) => "a property",
     };
     let hidden = hides.map(|hidden| match hidden {
         Hidden::Codel => "codel",

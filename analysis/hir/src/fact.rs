@@ -94,8 +94,8 @@ pub enum FactKind<'db> {
     NeverTaken { name: Name, first: Name, first_at: Location<'db> },
     /// A statement without a call or an assignment.
     NoEffect,
-    /// The target of an assignment is not assignable.
-    NotAssignable { name: Name, is: NotAssignable },
+    /// The target of an assignment is not assignable: an `in` parameter, or a feature of this kind.
+    NotAssignable { name: Name, is: Option<FeatureKind> },
     /// States without a path back to the initial state.
     NotStronglyConnected { initial: Name, states: Vec<(Name, Location<'db>)> },
     /// The signature of a definition differs from the declaration in the shell: both signatures, and the text of the declared
@@ -133,8 +133,9 @@ pub enum FactKind<'db> {
     UnresolvedCodel { core: Decl<'db>, name: Name },
     /// The first argument of a built-in function is of the wrong kind, and no codel has the name of the function.
     NotBuiltin(Builtin),
-    /// A callee is neither a codel nor an operation; with the definition that it shadows.
-    NotCallable { name: Name, is: NotCallable, hides: Option<Hidden> },
+    /// A callee is neither a codel nor an operation, but a variable, or a feature of this kind; with the definition that it
+    /// shadows.
+    NotCallable { name: Name, is: Option<FeatureKind>, hides: Option<Hidden> },
     /// The operation of a handler is not a required operation.
     UnresolvedOperation { name: Name, shell: Name, near: Option<Name> },
     /// The unresolved target of a transition.
@@ -268,26 +269,6 @@ pub enum Defined {
     Parameter,
     Instance,
     Declaration(Kind),
-}
-
-/// The kinds of targets that are not assignable.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, salsa::SalsaValue)]
-#[allow(missing_docs)]
-pub enum NotAssignable {
-    InParameter,
-    Property,
-    Constant,
-    OutputPort,
-    InputPort,
-}
-
-/// The kinds of callees that cannot be called.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, salsa::SalsaValue)]
-#[allow(missing_docs)]
-pub enum NotCallable {
-    Variable,
-    Port,
-    Property,
 }
 
 /// The kind of definition that a callee that cannot be called shadows.

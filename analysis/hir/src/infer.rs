@@ -13,8 +13,7 @@ use crate::body::{
 use crate::builtin::{Builtin, Operand};
 use crate::completeness::Completeness;
 use crate::fact::{
-    CoreReason, Defined, Fact, FactKind, Hidden, NotAssignable, NotCallable, ParameterName, ProgramName,
-    SendInstead, Takes, repeated,
+    CoreReason, Defined, Fact, FactKind, Hidden, ParameterName, ProgramName, SendInstead, Takes, repeated,
 };
 use crate::features::{Features, feature, features_of};
 use crate::item_tree::{
@@ -514,8 +513,7 @@ impl<'db> InferenceContext<'_, 'db> {
         let errors = self.errors();
         match value {
             Expr::Call { callee, arguments, id } => {
-                let call = SendableCall { id: *id, first: arguments.first().and_then(Expr::id) };
-                let ty = self.call(callee, arguments, Some(call));
+                let ty = self.call(callee, arguments, Some(*id));
                 if let Some(types) = &mut self.types {
                     types.insert(*id, ty);
                 }
@@ -562,13 +560,10 @@ impl<'db> InferenceContext<'_, 'db> {
                 if variable.kind != VariableKind::Parameter(Direction::In) {
                     return variable.ty.clone();
                 }
-                NotAssignable::InParameter
+                None
             }
             Some(Binding::Feature(of, index)) => match feature(self.db, of, index).map(|it| it.kind) {
-                Some(FeatureKind::Property) => NotAssignable::Property,
-                Some(FeatureKind::Constant) => NotAssignable::Constant,
-                Some(FeatureKind::Output) => NotAssignable::OutputPort,
-                Some(FeatureKind::Input) => NotAssignable::InputPort,
+                Some(kind) if !kind.is_operation() => Some(kind),
                 // Another fact reports that the operation is not called.
                 _ => return Type::Unknown,
             },
@@ -701,14 +696,11 @@ impl<'db> InferenceContext<'_, 'db> {
         })
     }
 
-    /// Resolves and checks a call, and returns the type of its result. `statement`: the call is a statement, whose result is
-    /// ignored.
-    fn call(&mut self, callee: &NameRef, arguments: &[Expr], statement: Option<SendableCall>) -> Type {
-        let first = match arguments.first() {
-            Some(Expr::Name(first)) => Some(first),
-            _ => None,
-        };
-        let resolved = self.resolver.resolve_call(&callee.name, first.map(|it| &it.name));
+    /// Resolves and checks a call, and returns the type of its result. `statement`: the call, if it is a statement, whose
+    /// result is ignored.
+    fn call(&mut self, callee: &NameRef, arguments: &[Expr], statement: Option<SourceId>) -> Type {
+        let first = first_name(arguments).map(|first| &first.name);
+        let resolved = self.resolver.resolve_call(&callee.name, first);
         match resolved.callee {
             Ok(found) => {
                 self.callees.insert(callee.id, found);
@@ -724,7 +716,7 @@ impl<'db> InferenceContext<'_, 'db> {
                         argument => _ = self.expr(argument),
                     }
                 }
-                self.unresolved_call(error, callee, first, statement);
+                self.unresolved_call(error, callee, arguments, statement);
                 Type::Unknown
             }
         }
@@ -766,8 +758,8 @@ impl<'db> InferenceContext<'_, 'db> {
         &mut self,
         error: CallError,
         callee: &NameRef,
-        first: Option<&NameRef>,
-        statement: Option<SendableCall>,
+        arguments: &[Expr],
+        statement: Option<SourceId>,
     ) {
         let NameRef { name, id } = callee;
         let kind = match error {
@@ -780,18 +772,22 @@ impl<'db> InferenceContext<'_, 'db> {
                 let handler = handlers
                     .iter()
                     .find(|handler| handler.operation.as_ref().and_then(|it| it.path.last()) == Some(name));
-                let send = handler.zip(statement).map(|(handler, SendableCall { id: call, first })| {
-                    SendInstead { handler: handler.name.name.clone(), call, first }
+                let send = handler.zip(statement).map(|(handler, call)| SendInstead {
+                    handler: handler.name.name.clone(),
+                    call,
+                    first: arguments.first().and_then(Expr::id),
                 });
                 FactKind::BlockingCall { name: name.clone(), send }
             }
             CallError::NotCallable(is) => {
-                if is == NotCallable::Variable {
+                if is.is_none() {
                     self.bind(callee);
                 }
                 FactKind::NotCallable { name: name.clone(), is, hides: self.hidden_by(name) }
             }
-            CallError::UnresolvedOperand(function) => return self.unresolved_operand(function, first),
+            CallError::UnresolvedOperand(function) => {
+                return self.unresolved_operand(function, first_name(arguments));
+            }
             CallError::Unresolved(Unresolved::Ambiguous) => {
                 FactKind::AmbiguousName { kind: Kind::Codel, name: name.clone() }
             }
@@ -993,11 +989,12 @@ impl<'db> InferenceContext<'_, 'db> {
 /// The direction in which an argument is passed, its parameter, and the type of the parameter.
 type ParameterOf = (Direction, ParameterName, Type);
 
-/// A call that is a statement.
-#[derive(Clone, Copy)]
-struct SendableCall {
-    id: SourceId,
-    first: Option<SourceId>,
+/// Returns the first argument if it is a name.
+fn first_name(arguments: &[Expr]) -> Option<&NameRef> {
+    match arguments.first() {
+        Some(Expr::Name(name)) => Some(name),
+        _ => None,
+    }
 }
 
 /// Returns the source of the first value in an expression without calls. (A missing expression is a syntax error.)

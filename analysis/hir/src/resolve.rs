@@ -7,7 +7,6 @@ use crate::ModelDb;
 use crate::body::CoreScope;
 use crate::builtin::{Builtin, Operand};
 use crate::completeness::Completeness;
-use crate::fact::NotCallable;
 use crate::features::Features;
 use crate::item_tree::{FeatureKind, Kind, Name};
 use crate::names::{Names, Unresolved};
@@ -49,8 +48,8 @@ pub(crate) enum CallError {
     Undefined,
     /// The shell requires an operation of this name: a call would block.
     Required,
-    /// The name refers to a definition that cannot be called.
-    NotCallable(NotCallable),
+    /// The name refers to a variable, or to a feature of this kind that is no operation.
+    NotCallable(Option<FeatureKind>),
     /// The first argument of a built-in function is unresolved.
     UnresolvedOperand(Builtin),
     /// No codel has the name, or several have.
@@ -166,14 +165,13 @@ impl<'db> Resolver<'_, 'db> {
             }
         }
         let callee = match feature {
-            _ if self.scope.get(name).is_some() => Err(CallError::NotCallable(NotCallable::Variable)),
+            _ if self.scope.get(name).is_some() => Err(CallError::NotCallable(None)),
             Some(FeatureKind::Provided) => {
                 let defined = self.core.operations.iter().position(|operation| operation.name.name == *name);
                 defined.map(Callee::Operation).ok_or(CallError::Undefined)
             }
             Some(FeatureKind::Required) => Err(CallError::Required),
-            Some(kind) if kind.is_port() => Err(CallError::NotCallable(NotCallable::Port)),
-            Some(_) => Err(CallError::NotCallable(NotCallable::Property)),
+            Some(_) => Err(CallError::NotCallable(feature)),
             None => self.resolve_codel(name).map(Callee::Codel).map_err(CallError::Unresolved),
         };
         ResolvedCall { callee, has_operand }
