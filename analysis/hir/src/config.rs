@@ -217,14 +217,9 @@ impl Reader<'_> {
     }
 
     /// Reports an unknown key or section, not in `expected`.
-    fn unknown(
-        &mut self,
-        key: &TomlKey<'_>,
-        expected: Vec<&'static str>,
-        kind: impl FnOnce(String, Vec<&'static str>) -> MistakeKind,
-    ) {
+    fn unknown(&mut self, key: &TomlKey<'_>, expected: &[&'static str], kind: MistakeKind) {
         let near = mauve_syntax::similar(key.get_ref(), expected.iter().copied()).map(Name::from);
-        self.errors.push(Mistake { kind: kind(key.get_ref().to_string(), expected), span: key.span(), near });
+        self.errors.push(Mistake { kind, span: key.span(), near });
         self.completeness = Completeness::Incomplete;
     }
 
@@ -234,11 +229,9 @@ impl Reader<'_> {
             match (value.get_ref().as_table(), keys::section_named(name)) {
                 (None, _) => self.incomplete(MistakeKind::OutsideSections(name.to_string()), key.span()),
                 (_, None) => {
-                    let expected = SECTIONS.iter().map(|section| section.name).collect();
-                    self.unknown(key, expected, |section, expected| MistakeKind::UnknownSection {
-                        section,
-                        expected,
-                    });
+                    let expected: Vec<_> = SECTIONS.iter().map(|section| section.name).collect();
+                    let section = name.to_string();
+                    self.unknown(key, &expected.clone(), MistakeKind::UnknownSection { section, expected });
                 }
                 (Some(values), Some(section)) => {
                     for (key, value) in values {
@@ -265,13 +258,10 @@ impl Reader<'_> {
     fn key<T>(&mut self, into: &mut T, section: &str, keys: &[Key<T>], key: &TomlKey<'_>, value: &Value<'_>) {
         let name = key.get_ref();
         let Some(found) = keys.iter().find(|key| key.name == name) else {
-            let expected = keys.iter().map(|key| key.name).collect();
-            let section = section.to_owned();
-            return self.unknown(key, expected, |key, expected| MistakeKind::UnknownKey {
-                key,
-                section,
-                expected,
-            });
+            let expected: Vec<_> = keys.iter().map(|key| key.name).collect();
+            let (key_name, section) = (name.to_string(), section.to_owned());
+            let kind = MistakeKind::UnknownKey { key: key_name, section, expected: expected.clone() };
+            return self.unknown(key, &expected, kind);
         };
         if let Err(expected) = found.kind.read(into, value) {
             // No response time depends on a string in a wrong format, nor on a missing root.
