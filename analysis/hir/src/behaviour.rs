@@ -272,7 +272,7 @@ impl<'db> BehaviourContext<'_, 'db> {
             self.features.by_name.iter().filter(|(name, _)| is_complete && !defined.contains(name))
         {
             if let Some(declared) = found.first().filter(|feature| feature.kind == FeatureKind::Provided) {
-                let (name, declared) = (name.clone(), declared.clone());
+                let (name, declared) = (name.clone(), *declared);
                 let kind = FactKind::UndefinedOperation { core: self.of, name, declared };
                 self.found.facts.push(Fact::new(Location::name_of(self.of), kind));
             }

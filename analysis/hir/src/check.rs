@@ -112,7 +112,7 @@ impl<'db> Checker<'db> {
         for (name, found) in &features_of(db, project, shell).by_name {
             let declared = found.first().filter(|it| it.kind == FeatureKind::Provided);
             if let Some(declared) = declared.filter(|_| of_core.get(name).is_none()) {
-                let (name, declared) = (name.clone(), declared.clone());
+                let (name, declared) = (name.clone(), *declared);
                 self.report_at(at.clone(), FactKind::UndefinedOperation { core, name, declared });
             }
         }

@@ -5,10 +5,10 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::ModelDb;
 use crate::completeness::Completeness;
 use crate::fact::{Checker, Defined, FactKind, Reserved, repeated};
-use crate::features::{core_of, features_of, shell_of};
+use crate::features::{FeatureOf, core_of, features_of, shell_of};
 use crate::flat::{flat_of, target_of};
 use crate::infer::uses_of;
-use crate::item_tree::{Data, Kind, Name, NameRef, Parameter, SourceId, TypeRef};
+use crate::item_tree::{Data, Feature, Kind, Name, NameRef, Parameter, SourceId, TypeRef};
 use crate::messages::used_packages;
 use crate::names::names_of;
 use crate::project::Project;
@@ -205,7 +205,7 @@ fn first_unknown<'db>(
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 struct Usage<'db> {
     codels: FxHashSet<Decl<'db>>,
-    features: FxHashSet<(Decl<'db>, usize)>,
+    features: FxHashSet<FeatureOf<'db>>,
     /// The shells that a core implements.
     with_core: FxHashSet<Decl<'db>>,
     /// The declarations that a deployment uses, directly or indirectly; `None` without deployments.
@@ -233,7 +233,7 @@ fn usage_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Usage<'db> {
         let features = features_of(db, project, of);
         let named = shell(db, of).map_or_else(Vec::new, names_in_values);
         let named = named.into_iter().filter_map(|name| features.get(name));
-        usage.features.extend(named.map(|feature| (feature.shell, feature.index)));
+        usage.features.extend(named);
     }
     for of in names.of_kind(db, Kind::Deployment) {
         let deployed = usage.deployed.get_or_insert_default();
@@ -282,5 +282,8 @@ fn unread<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Ve
     };
     let features = data.features.iter().enumerate();
     let values = features.filter(|(_, it)| it.kind.is_value() && !it.name.name.is_empty());
-    values.filter(|(index, _)| !usage.features.contains(&(of, *index))).map(|(index, _)| index).collect()
+    let is_unread = |&(index, it): &(usize, &Feature)| {
+        !usage.features.contains(&FeatureOf { shell: of, index, kind: it.kind })
+    };
+    values.filter(is_unread).map(|(index, _)| index).collect()
 }

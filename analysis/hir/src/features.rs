@@ -11,9 +11,10 @@ use crate::names::{MayHide, Names, Unresolved, names_of};
 use crate::project::Project;
 use crate::size::too_large;
 use crate::source::{Decl, Location, component, core_interface, shell};
+use crate::types::{Type, type_of};
 
 /// A feature of a shell, and the shell that declares it.
-#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, salsa::SalsaValue)]
 pub struct FeatureOf<'db> {
     /// The shell.
     pub shell: Decl<'db>,
@@ -26,17 +27,18 @@ pub struct FeatureOf<'db> {
 impl<'db> FeatureOf<'db> {
     /// Returns its declaration.
     pub fn data(&self, db: &'db dyn ModelDb) -> Option<&'db Feature> {
-        feature(db, self.shell, self.index)
+        shell(db, self.shell)?.features.get(self.index)
+    }
+
+    /// Returns the type of its value or of its result; unknown if missing or unresolved.
+    pub fn ty(&self, db: &'db dyn ModelDb, project: Project<'db>) -> Type {
+        type_of(db, project, self.shell, self.data(db).and_then(|data| data.ty.as_ref()))
     }
 
     /// Returns the location of its name.
     pub fn name(&self, db: &'db dyn ModelDb) -> Option<Location<'db>> {
         Some(Location::Source(self.shell, self.data(db)?.name.id))
     }
-}
-
-pub(crate) fn feature<'db>(db: &'db dyn ModelDb, of: Decl<'db>, index: usize) -> Option<&'db Feature> {
-    shell(db, of)?.features.get(index)
 }
 
 /// The own and inherited features of a shell.

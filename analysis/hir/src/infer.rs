@@ -15,7 +15,7 @@ use crate::completeness::Completeness;
 use crate::fact::{
     CoreReason, Defined, Fact, FactKind, Hidden, ParameterName, ProgramName, SendInstead, Takes, repeated,
 };
-use crate::features::{Features, feature, features_of};
+use crate::features::{FeatureOf, Features, features_of};
 use crate::item_tree::{
     Core, Direction, Expr, FeatureKind, HookKind, Kind, Name, NameRef, Operation, Parameter, SourceId, State,
     Statement, TypeRef, Variable,
@@ -562,12 +562,9 @@ impl<'db> InferenceContext<'_, 'db> {
                 }
                 None
             }
-            Some(Binding::Feature(of, index)) => match feature(self.db, of, index).map(|it| it.kind) {
-                Some(kind) if !kind.is_operation() => Some(kind),
-                // Another fact reports that the operation is not called.
-                _ => return Type::Unknown,
-            },
-            None => return Type::Unknown,
+            Some(Binding::Feature(feature)) if !feature.kind.is_operation() => Some(feature.kind),
+            // Another fact reports that the operation is not called.
+            Some(Binding::Feature(_)) | None => return Type::Unknown,
         };
         self.report(target.id, FactKind::NotAssignable { name: target.name.clone(), is });
         Type::Unknown
@@ -598,13 +595,10 @@ impl<'db> InferenceContext<'_, 'db> {
             return binding;
         }
         match binding {
-            Some(Binding::Variable(_)) => {}
-            Some(Binding::Feature(of, index)) => {
-                if feature(self.db, of, index).is_some_and(|it| it.kind.is_operation()) {
-                    let kind = FactKind::NotCalled { name: name.name.clone(), is_operation: true };
-                    self.error(name.id, kind);
-                }
+            Some(Binding::Feature(feature)) if feature.kind.is_operation() => {
+                self.error(name.id, FactKind::NotCalled { name: name.name.clone(), is_operation: true });
             }
+            Some(_) => {}
             None => self.unresolved_value(name),
         }
         binding
@@ -642,18 +636,14 @@ impl<'db> InferenceContext<'_, 'db> {
             Some(Binding::Variable(id)) => {
                 self.variable(id).map_or(Type::Unknown, |variable| variable.ty.clone())
             }
-            Some(Binding::Feature(of, index)) => {
-                // Another fact reports that an operation is not called.
-                let data = feature(self.db, of, index).filter(|it| !it.kind.is_operation());
-                let Some(data) = data else { return Type::Unknown };
-                if data.kind.is_port() {
-                    let kind = FactKind::PortAsValue { name: name.name.clone(), kind: data.kind };
-                    self.report(name.id, kind);
-                    return Type::Unknown;
-                }
-                type_of(self.db, self.project, of, data.ty.as_ref())
+            Some(Binding::Feature(feature)) if feature.kind.is_value() => feature.ty(self.db, self.project),
+            Some(Binding::Feature(feature)) if feature.kind.is_port() => {
+                let kind = FactKind::PortAsValue { name: name.name.clone(), kind: feature.kind };
+                self.report(name.id, kind);
+                Type::Unknown
             }
-            None => Type::Unknown,
+            // Another fact reports that an operation is not called.
+            Some(Binding::Feature(_)) | None => Type::Unknown,
         }
     }
 
@@ -903,14 +893,9 @@ impl<'db> InferenceContext<'_, 'db> {
                     self.report(id, FactKind::ArgumentType { callee, parameter, expected, found });
                 }
             }
-            Some(Binding::Feature(of, index)) => {
-                let kind = feature(self.db, of, index).map(|it| it.kind);
-                // Another fact reports that the operation is not called.
-                if kind.is_some_and(|kind| !kind.is_operation()) {
-                    self.report(id, no_variable);
-                }
-            }
-            None => {}
+            Some(Binding::Feature(feature)) if !feature.kind.is_operation() => self.report(id, no_variable),
+            // Another fact reports that the operation is not called.
+            Some(Binding::Feature(_)) | None => {}
         }
     }
 
@@ -918,12 +903,9 @@ impl<'db> InferenceContext<'_, 'db> {
     fn port(&mut self, function: Builtin, callee: &NameRef, arguments: &[Expr]) -> Type {
         let Some(Expr::Name(port)) = arguments.first() else { return Type::Unknown };
         let mut ty = Type::Unknown;
-        if let Some(feature) = self.resolver.features.get(&port.name) {
-            self.bindings.insert(port.id, Binding::Feature(feature.shell, feature.index));
-            let data = feature.data(self.db);
-            ty = data.map_or(Type::Unknown, |data| {
-                type_of(self.db, self.project, feature.shell, data.ty.as_ref())
-            });
+        if let Some(&feature) = self.resolver.features.get(&port.name) {
+            self.bindings.insert(port.id, Binding::Feature(feature));
+            ty = feature.ty(self.db, self.project);
             if function.operand() != Operand::Port(feature.kind) {
                 let kind = FactKind::PortDirection { function, port: port.name.clone(), is: feature.kind };
                 self.report(port.id, kind);
@@ -950,8 +932,8 @@ impl<'db> InferenceContext<'_, 'db> {
         let Some((signature, _)) = self.declared(&operation.name, FeatureKind::Required) else {
             return Type::Unknown;
         };
-        if let Some(feature) = self.resolver.features.get(&operation.name) {
-            self.bindings.insert(operation.id, Binding::Feature(feature.shell, feature.index));
+        if let Some(&feature) = self.resolver.features.get(&operation.name) {
+            self.bindings.insert(operation.id, Binding::Feature(feature));
         }
         let inputs = signature.parameters.into_iter().filter(|(direction, ..)| *direction != Direction::Out);
         let inputs: Vec<ParameterOf> =
@@ -1089,7 +1071,7 @@ impl<'db> CoreInference<'db> {
     pub fn variable_at(&self, id: SourceId) -> Option<VariableId> {
         match self.binding(id)? {
             Binding::Variable(id) => Some(id),
-            Binding::Feature(..) => None,
+            Binding::Feature(_) => None,
         }
     }
 
@@ -1161,8 +1143,8 @@ pub struct Uses<'db> {
     pub completeness: Completeness,
     /// The codels that they call.
     pub codels: FxHashSet<Decl<'db>>,
-    /// The features of shells that they name, by shell and index.
-    pub features: FxHashSet<(Decl<'db>, usize)>,
+    /// The features of shells that they name.
+    pub features: FxHashSet<FeatureOf<'db>>,
 }
 
 /// Returns the definitions that the programs of a core use.
@@ -1174,7 +1156,7 @@ pub fn uses_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
         _ => None,
     };
     let feature = |(_, binding): (SourceId, Binding<'db>)| match binding {
-        Binding::Feature(shell, index) => Some((shell, index)),
+        Binding::Feature(feature) => Some(feature),
         Binding::Variable(_) => None,
     };
     Uses {

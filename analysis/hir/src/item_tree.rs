@@ -260,7 +260,7 @@ pub struct Interval {
 }
 
 /// The kinds of feature of a shell.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum FeatureKind {
     Constant,
     Property,

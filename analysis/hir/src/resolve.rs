@@ -7,7 +7,7 @@ use crate::ModelDb;
 use crate::body::CoreScope;
 use crate::builtin::{Builtin, Operand};
 use crate::completeness::Completeness;
-use crate::features::Features;
+use crate::features::{FeatureOf, Features};
 use crate::item_tree::{FeatureKind, Kind, Name};
 use crate::names::{Names, Unresolved};
 use crate::source::Decl;
@@ -26,8 +26,8 @@ pub struct VariableId {
 pub enum Binding<'db> {
     /// A variable, parameter or handler.
     Variable(VariableId),
-    /// A feature, by its shell and its index there.
-    Feature(Decl<'db>, usize),
+    /// A feature.
+    Feature(FeatureOf<'db>),
 }
 
 /// The callee of a call.
@@ -135,9 +135,8 @@ impl<'db> Resolver<'_, 'db> {
             return None;
         }
         let variable = self.scope.get(name).or_else(|| self.machine.get(name));
-        variable
-            .map(Binding::Variable)
-            .or_else(|| self.features.get(name).map(|feature| Binding::Feature(feature.shell, feature.index)))
+        let feature = || self.features.get(name).copied().map(Binding::Feature);
+        variable.map(Binding::Variable).or_else(feature)
     }
 
     /// Resolves the name of a codel in the library of the core.

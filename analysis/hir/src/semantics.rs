@@ -135,9 +135,8 @@ impl<'db> Semantics<'db> {
         if let Some(own) = &operation.result {
             return Some(type_of(self.db, self.project, self.core, Some(own)));
         }
-        let feature = self.features()?.get(&operation.name.name)?;
-        let declared = feature.data(self.db).filter(|it| it.kind == FeatureKind::Provided)?;
-        Some(type_of(self.db, self.project, feature.shell, declared.ty.as_ref()))
+        let declared = self.features()?.get(&operation.name.name);
+        declared.filter(|it| it.kind == FeatureKind::Provided).map(|it| it.ty(self.db, self.project))
     }
 
     fn features(&self) -> Option<&'db Features<'db>> {

@@ -14,7 +14,7 @@ use crate::graph::topological_order;
 use crate::item_tree::{Endpoint, Expr, Feature, Kind, Name, Setting, Shell, SourceId};
 use crate::project::Project;
 use crate::source::{Decl, Location, architecture, deployment, shell};
-use crate::types::{OperatorError, Type, Typed, type_of, type_of_value};
+use crate::types::{OperatorError, Type, Typed, type_of_value};
 use crate::values::Value;
 
 impl<'db> Checker<'db> {
@@ -65,16 +65,16 @@ impl<'db> Checker<'db> {
         let (db, project) = (self.db, self.project);
         let shell = flat.shell(db, project, instance);
         let feature = shell.and_then(|shell| features_of(db, project, shell).get(name));
-        let data = feature.and_then(|it| Some((it.shell, it.data(db)?)));
+        let feature = feature.filter(|it| it.kind.is_value()).and_then(|it| Some((it, it.data(db)?)));
         let mut evaluator = Evaluator::new(self.of, None);
-        if let Some((declared_in, data)) = data.filter(|(_, data)| data.kind.is_value()) {
-            let ty = type_of(db, project, declared_in, data.ty.as_ref());
+        if let Some((feature, data)) = feature {
+            let (declared_in, ty) = (feature.shell, feature.ty(db, project));
             let value = evaluator.value_for(name, &ty, value);
             // The bounds of the interval may name constants that the instance sets.
             let mut ends = data.interval.iter().flat_map(|it| [&it.low, &it.high]);
             let of_instance = shell.filter(|_| ends.any(|end| !end.names().is_empty()));
-            let of_instance = of_instance.and_then(|shell| Some((shell, given.get(instance)?)));
-            let of_instance = of_instance.map(|(shell, given)| constants_with(db, project, shell, given));
+            let of_instance =
+                of_instance.and_then(|shell| Some(constants_with(db, project, shell, given.get(instance)?)));
             let constants = of_instance.as_ref().unwrap_or_else(|| constants_of(db, project, declared_in));
             // The check of the shell reports the errors in the interval.
             let interval = Evaluator::new(declared_in, Some(constants)).interval(data, &ty);
@@ -156,7 +156,7 @@ pub fn values_in_effect<'db>(
         let features = features.filter_map(|(name, of)| Some((name, of.first()?)));
         let values = features.filter(|(_, of)| of.kind.is_value()).map(|(name, of)| {
             let value = constants.values.get(name).and_then(|it| it.as_ref()?.value.clone());
-            ValueInEffect { name: name.clone(), declared: of.clone(), value }
+            ValueInEffect { name: name.clone(), declared: *of, value }
         });
         found.insert(instance.name.clone(), values.collect());
     }
@@ -199,7 +199,7 @@ fn constants_with<'db>(
     let features = features_of(db, project, of);
     let values = features.by_name.iter().filter_map(|(name, found)| {
         let feature = found.first().filter(|feature| feature.kind.is_value())?;
-        Some((name, feature.shell, feature.data(db)?))
+        Some((name, feature, feature.data(db)?))
     });
     let all: Vec<_> = values.collect();
     let index: FxHashMap<&Name, usize> =
@@ -218,11 +218,11 @@ fn constants_with<'db>(
         completeness: features.completeness,
     };
     for index in order {
-        let Some((name, declared, data)) = all.get(index) else { continue };
-        let ty = type_of(db, project, *declared, data.ty.as_ref());
+        let Some((name, feature, data)) = all.get(index) else { continue };
+        let ty = feature.ty(db, project);
         let found = match (given.get(*name), &data.value) {
             (Some(given), _) => Some(given.clone()),
-            (None, Some(value)) => Evaluator::new(*declared, Some(&constants)).evaluate(value),
+            (None, Some(value)) => Evaluator::new(feature.shell, Some(&constants)).evaluate(value),
             // A deployment sets the value.
             (None, None) => Some(Typed::of(ty.clone())),
         };

@@ -4,13 +4,13 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::fact::{Checker, FactKind};
+use crate::features::FeatureOf;
 use crate::flat::{Flat, deployed, flat_of, imports_of};
 use crate::infer::signature;
 use crate::item_tree::{Connection, Endpoint, Feature, FeatureKind, Name, SourceId};
 use crate::link::Link;
 use crate::project::Project;
-use crate::source::{Decl, Location, architecture, deployment};
-use crate::types::type_of;
+use crate::source::{Location, architecture, deployment};
 use crate::values::whole_number;
 
 impl<'db> Checker<'db> {
@@ -26,14 +26,13 @@ impl<'db> Checker<'db> {
                 self.report(*id, FactKind::BufferSize { size: size.clone() });
             }
             let Some(([source, target], id)) = self.ends(flat, connection) else { continue };
-            if (source.data.kind, target.data.kind) != (FeatureKind::Output, FeatureKind::Input) {
+            if (source.feature.kind, target.feature.kind) != (FeatureKind::Output, FeatureKind::Input) {
                 continue;
             }
-            let [output, input] =
-                [&source, &target].map(|end| type_of(db, project, end.shell, end.data.ty.as_ref()));
+            let [output, input] = [&source, &target].map(|end| end.feature.ty(db, project));
             if !output.is(&input) {
-                let side = |end: &End<'db>| {
-                    Location::Source(end.shell, end.data.ty.as_ref().map_or(end.data.name.id, |it| it.id))
+                let side = |End { feature, data, .. }: &End<'db>| {
+                    Location::Source(feature.shell, data.ty.as_ref().map_or(data.name.id, |it| it.id))
                 };
                 let (from, to) = (side(&source), side(&target));
                 let ends = [(source.name, output, from), (target.name, input, to)];
@@ -42,11 +41,12 @@ impl<'db> Checker<'db> {
         }
         for connection in &data.operations {
             let Some(([source, target], id)) = self.ends(flat, connection) else { continue };
-            if (source.data.kind, target.data.kind) != (FeatureKind::Provided, FeatureKind::Required) {
+            if (source.feature.kind, target.feature.kind) != (FeatureKind::Provided, FeatureKind::Required) {
                 continue;
             }
-            let [provided, required] = [&source, &target]
-                .map(|end| signature(db, project, end.shell, &end.data.parameters, end.data.ty.as_ref()));
+            let [provided, required] = [&source, &target].map(|End { feature, data, .. }| {
+                signature(db, project, feature.shell, &data.parameters, data.ty.as_ref())
+            });
             if !provided.is(&required) {
                 let [provided, required] = [(source, provided), (target, required)]
                     .map(|(end, signature)| (end.data.name.name.clone(), signature));
@@ -60,9 +60,9 @@ impl<'db> Checker<'db> {
     fn ends(&self, flat: &Flat<'db>, connection: &Connection) -> Option<([End<'db>; 2], SourceId)> {
         let end = |end: &Option<Endpoint>| {
             let names = end.as_ref()?.names()?;
-            let found = flat.feature(self.db, self.project, &names)?;
+            let feature = *flat.feature(self.db, self.project, &names)?;
             let name = format!("{}.{}", names.0, names.1);
-            Some(End { name, shell: found.shell, data: found.data(self.db)? })
+            Some(End { name, feature, data: feature.data(self.db)? })
         };
         let id = connection.target.as_ref()?.feature.as_ref()?.id;
         Some(([end(&connection.source)?, end(&connection.target)?], id))
@@ -158,8 +158,7 @@ impl<'db> Checker<'db> {
 struct End<'db> {
     /// `instance.feature`
     name: String,
-    /// The shell that declares the feature.
-    shell: Decl<'db>,
+    feature: FeatureOf<'db>,
     data: &'db Feature,
 }
 

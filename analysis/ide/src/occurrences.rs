@@ -557,7 +557,7 @@ impl<'db> Programs<'_, 'db> {
                 let definition = Definition::At(Location::Source(self.finder.of, variable.name.id));
                 self.finder.add(name, definition, kind, role);
             }
-            Some(Binding::Feature(shell, _)) => self.finder.feature(shell, name, role),
+            Some(Binding::Feature(feature)) => self.finder.feature(feature.shell, name, role),
             None => {}
         }
     }

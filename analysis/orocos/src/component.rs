@@ -300,7 +300,7 @@ impl<'a, 'db> Class<'a, 'db> {
     /// Returns the feature that the first argument of a built-in function names.
     fn feature_in(&self, arguments: &[Expr]) -> Option<(Decl<'db>, usize)> {
         match self.inference.binding(arguments.first()?.id()?)? {
-            Binding::Feature(shell, index) => Some((shell, index)),
+            Binding::Feature(feature) => Some((feature.shell, feature.index)),
             Binding::Variable(_) => None,
         }
     }

@@ -2,8 +2,8 @@
 
 use mauve_hir::item_tree::{Direction, Name, SourceId, TypeRef};
 use mauve_hir::{
-    Binding, Builtin, Callee, File, Location, ModelDb, Project, Semantics, Type, VariableOf, codel, shell,
-    shell_of, type_of,
+    Binding, Builtin, Callee, File, Location, ModelDb, Project, Semantics, Type, VariableOf, codel, shell_of,
+    type_of,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxNode, TextRange, is_whole};
@@ -50,10 +50,9 @@ impl<'db> Programs<'db> {
     fn written_type_of(&self, name: &ast::NameRef) -> Option<String> {
         match self.semantics.binding(name)? {
             Binding::Variable(id) => self.written(&self.semantics.inference.variable(id)?.ty, None),
-            Binding::Feature(of, index) => {
-                let declared = shell(self.db, of)?.features.get(index)?.ty.as_ref();
-                let ty = type_of(self.db, self.project, of, declared);
-                self.written(&ty, declared.map(|it| it.path.clone()))
+            Binding::Feature(feature) => {
+                let declared = feature.data(self.db)?.ty.as_ref();
+                self.written(&feature.ty(self.db, self.project), declared.map(|it| it.path.clone()))
             }
         }
     }

@@ -13,7 +13,8 @@ use mauve_hir::item_tree::{
     BinaryOperator, CallStatus, Direction, Expr, Literal, NameRef, PortStatus, SourceId, UnaryOperator,
 };
 use mauve_hir::{
-    Binding, Builtin, Callee, Decl, Integer, ProgramId, Type, Value, VariableId, VariableKind, codel,
+    Binding, Builtin, Callee, Decl, FeatureOf, Integer, ProgramId, Type, Value, VariableId, VariableKind,
+    codel,
 };
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -332,7 +333,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
             Some(Binding::Variable(id)) => {
                 Code::primary(self.variable_name(id), self.class.type_of_variable(id))
             }
-            Some(Binding::Feature(shell, index)) => {
+            Some(Binding::Feature(FeatureOf { shell, index, .. })) => {
                 let member = self.class.member(shell, index);
                 member.map_or_else(Code::unknown, |it| Code::primary(&it.name, it.ty.clone()))
             }
