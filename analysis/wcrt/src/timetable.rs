@@ -520,12 +520,8 @@ fn may_replace(db: &dyn ModelDb, file: File, entry: &Entry, key: &str) -> bool {
 fn is_known_elsewhere<'db>(db: &'db dyn ModelDb, project: Project<'db>, kind: Kind, key: &str) -> bool {
     let workspace = project.workspace(db);
     let others = all_roots(db, workspace).iter().filter(|&&root| root != project.root(db));
-    others.map(|&root| Project::new(db, workspace, root)).any(|other| match key.rsplit_once('.') {
-        Some((library, name)) => {
-            !names_of(db, other).in_library(Some(&library.into()), kind, &name.into()).is_empty()
-        }
-        None => !names_of(db, other).anywhere(kind, key).is_empty(),
-    })
+    let mut others = others.map(|&root| Project::new(db, workspace, root));
+    others.any(|other| !names_of(db, other).by_key(kind, key).is_empty())
 }
 
 /// Returns the name of a file, for a user.
