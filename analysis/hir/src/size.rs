@@ -1,9 +1,10 @@
 //! The size of an expanded project: shells with inherited features, architectures with imports, deployments with an activity
 //! for each instance. A short text may expand to a huge project; such a project is not expanded.
 
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
 
 use crate::ModelDb;
+use crate::graph::closure;
 use crate::item_tree::{Data, Kind, TypeRef};
 use crate::names::names_of;
 use crate::project::Project;
@@ -96,14 +97,8 @@ impl<'db> Sizes<'db> {
 
     /// Returns a shell with its direct and indirect bases, or an architecture with its direct and indirect imports.
     fn all_of(&mut self, decl: Decl<'db>, kind: Kind) -> Option<Vec<Decl<'db>>> {
-        let mut all = vec![decl];
-        let mut seen: FxHashSet<Decl<'db>> = FxHashSet::from_iter([decl]);
-        let mut next = 0;
-        while let Some(&current) = all.get(next) {
-            next += 1;
-            self.take(1)?;
-            all.extend(self.resolved(current, kind).filter(|it| seen.insert(*it)));
-        }
+        let all = closure(decl, |it| self.resolved(it, kind));
+        self.take(all.len())?;
         Some(all)
     }
 
