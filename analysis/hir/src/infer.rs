@@ -122,16 +122,14 @@ fn shared<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, scope
     shared.variables.extend(scope.variables.iter().map(|it| declare(it, VariableKind::Core)));
     let shell = names_of(db, project).resolve_type(db, of, Kind::Shell, scope.shell.as_ref()).ok();
     for handler in &scope.handlers {
-        let ty = shell.zip(handler.operation.as_ref()).map(|(shell, operation)| {
-            handler_type(db, project, of, shell, operation).unwrap_or_else(|fact| {
-                shared.facts.extend(fact.map(|fact| *fact));
-                Type::Unknown
-            })
-        });
+        let found = shell.zip(handler.operation.as_ref());
+        let found = found.map(|(shell, operation)| handler_type(db, project, of, shell, operation));
+        let (ty, fact) = found.unwrap_or((Type::Unknown, None));
+        shared.facts.extend(fact);
         shared.variables.push(VariableOf {
             name: handler.name.clone(),
             kind: VariableKind::Handler,
-            ty: ty.unwrap_or(Type::Unknown),
+            ty,
             written: handler.operation.clone(),
             has_value: true,
         });
@@ -140,32 +138,30 @@ fn shared<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, scope
     shared
 }
 
-/// Returns the type of a handler for `operation`; otherwise the error, unless another fact reports it.
+/// Returns the type of a handler for `operation`, and the error if it is unknown, unless another fact reports the error.
 fn handler_type<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
     shell: Decl<'db>,
     operation: &TypeRef,
-) -> Result<Type, Option<Box<Fact<'db>>>> {
+) -> (Type, Option<Fact<'db>>) {
     let features = features_of(db, project, shell);
-    if features.completeness.is_incomplete() {
-        return Err(None);
-    }
     let unresolved = |name: Name, near| {
         let kind = FactKind::UnresolvedOperation { name, shell: shell.name(db).clone(), near };
-        Err(Some(Box::new(Fact::new(Location::Source(of, operation.id), kind))))
+        (Type::Unknown, Some(Fact::new(Location::Source(of, operation.id), kind)))
     };
-    let [name] = operation.path.as_slice() else { return unresolved(operation.to_string().into(), None) };
-    if name.is_empty() {
-        return Err(None);
+    let is_required = |it: &FeatureOf<'db>| it.kind == FeatureKind::Required;
+    match operation.path.as_slice() {
+        _ if features.completeness.is_incomplete() => (Type::Unknown, None),
+        [name] if name.is_empty() => (Type::Unknown, None),
+        [name] if features.get(name).is_some_and(is_required) => (Type::Handle(name.clone()), None),
+        [name] => {
+            let required = features.by_name.iter().filter(|(_, found)| found.iter().any(is_required));
+            unresolved(name.clone(), similar(name, required.map(|(name, _)| name)))
+        }
+        _ => unresolved(operation.to_string().into(), None),
     }
-    if features.get(name).is_some_and(|it| it.kind == FeatureKind::Required) {
-        return Ok(Type::Handle(name.clone()));
-    }
-    let required =
-        features.by_name.iter().filter(|(_, found)| found.iter().any(|it| it.kind == FeatureKind::Required));
-    unresolved(name.clone(), similar(name, required.map(|(name, _)| name)))
 }
 
 /// Resolves the names and infers the types of a group of bodies.
