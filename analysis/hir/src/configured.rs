@@ -51,7 +51,7 @@ pub fn check<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<(Project<'d
         let Some(port) = port else { continue };
         let features: Option<Vec<_>> = with_instance
             .iter()
-            .map(|(project, flat)| Some((*project, flat, flat.features(db, *project, instance)?)))
+            .map(|(project, flat)| Some((*project, flat, flat.instance(instance)?.features(db, *project)?)))
             .collect();
         // An unresolved shell may have the port.
         let Some(features) = features else { continue };
@@ -62,7 +62,7 @@ pub fn check<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<(Project<'d
             continue;
         }
         let Some((project, flat, features)) = features.first() else { continue };
-        let shell = flat.shell(db, *project, instance);
+        let shell = flat.instance(instance).and_then(|it| it.shell(db, *project));
         let shell = shell.map_or_else(Name::default, |shell| shell.name(db).clone());
         let is_port = |name: &&Name| features.get(name).is_some_and(|feature| feature.kind.is_port());
         let near = similar(port, features.by_name.keys().filter(is_port)).filter(|_| start.is_some());

@@ -42,31 +42,13 @@ impl<'db> Flat<'db> {
         self.by_name.get(name).and_then(|&index| self.instances.get(index))
     }
 
-    pub(crate) fn shell(
-        &self,
-        db: &'db dyn ModelDb,
-        project: Project<'db>,
-        instance: &str,
-    ) -> Option<Decl<'db>> {
-        shell_of(db, project, self.instance(instance)?.component?)
-    }
-
-    pub(crate) fn features(
-        &self,
-        db: &'db dyn ModelDb,
-        project: Project<'db>,
-        instance: &str,
-    ) -> Option<&'db Features<'db>> {
-        self.instance(instance)?.features(db, project)
-    }
-
     pub(crate) fn feature(
         &self,
         db: &'db dyn ModelDb,
         project: Project<'db>,
         (instance, name): &(Name, Name),
     ) -> Option<&'db FeatureOf<'db>> {
-        self.features(db, project, instance)?.get(name)
+        self.instance(instance)?.features(db, project)?.get(name)
     }
 }
 
@@ -84,9 +66,14 @@ pub struct FlatInstance<'db> {
 }
 
 impl<'db> FlatInstance<'db> {
+    /// Returns its shell, if that resolves.
+    pub fn shell(&self, db: &'db dyn ModelDb, project: Project<'db>) -> Option<Decl<'db>> {
+        shell_of(db, project, self.component?)
+    }
+
     /// Returns its features, if its shell resolves.
     pub fn features(&self, db: &'db dyn ModelDb, project: Project<'db>) -> Option<&'db Features<'db>> {
-        Some(features_of(db, project, shell_of(db, project, self.component?)?))
+        Some(features_of(db, project, self.shell(db, project)?))
     }
 
     /// Returns the location of its name.
@@ -223,7 +210,7 @@ impl<'db> Checker<'db> {
 
     /// Returns the kind of the feature at an endpoint, if it resolves and its shell is complete.
     fn feature_at(&self, flat: &Flat<'db>, end: &Endpoint) -> Option<FeatureKind> {
-        let features = flat.features(self.db, self.project, &end.instance.name)?;
+        let features = flat.instance(&end.instance.name)?.features(self.db, self.project)?;
         let found = features.get(&end.feature.as_ref()?.name)?;
         features.completeness.is_complete().then_some(found.kind)
     }
@@ -264,16 +251,16 @@ impl<'db> Checker<'db> {
     /// Checks the names in an endpoint: of an instance of `target`, and of a feature of this kind.
     fn endpoint(&mut self, flat: &Flat<'db>, target: Decl<'db>, end: &Endpoint, kind: EndKind) {
         let (db, project, name) = (self.db, self.project, end.instance.name.clone());
-        if flat.instance(&name).is_none() {
+        let Some(instance) = flat.instance(&name) else {
             if !name.is_empty() {
                 let near = similar(&name, flat.instances.iter().map(|instance| &instance.name));
                 let architecture = target.name(db).clone();
                 self.report(end.instance.id, FactKind::UnresolvedInstance { name, architecture, near });
             }
             return;
-        }
+        };
         let Some(NameRef { name: feature, id }) = &end.feature else { return };
-        let Some(shell) = flat.shell(db, project, &name) else { return };
+        let Some(shell) = instance.shell(db, project) else { return };
         let features = features_of(db, project, shell);
         let found = features.get(feature).map(|it| it.kind);
         if features.completeness.is_incomplete() || found.is_some_and(|found| kind.takes(found)) {

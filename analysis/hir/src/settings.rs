@@ -9,7 +9,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::ModelDb;
 use crate::completeness::Completeness;
 use crate::fact::{Checker, Fact, FactKind, NotConstant};
-use crate::features::{FeatureOf, features_of, shell_of};
+use crate::features::{FeatureOf, features_of};
 use crate::graph::topological_order;
 use crate::item_tree::{Endpoint, Expr, Feature, Kind, Name, Setting, Shell, SourceId};
 use crate::project::Project;
@@ -63,7 +63,7 @@ impl<'db> Checker<'db> {
         value: &Expr,
     ) {
         let (db, project) = (self.db, self.project);
-        let shell = flat.shell(db, project, instance);
+        let shell = flat.instance(instance).and_then(|it| it.shell(db, project));
         let feature = shell.and_then(|shell| features_of(db, project, shell).get(name));
         let feature = feature.filter(|it| it.kind.is_value()).and_then(|it| Some((it, it.data(db)?)));
         let mut evaluator = Evaluator::new(self.of, None);
@@ -149,8 +149,7 @@ pub fn values_in_effect<'db>(
     let none = FxHashMap::default();
     let mut found = BTreeMap::new();
     for instance in flat.instances.iter().filter(|instance| !instance.repeated) {
-        let shell = instance.component.and_then(|component| shell_of(db, project, component));
-        let Some(shell) = shell else { continue };
+        let Some(shell) = instance.shell(db, project) else { continue };
         let constants = constants_with(db, project, shell, given.get(&instance.name).unwrap_or(&none));
         let features = features_of(db, project, shell).by_name.iter();
         let features = features.filter_map(|(name, of)| Some((name, of.first()?)));

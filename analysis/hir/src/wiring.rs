@@ -115,7 +115,7 @@ impl<'db> Checker<'db> {
         let links_are_valid = flat.link_completeness.is_complete()
             && flat.links.iter().all(|link| is_valid(db, project, flat, link));
         for instance in flat.instances.iter().filter(|instance| !instance.repeated) {
-            let Some(features) = flat.features(db, project, &instance.name) else { continue };
+            let Some(features) = instance.features(db, project) else { continue };
             if features.completeness.is_incomplete() || features.cycle {
                 continue;
             }

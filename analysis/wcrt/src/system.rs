@@ -15,8 +15,8 @@ use mauve_hir::item_tree::{
 };
 use mauve_hir::{
     Decl, Features, Flat, FlatInstance, Link, Location, ModelDb, Project, architecture, core_interface,
-    core_of, deployment, errors_in, features_of, flat_of, names_of, platform_of, shell_of, similar,
-    too_large, whole_number as whole_number_of,
+    core_of, deployment, errors_in, flat_of, names_of, platform_of, similar, too_large,
+    whole_number as whole_number_of,
 };
 
 /// The activities of a deployment.
@@ -440,9 +440,8 @@ impl<'db> Reader<'db> {
     fn served(&mut self, flat: &Flat<'db>) {
         let mut shells: FxHashMap<&Name, &Features<'db>> = FxHashMap::default();
         for instance in &flat.instances {
-            let shell = instance.component.and_then(|component| shell_of(self.db, self.project, component));
-            if let Some(shell) = shell {
-                shells.insert(&instance.name, features_of(self.db, self.project, shell));
+            if let Some(features) = instance.features(self.db, self.project) {
+                shells.insert(&instance.name, features);
             }
         }
         // The kind of a feature; none where it is unknown. Where the shell is incomplete, its component is refused.
