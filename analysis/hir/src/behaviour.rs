@@ -77,8 +77,8 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
     let Some(data) = core(db, of) else { return Behaviour::default() };
     let names = names_of(db, project);
     let shell = names.resolve_type(db, of, Kind::Shell, data.shell.as_ref());
-    let unknown = Features::unknown();
-    let features = shell.as_ref().map_or(&unknown, |&shell| features_of(db, project, shell));
+    let features =
+        shell.as_ref().map_or_else(|_| Features::unknown(), |&shell| features_of(db, project, shell));
     let mut context = BehaviourContext {
         db,
         project,
@@ -103,11 +103,11 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
     context.found
 }
 
-struct BehaviourContext<'a, 'db> {
+struct BehaviourContext<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-    features: &'a Features<'db>,
+    features: &'db Features<'db>,
     core: &'db Core,
     /// The first state of each name.
     states: FxHashMap<&'db Name, usize>,
@@ -118,7 +118,7 @@ struct BehaviourContext<'a, 'db> {
     found: Behaviour<'db>,
 }
 
-impl<'db> BehaviourContext<'_, 'db> {
+impl<'db> BehaviourContext<'db> {
     /// Refuses the core for a reason that another fact reports.
     fn refuse_once(&mut self, why: CoreReason) {
         let refusal = Refusal { reason: Reason::Core { core: self.of, why }, at: Location::name_of(self.of) };

@@ -333,10 +333,8 @@ impl Core {
 
     /// Returns its outermost expressions: initial values, expressions of statements, and guards.
     pub fn expressions(&self) -> impl Iterator<Item = &Expr> {
-        let machines = self.machines.iter().flat_map(|machine| &machine.variables);
-        let values = self.variables.iter().chain(machines).filter_map(|variable| variable.value.as_ref());
-        let states = self.machines.iter().flat_map(|machine| &machine.states);
-        let transitions = states.flat_map(|state| &state.transitions);
+        let values = self.shared_variables().filter_map(|variable| variable.value.as_ref());
+        let transitions = self.states().flat_map(|state| &state.transitions);
         let guards = transitions.filter_map(|transition| Some(&transition.guard.as_ref()?.condition));
         values.chain(self.statements().filter_map(Statement::expression)).chain(guards)
     }

@@ -58,8 +58,15 @@ pub struct Features<'db> {
 
 impl<'db> Features<'db> {
     /// Returns the features of an unknown shell: it may provide any operation.
-    pub(crate) fn unknown() -> Features<'db> {
-        Features { completeness: Completeness::Incomplete, ..Features::default() }
+    pub(crate) fn unknown() -> &'db Features<'db> {
+        static UNKNOWN: Features<'static> = Features {
+            by_name: BTreeMap::new(),
+            shells: Vec::new(),
+            cycle: false,
+            completeness: Completeness::Incomplete,
+            has_hidden_base: false,
+        };
+        &UNKNOWN
     }
 
     /// Returns the feature of that name.

@@ -208,8 +208,7 @@ impl<'db> Flow<'_, 'db> {
         self.assigned_anywhere = anywhere;
         // An initial value may depend on the variables before it.
         let indices = self.indices();
-        let machines = self.core.machines.iter().flat_map(|machine| &machine.variables);
-        for variable in self.core.variables.iter().chain(machines) {
+        for variable in self.core.shared_variables() {
             if let Some(value) = &variable.value {
                 self.expr(value, &mut assigned);
                 indices.get(&variable.name.id).into_iter().for_each(|&it| assigned.insert(it));

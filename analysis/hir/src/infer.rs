@@ -198,8 +198,7 @@ fn infer<'db>(
 ) -> Inference<'db> {
     let Some(scope) = core_scope(db, of) else { return Inference::default() };
     let shell = names_of(db, project).resolve_type(db, of, Kind::Shell, scope.shell.as_ref()).ok();
-    let unknown = Features::unknown();
-    let features = shell.map_or(&unknown, |shell| features_of(db, project, shell));
+    let features = shell.map_or_else(Features::unknown, |shell| features_of(db, project, shell));
     let own = (scope.groups().len() == 1).then(|| Box::new(shared(db, project, of, scope)));
     let shared = &own.as_deref().unwrap_or_else(|| shared_of(db, project, of)).variables;
     let mut resolver = Resolver {
@@ -271,7 +270,7 @@ struct InferenceContext<'a, 'db> {
     group: u32,
     body: BodyId,
     shared: &'a [VariableOf],
-    resolver: Resolver<'a, 'db>,
+    resolver: Resolver<'db>,
     /// Whether the current program has no syntax error.
     completeness: Completeness,
     program: ProgramIn,

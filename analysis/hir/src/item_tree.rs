@@ -317,8 +317,12 @@ pub struct Handler {
 impl Core {
     /// Returns all variables, including those of its programs.
     pub fn all_variables(&self) -> impl Iterator<Item = &Variable> {
-        let machines = self.machines.iter().flat_map(|machine| &machine.variables);
-        self.variables.iter().chain(machines).chain(self.statements().filter_map(Statement::variable))
+        self.shared_variables().chain(self.statements().filter_map(Statement::variable))
+    }
+
+    /// Returns the variables that its programs share: its own, and those of its state machines.
+    pub(crate) fn shared_variables(&self) -> impl Iterator<Item = &Variable> {
+        self.variables.iter().chain(self.machines.iter().flat_map(|machine| &machine.variables))
     }
 
     /// Returns the states of its state machines.

@@ -105,12 +105,12 @@ impl Scope {
 }
 
 /// Resolves names at a position in the programs of a core.
-pub(crate) struct Resolver<'a, 'db> {
+pub(crate) struct Resolver<'db> {
     pub(crate) db: &'db dyn ModelDb,
     pub(crate) of: Decl<'db>,
     pub(crate) names: &'db Names<'db>,
     /// The features of its shell.
-    pub(crate) features: &'a Features<'db>,
+    pub(crate) features: &'db Features<'db>,
     pub(crate) core: &'db CoreScope,
     /// The variables in scope, which also shadow callees.
     pub(crate) scope: Scope,
@@ -120,7 +120,7 @@ pub(crate) struct Resolver<'a, 'db> {
     pub(crate) variables: Completeness,
 }
 
-impl<'db> Resolver<'_, 'db> {
+impl<'db> Resolver<'db> {
     /// Enters the programs of the state machine, whose variables shadow those of the core, and callees.
     pub(crate) fn enter_machine(&mut self) {
         for (name, id) in &self.machine.all {

@@ -151,7 +151,6 @@ impl<'db> Semantics<'db> {
         name: &Name,
         first: Option<&Name>,
     ) -> Option<ResolvedCall<'db>> {
-        let unknown = Features::unknown();
         let core = core_scope(self.db, self.core).as_ref()?;
         let (mut scope, mut machine) = (Scope::default(), Scope::default());
         for (id, variable) in visible.variables.iter().rev() {
@@ -159,7 +158,8 @@ impl<'db> Semantics<'db> {
             let scope = if is_behind { &mut machine } else { &mut scope };
             scope.push(&variable.name.name, *id);
         }
-        let (names, features) = (names_of(self.db, self.project), self.features().unwrap_or(&unknown));
+        let (names, features) =
+            (names_of(self.db, self.project), self.features().unwrap_or_else(Features::unknown));
         let (db, of, variables) = (self.db, self.core, Completeness::Incomplete);
         let resolver = Resolver { db, of, names, features, core, scope, machine, variables };
         Some(resolver.resolve_call(name, first))
