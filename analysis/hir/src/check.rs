@@ -95,9 +95,9 @@ impl<'db> Checker<'db> {
                     self.report(core.id, FactKind::CoreBeforeShell { core: core.clone() });
                 }
             }
-            (shell, core) if data.completeness.is_complete() => {
-                shell.err().iter().for_each(|why| self.report_unresolved(Kind::Shell, own_shell, why));
-                core.err().iter().for_each(|why| self.report_unresolved(Kind::Core, own_core, why));
+            _ if data.completeness.is_complete() => {
+                self.resolve_or_report(Kind::Shell, own_shell);
+                self.resolve_or_report(Kind::Core, own_core);
             }
             _ => {}
         }
@@ -121,9 +121,7 @@ impl<'db> Checker<'db> {
     fn shell(&mut self) {
         let Some(data) = shell(self.db, self.of) else { return };
         for base in &data.bases {
-            if let Err(why) = self.resolve(Kind::Shell, Some(base)) {
-                self.report_unresolved(Kind::Shell, Some(base), &why);
-            }
+            self.resolve_or_report(Kind::Shell, Some(base));
         }
         if features_of(self.db, self.project, self.of).cycle {
             let shell = self.of.name(self.db).clone();

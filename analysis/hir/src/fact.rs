@@ -435,9 +435,10 @@ impl<'db> Checker<'db> {
         names_of(self.db, self.project).resolve_type(self.db, self.of, kind, ty)
     }
 
-    /// Reports an unresolved name, unless another fact reports the reason.
-    pub(crate) fn report_unresolved(&mut self, kind: Kind, ty: Option<&TypeRef>, why: &Unresolved) {
-        self.found.extend(unresolved_type(self.of, kind, ty, why));
+    /// [`Checker::resolve`], which reports an unresolved name, unless another fact reports the reason.
+    pub(crate) fn resolve_or_report(&mut self, kind: Kind, ty: Option<&TypeRef>) -> Option<Decl<'db>> {
+        let unresolved = |why| self.found.extend(unresolved_type(self.of, kind, ty, &why));
+        names_of(self.db, self.project).resolve_type(self.db, self.of, kind, ty).map_err(unresolved).ok()
     }
 }
 

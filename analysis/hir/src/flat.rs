@@ -154,21 +154,14 @@ impl<'db> Checker<'db> {
         let Some(data) = architecture(db, of) else { return };
         let flat = flat_of(db, project, of);
         for import in data.imports.iter().flatten() {
-            match self.resolve(Kind::Architecture, Some(import)) {
-                Ok(target)
-                    if flat.cycle && closure(target, |it| imports_of(db, project, it)).contains(&of) =>
-                {
-                    let architecture = of.name(db).clone();
-                    self.report(import.id, FactKind::ImportCycle { architecture });
-                }
-                Ok(_) => {}
-                Err(why) => self.report_unresolved(Kind::Architecture, Some(import), &why),
+            let target = self.resolve_or_report(Kind::Architecture, Some(import)).filter(|_| flat.cycle);
+            if target.is_some_and(|target| closure(target, |it| imports_of(db, project, it)).contains(&of)) {
+                let architecture = of.name(db).clone();
+                self.report(import.id, FactKind::ImportCycle { architecture });
             }
         }
         for instance in &data.instances {
-            if let Err(why) = self.resolve(Kind::Component, instance.component.as_ref()) {
-                self.report_unresolved(Kind::Component, instance.component.as_ref(), &why);
-            }
+            self.resolve_or_report(Kind::Component, instance.component.as_ref());
         }
         // An instance of an imported architecture, or an earlier one, has the same name.
         for (index, Instance { name: NameRef { name, id }, .. }) in data.instances.iter().enumerate() {
