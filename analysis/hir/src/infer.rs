@@ -465,10 +465,9 @@ impl<'db> InferenceContext<'_, 'db> {
         for statement in statements {
             self.statement(statement);
         }
-        let own: Vec<NameRef> =
-            self.resolver.scope.from(depth).filter_map(|id| Some(self.variable(id)?.name.clone())).collect();
         self.resolver.scope.truncate(depth);
-        self.found.facts.extend(repeated(self.of, own.iter().map(|name| (name, Defined::Variable))));
+        let own = statements.iter().filter_map(Statement::variable);
+        self.found.facts.extend(repeated(self.of, own.map(|it| (&it.name, Defined::Variable))));
     }
 
     fn statement(&mut self, statement: &Statement) {

@@ -89,11 +89,6 @@ impl Scope {
         }
     }
 
-    /// Returns the variables after the first `depth` ones.
-    pub(crate) fn from(&self, depth: usize) -> impl Iterator<Item = VariableId> {
-        self.all.iter().skip(depth).map(|(_, id)| *id)
-    }
-
     /// Returns the names of the variables, outermost first.
     pub(crate) fn names(&self) -> impl Iterator<Item = &Name> {
         self.all.iter().map(|(name, _)| name)
