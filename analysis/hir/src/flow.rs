@@ -24,7 +24,7 @@ use crate::item_tree::{
 };
 use crate::names::names_of;
 use crate::project::Project;
-use crate::resolve::{Callee, VariableId};
+use crate::resolve::Callee;
 use crate::source::{Decl, Location, architecture, core};
 use crate::types::Type;
 
@@ -37,7 +37,7 @@ pub(crate) fn flow_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: D
         of,
         core: data,
         inference,
-        variables: inference.variables().collect(),
+        variables: inference.variables().map(|(_, variable)| variable).collect(),
         repeated: FxHashMap::default(),
         operations: Vec::new(),
         assigned_anywhere: Variables::default(),
@@ -114,7 +114,7 @@ struct Flow<'a, 'db> {
     core: &'db Core,
     inference: &'a CoreInference<'db>,
     /// By index.
-    variables: Vec<(VariableId, &'db VariableOf)>,
+    variables: Vec<&'db VariableOf>,
     /// For each variable that repeats a name of its scope, the previous variable of that name.
     repeated: FxHashMap<usize, usize>,
     /// The variables that each operation may assign.
@@ -183,14 +183,14 @@ impl<'db> Flow<'_, 'db> {
     /// Returns the index of each variable, by the source of its name.
     fn indices(&self) -> FxHashMap<SourceId, usize> {
         let variables = self.variables.iter().enumerate();
-        variables.map(|(index, (_, variable))| (variable.name.id, index)).collect()
+        variables.map(|(index, variable)| (variable.name.id, index)).collect()
     }
 
     fn reads_before_assignment(&mut self) {
         self.operations();
         // Assigned at the start; and, later, by any program: core variables then count as assigned.
         let (mut assigned, mut later) = (Variables::default(), Variables::default());
-        for (index, (_, variable)) in self.variables.iter().enumerate() {
+        for (index, variable) in self.variables.iter().enumerate() {
             let is_of_core = matches!(variable.kind, VariableKind::Core | VariableKind::Machine);
             if variable.has_value && !is_of_core {
                 assigned.insert(index);
@@ -233,7 +233,7 @@ impl<'db> Flow<'_, 'db> {
         let mut reads: Vec<(usize, SourceId)> = self.unassigned_reads.drain().collect();
         reads.sort_by_key(|(_, id)| *id);
         for (index, id) in reads {
-            let Some((_, variable)) = self.variables.get(index) else { continue };
+            let Some(variable) = self.variables.get(index) else { continue };
             let declared = self.at(variable.name.id);
             let name = variable.name.name.clone();
             self.report(id, FactKind::ReadBeforeAssignment { name, declared });
@@ -353,7 +353,7 @@ impl<'db> Flow<'_, 'db> {
             Expr::Name(name) => {
                 let Some(index) = self.variable(name.id) else { return };
                 self.read.extend(with_repeated(&self.repeated, index));
-                let ty = self.variables.get(index).map(|(_, variable)| &variable.ty);
+                let ty = self.variables.get(index).map(|variable| &variable.ty);
                 // A condition may know of an assignment in an earlier period.
                 let may_be_assigned = with_repeated(&self.repeated, index).any(|it| {
                     assigned.contains(it) || self.conditions > 0 && self.assigned_anywhere.contains(it)
@@ -458,7 +458,7 @@ impl<'db> Flow<'_, 'db> {
             let with_value = all.filter(|it| it.value.as_ref().is_some_and(Expr::may_call));
             with_value.map(|variable| variable.name.id).collect::<FxHashSet<SourceId>>()
         });
-        for (index, (_, variable)) in self.variables.iter().enumerate() {
+        for (index, variable) in self.variables.iter().enumerate() {
             if matches!(variable.kind, VariableKind::Parameter(_)) {
                 continue;
             }
