@@ -153,7 +153,6 @@ fn a_changed_program_runs_its_core_and_where_a_time_changed_the_response_times()
         ("inference_of", 1),
         ("uses_of", 1),
         ("errors_in", 1),
-        ("flow_facts", 1),
         ("unknown_types", 1),
     ];
     let and = |more: &[(&'static str, usize)]| [&of_core, more].concat();

@@ -37,7 +37,7 @@ pub fn declaration_facts<'db>(
         Kind::Core => {
             checker.found.extend(behaviour_of(db, project, decl).facts.iter().cloned());
             checker.found.extend(inference_of_core(db, project, decl).facts().cloned());
-            checker.found.extend(flow_facts(db, project, decl).iter().cloned());
+            checker.found.extend(flow_facts(db, project, decl));
         }
         Kind::Architecture => {
             checker.names_in_architecture();

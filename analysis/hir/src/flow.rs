@@ -28,7 +28,7 @@ use crate::resolve::Callee;
 use crate::source::{Decl, Location, architecture, core};
 use crate::types::Type;
 
-#[salsa::tracked(returns(ref))]
+/// Returns the facts about the data flow in a core. No query: only the facts of the declaration contain them.
 pub(crate) fn flow_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Fact<'db>> {
     let Some(data) = core(db, of) else { return Vec::new() };
     let inference = &inference_of_core(db, project, of);
