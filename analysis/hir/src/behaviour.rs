@@ -100,7 +100,13 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
         context.refuse_once(CoreReason::SyntaxError(CorePart::Core));
     }
     context.core();
-    context.found
+    let mut found = context.found;
+    // A project keeps these for as long as it is open.
+    found.states.shrink_to_fit();
+    found.edges.shrink_to_fit();
+    found.edges.iter_mut().for_each(|edge| edge.programs.shrink_to_fit());
+    found.programs.shrink_to_fit();
+    found
 }
 
 struct BehaviourContext<'db> {

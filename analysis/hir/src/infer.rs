@@ -135,6 +135,7 @@ fn shared<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, scope
         });
     }
     shared.variables.extend(scope.machine_variables.iter().map(|it| declare(it, VariableKind::Machine)));
+    shared.variables.shrink_to_fit();
     shared
 }
 
@@ -242,7 +243,8 @@ fn infer<'db>(
         context.body = *id;
         context.infer(body);
     }
-    let InferenceContext { bindings, callees, found, .. } = context;
+    let InferenceContext { bindings, callees, mut found, .. } = context;
+    found.variables.shrink_to_fit();
     Inference { shared: own, bindings: sorted(bindings), callees: sorted(callees), ..found }
 }
 
