@@ -283,7 +283,7 @@ fn unread<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Ve
     let features = data.features.iter().enumerate();
     let values = features.filter(|(_, it)| it.kind.is_value() && !it.name.name.is_empty());
     let is_unread = |&(index, it): &(usize, &Feature)| {
-        !usage.features.contains(&FeatureOf { shell: of, index, kind: it.kind })
+        !usage.features.contains(&FeatureOf { shell: of, index: index as u32, kind: it.kind })
     };
     values.filter(is_unread).map(|(index, _)| index).collect()
 }

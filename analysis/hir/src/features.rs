@@ -19,7 +19,7 @@ pub struct FeatureOf<'db> {
     /// The shell.
     pub shell: Decl<'db>,
     /// Its index in the shell.
-    pub index: usize,
+    pub index: u32,
     /// Its kind.
     pub kind: FeatureKind,
 }
@@ -27,7 +27,7 @@ pub struct FeatureOf<'db> {
 impl<'db> FeatureOf<'db> {
     /// Returns its declaration.
     pub fn data(&self, db: &'db dyn ModelDb) -> Option<&'db Feature> {
-        shell(db, self.shell)?.features.get(self.index)
+        shell(db, self.shell)?.features.get(self.index as usize)
     }
 
     /// Returns the type of its value or of its result; unknown if missing or unresolved.
@@ -101,7 +101,7 @@ pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'d
         let Some(data) = shell(db, current) else { continue };
         features.completeness &= data.completeness;
         for (index, feature) in data.features.iter().enumerate() {
-            let found = FeatureOf { shell: current, index, kind: feature.kind };
+            let found = FeatureOf { shell: current, index: index as u32, kind: feature.kind };
             // A missing port or property has no effect on the demand of programs; a missing operation may have.
             let is_hidden = feature.kind.is_operation() && feature.name.name.is_empty();
             features.completeness &= Completeness::of(!is_hidden);

@@ -228,7 +228,7 @@ impl<'a, 'db> Class<'a, 'db> {
             let Some(data) = feature.data(db) else { continue };
             self.members.push(Member {
                 shell: feature.shell,
-                index: feature.index,
+                index: feature.index as usize,
                 data,
                 name: self.names.declare(&data.name.name),
                 ty: self.model.type_of(feature.shell, data.ty.as_ref()),
@@ -300,7 +300,7 @@ impl<'a, 'db> Class<'a, 'db> {
     /// Returns the feature that the first argument of a built-in function names.
     fn feature_in(&self, arguments: &[Expr]) -> Option<(Decl<'db>, usize)> {
         match self.inference.binding(arguments.first()?.id()?)? {
-            Binding::Feature(feature) => Some((feature.shell, feature.index)),
+            Binding::Feature(feature) => Some((feature.shell, feature.index as usize)),
             Binding::Variable(_) => None,
         }
     }

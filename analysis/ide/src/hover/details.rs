@@ -109,7 +109,7 @@ fn having<'db>(
 ) -> Vec<(Decl<'db>, &'db Flat<'db>, &'db Name, &'db Name)> {
     let features = || shell(db, of)?.features.iter().enumerate().find(|(_, it)| it.name.id == id);
     let Some((index, Feature { name: NameRef { name, .. }, .. })) = features() else { return Vec::new() };
-    let is_it = |it: &FeatureOf<'_>| it.shell == of && it.index == index;
+    let is_it = |it: &FeatureOf<'_>| it.shell == of && it.index as usize == index;
     let has_it = |it: &FlatInstance<'db>| it.features(db, project)?.get(name).filter(|it| is_it(it));
     let mut found = Vec::new();
     for (root, flat) in deployed(db, project) {

@@ -334,7 +334,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
                 Code::primary(self.variable_name(id), self.class.type_of_variable(id))
             }
             Some(Binding::Feature(FeatureOf { shell, index, .. })) => {
-                let member = self.class.member(shell, index);
+                let member = self.class.member(shell, index as usize);
                 member.map_or_else(Code::unknown, |it| Code::primary(&it.name, it.ty.clone()))
             }
             None => Code::unknown(),
