@@ -154,9 +154,10 @@ fn handler_type<'db>(
     };
     let is_required = |it: &FeatureOf<'db>| it.kind == FeatureKind::Required;
     match operation.path.as_slice() {
+        // Even if the shell has an error elsewhere.
+        [name] if features.get(name).is_some_and(is_required) => (Type::Handle(name.clone()), None),
         _ if features.completeness.is_incomplete() => (Type::Unknown, None),
         [name] if name.is_empty() => (Type::Unknown, None),
-        [name] if features.get(name).is_some_and(is_required) => (Type::Handle(name.clone()), None),
         [name] => {
             let required = features.by_name.iter().filter(|(_, found)| found.iter().any(is_required));
             unresolved(name.clone(), similar(name, required.map(|(name, _)| name)))

@@ -286,6 +286,14 @@ core C(S) { var far: double; handler asking: ask  update = { far = $0; } }";
     }
 
     #[test]
+    fn an_error_elsewhere_in_the_shell_does_not_hide_the_type_of_a_handler() {
+        let text = "shell S { constantx most: int  require ask(): int }
+core C(S) { handler asking: ask  update = { asking = $0; } }";
+        let send = offered(text, 9).lines().find(|line| line.contains("send")).map(str::to_owned);
+        assert!(send.unwrap().starts_with("0 send(required operation): handler"));
+    }
+
+    #[test]
     fn a_statement() {
         check(
             "var own: bool; $0",
