@@ -217,8 +217,8 @@ impl Reader<'_> {
     }
 
     /// Reports an unknown key or section, not in `expected`.
-    fn unknown(&mut self, key: &TomlKey<'_>, expected: &[&'static str], kind: MistakeKind) {
-        let near = mauve_syntax::similar(key.get_ref(), expected.iter().copied()).map(Name::from);
+    fn unknown(&mut self, key: &TomlKey<'_>, known: impl Iterator<Item = &'static str>, kind: MistakeKind) {
+        let near = mauve_syntax::similar(key.get_ref(), known).map(Name::from);
         self.errors.push(Mistake { kind, span: key.span(), near });
         self.completeness = Completeness::Incomplete;
     }
@@ -229,9 +229,9 @@ impl Reader<'_> {
             match (value.get_ref().as_table(), keys::section_named(name)) {
                 (None, _) => self.incomplete(MistakeKind::OutsideSections(name.to_string()), key.span()),
                 (_, None) => {
-                    let expected: Vec<_> = SECTIONS.iter().map(|section| section.name).collect();
-                    let section = name.to_string();
-                    self.unknown(key, &expected.clone(), MistakeKind::UnknownSection { section, expected });
+                    let known = || SECTIONS.iter().map(|section| section.name);
+                    let (section, expected) = (name.to_string(), known().collect());
+                    self.unknown(key, known(), MistakeKind::UnknownSection { section, expected });
                 }
                 (Some(values), Some(section)) => {
                     for (key, value) in values {
@@ -258,10 +258,10 @@ impl Reader<'_> {
     fn key<T>(&mut self, into: &mut T, section: &str, keys: &[Key<T>], key: &TomlKey<'_>, value: &Value<'_>) {
         let name = key.get_ref();
         let Some(found) = keys.iter().find(|key| key.name == name) else {
-            let expected: Vec<_> = keys.iter().map(|key| key.name).collect();
-            let (key_name, section) = (name.to_string(), section.to_owned());
-            let kind = MistakeKind::UnknownKey { key: key_name, section, expected: expected.clone() };
-            return self.unknown(key, &expected, kind);
+            let known = || keys.iter().map(|key| key.name);
+            let (section, expected) = (section.to_owned(), known().collect());
+            let kind = MistakeKind::UnknownKey { key: name.to_string(), section, expected };
+            return self.unknown(key, known(), kind);
         };
         if let Err(expected) = found.kind.read(into, value) {
             // No response time depends on a string in a wrong format, nor on a missing root.

@@ -437,8 +437,11 @@ impl<'db> Checker<'db> {
 
     /// [`Checker::resolve`], which reports an unresolved name, unless another fact reports the reason.
     pub(crate) fn resolve_or_report(&mut self, kind: Kind, ty: Option<&TypeRef>) -> Option<Decl<'db>> {
-        let unresolved = |why| self.found.extend(unresolved_type(self.of, kind, ty, &why));
-        names_of(self.db, self.project).resolve_type(self.db, self.of, kind, ty).map_err(unresolved).ok()
+        let found = self.resolve(kind, ty);
+        if let Err(why) = &found {
+            self.found.extend(unresolved_type(self.of, kind, ty, why));
+        }
+        found.ok()
     }
 }
 

@@ -333,10 +333,10 @@ impl Build<'_, '_> {
         self.after_messages(out, &format!("{package}-components"));
         *out += &format!(
             "if(MAUVE_TRACING)\n  find_package(LTTngUST REQUIRED)\n  \
-                 target_sources({package}-components PRIVATE tracing/{package}-tp.c)\n  \
-                 target_compile_definitions({package}-components PRIVATE MAUVE_TRACING)\n  \
-                 target_include_directories({package}-components PRIVATE tracing)\n  \
-                 target_link_libraries({package}-components LTTng::UST ${{CMAKE_DL_LIBS}})\nendif()\n"
+             target_sources({package}-components PRIVATE tracing/{package}-tp.c)\n  \
+             target_compile_definitions({package}-components PRIVATE MAUVE_TRACING)\n  \
+             target_include_directories({package}-components PRIVATE tracing)\n  \
+             target_link_libraries({package}-components LTTng::UST ${{CMAKE_DL_LIBS}})\nendif()\n"
         );
     }
 
