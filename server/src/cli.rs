@@ -62,7 +62,7 @@ enum Command {
     Schema(schema::Schema),
     /// Measure how long the parts of the analysis take, and what an edit costs.
     AnalysisStats(analysis_stats::AnalysisStats),
-    /// Make a folder with a small project that shows response times at once.
+    /// Create a small project to start from.
     New(new::New),
     /// Print the completions of a shell.
     Completions {

@@ -6,6 +6,7 @@
 
 mod bad_input;
 mod command_line;
+mod first_steps;
 #[cfg(unix)]
 mod hostile;
 mod robot;

@@ -1,4 +1,5 @@
-//! `mauve new DIR`: a small project that shows response times at once.
+//! `mauve new DIR`: a small project to start from: two components, their execution times, and a deployment whose deadlines
+//! are met.
 
 use std::fs::File;
 use std::io::Write as _;
@@ -8,7 +9,7 @@ use crate::Output;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct New {
-    /// The folder to make. It must not exist, or be empty.
+    /// The folder of the new project. It must be empty, or not exist yet.
     #[arg(value_name = "DIR")]
     folder: PathBuf,
 }
@@ -22,17 +23,18 @@ const FILES: [(&str, &str); 3] = [
 impl New {
     pub(crate) fn run(self) -> Result<Output, String> {
         let folder = &self.folder;
-        let failed = |error: std::io::Error| format!("cannot make `{}`: {error}", folder.display());
+        let failed = |error: std::io::Error| format!("cannot create `{}`: {error}", folder.display());
         if folder.exists() && std::fs::read_dir(folder).map_err(failed)?.next().is_some() {
             return Err(format!("`{}` is not empty: nothing was written", folder.display()));
         }
         std::fs::create_dir_all(folder).map_err(failed)?;
         let text = written(folder)?;
-        Ok(Output::escaped(format!("{text}\nNow try: mauve check {}\n", folder.display()), 0))
+        Ok(Output::escaped(format!("{text}\nNext: mauve check {}\n", folder.display()), 0))
     }
 }
 
-/// Writes the files into a folder, and says so. It was empty: what is there by now is somebody else's, be it a file or a link.
+/// Writes the files into an empty folder, and returns what to print. A file or link that somebody else created meanwhile is
+/// not overwritten.
 fn written(folder: &Path) -> Result<String, String> {
     let mut text = String::new();
     for (name, content) in FILES {
