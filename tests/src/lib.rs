@@ -15,6 +15,7 @@ pub mod model;
 pub mod ops;
 pub mod orocos;
 mod random_model;
+pub mod sources;
 mod times;
 
 use std::collections::BTreeMap;
