@@ -1,0 +1,202 @@
+//! The README and the tutorial, followed as a reader follows them, in an empty home: each block of code is a file that is
+//! written, a command that is run, what that prints, or a change of a file. A block that is none of these is a failure.
+//!
+//! | block | the test |
+//! |---|---|
+//! | `sh` | runs it in the folder that the last one left; it may fail only where its output follows |
+//! | `text` | compares it with what the commands before it printed; a line `…` stands for any lines |
+//! | `mauve`, `toml`, `cpp` after a line with the name of a file and a colon | writes that file |
+//! | `diff` after such a line | changes that file: the lines without `+` must be there, next to each other |
+
+#![cfg(unix)]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+
+#[test]
+fn the_readme_can_be_followed_on_a_clean_home() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap();
+    let home = mauve_tests::scratch(env!("CARGO_TARGET_TMPDIR"), "documents-readme");
+    let mut reader = Reader::new(&home, root.clone(), home.join(".cargo/bin"));
+    // This is what runs this test.
+    reader.skipped = Some("bash tests/run\n");
+    assert!(reader.follow(&root.join("README.md")) >= 8);
+}
+
+#[test]
+fn the_tutorial_can_be_followed_on_a_clean_home() {
+    let home = mauve_tests::scratch(env!("CARGO_TARGET_TMPDIR"), "documents-tutorial");
+    let programs = Path::new(MAUVE).parent().unwrap().to_owned();
+    let mut reader = Reader::new(&home, home.clone(), programs);
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/tutorial/README.md");
+    assert!(reader.follow(&page) >= 20);
+}
+
+struct Reader {
+    home: PathBuf,
+    /// Where the next command runs.
+    folder: PathBuf,
+    path: OsString,
+    skipped: Option<&'static str>,
+    /// What the last commands printed, and whether they succeeded.
+    printed: Option<(String, bool)>,
+}
+
+/// A block of code: the line before it, the word behind its fence, its text.
+struct Block {
+    lead: String,
+    info: String,
+    line: usize,
+    text: String,
+}
+
+impl Reader {
+    /// A reader with an empty `home` who begins in `folder`, and has the programs of one folder beside those of the system.
+    fn new(home: &Path, folder: PathBuf, programs: PathBuf) -> Reader {
+        let system = std::env::var_os("PATH").unwrap_or_default();
+        let path = std::env::join_paths(std::iter::once(programs).chain(std::env::split_paths(&system)));
+        Reader { home: home.to_owned(), folder, path: path.unwrap(), skipped: None, printed: None }
+    }
+
+    /// Follows a page and returns how many blocks it has.
+    fn follow(&mut self, page: &Path) -> usize {
+        let blocks = blocks(&std::fs::read_to_string(page).unwrap());
+        for block in &blocks {
+            let followed = match block.info.as_str() {
+                "sh" => self.run(&block.text),
+                "text" => self.compare(&block.text),
+                "diff" => self.change(block),
+                _ => self.write(block),
+            };
+            let at = format!("{}:{}", page.file_name().unwrap().display(), block.line);
+            followed.unwrap_or_else(|error| panic!("{at}: {error}\n{}", block.text));
+        }
+        self.succeeded().unwrap_or_else(|error| panic!("{}: {error}", page.display()));
+        blocks.len()
+    }
+
+    fn run(&mut self, commands: &str) -> Result<(), String> {
+        self.succeeded()?;
+        if self.skipped == Some(commands) {
+            return Ok(());
+        }
+        let at = self.home.join(".folder");
+        let script = format!("exec 2>&1\ntrap 'pwd >{}' EXIT\n{commands}", at.display());
+        let kept = |name: &str, below: &str| {
+            std::env::var_os(name).unwrap_or_else(|| {
+                std::env::home_dir().map(|home| home.join(below)).unwrap_or_default().into_os_string()
+            })
+        };
+        let output = Command::new("bash")
+            .args(["-euc", &script])
+            .current_dir(&self.folder)
+            .env("PATH", &self.path)
+            .env("CARGO_HOME", kept("CARGO_HOME", ".cargo"))
+            .env("RUSTUP_HOME", kept("RUSTUP_HOME", ".rustup"))
+            .env("CARGO_INSTALL_ROOT", self.home.join(".cargo"))
+            .env("HOME", &self.home)
+            // The same program, built in less time.
+            .env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "0")
+            .env("CARGO_PROFILE_RELEASE_CODEGEN_UNITS", "256")
+            .env_remove("MAUVE_MODELS")
+            .env_remove("ROS_PACKAGE_PATH")
+            .stdin(Stdio::null())
+            .output()
+            .map_err(|error| format!("bash does not run: {error}"))?;
+        self.folder = std::fs::read_to_string(&at).unwrap().trim_end().into();
+        self.printed = Some((String::from_utf8_lossy(&output.stdout).into_owned(), output.status.success()));
+        Ok(())
+    }
+
+    /// Commands that fail must have their output on the page.
+    fn succeeded(&self) -> Result<(), String> {
+        match &self.printed {
+            Some((printed, false)) => Err(format!("the commands before this failed:\n{printed}")),
+            _ => Ok(()),
+        }
+    }
+
+    fn compare(&mut self, expected: &str) -> Result<(), String> {
+        let (printed, _) = self.printed.take().ok_or("no command was run before this output")?;
+        let lines = |text: &str| text.lines().map(|line| line.trim_end().to_owned()).collect::<Vec<_>>();
+        match matches(&lines(expected), &lines(&printed)) {
+            true => Ok(()),
+            false => Err(format!("printed was:\n{printed}\nbut the page says:")),
+        }
+    }
+
+    fn write(&self, block: &Block) -> Result<(), String> {
+        std::fs::write(self.folder.join(block.file()?), &block.text).map_err(|error| error.to_string())
+    }
+
+    fn change(&self, block: &Block) -> Result<(), String> {
+        let path = self.folder.join(block.file()?);
+        let text = std::fs::read_to_string(&path).map_err(|error| error.to_string())?;
+        let side = |other: char| -> String {
+            let lines = block.text.lines().filter(|line| !line.starts_with(other));
+            lines.map(|line| format!("{}\n", line.get(1..).unwrap_or_default())).collect()
+        };
+        let (before, after) = (side('+'), side('-'));
+        if text.matches(&before).count() != 1 {
+            return Err(format!("these lines are not there, or not once:\n{before}in\n{text}"));
+        }
+        std::fs::write(&path, text.replacen(&before, &after, 1)).map_err(|error| error.to_string())
+    }
+}
+
+impl Block {
+    /// The file that the line before the block names.
+    fn file(&self) -> Result<&str, String> {
+        let name = self.lead.strip_suffix(':').and_then(|lead| lead.rsplit('`').nth(1));
+        name.ok_or_else(|| format!("the line before the block names no file: {}", self.lead))
+    }
+}
+
+fn blocks(page: &str) -> Vec<Block> {
+    let mut blocks = Vec::new();
+    let mut lead = String::new();
+    let mut lines = page.lines().enumerate();
+    while let Some((line, text)) = lines.next() {
+        if let Some(info) = text.strip_prefix("```") {
+            let block: String =
+                lines.by_ref().take_while(|(_, text)| *text != "```").map(|(_, text)| format!("{text}\n")).collect();
+            blocks.push(Block { lead: lead.clone(), info: info.to_owned(), line: line + 1, text: block });
+        } else if !text.is_empty() {
+            text.clone_into(&mut lead);
+        }
+        assert!(!text.starts_with("    "), "a block without a fence, which nothing tests: {text}");
+    }
+    blocks
+}
+
+/// Does a text match lines of which `…` stands for any lines?
+fn matches(expected: &[String], found: &[String]) -> bool {
+    match expected.split_first() {
+        None => found.is_empty(),
+        Some((first, rest)) if first.trim() == "…" => {
+            (0..=found.len()).any(|skipped| matches(rest, &found[skipped..]))
+        }
+        Some((first, rest)) => found.first() == Some(first) && matches(rest, &found[1..]),
+    }
+}
+
+#[test]
+fn a_page_that_says_something_else_is_found() {
+    let lines = |text: &str| text.split('|').map(str::to_owned).collect::<Vec<_>>();
+    for (expected, found, same) in [
+        ("a|b", "a|b", true),
+        ("a|…|c", "a|b|b|c", true),
+        ("…", "", true),
+        ("a|…|c", "a|b", false),
+        ("a", "a|b", false),
+    ] {
+        assert_eq!(matches(&lines(expected), &lines(found)), same, "{expected} {found}");
+    }
+    let page = "Change `a.mal`:\n\n```diff\n x\n-y\n+z\n```\n";
+    let [block] = blocks(page).try_into().unwrap_or_else(|_| panic!("one block"));
+    assert_eq!((block.file(), block.line), (Ok("a.mal"), 3));
+}
