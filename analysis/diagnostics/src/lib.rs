@@ -11,9 +11,9 @@ use rustc_hash::FxHashMap;
 pub use mauve_hir::Severity;
 use mauve_hir::item_tree::{FeatureKind, Kind, Name, NameRef, SourceId, TypeRef};
 use mauve_hir::{
-    Decl, FeatureOf, File, Location, ModelDb, Names, Project, Type, Workspace, config_file, config_of,
-    declaration_facts, declarations, file_outside, include_candidates, include_rings, includes, item_tree_of,
-    names_of, not_checked, parse, project_facts, project_files, projects, root_file, similar,
+    Config, Decl, FeatureOf, File, Location, ModelDb, Names, Project, Type, Workspace, config_file,
+    config_of, declaration_facts, declarations, file_outside, include_candidates, include_rings, includes,
+    item_tree_of, names_of, not_checked, parse, project_facts, project_files, projects, root_file, similar,
 };
 use mauve_wcrt::{
     Query, TimingFact, WhatIfField, facts_if, priority_facts, system_of, table_facts, timing_facts,
@@ -294,7 +294,7 @@ codes! {
     unconnected_operation::UNCONNECTED_OPERATION;
     unconnected_input::UNCONNECTED_INPUT;
     equal_priorities::EQUAL_PRIORITIES;
-    priority_inversion::PRIORITY_INVERSION;
+    not_deadline_monotonic::NOT_DEADLINE_MONOTONIC;
     stale_data::STALE_DATA;
     unused_codel::UNUSED_CODEL;
     unused_variable::UNUSED_VARIABLE;
@@ -321,6 +321,28 @@ use timing_reasons::enumerated;
 pub use timing_reasons::{PROSE, cpu_names, reasons_of, timing_reason, unusable_time};
 pub use types::type_name;
 
+/// Codes that were renamed, each with its present name. `[lints]`, `--deny` and `mauve explain` accept the old names.
+const RENAMED: &[(&str, &str)] = &[("priority-inversion", "not-deadline-monotonic")];
+
+/// Returns the code of this present or former name.
+///
+/// ```
+/// let code = mauve_diagnostics::code_named("priority-inversion").map(|code| code.name);
+/// assert_eq!(code, Some("not-deadline-monotonic"));
+/// ```
+pub fn code_named(name: &str) -> Option<&'static Code> {
+    let renamed = RENAMED.iter().find(|(old, _)| *old == name).map_or(name, |(_, name)| name);
+    codes().find(|code| code.name == renamed)
+}
+
+/// Returns the severity that `[lints]` gives a code, by its present or a former name; `None` where it gives none, and
+/// `Some(None)` where it allows the code.
+pub fn severity_set(config: &Config, code: &Code) -> Option<Option<Severity>> {
+    let former = RENAMED.iter().filter(|(_, name)| *name == code.name).map(|(old, _)| *old);
+    let mut names = std::iter::once(code.name).chain(former);
+    names.find_map(|name| config.lints.get(name)).map(|(severity, _)| *severity)
+}
+
 /// Returns all codes.
 pub fn codes() -> impl Iterator<Item = &'static Code> {
     CODES.iter().map(|(code, _)| *code)
@@ -332,7 +354,8 @@ pub fn codes() -> impl Iterator<Item = &'static Code> {
 /// assert!(mauve_diagnostics::page("deadline-missed").is_some_and(|page| page.starts_with("# deadline-missed")));
 /// ```
 pub fn page(name: &str) -> Option<String> {
-    let (_, source) = CODES.iter().find(|(code, _)| code.name == name)?;
+    let named = code_named(name)?;
+    let (_, source) = CODES.iter().find(|(code, _)| *code == named)?;
     let lines = source.lines().take_while(|line| line.starts_with("//!"));
     Some(
         lines
@@ -511,11 +534,9 @@ fn findings<'db>(
     workspace: Workspace,
     is_wanted: impl Fn(File) -> bool,
 ) -> Vec<Finding<'db>> {
-    let lints = &config_of(db, workspace).lints;
+    let config = config_of(db, workspace);
     let finding = |(diagnostic, only_in): (Diagnostic<'db>, _)| {
-        let severity = lints
-            .get(diagnostic.code.name)
-            .map_or(Some(diagnostic.code.severity), |(severity, _)| *severity)?;
+        let severity = severity_set(config, diagnostic.code).unwrap_or(Some(diagnostic.code.severity))?;
         Some(Finding { diagnostic, severity, only_in })
     };
     let mut findings: Vec<Finding<'db>> =
@@ -586,7 +607,7 @@ fn config_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Di
         let report = invalid_configuration::report(at(span), configuration::mistake(kind));
         found.push(report.did_you_mean(near.clone()));
     }
-    for (name, (_, span)) in config.lints.iter().filter(|(name, _)| codes().all(|code| code.name != *name)) {
+    for (name, (_, span)) in config.lints.iter().filter(|(name, _)| code_named(name).is_none()) {
         let near = mauve_syntax::similar(name, codes().map(|code| code.name)).map(Name::from);
         let message = format!("no diagnostic `{name}` (`mauve explain all` lists them)");
         found.push(invalid_configuration::report(at(span), message).did_you_mean(near));

@@ -32,8 +32,8 @@ pub(super) fn timing_diagnostic<'db>(
         Fact::EqualPriorities { instance, priority, others } => {
             equal_priorities::report(at, instance, *priority, others)
         }
-        Fact::PriorityInversion { late, early, early_at } => {
-            priority_inversion::report(at, late, early, early_at)
+        Fact::NotDeadlineMonotonic { activity, other, other_at, free } => {
+            not_deadline_monotonic::report(at, activity, other, other_at, *free)
         }
         Fact::StaleData { reader, writer, port, writer_at } => {
             stale_data::report(at, [reader, writer], port, writer_at)

@@ -96,7 +96,7 @@ significance = 1e-3
 [assume]
 codel = "1 us"
 [lints]
-priority-inversion = "allow"
+not-deadline-monotonic = "allow"
 [platform]
 cpus = 2
 //- /times.toml

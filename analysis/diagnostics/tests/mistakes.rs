@@ -87,10 +87,8 @@ fn section_as_found(frames: &BTreeMap<String, (String, String)>, section: &str) 
         Some(name) => frames.get(name).unwrap_or_else(|| panic!("no frame {name}")).clone(),
         None => Default::default(),
     };
-    let texts: Texts = mauve_tests::fixture(&format!("{before}{model}{after}"))
-        .into_iter()
-        .map(|(path, text)| (path.into(), text))
-        .collect();
+    let files = mauve_tests::fixture(&format!("{before}{model}{after}"));
+    let texts: Texts = files.iter().map(|(path, text)| (path.into(), text.clone())).collect();
     let db = Database::default();
     let findings = found(&db, &texts);
     let mut written = format!("{head}```mauve{info}\n{model}```\n");
@@ -110,10 +108,13 @@ fn section_as_found(frames: &BTreeMap<String, (String, String)>, section: &str) 
         for finding in found(&fixed_db, &fixed).iter().filter(|it| it.severity != Severity::Hint) {
             complaints.push(format!("after the fix: {}", said(&fixed_db, finding)));
         }
-        let text = match fixed.len() {
-            1 => fixed.into_values().next().unwrap(),
-            _ => fixed.iter().map(|(path, text)| format!("//- {}\n{text}", path.display())).collect(),
+        // In the order of the fixture, so that the frame around the model is found again.
+        let header = |index, path| match index {
+            0 if path == "/model.mal" => String::new(),
+            _ => format!("//- {path}\n"),
         };
+        let paths = files.iter().enumerate().map(|(index, (path, _))| (header(index, path), path));
+        let text: String = paths.map(|(header, path)| header + &fixed[Path::new(path)]).collect();
         let text = text.strip_prefix(&before).and_then(|text| text.strip_suffix(&after)).unwrap_or(&text);
         write!(written, "\n\n```mauve{info}\n{text}```").unwrap();
     }

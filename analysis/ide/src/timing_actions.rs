@@ -128,7 +128,7 @@ fn deployment_of<'db>(actions: &Actions<'_, 'db>, start: TextSize) -> Option<Dec
 /// What is wrong with the timing of an activity, as it is shown.
 fn wrong_in<'db>(actions: &Actions<'_, 'db>, activity: TextRange) -> Vec<Finding<'db>> {
     const CODES: [&str; 4] =
-        ["deadline-missed", "priority-inversion", "equal-priorities", "deadline-exceeds-period"];
+        ["deadline-missed", "not-deadline-monotonic", "equal-priorities", "deadline-exceeds-period"];
     if !actions.wants(ActionKind::QuickFix) {
         return Vec::new();
     }
@@ -389,7 +389,9 @@ mod tests {
             // No deadline is lost, and no warning comes unsaid.
             assert!(is_no_worse_than(&now, &met(applied)), "{title}\n{fixture}");
             let after = codes(&new, workspace);
-            for code in ["priority-inversion", "equal-priorities", "stale-data", "deadline-exceeds-period"] {
+            for code in
+                ["not-deadline-monotonic", "equal-priorities", "stale-data", "deadline-exceeds-period"]
+            {
                 let is_new = after.iter().filter(|it| **it == code).count()
                     > before.iter().filter(|it| **it == code).count();
                 assert!(!is_new || title.contains(code), "{code}: {title}\n{fixture}");
@@ -434,27 +436,27 @@ mod tests {
         check(
             &at("c"),
             expect![[r#"
-            Priorities by deadline (deadline-monotonic): all 3 meet their deadlines at 1e-4, worst slack 10 ms (b) (mends)
-            Deadline 100 ms, as the period: all 3 meet their deadlines at 1e-4, worst slack 5 ms (b) (mends)
-            Shorter period and deadline, 35 ms (the shortest found, in steps of 1 ms): all 3 meet their deadlines at 1e-4, worst slack 0 ms (c)
-        "#]],
+                Priorities by deadline (deadline-monotonic): all 3 meet their deadlines at 1e-4, worst slack 10 ms (b)
+                Deadline 100 ms, as the period: all 3 meet their deadlines at 1e-4, worst slack 5 ms (b), with a new warning, not-deadline-monotonic
+                Shorter period and deadline, 35 ms (the shortest found, in steps of 1 ms): all 3 meet their deadlines at 1e-4, worst slack 0 ms (c)
+            "#]],
         );
         check(
             &at("b"),
             expect![[r#"
-            Priorities by deadline (deadline-monotonic): all 3 meet their deadlines at 1e-4, worst slack 10 ms (b) (mends)
-            Swap the priorities of b and a: all 3 meet their deadlines at 1e-4, worst slack 5 ms (c) (mends)
-            Deadline 100 ms, as the period: all 3 meet their deadlines at 1e-4, worst slack 5 ms (c) (mends)
-            Shorter period, 35 ms (the shortest found, in steps of 1 ms): all 3 meet their deadlines at 1e-4, worst slack 5 ms (b)
-        "#]],
+                Priorities by deadline (deadline-monotonic): all 3 meet their deadlines at 1e-4, worst slack 10 ms (b)
+                Swap the priorities of b and a: all 3 meet their deadlines at 1e-4, worst slack 5 ms (c), with a new warning, not-deadline-monotonic
+                Deadline 100 ms, as the period: all 3 meet their deadlines at 1e-4, worst slack 5 ms (c), with a new warning, not-deadline-monotonic
+                Shorter period, 35 ms (the shortest found, in steps of 1 ms): all 3 meet their deadlines at 1e-4, worst slack 5 ms (b)
+            "#]],
         );
         check(
             &at("a"),
             expect![[r#"
-            Priorities by deadline (deadline-monotonic): all 3 meet their deadlines at 1e-4, worst slack 10 ms (b)
-            Deadline 100 ms, as the period: all 3 meet their deadlines at 1e-4, worst slack 5 ms (b)
-            Shorter period and deadline, 20 ms (the shortest found, in steps of 1 ms): all 3 meet their deadlines at 1e-4, worst slack 0 ms (c)
-        "#]],
+                Priorities by deadline (deadline-monotonic): all 3 meet their deadlines at 1e-4, worst slack 10 ms (b) (mends)
+                Deadline 100 ms, as the period: all 3 meet their deadlines at 1e-4, worst slack 5 ms (b)
+                Shorter period and deadline, 20 ms (the shortest found, in steps of 1 ms): all 3 meet their deadlines at 1e-4, worst slack 0 ms (c) (mends)
+            "#]],
         );
     }
 
@@ -581,7 +583,7 @@ mod tests {
             &robot(&costs, deployment, ""),
             expect![[r#"
                 Deadline 200 ms, as the period: all 2 meet their deadlines at 1e-4, worst slack 60 ms (laser)
-                Shorter period and deadline, 60 ms (the shortest found, in steps of 1 ms): all 2 meet their deadlines at 1e-4, worst slack 0 ms (pilot), with a new warning, priority-inversion
+                Shorter period and deadline, 60 ms (the shortest found, in steps of 1 ms): all 2 meet their deadlines at 1e-4, worst slack 0 ms (pilot), with a new warning, not-deadline-monotonic
             "#]],
         );
     }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use mauve_diagnostics::{Severity, diagnostics_of_file, project_diagnostics};
+use mauve_diagnostics::{Severity, diagnostics_of_file, project_diagnostics, severity_set};
 use mauve_hir::item_tree::{Direction, Kind, Name, Parameter, TypeRef};
 use mauve_hir::{
     Callee, Config, Decl, FeatureOf, Location, ModelDb, Project, Type, Workspace, catalogue, codel,
@@ -129,7 +129,7 @@ impl<'db> Libraries<'db> {
 /// generated.
 pub fn problems<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Problem<'db>> {
     let workspace = project.workspace(db);
-    let lints = &config_of(db, workspace).lints;
+    let config = config_of(db, workspace);
     let own = project_diagnostics(db, project).iter().cloned();
     let configured = config_file(db, workspace).into_iter();
     let configured =
@@ -137,7 +137,7 @@ pub fn problems<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Problem
     let mut found: Vec<Problem<'db>> = Vec::new();
     let mut seen: FxHashSet<Problem<'db>> = FxHashSet::default();
     for diagnostic in own.chain(configured) {
-        let here = lints.get(diagnostic.code.name).and_then(|(severity, _)| *severity);
+        let here = severity_set(config, diagnostic.code).flatten();
         let is_error = diagnostic.code.severity == Severity::Error || here == Some(Severity::Error);
         let problem = Problem { kind: ProblemKind::Diagnostic(diagnostic.message), at: diagnostic.at };
         if is_error && diagnostic.code.name != "deadline-missed" && seen.insert(problem.clone()) {

@@ -52,8 +52,14 @@ pub enum TimingFactKind<'db> {
     DeadlineExceedsPeriod { deadline: Time, period: Time, written: Name, period_at: Location<'db> },
     /// Several activities have one priority on one CPU: this one, and the others with the locations of their priorities.
     EqualPriorities { instance: Name, priority: u32, others: Vec<(Name, Location<'db>)> },
-    /// An activity with a shorter deadline has a lower priority.
-    PriorityInversion { late: DeadlineAndPriority, early: DeadlineAndPriority, early_at: Location<'db> },
+    /// The priority of an activity is out of order: another one on its CPU has a longer deadline and a higher priority, or a
+    /// shorter deadline and a lower priority. With a free priority that puts it in order.
+    NotDeadlineMonotonic {
+        activity: DeadlineAndPriority,
+        other: DeadlineAndPriority,
+        other_at: Location<'db>,
+        free: Option<u32>,
+    },
     /// A component runs before the one of the same period that writes what it reads.
     StaleData { reader: Name, writer: Name, port: Name, writer_at: Location<'db> },
 

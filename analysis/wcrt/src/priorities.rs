@@ -1,4 +1,6 @@
-//! Diagnostics of the order of priorities: equal priorities, priorities against the deadlines, outdated data.
+//! Facts about the order of priorities: equal priorities, an order that is not deadline-monotonic, outdated data.
+
+use std::cmp::Reverse;
 
 use rustc_hash::FxHashSet;
 
@@ -42,22 +44,91 @@ pub fn priority_facts<'db>(
             let equal = TimingFactKind::EqualPriorities { instance, priority, others };
             found.push(TimingFact::new(at.clone(), equal));
         }
-        if let Some(other) = inverted(activities, activity)
-            && let Priority::RealTime(other_priority) = other.priority
-            && let (Some(early_at), Some(short), Some(long)) =
-                (priority_at(&other.instance), activity.deadline, other.deadline)
-        {
-            let late = DeadlineAndPriority { instance: activity.instance.clone(), priority, deadline: short };
-            let instance = other.instance.clone();
-            let early = DeadlineAndPriority { instance, priority: other_priority, deadline: long };
-            found.push(TimingFact::new(at, TimingFactKind::PriorityInversion { late, early, early_at }));
-        }
     }
+    found.extend(out_of_order(&ranked, &priority_at));
     found.extend(stale(db, project, of, &ranked));
     found
 }
 
 type Ranked<'a, 'db> = (u32, &'a ResolvedActivity<'db>);
+
+/// Returns the activities whose priority is out of order: on each CPU the fewest without which the others are
+/// deadline-monotonic, that is, all but a longest sequence of rising priorities and falling deadlines.
+fn out_of_order<'db>(
+    ranked: &[Ranked<'_, 'db>],
+    priority_at: &dyn Fn(&Name) -> Option<Location<'db>>,
+) -> Vec<TimingFact<'db>> {
+    let cpus = ranked.iter().filter_map(|(_, it)| it.cpus).fold(0, |all, cpus| all | cpus);
+    let mut reported = vec![false; ranked.len()];
+    let mut seen = FxHashSet::default();
+    for cpu in (0..64).map(|bit| 1_u64 << bit).filter(|cpu| cpu & cpus != 0) {
+        let is_here = |index: &usize| ranked[*index].1.cpus.is_some_and(|cpus| cpus & cpu != 0);
+        let here: Vec<usize> = (0..ranked.len()).filter(|index| !reported[*index]).filter(is_here).collect();
+        // Several CPUs have the same activities where no affinity is written.
+        if seen.insert(here.clone()) {
+            removed_for_order(ranked, here).into_iter().for_each(|index| reported[index] = true);
+        }
+    }
+    let found = (0..ranked.len()).filter(|index| reported[*index]);
+    found.filter_map(|index| order_fact(ranked, index, &reported, priority_at)).collect()
+}
+
+/// Returns the fewest of the activities `here` without which no other has a shorter deadline than one of a higher priority.
+/// O(n log n).
+fn removed_for_order(ranked: &[Ranked<'_, '_>], mut here: Vec<usize>) -> Vec<usize> {
+    // Of equal priorities, the order is free.
+    here.retain(|&index| ranked[index].1.deadline.is_some());
+    here.sort_by_key(|&index| (ranked[index].0, Reverse(ranked[index].1.deadline)));
+    let deadline = |index: usize| ranked[index].1.deadline;
+    // The last of each shortest sequence: with the latest deadline of all sequences of that length.
+    let mut last: Vec<usize> = Vec::new();
+    let mut before: Vec<Option<usize>> = vec![None; ranked.len()];
+    for &index in &here {
+        let length = last.partition_point(|&other| deadline(other) >= deadline(index));
+        before[index] = length.checked_sub(1).map(|length| last[length]);
+        match last.get_mut(length) {
+            Some(other) => *other = index,
+            None => last.push(index),
+        }
+    }
+    let kept: FxHashSet<usize> =
+        std::iter::successors(last.last().copied(), |&index| before[index]).collect();
+    here.retain(|index| !kept.contains(index));
+    here
+}
+
+/// Returns the fact about one activity that is out of order, with one of those that are in order, and with a free priority
+/// that puts it in order.
+fn order_fact<'db>(
+    ranked: &[Ranked<'_, 'db>],
+    index: usize,
+    reported: &[bool],
+    priority_at: &dyn Fn(&Name) -> Option<Location<'db>>,
+) -> Option<TimingFact<'db>> {
+    let (priority, activity) = *ranked.get(index)?;
+    let deadline = activity.deadline?;
+    let in_order = ranked.iter().zip(reported).filter(|(_, reported)| !**reported).map(|(it, _)| *it);
+    let in_order: Vec<Ranked<'_, 'db>> = in_order.filter(|(_, it)| share_cpu(activity, it)).collect();
+    let later =
+        in_order.iter().filter(|(_, it)| it.deadline > Some(deadline)).max_by_key(|(other, _)| *other);
+    let earlier =
+        in_order.iter().filter(|(_, it)| it.deadline.is_some_and(|it| it < deadline)).min_by_key(|it| it.0);
+    let (above, below) = (later.map_or(0, |it| it.0), earlier.map_or(100, |it| it.0));
+    let is_free =
+        |priority: &u32| !ranked.iter().any(|(other, it)| other == priority && share_cpu(activity, it));
+    let mut between = above + 1..below;
+    let (&(other_priority, other), free) = match later.filter(|(other, _)| *other > priority) {
+        Some(later) => (later, between.find(is_free)),
+        None => (earlier.filter(|(other, _)| *other < priority)?, between.rev().find(is_free)),
+    };
+    let instance = activity.instance.clone();
+    let activity = DeadlineAndPriority { instance, priority, deadline };
+    let other_at = priority_at(&other.instance)?;
+    let instance = other.instance.clone();
+    let other = DeadlineAndPriority { instance, priority: other_priority, deadline: other.deadline? };
+    let at = priority_at(&activity.instance)?;
+    Some(TimingFact::new(at, TimingFactKind::NotDeadlineMonotonic { activity, other, other_at, free }))
+}
 
 /// Returns the activity on the same CPU that has a later deadline and a higher priority: of several, the one with the
 /// lowest priority.

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use annotate_snippets::{AnnotationKind, Level, Message, Origin, Renderer, Snippet, Title};
 use clap::ValueEnum;
-use mauve_diagnostics::{Code, Finding, Fix, Severity, codes, errors_of_text, workspace_diagnostics};
+use mauve_diagnostics::{Code, Finding, Fix, Severity, code_named, errors_of_text, workspace_diagnostics};
 use mauve_hir::{Database, Location, Workspace, line_index};
 use mauve_syntax::TextSize;
 use serde::Serialize;
@@ -60,7 +60,7 @@ impl std::str::FromStr for Denied {
         if text == "warnings" {
             return Ok(Denied::Warnings);
         }
-        codes().find(|code| code.name == text).map(Denied::One).ok_or_else(|| super::explain::unknown(text))
+        code_named(text).map(Denied::One).ok_or_else(|| super::explain::unknown(text))
     }
 }
 
