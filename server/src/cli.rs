@@ -2,6 +2,7 @@
 
 mod analysis_stats;
 mod check;
+mod diff;
 mod explain;
 mod fmt;
 mod generate;

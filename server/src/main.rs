@@ -17,6 +17,7 @@ mod json;
 mod load;
 mod lsp;
 mod private;
+mod replace;
 
 use std::io::Write as _;
 use std::process::ExitCode;

@@ -27,6 +27,25 @@ pub fn similar<'a>(word: &str, words: impl IntoIterator<Item = &'a str>) -> Opti
     best.map(|(_, other)| other)
 }
 
+/// Returns whether `near` is closer to the misspelt `word` than all other `words` are.
+///
+/// ```
+/// use mauve_syntax::is_nearest;
+/// assert!(is_nearest("pilto", "pilot", ["pilot", "laser"]));
+/// assert!(!is_nearest("plan", "plan1", ["plan1", "plan2"]));
+/// ```
+pub fn is_nearest<'a>(word: &str, near: &str, words: impl IntoIterator<Item = &'a str>) -> bool {
+    let word: Vec<char> = word.chars().take(LONGEST).collect();
+    let mut rows = Rows::default();
+    let Some(distance) = rows.distance(&word, near, LONGEST) else { return false };
+    words.into_iter().filter(|other| *other != near).all(|other| {
+        match rows.distance(&word, other, distance) {
+            Some(0) | None => true,
+            Some(_) => false,
+        }
+    })
+}
+
 const MOST_WORDS: usize = 500;
 
 /// Of longer words only the beginning is looked at.

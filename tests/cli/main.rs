@@ -7,6 +7,7 @@
 mod bad_input;
 mod command_line;
 mod first_steps;
+mod fixes;
 #[cfg(unix)]
 mod hostile;
 mod robot;

@@ -310,6 +310,7 @@ codes! {
 }
 
 mod configuration;
+mod mechanical;
 mod table_error;
 mod task_set_error;
 mod timing_facts;

@@ -88,7 +88,8 @@ impl Change {
         Some(change)
     }
 
-    pub(crate) fn with_line_ends(mut self, db: &dyn ModelDb) -> Change {
+    /// Gives the new text of each file the line ends of the file.
+    pub fn with_line_ends(mut self, db: &dyn ModelDb) -> Change {
         for of in &mut self.files {
             let text = of.file.text(db);
             let is_crlf =

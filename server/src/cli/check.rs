@@ -1,5 +1,6 @@
 //! `mauve check [PATH…]`: everything that is wrong in models, with the text it stands in; then the response times.
 
+mod fix;
 mod sarif;
 
 use std::collections::BTreeSet;
@@ -13,6 +14,7 @@ use mauve_hir::{Database, Location, Workspace, line_index};
 use mauve_syntax::TextSize;
 use serde::Serialize;
 
+use self::fix::Fixed;
 use super::{Outside, Paths, counted, shown, wcrt};
 use crate::Output;
 use crate::analysis_document::{Deployed, Proved, analysis_document};
@@ -33,6 +35,13 @@ pub(crate) struct Check {
     /// mauve.toml does not show (`allow`) stays so.
     #[arg(long, value_name = "CODE", value_delimiter = ',')]
     deny: Vec<Denied>,
+    /// Apply the fixes that need no choice, such as a misspelt name with one candidate, then report what is left. Writes the
+    /// files in PATH only.
+    #[arg(long)]
+    fix: bool,
+    /// Show what --fix would change, write nothing, and exit with 1 if there is something.
+    #[arg(long, conflicts_with = "format")]
+    diff: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -75,6 +84,16 @@ impl Denied {
 
 impl Check {
     pub(crate) fn run(self) -> Result<Output, String> {
+        let here = std::env::current_dir().unwrap_or_default();
+        let fixed = match self.fix || self.diff {
+            true => Some(self.fixed()?),
+            false => None,
+        };
+        if let Some(fixed) = fixed.as_ref().filter(|_| self.diff) {
+            let diff = fixed.diff(&here);
+            return Ok(Output::escaped(&diff, u8::from(!diff.is_empty())));
+        }
+        let written = fixed.as_ref().map(|fixed| fixed.write(&here));
         let mut db = Database::default();
         let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
         let mut findings: Vec<Finding<'_>> =
@@ -84,11 +103,11 @@ impl Check {
                 finding.severity = Severity::Error;
             }
         }
+        let fixes = fixed.as_ref().map_or(0, |fixed| fixed.fixes);
         let count = |severity| findings.iter().filter(|it| it.severity == severity).count();
         let (errors, warnings, hints) =
             (count(Severity::Error), count(Severity::Warning), count(Severity::Hint));
         let deployed = wcrt::at_shown_level(&db, &workspaces)?;
-        let here = std::env::current_dir().unwrap_or_default();
         let text = match self.format {
             Format::Sarif => json::text(&sarif::log(&db, &here, &findings))?,
             Format::Json => {
@@ -98,11 +117,14 @@ impl Check {
                     errors: errors,
                     warnings: warnings,
                     hints: hints,
+                    [fixed]: fixed.as_ref().map(|_| fixes),
                     deployments: deployed.iter().map(analysis_document).collect::<Vec<_>>(),
                 })?
             }
             Format::Human => {
-                let mut parts = excerpts(&findings, |it| excerpt(&db, &here, it));
+                let mut parts: Vec<String> =
+                    written.iter().map(|(files, _)| fix::said(fixes, files)).collect();
+                parts.extend(excerpts(&findings, |it| excerpt(&db, &here, it)));
                 parts.extend(wcrt::tables(&deployed).iter().map(|table| harmless(table)));
                 let mut found = format!("{}, {}", counted(errors, "error"), counted(warnings, "warning"));
                 if hints > 0 {
@@ -116,7 +138,16 @@ impl Check {
             }
         };
         let proved = deployed.iter().all(Deployed::schedulable);
-        Ok(Output::verbatim(text, u8::from(errors > 0 || !proved)))
+        let is_written = written.is_none_or(|(_, is_complete)| is_complete);
+        let code = if is_written { u8::from(errors > 0 || !proved) } else { 2 };
+        Ok(Output::verbatim(text, code))
+    }
+
+    /// Applies the mechanical fixes in memory.
+    fn fixed(&self) -> Result<Fixed, String> {
+        let mut db = Database::default();
+        let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
+        fix::fix(&mut db, &workspaces, &self.paths.paths)
     }
 }
 
@@ -283,8 +314,17 @@ fn document(db: &Database, lines: &Lines, finding: &Finding<'_>) -> impl Seriali
         range: lines.range(db, &diagnostic.at),
         related: related.collect::<Vec<_>>(),
         fixes: diagnostic.fixes.iter().map(|fix| fix.title.clone()).collect::<Vec<_>>(),
+        edits: diagnostic.fixes.iter().map(|fix| edits(db, lines, fix)).collect::<Vec<_>>(),
         [only_in]: finding.only_in.map(|project| project.root(db).path(db).clone()),
     }
+}
+
+/// Returns the changes of a fix.
+fn edits(db: &Database, lines: &Lines, fix: &Fix<'_>) -> impl Serialize + use<> {
+    let change = |(at, text): &(Location<'_>, String)| {
+        object! { file: at.file(db).path(db).clone(), range: lines.range(db, at), text: text.clone() }
+    };
+    object! { title: fix.title.clone(), changes: fix.edits.iter().map(change).collect::<Vec<_>>() }
 }
 
 /// Returns a message with its location.

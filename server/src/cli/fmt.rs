@@ -1,19 +1,17 @@
 //! `mauve fmt [PATH…] [--check]`: models with the white space that they should have.
 //!
-//! Only files in the named paths are written, whatever they include, and only where something changes. A file is replaced
-//! as a whole, by a new one with its permissions: whoever reads it meanwhile has the old text or the new one, and whoever may
-//! not read it has neither.
+//! Writes only files in the named paths, whatever they include, and only files that change (`replace.rs`).
 
 use std::io::{Read as _, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use mauve_syntax::format::{applied, format};
 
 use super::{Paths, counted, say, shown};
 use crate::Output;
 use crate::disk::text_of;
-use crate::folder::Folder;
 use crate::load::{is_of_another_language, models_in};
+use crate::replace::replace;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Fmt {
@@ -125,55 +123,5 @@ fn difference(old: &str, new: &str) -> Option<String> {
             line.map(|line| format!("  {sign} {}\n", line.trim_end_matches(['\r', '\n']))).unwrap_or_default()
         };
         return Some(format!(":{line}\n{}{}", show('-', old), show('+', new)));
-    }
-}
-
-/// Puts a new file with this text, and with the permissions of the old one, in its place. The path is behind all links: where
-/// it leads through one by now, nothing is written.
-fn replace(path: &Path, text: &str) -> std::io::Result<()> {
-    let name = path.file_name().unwrap_or_default();
-    // Held open: it may be another one by the time that the text is written.
-    let folder = Folder::open(path.parent().unwrap_or(path))?;
-    // A folder that may be written to is no leave to replace a file that may not.
-    let permissions = folder.writable(name)?;
-    let mut beside = std::ffi::OsString::from(".");
-    beside.push(name);
-    beside.push(format!(".{}.tmp", std::process::id()));
-    let mut file = folder.create_new(&beside, Some(&permissions))?;
-    let written = file
-        .write_all(text.as_bytes())
-        .and_then(|()| file.sync_all())
-        .and_then(|()| folder.rename(&beside, &folder, name));
-    if written.is_err() {
-        let _ = folder.remove_file(&beside);
-    }
-    written
-}
-
-#[cfg(test)]
-#[cfg(unix)]
-mod tests {
-    use std::fs;
-    use std::os::unix::fs::{PermissionsExt as _, symlink};
-
-    use super::*;
-
-    #[test]
-    fn a_new_file_has_the_permissions_of_the_old_one() {
-        let folder = mauve_tests::own_scratch("fmt");
-        let path = folder.join("a.mal");
-        for mode in [0o600, 0o640, 0o644] {
-            fs::write(&path, "old").unwrap();
-            fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
-            replace(&path, "new").unwrap();
-            assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, mode);
-            assert_eq!(fs::read_to_string(&path).unwrap(), "new");
-        }
-        // Somebody has put something where the new file is to be.
-        let beside = folder.join(format!(".a.mal.{}.tmp", std::process::id()));
-        symlink(folder.join("elsewhere"), &beside).unwrap();
-        assert!(replace(&path, "newer").is_err());
-        assert!(fs::read_to_string(&path).unwrap() == "new" && !folder.join("elsewhere").exists());
-        fs::remove_dir_all(&folder).unwrap();
     }
 }

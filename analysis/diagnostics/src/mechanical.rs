@@ -1,0 +1,79 @@
+//! The fixes that `mauve check --fix` applies without asking.
+
+use std::collections::HashSet;
+
+use mauve_hir::{File, ModelDb, Workspace, is_model};
+use mauve_syntax::{SyntaxKind, is_nearest};
+
+use crate::{Diagnostic, Fix};
+
+/// The codes whose only fix writes what the text means already, or corrects a name to the only similar one.
+///
+/// Fixes that invent a value (`missing-field`), choose between two texts (`operation-definition`) or delete declarations
+/// (`unused-variable`) are left to the user.
+const MECHANICAL: &[&str] = &[
+    "connection-direction",
+    "continued-line",
+    "header-colon",
+    "invalid-configuration",
+    "missing-else",
+    "syntax-error",
+    "unknown-field",
+    "unknown-package",
+    "unknown-type",
+    "unresolved-architecture",
+    "unresolved-codel",
+    "unresolved-component",
+    "unresolved-core",
+    "unresolved-feature",
+    "unresolved-include",
+    "unresolved-instance",
+    "unresolved-operation",
+    "unresolved-shell",
+    "unresolved-state",
+    "unresolved-variable",
+];
+
+impl<'db> Diagnostic<'db> {
+    /// Returns the fix that can be applied without asking: it is the only one, its code allows it, and a corrected name has no
+    /// second candidate among the names of the workspace.
+    pub fn mechanical_fix(&self, db: &'db dyn ModelDb, workspace: Workspace) -> Option<&Fix<'db>> {
+        let [fix] = self.fixes.as_slice() else { return None };
+        let is_mechanical = MECHANICAL.contains(&self.code.name) && !self.is_guess(db, workspace, fix);
+        is_mechanical.then_some(fix)
+    }
+
+    /// Returns whether the fix corrects a name that may as well be a misspelling of another one.
+    fn is_guess(&self, db: &'db dyn ModelDb, workspace: Workspace, fix: &Fix<'db>) -> bool {
+        let file = self.at.file(db);
+        let [(at, near)] = fix.edits.as_slice() else { return false };
+        if !self.message.contains(&format!("did you mean `{near}`?")) || !is_model(file.path(db)) {
+            return false;
+        }
+        let word = file.text(db).get(std::ops::Range::<usize>::from(at.range(db))).unwrap_or_default();
+        // An include is corrected in its last segment; its quotes stay.
+        let last =
+            |path: &str| path.trim_matches('"').rsplit(['/', '.']).next().unwrap_or_default().to_owned();
+        if self.code.name == "unresolved-include" {
+            let names = workspace.files(db).keys().filter_map(|path| path.file_name()?.to_str());
+            let name = |path: &str| path.trim_matches('"').rsplit('/').next().unwrap_or_default().to_owned();
+            return !is_nearest(&name(word), &name(near), names);
+        }
+        let names = identifiers(db, workspace);
+        !is_nearest(&last(word), &last(near), names.iter().map(String::as_str))
+    }
+}
+
+/// Returns the identifiers in the models of a workspace.
+fn identifiers(db: &dyn ModelDb, workspace: Workspace) -> HashSet<String> {
+    let models = workspace.files(db).values().filter(|file| is_model(file.path(db)));
+    models.flat_map(|&file| identifiers_of(db, file)).cloned().collect()
+}
+
+#[salsa::tracked(returns(ref))]
+fn identifiers_of(db: &dyn ModelDb, file: File) -> HashSet<String> {
+    let text = file.text(db);
+    let lexed = mauve_syntax::lex(text);
+    let names = (0..lexed.len()).filter(|&index| lexed.kind(index) == SyntaxKind::IDENT);
+    names.filter_map(|index| text.get(lexed.range(index))).map(str::to_owned).collect()
+}

@@ -1,0 +1,201 @@
+//! `mauve check --fix` and `--diff`: applies the mechanical fixes of the diagnostics.
+//!
+//! A round applies the fixes that do not overlap; the next round has the others, and what the first one revealed. A fix after
+//! which the models have more errors than before is left out. All rounds take place in memory: a file is written once, and
+//! only a file that `mauve fmt` would write with the same arguments, or the `mauve.toml` of a named folder.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use mauve_diagnostics::{errors_of_text, workspace_diagnostics};
+use mauve_hir::{Database, File, ModelDb, Workspace};
+use mauve_ide::Change;
+use salsa::Setter as _;
+
+use super::super::{diff, say, shown};
+use crate::disk::text_of;
+use crate::harmless::harmless;
+use crate::load::models_in;
+use crate::replace::replace;
+
+/// The maximum number of rounds.
+const MOST_ROUNDS: usize = 20;
+
+/// The maximum number of trials that look for fixes after which there are more errors.
+const MOST_TRIALS: usize = 200;
+
+/// What the fixes did.
+pub(super) struct Fixed {
+    /// The number of applied fixes.
+    pub(super) fixes: usize,
+    /// The changed files, with their text before and after.
+    files: Vec<(PathBuf, Arc<str>, Arc<str>)>,
+}
+
+/// Applies all mechanical fixes to the texts of `db`, and writes no file.
+///
+/// # Errors
+///
+/// One of the paths cannot be read.
+pub(super) fn fix(db: &mut Database, workspaces: &[Workspace], paths: &[PathBuf]) -> Result<Fixed, String> {
+    let writable = Writable::of(paths)?;
+    let mut before: BTreeMap<PathBuf, (File, Arc<str>)> = BTreeMap::new();
+    let mut fixes = 0;
+    let mut trials = MOST_TRIALS;
+    let mut all = changes(db, workspaces, &writable);
+    let mut left = (errors(db, workspaces), all.len());
+    for _ in 0..MOST_ROUNDS {
+        let good = without_more_errors(db, workspaces, left.0, &all, &mut trials);
+        let (change, count) = joined(&good);
+        if count == 0 {
+            break;
+        }
+        let texts = apply(db, &change);
+        all = changes(db, workspaces, &writable);
+        let now = (errors(db, workspaces), all.len());
+        if now >= left {
+            // The fixes have more errors together than alone, or do not have the effect that they are offered for.
+            restore(db, &texts);
+            break;
+        }
+        left = now;
+        fixes += count;
+        for (file, text) in texts {
+            before.entry(file.path(db).clone()).or_insert((file, text));
+        }
+    }
+    let files = before.into_iter().map(|(path, (file, old))| (path, old, file.text(db).clone()));
+    Ok(Fixed { fixes, files: files.filter(|(_, old, new)| old != new).collect() })
+}
+
+impl Fixed {
+    /// Returns the changes as a unified diff.
+    pub(super) fn diff(&self, here: &Path) -> String {
+        self.files.iter().map(|(path, old, new)| diff::unified(&shown(path, here), old, new)).collect()
+    }
+
+    /// Writes the changed files. Returns the paths of those that were written, and whether all were.
+    pub(super) fn write(&self, here: &Path) -> (Vec<String>, bool) {
+        let mut written = Vec::new();
+        for (path, old, new) in &self.files {
+            let name = shown(path, here);
+            let (text, problem) = text_of(path);
+            let result = match problem {
+                Some(problem) => Err(problem),
+                None if *text != **old => Err("it has changed meanwhile".to_owned()),
+                None => replace(path, new).map_err(|error| error.to_string()),
+            };
+            match result {
+                Ok(()) => written.push(name),
+                Err(why) => say(&format!("`{name}` cannot be written: {why}")),
+            }
+        }
+        let is_complete = written.len() == self.files.len();
+        (written, is_complete)
+    }
+}
+
+/// The files that may be written.
+struct Writable {
+    models: BTreeSet<PathBuf>,
+    /// The named folders, and those of named configurations.
+    folders: Vec<PathBuf>,
+}
+
+impl Writable {
+    fn of(paths: &[PathBuf]) -> Result<Writable, String> {
+        let (models, _) = models_in(paths)?;
+        let real = paths.iter().filter_map(|path| path.canonicalize().ok());
+        let folder = |path: PathBuf| match path.is_dir() {
+            true => Some(path),
+            false => path.parent().filter(|_| path.ends_with("mauve.toml")).map(Path::to_owned),
+        };
+        Ok(Writable { models, folders: real.filter_map(folder).collect() })
+    }
+
+    fn has(&self, db: &dyn ModelDb, file: File) -> bool {
+        let path = file.path(db);
+        let is_config = || path.ends_with("mauve.toml") && self.folders.iter().any(|it| path.starts_with(it));
+        file.problem(db).is_none() && !file.is_outside(db) && (self.models.contains(path) || is_config())
+    }
+}
+
+/// Returns the changes of the mechanical fixes, in the order of the diagnostics.
+fn changes(db: &Database, workspaces: &[Workspace], writable: &Writable) -> Vec<Change> {
+    let mut found = Vec::new();
+    for &workspace in workspaces {
+        for finding in workspace_diagnostics(db, workspace) {
+            let Some(fix) = finding.diagnostic.mechanical_fix(db, workspace) else { continue };
+            let Some(change) = Change::of_fix(db, fix) else { continue };
+            if change.files.iter().all(|of| writable.has(db, of.file)) {
+                found.push(change.with_line_ends(db));
+            }
+        }
+    }
+    found
+}
+
+fn errors(db: &Database, workspaces: &[Workspace]) -> usize {
+    workspaces.iter().map(|&workspace| errors_of_text(db, workspace)).sum()
+}
+
+/// Returns the changes after which there are at most as many errors as before: where there are more after all of them, looks for
+/// the cause in both halves.
+fn without_more_errors(
+    db: &mut Database,
+    workspaces: &[Workspace],
+    most: usize,
+    changes: &[Change],
+    trials: &mut usize,
+) -> Vec<Change> {
+    let (change, count) = joined(changes);
+    let Some(left) = trials.checked_sub(1).filter(|_| count > 0) else { return Vec::new() };
+    *trials = left;
+    let texts = apply(db, &change);
+    let has_more = errors(db, workspaces) > most;
+    restore(db, &texts);
+    match changes.split_at_checked(changes.len() / 2) {
+        _ if !has_more => changes.to_vec(),
+        Some((first, second)) if !first.is_empty() => {
+            let mut good = without_more_errors(db, workspaces, most, first, trials);
+            good.extend(without_more_errors(db, workspaces, most, second, trials));
+            good
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// Joins the changes that do not overlap those before them. Returns their number too.
+fn joined(changes: &[Change]) -> (Change, usize) {
+    let mut all = Change::default();
+    let count = changes.iter().filter(|change| all.join((*change).clone())).count();
+    (all, count)
+}
+
+/// Applies a change. Returns the texts before it.
+fn apply(db: &mut Database, change: &Change) -> Vec<(File, Arc<str>)> {
+    let files = change.files.iter().map(|of| of.file);
+    let texts: Vec<(File, Arc<str>, String)> =
+        files.map(|file| (file, file.text(db).clone(), change.applied(db, file))).collect();
+    let set = |(file, old, new): (File, Arc<str>, String)| {
+        file.set_text(db).to(new.into());
+        (file, old)
+    };
+    texts.into_iter().map(set).collect()
+}
+
+fn restore(db: &mut Database, texts: &[(File, Arc<str>)]) {
+    for (file, text) in texts {
+        file.set_text(db).to(text.clone());
+    }
+}
+
+/// Says what was fixed, on a line of its own.
+pub(super) fn said(fixes: usize, files: &[String]) -> String {
+    let count = if fixes == 1 { "1 fix".to_owned() } else { format!("{fixes} fixes") };
+    match files {
+        [] => "nothing to fix\n".to_owned(),
+        files => harmless(&format!("{} applied in {}\n", count, files.join(", "))),
+    }
+}

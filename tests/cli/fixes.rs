@@ -1,0 +1,169 @@
+//! `mauve check --fix` and `--diff`: what is applied, what is left to the user, and which files are written.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use mauve_tests::{Run, mauve, scratch, test_name, write};
+use serde_json::Value;
+
+use crate::MAUVE;
+
+fn folder(name: &str, files: &[(&str, &str)]) -> PathBuf {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("{}-{name}", test_name()));
+    write(&folder, files);
+    folder
+}
+
+fn check(folder: &Path, arguments: &[&str]) -> Run {
+    mauve(MAUVE, folder, &[&["check"], arguments].concat())
+}
+
+fn text(folder: &Path, name: &str) -> String {
+    fs::read_to_string(folder.join(name)).unwrap()
+}
+
+/// Three mechanical mistakes; one of them is seen once the first is fixed.
+const MISTAKES: &str = "codel measure(): int\r\nshell S { output port p: int }\r\ncore K(S): {\r\n  var n: int = 0;\r\n  update = { n = maesure(); if n > 0 then { write(p, n); } }\r\n}\r\ncomponent C(S, K)\r\n";
+
+const FIXED: &str = "codel measure(): int\r\nshell S { output port p: int }\r\ncore K(S) {\r\n  var n: int = 0;\r\n  update = { n = measure(); if n > 0 then { write(p, n); } else { } }\r\n}\r\ncomponent C(S, K)\r\n";
+
+#[test]
+fn all_mechanical_fixes_are_applied_and_the_rest_is_reported() {
+    let folder = folder("mistakes", &[("robot.mal", MISTAKES)]);
+    let shown = check(&folder, &["--diff"]);
+    assert_eq!((shown.code, shown.err.as_str()), (1, ""), "{}", shown.out);
+    for line in
+        ["--- robot.mal\n+++ robot.mal\n@@ ", "\n-core K(S): {\n", "\n+core K(S) {\n", "n = measure();"]
+    {
+        assert!(shown.out.contains(line), "{line} in {}", shown.out);
+    }
+    assert_eq!(text(&folder, "robot.mal"), MISTAKES, "--diff writes nothing");
+    let fixed = check(&folder, &["--fix"]);
+    assert_eq!((fixed.code, fixed.err.as_str()), (0, ""), "{}", fixed.out);
+    assert!(fixed.out.starts_with("3 fixes applied in robot.mal\n"), "{}", fixed.out);
+    assert_eq!(text(&folder, "robot.mal"), FIXED);
+    let again = check(&folder, &["--fix"]);
+    assert!(again.code == 0 && again.out.starts_with("nothing to fix\n"), "{}", again.out);
+    let shown = check(&folder, &["--diff"]);
+    assert_eq!((shown.code, shown.out.as_str()), (0, ""));
+}
+
+#[test]
+fn what_needs_a_choice_is_left_to_the_user() {
+    for model in [
+        // Two names are as similar.
+        "codel plan1(): int\ncodel plan2(): int\nshell S { }\ncore K(S) { update = { plan(); } }\n",
+        // Something is deleted.
+        "shell S { }\ncore K(S) { var old: int = 3; update = { } }\n",
+        // A value is invented.
+        "shell S { }\ncore K(S) { update = { } }\ncomponent C(S, K)\narchitecture A { instance a: C }\n\
+         deployment D { architecture A  activity a { priority = 1 } }\n",
+    ] {
+        let folder = folder("choice", &[("robot.mal", model)]);
+        let fixed = check(&folder, &["--fix"]);
+        assert!(fixed.out.starts_with("nothing to fix\n"), "{}", fixed.out);
+        assert_eq!(text(&folder, "robot.mal"), model);
+    }
+}
+
+#[test]
+fn only_files_in_the_named_paths_are_written() {
+    let part = "codel sense(): int\nshell S { }\ncore K(S): { update = { sense(); } }\n";
+    let root = "include \"../other/part.mal\"\ncore L(S): { update = { } }\n";
+    let folder = folder("named", &[(".git/HEAD", ""), ("robot/robot.mal", root), ("other/part.mal", part)]);
+    let fixed = check(&folder, &["--fix", "robot"]);
+    assert!(fixed.out.starts_with("1 fix applied in robot/robot.mal\n"), "{}", fixed.out);
+    assert!(fixed.out.contains("header-colon") && text(&folder, "other/part.mal") == part, "{}", fixed.out);
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("../other/part.mal", folder.join("robot/linked.mal")).unwrap();
+        check(&folder, &["--fix", "robot"]);
+        assert_eq!(text(&folder, "other/part.mal"), part, "a link leads out of the folder");
+    }
+    let fixed = check(&folder, &["--fix", "."]);
+    assert!(fixed.out.contains("other/part.mal"), "{}", fixed.out);
+}
+
+#[test]
+#[cfg(unix)]
+fn a_file_that_cannot_be_written_is_named() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let folder = folder("read-only", &[("robot.mal", MISTAKES)]);
+    fs::set_permissions(folder.join("robot.mal"), fs::Permissions::from_mode(0o444)).unwrap();
+    if fs::OpenOptions::new().write(true).open(folder.join("robot.mal")).is_ok() {
+        return; // Root may write everything.
+    }
+    let fixed = check(&folder, &["--fix"]);
+    assert!(fixed.code == 2 && fixed.err.contains("`robot.mal` cannot be written"), "{fixed:?}");
+    assert_eq!(text(&folder, "robot.mal"), MISTAKES);
+}
+
+#[test]
+fn the_edits_of_a_fix_are_in_json() {
+    let folder = folder("json", &[("robot.mal", "shell S { }\ncore K(S): { update = { } }\n")]);
+    let found = check(&folder, &["--format", "json"]);
+    let document: Value = serde_json::from_str(&found.out).unwrap();
+    let diagnostics = document["diagnostics"].as_array().unwrap();
+    let colon = diagnostics.iter().find(|it| it["code"] == "header-colon").unwrap();
+    assert_eq!(colon["fixes"], serde_json::json!(["Remove the colon"]));
+    let range =
+        serde_json::json!({ "start": { "line": 2, "column": 10 }, "end": { "line": 2, "column": 11 } });
+    let change = serde_json::json!({ "file": folder.canonicalize().unwrap().join("robot.mal"), "range": range, "text": "" });
+    let edits = serde_json::json!([{ "title": "Remove the colon", "changes": [change] }]);
+    assert_eq!(colon["edits"], edits);
+    assert!(document.get("fixed").is_none());
+    let fixed = check(&folder, &["--format", "json", "--fix"]);
+    let document: Value = serde_json::from_str(&fixed.out).unwrap();
+    assert_eq!(document["fixed"], 1);
+}
+
+/// Returns the models of `tests/mistakes`, each with its title.
+fn mistakes() -> Vec<(String, String)> {
+    let folder = mauve_tests::models().join("../mistakes");
+    let mut found = Vec::new();
+    for path in mauve_tests::files_in(&folder).into_iter().filter(|path| !path.ends_with("README.md")) {
+        let page = fs::read_to_string(path).unwrap();
+        let block = |text: &str| text.split("```").next().unwrap_or_default().to_owned();
+        let frames = page.split("```mauve frame=").skip(1).map(|it| it.split_once('\n').unwrap());
+        let frames: Vec<(&str, String)> = frames.map(|(name, rest)| (name, block(rest))).collect();
+        for section in page.split("\n## ").skip(1) {
+            let title = section.lines().next().unwrap_or_default().to_owned();
+            let (info, rest) = section.split_once("```mauve").unwrap().1.split_once('\n').unwrap();
+            let frame = info.trim().strip_prefix("in=").map(|name| {
+                frames.iter().find(|(known, _)| *known == name).map(|(_, text)| text.clone()).unwrap()
+            });
+            let model = block(rest);
+            found.push((title, frame.map_or(model.clone(), |frame| frame.replace("$0\n", &model))));
+        }
+    }
+    assert!(!found.is_empty());
+    found
+}
+
+#[test]
+fn fixes_of_all_mistakes_add_no_error_and_a_second_run_changes_nothing() {
+    let errors = |folder: &Path| {
+        let found = check(folder, &["--format", "json"]);
+        let document: Value = serde_json::from_str(&found.out).unwrap();
+        let all = document["diagnostics"].as_array().unwrap().clone();
+        let is_of_text = |it: &&Value| it["severity"] == "error" && it["code"] != "deadline-missed";
+        all.iter().filter(is_of_text).count()
+    };
+    let mut applied = 0;
+    for (title, model) in mistakes() {
+        let files = mauve_tests::fixture(&model);
+        let files: Vec<(&str, &str)> =
+            files.iter().map(|(path, text)| (path.as_str(), text.as_str())).collect();
+        let folder = folder("mistake", &files);
+        let before = errors(&folder);
+        let fixed = check(&folder, &["--fix"]);
+        assert!(fixed.code < 2 && fixed.err.is_empty(), "{title}: {fixed:?}");
+        let after = errors(&folder);
+        let texts = mauve_tests::all_texts_in(&folder);
+        assert!(after <= before, "{title}: {before} errors, then {after}: {texts:#?}");
+        applied += usize::from(!fixed.out.starts_with("nothing to fix"));
+        check(&folder, &["--fix"]);
+        assert_eq!(mauve_tests::all_texts_in(&folder), texts, "{title}");
+    }
+    eprintln!("{applied} mistakes are fixed without asking");
+}
