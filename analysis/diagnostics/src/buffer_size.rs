@@ -1,6 +1,7 @@
 //! # buffer-size
 //!
-//! The circular buffer of a connection has room for one value or more. Without any, a connection keeps the newest value.
+//! The size of a connection's buffer is not between 1 and 2147483647. A connection without a buffer keeps the newest value
+//! only; a connection with `[n]` keeps the last *n* values.
 //!
 //! ```mauve
 //! shell S { output port way: int  input port goal: int }
@@ -19,7 +20,7 @@ use super::*;
 code!(BUFFER_SIZE, Error, "buffer-size");
 
 pub(super) fn report<'db>(at: Location<'db>, size: &str) -> Diagnostic<'db> {
-    let message = format!("a buffer of {size}: it has room for 1 to 2147483647 values");
+    let message = format!("buffer size {size} is invalid: use a size from 1 to 2147483647");
     let nearest = if size.trim_matches('0').is_empty() { 1 } else { i32::MAX };
-    Diagnostic::new(&BUFFER_SIZE, at.clone(), message).fix(format!("Set it to {nearest}"), at, nearest.to_string())
+    Diagnostic::new(&BUFFER_SIZE, at.clone(), message).fix(format!("Change to `{nearest}`"), at, nearest.to_string())
 }

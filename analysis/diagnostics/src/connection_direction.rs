@@ -1,7 +1,7 @@
 //! # connection-direction
 //!
-//! A connection goes from an output port to an input port, an `operation` from the instance that provides it to the one
-//! that requires it.
+//! The ends of a connection are in the wrong order, or one end has the wrong kind. A `connection` goes from an output port to
+//! an input port; an `operation` goes from the instance that provides the operation to the instance that requires it.
 //!
 //! ```mauve
 //! shell S { output port scan: int  input port map: int }
@@ -15,7 +15,9 @@
 //! }
 //! ```
 //!
-//! Until an operation is connected the right way, nobody knows who serves it: what provides operations is not analysed.
+//! While such an `operation` is wrong, its provider is unknown, so the instances that provide operations are not analysed.
+//!
+//! Fix, where both ends are in the wrong order: swap them.
 
 use super::*;
 use mauve_hir::fact::EndKind;
@@ -29,10 +31,10 @@ pub(super) fn swapped<'db>(
     target: &[NameRef; 2],
 ) -> Diagnostic<'db> {
     let [first, last] = ends(kind);
-    let message = format!("this goes from {last} to {first}: swap the two ends");
+    let message = format!("the connection goes from {last} to {first}: swap its ends");
     let swapped = source.iter().zip(target).flat_map(|(one, other)| [(one, other), (other, one)]);
     let edits = swapped.map(|(replaced, by)| (beside(&at, replaced.id), by.name.to_string())).collect();
-    let fix = Fix { title: "Swap the two ends".to_owned(), edits };
+    let fix = Fix { title: "Swap the ends".to_owned(), edits };
     Diagnostic { fixes: vec![fix], ..Diagnostic::new(&CONNECTION_DIRECTION, at, message) }
 }
 
@@ -46,8 +48,8 @@ pub(super) fn one_end<'db>(
 ) -> Diagnostic<'db> {
     let [first, last] = ends(kind);
     let message = match is_source {
-        true => format!("`{name}` of {instance} is {last}: a connection starts at {first}"),
-        false => format!("`{name}` of {instance} is {first}: a connection ends at {last}"),
+        true => format!("`{instance}.{name}` is {last}, but the source of a connection is {first}"),
+        false => format!("`{instance}.{name}` is {first}, but the target of a connection is {last}"),
     };
     Diagnostic::new(&CONNECTION_DIRECTION, at, message)
 }
@@ -56,6 +58,6 @@ pub(super) fn one_end<'db>(
 fn ends(kind: EndKind) -> [&'static str; 2] {
     match kind {
         EndKind::Port => ["an output port", "an input port"],
-        _ => ["a provided operation", "a required one"],
+        _ => ["a provided operation", "a required operation"],
     }
 }

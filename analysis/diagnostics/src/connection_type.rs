@@ -1,6 +1,7 @@
 //! # connection-type
 //!
-//! The two ports of a connection have different types.
+//! A connection's output port and input port have different types. Values are not converted on the way: declare both
+//! ports with the same type, or connect another port.
 //!
 //! ```mauve
 //! shell S { output port scan: int  input port near: bool  input port far: int }
@@ -21,8 +22,8 @@ code!(CONNECTION_TYPE, Error, "connection-type");
 pub(super) fn report<'db>(at: Location<'db>, ends: &[(String, Type, Location<'db>); 2]) -> Diagnostic<'db> {
     let [(from, source, source_at), (to, target, target_at)] = ends;
     let (source, target) = (type_name(source), type_name(target));
-    let message = format!("`{to}` is of type {target}, and `{from}` gives {source}");
+    let message = format!("ports of different types: `{from}` is {source}, `{to}` is {target}");
     Diagnostic::new(&CONNECTION_TYPE, at, message)
-        .related(source_at, format!("this is {source}"))
-        .related(target_at, format!("this is {target}"))
+        .related(source_at, format!("declared as {source} here"))
+        .related(target_at, format!("declared as {target} here"))
 }

@@ -1,6 +1,6 @@
 //! # deployment-target
 //!
-//! A deployment deploys one architecture.
+//! A deployment names no architecture, or more than one. A deployment names exactly one, with `architecture NAME`.
 //!
 //! ```mauve
 //! architecture A { }
@@ -13,11 +13,11 @@ use super::*;
 code!(DEPLOYMENT_TARGET, Error, "deployment-target");
 
 pub(super) fn none(at: Location<'_>) -> Diagnostic<'_> {
-    let message = "this deployment does not say what it deploys: write `architecture NAME`";
+    let message = "the deployment names no architecture: add `architecture NAME`";
     Diagnostic::new(&DEPLOYMENT_TARGET, at, message)
 }
 
 pub(super) fn second(at: Location<'_>) -> Diagnostic<'_> {
-    let message = "a second `architecture`: a deployment deploys one";
+    let message = "the deployment names two architectures: remove one of them";
     Diagnostic::new(&DEPLOYMENT_TARGET, at, message)
 }

@@ -1,6 +1,7 @@
 //! # duplicate-activity
 //!
-//! An instance has two activities. Which one counts is unknown: nothing that either may delay is analysed.
+//! An instance has two activities. The analysis does not know which of them is right, so no activity that either of them can
+//! delay has a response time. Remove one.
 //!
 //! ```mauve
 //! shell S { }
@@ -20,9 +21,9 @@ use super::*;
 code!(DUPLICATE_ACTIVITY, Error, "duplicate-activity");
 
 pub(super) fn report<'db>(at: Location<'db>, instance: &str, first: &Location<'db>) -> Diagnostic<'db> {
-    Diagnostic::new(&DUPLICATE_ACTIVITY, at, message(instance)).related(first, "the first is here")
+    Diagnostic::new(&DUPLICATE_ACTIVITY, at, message(instance)).related(first, "first activity")
 }
 
 pub(super) fn message(instance: &str) -> String {
-    format!("a second activity for `{instance}`: remove one")
+    format!("`{instance}` has two activities: remove one of them")
 }

@@ -1,7 +1,8 @@
 //! # duplicate-definition
 //!
-//! Two things of one kind have one name in one place: in a library (over all its files), a shell, a core, a state
-//! machine, a state or an architecture; or one block or list of parameters. Which one is meant is unknown, so nothing that uses the name is analysed.
+//! A name is defined twice in one scope: in a library (in all its files together), a shell, a core, a state machine, a state,
+//! an architecture, a block or a list of parameters. The analysis does not know which definition is right, so nothing that uses
+//! the name is analysed. Rename or remove one of them.
 //!
 //! ```mauve
 //! codel plan(): int
@@ -21,21 +22,21 @@ use mauve_hir::fact::Defined;
 code!(DUPLICATE_DEFINITION, Error, "duplicate-definition");
 
 pub(super) fn report<'db>(at: Location<'db>, what: Defined, name: &str, first: &Location<'db>) -> Diagnostic<'db> {
-    let message = format!("a second {} `{name}`: rename one of them", shown(what));
-    Diagnostic::new(&DUPLICATE_DEFINITION, at, message).related(first, "the first is here")
+    let message = format!("{} `{name}` is defined twice: rename or remove one of them", shown(what));
+    Diagnostic::new(&DUPLICATE_DEFINITION, at, message).related(first, "first definition")
 }
 
 /// Reports a second value for a property or constant in a declaration.
 pub(super) fn value<'db>(at: Location<'db>, instance: &str, name: &str, first: &Location<'db>) -> Diagnostic<'db> {
-    let message = format!("a second value of `{instance}.{name}`: remove one of them");
-    Diagnostic::new(&DUPLICATE_DEFINITION, at, message).related(first, "the first is here")
+    let message = format!("`{instance}.{name}` is set twice: remove one of the values");
+    Diagnostic::new(&DUPLICATE_DEFINITION, at, message).related(first, "first value")
 }
 
 fn shown(what: Defined) -> String {
     let what = match what {
         Defined::Variable => "variable",
         Defined::Handler => "handler",
-        Defined::Operation => "definition of the operation",
+        Defined::Operation => "operation",
         Defined::State => "state",
         Defined::Transition => "transition",
         Defined::Feature => "feature",

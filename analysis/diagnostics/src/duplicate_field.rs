@@ -1,6 +1,6 @@
 //! # duplicate-field
 //!
-//! A field stands twice in an activity. Which one counts is unknown: the activity is not analysed.
+//! An activity has the same field twice. The analysis does not know which value is right, so the activity is not analysed.
 //!
 //! ```mauve
 //! shell S { }
@@ -14,7 +14,7 @@
 //! }
 //! ```
 //!
-//! Fix: remove the second one.
+//! Fix: remove the second field.
 
 use super::*;
 use mauve_wcrt::ActivityField;
@@ -28,10 +28,10 @@ pub(super) fn report<'db>(
     first: &Location<'db>,
 ) -> Diagnostic<'db> {
     let found = Diagnostic::new(&DUPLICATE_FIELD, Location::Source(of, id), message(field, instance));
-    let found = found.related(first, "the first is here");
-    found.remove(format!("Remove the second {}", field.keyword()), of, id)
+    let found = found.related(first, "first value");
+    found.remove(format!("Remove the second `{}`", field.keyword()), of, id)
 }
 
 pub(super) fn message(field: ActivityField, instance: &str) -> String {
-    format!("a second {} for `{instance}`: remove one", field.keyword())
+    format!("`{}` of `{instance}` is set twice: remove one of the values", field.keyword())
 }

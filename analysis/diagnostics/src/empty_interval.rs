@@ -1,6 +1,6 @@
 //! # empty-interval
 //!
-//! The lower end of an interval is greater than its upper end: no value lies in it.
+//! The lower bound of an interval is greater than its upper bound, so the interval contains no value.
 //!
 //! ```mauve
 //! shell S {
@@ -8,6 +8,8 @@
 //!   property rate: int [1; 1] = 1
 //! }
 //! ```
+//!
+//! Fix: swap the bounds.
 
 use super::*;
 use mauve_hir::Value;
@@ -15,7 +17,7 @@ use mauve_hir::Value;
 code!(EMPTY_INTERVAL, Error, "empty-interval");
 
 pub(super) fn report<'db>(at: Location<'db>, [low, high]: &[Value; 2]) -> Diagnostic<'db> {
-    let message = format!("no value lies in this interval: {low} is greater than {high}");
+    let message = format!("empty interval: the lower bound {low} is greater than the upper bound {high}");
     let swapped = format!("[{}; {}]", high.text(), low.text());
     Diagnostic::new(&EMPTY_INTERVAL, at.clone(), message).fix(format!("Change to `{swapped}`"), at, swapped)
 }

@@ -1,7 +1,7 @@
 //! # lost-write
 //!
-//! A value is written to an output port, and every path writes another one before the period ends: nobody is sure to see the
-//! first. Where a connection from the port has a buffer, both are kept, and there is no warning.
+//! A program writes an output port twice in one period, on every path, so readers may never see the first value. Remove one
+//! of the writes, or give the connection a buffer (`-> [2]`): a buffer keeps both values, and there is no warning.
 //!
 //! ```mauve
 //! shell S { output port way: int }
@@ -25,6 +25,7 @@ use super::*;
 code!(LOST_WRITE, Warning, "lost-write");
 
 pub(super) fn report<'db>(at: Location<'db>, port: &str) -> Diagnostic<'db> {
-    let message = format!("what is written to `{port}` here is overwritten in the same period, on every path");
+    let message =
+        format!("the value written to `{port}` here is overwritten later in the same period, on every path");
     Diagnostic::new(&LOST_WRITE, at, message)
 }

@@ -1,6 +1,6 @@
 //! # missing-value
 //!
-//! A property or constant of a deployed component has no value: not in its shell, not in the architecture, not in the
+//! A property or constant of a deployed instance has no value. Give it one in the shell, in the architecture or in the
 //! deployment.
 //!
 //! ```mauve
@@ -21,6 +21,6 @@ code!(MISSING_VALUE, Error, "missing-value");
 
 pub(super) fn report<'db>(at: Location<'db>, instance: &str, kind: FeatureKind, name: &str, declared: &Location<'db>) -> Diagnostic<'db> {
     let what = if kind == FeatureKind::Constant { "constant" } else { "property" };
-    let message = format!("{what} `{name}` of {instance} has no value: write `{what} {instance}.{name} = …`");
+    let message = format!("{what} `{name}` of `{instance}` has no value: add `{what} {instance}.{name} = …`");
     Diagnostic::new(&MISSING_VALUE, at, message).related(declared, "declared here")
 }

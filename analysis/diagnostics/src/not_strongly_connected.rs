@@ -1,8 +1,8 @@
 //! # not-strongly-connected
 //!
-//! From some states the machine never gets back to where it began (Property 4 of the paper asks for that). It may be meant: a
-//! robot that stops for good. The analysis takes it as it is: every path from the initial state counts, also those that
-//! lead where there is no way back, so that the bound holds before and after.
+//! The state machine cannot return to its initial state from some of its states: the component stays in them until it is
+//! stopped. That may be intended, for example in a final state `Stopped`; otherwise add a transition. The response times hold in
+//! both cases: the analysis covers every path from the initial state.
 //!
 //! ```mauve
 //! shell S { }
@@ -28,9 +28,9 @@ code!(NOT_STRONGLY_CONNECTED, Warning, "not-strongly-connected");
 pub(super) fn report<'db>(at: Location<'db>, initial: &str, states: &[(Name, Location<'db>)]) -> Diagnostic<'db> {
     let names: Vec<&str> = states.iter().map(|(name, _)| name.as_str()).collect();
     let message = format!(
-        "no way leads back to {initial} from {}: the analysis counts every path, with those that end there",
+        "the initial state {initial} cannot be reached again from {}: add a transition unless this is intended",
         enumerated(&names)
     );
     let found = Diagnostic::new(&NOT_STRONGLY_CONNECTED, at, message);
-    states.iter().fold(found, |found, (_, at)| found.related(at, format!("no way back to {initial}")))
+    states.iter().fold(found, |found, (_, at)| found.related(at, format!("{initial} cannot be reached from here")))
 }

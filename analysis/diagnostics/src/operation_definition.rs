@@ -1,7 +1,7 @@
 //! # operation-definition
 //!
-//! The core defines an operation otherwise than its shell declares it: other parameters, or another result. (The names of
-//! parameters may differ.)
+//! A core defines an operation with other parameters or another result type than its shell declares. Only the names of the
+//! parameters may differ.
 //!
 //! ```mauve
 //! shell S { provide near(in far: double): bool  provide stop(): void }
@@ -12,7 +12,8 @@
 //! }
 //! ```
 //!
-//! Fix: define it as the shell declares it, where that has as many parameters or more; those that it has keep their names.
+//! Fix, where the definition does not have more parameters than the declaration: change the signature to the declared one;
+//! existing parameters keep their names.
 
 use super::*;
 
@@ -24,11 +25,11 @@ pub(super) fn report<'db>(
     declared_at: &Location<'db>,
     fixed: Option<&(SourceId, String)>,
 ) -> Diagnostic<'db> {
-    let message = format!("this is `{defined}`, and the shell declares `{declared}`");
+    let message = format!("`{defined}` differs from its declaration in the shell: `{declared}`");
     let found = Diagnostic::new(&OPERATION_DEFINITION, at.clone(), message).related(declared_at, "declared here");
     match fixed {
         Some((signature, text)) => {
-            found.fix("Define it as the shell declares it", beside(&at, *signature), text.clone())
+            found.fix("Change to the signature in the shell", beside(&at, *signature), text.clone())
         }
         None => found,
     }

@@ -1,6 +1,7 @@
 //! # operation-signature
 //!
-//! The operation that one component provides is another one than the other requires: its parameters or its result differ.
+//! A provided operation is connected to a required operation with other parameters or another result type. Connect an
+//! operation with the same signature, or change one of the shells.
 //!
 //! ```mauve
 //! shell P { provide plan(in goal: int): bool }
@@ -22,6 +23,6 @@ use super::*;
 code!(OPERATION_SIGNATURE, Error, "operation-signature");
 
 pub(super) fn report<'db>(at: Location<'db>, [provided, required]: &[String; 2]) -> Diagnostic<'db> {
-    let message = format!("provided is `{provided}`, and required `{required}`");
+    let message = format!("different signatures: provided `{provided}`, required `{required}`");
     Diagnostic::new(&OPERATION_SIGNATURE, at, message)
 }

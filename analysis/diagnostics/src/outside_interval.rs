@@ -1,6 +1,6 @@
 //! # outside-interval
 //!
-//! A value lies outside the interval of its property or constant. Both ends belong to an interval.
+//! The value of a property or constant is outside its interval. Both bounds belong to the interval.
 //!
 //! ```mauve
 //! shell S { property speed: double [0; 2] = 2  property rate: int [1; 50] = 100 }   // error
@@ -12,6 +12,8 @@
 //!   property k.rate = 1
 //! }
 //! ```
+//!
+//! Fix: change the value to the nearest bound.
 
 use super::*;
 use mauve_hir::Value;
@@ -19,13 +21,13 @@ use mauve_hir::Value;
 code!(OUTSIDE_INTERVAL, Error, "outside-interval");
 
 pub(super) fn report<'db>(at: Location<'db>, name: &str, value: &Value, [low, high]: &[Value; 2], declared: Option<&Location<'db>>) -> Diagnostic<'db> {
-    let message = format!("{value} is outside of [{low}; {high}], the interval of `{name}`");
+    let message = format!("{value} is outside the interval [{low}; {high}] of `{name}`");
     let is_low = value.number() < low.number();
     let nearest = if is_low { low } else { high };
     let found = Diagnostic::new(&OUTSIDE_INTERVAL, at.clone(), message)
-        .fix(format!("Set it to {nearest}"), at, nearest.text());
+        .fix(format!("Change to `{}`", nearest.text()), at, nearest.text());
     match declared {
-        Some(declared) => found.related(declared, "the interval"),
+        Some(declared) => found.related(declared, "interval declared here"),
         None => found,
     }
 }

@@ -1,6 +1,7 @@
 //! # port-direction
 //!
-//! `read` takes an input port, `write` an output port, `status` a port that is read.
+//! A program reads an output port or writes an input port. `read` and `status` need an input port, `write` needs an output
+//! port.
 //!
 //! ```mauve
 //! shell S { input port scan: int  output port way: int }
@@ -22,8 +23,8 @@ code!(PORT_DIRECTION, Error, "port-direction");
 
 pub(super) fn report<'db>(at: Location<'db>, function: Builtin, port: &str, is: FeatureKind) -> Diagnostic<'db> {
     let message = match is {
-        FeatureKind::Output => format!("`{port}` is an output port: `{function}` takes an input port"),
-        _ => format!("`{port}` is an input port: `{function}` takes an output port"),
+        FeatureKind::Output => format!("`{port}` is an output port, but `{function}` needs an input port"),
+        _ => format!("`{port}` is an input port, but `{function}` needs an output port"),
     };
     Diagnostic::new(&PORT_DIRECTION, at, message)
 }

@@ -1,7 +1,8 @@
 //! # read-before-assignment
 //!
-//! A variable without a first value is read where no path has assigned it yet: what is in it then is unknown. Whatever may
-//! assign it in a state before, or earlier in the same state, counts; so do `configure` and `start`.
+//! A program reads a variable that has no initial value and that no earlier program assigns, so its value is unknown.
+//! Earlier programs are those of preceding states and of the same state, and `configure` and `start`. Declare the variable
+//! with an initial value (`var n: int = 0`), or assign it first.
 //!
 //! ```mauve
 //! codel drive(in speed: int): void
@@ -28,6 +29,6 @@ use super::*;
 code!(READ_BEFORE_ASSIGNMENT, Warning, "read-before-assignment");
 
 pub(super) fn report<'db>(at: Location<'db>, name: &str, declared: &Location<'db>) -> Diagnostic<'db> {
-    let message = format!("`{name}` is read here before anything is assigned to it: give it a first value");
-    Diagnostic::new(&READ_BEFORE_ASSIGNMENT, at, message).related(declared, "declared without a value")
+    let message = format!("`{name}` is read before any assignment: give it an initial value");
+    Diagnostic::new(&READ_BEFORE_ASSIGNMENT, at, message).related(declared, "declared here without a value")
 }

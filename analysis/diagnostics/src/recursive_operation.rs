@@ -1,6 +1,6 @@
 //! # recursive-operation
 //!
-//! An operation calls itself, over others or directly: its time has no bound.
+//! An operation calls itself, directly or through other operations, so its execution time has no bound.
 //!
 //! ```mauve
 //! shell S { provide reset(): void }
@@ -15,6 +15,6 @@ use super::*;
 code!(RECURSIVE_OPERATION, Error, "recursive-operation");
 
 pub(super) fn report<'db>(at: Location<'db>, name: &str) -> Diagnostic<'db> {
-    let message = format!("`{name}` calls itself: its time has no bound");
+    let message = format!("`{name}` calls itself: its execution time has no bound");
     Diagnostic::new(&RECURSIVE_OPERATION, at, message)
 }

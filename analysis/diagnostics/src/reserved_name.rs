@@ -1,8 +1,8 @@
 //! # reserved-name
 //!
-//! The name is a word of C++, or one that generated components have a use of their own for: ports `state` and `tick`,
-//! properties `period`, `priority`, `deadline`, `affinity`, `shell`, `core` and `statemachine`. Generated code gives it
-//! another name.
+//! A name is a keyword of C++, or generated components already use it: for their ports `state` and `tick`, and their
+//! properties `period`, `priority`, `deadline`, `affinity`, `shell`, `core` and `statemachine`. Generated code adds `_` to the
+//! name. Rename it if C++ code or scripts refer to it.
 //!
 //! ```mauve
 //! codel delete(in n: int): void   // hint
@@ -20,9 +20,9 @@ code!(RESERVED_NAME, Hint, "reserved-name");
 
 pub(super) fn report<'db>(at: Location<'db>, name: &str, is: Reserved) -> Diagnostic<'db> {
     let of = match is {
-        Reserved::Cpp => "a word of C++",
-        Reserved::GeneratedPort => "a port that generated components have",
-        Reserved::GeneratedProperty => "a property that generated components have",
+        Reserved::Cpp => "a keyword of C++",
+        Reserved::GeneratedPort => "a port of every generated component",
+        Reserved::GeneratedProperty => "a property of every generated component",
     };
-    Diagnostic::new(&RESERVED_NAME, at, format!("`{name}` is {of}: in generated code this has another name"))
+    Diagnostic::new(&RESERVED_NAME, at, format!("`{name}` is {of}: generated code uses another name for it"))
 }

@@ -1,10 +1,10 @@
 //! # too-large
 //!
-//! A project that becomes too large with this declaration: each shell has the features of all shells that it extends, each
-//! architecture what it imports, each deployment an activity for each instance. More than half a million of them together
-//! are not analysed, nor is anything else in the project.
+//! The project exceeds half a million features, instances and activities with this declaration, and is not analysed. A
+//! shell counts with the features of all shells that it extends, an architecture with everything that it imports, and a
+//! deployment with one activity for each instance.
 //!
-//! Divide the project: `[project] roots` in `mauve.toml` names several, and each is analysed by itself.
+//! Divide the project: list several root files in `[project] roots` of `mauve.toml`. Each is analysed separately.
 
 use super::*;
 
@@ -12,7 +12,7 @@ code!(TOO_LARGE, Error, "too-large");
 
 pub(super) fn report<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Diagnostic<'db> {
     let message = format!(
-        "with {} {}, and what it takes from others, this project is too large to be analysed: divide it",
+        "{} `{}` makes the project too large to analyse: divide it with `[project] roots` in `mauve.toml`",
         of.kind(db),
         of.name(db)
     );

@@ -1,7 +1,7 @@
 //! # two-writers
 //!
-//! Two connections lead to one input port: its reader would see the values of both, each as new. Let a component choose, as a
-//! switch does.
+//! An input port has two connections. Its reader would receive the values of both writers, and could not tell them apart. Add a
+//! component that selects one of them, such as a switch.
 //!
 //! ```mauve
 //! shell S { output port way: int  input port goal: int }
@@ -17,7 +17,7 @@
 //! }
 //! ```
 //!
-//! Fixes: remove one of the connections.
+//! Fixes: remove either connection.
 
 use super::*;
 use mauve_hir::Link;
@@ -27,10 +27,11 @@ code!(TWO_WRITERS, Error, "two-writers");
 /// `of` or its imports contain `second`.
 pub(super) fn report<'db>(at: Location<'db>, of: Decl<'db>, first: &Link<'db>, second: &Link<'db>) -> Diagnostic<'db> {
     let (instance, port) = &second.target;
-    let message = format!("a second connection to `{instance}.{port}`: an input port has one writer");
-    let mut found = Diagnostic::new(&TWO_WRITERS, at, message).related(&first.at, "the first is here");
+    let message =
+        format!("`{instance}.{port}` has two connections: an input port has one writer, remove one of them");
+    let mut found = Diagnostic::new(&TWO_WRITERS, at, message).related(&first.at, "first connection");
     if !second.is_in(of) {
-        found = found.related(&second.at, "the second is here");
+        found = found.related(&second.at, "second connection");
     }
     for link in [first, second] {
         // Other architectures may import a connection that is not in `of`.

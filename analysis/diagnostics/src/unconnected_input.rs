@@ -1,6 +1,7 @@
 //! # unconnected-input
 //!
-//! Nothing of the model is connected to an input of a deployed component. Many are not meant to be: a topic of ROS may be.
+//! An input port of a deployed instance has no connection in the architecture: `read` never gets a value from the model. That
+//! may be intended: in generated code, a ROS topic feeds such a port.
 //!
 //! ```mauve
 //! shell S { input port near: int  input port far: int  output port way: int }
@@ -21,7 +22,7 @@ code!(UNCONNECTED_INPUT, Hint, "unconnected-input");
 pub(super) fn report<'db>(at: Location<'db>, instance: &str, ports: &[Name]) -> Diagnostic<'db> {
     let names: Vec<String> = ports.iter().map(|port| format!("`{port}`")).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    let (what, verb) = if ports.len() == 1 { ("input", "is") } else { ("inputs", "are") };
-    let message = format!("{what} {} of {instance} {verb} connected to nothing in this architecture", enumerated(&names));
+    let (what, verb) = if ports.len() == 1 { ("input port", "has") } else { ("input ports", "have") };
+    let message = format!("{what} {} of `{instance}` {verb} no connection", enumerated(&names));
     Diagnostic::new(&UNCONNECTED_INPUT, at, message)
 }

@@ -1,6 +1,7 @@
 //! # unconnected-operation
 //!
-//! A deployed component requires an operation, and nothing that provides it is connected: each call fails.
+//! A deployed instance requires an operation, but the architecture connects no provider: every call fails at run time.
+//! Connect one with `operation PROVIDER.name -> INSTANCE.name`.
 //!
 //! ```mauve
 //! shell P { provide plan(): bool }
@@ -23,7 +24,8 @@ use super::*;
 code!(UNCONNECTED_OPERATION, Warning, "unconnected-operation");
 
 pub(super) fn report<'db>(at: Location<'db>, instance: &str, name: &str, declared: &Location<'db>) -> Diagnostic<'db> {
-    let message =
-        format!("nothing provides the operation `{name}` for {instance}: write `operation ….… -> {instance}.{name}`");
+    let message = format!(
+        "required operation `{name}` of `{instance}` is not connected: add `operation ….… -> {instance}.{name}`"
+    );
     Diagnostic::new(&UNCONNECTED_OPERATION, at, message).related(declared, "required here")
 }

@@ -1,7 +1,8 @@
 //! # unreachable-state
 //!
-//! A state that no transition leads to, from the initial state on. It is left out of the analysis, since no period ever
-//! begins in it: where a transition to it has another target by mistake, what it takes is missing in every response time.
+//! The state machine cannot reach this state from its initial state. The analysis ignores the state, because no period ever
+//! begins in it. If a transition has the wrong target, correct it: otherwise the response times do not include this state's
+//! execution time.
 //!
 //! ```mauve
 //! codel plan(): int
@@ -19,6 +20,7 @@ use super::*;
 code!(UNREACHABLE_STATE, Warning, "unreachable-state", Unused);
 
 pub(super) fn report<'db>(at: Location<'db>, name: &str) -> Diagnostic<'db> {
-    let message = format!("no transition leads to state `{name}`: it is never entered, and not part of the analysis");
+    let message =
+        format!("state `{name}` cannot be reached from the initial state: the analysis ignores it");
     Diagnostic::new(&UNREACHABLE_STATE, at, message)
 }

@@ -9,7 +9,7 @@
 //! core C(S) { update = { drive(); } }
 //! ```
 //!
-//! Fix: remove it, with the comment above it.
+//! Fix: remove the codel, with the comment above it.
 
 use super::*;
 
@@ -17,6 +17,6 @@ code!(UNUSED_CODEL, Hint, "unused-codel", Unused);
 
 pub(super) fn report<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Diagnostic<'db> {
     let name = of.name(db);
-    let found = Diagnostic::new(&UNUSED_CODEL, Location::name_of(of), format!("no program calls `{name}`"));
-    found.remove(format!("Remove `{name}`"), of, SourceId(0))
+    let found = Diagnostic::new(&UNUSED_CODEL, Location::name_of(of), format!("codel `{name}` is never called"));
+    found.remove(format!("Remove the unused codel `{name}`"), of, SourceId(0))
 }

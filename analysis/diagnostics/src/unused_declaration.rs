@@ -1,6 +1,6 @@
 //! # unused-declaration
 //!
-//! No deployment leads to this shell, core, component or architecture, in a project that has a deployment.
+//! The project has deployments, but none of them uses this shell, core, component or architecture.
 //!
 //! ```mauve
 //! shell S { }
@@ -16,5 +16,5 @@ use super::*;
 code!(UNUSED_DECLARATION, Hint, "unused-declaration", Unused);
 
 pub(super) fn report<'db>(at: Location<'db>, kind: Kind, name: &str) -> Diagnostic<'db> {
-    Diagnostic::new(&UNUSED_DECLARATION, at, format!("no deployment leads to {kind} `{name}`"))
+    Diagnostic::new(&UNUSED_DECLARATION, at, format!("no deployment uses {kind} `{name}`"))
 }

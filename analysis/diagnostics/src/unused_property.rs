@@ -1,6 +1,6 @@
 //! # unused-property
 //!
-//! No core for this shell, or for one that extends it, reads this property or constant.
+//! No core of this shell, or of a shell that extends it, reads this property or constant.
 //!
 //! ```mauve
 //! codel drive(in speed: int): void
@@ -17,5 +17,5 @@ code!(UNUSED_PROPERTY, Hint, "unused-property", Unused);
 
 pub(super) fn report<'db>(at: Location<'db>, kind: FeatureKind, name: &str) -> Diagnostic<'db> {
     let what = if kind == FeatureKind::Constant { "constant" } else { "property" };
-    Diagnostic::new(&UNUSED_PROPERTY, at, format!("no core reads the {what} `{name}`"))
+    Diagnostic::new(&UNUSED_PROPERTY, at, format!("{what} `{name}` is never read"))
 }

@@ -1,6 +1,6 @@
 //! # unused-variable
 //!
-//! No program reads this variable, or collects what this handler is for.
+//! No program reads this variable, or collects the call of this handler.
 //!
 //! ```mauve
 //! codel plan(): int
@@ -13,7 +13,7 @@
 //! }
 //! ```
 //!
-//! Fix: remove it, where no program names it and its value calls nothing.
+//! Fix, where no program names the variable and its initial value calls nothing: remove it.
 
 use super::*;
 
@@ -21,10 +21,13 @@ code!(UNUSED_VARIABLE, Hint, "unused-variable", Unused);
 
 pub(super) fn report<'db>(at: Location<'db>, is_handler: bool, name: &str, is_removable: bool) -> Diagnostic<'db> {
     let what = if is_handler { "handler" } else { "variable" };
-    let message = format!("no program reads the {what} `{name}`");
+    let message = match is_handler {
+        true => format!("handler `{name}` is never collected"),
+        false => format!("variable `{name}` is never read"),
+    };
     let found = Diagnostic::new(&UNUSED_VARIABLE, at.clone(), message);
     match at {
-        Location::Source(of, id) if is_removable => found.remove(format!("Remove `{name}`"), of, id),
+        Location::Source(of, id) if is_removable => found.remove(format!("Remove the unused {what} `{name}`"), of, id),
         _ => found,
     }
 }

@@ -122,11 +122,15 @@ fn what_is_removed_leaves_no_gap() {
         "  codel old(\n    in a: int\n  ): int;  \n",
         "codel old(): int ",
     ] {
-        check_after("unused-codel", &model(unused), &[("Remove `old`", &model(""))]);
+        check_after("unused-codel", &model(unused), &[("Remove the unused codel `old`", &model(""))]);
     }
     // A comment that is of something else stays.
     let model = |unused: &str| format!("shell S {{ }} // one\n{unused}\n// two\ncodel f(): int\n{user}");
-    check_after("unused-codel", &model("codel old(): int\n"), &[("Remove `old`", &model(""))]);
+    check_after(
+        "unused-codel",
+        &model("codel old(): int\n"),
+        &[("Remove the unused codel `old`", &model(""))],
+    );
 
     let model = |unused: &str| {
         format!(
@@ -134,7 +138,7 @@ fn what_is_removed_leaves_no_gap() {
         )
     };
     for unused in ["\n  var old: int = 3;", " var old: int", "\n  // It was.\n  var old: int = n + 1"] {
-        check_after("unused-variable", &model(unused), &[("Remove `old`", &model(""))]);
+        check_after("unused-variable", &model(unused), &[("Remove the unused variable `old`", &model(""))]);
     }
     check_after("unused-variable", &model("\n  var old: int = f();"), &[]);
 }
@@ -194,7 +198,7 @@ fn a_definition_takes_the_signature_of_its_shell_and_keeps_its_names() {
         ("(in a: int)", "(in a: int, out at: int): bool"),
         ("()", "(in far: int, out at: int): bool"),
     ] {
-        let title = "Define it as the shell declares it";
+        let title = "Change to the signature in the shell";
         check_after("operation-definition", &model(before), &[(title, &model(after))]);
     }
     // Its program may use what would go.

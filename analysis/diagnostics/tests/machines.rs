@@ -141,15 +141,15 @@ fn what_has_no_bound_or_no_meaning_is_refused() {
         HELP_AND_MORE,
         "core K(S) { provide help() = { more(); } provide more() = { help(); } update = { one(); } }",
         expect![[r#"
-            refused: `help` calls itself: its time has no bound
-            refused: `more` calls itself: its time has no bound
+            refused: `help` calls itself: its execution time has no bound
+            refused: `more` calls itself: its execution time has no bound
         "#]],
     );
     check(
         "core K(S) { update = { ask(); } }",
         expect![[r#"
-        refused: `ask` is required of another component, and calling it would wait: use `send` and `collect`
-    "#]],
+            refused: `ask` is an operation of another component, and a direct call would wait for it: use `send` and `collect`
+        "#]],
     );
     check_providing(
         HELP,
@@ -171,8 +171,8 @@ fn what_has_no_bound_or_no_meaning_is_refused() {
     check(
         "core K(S) { statemachine { initial state A { } state A { run = { one(); } } } }",
         expect![[r#"
-        refused: a second state `A`: rename one of them
-    "#]],
+            refused: state `A` is defined twice: rename or remove one of them
+        "#]],
     );
     check(
         "core K(S) { update = { one(); } update = { big(); } }",
