@@ -102,6 +102,7 @@ impl Reader {
             // The same program, built in less time.
             .env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "0")
             .env("CARGO_PROFILE_RELEASE_CODEGEN_UNITS", "256")
+            .env("CARGO_PROFILE_RELEASE_LTO", "off")
             .env_remove("MAUVE_MODELS")
             .env_remove("ROS_PACKAGE_PATH")
             .stdin(Stdio::null())
