@@ -135,7 +135,7 @@ fn tables_and_configurations_that_go_wrong() {
         ("[codell]\nf = 1\n", 1, "codell"),
         ("unit = \"hours\"\n[codel]\nf = 1\n", 1, "hours"),
         ("levels = [2]\n[codel]\nf = 1\n", 1, "level"),
-        ("[codel]\nf = true\n", 2, "truth value"),
+        ("[codel]\nf = true\n", 2, "boolean"),
     ] {
         let files: [(&str, &[u8]); 3] = [
             ("a.mal", model),

@@ -59,7 +59,10 @@ fn check_as_json_and_for_people_say_the_same() {
     let diagnostic = &document["diagnostics"][0];
     assert_eq!(diagnostic["code"], "deadline-missed");
     assert_eq!(diagnostic["severity"], "error");
-    assert_eq!(diagnostic["message"], "back: R 10 ms > D 9 ms — 5 ms of it is front (1 job)");
+    assert_eq!(
+        diagnostic["message"],
+        "`back` misses its deadline: response time 10 ms > 9 ms; largest interference: `front`, 5 ms (1 job)"
+    );
     assert!(diagnostic["file"].as_str().unwrap().ends_with("/robot.mal"));
     let place = |line: u64, column: u64| serde_json::json!({ "line": line, "column": column });
     assert_eq!(diagnostic["range"], serde_json::json!({ "start": place(9, 12), "end": place(9, 16) }));
@@ -70,7 +73,11 @@ fn check_as_json_and_for_people_say_the_same() {
     );
     let shown = run_in("late", &LATE, &["check"]);
     assert_eq!(shown.code, 1);
-    assert!(shown.out.contains("error[deadline-missed]: back: R 10 ms > D 9 ms"), "{}", shown.out);
+    assert!(
+        shown.out.contains("error[deadline-missed]: `back` misses its deadline: response time 10 ms > 9 ms"),
+        "{}",
+        shown.out
+    );
     assert!(shown.out.contains("robot.mal:9:12"), "{}", shown.out);
     assert!(shown.out.contains("1 error, no warnings; 1 of 2 deadlines is not proved\n"), "{}", shown.out);
     assert!(!shown.out.contains('\u{1b}'), "colours only on a terminal");
@@ -374,7 +381,7 @@ fn wcrt_as_csv_and_explained() {
         assert!(explained.out.contains(part), "{part} in {}", explained.out);
     }
     let checked = run_in("late-job", &late, &["check"]);
-    let message = "b: R 118 ms > D 100 ms — 208 ms of the 518 ms up to the end of job 5 is a (8 jobs)";
+    let message = "`b` misses its deadline: response time 118 ms > 100 ms; largest interference: `a`, 208 ms (8 jobs) in the busy window of 518 ms, 5 jobs of `b`";
     assert!(checked.out.contains(message), "{}", checked.out);
 }
 

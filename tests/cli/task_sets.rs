@@ -174,7 +174,7 @@ fn several_files_and_what_goes_with_none() {
         &folder,
         &[("changed.json", changed.as_str()), ("torn.json", &text[..text.len() / 2]), ("other.json", "{}")],
     );
-    says(&["changed.json"], 2, "it was changed since it was written");
+    says(&["changed.json"], 2, "the file was changed after it was generated");
     says(&["torn.json"], 2, "EOF while parsing");
     says(&["other.json"], 2, "it has no `format`");
     // Whoever means it says so.

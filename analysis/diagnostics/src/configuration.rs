@@ -18,7 +18,9 @@ pub(super) fn mistake(kind: &MistakeKind) -> String {
             format!("unknown key `{key}`: expected a section such as `[timing]`")
         }
         MistakeKind::SeveralLines(key) => {
-            format!("a text in `{key}` spans several lines, and may contain other keys: write it on one line")
+            format!(
+                "the string in `{key}` spans several lines and may contain other keys: write it on one line"
+            )
         }
         MistakeKind::WrongValue { key, expected } => format!("`{key}` {}", expected_value(key, *expected)),
     }
@@ -38,11 +40,10 @@ fn expected_value(key: &str, expected: ExpectedValue) -> String {
         ExpectedValue::Integer(from, to) => return format!("is a whole number from {from} to {to}"),
         ExpectedValue::Boolean => "is true or false",
         ExpectedValue::Folder => "is the path of a folder",
-        ExpectedValue::Text => "is a text",
-        ExpectedValue::CppType => "is a type in C++ and nothing else, such as \"ArRobot*\"",
+        ExpectedValue::Text => "is a string",
+        ExpectedValue::CppType => "is a C++ type, such as \"ArRobot*\"",
         ExpectedValue::Header => {
-            "is a header as an #include names it, such as \"Aria/Aria.h\": a relative path, no part of which begins with \
-             `.` or `-`"
+            "is the relative path of a C++ header, such as \"Aria/Aria.h\"; no part of it begins with `.` or `-`"
         }
         ExpectedValue::Maintainer => "is a name and an address, such as \"Ada Lovelace <ada@example.org>\"",
         ExpectedValue::License => "names a licence, such as \"BSD\"",

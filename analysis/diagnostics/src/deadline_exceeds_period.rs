@@ -1,7 +1,7 @@
 //! # deadline-exceeds-period
 //!
-//! A deadline later than the next release: D ≤ T (Hypothesis 1 of the paper). Until one of the two is mended, the period
-//! counts as the deadline.
+//! A deadline exceeds the period. The analysis requires D ≤ T (Hypothesis 1 of the paper), and takes the period as the deadline
+//! until one of the two is corrected.
 //!
 //! ```mauve
 //! shell S { }
@@ -15,8 +15,8 @@
 //! }
 //! ```
 //!
-//! Fix: make the deadline the period, which changes no response time. What the deadline gives as a period is worked out where
-//! that is offered, in an editor.
+//! Fix: set the deadline to the period, which changes no response time. An editor also offers to set the period to the
+//! deadline, with the response times that result.
 
 use super::*;
 
@@ -27,8 +27,8 @@ pub(super) fn report<'db>(
     deadline: Time,
     (period, written, period_at): (Time, &str, &Location<'db>),
 ) -> Diagnostic<'db> {
-    let message = format!("deadline {deadline} is later than period {period}");
+    let message = format!("deadline {deadline} exceeds the period of {period}");
     Diagnostic::new(&DEADLINE_EXCEEDS_PERIOD, at.clone(), message)
         .related(period_at, "the period")
-        .fix("Set the deadline to the period, which counts already", at, written.to_owned())
+        .fix("Set the deadline to the period", at, written.to_owned())
 }

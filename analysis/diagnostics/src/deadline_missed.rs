@@ -1,7 +1,7 @@
 //! # deadline-missed
 //!
-//! The worst-case response time of an activity is later than its deadline, or has no bound, at the significance level
-//! of `mauve.toml` (1e-4 unless it says otherwise).
+//! The worst-case response time of an activity exceeds its deadline, or is unbounded, at the significance level of
+//! `mauve.toml` (1e-4 by default).
 //!
 //! ```mauve
 //! codel work(): int
@@ -19,12 +19,34 @@
 //! codel = "5 ms"
 //! ```
 //!
-//! The bound is safe, not exact: that the deadline is really missed is not proved. Make the activity more urgent, give
-//! what delays it a longer period, move one of them to another CPU, or shorten a codel: `mauve wcrt --explain INSTANCE`
-//! shows where the time goes.
+//! Where the utilisation of a CPU exceeds 100 %, the response times of some of its activities are unbounded. That is one
+//! message for the CPU, at the activity that contributes most. Where this activity alone needs more than its period, one of
+//! its times is probably in another unit than its table says.
+//!
+//! ```mauve
+//! codel work(): int
+//! shell S { }
+//! core C(S) { update = { work(); } }
+//! component Imu(S, C)
+//! architecture A { instance imu: Imu  instance log: Imu }
+//! deployment D {
+//!   architecture A
+//!   activity imu { priority = 2 period = 4 }   // error
+//!   activity log { priority = 1 period = 1000 }
+//! }
+//! //- /mauve.toml
+//! [timing]
+//! tables = ["imu.toml"]
+//! //- /imu.toml
+//! [codel]
+//! work = 220
+//! ```
+//!
+//! A bound is safe, not exact: a job may never take so long. Raise the priority of the activity, lengthen the period of what
+//! preempts it, move one of them to another CPU, or shorten a codel. `mauve wcrt --explain INSTANCE` shows the interference.
 
 use super::*;
-use mauve_wcrt::Missed;
+use mauve_wcrt::{Missed, Overload, file_name};
 
 code!(DEADLINE_MISSED, Error, "deadline-missed");
 
@@ -37,20 +59,44 @@ pub(super) fn report<'db>(
 ) -> Diagnostic<'db> {
     let message = match missed {
         Missed::Late { response, heaviest, window } => {
-            let of_what = window.map_or_else(
-                || "of it".to_owned(),
-                |(job, end)| format!("of the {end} up to the end of job {job}"),
-            );
+            let of_what = window.map_or_else(String::new, |(job, length)| {
+                format!(" in the busy window of {length}, {job} jobs of `{name}`")
+            });
             let heaviest = heaviest.as_ref().map_or_else(String::new, |it| {
                 let jobs = if it.jobs == 1 { "job" } else { "jobs" };
-                format!(" — {} {of_what} is {} ({} {jobs})", it.time, it.instance, it.jobs)
+                format!("; largest interference: `{}`, {} ({} {jobs}){of_what}", it.instance, it.time, it.jobs)
             });
-            format!("{name}: R {response} > D {deadline}{heaviest}")
+            format!("`{name}` misses its deadline: response time {response} > {deadline}{heaviest}")
         }
         Missed::NoBound(reasons) => {
             let reasons: Vec<String> = reasons.iter().map(|it| timing_reason(db, &it.reason)).collect();
-            format!("{name}: no bound below D {deadline}: {}", reasons.join("; "))
+            format!("`{name}` is not proved to meet its deadline of {deadline}: {}", reasons.join("; "))
         }
     };
     Diagnostic::new(&DEADLINE_MISSED, at, message)
+}
+
+/// One diagnostic for an overloaded CPU, at the activity that contributes most.
+pub(super) fn overloaded<'db>(
+    db: &'db dyn ModelDb,
+    at: Location<'db>,
+    overload: &Overload<'db>,
+) -> Diagnostic<'db> {
+    let greatest = &overload.greatest;
+    let why = match &overload.alone {
+        Some((own, period, table)) => {
+            let table = table.map(|table| format!(": is the unit of `{}` right?", file_name(db, table)));
+            format!("`{greatest}` needs {own} every {period}{}", table.unwrap_or_default())
+        }
+        None => {
+            let share = overload.share.map_or_else(String::new, |it| {
+                format!(" ({})", timing_reasons::percent(it))
+            });
+            format!("`{greatest}` contributes most{share}")
+        }
+    };
+    let cpu = timing_reasons::overloaded(overload.cpu, overload.priority, overload.utilisation);
+    let found = Diagnostic::new(&DEADLINE_MISSED, at.clone(), format!("{cpu}; {why}"));
+    let others = overload.unbounded.iter().filter(|(_, other)| *other != at);
+    others.fold(found, |found, (name, at)| found.related(at, format!("`{name}` has no bounded response time")))
 }

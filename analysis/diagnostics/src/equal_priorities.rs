@@ -1,6 +1,6 @@
 //! # equal-priorities
 //!
-//! Two activities on one CPU have one priority: which of them runs first is left to chance, and each may delay the other.
+//! Two activities on one CPU have the same priority: which of them runs first is not determined, and each may delay the other.
 //!
 //! ```mauve
 //! shell S { }
@@ -26,8 +26,10 @@ pub(super) fn report<'db>(
     priority: u32,
     others: &[(Name, Location<'db>)],
 ) -> Diagnostic<'db> {
-    let names: Vec<&str> = others.iter().map(|(name, _)| name.as_str()).chain([instance]).collect();
-    let message = format!("{} have priority {priority} on one CPU: each may delay the others", enumerated(&names));
+    let names = others.iter().map(|(name, _)| name.as_str()).chain([instance]);
+    let names: Vec<String> = names.map(|name| format!("`{name}`")).collect();
+    let message =
+        format!("{} have the same priority {priority} on one CPU: each may delay the others", enumerated(&names));
     let found = Diagnostic::new(&EQUAL_PRIORITIES, at, message);
-    others.iter().fold(found, |found, (name, at)| found.related(at, format!("the one of {name}")))
+    others.iter().fold(found, |found, (name, at)| found.related(at, format!("the priority of `{name}`")))
 }

@@ -1,8 +1,8 @@
 //! # invalid-configuration
 //!
-//! `mauve.toml` is not TOML, or has a section, a key or a value that means nothing. Something that makes response times
-//! longer may have lost its header, or be misspelt: nothing is analysed until it is mended. (A root that does not exist,
-//! or is no path, is left out: the others are analysed.) So is what a text over several lines may have swallowed.
+//! `mauve.toml` is not TOML, or has an unknown section, an unknown key or an invalid value. A misspelt key may be one that makes
+//! response times longer, and a string over several lines may contain one: nothing is analysed until the error is corrected.
+//! (A root that does not exist is left out, and the others are analysed.)
 //!
 //! ```mauve
 //! codel plan(): int
@@ -13,7 +13,7 @@
 //! significanse = 1e-4   # error
 //! ```
 //!
-//! Fix: write the section or the key that is nearly so.
+//! Fix: replace a misspelt section or key by the similar one.
 
 use super::*;
 

@@ -1,8 +1,8 @@
 //! # invalid-field
 //!
-//! A field of an activity has a value that it cannot have. `priority` is a whole number from 1 to 99, greater is more
-//! urgent, or `background`; `period` and `deadline` are milliseconds, exact to the nanosecond; `affinity` is a bit
-//! mask of CPUs: 1 is the first, 2 the second, 3 both, 0 any.
+//! The value of a field of an activity is invalid. `priority` is a whole number from 1 (lowest) to 99, or `background`;
+//! `period` and `deadline` are times in milliseconds, exact to the nanosecond; `affinity` is a bit mask of CPUs: 1 is CPU 1, 2
+//! is CPU 2, 3 is both, 0 is any.
 //!
 //! ```mauve
 //! shell S { }
@@ -24,13 +24,13 @@ code!(INVALID_FIELD, Error, "invalid-field");
 pub(super) fn report<'db>(at: Location<'db>, field: ActivityField, expected: &Expected) -> Diagnostic<'db> {
     let expected = match expected {
         Expected::Cpus => {
-            "a whole number, a bit for each CPU: 1 for the first, 2 for the second, 3 for both".to_owned()
+            "a bit mask of CPUs: 1 is CPU 1, 2 is CPU 2, 3 is both".to_owned()
         }
         Expected::Priority => "a whole number from 1 to 99, or `background`".to_owned(),
         Expected::PositiveTime => "a time in milliseconds greater than 0".to_owned(),
         Expected::Time(why) => format!("a time in milliseconds ({})", no_time(why)),
     };
-    let message = format!("this cannot be the {}: expected {expected}", field.keyword());
+    let message = format!("invalid {}: expected {expected}", field.keyword());
     Diagnostic::new(&INVALID_FIELD, at, message)
 }
 
@@ -38,7 +38,7 @@ fn no_time(why: &NoTime) -> String {
     match why {
         NoTime::TooLarge(text) => format!("`{text}` is greater than 2147483647"),
         NoTime::Hexadecimal => "not in hexadecimal".to_owned(),
-        NoTime::Negative => "it is never negative".to_owned(),
+        NoTime::Negative => "not negative".to_owned(),
         NoTime::NotALiteral => "a number, not an expression".to_owned(),
         NoTime::Unreadable(error) => time_error_message(*error).to_owned(),
     }

@@ -1,7 +1,8 @@
 //! # missing-field
 //!
-//! An activity has a priority and, unless that is `background`, a period in milliseconds. Where one is missing, another
-//! field may have its value: the activity may be the most urgent, on any CPU, and what it may delay is not analysed.
+//! An activity has a priority and, unless the priority is `background`, a period in milliseconds. Where one is missing, its
+//! value may stand in another field: the activity may have the highest priority on any CPU, and the activities that it may
+//! preempt are not analysed.
 //!
 //! ```mauve
 //! shell S { }
@@ -20,8 +21,8 @@
 //! }
 //! ```
 //!
-//! Fix: write the field, with a value to be changed: a priority below those of all others on the CPU, where one is free
-//! there; a period of 100 ms.
+//! Fix: write the field, with a value to be changed: the priority below those of all others on the CPU, where it is free; a
+//! period of 100 ms.
 
 use super::*;
 
@@ -53,6 +54,6 @@ pub(super) fn period<'db>(
 }
 
 fn report<'db>(of: Decl<'db>, (name, id): &(Name, SourceId), field: &str, example: &str) -> Diagnostic<'db> {
-    let message = format!("the activity of `{name}` has no {field}: write, for example, `{example}`");
+    let message = format!("activity `{name}` has no {field}: write, for example, `{example}`");
     Diagnostic::new(&MISSING_FIELD, Location::Source(of, *id), message)
 }

@@ -1,7 +1,7 @@
 //! # missing-time
 //!
-//! A codel that a real-time activity executes has no time in any timing table. Neither the activity nor what it may
-//! delay is analysed: a bound that leaves it out would be too low.
+//! A real-time activity executes a codel that has no time in any timing table. Neither the activity nor the activities that it
+//! may preempt are analysed: a bound without this time would be too low.
 //!
 //! ```mauve
 //! codel plan(): int   // warning
@@ -19,10 +19,10 @@
 //! land = 3
 //! ```
 //!
-//! A table has times at its levels only: none is ever taken from another level.
+//! A table has times at its own levels only: the analysis takes none from another level.
 //!
-//! The message says what the codel may take: the greatest time with which every deadline still holds. Write its time
-//! into a table (`"library.codel" = 3`), or a time for all that lack one under `[assume]` in `mauve.toml`.
+//! The message contains the longest time with which all deadlines are met. Write the time of the codel into a table
+//! (`"library.codel" = 3`), or a time for all codels without one under `[assume]` in `mauve.toml`.
 
 use mauve_timing::Level;
 
@@ -38,20 +38,20 @@ pub(super) fn report<'db>(
     budget: Option<&Budget<'db>>,
 ) -> Diagnostic<'db> {
     let users = &missing.users;
-    let names: Vec<&str> = users.iter().map(|(name, _)| name.as_str()).collect();
+    let names: Vec<String> = users.iter().map(|(name, _)| format!("`{name}`")).collect();
     let may = match budget {
-        Some(Budget { time: Some(time), alone: true, .. }) => format!(" — it may take up to {time}"),
+        Some(Budget { time: Some(time), alone: true, .. }) => format!("; all deadlines are met up to {time}"),
         Some(Budget { time: Some(time), .. }) => {
-            format!(" — it may take up to {time} if the others without a time take nothing")
+            format!("; all deadlines are met up to {time} if the other codels without a time take 0 ms")
         }
-        Some(Budget { time: None, .. }) => " — a deadline is missed even if it takes nothing".to_owned(),
+        Some(Budget { time: None, .. }) => "; a deadline is missed even if it takes 0 ms".to_owned(),
         None => String::new(),
     };
     let verb = if names.len() == 1 { "is" } else { "are" };
     let codel = missing.codel.qualified(db);
     let message = format!("no time for codel `{codel}`: {} {verb} not analysed{may}", enumerated(&names));
     let diagnostic = Diagnostic::new(&MISSING_TIME, at, message);
-    users.iter().fold(diagnostic, |it, (name, at)| it.related(at, format!("{name} executes it")))
+    users.iter().fold(diagnostic, |it, (name, at)| it.related(at, format!("`{name}` executes it")))
 }
 
 /// Reports that a table lacks the requested level: one warning per table.
@@ -68,9 +68,9 @@ pub(super) fn no_level<'db>(
 /// One warning for a deployment without timing tables, instead of one for each codel.
 pub(super) fn no_table<'db>(at: Location<'db>, codels: usize) -> Diagnostic<'db> {
     let message = format!(
-        "no execution times: {} lacks one, so nothing is analysed. Name timing tables in mauve.toml \
+        "no execution times: {} no time, and nothing is analysed; name timing tables in mauve.toml \
          (`[timing] tables = [\"timing/*.toml\"]`)",
-        if codels == 1 { "a codel".to_owned() } else { format!("each of {codels} codels") }
+        if codels == 1 { "1 codel has".to_owned() } else { format!("{codels} codels have") }
     );
     Diagnostic::new(&MISSING_TIME, at, message)
 }

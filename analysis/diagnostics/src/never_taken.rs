@@ -1,7 +1,7 @@
 //! # never-taken
 //!
-//! A transition that stands behind one without a guard: that one always fires first. What the transition and the state
-//! that it leads to would take is not part of the analysis.
+//! A transition follows one without a guard, which always fires first. The analysis leaves out the times of the transition and
+//! of a state that no other transition reaches.
 //!
 //! ```mauve
 //! codel plan(): int
@@ -23,6 +23,6 @@ use super::*;
 code!(NEVER_TAKEN, Warning, "never-taken", Unused);
 
 pub(super) fn report<'db>(at: Location<'db>, (name, first): (&Name, &Name), first_at: &Location<'db>) -> Diagnostic<'db> {
-    let message = format!("transition `{name}` is never taken: `{first}` before it has no guard, and always fires");
-    Diagnostic::new(&NEVER_TAKEN, at, message).related(first_at, "this one always fires")
+    let message = format!("transition `{name}` is never taken: `{first}` before it has no guard and always fires");
+    Diagnostic::new(&NEVER_TAKEN, at, message).related(first_at, "this transition always fires")
 }

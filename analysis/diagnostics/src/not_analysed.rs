@@ -1,7 +1,7 @@
 //! # not-analysed
 //!
-//! An activity that the analysis does not cover, with the reason. What it may delay is not analysed either. Nothing is
-//! left out silently: a bound that did not count it could be too low.
+//! The analysis does not cover an activity, for the reason in the message. Activities that it may preempt are not analysed
+//! either: a bound without its interference could be too low.
 //!
 //! ```mauve
 //! shell S { }
@@ -27,9 +27,9 @@ pub(super) fn report<'db>(
     reasons: &[Refusal<'db>],
 ) -> Diagnostic<'db> {
     let reasons: Vec<String> = reasons.iter().map(|it| timing_reason(db, &it.reason)).collect();
-    Diagnostic::new(&NOT_ANALYSED, at, format!("{instance} is not analysed: {}", reasons.join("; ")))
+    Diagnostic::new(&NOT_ANALYSED, at, format!("`{instance}` is not analysed: {}", reasons.join("; ")))
 }
 
 pub(super) fn chain<'db>(at: Location<'db>, name: &str) -> Diagnostic<'db> {
-    Diagnostic::new(&NOT_ANALYSED, at, format!("the chain `{name}` is not analysed yet"))
+    Diagnostic::new(&NOT_ANALYSED, at, format!("chain `{name}` is not analysed: the analysis does not cover chains yet"))
 }

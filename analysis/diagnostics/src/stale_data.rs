@@ -1,7 +1,7 @@
 //! # stale-data
 //!
-//! A component that reads what another one of the same period writes runs before it: what it reads is one period old. That
-//! may be meant: a driver that must keep its time.
+//! Two activities on one CPU have the same period, and the reader of a port has a higher priority than its writer: the reader
+//! runs first, and its data is one period old. That may be intended, for a driver with little jitter, for example.
 //!
 //! ```mauve
 //! shell S { output port way: int  input port goal: int }
@@ -21,6 +21,7 @@ use super::*;
 code!(STALE_DATA, Hint, "stale-data");
 
 pub(super) fn report<'db>(at: Location<'db>, [reader, writer]: [&Name; 2], port: &str, other: &Location<'db>) -> Diagnostic<'db> {
-    let message = format!("{reader} runs before {writer}: what it reads from `{port}` is one period old");
-    Diagnostic::new(&STALE_DATA, at, message).related(other, format!("{writer} is less urgent"))
+    let message =
+        format!("`{reader}` reads `{port}` before `{writer}` writes it in each period: the data is one period old");
+    Diagnostic::new(&STALE_DATA, at, message).related(other, format!("`{writer}` has a lower priority"))
 }

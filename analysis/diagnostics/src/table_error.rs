@@ -12,14 +12,13 @@ use crate::configuration::{alternatives, time_error};
 /// assert_eq!(message, "negative time -1: expected a number of ms from 0");
 /// ```
 pub fn table_error_message(kind: &TableErrorKind) -> String {
-    const NOT_SHORTER: &str = "what is exceeded more rarely is not shorter";
+    const NOT_SHORTER: &str = "a stricter level has no shorter time";
     const UNITS: &str = "expected \"ns\", \"us\", \"ms\" or \"s\"";
     match kind {
-        TableErrorKind::NotToml(error) => format!("not TOML: {error}; nothing in this table is used"),
-        TableErrorKind::UnknownKey(name) => format!(
-            "unknown section or key `{name}`: expected {}; nothing in this table is used until it is corrected",
-            names_of(&table_keys::KEYS)
-        ),
+        TableErrorKind::NotToml(error) => format!("not TOML: {error}"),
+        TableErrorKind::UnknownKey(name) => {
+            format!("unknown section or key `{name}`: expected {}", names_of(&table_keys::KEYS))
+        }
         TableErrorKind::NotASection { name, found } => {
             format!("`{name}` is {}: expected a section `[{name}]`", kind_name(*found))
         }
@@ -31,7 +30,7 @@ pub fn table_error_message(kind: &TableErrorKind) -> String {
         }
         TableErrorKind::TooManyLevels(count) => format!("{count} levels: at most {MOST_LEVELS} are read"),
         TableErrorKind::RepeatedLevel(level) => {
-            format!("the level {level} twice: remove one, and its column")
+            format!("a second level {level}: remove one, and its column")
         }
         TableErrorKind::NotALevel => {
             "not a significance level: expected a probability between 0 and 1, such as 1e-4".to_owned()
@@ -39,17 +38,21 @@ pub fn table_error_message(kind: &TableErrorKind) -> String {
         TableErrorKind::UnknownOverhead(name) => {
             format!("unknown overhead `{name}`: expected {}", names_of(&table_keys::OVERHEAD))
         }
-        TableErrorKind::FallingOverhead => format!("the overhead falls from level to level: {NOT_SHORTER}"),
-        TableErrorKind::FallingTime { key, before: (before, first), after: (after, second) } => {
-            format!("`{key}` takes {before} at {first} and only {after} at {second}: {NOT_SHORTER}")
+        TableErrorKind::FallingOverhead => {
+            format!("the overhead is shorter at a stricter level: {NOT_SHORTER}")
         }
-        TableErrorKind::AllFalling => format!(
-            "all times fall from level to level: {NOT_SHORTER}; are the levels in another order than the times?"
-        ),
-        TableErrorKind::RepeatedKey(key) => format!("`{key}` twice: keep one of the two entries"),
+        TableErrorKind::FallingTime { key, before: (before, first), after: (after, second) } => {
+            format!("`{key}` is {before} at {first} and only {after} at {second}: {NOT_SHORTER}")
+        }
+        TableErrorKind::AllFalling => {
+            format!("all times are shorter at stricter levels: are `levels` in another order than the times?")
+        }
+        TableErrorKind::RepeatedKey(key) => {
+            format!("a second time for `{key}`: remove one of the two entries")
+        }
         TableErrorKind::NoTime(key) => format!("no time for `{key}`: write one, or remove the entry"),
         TableErrorKind::BelowSection(name) => {
-            format!("`{name}` stands before the first section of a table")
+            format!("move `{name}` before the first section of the table")
         }
         TableErrorKind::NoLevels { times } => {
             format!("{} but no `levels`: name them, or write one time", values(*times))
@@ -59,7 +62,7 @@ pub fn table_error_message(kind: &TableErrorKind) -> String {
             format!("{} for {levels} level{plural}: expected one for each of `levels`", values(*times))
         }
         TableErrorKind::TimeOfKind { found, unit } => {
-            format!("{}: expected a number of {unit}, or one for each level", kind_name(*found))
+            format!("expected a number of {unit}, or one for each level; found {}", kind_name(*found))
         }
         TableErrorKind::InvalidTime { text, unit, error } => match error {
             TimeError::Negative => format!("negative time {text}: expected a number of {unit} from 0"),
@@ -87,9 +90,9 @@ fn values(count: usize) -> String {
 
 fn kind_name(kind: TomlKind) -> &'static str {
     match kind {
-        TomlKind::String => "a text",
+        TomlKind::String => "a string",
         TomlKind::Number => "a number",
-        TomlKind::Boolean => "a truth value",
+        TomlKind::Boolean => "a boolean",
         TomlKind::Datetime => "a date",
         TomlKind::Array => "an array",
         TomlKind::Table => "a table",
@@ -112,27 +115,27 @@ mod tests {
         check(
             "a = = 1",
             expect![[r#"
-            not TOML: extra `=`, expected nothing; nothing in this table is used
-        "#]],
+                not TOML: extra `=`, expected nothing
+            "#]],
         );
         check(
             "unit = \"min\"\nlevels = 1e-3\nprograms = 1\ncodel = 5\n[[program]]",
             expect![[r#"
-            unknown unit `min`: expected "ns", "us", "ms" or "s"
-            the levels are a number: expected an array of probabilities, such as [1e-3, 1e-4]
-            unknown section or key `programs`: expected `unit`, `levels`, `[codel]`, `[program]`, `[component]` or `[overhead]`; nothing in this table is used until it is corrected
-            `codel` is a number: expected a section `[codel]`
-            `program` is an array: expected a section `[program]`
-        "#]],
+                unknown unit `min`: expected "ns", "us", "ms" or "s"
+                the levels are a number: expected an array of probabilities, such as [1e-3, 1e-4]
+                unknown section or key `programs`: expected `unit`, `levels`, `[codel]`, `[program]`, `[component]` or `[overhead]`
+                `codel` is a number: expected a section `[codel]`
+                `program` is an array: expected a section `[program]`
+            "#]],
         );
         check(
             "unit = 5\nlevels = [1e-3, 0.001, 0]\n[component]\nA = {}",
             expect![[r#"
-            the unit is a number: expected "ns", "us", "ms" or "s"
-            the level 1e-3 twice: remove one, and its column
-            not a significance level: expected a probability between 0 and 1, such as 1e-4
-            no time for `A`: write one, or remove the entry
-        "#]],
+                the unit is a number: expected "ns", "us", "ms" or "s"
+                a second level 1e-3: remove one, and its column
+                not a significance level: expected a probability between 0 and 1, such as 1e-4
+                no time for `A`: write one, or remove the entry
+            "#]],
         );
         check(
             &format!("levels = [{}]", "1e-3, ".repeat(65)),
@@ -144,38 +147,38 @@ mod tests {
             "unit = \"us\"\nlevels = [1e-3, 1e-4]\n[codel]\na.b = 1\n\"a.b\" = 2\nc = [1]\nd = []\ne = -1\nf = inf\n\
              g = 1e40\nh = \"5 ms\"\ni = true\nj = 2026-01-01\nk = [2, 1]\nunit = \"ms\"\n[overhead]\nswitch = 1",
             expect![[r#"
-                `a.b` twice: keep one of the two entries
+                a second time for `a.b`: remove one of the two entries
                 1 value for 2 levels: expected one for each of `levels`
                 no value for 2 levels: expected one for each of `levels`
                 negative time -1: expected a number of us from 0
                 inf is not a time: expected a finite number of us
                 1e40 us is too large: the longest time is 584 years
-                a text: expected a number of us, or one for each level
-                a truth value: expected a number of us, or one for each level
-                a date: expected a number of us, or one for each level
-                `k` takes 0.002 ms at 1e-3 and only 0.001 ms at 1e-4: what is exceeded more rarely is not shorter
-                `unit` stands before the first section of a table
+                expected a number of us, or one for each level; found a string
+                expected a number of us, or one for each level; found a boolean
+                expected a number of us, or one for each level; found a date
+                `k` is 0.002 ms at 1e-3 and only 0.001 ms at 1e-4: a stricter level has no shorter time
+                move `unit` before the first section of the table
                 unknown overhead `switch`: expected `dispatch` or `context_switch`
             "#]],
         );
         check(
             "levels = [1e-3, 1e-4]\n[codel]\na = [2, 1]\nb = [3, 2]",
             expect![[r#"
-            all times fall from level to level: what is exceeded more rarely is not shorter; are the levels in another order than the times?
-        "#]],
+                all times are shorter at stricter levels: are `levels` in another order than the times?
+            "#]],
         );
         check(
             "levels = [1e-3]\n[codel]\na = [1, 2]\nb = { c = [[1]] }",
             expect![[r#"
-            2 values for 1 level: expected one for each of `levels`
-            an array: expected a number of ms, or one for each level
-        "#]],
+                2 values for 1 level: expected one for each of `levels`
+                expected a number of ms, or one for each level; found an array
+            "#]],
         );
         check(
             "levels = [1e-3, 1e-4]\n[overhead]\ndispatch = [2, 1]",
             expect![[r#"
-            the overhead falls from level to level: what is exceeded more rarely is not shorter
-        "#]],
+                the overhead is shorter at a stricter level: a stricter level has no shorter time
+            "#]],
         );
         check(
             "[codel]\na = [1]\nb = [{}]",

@@ -12,7 +12,7 @@ use crate::timing_reasons::machine_error;
 ///
 /// let error = Exported::parse("{}").unwrap_err();
 /// let message = mauve_diagnostics::task_set_error_message(&error);
-/// assert_eq!(message, "it is no task set of MAUVE: it has no `format`");
+/// assert_eq!(message, "not a MAUVE task set: no `format`");
 /// ```
 pub fn task_set_error_message(error: &TaskSetError) -> String {
     let harmless = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
@@ -22,64 +22,64 @@ pub fn task_set_error_message(error: &TaskSetError) -> String {
 fn message(error: &TaskSetError) -> String {
     match error {
         TaskSetError::Json(error) => error.clone(),
-        TaskSetError::NoFormat => "it is no task set of MAUVE: it has no `format`".to_owned(),
+        TaskSetError::NoFormat => "not a MAUVE task set: no `format`".to_owned(),
         TaskSetError::OtherFormat(format) => {
-            format!("its format is `{format}`: this version reads `{FORMAT}`")
+            format!("unknown format `{format}`: this version reads `{FORMAT}`")
         }
-        TaskSetError::OtherUnit(unit) => format!("its unit is `{unit}`: expected `ns`"),
-        TaskSetError::NoContent => "expected either `deployment` or `component` in it".to_owned(),
+        TaskSetError::OtherUnit(unit) => format!("unknown unit `{unit}`: expected `ns`"),
+        TaskSetError::NoContent => "expected either `deployment` or `component`".to_owned(),
         TaskSetError::OtherDigest => {
-            "it was changed since it was written: its digest is another. Generate it again, or remove `digest` where the \
-             change is meant"
+            "the file was changed after it was generated (other `digest`): generate it again, or remove `digest` to keep \
+             the change"
                 .to_owned()
         }
-        TaskSetError::ControlCharacter(text) => format!("a control character stands in {text:?}"),
+        TaskSetError::ControlCharacter(text) => format!("control character in {text:?}"),
         TaskSetError::TooManyLevels(count) => {
-            format!("it has {count} levels: at most {MOST_LEVELS} are read")
+            format!("{count} levels: the limit is {MOST_LEVELS}")
         }
-        TaskSetError::NoLevels => "it has no levels".to_owned(),
-        TaskSetError::RepeatedLevel(level) => format!("the level {level} is there twice"),
+        TaskSetError::NoLevels => "no levels".to_owned(),
+        TaskSetError::RepeatedLevel(level) => format!("a second level {level}"),
         TaskSetError::ReasonForOtherLevel(level) => {
-            format!("a reason is for {level}, which is not one of the levels")
+            format!("a reason is for {level}, which is not one of `levels`")
         }
-        TaskSetError::NoCpu => "`cpus` is 0: there is one at least".to_owned(),
+        TaskSetError::NoCpu => "`cpus` is 0: expected 1 or more".to_owned(),
         TaskSetError::TooManyActivities(count) => {
-            format!("it has {count} activities: at most {MOST_ACTIVITIES} are analysed")
+            format!("{count} activities: the limit is {MOST_ACTIVITIES}")
         }
-        TaskSetError::RepeatedActivity(name) => format!("activity `{name}` is there twice"),
+        TaskSetError::RepeatedActivity(name) => format!("a second activity `{name}`"),
         TaskSetError::OfActivity(name, error) => format!("activity `{name}`: {}", message(error)),
-        TaskSetError::NoPeriod => "a period and a deadline are greater than 0".to_owned(),
-        TaskSetError::LateDeadline => "its deadline is later than its period".to_owned(),
-        TaskSetError::BackgroundMachine => "it is in the background, and has a state machine".to_owned(),
+        TaskSetError::NoPeriod => "the period and the deadline must be greater than 0".to_owned(),
+        TaskSetError::LateDeadline => "the deadline exceeds the period".to_owned(),
+        TaskSetError::BackgroundMachine => "a background activity has no state machine".to_owned(),
         TaskSetError::NoReason(unknown, level) => {
             let unknown = match unknown {
-                Unknown::Times => "there are no times",
-                Unknown::Priority => "its priority is unknown",
-                Unknown::PeriodOrDeadline => "its period or its deadline is unknown",
-                Unknown::Cpu => "its affinity is not one of the CPUs that there are",
+                Unknown::Times => "no times",
+                Unknown::Priority => "the priority is unknown",
+                Unknown::PeriodOrDeadline => "the period or the deadline is unknown",
+                Unknown::Cpu => "the affinity is not one of `cpus`",
             };
-            format!("{unknown} at {level}, and no reason for that is in `not_analysed`")
+            format!("{unknown} at {level}, and `not_analysed` has no reason")
         }
-        TaskSetError::RepeatedState => "two of its states have one name".to_owned(),
+        TaskSetError::RepeatedState => "two states have the same name".to_owned(),
         TaskSetError::NoInitialState(name) => {
-            format!("there is no state `{name}`, which is to be the initial one")
+            format!("no state `{name}`, which `initial` names")
         }
-        TaskSetError::RepeatedProgram => "two of its programs have one name".to_owned(),
-        TaskSetError::NoState { edge, state } => format!("edge {edge}: there is no state `{state}`"),
-        TaskSetError::NoProgram { edge, program } => format!("edge {edge}: there is no program `{program}`"),
+        TaskSetError::RepeatedProgram => "two programs have the same name".to_owned(),
+        TaskSetError::NoState { edge, state } => format!("edge {edge}: no state `{state}`"),
+        TaskSetError::NoProgram { edge, program } => format!("edge {edge}: no program `{program}`"),
         TaskSetError::NoCost(edge) => format!("edge {edge} has no cost"),
-        TaskSetError::LowCost(edge) => format!("edge {edge} costs less than what it executes"),
+        TaskSetError::LowCost(edge) => format!("edge {edge} costs less than its programs"),
         TaskSetError::Machine(error) => machine_error(*error),
         TaskSetError::OtherCount { of, times, levels } => {
             format!("{}: {times} for {levels} levels: expected one for each", name(of))
         }
         TaskSetError::FallingTimes(of) => format!(
-            "{}: its times fall from level to level: what is exceeded more rarely is not shorter",
+            "{}: the time is shorter at a stricter level",
             name(of)
         ),
         TaskSetError::OtherLevels(of, level) => {
             let at = level.map_or_else(String::new, |level: Level| format!(": see {level}"));
-            format!("{}: `overhead` has times at other levels than this{at}", name(of))
+            format!("{}: other levels than those of `overhead`{at}", name(of))
         }
     }
 }
@@ -138,37 +138,37 @@ mod tests {
         ];
         let messages: String = errors.iter().map(|error| task_set_error_message(error) + "\n").collect();
         expect![[r#"
-            its format is `mauve�`: this version reads `mauve-1`
-            its unit is `ms`: expected `ns`
-            expected either `deployment` or `component` in it
-            it was changed since it was written: its digest is another. Generate it again, or remove `digest` where the change is meant
-            a control character stands in "a\nb"
-            it has 65 levels: at most 64 are read
-            it has no levels
-            the level 1e-4 is there twice
-            a reason is for 1e-4, which is not one of the levels
-            `cpus` is 0: there is one at least
-            it has 9999 activities: at most 2896 are analysed
-            activity `front` is there twice
-            activity `front`: a period and a deadline are greater than 0
-            its deadline is later than its period
-            it is in the background, and has a state machine
-            there are no times at 1e-4, and no reason for that is in `not_analysed`
-            its priority is unknown at 1e-4, and no reason for that is in `not_analysed`
-            its period or its deadline is unknown at 1e-4, and no reason for that is in `not_analysed`
-            its affinity is not one of the CPUs that there are at 1e-4, and no reason for that is in `not_analysed`
-            two of its states have one name
-            there is no state `Idle`, which is to be the initial one
-            two of its programs have one name
-            edge 1: there is no state `Idle`
-            edge 1: there is no program `Idle.run`
+            unknown format `mauve�`: this version reads `mauve-1`
+            unknown unit `ms`: expected `ns`
+            expected either `deployment` or `component`
+            the file was changed after it was generated (other `digest`): generate it again, or remove `digest` to keep the change
+            control character in "a\nb"
+            65 levels: the limit is 64
+            no levels
+            a second level 1e-4
+            a reason is for 1e-4, which is not one of `levels`
+            `cpus` is 0: expected 1 or more
+            9999 activities: the limit is 2896
+            a second activity `front`
+            activity `front`: the period and the deadline must be greater than 0
+            the deadline exceeds the period
+            a background activity has no state machine
+            no times at 1e-4, and `not_analysed` has no reason
+            the priority is unknown at 1e-4, and `not_analysed` has no reason
+            the period or the deadline is unknown at 1e-4, and `not_analysed` has no reason
+            the affinity is not one of `cpus` at 1e-4, and `not_analysed` has no reason
+            two states have the same name
+            no state `Idle`, which `initial` names
+            two programs have the same name
+            edge 1: no state `Idle`
+            edge 1: no program `Idle.run`
             edge 1 has no cost
-            edge 1 costs less than what it executes
+            edge 1 costs less than its programs
             state 0 has no outgoing edge
             component_time: 1 for 2 levels: expected one for each
-            program `Idle.run`: its times fall from level to level: what is exceeded more rarely is not shorter
-            edge 1: `overhead` has times at other levels than this: see 1e-4
-            overhead: `overhead` has times at other levels than this
+            program `Idle.run`: the time is shorter at a stricter level
+            edge 1: other levels than those of `overhead`: see 1e-4
+            overhead: other levels than those of `overhead`
         "#]].assert_eq(&messages);
     }
 }

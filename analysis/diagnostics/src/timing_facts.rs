@@ -52,6 +52,7 @@ pub(super) fn timing_diagnostic<'db>(
         Fact::NoTimesAtLevel(level, table) => missing_time::no_level(db, at, *level, table),
         Fact::NoTimes { codels } => missing_time::no_table(at, *codels),
         Fact::MissingTime(missing, budget) => missing_time::report(db, at, missing, budget.as_ref()),
+        Fact::Overloaded(overload) => deadline_missed::overloaded(db, at, overload),
         Fact::DeadlineMissed { instance, deadline, missed } => {
             deadline_missed::report(db, at, instance, *deadline, missed)
         }

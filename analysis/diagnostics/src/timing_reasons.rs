@@ -5,11 +5,11 @@ use mauve_timing::{Level, MachineError, NoBoundReason};
 use super::configuration::mistake;
 use super::reasons;
 use super::table_error::table_error_message;
-use mauve_hir::item_tree::Name;
 use mauve_hir::{File, ModelDb, features_of, names_of};
 use mauve_wcrt::{
-    ActivityReport, IncompleteTable, LONGEST_PATTERN, NoSuchCpu, PatternError, Prose, Reason, TableFault,
-    TableFilesError, TableLevels, Timed, TooLong, UnknownPriority, UnusableTime, WrongProgram, file_name,
+    ActivityReport, IncompleteTable, LONGEST_PATTERN, NoSuchCpu, PatternError, Prose, Reason, Share,
+    TableFault, TableFilesError, TableLevels, Timed, TooLong, UnknownPriority, UnusableTime, WrongProgram,
+    file_name,
 };
 
 /// The messages of reasons in exported files.
@@ -20,7 +20,7 @@ pub fn timing_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String 
     match reason {
         Reason::Model(reason) => reasons::reason(db, reason),
         Reason::ErrorIn(of, reason) => {
-            format!("{} {} has an error: {}", of.kind(db), of.name(db), reasons::reason(db, reason))
+            format!("error in {} {}: {}", of.kind(db), of.name(db), reasons::reason(db, reason))
         }
         Reason::Stated(text) => text.clone(),
 
@@ -28,10 +28,10 @@ pub fn timing_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String 
             format!("deployment {} has a syntax error: an activity may be missing in it", of.name(db))
         }
         Reason::DeclaredTwice(of) => {
-            format!("deployment {} is declared twice: which of them runs is unknown", of.name(db))
+            format!("deployment {} is declared twice", of.name(db))
         }
         Reason::NoArchitecture(of) => {
-            format!("deployment {} has no architecture that is known", of.name(db))
+            format!("the architecture of deployment {} is unknown", of.name(db))
         }
         Reason::ImportsItself(of) => format!("architecture {} imports itself", of.name(db)),
         Reason::DamagedFile { file, problem: Some(problem) } => {
@@ -71,16 +71,16 @@ pub fn timing_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String 
         Reason::UnusableField(field) => format!("its {} cannot be used", field.keyword()),
         Reason::NoSuchCpu(missing) => no_such_cpu(*missing),
         Reason::SeveralCpus { cpus, given } => {
-            let may = if *given { "it may run on" } else { "it has no affinity: it may run on" };
-            format!("{may} {}, which is not analysed yet: give it one CPU", cpu_names(*cpus))
+            let may = if *given { "it may run on" } else { "it has no affinity and may run on" };
+            format!("{may} {}; set `affinity` to one CPU", cpu_names(*cpus))
         }
         Reason::ServesOperation(name) => {
-            format!("it serves the operation `{name}` for others, whose time is not analysed yet")
+            format!("it serves the operation `{name}`; the analysis does not cover served operations yet")
         }
         Reason::MayServe => "it provides operations, and which connections call them is not known".to_owned(),
         Reason::SynchronisedClock => {
-            "its clock is declared synchronised, which is not analysed yet: without \
-                                      `[clocks]` it is analysed for any phasing"
+            "its clock is synchronised; the analysis does not cover synchronised clocks yet (without `[clocks]`, \
+                                      it covers any phasing)"
                 .to_owned()
         }
 
@@ -102,19 +102,28 @@ pub fn timing_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String 
         Reason::NoMachine(error) => machine_error(*error),
 
         Reason::DelayedBy { instances, unknown_priority: unknown, .. } => {
-            let names: Vec<&str> = instances.iter().map(Name::as_str).collect();
+            let names: Vec<String> = instances.iter().map(|name| format!("`{name}`")).collect();
             let verb = if names.len() == 1 { "is" } else { "are" };
             let unknown =
                 unknown.as_ref().map_or_else(String::new, |it| format!(", {},", unknown_priority(it)));
-            format!("{}{unknown} may delay it, and {verb} not analysed", enumerated(&names))
+            format!("{}{unknown} may preempt it and {verb} not analysed", enumerated(&names))
         }
-        Reason::Overloaded { cpu, utilisation } => {
-            let asked = utilisation.0 * 100.0;
-            // A slight overload would round to 100.0.
-            let asked = if asked < 100.05 { "more than 100".to_owned() } else { format!("{asked:.1}") };
-            format!("{} is asked for {asked} % by it and what is at least as urgent", cpu_names(*cpu))
-        }
+        Reason::Overloaded { cpu, priority, utilisation } => overloaded(*cpu, *priority, *utilisation),
         Reason::NoBound(why) => format!("no bound found: {}", no_bound(*why)),
+    }
+}
+
+/// Returns the message for a CPU that the activities of this priority or a higher one overload.
+pub(super) fn overloaded(cpu: u64, priority: u32, utilisation: Share) -> String {
+    format!("{} overloaded ({} at priority ≥ {priority})", cpu_names(cpu), percent(utilisation))
+}
+
+/// Returns an overload in percent: a slight one would round to 100.0.
+pub(super) fn percent(Share(share): Share) -> String {
+    let percent = share * 100.0;
+    match (100.0..100.05).contains(&percent) {
+        true => "more than 100 %".to_owned(),
+        false => format!("{percent:.1} %"),
     }
 }
 
@@ -132,9 +141,9 @@ pub(super) fn machine_error(error: MachineError) -> String {
 
 fn no_bound(why: NoBoundReason) -> &'static str {
     match why {
-        NoBoundReason::Budget => "the search was given up: the CPU is too close to full load",
+        NoBoundReason::Budget => "the search was given up: the utilisation of the CPU is too close to 100 %",
         NoBoundReason::Overflow => "a time exceeds 584 years",
-        NoBoundReason::FullyLoaded => "the CPU is loaded to exactly 100 %",
+        NoBoundReason::FullyLoaded => "the utilisation of the CPU is exactly 100 %",
     }
 }
 
@@ -154,9 +163,11 @@ fn unknown_priority(why: &UnknownPriority) -> String {
     match why {
         UnknownPriority::TwoActivities => "which has two activities",
         UnknownPriority::SeveralInstances => "whose name several instances have",
-        UnknownPriority::PriorityAsPeriod => "whose priority may be meant as its period",
-        UnknownPriority::AffinityAsPriority => "whose affinity may be meant as its priority",
-        UnknownPriority::NoSuchCpu => "whose CPU is unknown, and whose affinity may be meant as its priority",
+        UnknownPriority::PriorityAsPeriod => "whose priority may be intended as its period",
+        UnknownPriority::AffinityAsPriority => "whose affinity may be intended as its priority",
+        UnknownPriority::NoSuchCpu => {
+            "whose CPU is unknown and whose affinity may be intended as its priority"
+        }
         UnknownPriority::Stated(text) => text,
         UnknownPriority::One => "whose priority is unknown",
         UnknownPriority::Several => "whose priorities are unknown",
@@ -181,7 +192,7 @@ pub fn unusable_time<'db>(db: &'db dyn ModelDb, unusable: &UnusableTime<'db>) ->
             format!("`{}` in {} may be meant for {}", entry.key, file_name(db, entry.table), timed(db, of))
         }
         UnusableTime::AmbiguousKey(entry) => {
-            format!("{}: the key `{}` means several of that name", file_name(db, entry.table), entry.key)
+            format!("{}: the key `{}` is ambiguous", file_name(db, entry.table), entry.key)
         }
         UnusableTime::WrongProgram(table, program) => {
             format!("{}: {}", file_name(db, *table), wrong_program(db, program))
@@ -227,19 +238,19 @@ pub(super) fn table_fault(db: &dyn ModelDb, fault: &TableFault) -> String {
         TableFault::Invalid(kind) => table_error_message(kind),
         TableFault::Files(error) => table_files_error(error),
         TableFault::SecondOverhead(first) => {
-            format!("[overhead] stands in {} already: write it once", file_name(db, *first))
+            format!("a second [overhead]: the first is in {}", file_name(db, *first))
         }
         TableFault::NoProgramKey(key) => format!("`{key}` is not the key of a program"),
         TableFault::Repeated(key, first) => repeated(db, key, *first),
-        TableFault::UnknownKey(key) => format!("`{key}` means nothing"),
-        TableFault::WrongSection(key, kind) => format!("`{key}` is a {kind}: it belongs into [{kind}]"),
-        TableFault::OfOverhead(key) => format!("`{key}` belongs into [overhead]"),
+        TableFault::UnknownKey(key) => format!("unknown key `{key}`"),
+        TableFault::WrongSection(key, kind) => format!("`{key}` is a {kind}: move it to [{kind}]"),
+        TableFault::OfOverhead(key) => format!("move `{key}` to [overhead]"),
     }
 }
 
 /// Returns the message for a key that another table has too.
 pub(super) fn repeated(db: &dyn ModelDb, key: &str, first: File) -> String {
-    format!("`{key}` has a time in {} already: keep one", file_name(db, first))
+    format!("a second time for `{key}`: the first is in {}", file_name(db, first))
 }
 
 /// Returns the message of an error in `[timing] tables`.
@@ -248,7 +259,7 @@ pub(super) fn table_files_error(error: &TableFilesError) -> String {
         TableFilesError::Pattern(pattern, error) => {
             let why = match error {
                 PatternError::Choice => {
-                    "`{` and `[` choose between names, and a file may be missing: write a pattern for each name"
+                    "`{` and `[` select between names, and a file may be missing: write a pattern for each name"
                         .to_owned()
                 }
                 PatternError::TooLong => format!("a pattern has at most {LONGEST_PATTERN} bytes"),
@@ -260,7 +271,7 @@ pub(super) fn table_files_error(error: &TableFilesError) -> String {
                 None => format!("`{pattern}`: {why}"),
             }
         }
-        TableFilesError::NoSuchFile(pattern) => format!("`{pattern}` names no timing table: no such file"),
+        TableFilesError::NoSuchFile(pattern) => format!("no file matches `{pattern}`"),
         TableFilesError::Unreadable(problem) => problem.clone(),
         TableFilesError::NotAllKnown(why) => format!("not all timing tables are known: {why}"),
     }
@@ -283,12 +294,12 @@ pub fn cpu_names(mask: u64) -> String {
 }
 
 /// `a`, `a and b`, `a, b and c`; long lists are truncated.
-pub(super) fn enumerated(names: &[&str]) -> String {
+pub(super) fn enumerated<S: std::borrow::Borrow<str>>(names: &[S]) -> String {
     const SHOWN: usize = 5;
     match names {
         [] => "nothing".to_owned(),
-        [one] => (*one).to_owned(),
-        [rest @ .., last] if rest.len() < SHOWN => format!("{} and {last}", rest.join(", ")),
+        [one] => one.borrow().to_owned(),
+        [rest @ .., last] if rest.len() < SHOWN => format!("{} and {}", rest.join(", "), last.borrow()),
         _ => format!("{} and {} more", names[..SHOWN - 1].join(", "), names.len() - SHOWN + 1),
     }
 }

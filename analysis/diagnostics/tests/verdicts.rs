@@ -142,32 +142,32 @@ fn a_broken_field_takes_what_it_may_delay_with_it() {
         expect![[r#"
             a met 1 ms
             b not-analysed: its period cannot be used
-            c not-analysed: b may delay it, and is not analysed
+            c not-analysed: `b` may preempt it and is not analysed
         "#]],
     );
     // It is not known: it may be the most urgent.
     check(
         &activities(FINE.0, "priority = 100 period = 10", FINE.2),
         expect![[r#"
-            a not-analysed: b, whose priority is unknown, may delay it, and is not analysed
+            a not-analysed: `b`, whose priority is unknown, may preempt it and is not analysed
             b not-analysed: its priority cannot be used
-            c not-analysed: b, whose priority is unknown, may delay it, and is not analysed
+            c not-analysed: `b`, whose priority is unknown, may preempt it and is not analysed
         "#]],
     );
     check(
         &activities(FINE.0, "priority = 2 period = 10 deadlin = 5", FINE.2),
         expect![[r#"
-        a met 1 ms
-        b not-analysed: no field `deadlin` in an activity: expected affinity, priority, period or deadline; did you mean `deadline`?
-        c not-analysed: b may delay it, and is not analysed
-    "#]],
+            a met 1 ms
+            b not-analysed: unknown field `deadlin`: expected affinity, priority, period or deadline; did you mean `deadline`?
+            c not-analysed: `b` may preempt it and is not analysed
+        "#]],
     );
     check(
         &activities(FINE.0, "priority = 2 period = 10 period = 20", FINE.2),
         expect![[r#"
             a met 1 ms
-            b not-analysed: `period` of `b` is set twice: remove one of the values
-            c not-analysed: b may delay it, and is not analysed
+            b not-analysed: a second period for `b`: remove one
+            c not-analysed: `b` may preempt it and is not analysed
         "#]],
     );
     check(
@@ -175,7 +175,7 @@ fn a_broken_field_takes_what_it_may_delay_with_it() {
         expect![[r#"
             a met 1 ms
             b not-analysed: its deadline cannot be used
-            c not-analysed: b may delay it, and is not analysed
+            c not-analysed: `b` may preempt it and is not analysed
         "#]],
     );
 }
@@ -190,7 +190,7 @@ fn half_typed_activities() {
         expect![[r#"
             a met 1 ms
             b not-analysed: its period has a syntax error
-            c not-analysed: b may delay it, and is not analysed
+            c not-analysed: `b` may preempt it and is not analysed
         "#]],
     );
     check(
@@ -199,9 +199,9 @@ fn half_typed_activities() {
              activity b
              activity c { priority = 1 period = 10 } }",
         expect![[r#"
-            a not-analysed: b, whose priority is unknown, may delay it, and is not analysed
+            a not-analysed: `b`, whose priority is unknown, may preempt it and is not analysed
             b not-analysed: its activity has a syntax error; it has no priority
-            c not-analysed: b, whose priority is unknown, may delay it, and is not analysed
+            c not-analysed: `b`, whose priority is unknown, may preempt it and is not analysed
         "#]],
     );
     check(
@@ -238,8 +238,8 @@ fn a_word_behind_a_value_may_be_a_unit_or_a_lost_field() {
              activity c { priority = 1 period = 10 ms } }",
         expect![[r#"
             a not-analysed: its period has a syntax error
-            b not-analysed: a may delay it, and is not analysed
-            c not-analysed: its period has a syntax error; a may delay it, and is not analysed
+            b not-analysed: `a` may preempt it and is not analysed
+            c not-analysed: its period has a syntax error; `a` may preempt it and is not analysed
         "#]],
     );
 }
@@ -249,8 +249,8 @@ fn instances_and_activities_that_do_not_match() {
     check(
         "deployment D { architecture A  activity a { priority = 3 period = 10 } activity b { priority = 2 period = 10 } }",
         expect![[r#"
-            a not-analysed: c, whose priority is unknown, may delay it, and is not analysed
-            b not-analysed: c, whose priority is unknown, may delay it, and is not analysed
+            a not-analysed: `c`, whose priority is unknown, may preempt it and is not analysed
+            b not-analysed: `c`, whose priority is unknown, may preempt it and is not analysed
             c not-analysed: it has no activity
         "#]],
     );
@@ -268,17 +268,17 @@ fn instances_and_activities_that_do_not_match() {
         &(activities(FINE.0, FINE.1, FINE.2).replace("} }", "}")
             + " activity b { priority = 1 period = 10 } }"),
         expect![[r#"
-            a not-analysed: b, which has two activities, may delay it, and is not analysed
-            b not-analysed: `b` has two activities: remove one of them
-            c not-analysed: b, which has two activities, may delay it, and is not analysed
-            b not-analysed: `b` has two activities: remove one of them
+            a not-analysed: `b`, which has two activities, may preempt it and is not analysed
+            b not-analysed: a second activity for `b`: remove one
+            c not-analysed: `b`, which has two activities, may preempt it and is not analysed
+            b not-analysed: a second activity for `b`: remove one
         "#]],
     );
     check(
         "deployment D { activity a { priority = 3 period = 10 } }",
         expect![[r#"
-        a not-analysed: its instance is unknown; deployment D has no architecture that is known
-    "#]],
+            a not-analysed: its instance is unknown; the architecture of deployment D is unknown
+        "#]],
     );
 }
 
@@ -304,10 +304,10 @@ fn cpus() {
             "affinity = 2 priority = 1 period = 10",
         ),
         expect![[r#"
-        a met 1 ms
-        b not-analysed: it has no affinity: it may run on CPUs 1 and 2, which is not analysed yet: give it one CPU
-        c not-analysed: b may delay it, and is not analysed
-    "#]],
+            a met 1 ms
+            b not-analysed: it has no affinity and may run on CPUs 1 and 2; set `affinity` to one CPU
+            c not-analysed: `b` may preempt it and is not analysed
+        "#]],
     );
     check(
         &activities(
@@ -316,10 +316,10 @@ fn cpus() {
             "affinity = 4 priority = 1 period = 10",
         ),
         expect![[r#"
-        a met 1 ms
-        b not-analysed: it may run on CPUs 1 and 2, which is not analysed yet: give it one CPU
-        c met 4 ms
-    "#]],
+            a met 1 ms
+            b not-analysed: it may run on CPUs 1 and 2; set `affinity` to one CPU
+            c met 4 ms
+        "#]],
     );
     let platform = TIMES.replace("timing.tables", "platform.cpus = 2\ntiming.tables");
     let on_four = activities(
@@ -328,9 +328,9 @@ fn cpus() {
         "affinity = 2 priority = 1 period = 10",
     );
     expect![[r#"
-        a not-analysed: b, whose CPU is unknown, and whose affinity may be meant as its priority, may delay it, and is not analysed
+        a not-analysed: `b`, whose CPU is unknown and whose affinity may be intended as its priority, may preempt it and is not analysed
         b not-analysed: affinity names CPU 3, and mauve.toml has CPUs 1 and 2
-        c not-analysed: b, whose CPU is unknown, and whose affinity may be meant as its priority, may delay it, and is not analysed
+        c not-analysed: `b`, whose CPU is unknown and whose affinity may be intended as its priority, may preempt it and is not analysed
     "#]]
     .assert_eq(&verdicts(&format!("{ROBOT}{on_four}{platform}")));
     // Whether it is the more urgent one is not certain of any: each value may be another field's.
@@ -340,9 +340,9 @@ fn cpus() {
         "affinity = 2 priority = 1 period = 10",
     );
     expect![[r#"
-        a not-analysed: b and c, whose priorities or CPUs are unknown, may delay it, and are not analysed
-        b not-analysed: affinity names CPU 2, and mauve.toml has CPU 1; c, whose CPU is unknown, and whose affinity may be meant as its priority, may delay it, and is not analysed
-        c not-analysed: affinity names CPU 2, and mauve.toml has CPU 1; b, whose CPU is unknown, and whose affinity may be meant as its priority, may delay it, and is not analysed
+        a not-analysed: `b` and `c`, whose priorities or CPUs are unknown, may preempt it and are not analysed
+        b not-analysed: affinity names CPU 2, and mauve.toml has CPU 1; `c`, whose CPU is unknown and whose affinity may be intended as its priority, may preempt it and is not analysed
+        c not-analysed: affinity names CPU 2, and mauve.toml has CPU 1; `b`, whose CPU is unknown and whose affinity may be intended as its priority, may preempt it and is not analysed
     "#]]
     .assert_eq(&verdicts(&format!("{ROBOT}{deployed}{}", TIMES.replace("timing.", "platform.cpus = 1\ntiming."))));
     // Without any affinity: as many CPUs as the platform has.
@@ -362,8 +362,8 @@ fn served_operations_are_not_analysed_yet() {
     };
     expect![[r#"
         a met 1 ms
-        b not-analysed: it serves the operation `help` for others, whose time is not analysed yet
-        c not-analysed: b may delay it, and is not analysed
+        b not-analysed: it serves the operation `help`; the analysis does not cover served operations yet
+        c not-analysed: `b` may preempt it and is not analysed
     "#]]
     .assert_eq(&robot("operation b.help -> c.help"));
     // Nobody calls it.
@@ -377,7 +377,7 @@ fn served_operations_are_not_analysed_yet() {
     expect![[r#"
         a met 1 ms
         b not-analysed: it provides operations, and which connections call them is not known
-        c not-analysed: b may delay it, and is not analysed
+        c not-analysed: `b` may preempt it and is not analysed
     "#]]
     .assert_eq(&robot("operation\n "));
     // So it may where an error has swallowed one, or where one is not right: another provider may be meant.
@@ -473,14 +473,14 @@ fn architectures() {
     // One with an error says that one of its ends may be of another component; of no instance, that one may be lost.
     expect![[r#"
         a met 1 ms
-        b not-analysed: architecture A has an error: no property or constant `p` in S, the shell of b
-        c not-analysed: b may delay it, and is not analysed
+        b not-analysed: error in architecture A: no property or constant `p` in S, the shell of b
+        c not-analysed: `b` may preempt it and is not analysed
     "#]]
     .assert_eq(&with("architecture A { instance a: C1  instance b: C2  instance c: C4  property b.p = 1 }"));
     for item in ["connection a.x -> d.y", "operation d.x -> a.y", "property d.p = 1"] {
         let found =
             with(&format!("architecture A {{ instance a: C1  instance b: C2  instance c: C4  {item} }}"));
-        assert_eq!(found.matches("architecture A has an error: no instance `d` in A").count(), 3, "{found}");
+        assert_eq!(found.matches("error in architecture A: no instance `d` in A").count(), 3, "{found}");
     }
     // Anything else may have been an instance.
     for lost in [
@@ -494,14 +494,14 @@ fn architectures() {
     }
     expect![[r#"
         a met 1 ms
-        b not-analysed: the component of instance b is unknown; architecture A has an error: no component `Nothing`
-        c not-analysed: b may delay it, and is not analysed
+        b not-analysed: the component of instance b is unknown; error in architecture A: no component `Nothing`
+        c not-analysed: `b` may preempt it and is not analysed
     "#]]
     .assert_eq(&with("architecture A { instance a: C1  instance b: Nothing  instance c: C4 }"));
     expect![[r#"
-        a not-analysed: b, whose name several instances have, may delay it, and is not analysed
-        b not-analysed: several instances have its name; architecture A has an error: instance `b` is defined twice: rename or remove one of them
-        c not-analysed: b, whose name several instances have, may delay it, and is not analysed
+        a not-analysed: `b`, whose name several instances have, may preempt it and is not analysed
+        b not-analysed: several instances have its name; error in architecture A: a second instance `b`: rename one of them
+        c not-analysed: `b`, whose name several instances have, may preempt it and is not analysed
     "#]]
     .assert_eq(&with("architecture A { instance a: C1  instance b: C2  instance b: C1  instance c: C4 }"));
 }
@@ -592,8 +592,8 @@ fn a_table_that_cannot_be_read_analyses_nothing() {
         ("-2", "negative time -2: expected a number of ms from 0"),
         ("[1, 2]", "2 values but no `levels`: name them, or write one time"),
         ("1e30", "1e30 ms is too large: the longest time is 584 years"),
-        ("\"2\"", "a text: expected a number of ms, or one for each level"),
-        ("\"\"\"\none = 1\n\"\"\"", "a text: expected a number of ms, or one for each level"),
+        ("\"2\"", "expected a number of ms, or one for each level; found a string"),
+        ("\"\"\"\none = 1\n\"\"\"", "expected a number of ms, or one for each level; found a string"),
         ("nan", "nan is not a time: expected a finite number of ms"),
     ] {
         let found = with(&fine.replace("two = 2", &format!("two = {value}")));
@@ -605,9 +605,9 @@ fn a_table_that_cannot_be_read_analyses_nothing() {
     }
     // So does one that two tables have.
     expect![[r#"
-        a not-analysed: b.times: `two` has a time in a.times already: keep one
-        b not-analysed: b.times: `two` has a time in a.times already: keep one
-        c not-analysed: b.times: `two` has a time in a.times already: keep one
+        a not-analysed: b.times: a second time for `two`: the first is in a.times
+        b not-analysed: b.times: a second time for `two`: the first is in a.times
+        c not-analysed: b.times: a second time for `two`: the first is in a.times
     "#]]
     .assert_eq(&with(&format!("{fine}//- /b.times\n[codel]\ntwo = 1\n")));
 }
@@ -640,11 +640,7 @@ fn a_configuration_that_may_hide_something_analyses_nothing() {
         "{ROBOT}{deployed}{}",
         TIMES.replace("times.toml\"]", "times.toml\", \"more.toml\"]")
     ));
-    assert_eq!(
-        none.matches("not-analysed: mauve.toml: `more.toml` names no timing table").count(),
-        3,
-        "{none}"
-    );
+    assert_eq!(none.matches("not-analysed: mauve.toml: no file matches `more.toml`").count(), 3, "{none}");
 }
 
 #[test]
@@ -665,14 +661,14 @@ fn platform_clocks_and_assumptions() {
     .assert_eq(&with("platform.rt_throttling = true"));
     expect![[r#"
         a met 1 ms
-        b not-analysed: its clock is declared synchronised, which is not analysed yet: without `[clocks]` it is analysed for any phasing
-        c not-analysed: b may delay it, and is not analysed
+        b not-analysed: its clock is synchronised; the analysis does not cover synchronised clocks yet (without `[clocks]`, it covers any phasing)
+        c not-analysed: `b` may preempt it and is not analysed
     "#]].assert_eq(&with("clocks.synchronised = [\"b\"]"));
     let missing = TIMES.replace("two = 2\n", "");
     expect![[r#"
         a met 1 ms
         b not-analysed: no time for codel `two`
-        c not-analysed: b may delay it, and is not analysed
+        c not-analysed: `b` may preempt it and is not analysed
     "#]]
     .assert_eq(&verdicts(&format!("{ROBOT}{deployed}{missing}")));
     let assumed = missing.replace("timing.tables", "assume.codel = \"3 ms\"\ntiming.tables");
@@ -695,23 +691,19 @@ fn keys_that_mean_nothing_are_not_ignored() {
         |entries: &str| verdicts_with(&format!("{ROBOT}{deployed}{TIMES}{entries}"), Method::Classic, LEVEL);
     assert_eq!(classic("three = 3\n"), "a met 1 ms\nb met 3 ms\nc met 7 ms\n");
     let found = classic("C4 = 9\n");
-    let reason = "not-analysed: times.toml: `C4` is a component: it belongs into [component]";
+    let reason = "not-analysed: times.toml: `C4` is a component: move it to [component]";
     assert_eq!(found.matches(reason).count(), 3, "{found}");
-    assert_eq!(with("\"C4/update\" = 9\n").matches("not-analysed: times.toml: `C4/update`").count(), 3);
+    assert_eq!(with("\"C4/update\" = 9\n").matches("not-analysed: times.toml: unknown key `C4/update`").count(), 3);
     // A program of a known component may be any of its programs.
     expect![[r#"
         a met 1 ms
         b not-analysed: times.toml: C2 has no program `updaet`
-        c not-analysed: b may delay it, and is not analysed
+        c not-analysed: `b` may preempt it and is not analysed
     "#]]
     .assert_eq(&with("[program]\n\"C2/update\" = 1\n\"C2/updaet\" = 50\n"));
     // Of an unknown one: any program of all.
     let found = with("[program]\n\"Renamed/update\" = 50\n");
-    assert_eq!(
-        found.matches("not-analysed: times.toml: `Renamed/update` means nothing").count(),
-        3,
-        "{found}"
-    );
+    assert_eq!(found.matches("not-analysed: times.toml: unknown key `Renamed/update`").count(), 3, "{found}");
     // With an assumed time, an unknown codel may be the one that is assumed to be short.
     let assumed = TIMES
         .replace("two = 2", "tow = 200")
@@ -733,7 +725,7 @@ fn an_operation_called_like_the_hook_shares_no_key_with_it() {
     expect![[r#"
         a met 1 ms
         b not-analysed: times.toml: CS has several programs `update`
-        c not-analysed: b may delay it, and is not analysed
+        c not-analysed: `b` may preempt it and is not analysed
     "#]]
     .assert_eq(&verdicts(&format!("{robot}{deployed}{TIMES}[program]\n\"CS/update\" = 1\n")));
 }
@@ -801,7 +793,7 @@ fn a_core_for_another_shell_is_not_analysed() {
     expect![[r#"
         a met 1 ms
         b not-analysed: the core of component C2 is for another shell
-        c not-analysed: b may delay it, and is not analysed
+        c not-analysed: `b` may preempt it and is not analysed
     "#]]
     .assert_eq(&verdicts(&format!("{robot}{deployed}{TIMES}")));
     let extended = robot.replace("shell Serving { provide help(): int }", "shell Serving extends S { }");
@@ -910,7 +902,7 @@ fn levels_are_never_interpolated() {
     expect![[r#"
         a met 1 ms
         b not-analysed: no time for codel `two` at 1e-4: times.toml has the levels 1e-3, 1e-5
-        c not-analysed: b may delay it, and is not analysed
+        c not-analysed: `b` may preempt it and is not analysed
     "#]]
     .assert_eq(&at(1e-4));
     // That is one mistake, at the level that is asked for.
@@ -939,7 +931,7 @@ fn the_classic_method_takes_the_greater_of_component_and_edge() {
     expect![[r#"
         a met 2 ms
         b not-analysed: `Nothing` in times.toml may be meant for component `C2`
-        c not-analysed: `Nothing` in times.toml may be meant for component `C4`; b may delay it, and is not analysed
+        c not-analysed: `Nothing` in times.toml may be meant for component `C4`; `b` may preempt it and is not analysed
     "#]]
     .assert_eq(&with("C1 = 2\nNothing = 9\n"));
 }
@@ -954,16 +946,16 @@ fn what_a_codel_without_a_time_may_take() {
     };
     // 1 + x + 4 ≤ 10 for the least urgent.
     expect![[r#"
-        /model.mal "two" missing-time: no time for codel `two`: b is not analysed — it may take up to 5 ms
+        /model.mal "two" missing-time: no time for codel `two`: `b` is not analysed; all deadlines are met up to 5 ms
     "#]]
     .assert_eq(&without(&["two"]));
     expect![[r#"
-        /model.mal "one" missing-time: no time for codel `one`: a is not analysed — it may take up to 6 ms if the others without a time take nothing
-        /model.mal "two" missing-time: no time for codel `two`: b is not analysed — it may take up to 6 ms if the others without a time take nothing
+        /model.mal "one" missing-time: no time for codel `one`: `a` is not analysed; all deadlines are met up to 6 ms if the other codels without a time take 0 ms
+        /model.mal "two" missing-time: no time for codel `two`: `b` is not analysed; all deadlines are met up to 6 ms if the other codels without a time take 0 ms
     "#]].assert_eq(&without(&["one", "two"]));
     let no_table = TIMES.split("//- /mauve.toml").next().unwrap();
     expect![[r#"
-        /model.mal "D" missing-time: no execution times: each of 3 codels lacks one, so nothing is analysed. Name timing tables in mauve.toml (`[timing] tables = ["timing/*.toml"]`)
+        /model.mal "D" missing-time: no execution times: 3 codels have no time, and nothing is analysed; name timing tables in mauve.toml (`[timing] tables = ["timing/*.toml"]`)
     "#]].assert_eq(&diagnostics(&format!("{ROBOT}{deployed}{no_table}")));
 }
 
@@ -987,8 +979,8 @@ g = 4
     // A key that several codels have is an error, and none of them has that time; one that has its own keeps it.
     let found = verdicts(&model.replace("\"near.f\" = 1", "f = 1"));
     expect![[r#"
-        a not-analysed: times.toml: the key `f` means several of that name
-        b not-analysed: a may delay it, and is not analysed
+        a not-analysed: times.toml: the key `f` is ambiguous
+        b not-analysed: `a` may preempt it and is not analysed
     "#]]
     .assert_eq(&found);
 }

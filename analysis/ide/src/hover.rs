@@ -248,7 +248,7 @@ deployment D {
                 ```text
                 planner (Planner), at 1e-4, method psm
                   unbounded: response —, deadline 100 ms, period 100 ms
-                  because CPU 1 is asked for 104.0 % by it and what is at least as urgent
+                  because CPU 1 overloaded (104.0 % at priority ≥ 1)
 
                 what interferes until its first job ends:
                          51 ms     3 jobs  driver

@@ -362,7 +362,7 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 core Driving(S) { update = { drive(); }⟨17 ms at 1e-4⟩ }
                 deployment D {⟨1 of 2 deadlines met at 1e-4, 1 missed · CPU 1 104.0 %⟩
                 activity driver { priority = 2 period = 50 deadline = 20 }⟨R 17 ms ≤ 20 ms · slack 3 ms⟩
-                activity planner {⟨unbounded ✗: CPU 1 is asked for 104.0 % by it and what is at least as urgent⟩
+                activity planner {⟨unbounded ✗: CPU 1 overloaded (104.0 % at priority ≥ 1)⟩
                 period = 100⟨ deadline = 100⟩
             "#]],
         );
@@ -391,7 +391,7 @@ architecture A { instance planner: Planner  instance driver: Driver }
             expect![[r#"
                 core Driving(S) { update = { drive(); }⟨17 ms at 1e-4⟩ }
                 deployment D {⟨0 of 2 deadlines met at 1e-4, 2 not analysed · CPU 1 ≥ 34.0 %⟩
-                activity driver { priority = 1 period = 50 deadline = 50 }⟨not analysed: planner may delay it, and is not analysed⟩
+                activity driver { priority = 1 period = 50 deadline = 50 }⟨not analysed: `planner` may preempt it and is not analysed⟩
                 activity planner { priority = 2 period = 100 deadline = 100 }⟨not analysed: no time for codel `plan` — it may take up to 33 ms⟩
             "#]],
         );

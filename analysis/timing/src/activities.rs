@@ -39,9 +39,11 @@ pub struct ActivitySet {
 pub struct SetAnalysis {
     /// One for each activity; none for those in the background.
     pub responses: Vec<Option<Response>>,
-    /// Of each activity without a bound because its CPU is overloaded: the share of the CPU that it and those of a priority
-    /// at least as high ask for, rounded. The analysis itself compares exactly.
+    /// Of each activity without a bound because its CPU is overloaded: the utilisation of the CPU by it and those of higher or
+    /// equal priority, rounded. The analysis itself compares exactly.
     pub overloads: Vec<Option<f64>>,
+    /// The utilisation by each activity alone, rounded; none where no CPU is overloaded, and where the demand is unknown.
+    pub shares: Vec<Option<f64>>,
     /// The CPUs that are used.
     pub cpus: Vec<CpuLoad>,
 }
@@ -71,6 +73,7 @@ impl ActivitySet {
         let mut found = SetAnalysis {
             responses: vec![None; self.activities.len()],
             overloads: vec![None; self.activities.len()],
+            shares: vec![None; self.activities.len()],
             cpus: analysis.cpus,
         };
         let number = |task: usize| numbers.get(task).copied().unwrap_or(usize::MAX);
@@ -91,6 +94,12 @@ impl ActivitySet {
             }
             if let Some(known) = found.responses.get_mut(number(task)) {
                 *known = Some(response);
+            }
+        }
+        for (task, share) in shares.into_iter().flatten().enumerate() {
+            let is_known = tasks.get(task).is_some_and(|it| it.demand != Demand::Unknown);
+            if let Some(known) = found.shares.get_mut(number(task)) {
+                *known = Some(share).filter(|_| is_known);
             }
         }
         found
@@ -131,7 +140,7 @@ fn throttling(tasks: &[Task]) -> Vec<Task> {
         .collect()
 }
 
-/// The share of a CPU that each task asks for in the long run, for a message: the analysis itself compares exactly.
+/// Returns the utilisation of a CPU by each task, for a message: the analysis itself compares exactly.
 fn shares_of(tasks: &[Task], method: Method) -> Vec<f64> {
     let share = |task: &Task| {
         let Demand::Machine { machine, whole } = &task.demand else { return 0.0 };
@@ -146,7 +155,7 @@ fn shares_of(tasks: &[Task], method: Method) -> Vec<f64> {
     tasks.iter().map(share).collect()
 }
 
-/// What a task and those of a priority at least as high ask of its CPU.
+/// Returns the utilisation of its CPU by a task and those of higher or equal priority.
 fn utilisation_above(tasks: &[Task], shares: &[f64], of: &Task) -> f64 {
     let above =
         tasks.iter().zip(shares).filter(|(task, _)| task.priority >= of.priority && task.cpus & of.cpus != 0);

@@ -5,10 +5,10 @@
 
 use mauve_timing::{Level, Time, TimeError};
 
-use crate::reason::{ActivityField, NoSuchCpu, Refusal, TableFault, TableLevels, WrongProgram};
+use crate::reason::{ActivityField, NoSuchCpu, Refusal, Share, TableFault, TableLevels, WrongProgram};
 use mauve_hir::fact::FactKind;
 use mauve_hir::item_tree::{Kind, Name, SourceId};
-use mauve_hir::{Decl, Location};
+use mauve_hir::{Decl, File, Location};
 
 /// Something wrong, at a location.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
@@ -80,6 +80,8 @@ pub enum TimingFactKind<'db> {
     NoTimes { codels: usize },
     /// A codel has no time. With what it may take.
     MissingTime(MissingTime<'db>, Option<Budget<'db>>),
+    /// A CPU is overloaded: the response times of some of its activities are unbounded.
+    Overloaded(Overload<'db>),
     /// A deadline is not proved.
     DeadlineMissed { instance: Name, deadline: Time, missed: Missed<'db> },
     /// An activity is not analysed for reasons that nothing else reports.
@@ -120,6 +122,24 @@ pub enum NoTime {
     NotALiteral,
     /// It cannot be read.
     Unreadable(TimeError),
+}
+
+/// An overloaded CPU, with the activity that contributes most.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct Overload<'db> {
+    /// The CPU, as its bit.
+    pub cpu: u64,
+    /// The highest priority of an activity without a bound, and the utilisation by all of this priority or a higher one.
+    pub priority: u32,
+    pub utilisation: Share,
+    /// The activity with the greatest utilisation among those.
+    pub greatest: Name,
+    pub share: Option<Share>,
+    /// Where that activity alone overloads the CPU: the greatest time of one of its jobs, its period, and the table that the
+    /// greatest part of the time is from.
+    pub alone: Option<(Time, Time, Option<File>)>,
+    /// The activities without a bound.
+    pub unbounded: Vec<(Name, Location<'db>)>,
 }
 
 /// Why a deadline is not proved.

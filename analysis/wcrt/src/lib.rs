@@ -41,8 +41,8 @@ mod what_if;
 
 pub use exported::{exported_component, psm_at, task_set_of};
 pub use fact::{
-    Budget, DeadlineAndPriority, Expected, InterferenceReport, Missed, MissingTime, NoTime, TimingFact,
-    TimingFactKind,
+    Budget, DeadlineAndPriority, Expected, InterferenceReport, Missed, MissingTime, NoTime, Overload,
+    TimingFact, TimingFactKind,
 };
 pub use priorities::priority_facts;
 pub use psm::{Psm, psm_of, worst_path};

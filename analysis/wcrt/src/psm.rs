@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use mauve_timing::{Edge, Level, StateMachine, Time};
 
-use crate::reason::{MOST_REASONS, Reason, Refusal, TooLong, UnusableTime};
+use crate::reason::{MOST_REASONS, Reason, Refusal, Timed, TooLong, UnusableTime};
 use crate::timetable::{Lookup, Timetable, timetable_of};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
-    Behaviour, Cost, Decl, Location, ModelDb, ProgramId, Project, TimedProgram, behaviour_of, codel,
+    Behaviour, Cost, Decl, File, Location, ModelDb, ProgramId, Project, TimedProgram, behaviour_of, codel,
     component, core_of, errors_in, features_of, is_core_for, operations_in, shell_of, uses_of,
 };
 
@@ -313,6 +313,29 @@ pub fn worst_path<'db>(
         Cost::Sum(_) | Cost::Greatest(_) => None,
     };
     program.map_or_else(Vec::new, |program| path(&program.cost, &time))
+}
+
+/// Returns the table that the greatest time of a component is from: that of its longest program, or of the longest codel
+/// in it. None where the time is assumed.
+pub(crate) fn table_of_greatest_time<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    component: Decl<'db>,
+    level: Level,
+) -> Option<File> {
+    let psm = psm_of(db, project, component, level).as_ref().ok()?;
+    let times = timetable_of(db, project);
+    let (longest, _) = psm.programs.iter().max_by_key(|(_, time)| *time)?;
+    times.table_of(&Timed::Program(component, longest.in_table())).or_else(|| {
+        let core = core_of(db, project, component)?;
+        let codels = uses_of(db, project, core).codels.iter().copied();
+        let timed = codels.filter_map(|codel| match times.codel_time(db, codel, level) {
+            Lookup::Known(time) => Some((time, codel)),
+            _ => None,
+        });
+        let (_, codel) = timed.max_by_key(|(time, codel)| (*time, codel.qualified(db)))?;
+        times.table_of(&Timed::Codel(codel))
+    })
 }
 
 fn path<'db>(cost: &Cost<'db>, time: &dyn Fn(&Cost<'db>) -> Option<(String, Time)>) -> Vec<(String, Time)> {

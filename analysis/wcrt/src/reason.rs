@@ -114,8 +114,8 @@ pub enum Reason<'db> {
     /// Activities that may delay this one are not analysed: the index of the first, and the instances, each once. With what is
     /// unknown of them where they seem to have a lower priority.
     DelayedBy { first: usize, instances: Vec<Name>, unknown_priority: Option<UnknownPriority> },
-    /// The CPU of this bit is overloaded by the activity and those of a priority at least as high: their utilisation.
-    Overloaded { cpu: u64, utilisation: Share },
+    /// The CPU of this bit is overloaded by the activities of this priority or a higher one: their utilisation.
+    Overloaded { cpu: u64, priority: u32, utilisation: Share },
     /// The search for a bound ended without one.
     NoBound(NoBoundReason),
 }

@@ -6,7 +6,7 @@ use mauve_timing::task_set::Priority;
 use mauve_timing::{Activity, CpuLoad, Level, Method, Options, Status, Time, Window};
 
 use crate::fact::InterferenceReport;
-use crate::reason::{Refusal, UnknownPriority};
+use crate::reason::{Refusal, Share, UnknownPriority};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, Location, ModelDb, Project, Workspace, config_of};
 
@@ -71,6 +71,8 @@ pub struct ActivityReport<'db> {
     pub unknown_priority: Option<UnknownPriority>,
     /// The greatest cost of one of its jobs.
     pub own: Option<Time>,
+    /// The utilisation of its CPU by it alone, where any CPU is overloaded.
+    pub share: Option<Share>,
     /// See [`mauve_timing::Response::first_job`].
     pub first_job: Option<Time>,
     /// The greatest time from a release to the end of its job.

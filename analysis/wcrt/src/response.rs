@@ -87,6 +87,7 @@ impl<'db> Deployed<'db> {
             return Some(report);
         };
         report.own = response.own;
+        report.share = analysis.shares.get(index).copied().flatten().map(Share);
         report.reasons.extend_from_slice(&self.not_analysed);
         if self.not_analysed.is_empty() {
             report.reasons.extend(self.delayed_by(&report.instance, response));
@@ -111,7 +112,12 @@ impl<'db> Deployed<'db> {
             }
             Bound::Unbounded { cpu } => {
                 let utilisation = Share(analysis.overloads.get(index).copied().flatten().unwrap_or_default());
-                Some(Reason::Overloaded { cpu: 1 << cpu, utilisation })
+                let priority = match report.priority {
+                    Priority::RealTime(priority) => priority,
+                    // It counts as the highest.
+                    Priority::Background | Priority::Unknown => 99,
+                };
+                Some(Reason::Overloaded { cpu: 1 << cpu, priority, utilisation })
             }
             Bound::NoBound(why) => Some(Reason::NoBound(*why)),
             Bound::NotAnalysed { .. } => None,

@@ -472,6 +472,11 @@ impl<'db> Timetable<'db> {
         switch.checked_mul(2)?.checked_add(dispatch)
     }
 
+    /// Returns the table that has the time.
+    pub(crate) fn table_of(&self, of: &Timed<'db>) -> Option<File> {
+        self.slots.get(of)?.first().map(|slot| slot.file)
+    }
+
     /// Returns whether no codel or program has a time.
     pub(crate) fn is_empty(&self) -> bool {
         self.slots.is_empty() && self.assume.is_none()

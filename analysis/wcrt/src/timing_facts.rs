@@ -6,12 +6,12 @@ use std::cell::Cell;
 use mauve_timing::{Level, Status, Time};
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::fact::{Budget, Missed, MissingTime, TimingFact, TimingFactKind};
-use crate::psm::{Psm, psm_of, psm_with};
+use crate::fact::{Budget, Missed, MissingTime, Overload, TimingFact, TimingFactKind};
+use crate::psm::{Psm, psm_of, psm_with, table_of_greatest_time};
 use crate::reason::{Reason, Refusal, Timed, UnusableTime};
 use crate::report::{ActivityReport, Query, Verdict};
 use crate::response::response_times;
-use crate::system::{ResolvedActivity, System, system_of};
+use crate::system::{Priority, ResolvedActivity, System, system_of};
 use crate::task_set::activity_set;
 use crate::timetable::{incomplete_tables, timetable_of};
 use mauve_hir::{Decl, Location, ModelDb, Project, config_file, config_of};
@@ -142,7 +142,9 @@ pub fn timing_facts<'db>(
     for (activity, report) in system_of(db, project, deployment).activities.iter().zip(reports) {
         let instance = activity.instance.clone();
         let kind = match report.verdict {
-            Verdict::RealTime(Status::Missed | Status::Unbounded | Status::NoBound) => {
+            // One fact for each CPU, below.
+            Verdict::RealTime(Status::Unbounded) => continue,
+            Verdict::RealTime(Status::Missed | Status::NoBound) => {
                 let deadline = activity.deadline.unwrap_or_default();
                 TimingFactKind::DeadlineMissed { instance, deadline, missed: missed(report) }
             }
@@ -159,7 +161,64 @@ pub fn timing_facts<'db>(
         };
         found.push(TimingFact::new(activity.at.clone(), kind));
     }
+    found.extend(overloads(db, project, reports, query.level));
     found
+}
+
+/// Returns a fact for each overloaded CPU, at the activity that contributes most to the overload.
+fn overloads<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    reports: &[ActivityReport<'db>],
+    level: Level,
+) -> Vec<TimingFact<'db>> {
+    let mut found: Vec<(Overload<'db>, Option<Location<'db>>)> = Vec::new();
+    for report in reports {
+        let Some(at) = report.at.clone() else { continue };
+        for Refusal { reason, .. } in &report.reasons {
+            let &Reason::Overloaded { cpu, priority, utilisation } = reason else { continue };
+            let unbounded = (report.instance.clone(), at.clone());
+            match found.iter_mut().find(|(overload, _)| overload.cpu == cpu) {
+                Some((overload, _)) => {
+                    overload.unbounded.push(unbounded);
+                    if priority > overload.priority {
+                        (overload.priority, overload.utilisation) = (priority, utilisation);
+                    }
+                }
+                None => {
+                    let unbounded = vec![unbounded];
+                    let greatest = report.instance.clone();
+                    let overload = Overload {
+                        cpu,
+                        priority,
+                        utilisation,
+                        greatest,
+                        share: None,
+                        alone: None,
+                        unbounded,
+                    };
+                    found.push((overload, Some(at.clone())));
+                }
+            }
+        }
+    }
+    for (overload, at) in &mut found {
+        let contributes = |it: &&ActivityReport<'db>| {
+            let is_higher = matches!(it.priority, Priority::RealTime(own) if own >= overload.priority);
+            is_higher && it.cpus == Some(overload.cpu)
+        };
+        let share = |it: &ActivityReport<'db>| it.share.map_or(0.0, |share| share.0);
+        let contributing = reports.iter().filter(contributes);
+        let Some(greatest) = contributing.max_by(|a, b| share(a).total_cmp(&share(b))) else { continue };
+        (overload.greatest, overload.share) = (greatest.instance.clone(), greatest.share);
+        (*at, overload.alone) = (greatest.at.clone(), None);
+        if let Some((own, period)) = greatest.own.zip(greatest.period).filter(|_| share(greatest) > 1.0) {
+            let table = greatest.component.and_then(|it| table_of_greatest_time(db, project, it, level));
+            overload.alone = Some((own, period, table));
+        }
+    }
+    let fact = |(overload, at)| Some(TimingFact::new(at?, TimingFactKind::Overloaded(overload)));
+    found.into_iter().filter_map(fact).collect()
 }
 
 fn missed<'db>(activity: &ActivityReport<'db>) -> Missed<'db> {
