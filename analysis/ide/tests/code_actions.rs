@@ -15,6 +15,7 @@ use mauve_hir::{Database, Workspace, is_model, names_of, projects};
 use mauve_ide::{ActionKind, ActionQuestion, Change, Changes, code_actions};
 use mauve_syntax::{SyntaxKind, TextRange, TextSize, WalkEvent};
 use mauve_tests::{Random, char_boundary, models, random_model, texts_moved};
+use mauve_timing::{Rounding, Time, Unit};
 use mauve_wcrt::{Query, response_times};
 
 type Texts = BTreeMap<PathBuf, String>;
@@ -53,6 +54,8 @@ fn an_action_breaks_nothing() {
         |kind: ActionKind| offered.iter().filter(|((of, _), _)| *of == kind).map(|(_, it)| it).sum::<usize>();
     let refactorings =
         [ActionKind::Extract, ActionKind::Inline, ActionKind::Rewrite, ActionKind::OrganizeUses];
+    let timing = offered.iter().filter(|((_, title), _)| title == "timing").map(|(_, it)| it).sum::<usize>();
+    assert!(timing >= 5, "{offered:#?}");
     assert!(refactorings.iter().all(|kind| count(*kind) >= 10), "{offered:#?}");
     if std::env::var_os("MAUVE_ACTIONS").is_some() {
         println!("{offered:#?}");
@@ -137,6 +140,11 @@ fn try_actions(
                 *offered.entry((ActionKind::Rewrite, "update and back".to_owned())).or_default() += 1;
             }
             assert!(after.syntax_errors <= before.syntax_errors, "syntax errors: {} {made:#?}", what());
+            let effect = action.title.split_once(": ").map(|it| it.1).filter(|it| it.contains(" met"));
+            if let Some(effect) = effect {
+                assert!(is_seen(effect, &before, &after), "{}\n{}{made:#?}", what(), after.response_times);
+                *offered.entry((action.kind, "timing".to_owned())).or_default() += 1;
+            }
             if matches!(action.kind, ActionKind::QuickFix | ActionKind::FixAll) {
                 // Another priority may be one that misses a deadline.
                 let count = |of: &State| {
@@ -144,6 +152,8 @@ fn try_actions(
                     all.map(|(_, count)| count).sum::<usize>()
                 };
                 assert!(count(&after) <= count(&before), "{} {made:#?}", what());
+            } else if effect.is_some() {
+                assert!(after.errors.values().sum::<usize>() <= before.errors.values().sum(), "{}", what());
             } else {
                 let show = || {
                     let all = workspace_diagnostics(&new, workspace);
@@ -151,12 +161,28 @@ fn try_actions(
                     errors.map(|it| it.diagnostic.message.clone() + "\n").collect::<String>()
                 };
                 assert_eq!(after.errors, before.errors, "{}\n{}{made:#?}", what(), show());
-                // Other priorities and periods say what they give, at which level.
-                let is_timing = action.title.contains(" at 1e-");
-                assert!(is_timing || after.response_times == before.response_times, "{} {made:#?}", what());
+                assert!(after.response_times == before.response_times, "{} {made:#?}", what());
             }
         }
     }
+}
+
+/// Returns whether the response times in the title of a timing action, `laser R 62 → 40 ms, 2 of 2 met`, are those of the
+/// analyses before and after.
+fn is_seen(effect: &str, before: &State, after: &State) -> bool {
+    let (name, rest) = effect.split_once(" R ").expect("the title names an activity");
+    let (response, _) = rest.split_once(", ").expect("the title says how many deadlines are met");
+    let (old, new) = response.split_once(" → ").unwrap_or((response, response));
+    let is_in = |text: &str, state: &State| {
+        let number = text.trim_end_matches(" ms");
+        let of_activity = |line: &&str| line.starts_with(&format!("{name} "));
+        let mut lines = state.response_times.lines().filter(of_activity);
+        match Time::parse(number, Unit::Milliseconds, Rounding::Exact) {
+            Ok(time) => lines.any(|line| line.ends_with(&format!("Some({time:?})"))),
+            Err(_) => lines.any(|line| line.ends_with("None")),
+        }
+    };
+    is_in(old, before) && is_in(new, after)
 }
 
 /// Gives what was extracted the text that it was extracted from when it is inlined again? Says whether it is.

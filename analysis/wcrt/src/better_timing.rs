@@ -20,7 +20,7 @@ use std::collections::BTreeSet;
 use mauve_timing::{Status, Time};
 
 use crate::priorities::inverted;
-use crate::report::{ActivityReport, Query, Report, Verdict};
+use crate::report::{ActivityReport, Deadlines, Query, Report, Verdict};
 use crate::response::{response_times, response_times_if};
 use crate::system::{Priority, ResolvedActivity, System, number, system_of, written_field};
 use crate::what_if::WhatIfField;
@@ -71,11 +71,9 @@ pub enum TimingChange {
         is_longer: bool,
         /// Whether the deadline becomes the same.
         with_deadline: bool,
-        /// The shortest period found. One step less is too short; of shorter ones nothing is known, for the search halves
-        /// an interval.
+        /// The shortest period found by bisection. One step less is too short: the greatest power of ten that is at most
+        /// 1 ms and a hundredth of the period.
         period: Time,
-        /// What the period is a multiple of.
-        step: Time,
     },
 }
 
@@ -233,14 +231,17 @@ impl<'db> Search<'db> {
                 found.push((BetterTiming::Change(TimingChange::Cpu(cpu), fields), report));
             }
         }
-        let slack = |report: &Report<'_>| least_slack(report).map(|(slack, _)| slack);
-        found.sort_by_key(|(_, report)| Reverse((report.deadlines().met, slack(report))));
+        // A CPU with more met deadlines first, then with the smaller response time of the activity.
+        found.sort_by_key(|(_, report)| {
+            let it = report.activities.iter().find(|it| it.instance == activity.instance);
+            let response = it.and_then(|it| it.response);
+            (Reverse(report.deadlines().met), response.is_none(), response)
+        });
         found.into_iter().map(|(change, _)| change).take(MOST_MOVES).collect()
     }
 
     fn period(&mut self, activity: &ResolvedActivity<'db>) -> Option<BetterTiming> {
         let period = activity.period?.as_nanos();
-        // The greatest power of ten that is a hundredth of it at most, up to a millisecond.
         let mut step = 1_000_000;
         while step > 1 && step > period / 100 {
             step /= 10;
@@ -248,8 +249,8 @@ impl<'db> Search<'db> {
         let fields =
             |search: &Self, number: u64| search.with_period(activity, Time::from_nanos(number * step));
         let change = |is_longer, number: u64, fields: Vec<WhatIfField>| {
-            let (period, step) = (Time::from_nanos(number * step), Time::from_nanos(step));
-            let change = TimingChange::Period { is_longer, with_deadline: fields.len() > 1, period, step };
+            let period = Time::from_nanos(number * step);
+            let change = TimingChange::Period { is_longer, with_deadline: fields.len() > 1, period };
             Some(BetterTiming::Change(change, fields))
         };
         let now = period / step;
@@ -259,8 +260,14 @@ impl<'db> Search<'db> {
             let number = self.least(0, greatest, &fields, &|report| report.schedulable())?;
             return change(false, number, fields(self, number));
         }
-        let goals: [&dyn Fn(&Report<'db>) -> bool; 2] =
-            [&|report| report.schedulable(), &|report| is_met(report, activity)];
+        let meets_all = |report: &Report<'_>| {
+            let Deadlines { met, unknown, all } = report.deadlines();
+            met + unknown == all
+        };
+        if meets_all(self.now) {
+            return None;
+        }
+        let goals: [&dyn Fn(&Report<'db>) -> bool; 2] = [&meets_all, &|report| is_met(report, activity)];
         for goal in goals.into_iter().take(if is_met(self.now, activity) { 1 } else { 2 }) {
             let mut bad = now;
             let mut factor = 2;
@@ -401,12 +408,6 @@ pub fn is_no_worse(now: &Report<'_>, then: &Report<'_>) -> bool {
         })
 }
 
-/// Returns the least slack of all activities, and the instance that has it.
-pub fn least_slack<'a>(report: &'a Report<'_>) -> Option<(Time, &'a Name)> {
-    let slack = |it: &'a ActivityReport<'_>| Some((it.deadline?.checked_sub(it.response?)?, &it.instance));
-    report.activities.iter().filter_map(slack).min_by_key(|(slack, _)| *slack)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -441,7 +442,8 @@ mod tests {
         };
         let report = response_times_if(&db, project, of, query, &fields);
         assert!(report.schedulable());
-        assert_eq!(least_slack(&report), Some((Time::from_nanos(7_000_000), &Name::from("a"))));
+        let responses: Vec<_> = report.activities.iter().filter_map(|it| it.response).collect();
+        assert_eq!(responses, [3, 9, 38].map(|ms| Time::from_nanos(ms * 1_000_000)));
         // Too many steps: nothing rather than half an answer.
         search.steps = 3;
         assert!(search.optimal(&groups(system).unwrap()).is_none());
