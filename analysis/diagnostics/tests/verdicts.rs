@@ -166,7 +166,7 @@ fn a_broken_field_takes_what_it_may_delay_with_it() {
         &activities(FINE.0, "priority = 2 period = 10 period = 20", FINE.2),
         expect![[r#"
             a met 1 ms
-            b not-analysed: a second period for `b`: remove one
+            b not-analysed: `period` of `b` is set twice: remove one of the values
             c not-analysed: `b` may preempt it and is not analysed
         "#]],
     );
@@ -269,9 +269,9 @@ fn instances_and_activities_that_do_not_match() {
             + " activity b { priority = 1 period = 10 } }"),
         expect![[r#"
             a not-analysed: `b`, which has two activities, may preempt it and is not analysed
-            b not-analysed: a second activity for `b`: remove one
+            b not-analysed: `b` has two activities: remove one of them
             c not-analysed: `b`, which has two activities, may preempt it and is not analysed
-            b not-analysed: a second activity for `b`: remove one
+            b not-analysed: `b` has two activities: remove one of them
         "#]],
     );
     check(
@@ -500,7 +500,7 @@ fn architectures() {
     .assert_eq(&with("architecture A { instance a: C1  instance b: Nothing  instance c: C4 }"));
     expect![[r#"
         a not-analysed: `b`, whose name several instances have, may preempt it and is not analysed
-        b not-analysed: several instances have its name; error in architecture A: a second instance `b`: rename one of them
+        b not-analysed: several instances have its name; error in architecture A: instance `b` is defined twice: rename or remove one of them
         c not-analysed: `b`, whose name several instances have, may preempt it and is not analysed
     "#]]
     .assert_eq(&with("architecture A { instance a: C1  instance b: C2  instance b: C1  instance c: C4 }"));
