@@ -3,6 +3,7 @@
 use rowan::TextRange;
 
 use crate::SyntaxKind;
+use crate::foreign::Foreign;
 use crate::parser::List;
 
 /// An error in a text.
@@ -28,6 +29,8 @@ pub enum SyntaxErrorKind {
     },
     /// A token that is none.
     Token(TokenError),
+    /// A form of another language.
+    Foreign(Foreign),
     /// An `include` behind a declaration.
     LateInclude,
     /// An `include` whose path has no quotes.
@@ -55,6 +58,7 @@ pub enum TokenError {
     UnterminatedComment,
     UnknownEscape,
     Hash,
+    SingleQuotes,
     Characters,
 }
 

@@ -7,11 +7,13 @@ mod architecture;
 mod core;
 mod deployment;
 mod expression;
+mod foreign;
 mod shell;
 mod statement;
 
 use crate::SyntaxKind::{self, *};
 use crate::error::{Expected, SyntaxErrorKind};
+use crate::foreign::Foreign;
 use crate::keywords::DECLARATIONS;
 use crate::parser::{CompletedMarker, DEEPEST, List, Parser};
 use crate::spelling::similar;
@@ -57,6 +59,7 @@ fn declaration(p: &mut Parser<'_>) {
         ARCHITECTURE_KW => named_list(p, ARCHITECTURE, List::Architecture),
         DEPLOYMENT_KW => named_list(p, DEPLOYMENT, List::Deployment),
         SEMICOLON => p.bump(),
+        _ if foreign::opt_declaration(p) => {}
         _ => unknown(p, List::Library),
     }
 }
@@ -106,6 +109,14 @@ fn named_list(p: &mut Parser<'_>, kind: SyntaxKind, items: List) {
 /// `keyword name(parameters): Type`
 fn signature(p: &mut Parser<'_>, kind: SyntaxKind) {
     node(p, kind, |p| {
+        // `codel int act(…)`
+        if p.at(IDENT) && p.nth(1).is_word() && p.nth(2) == L_PAREN && !p.nth_begins_line(1) {
+            p.foreign(Foreign::ResultFirst);
+            p.drop_tokens(1);
+            name(p);
+            parameters(p);
+            return;
+        }
         name(p);
         parameters(p);
         colon_type(p);
@@ -143,6 +154,10 @@ fn parameter(p: &mut Parser<'_>) -> bool {
 fn component(p: &mut Parser<'_>) {
     node(p, COMPONENT, |p| {
         name(p);
+        if p.at(L_CURLY) {
+            p.skip_foreign(Foreign::ComponentBody, |_| true);
+            return;
+        }
         p.expect(L_PAREN);
         type_(p, Expected::ShellName);
         p.expect(COMMA);
@@ -194,17 +209,46 @@ fn type_(p: &mut Parser<'_>, what: Expected) {
     }
     let m = p.start();
     name_ref(p, what);
-    while matches!(p.current(), DOT | COLON2) {
-        p.bump();
+    let mut has_slash = false;
+    loop {
+        match p.current() {
+            DOT | COLON2 => p.bump(),
+            SLASH if p.nth(1).is_word() && !p.begins_line() => {
+                if !std::mem::replace(&mut has_slash, true) {
+                    p.foreign(Foreign::Spelling { tokens: 1, written: "::" });
+                }
+                p.drop_tokens(1);
+            }
+            _ => break,
+        }
         name_ref(p, Expected::Name);
     }
+    foreign::opt_type_suffix(p);
     m.complete(p, TYPE);
 }
 
 /// `name: Type`
 fn declared_type(p: &mut Parser<'_>) {
-    name(p);
-    colon_type(p);
+    if !opt_type_before_name(p) {
+        name(p);
+        colon_type(p);
+    }
+}
+
+/// `int n` instead of `n: int`: nothing is known of the type, so that nothing is said of it either.
+fn opt_type_before_name(p: &mut Parser<'_>) -> bool {
+    let is_one = p.at_type_before_name();
+    if is_one {
+        p.foreign(Foreign::TypeFirst);
+        p.drop_tokens(1);
+        name(p);
+    }
+    is_one
+}
+
+/// Takes `kind`, or what stands for it in other languages, or reports that it is missing.
+fn expect_or_foreign(p: &mut Parser<'_>, kind: SyntaxKind) -> bool {
+    p.at(kind) && p.expect(kind) || foreign::opt_instead_of(p, kind) || p.expect(kind)
 }
 
 // test_err type_without_its_colon
@@ -212,15 +256,23 @@ fn declared_type(p: &mut Parser<'_>) {
 fn colon_type(p: &mut Parser<'_>) {
     // A forgotten colon is one mistake: what follows on the line is the type, unless it begins or names the next item.
     let is_type = |p: &Parser<'_>| p.at_name() && !p.begins_line() && !p.at_own_item() && p.nth(1) != L_CURLY;
-    if p.expect(COLON) || is_type(p) {
+    if expect_or_foreign(p, COLON) || is_type(p) {
         type_(p, Expected::Type);
     }
 }
 
 /// `{ item … }`. Items may be separated by `;`.
 fn list(p: &mut Parser<'_>, kind: List) {
-    if !p.expect(L_CURLY) {
-        return;
+    if !p.at(L_CURLY) {
+        foreign::opt_before_list(p);
+    }
+    if !p.eat(L_CURLY) {
+        p.missing(Expected::Token(L_CURLY));
+        // What stands between a header and its list is part of that mistake.
+        p.drop_until(|p| matches!(p.current(), L_CURLY | R_CURLY | SEMICOLON) || p.begins_line());
+        if !p.eat(L_CURLY) {
+            return;
+        }
     }
     p.enter(kind);
     items(p, kind, |_| false);
@@ -237,7 +289,27 @@ pub(crate) fn items(p: &mut Parser<'_>, kind: List, done: impl Fn(&Parser<'_>) -
         if p.at_end() || kind != List::File && (p.at(R_CURLY) || p.at_outer_item()) {
             return false;
         }
-        if !p.eat(SEMICOLON) {
+        if p.at(COMMA) && has_fields(kind) && p.previous() != L_CURLY {
+            commas(p, kind);
+        } else if !p.eat(SEMICOLON) {
+            item(p, kind);
+        }
+    }
+}
+
+/// Lists whose items newcomers separate by commas.
+fn has_fields(kind: List) -> bool {
+    matches!(kind, List::Activity | List::Deployment | List::Architecture | List::Shell | List::Core)
+}
+
+// test_err commas_between_items
+// deployment D { activity a { period = 10, priority = 3, deadline = 5 } }
+/// Items behind commas, up to one that has none behind it: one mistake.
+fn commas(p: &mut Parser<'_>, kind: List) {
+    p.foreign(Foreign::Comma);
+    while p.at(COMMA) {
+        p.drop_tokens(1);
+        if p.at_own_item() {
             item(p, kind);
         }
     }

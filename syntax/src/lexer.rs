@@ -72,7 +72,7 @@ pub(crate) fn lex_from(
             Ok(kind) => kind,
             // Neighbouring stray characters are one token, and one error.
             Err(()) if kinds.last() == Some(&ERROR_CHARACTERS) => continue,
-            Err(()) => ERROR_CHARACTERS,
+            Err(()) => of_another_language(&mut lexer),
         };
         if kind.is_trivia() {
             if kind != LINE_COMMENT && lexer.slice().bytes().any(|byte| matches!(byte, b'\n' | b'\r')) {
@@ -87,6 +87,7 @@ pub(crate) fn lex_from(
             ERROR_CHARACTERS if lexer.slice().starts_with('#') => Some(TokenError::Hash),
             ERROR_CHARACTERS => Some(TokenError::Characters),
             BAD_NUMBER => Some(TokenError::BadNumber),
+            STRING | UNTERMINATED_STRING if lexer.slice().starts_with('\'') => Some(TokenError::SingleQuotes),
             UNTERMINATED_STRING => Some(TokenError::UnterminatedString),
             STRING if has_unknown_escape(lexer.slice()) => Some(TokenError::UnknownEscape),
             BLOCK_COMMENT if !is_closed_comment(lexer.slice()) => Some(TokenError::UnterminatedComment),
@@ -161,6 +162,25 @@ fn white_space(bytes: &[u8]) -> (usize, bool) {
 pub(crate) fn block_comment(lexer: &mut logos::Lexer<'_, SyntaxKind>) {
     let rest = lexer.remainder();
     lexer.bump(rest.find("*/").map_or(rest.len(), |at| at + 2));
+}
+
+/// Takes a comment that begins with `#`, or a string between `'`, behind the first of its characters. Both end with
+/// their line. Anything else is that character.
+fn of_another_language(lexer: &mut logos::Lexer<'_, SyntaxKind>) -> SyntaxKind {
+    let rest = lexer.remainder();
+    let line = rest.find(['\n', '\r']).map_or(rest, |end| rest.get(..end).unwrap_or_default());
+    match lexer.slice() {
+        "#" => {
+            lexer.bump(line.len());
+            ERROR_CHARACTERS
+        }
+        "'" => {
+            let end = line.find('\'');
+            lexer.bump(end.map_or(line.len(), |end| end + 1));
+            if end.is_some() { STRING } else { UNTERMINATED_STRING }
+        }
+        _ => ERROR_CHARACTERS,
+    }
 }
 
 fn has_unknown_escape(string: &str) -> bool {

@@ -15,6 +15,7 @@
 //! | `mauve.ungram` | the tree: nodes and what stands in them, and the sets of keywords; `generated/` is made from it |
 //! | `lexer.rs` | text → tokens, by logos |
 //! | `grammar/` | tokens → events, a function for each rule, by hand |
+//! | `foreign.rs` | the forms of other languages that the parser recognises |
 //! | `parser.rs` | what those functions are written with: markers, recovery, the cap on depth |
 //! | `tree.rs` | events and tokens → rowan's tree, with the white space back in its place |
 //! | `reparse.rs` | an edit of a text → an edit of its tree |
@@ -27,6 +28,7 @@
 
 pub mod ast;
 mod error;
+mod foreign;
 pub mod format;
 mod generated;
 mod grammar;
@@ -38,6 +40,7 @@ mod tree;
 mod trivia;
 
 pub use error::{Expected, SyntaxError, SyntaxErrorKind, TokenError};
+pub use foreign::Foreign;
 pub use generated::keywords;
 pub use generated::kinds::SyntaxKind;
 pub use lexer::{Lexed, lex};

@@ -4,6 +4,7 @@ use rowan::{TextRange, TextSize};
 
 use crate::SyntaxKind::{self, *};
 use crate::error::{Expected, SyntaxError, SyntaxErrorKind, TokenError};
+use crate::foreign::{self, Foreign};
 use crate::keywords::{ARCHITECTURE_ITEMS, DEPLOYMENT_ITEMS};
 use crate::lexer::Lexed;
 use crate::tree::comment_error;
@@ -26,10 +27,24 @@ pub(crate) struct Parser<'a> {
     errors: Vec<SyntaxError>,
     /// The token at which the last error stands: there a second one would be the same mistake.
     last_error: Option<usize>,
+    /// How many errors were found, those included that are the same mistake as one before.
+    found: usize,
     next_lex_error: usize,
     /// What lists we are in, the innermost last.
     lists: Vec<List>,
     pub(crate) depth: u32,
+    /// In a condition `=` compares.
+    pub(crate) in_condition: bool,
+}
+
+/// A place to which the parser can go back.
+pub(crate) struct Checkpoint {
+    pub(crate) position: usize,
+    events: usize,
+    errors: usize,
+    last_error: Option<usize>,
+    found: usize,
+    next_lex_error: usize,
 }
 
 /// What a rule did, for the tree to be built from.
@@ -135,9 +150,11 @@ impl<'a> Parser<'a> {
             position: 0,
             errors: Vec::new(),
             last_error: None,
+            found: 0,
             next_lex_error: 0,
             lists: Vec::new(),
             depth: 0,
+            in_condition: false,
         }
     }
 
@@ -410,6 +427,123 @@ impl<'a> Parser<'a> {
         text.filter(|_| kind.is_word() || matches!(kind, INT_NUMBER | FLOAT_NUMBER))
     }
 
+    /// The text of the `n`th token from the current one, where it is an identifier or no token of the language.
+    fn nth_text(&self, n: usize) -> Option<&'a str> {
+        matches!(self.nth(n), IDENT | ERROR_CHARACTERS)
+            .then(|| self.text.get(std::ops::Range::<usize>::from(self.range_of(self.position + n))))
+            .flatten()
+    }
+
+    /// What the `n`th token from the current one stands for in another language, if `meaning` knows that.
+    pub(crate) fn nth_foreign<T>(&self, n: usize, meaning: impl Fn(foreign::Word) -> Option<T>) -> Option<T> {
+        let word = self.nth_text(n).filter(|_| self.nth(n) == IDENT)?;
+        foreign::meanings(word).find_map(meaning)
+    }
+
+    /// Does the `n`th token from the current one stand for `word` in another language?
+    pub(crate) fn nth_is_foreign(&self, n: usize, word: foreign::Word) -> bool {
+        self.nth_foreign(n, |it| (it == word).then_some(())).is_some()
+    }
+
+    /// Are these the characters at the current token, which is no token of the language?
+    pub(crate) fn at_characters(&self, characters: &str) -> bool {
+        self.at(ERROR_CHARACTERS) && self.nth_text(0) == Some(characters)
+    }
+
+    /// Do a type and then a name stand here on one line, as in C?
+    pub(crate) fn at_type_before_name(&self) -> bool {
+        let is_name = self.nth(1).is_word() && !self.nth_begins_line(1) && !self.nth_looks_like_type(1);
+        is_name && self.nth_looks_like_type(0)
+    }
+
+    pub(crate) fn nth_looks_like_type(&self, n: usize) -> bool {
+        self.nth(n) == IDENT && self.nth_text(n).is_some_and(foreign::looks_like_type)
+    }
+
+    pub(crate) fn checkpoint(&self) -> Checkpoint {
+        Checkpoint {
+            position: self.position,
+            events: self.events.len(),
+            errors: self.errors.len(),
+            last_error: self.last_error,
+            found: self.found,
+            next_lex_error: self.next_lex_error,
+        }
+    }
+
+    /// Goes back to a place in the same list, and takes back what was done since.
+    pub(crate) fn rewind(&mut self, to: &Checkpoint) {
+        self.position = to.position;
+        self.events.truncate(to.events);
+        self.errors.truncate(to.errors);
+        self.last_error = to.last_error;
+        self.found = to.found;
+        self.next_lex_error = to.next_lex_error;
+    }
+
+    /// Was anything wrong since then?
+    pub(crate) fn has_failed_since(&self, before: &Checkpoint) -> bool {
+        self.found > before.found
+    }
+
+    /// What `look` sees from there.
+    pub(crate) fn from<T>(&mut self, there: &Checkpoint, look: impl Fn(&Parser<'_>) -> T) -> T {
+        let here = std::mem::replace(&mut self.position, there.position);
+        let seen = look(self);
+        self.position = here;
+        seen
+    }
+
+    /// How many tokens were taken since then.
+    pub(crate) fn taken_since(&self, before: &Checkpoint) -> usize {
+        self.position - before.position
+    }
+
+    /// Reports a form of another language at the current token, and marks it in the tree.
+    pub(crate) fn foreign(&mut self, form: Foreign) {
+        self.report_at(self.position, SyntaxErrorKind::Foreign(form));
+        self.mark();
+    }
+
+    /// Reports a form of another language at the token `position`, which was taken already.
+    pub(crate) fn foreign_at(&mut self, position: usize, form: Foreign) {
+        self.found += 1;
+        let range = self.range_of(position);
+        self.errors.push(SyntaxError { range, kind: SyntaxErrorKind::Foreign(form) });
+        self.mark();
+    }
+
+    fn report_at(&mut self, position: usize, kind: SyntaxErrorKind) {
+        self.found += 1;
+        if self.last_error != Some(self.position) {
+            self.last_error = Some(self.position);
+            self.errors.push(SyntaxError { range: self.range_of(position), kind });
+        }
+    }
+
+    /// Takes `count` tokens into an error node: they are part of what was reported.
+    pub(crate) fn drop_tokens(&mut self, count: usize) {
+        if count == 0 {
+            return;
+        }
+        let marker = self.start();
+        for _ in 0..count {
+            self.last_error = Some(self.position);
+            self.bump();
+        }
+        marker.complete(self, ERROR);
+    }
+
+    /// Takes what fits nowhere, up to where `stop` says, as part of what was reported; perhaps nothing.
+    pub(crate) fn drop_until(&mut self, stop: impl Fn(&Parser<'_>) -> bool) {
+        if self.at_end() || stop(self) {
+            return;
+        }
+        self.last_error = Some(self.position);
+        self.found += 1;
+        self.skip_rest(stop);
+    }
+
     /// Reports an error at the current token, which stays.
     pub(crate) fn error(&mut self, kind: SyntaxErrorKind) {
         self.report(self.range_of(self.position), kind);
@@ -423,6 +557,7 @@ impl<'a> Parser<'a> {
     }
 
     fn report(&mut self, range: TextRange, kind: SyntaxErrorKind) {
+        self.found += 1;
         if self.last_error == Some(self.position) {
             return;
         }
@@ -451,6 +586,16 @@ impl<'a> Parser<'a> {
     /// whole `{ … }`, `( … )`, `[ … ]`.
     pub(crate) fn skip(&mut self, kind: SyntaxErrorKind, stop: impl Fn(&Parser<'_>) -> bool) {
         self.report(self.range_of(self.position), kind);
+        self.skip_rest(stop);
+    }
+
+    /// Reports a form of another language, and skips tokens as [`Parser::skip`] does.
+    pub(crate) fn skip_foreign(&mut self, form: Foreign, stop: impl Fn(&Parser<'_>) -> bool) {
+        self.report_at(self.position, SyntaxErrorKind::Foreign(form));
+        self.skip_rest(stop);
+    }
+
+    fn skip_rest(&mut self, stop: impl Fn(&Parser<'_>) -> bool) {
         let marker = self.start();
         loop {
             self.skip_balanced();
@@ -465,7 +610,9 @@ impl<'a> Parser<'a> {
     /// Takes one token, or all from an opening bracket to the one that closes it, flat.
     fn skip_balanced(&mut self) {
         let mut open = 0usize;
+        let mut has_braces = false;
         loop {
+            has_braces |= self.at(L_CURLY);
             match self.current() {
                 L_CURLY | L_PAREN | L_BRACK => open += 1,
                 R_CURLY | R_PAREN | R_BRACK => open = open.saturating_sub(1),
@@ -486,7 +633,7 @@ impl<'a> Parser<'a> {
                 return;
             }
             // Half-typed text: a declaration that begins a line is not part of what is skipped.
-            if self.begins_line() && self.item_of(List::File, true) {
+            if self.begins_line() && (self.item_of(List::File, true) || !has_braces && self.at_item()) {
                 return;
             }
         }

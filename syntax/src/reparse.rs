@@ -6,7 +6,8 @@
 //! So where all of that is the same as it was in the old text, what it does is the same, until it sees another token.
 //!
 //! - [`Tier::Token`]: only the text of one token is another. The parser looks at kinds of tokens and at the beginnings
-//!   of lines, never at a text, but for the words of an error that it reports at that token.
+//!   of lines, never at a text, but for the words of an error that it reports at that token, and for words of other
+//!   languages (`foreign.rs`).
 //! - [`Tier::Trivia`]: white space and comments between two tokens, of which the second begins a line as it did.
 //! - [`Tier::Items`]: some items of one list are parsed again: from one whose first tokens were not touched, to one
 //!   behind the edit before which the parser comes into the state that it was in.
@@ -16,6 +17,7 @@ use rowan::{GreenNode, GreenToken, Language as _, NodeOrToken, TextRange, TextSi
 
 use crate::SyntaxKind::*;
 use crate::error::SyntaxError;
+use crate::foreign;
 use crate::grammar;
 use crate::lexer::{Lexed, lex_from};
 use crate::parser::{List, Parser};
@@ -163,6 +165,11 @@ impl Before<'_> {
         }
         let range = old.range(index);
         if !self.errors(range.start..range.end).is_empty() {
+            return None;
+        }
+        let is_characters = old.kind(index) == ERROR_CHARACTERS;
+        let words = (self.old.get(range.clone())?, self.new.get(new.range(index))?);
+        if is_characters || old.kind(index) == IDENT && !foreign::reads_alike(words.0, words.1) {
             return None;
         }
         let token = self.root.covering_element(text_range(range.clone())).into_token()?;
@@ -389,6 +396,8 @@ impl Before<'_> {
             match token.kind() {
                 // What it hides is not reported.
                 UNTERMINATED_STRING => return None,
+                // One behind another between items is not reported.
+                COMMA => return None,
                 LINE_COMMENT => {}
                 kind if kind.is_trivia() => begins_line |= token.text().contains(['\n', '\r']),
                 _ => break Some(token.text_range()),

@@ -19,6 +19,7 @@ use mauve_wcrt::{
     Query, TimingFact, WhatIfField, facts_if, priority_facts, system_of, table_facts, timing_facts,
 };
 
+mod foreign_syntax;
 pub mod reasons;
 mod render;
 

@@ -23,34 +23,181 @@
 
 use mauve_syntax::ast::{AstNode as _, BinaryExpr, Expr};
 use mauve_syntax::{
-    DEEPEST, Expected, LONGEST_TEXT, List, NodeOrToken, Parse, SyntaxError, SyntaxErrorKind, SyntaxKind,
-    SyntaxNode, SyntaxToken, TextRange, TextSize, TokenError, previous_token, token_at,
+    DEEPEST, Expected, Foreign, LONGEST_TEXT, List, NodeOrToken, Parse, SyntaxError, SyntaxErrorKind, SyntaxKind,
+    SyntaxNode, SyntaxToken, TextRange, TextSize, TokenError, next_significant, previous_significant, previous_token,
+    token_at,
 };
 
 use super::*;
 use crate::configuration::alternatives;
+use crate::foreign_syntax::{self, Rewrite};
 
 code!(SYNTAX_ERROR, Error, "syntax-error");
 
 pub(super) fn report<'db>(parse: &Parse, file: File, error: &SyntaxError, at: Location<'db>) -> Diagnostic<'db> {
-    let found = Diagnostic::new(&SYNTAX_ERROR, at, message(parse, error));
-    match chained(parse, error) {
-        Some((end, middle)) => {
-            let location = Location::Range(file, end.into(), end.into());
-            found.fix(format!("Write `&& {middle}`"), location, format!(" && {middle}"))
-        }
-        None if let Some(sign) = single_equals(parse, error) => {
-            let location = Location::Range(file, sign.start().into(), sign.end().into());
-            found.fix("Write `==`", location, "==".to_owned())
-        }
-        None => match missing_token(parse, error) {
-            Some((end, sign)) => {
-                let location = Location::Range(file, end.into(), end.into());
-                found.fix(format!("Write `{}`", sign.trim()), location, sign)
-            }
-            None => found,
-        },
+    let mut found = Diagnostic::new(&SYNTAX_ERROR, at, message(parse, error));
+    if let Some((title, edits)) = rewrite(parse, error) {
+        let location = |range: TextRange| Location::Range(file, range.start().into(), range.end().into());
+        let edits = edits.into_iter().map(|(range, text)| (location(range), text)).collect();
+        found.fixes.push(Fix { title, edits });
     }
+    found
+}
+
+/// Returns the rewrite that corrects an error, if there is one.
+fn rewrite(parse: &Parse, error: &SyntaxError) -> Option<Rewrite> {
+    let token = token_at(&parse.syntax(), error.range.start());
+    let rewrite = match error.kind {
+        SyntaxErrorKind::Foreign(form) => return foreign_syntax::rewrite(form, &token?),
+        SyntaxErrorKind::Token(error) => return token_rewrite(error, &token?),
+        SyntaxErrorKind::PathWithoutQuotes => return quoted_path(&token?),
+        SyntaxErrorKind::MessageField => port_call(&token?)?,
+        SyntaxErrorKind::WordAfterField => {
+            let number = previous_significant(token.as_ref()?)?;
+            let start = number.text_range().end().min(error.range.end());
+            (TextRange::new(start, error.range.end()), String::new())
+        }
+        SyntaxErrorKind::Expected { expected: Expected::Token(SyntaxKind::SEMICOLON), found: Some(SyntaxKind::R_PAREN), .. } => {
+            let title = "Remove `)`".to_owned();
+            return Some((title, vec![(error.range, String::new())]));
+        }
+        SyntaxErrorKind::ChainedComparison => {
+            let (end, middle) = chained(parse, error)?;
+            (TextRange::empty(end), format!(" && {middle}"))
+        }
+        _ => match single_equals(parse, error) {
+            Some(sign) => (sign, "==".to_owned()),
+            None => {
+                let (end, sign) = missing_type(parse, error).or_else(|| missing_token(parse, error))?;
+                (TextRange::empty(end), sign)
+            }
+        },
+    };
+    let title = match rewrite.1.trim() {
+        "" => "Remove the unit".to_owned(),
+        written => format!("Write `{written}`"),
+    };
+    Some((title, vec![rewrite]))
+}
+
+/// Returns the type to insert behind the name of a variable or the parameters of a codel.
+fn missing_type(parse: &Parse, error: &SyntaxError) -> Option<(TextSize, String)> {
+    let declaration = lacks_type(parse, error)?;
+    let name = token_before_error(parse, error)?;
+    let end = name.text_range().end();
+    let written = match declaration {
+        SyntaxKind::CODEL | SyntaxKind::OPERATION_DECLARATION => "void",
+        _ => foreign_syntax::type_of(&next_significant(&next_significant(&name)?)?)?,
+    };
+    Some((end, format!(": {written}")))
+}
+
+/// Returns the kind of the declaration whose type is missing, with its colon.
+fn lacks_type(parse: &Parse, error: &SyntaxError) -> Option<SyntaxKind> {
+    let SyntaxErrorKind::Expected { expected: Expected::Token(SyntaxKind::COLON), found, .. } = error.kind else {
+        return None;
+    };
+    let before = token_before_error(parse, error)?;
+    let declaration = before.parent_ancestors().find(|node| {
+        use SyntaxKind::{CODEL, OPERATION_DECLARATION, PROPERTY, VAR};
+        matches!(node.kind(), CODEL | OPERATION_DECLARATION | VAR | PROPERTY)
+    })?;
+    let is_type = found.is_some_and(SyntaxKind::is_word) && previous_significant(&before).is_some();
+    let is_missing = match declaration.kind() {
+        SyntaxKind::CODEL | SyntaxKind::OPERATION_DECLARATION => {
+            before.kind() == SyntaxKind::R_PAREN && !(is_type && next_is_type(parse, error))
+        }
+        _ => found == Some(SyntaxKind::EQ),
+    };
+    is_missing.then(|| declaration.kind())
+}
+
+/// Does a type stand at the error, in the declaration that lacks the colon before it?
+fn next_is_type(parse: &Parse, error: &SyntaxError) -> bool {
+    let token = token_at(&parse.syntax(), error.range.start());
+    token.is_some_and(|token| token.parent_ancestors().any(|node| node.kind() == SyntaxKind::TYPE))
+}
+
+/// Returns the last token before an error that is neither white space nor a comment.
+fn token_before_error(parse: &Parse, error: &SyntaxError) -> Option<SyntaxToken> {
+    let root = parse.syntax();
+    match error.range.is_empty() {
+        true => mauve_syntax::token_before(&root, error.range.start()),
+        false => previous_significant(&token_at(&root, error.range.start())?),
+    }
+}
+
+/// Corrects a token: a comment, a string, a number with a unit.
+fn token_rewrite(error: TokenError, token: &SyntaxToken) -> Option<Rewrite> {
+    let text = token.text();
+    let (title, written) = match error {
+        TokenError::Hash => {
+            let comment = text.trim_start_matches('#');
+            match comment.strip_prefix("include ").map(str::trim).filter(|path| path.starts_with('"')) {
+                Some(path) => ("Write `include`".to_owned(), format!("include {path}")),
+                None => ("Write `//`".to_owned(), format!("//{comment}")),
+            }
+        }
+        TokenError::SingleQuotes => {
+            let inner = text.strip_prefix('\'')?.strip_suffix('\'')?;
+            let written = format!("\"{inner}\"");
+            (!inner.contains(['"', '\\'])).then(|| (format!("Write `{written}`"), written))?
+        }
+        TokenError::BadNumber => {
+            let digits = text.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
+            let unit = text.get(digits.len()..)?;
+            let is_time = token.parent_ancestors().any(|node| node.kind() == SyntaxKind::FIELD);
+            let is_number = digits.ends_with(|letter: char| letter.is_ascii_digit()) && !unit.is_empty();
+            let written = foreign_syntax::without_unit(digits, unit, is_time).filter(|_| is_number && digits != "0")?;
+            (format!("Write `{written}`"), written)
+        }
+        TokenError::UnknownEscape => {
+            let written = with_escapes(text);
+            (format!("Write `{written}`"), written)
+        }
+        TokenError::UnterminatedString | TokenError::UnterminatedComment | TokenError::Characters => return None,
+    };
+    Some((title, vec![(token.text_range(), written)]))
+}
+
+/// Writes `\\` for each `\` of a string that begins no escape.
+fn with_escapes(string: &str) -> String {
+    let mut written = String::with_capacity(string.len() + 1);
+    let mut letters = string.chars();
+    while let Some(letter) = letters.next() {
+        written.push(letter);
+        if letter == '\\' {
+            let next = letters.next();
+            if !matches!(next, Some('"' | '\\' | 'n' | 't')) {
+                written.push('\\');
+            }
+            written.extend(next);
+        }
+    }
+    written
+}
+
+/// Writes the quotes of the path of an `include`.
+fn quoted_path(token: &SyntaxToken) -> Option<Rewrite> {
+    let error = token.parent().filter(|node| node.kind() == SyntaxKind::ERROR)?;
+    let text = error.text().to_string();
+    let path = text.trim_matches(['<', '>', '\'']).trim();
+    let written = format!("\"{path}\"");
+    let is_path = !path.is_empty() && !path.contains(['"', ' ', ';', '\n']);
+    is_path.then(|| (format!("Write `{written}`"), vec![(error.text_range(), written)]))
+}
+
+/// Returns the call of a built-in function for `port.read(variable)`.
+fn port_call(dot: &SyntaxToken) -> Option<(TextRange, String)> {
+    let (port, method) = (previous_significant(dot)?, next_significant(dot)?);
+    let open = next_significant(&method).filter(|open| open.kind() == SyntaxKind::L_PAREN)?;
+    if !["read", "write", "status"].contains(&method.text()) {
+        return None;
+    }
+    let next = next_significant(&open)?;
+    let comma = if next.kind() == SyntaxKind::R_PAREN { "" } else { ", " };
+    let range = port.text_range().cover(open.text_range());
+    Some((range, format!("{}({}{comma}", method.text(), port.text())))
 }
 
 /// Returns the message of the diagnostic.
@@ -62,6 +209,22 @@ pub(super) fn report<'db>(parse: &Parse, file: File, error: &SyntaxError, at: Lo
 /// ```
 pub fn message(parse: &Parse, error: &SyntaxError) -> String {
     match error.kind {
+        SyntaxErrorKind::Foreign(form) => match token_at(&parse.syntax(), error.range.start()) {
+            Some(token) => foreign_syntax::message(form, &token),
+            None => "this is not MAUVE".to_owned(),
+        },
+        SyntaxErrorKind::Expected { .. } if let Some(declaration) = lacks_type(parse, error) => match declaration {
+            SyntaxKind::CODEL | SyntaxKind::OPERATION_DECLARATION => {
+                "expected `:` and the type of the result: `: void` if there is none".to_owned()
+            }
+            _ => "expected `:` and a type before the value, as in `n: int = 3`".to_owned(),
+        },
+        SyntaxErrorKind::Expected { expected: Expected::Token(SyntaxKind::SEMICOLON), found: Some(SyntaxKind::R_PAREN), .. } => {
+            "this `)` closes nothing".to_owned()
+        }
+        SyntaxErrorKind::Expected { expected: Expected::Token(SyntaxKind::L_PAREN), .. } => {
+            "expected `(`: a core names its shell, `core NAME(SHELL)`, a component both, `component NAME(SHELL, CORE)`".to_owned()
+        }
         SyntaxErrorKind::Expected { expected, found, similar } => {
             let found = found.map(|kind| format!(", found {}", token(parse, error, kind)));
             let similar = similar.map(|word| format!("; did you mean `{word}`?"));
@@ -72,7 +235,7 @@ pub fn message(parse: &Parse, error: &SyntaxError) -> String {
                 similar.unwrap_or_default()
             )
         }
-        SyntaxErrorKind::Token(error) => token_error(error).to_owned(),
+        SyntaxErrorKind::Token(kind) => token_message(parse, error, kind),
         SyntaxErrorKind::LateInclude => "an `include` stands before all declarations of its file".to_owned(),
         SyntaxErrorKind::PathWithoutQuotes => {
             "expected a path in quotes, as in `include \"file.mal\"`".to_owned()
@@ -83,11 +246,9 @@ pub fn message(parse: &Parse, error: &SyntaxError) -> String {
         SyntaxErrorKind::ChainedComparison => {
             "comparisons do not chain: write `a < b && b < c`".to_owned()
         }
-        SyntaxErrorKind::MessageField => {
-            "a program does not look into a message: a codel does that".to_owned()
-        }
+        SyntaxErrorKind::MessageField => message_field(parse, error),
         SyntaxErrorKind::ArrayElement => {
-            "a program does not look into an array: a codel does that".to_owned()
+            "a program does not look into an array: a codel reads its elements".to_owned()
         }
         SyntaxErrorKind::TooDeep => {
             format!("this is nested more than {DEEPEST} levels deep, and is not read")
@@ -98,11 +259,38 @@ pub fn message(parse: &Parse, error: &SyntaxError) -> String {
     }
 }
 
+/// Says that messages are opaque, or how ports are read and written.
+fn message_field(parse: &Parse, error: &SyntaxError) -> String {
+    let dot = token_at(&parse.syntax(), error.range.start());
+    let call = dot.as_ref().and_then(port_call);
+    let name = dot.as_ref().and_then(previous_significant).map(|it| it.text().to_owned());
+    let behind = dot.as_ref().and_then(next_significant).and_then(|it| next_significant(&it));
+    match call {
+        Some((_, written)) => format!("a port has no methods: write `{written}…)`"),
+        None if behind.is_some_and(|it| it.kind() == SyntaxKind::L_PAREN) => {
+            "MAUVE has no methods: a program calls codels, as in `plan(goal)`".to_owned()
+        }
+        None => {
+            let name = name.unwrap_or_default();
+            format!("a program does not look into a message: a codel that takes `{name}` reads its fields")
+        }
+    }
+}
+
 /// Writes the tree of a text, a node or token a line, and its errors.
 pub fn tree_of(parse: &Parse) -> String {
     let errors = parse.errors().iter();
     let errors = errors.map(|error| format!("error {:?}: {}\n", error.range, message(parse, error)));
     parse.debug_dump() + &errors.collect::<String>()
+}
+
+fn token_message(parse: &Parse, error: &SyntaxError, kind: TokenError) -> String {
+    let token = token_at(&parse.syntax(), error.range.start());
+    let unit = token.filter(|token| kind == TokenError::BadNumber && token_rewrite(kind, token).is_some());
+    match unit {
+        Some(number) => foreign_syntax::message(Foreign::Unit, &number),
+        None => token_error(kind).to_owned(),
+    }
 }
 
 fn token_error(error: TokenError) -> &'static str {
@@ -115,7 +303,8 @@ fn token_error(error: TokenError) -> &'static str {
         TokenError::UnknownEscape => {
             "unknown escape in a string: only `\\\"`, `\\\\`, `\\n` and `\\t` mean something"
         }
-        TokenError::Hash => "`#` means nothing in MAUVE: a comment begins with `//`",
+        TokenError::Hash => "a comment begins with `//`, not with `#`",
+        TokenError::SingleQuotes => "a string stands between `\"`, not between `'`",
         TokenError::Characters => "these characters mean nothing in MAUVE outside strings and comments",
     }
 }
@@ -195,6 +384,8 @@ fn missing_token(parse: &Parse, error: &SyntaxError) -> Option<(TextSize, String
     let text = match sign {
         // Before a value, an operator or a comma is more likely missing.
         ")" | "]" if is_found && next.as_ref().is_some_and(begins_value) => return None,
+        ";" if is_found && next.as_ref().is_some_and(|it| !it.kind().is_word() && it.kind() != SyntaxKind::R_CURLY) => return None,
+        "," if next.as_ref().is_some_and(begins_value) => sign.to_owned(),
         ";" | ")" | "]" => sign.to_owned(),
         "}" => {
             // The brace has the indentation of the line of the opening brace.
@@ -208,11 +399,12 @@ fn missing_token(parse: &Parse, error: &SyntaxError) -> Option<(TextSize, String
             format!("\n{}}}", indentation(&list))
         }
         // Without the token that must follow, the insertion would cause another error.
-        ":" | "=" | "->" | "." | "then" | "to" => {
+        ":" | "=" | "->" | "." | "then" | "to" | "if" | "state" | "port" => {
             let next = next.filter(|token| is_found || token.kind() == SyntaxKind::L_CURLY)?;
             let fits = match sign {
                 "then" => next.kind() == SyntaxKind::L_CURLY,
                 "=" => next.kind() != SyntaxKind::COLON,
+                "if" => true,
                 _ => next.kind().is_word(),
             };
             match sign {

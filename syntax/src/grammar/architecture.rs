@@ -19,10 +19,11 @@ pub(super) fn architecture_item(p: &mut Parser<'_>) {
         CONNECTION_KW => connection(p),
         OPERATION_KW => node(p, OPERATION_CONNECTION, |p| {
             endpoint(p);
-            p.expect(ARROW);
+            expect_or_foreign(p, ARROW);
             endpoint(p);
         }),
         PROPERTY_KW | CONSTANT_KW => setting(p),
+        _ if foreign::opt_architecture_item(p) => {}
         _ => unknown(p, List::Architecture),
     }
 }
@@ -37,26 +38,37 @@ pub(super) fn architecture_item(p: &mut Parser<'_>) {
 //   instance good: Laser
 // }
 fn instance(p: &mut Parser<'_>) {
-    node(p, INSTANCE, |p| {
-        name(p);
-        if p.expect(COLON) {
-            type_(p, Expected::ComponentName);
-        }
-    });
+    node(p, INSTANCE, instance_rest);
+}
+
+pub(super) fn instance_rest(p: &mut Parser<'_>) {
+    if opt_type_before_name(p) {
+        return;
+    }
+    name(p);
+    if expect_or_foreign(p, COLON) || p.at_name() && !p.begins_line() && !p.at_own_item() {
+        type_(p, Expected::ComponentName);
+    }
 }
 
 fn connection(p: &mut Parser<'_>) {
-    node(p, CONNECTION, |p| {
-        endpoint(p);
-        p.expect(ARROW);
-        if p.at(L_BRACK) {
-            node(p, BUFFER, |p| {
-                p.expect(INT_NUMBER);
-                p.expect(R_BRACK);
-            });
-        }
-        endpoint(p);
-    });
+    node(p, CONNECTION, connection_rest);
+}
+
+pub(super) fn connection_rest(p: &mut Parser<'_>) {
+    endpoint(p);
+    connection_target(p);
+}
+
+pub(super) fn connection_target(p: &mut Parser<'_>) {
+    expect_or_foreign(p, ARROW);
+    if p.at(L_BRACK) {
+        node(p, BUFFER, |p| {
+            p.expect(INT_NUMBER);
+            p.expect(R_BRACK);
+        });
+    }
+    endpoint(p);
 }
 
 pub(super) fn setting(p: &mut Parser<'_>) {
@@ -69,7 +81,7 @@ pub(super) fn setting(p: &mut Parser<'_>) {
 }
 
 /// `instance.feature`
-fn endpoint(p: &mut Parser<'_>) {
+pub(super) fn endpoint(p: &mut Parser<'_>) {
     if !p.at_name() {
         p.missing(Expected::InstanceName);
         return;

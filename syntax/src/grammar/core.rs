@@ -1,6 +1,7 @@
 //! `core C(S) { … }`: the behaviour of a component, and the state machines in it.
 
 use super::*;
+use crate::foreign::{Foreign, Word};
 
 // test core
 // core PilotCore(PilotShell): {
@@ -16,10 +17,12 @@ use super::*;
 pub(super) fn core(p: &mut Parser<'_>) {
     node(p, CORE, |p| {
         name(p);
-        p.expect(L_PAREN);
-        type_(p, Expected::ShellName);
-        p.expect(R_PAREN);
-        p.eat(COLON);
+        if !foreign::opt_core_header(p) {
+            p.expect(L_PAREN);
+            type_(p, Expected::ShellName);
+            p.expect(R_PAREN);
+            p.eat(COLON);
+        }
         list(p, List::Core);
     });
 }
@@ -31,6 +34,7 @@ pub(super) fn core_item(p: &mut Parser<'_>) {
         PROVIDE_KW => operation_definition(p),
         CONFIGURE_KW | START_KW | UPDATE_KW | STOP_KW | CLEANUP_KW => program(p, HOOK),
         STATEMACHINE_KW => node(p, STATE_MACHINE, |p| list(p, List::StateMachine)),
+        _ if foreign::opt_core_item(p) => {}
         _ => unknown(p, List::Core),
     }
 }
@@ -67,7 +71,7 @@ fn operation_definition(p: &mut Parser<'_>) {
 /// `keyword = { … }`
 fn program(p: &mut Parser<'_>, kind: SyntaxKind) {
     node(p, kind, |p| {
-        p.expect(EQ);
+        let _ = foreign::opt_program_parentheses(p) || expect_or_foreign(p, EQ);
         block(p);
     });
 }
@@ -88,6 +92,7 @@ pub(super) fn state_machine_item(p: &mut Parser<'_>) {
     match p.current() {
         VAR_KW => variable(p),
         INITIAL_KW | STATE_KW => state(p),
+        _ if foreign::opt_core_item(p) => {}
         _ => unknown(p, List::StateMachine),
     }
 }
@@ -97,7 +102,11 @@ fn state(p: &mut Parser<'_>) {
     // An `initial` alone on its line is half typed: it must not change what the state on the next line means.
     if p.eat(INITIAL_KW) && p.at_item() {
         p.missing(Expected::Token(STATE_KW));
-    } else if p.expect(STATE_KW) {
+    } else if p.expect(STATE_KW) || p.at(IDENT) && p.nth(1) == L_CURLY {
+        if p.at(INITIAL_KW) && p.nth(1).is_word() && !p.begins_line() {
+            p.foreign(Foreign::InitialLast);
+            p.bump();
+        }
         name(p);
         list(p, List::State);
     }
@@ -125,15 +134,52 @@ pub(super) fn state_item(p: &mut Parser<'_>) {
 // }
 fn transition(p: &mut Parser<'_>) {
     node(p, TRANSITION, |p| {
-        name(p);
-        if p.at(IF_KW) {
-            node(p, GUARD, expression);
+        match at_nameless(p) {
+            true => p.foreign(Foreign::UnnamedTransition),
+            false => name(p),
         }
-        if p.expect(TO_KW) {
+        opt_guard(p);
+        let to_state = expect_or_foreign(p, TO_KW) || p.at(IDENT) && !p.begins_line();
+        if to_state {
             name_ref(p, Expected::StateName);
+            if p.at(IF_KW) && p.nth(1) != EQ {
+                p.foreign(Foreign::GuardLast);
+                node(p, GUARD, expression::condition);
+            }
             if p.at(L_CURLY) {
                 block(p);
             }
         }
     });
+}
+
+/// Does the guard or the target stand here, where the name should?
+fn at_nameless(p: &Parser<'_>) -> bool {
+    let is_guard = p.nth_is_foreign(0, Word::Guard);
+    match p.nth(1) {
+        IF_KW | TO_KW => false,
+        _ if p.nth_begins_line(1) => false,
+        ARROW => false,
+        next => {
+            p.at(ARROW) || p.at(IF_KW) || p.at(TO_KW) && next.is_word() || is_guard && !matches!(next, EQ)
+        }
+    }
+}
+
+fn opt_guard(p: &mut Parser<'_>) {
+    let is_foreign = !p.begins_line() && p.nth_is_foreign(0, Word::Guard) && p.nth(1) != TO_KW;
+    if is_foreign {
+        let m = p.start();
+        p.foreign(Foreign::Spelling { tokens: 1, written: "if" });
+        p.bump_as(IF_KW);
+        expression::condition(p);
+        m.complete(p, GUARD);
+    } else if p.at(IF_KW) {
+        node(p, GUARD, expression::condition);
+    } else if p.at(L_PAREN) && !p.begins_line() {
+        let m = p.start();
+        p.missing(Expected::Token(IF_KW));
+        expression::condition(p);
+        m.complete(p, GUARD);
+    }
 }

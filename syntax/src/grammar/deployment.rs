@@ -1,6 +1,7 @@
 //! `deployment D { … }`: an activity for each instance, and values.
 
 use super::*;
+use crate::foreign::Foreign;
 
 // test deployment
 // deployment D {
@@ -12,13 +13,24 @@ use super::*;
 // }
 pub(super) fn deployment_item(p: &mut Parser<'_>) {
     match p.current() {
-        ARCHITECTURE_KW => node(p, TARGET, |p| type_(p, Expected::ArchitectureName)),
-        ACTIVITY_KW => node(p, ACTIVITY, |p| {
-            name_ref(p, Expected::InstanceName);
-            list(p, List::Activity);
+        ARCHITECTURE_KW => node(p, TARGET, |p| {
+            if matches!(p.current(), EQ | COLON) && p.nth(1).is_word() {
+                p.foreign(Foreign::Superfluous { tokens: 1 });
+                p.drop_tokens(1);
+            }
+            type_(p, Expected::ArchitectureName);
         }),
+        ACTIVITY_KW => node(p, ACTIVITY, activity_rest),
         PROPERTY_KW | CONSTANT_KW => architecture::setting(p),
+        _ if foreign::opt_deployment_item(p) => {}
         _ => unknown(p, List::Deployment),
+    }
+}
+
+pub(super) fn activity_rest(p: &mut Parser<'_>) {
+    name_ref(p, Expected::InstanceName);
+    if !foreign::opt_activity_body(p) {
+        list(p, List::Activity);
     }
 }
 
@@ -42,7 +54,7 @@ pub(super) fn field(p: &mut Parser<'_>) {
     let m = p.start();
     // A field may begin its line: no item of another list stands here.
     any_word(p, NAME_REF);
-    let has_value = p.expect(EQ);
+    let has_value = expect_or_foreign(p, EQ);
     if has_value {
         expression(p);
     }

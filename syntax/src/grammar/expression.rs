@@ -21,6 +21,13 @@ pub(super) fn expression(p: &mut Parser<'_>) {
     height_of(p, found);
 }
 
+/// The condition of an `if` or a transition, in which `=` can only be meant to compare.
+pub(super) fn condition(p: &mut Parser<'_>) {
+    p.in_condition = true;
+    expression(p);
+    p.in_condition = false;
+}
+
 /// Returns the height of the tree of an expression, or reports that the expression is missing.
 fn height_of(p: &mut Parser<'_>, found: Option<(CompletedMarker, u32)>) -> u32 {
     if found.is_none() {
@@ -50,7 +57,9 @@ const COMPARISON: u8 = 4;
 fn operators(p: &mut Parser<'_>, weakest: u8) -> Option<(CompletedMarker, u32)> {
     let (mut lhs, mut height) = operand(p)?;
     loop {
-        let strength = strength(p.current());
+        lhs = foreign::opt_ternary(p, lhs);
+        let other = foreign::operator(p);
+        let strength = strength(other.as_ref().map_or(p.current(), |other| other.kind));
         if strength == 0 || strength < weakest {
             return Some((lhs, height));
         }
@@ -64,7 +73,10 @@ fn operators(p: &mut Parser<'_>, weakest: u8) -> Option<(CompletedMarker, u32)> 
             return Some((m.complete(p, BINARY_EXPR), height + 1));
         }
         let m = lhs.precede(p);
-        p.bump();
+        match other {
+            Some(other) => other.take(p),
+            None => p.bump(),
+        }
         p.depth += 1;
         let rhs = if p.at_item() { None } else { operators(p, strength + 1) };
         p.depth -= 1;
@@ -77,7 +89,8 @@ fn operators(p: &mut Parser<'_>, weakest: u8) -> Option<(CompletedMarker, u32)> 
 }
 
 fn operand(p: &mut Parser<'_>) -> Option<(CompletedMarker, u32)> {
-    if !starts_expression(p.current()) || p.at_item() {
+    let is_fraction = p.at(DOT) && p.nth(1) == INT_NUMBER;
+    if !(starts_expression(p.current()) || is_fraction) || p.at_item() {
         return None;
     }
     let m = p.start();
@@ -87,8 +100,11 @@ fn operand(p: &mut Parser<'_>) -> Option<(CompletedMarker, u32)> {
     }
     p.depth += 1;
     let operand = match p.current() {
-        BANG | MINUS => {
-            p.bump();
+        kind if matches!(kind, BANG | MINUS) || foreign::at_not(p) => {
+            match kind {
+                BANG | MINUS => p.bump(),
+                _ => foreign::not(p),
+            }
             let inner = operand(p);
             let height = height_of(p, inner);
             (m.complete(p, UNARY_EXPR), height + 1)
@@ -102,6 +118,13 @@ fn operand(p: &mut Parser<'_>) -> Option<(CompletedMarker, u32)> {
         }
         kind if is_literal(kind) => {
             p.bump();
+            if matches!(kind, INT_NUMBER | FLOAT_NUMBER) {
+                foreign::opt_behind_number(p);
+            }
+            (m.complete(p, LITERAL), 1)
+        }
+        DOT => {
+            foreign::point(p);
             (m.complete(p, LITERAL), 1)
         }
         _ => {
@@ -146,11 +169,13 @@ fn opt_access(p: &mut Parser<'_>) {
     if p.begins_line() {
         return;
     }
+    let in_program = p.is_in(List::Block) || p.is_in(List::State);
     match p.current() {
-        DOT if p.is_in(List::Block) => p.skip(SyntaxErrorKind::MessageField, |p| {
-            !(p.current().is_word() && p.previous() == DOT || p.at(DOT))
+        DOT if in_program => p.skip(SyntaxErrorKind::MessageField, |p| {
+            let is_method = p.at(L_PAREN) && p.previous().is_word() && !p.begins_line();
+            !(p.current().is_word() && p.previous() == DOT || p.at(DOT) || is_method)
         }),
-        L_BRACK if p.is_in(List::Block) => {
+        L_BRACK if in_program => {
             p.skip(SyntaxErrorKind::ArrayElement, |_| true);
         }
         _ => {}
@@ -158,7 +183,7 @@ fn opt_access(p: &mut Parser<'_>) {
 }
 
 /// Where the rest of an expression that is too deep ends.
-fn ends_expression(p: &Parser<'_>) -> bool {
+pub(super) fn ends_expression(p: &Parser<'_>) -> bool {
     matches!(p.current(), SEMICOLON | COMMA | R_PAREN | R_BRACK | R_CURLY | THEN_KW | TO_KW)
         || p.at_item()
         || p.at_outer_item()

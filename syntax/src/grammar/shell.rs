@@ -14,13 +14,15 @@ use super::*;
 pub(super) fn shell(p: &mut Parser<'_>) {
     node(p, SHELL, |p| {
         name(p);
-        if p.at(EXTENDS_KW) {
-            node(p, EXTENDS, |p| {
+        foreign::opt_parentheses(p);
+        if p.at(EXTENDS_KW) || foreign::at_colon_before_shell(p) {
+            let m = p.start();
+            foreign::extends(p);
+            type_(p, Expected::ShellName);
+            while p.eat(COMMA) {
                 type_(p, Expected::ShellName);
-                while p.eat(COMMA) {
-                    type_(p, Expected::ShellName);
-                }
-            });
+            }
+            m.complete(p, EXTENDS);
         }
         list(p, List::Shell);
     });
@@ -29,11 +31,14 @@ pub(super) fn shell(p: &mut Parser<'_>) {
 pub(super) fn shell_item(p: &mut Parser<'_>) {
     match p.current() {
         CONSTANT_KW | PROPERTY_KW => property(p),
-        INPUT_KW | OUTPUT_KW => node(p, PORT, |p| {
-            p.expect(PORT_KW);
-            declared_type(p);
-        }),
+        INPUT_KW | OUTPUT_KW if p.nth(1) == PORT_KW || !p.nth(1).is_word() || p.nth_begins_line(1) => {
+            node(p, PORT, |p| {
+                p.expect(PORT_KW);
+                declared_type(p);
+            })
+        }
         REQUIRE_KW | PROVIDE_KW => signature(p, OPERATION_DECLARATION),
+        _ if foreign::opt_shell_item(p) => {}
         _ => unknown(p, List::Shell),
     }
 }
@@ -44,13 +49,15 @@ pub(super) fn shell_item(p: &mut Parser<'_>) {
 //   property b: int
 // }
 fn property(p: &mut Parser<'_>) {
-    node(p, PROPERTY, |p| {
-        declared_type(p);
-        if p.at(L_BRACK) {
-            interval(p);
-        }
-        opt_initializer(p);
-    });
+    node(p, PROPERTY, property_rest);
+}
+
+pub(super) fn property_rest(p: &mut Parser<'_>) {
+    declared_type(p);
+    if p.at(L_BRACK) {
+        interval(p);
+    }
+    opt_initializer(p);
 }
 
 fn interval(p: &mut Parser<'_>) {

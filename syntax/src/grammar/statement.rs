@@ -1,6 +1,8 @@
 //! `{ … }`: programs, and the statements in them.
 
 use super::*;
+use crate::foreign::{Foreign, Word};
+use crate::parser::Checkpoint;
 
 // test block
 // core C(S) { update = {
@@ -32,7 +34,8 @@ pub(super) fn block(p: &mut Parser<'_>) {
 pub(super) fn statement(p: &mut Parser<'_>) {
     let next = p.nth(1);
     match p.current() {
-        VAR_KW if next.is_word() && p.nth(2) == COLON => core::variable(p),
+        _ if foreign::opt_statement(p) => {}
+        VAR_KW if next.is_word() && (p.nth(2) == COLON || !p.nth_begins_line(1)) => core::variable(p),
         IF_KW if next != EQ => if_(p),
         RETURN_KW if next != EQ => return_(p),
         L_CURLY => {
@@ -42,13 +45,51 @@ pub(super) fn statement(p: &mut Parser<'_>) {
         }
         kind if kind.is_word() && next == EQ => assignment(p),
         kind if starts_expression(kind) => {
+            let before = p.checkpoint();
             let m = p.start();
             expression(p);
-            p.expect(SEMICOLON);
-            m.complete(p, EXPR_STATEMENT);
+            if !end_of_statement(p, &before) {
+                m.complete(p, EXPR_STATEMENT);
+            }
         }
         _ => unknown(p, List::Block),
     }
+}
+
+// test_err one_error_for_each_statement
+// core C(S) { update = {
+//   a b c d;
+//   x = 3 = 4 = 5;
+//   pose.x = 3;
+//   goal.read(g);
+//   f(a) g(b);
+//   x = * 3;
+//   y = (3 + ;
+//   z = 1;
+// } }
+/// The `;` of a statement. What went wrong before it is one mistake with all that stands before it. Returns whether the
+/// statement was none: then its tokens are in other nodes.
+fn end_of_statement(p: &mut Parser<'_>, before: &Checkpoint) -> bool {
+    let has_failed = p.has_failed_since(before);
+    if p.at(SEMICOLON) && !has_failed && !foreign::is_decrement(p, before) {
+        p.bump();
+        return false;
+    }
+    if (has_failed || !p.begins_line() || p.at(L_CURLY)) && foreign::opt_whole_statement(p, before) {
+        return true;
+    }
+    if p.eat(SEMICOLON) {
+        return false;
+    }
+    if !has_failed {
+        p.missing(Expected::Token(SEMICOLON));
+        let next = matches!(p.nth(1), EQ | L_PAREN) && p.current().is_word();
+        if next || matches!(p.current(), IF_KW | RETURN_KW | VAR_KW) {
+            return false;
+        }
+    }
+    p.drop_until(foreign::ends_statement);
+    false
 }
 
 pub(super) fn starts_expression(kind: SyntaxKind) -> bool {
@@ -83,18 +124,84 @@ fn if_(p: &mut Parser<'_>) {
         return;
     }
     p.bump();
-    expression(p);
-    // A forgotten `then` is one mistake: the block is there.
-    if p.expect(THEN_KW) || p.at(L_CURLY) {
-        block(p);
-        if p.at(ELSE_KW) && !matches!(p.nth(1), EQ | L_PAREN) {
-            else_(p);
-        }
-    }
+    if_rest(p);
     m.complete(p, IF_STATEMENT);
 }
 
-fn else_(p: &mut Parser<'_>) {
+// test_err branches_of_other_languages
+// core C(S) { update = {
+//   if a then { f(); } elif b { g(); } else { h(); }
+//   if a then f(); else g();
+//   if (a) f();
+//   if a then begin f(); end
+//   if a { f(); }
+//   h();
+// } }
+/// What stands behind `if`.
+pub(super) fn if_rest(p: &mut Parser<'_>) {
+    expression::condition(p);
+    // A forgotten `then` is one mistake: the block is there.
+    let has_then = p.eat(THEN_KW) || foreign::opt_instead_of(p, THEN_KW);
+    if !has_then && (p.at(L_CURLY) || !at_branch(p)) {
+        p.missing(Expected::Token(THEN_KW));
+        if p.at(COLON) && !p.begins_line() {
+            p.drop_tokens(1);
+        }
+        if !p.at(L_CURLY) {
+            return;
+        }
+    }
+    let has_braces = p.at(L_CURLY) || !at_branch(p);
+    match has_braces {
+        true => block(p),
+        false => unbraced(p, true),
+    }
+    if p.at(ELSE_KW) && !matches!(p.nth(1), EQ | L_PAREN) {
+        else_(p, has_braces);
+    } else if p.nth_is_foreign(0, Word::ElseIf) && !matches!(p.nth(1), EQ | L_PAREN | SEMICOLON) {
+        let m = p.start();
+        p.foreign(Foreign::Spelling { tokens: 1, written: "else if" });
+        p.bump_as(ELSE_KW);
+        p.depth += 1;
+        let nested = p.start();
+        if_rest(p);
+        nested.complete(p, IF_STATEMENT);
+        p.depth -= 1;
+        m.complete(p, ELSE);
+    }
+}
+
+/// Does the branch of an `if` begin here, on its line, without braces?
+fn at_branch(p: &Parser<'_>) -> bool {
+    let is_statement =
+        matches!(p.nth(1), EQ | L_PAREN) || p.at(RETURN_KW) || p.nth_is_foreign(0, Word::Brace);
+    !p.begins_line() && p.current().is_word() && is_statement
+}
+
+/// A branch without braces: one statement, and perhaps the word that closes it.
+fn unbraced(p: &mut Parser<'_>, is_reported: bool) {
+    if is_reported {
+        p.foreign(Foreign::Braces);
+    }
+    let m = p.start();
+    p.depth += 1;
+    p.enter(List::Block);
+    if foreign::at_brace(p) {
+        p.drop_tokens(1);
+    }
+    if !p.at_end() && !p.at(R_CURLY) && !p.at_outer_item() {
+        statement(p);
+    }
+    if foreign::at_brace(p) {
+        p.drop_tokens(1 + usize::from(p.nth(1) == SEMICOLON));
+    }
+    p.leave();
+    p.depth -= 1;
+    m.complete(p, BLOCK);
+}
+
+/// `else` and its branch. `has_braces`: the branch before has them, or needs them for another reason.
+fn else_(p: &mut Parser<'_>, has_braces: bool) {
     node(p, ELSE, |p| match p.current() {
         IF_KW => {
             p.depth += 1;
@@ -102,25 +209,31 @@ fn else_(p: &mut Parser<'_>) {
             p.depth -= 1;
         }
         L_CURLY => block(p),
+        _ if at_branch(p) => unbraced(p, has_braces),
         _ => p.missing(Expected::BlockOrIf),
     });
 }
 
 fn return_(p: &mut Parser<'_>) {
-    node(p, RETURN_STATEMENT, |p| {
-        if !p.at(SEMICOLON) && starts_expression(p.current()) && !p.at_item() {
-            expression(p);
-        }
-        p.expect(SEMICOLON);
-    });
+    let before = p.checkpoint();
+    let m = p.start();
+    p.bump();
+    if !p.at(SEMICOLON) && starts_expression(p.current()) && !p.at_item() {
+        expression(p);
+    }
+    if !end_of_statement(p, &before) {
+        m.complete(p, RETURN_STATEMENT);
+    }
 }
 
 fn assignment(p: &mut Parser<'_>) {
+    let before = p.checkpoint();
     let m = p.start();
     // The first word of a statement: it begins its line, and is a name all the same.
     any_word(p, NAME_REF);
     p.bump();
     expression(p);
-    p.expect(SEMICOLON);
-    m.complete(p, ASSIGN_STATEMENT);
+    if !end_of_statement(p, &before) {
+        m.complete(p, ASSIGN_STATEMENT);
+    }
 }

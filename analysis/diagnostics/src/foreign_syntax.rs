@@ -1,0 +1,501 @@
+//! How MAUVE writes what other languages write otherwise: the messages and fixes of [`Foreign`].
+
+use mauve_syntax::ast::{AssignStatement, AstNode as _, Expr, Transition};
+use mauve_syntax::{
+    Foreign, NodeOrToken, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, next_significant,
+    previous_significant, significant_tokens,
+};
+
+/// The title of a fix, and the ranges that it replaces.
+pub(super) type Rewrite = (String, Vec<(TextRange, String)>);
+
+/// Returns the message for `form` at `token`.
+pub(super) fn message(form: Foreign, token: &SyntaxToken) -> String {
+    let found = token.text();
+    match form {
+        Foreign::Spelling { written: "==", tokens: 1 } if found == "=" => {
+            "`=` assigns: a condition compares with `==`".to_owned()
+        }
+        Foreign::Spelling { tokens, written } => {
+            format!("MAUVE writes `{written}` instead of `{}`", joined(token, tokens))
+        }
+        Foreign::Superfluous { .. } if found == "else" => match semicolon_behind_block(token) {
+            Some(_) => "this `else` belongs to no `if`: no `;` stands between the two".to_owned(),
+            None => "this `else` belongs to no `if`".to_owned(),
+        },
+        Foreign::Superfluous { tokens } => format!("`{}` has no place here", joined(token, tokens)),
+        Foreign::Keyword("input") => "expected `input` or `output` before `port`".to_owned(),
+        Foreign::Keyword(keyword) => format!("expected `{keyword}` before `{found}`"),
+        Foreign::Loop if matches!(found, "break" | "continue") => {
+            format!("MAUVE has no loops, and no `{found}`")
+        }
+        Foreign::Loop => {
+            "MAUVE has no loops: write the loop in a codel, or repeat a state of a state machine, once per period".to_owned()
+        }
+        Foreign::Switch => {
+            format!("MAUVE has no `{found}`: write `if … then {{ … }} else if … then {{ … }} else {{ … }}`, or a state machine")
+        }
+        Foreign::Function if in_core(token) => {
+            "a core has no functions: declare a codel outside of it, or write an operation: `provide NAME(…) = { … }`".to_owned()
+        }
+        Foreign::Function => {
+            "MAUVE declares functions as codels, which C++ implements: `codel NAME(in PARAMETER: TYPE): RESULT`".to_owned()
+        }
+        Foreign::CompoundAssignment => {
+            let operator = token.text();
+            let target = previous_significant(token).map(|it| it.text().to_owned()).unwrap_or_default();
+            format!("MAUVE has no `{operator}=`: write `{target} = {target} {operator} …`")
+        }
+        Foreign::Increment => match incremented(token) {
+            Some((name, sign, _)) => format!("MAUVE has no `{sign}{sign}`: write `{name} = {name} {sign} 1;`"),
+            None => "MAUVE has no `++` and no `--`".to_owned(),
+        },
+        Foreign::TypeFirst => {
+            let name = next_significant(token).map(|it| it.text().to_owned()).unwrap_or_default();
+            let variable = if is_variable(token) { "var " } else { "" };
+            format!("the type stands behind the name: write `{variable}{name}: {}`", mauve_type(found))
+        }
+        Foreign::ResultFirst => format!("the type of the result stands behind the parameters: `: {}`", mauve_type(found)),
+        Foreign::Untyped => "a variable is declared with `var` and its type, as in `var n: int = 3`".to_owned(),
+        Foreign::Ternary => "MAUVE has no `? :`: write `if … then { … } else { … }`".to_owned(),
+        Foreign::Unit if in_field(token) => {
+            "numbers have no unit: the times of an activity are in milliseconds".to_owned()
+        }
+        Foreign::Unit => "numbers have no unit".to_owned(),
+        Foreign::Fraction => "a decimal has digits on both sides of the point, as in `1.0` or `0.5`".to_owned(),
+        Foreign::Comma => "no commas stand between items: white space separates them".to_owned(),
+        Foreign::UnnamedTransition => {
+            "a transition has a name: `transition NAME if GUARD to STATE`".to_owned()
+        }
+        Foreign::GuardLast => "the guard stands before the target: `transition NAME if GUARD to STATE`".to_owned(),
+        Foreign::InitialLast => "`initial` stands before `state`".to_owned(),
+        Foreign::ComponentBody => {
+            "a component consists of a shell and a core: `component NAME(SHELL, CORE)`".to_owned()
+        }
+        Foreign::CoreHeader => "a core has its shell in parentheses: `core NAME(SHELL) { … }`".to_owned(),
+        Foreign::ActivityBody => {
+            "the fields of an activity have braces: `activity NAME { priority = … period = … }`".to_owned()
+        }
+        Foreign::Braces => "the branches of an `if` have braces: `if … then { … } else { … }`".to_owned(),
+        Foreign::TypeSuffix => {
+            "a type is one name: MAUVE has no arrays, pointers or type arguments, but messages and external types".to_owned()
+        }
+    }
+}
+
+/// Returns the rewrite of `form` at `token` in MAUVE, if it is mechanical.
+pub(super) fn rewrite(form: Foreign, token: &SyntaxToken) -> Option<Rewrite> {
+    let range = token.text_range();
+    match form {
+        Foreign::Spelling { written: "::", .. } => message_type(token),
+        Foreign::Spelling { tokens, written } => {
+            let range = around(token, range_of(token, tokens), written);
+            Some((format!("Write `{written}`"), vec![(range, padded(token, written))]))
+        }
+        Foreign::Superfluous { .. } if token.text() == "else" => {
+            let semicolon = semicolon_behind_block(token)?;
+            Some(("Remove the `;`".to_owned(), vec![(semicolon.text_range(), String::new())]))
+        }
+        Foreign::Superfluous { tokens } => Some((
+            format!("Remove `{}`", joined(token, tokens)),
+            vec![(without_gap(token, tokens), String::new())],
+        )),
+        Foreign::Keyword(keyword) => Some((
+            format!("Write `{keyword}`"),
+            vec![(TextRange::empty(range.start()), format!("{keyword} "))],
+        )),
+        Foreign::CompoundAssignment => compound_assignment(token),
+        Foreign::Increment => {
+            let (name, sign, range) = incremented(token)?;
+            let written = format!("{name} = {name} {sign} 1");
+            Some((format!("Write `{written}`"), vec![(range, written)]))
+        }
+        Foreign::TypeFirst => {
+            let name = next_significant(token)?;
+            let variable = if is_variable(token) { "var " } else { "" };
+            let written = format!("{variable}{}: {}", name.text(), mauve_type(token.text()));
+            Some((format!("Write `{written}`"), vec![(range.cover(name.text_range()), written)]))
+        }
+        Foreign::ResultFirst => {
+            let name = next_significant(token)?;
+            let parameters =
+                token.parent()?.parent()?.children().find(|it| it.kind() == SyntaxKind::PARAM_LIST)?;
+            let written = format!(": {}", mauve_type(token.text()));
+            let before = span(range.start(), name.text_range().start())?;
+            let behind = TextRange::empty(parameters.text_range().end());
+            Some((format!("Write `{written}`"), vec![(before, String::new()), (behind, written)]))
+        }
+        Foreign::Untyped => {
+            let name = next_significant(token)?;
+            let value = next_significant(&next_significant(&name)?)?;
+            let written = format!("var {}: {}", name.text(), type_of(&value)?);
+            Some((format!("Write `{written}`"), vec![(range.cover(name.text_range()), written)]))
+        }
+        Foreign::Ternary => ternary(token),
+        Foreign::Unit => unit(token),
+        Foreign::Fraction => {
+            let before = previous_significant(token)?;
+            let (at, title) = match before.kind() {
+                SyntaxKind::INT_NUMBER => (range.end(), format!("Write `{}.0`", before.text())),
+                _ => (range.start(), format!("Write `0.{}`", next_significant(token)?.text())),
+            };
+            Some((title, vec![(TextRange::empty(at), "0".to_owned())]))
+        }
+        Foreign::Comma => {
+            let list = token.parent()?.parent()?;
+            let errors = list.children().filter(|child| child.kind() == SyntaxKind::ERROR);
+            let commas =
+                errors.filter_map(|error| match significant_tokens(&error).collect::<Vec<_>>().as_slice() {
+                    [comma] if comma.kind() == SyntaxKind::COMMA => Some((comma.text_range(), String::new())),
+                    _ => None,
+                });
+            Some(("Remove the commas".to_owned(), commas.collect()))
+        }
+        Foreign::UnnamedTransition => transition_name(token),
+        Foreign::GuardLast => guard_first(token),
+        Foreign::InitialLast => {
+            let state = previous_significant(token)?;
+            Some((
+                "Write `initial state`".to_owned(),
+                vec![(state.text_range().cover(range), "initial state".to_owned())],
+            ))
+        }
+        Foreign::CoreHeader => {
+            let core = token.parent()?.parent()?;
+            let shell = core.children().find(|it| it.kind() == SyntaxKind::TYPE)?;
+            let name = previous_significant(token)?;
+            let written = format!("({})", shell.text());
+            let range = span(name.text_range().end(), shell.text_range().end())?;
+            Some((format!("Write `{written}`"), vec![(range, written)]))
+        }
+        Foreign::ActivityBody => activity_body(token),
+        Foreign::Braces => braces(token),
+        Foreign::Function => prototype(token),
+        Foreign::ComponentBody => component(token),
+        Foreign::Loop | Foreign::Switch | Foreign::TypeSuffix => None,
+    }
+}
+
+// Tokens
+
+/// Returns the range between two offsets, unless they are swapped.
+fn span(start: TextSize, end: TextSize) -> Option<TextRange> {
+    (start <= end).then(|| TextRange::new(start, end))
+}
+
+/// Returns the range of `count` tokens from `token` on.
+fn range_of(token: &SyntaxToken, count: u8) -> TextRange {
+    let last = (1..count).try_fold(token.clone(), |token, _| next_significant(&token));
+    token.text_range().cover(last.unwrap_or_else(|| token.clone()).text_range())
+}
+
+fn joined(token: &SyntaxToken, count: u8) -> String {
+    let tokens = std::iter::successors(Some(token.clone()), next_significant).take(usize::from(count));
+    let texts: Vec<String> = tokens.map(|token| token.text().to_owned()).collect();
+    let are_words = texts.iter().all(|text| text.starts_with(|it: char| it.is_alphanumeric()));
+    texts.join(if are_words { " " } else { "" })
+}
+
+/// Returns `written` with a space where a word before it would go on.
+fn padded(token: &SyntaxToken, written: &str) -> String {
+    let is_letter = |letter: char| letter.is_alphanumeric() || letter == '_';
+    let before = mauve_syntax::previous_token(token);
+    let touches = before.is_some_and(|it| it.text().ends_with(is_letter) || it.text().ends_with(')'));
+    if touches && (written.starts_with(is_letter) || matches!(written, "=" | "->")) {
+        format!(" {written}")
+    } else {
+        written.to_owned()
+    }
+}
+
+/// Returns `range` with the white space that does not stand beside `written`.
+fn around(token: &SyntaxToken, range: TextRange, written: &str) -> TextRange {
+    let before = previous_significant(token).map(|it| it.text_range().end());
+    let behind = next_significant(token).map(|it| it.text_range().start());
+    match (written, before, behind) {
+        (":", Some(before), _) => TextRange::new(before, range.end()),
+        ("!", _, Some(behind)) => TextRange::new(range.start(), behind),
+        _ => range,
+    }
+}
+
+/// `nav_msgs/msg/Path` → `nav_msgs::Path`
+fn message_type(token: &SyntaxToken) -> Option<Rewrite> {
+    let ty = token.parent_ancestors().find_map(mauve_syntax::ast::Type::cast)?;
+    let segments: Vec<String> = ty.segments().map(|it| it.syntax().text().to_string()).collect();
+    let written = match segments.as_slice() {
+        [package, folder, name] if folder == "msg" => format!("{package}::{name}"),
+        segments => segments.join("::"),
+    };
+    Some((format!("Write `{written}`"), vec![(ty.syntax().text_range(), written)]))
+}
+
+/// Returns the range of `count` tokens, with the white space before them on their line.
+fn without_gap(token: &SyntaxToken, count: u8) -> TextRange {
+    let range = range_of(token, count);
+    let gap = mauve_syntax::previous_token(token).filter(|it| it.kind() == SyntaxKind::WHITESPACE);
+    match gap {
+        Some(gap) if !gap.text().contains('\n') => gap.text_range().cover(range),
+        _ => range,
+    }
+}
+
+/// Returns the `;` before `token`, if a block ends before it.
+fn semicolon_behind_block(token: &SyntaxToken) -> Option<SyntaxToken> {
+    let semicolon = previous_significant(token).filter(|it| it.kind() == SyntaxKind::SEMICOLON)?;
+    let is_behind_block = previous_significant(&semicolon)?.kind() == SyntaxKind::R_CURLY;
+    is_behind_block.then_some(semicolon)
+}
+
+fn in_core(token: &SyntaxToken) -> bool {
+    token.parent_ancestors().any(|node| node.kind() == SyntaxKind::CORE)
+}
+
+fn in_field(token: &SyntaxToken) -> bool {
+    token.parent_ancestors().any(|node| node.kind() == SyntaxKind::FIELD)
+}
+
+/// Is this the type of a variable without `var`?
+fn is_variable(token: &SyntaxToken) -> bool {
+    let variable = token.parent().and_then(|error| error.parent());
+    let variable = variable.filter(|node| node.kind() == SyntaxKind::VAR);
+    variable.is_some_and(|node| significant_tokens(&node).all(|token| token.kind() != SyntaxKind::VAR_KW))
+}
+
+/// Returns the name of a type of another language in MAUVE.
+fn mauve_type(name: &str) -> &str {
+    match name {
+        "boolean" | "Bool" | "Boolean" => "bool",
+        "integer" | "Int" | "Integer" => "int",
+        "real" | "Double" | "Real" => "double",
+        "Float" => "float",
+        "str" | "String" => "string",
+        "unsigned" => "uint",
+        name => name,
+    }
+}
+
+/// Returns the type of a variable whose value begins with `token`, if that is a literal.
+pub(super) fn type_of(token: &SyntaxToken) -> Option<&'static str> {
+    Some(match token.kind() {
+        SyntaxKind::INT_NUMBER => "int",
+        SyntaxKind::FLOAT_NUMBER => "double",
+        SyntaxKind::STRING => "string",
+        SyntaxKind::TRUE_KW | SyntaxKind::FALSE_KW => "bool",
+        SyntaxKind::MINUS => type_of(&next_significant(token)?)?,
+        _ => return None,
+    })
+}
+
+// Statements
+
+/// `n += a` → `n = n + a`
+fn compound_assignment(token: &SyntaxToken) -> Option<Rewrite> {
+    let statement = token.parent_ancestors().find_map(AssignStatement::cast)?;
+    let target = statement.name_ref()?.syntax().text().to_string();
+    let operator = token.text();
+    let mut edits = vec![(range_of(token, 2), format!("= {target} {operator}"))];
+    if let Some(value @ (Expr::BinaryExpr(_) | Expr::UnaryExpr(_))) = statement.expr() {
+        let range = value.syntax().text_range();
+        edits.push((TextRange::empty(range.start()), "(".to_owned()));
+        edits.push((TextRange::empty(range.end()), ")".to_owned()));
+    }
+    Some((format!("Write `{target} = {target} {operator} …`"), edits))
+}
+
+/// Returns what `n++` increments, by which sign, and the range of that.
+fn incremented(token: &SyntaxToken) -> Option<(String, String, TextRange)> {
+    let three = [token.clone(), next_significant(token)?, next_significant(&next_significant(token)?)?];
+    let name = three.iter().find(|it| it.kind().is_word())?;
+    let sign = three.iter().find(|it| !it.kind().is_word())?;
+    let range = three.iter().map(SyntaxToken::text_range).reduce(TextRange::cover)?;
+    Some((name.text().to_owned(), sign.text().to_owned(), range))
+}
+
+/// `x = a ? b : c;` → `if a then { x = b; } else { x = c; }`
+fn ternary(token: &SyntaxToken) -> Option<Rewrite> {
+    let statement = token.parent_ancestors().find_map(AssignStatement::cast)?;
+    let target = statement.name_ref()?.syntax().text().to_string();
+    let text = statement.syntax().text().to_string();
+    let (_, value) = text.strip_suffix(';')?.split_once('=')?;
+    let (condition, branches) = value.split_once('?')?;
+    let (then, otherwise) = branches.split_once(':')?;
+    if branches.contains(['?', '"', ';']) || otherwise.contains(':') {
+        return None;
+    }
+    let (condition, then, otherwise) = (condition.trim(), then.trim(), otherwise.trim());
+    let written = format!("if {condition} then {{ {target} = {then}; }} else {{ {target} = {otherwise}; }}");
+    Some(("Write an `if`".to_owned(), vec![(statement.syntax().text_range(), written)]))
+}
+
+/// `33 ms` → `33`, and for a time of an activity `2 s` → `2000`.
+fn unit(token: &SyntaxToken) -> Option<Rewrite> {
+    let number = previous_significant(token)?;
+    let written = without_unit(number.text(), token.text(), in_field(token))?;
+    let range = number.text_range().cover(token.text_range());
+    Some((format!("Write `{written}`"), vec![(range, written)]))
+}
+
+/// Returns the number of `number` and its `unit`; if it is a time, in milliseconds.
+pub(super) fn without_unit(number: &str, unit: &str, is_time: bool) -> Option<String> {
+    let factor = match unit {
+        _ if !is_time => return Some(number.to_owned()),
+        "ms" => return Some(number.to_owned()),
+        "s" | "sec" => 1e3,
+        "us" => 1e-3,
+        "ns" => 1e-6,
+        "min" => 6e4,
+        "Hz" => return number.parse().ok().filter(|it: &f64| *it > 0.0).map(|it| (1e3 / it).to_string()),
+        _ => return None,
+    };
+    let value: f64 = number.parse().ok()?;
+    let exact = (value * factor * 1e6).round() / 1e6;
+    Some(exact.to_string())
+}
+
+/// Writes the braces of all branches of an `if`, and its `then`.
+fn braces(token: &SyntaxToken) -> Option<Rewrite> {
+    let first =
+        token.parent_ancestors().filter(|node| node.kind() == SyntaxKind::IF_STATEMENT).find(|node| {
+            let begin = node.children().find(|child| child.kind() == SyntaxKind::BLOCK && !has_brace(child));
+            begin.is_some_and(|block| block.text_range().contains_range(token.text_range()))
+                || node.children().any(|it| it.kind() == SyntaxKind::ELSE)
+        })?;
+    let mut edits = Vec::new();
+    let mut statement = Some(first);
+    while let Some(node) = statement {
+        let is_keyword = |kind| significant_tokens(&node).any(|token| token.kind() == kind);
+        let needs_then = node.kind() == SyntaxKind::IF_STATEMENT && !is_keyword(SyntaxKind::THEN_KW);
+        if let Some(block) = node.children().find(|it| it.kind() == SyntaxKind::BLOCK && !has_brace(it)) {
+            edits.extend(in_braces(&block, needs_then)?);
+        }
+        statement =
+            node.children().find(|it| matches!(it.kind(), SyntaxKind::ELSE | SyntaxKind::IF_STATEMENT));
+    }
+    Some(("Write the braces".to_owned(), edits))
+}
+
+fn has_brace(block: &SyntaxNode) -> bool {
+    significant_tokens(block).any(|token| token.kind() == SyntaxKind::L_CURLY)
+}
+
+/// Puts a branch into braces, instead of `begin` and `end`.
+fn in_braces(block: &SyntaxNode, needs_then: bool) -> Option<Vec<(TextRange, String)>> {
+    let open = if needs_then { "then {" } else { "{" };
+    let is_word = |node: &SyntaxNode| {
+        node.kind() == SyntaxKind::ERROR
+            && node.first_token().is_some_and(|it| it.kind() == SyntaxKind::IDENT)
+    };
+    let range = block.text_range();
+    let before = block.first_child().filter(is_word);
+    let behind = block.last_child().filter(is_word);
+    let open = match before {
+        Some(word) => (word.text_range(), open.to_owned()),
+        None => (TextRange::empty(range.start()), format!("{open} ")),
+    };
+    let close = match behind {
+        Some(word) => (word.text_range(), "}".to_owned()),
+        None => (TextRange::empty(range.end()), " }".to_owned()),
+    };
+    Some(vec![open, close])
+}
+
+// Declarations
+
+/// `activity pilot: priority = 1, period = 100` → `activity pilot { priority = 1 period = 100 }`
+fn activity_body(colon: &SyntaxToken) -> Option<Rewrite> {
+    let activity = colon.parent_ancestors().find(|node| node.kind() == SyntaxKind::ACTIVITY)?;
+    let tokens = activity.descendants_with_tokens().filter_map(NodeOrToken::into_token);
+    let commas =
+        tokens.filter(|it| it.kind() == SyntaxKind::COMMA).map(|it| (it.text_range(), String::new()));
+    let mut edits = vec![
+        (colon.text_range(), " {".to_owned()),
+        (TextRange::empty(activity.text_range().end()), " }".to_owned()),
+    ];
+    edits.extend(commas);
+    Some(("Write the braces".to_owned(), edits))
+}
+
+/// `component Robot { shell S core C }` → `component Robot(S, C)`
+fn component(open: &SyntaxToken) -> Option<Rewrite> {
+    let body = open.parent().filter(|node| node.kind() == SyntaxKind::ERROR)?;
+    let words: Vec<SyntaxToken> = significant_tokens(&body).filter(|it| it.kind().is_word()).collect();
+    let [shell_keyword, shell, core_keyword, core] = words.as_slice() else { return None };
+    let fits = shell_keyword.kind() == SyntaxKind::SHELL_KW && core_keyword.kind() == SyntaxKind::CORE_KW;
+    let written = format!("({}, {})", shell.text(), core.text());
+    let name = previous_significant(open)?;
+    let range = span(name.text_range().end(), body.text_range().end())?;
+    fits.then(|| (format!("Write `{written}`"), vec![(range, written)]))
+}
+
+/// Names a transition after its target.
+fn transition_name(token: &SyntaxToken) -> Option<Rewrite> {
+    let transition = token.parent_ancestors().find_map(Transition::cast)?;
+    let target = transition.name_ref()?.syntax().text().to_string();
+    let state = transition.syntax().parent()?;
+    let others: Vec<String> = state
+        .children()
+        .filter_map(Transition::cast)
+        .filter_map(|it| Some(it.name()?.syntax().text().to_string()))
+        .collect();
+    let names = (1..=others.len() + 1).map(|number| match number {
+        1 => format!("to_{target}"),
+        _ => format!("to_{target}_{number}"),
+    });
+    let name = names.into_iter().find(|name| !others.contains(name))?;
+    let (range, text) = match token.text() {
+        "if" | "to" => (TextRange::empty(token.text_range().start()), format!("{name} ")),
+        "->" => (token.text_range(), format!("{name} to")),
+        _ => (token.text_range(), format!("{name} if")),
+    };
+    Some((format!("Name it `{name}`"), vec![(range, text)]))
+}
+
+/// Moves a guard before the `to` of its transition.
+fn guard_first(token: &SyntaxToken) -> Option<Rewrite> {
+    let transition = token.parent_ancestors().find_map(Transition::cast)?;
+    let guard = transition.guard()?.syntax().clone();
+    let target = transition.name_ref()?.syntax().text_range().end();
+    let to = significant_tokens(transition.syntax()).find(|it| it.kind() == SyntaxKind::TO_KW)?;
+    let moved = format!("{} ", guard.text());
+    let edits = vec![
+        (TextRange::empty(to.text_range().start()), moved),
+        (span(target, guard.text_range().end())?, String::new()),
+    ];
+    Some(("Move the guard before `to`".to_owned(), edits))
+}
+
+/// `int act(int n);` → `codel act(in n: int): int`
+fn prototype(token: &SyntaxToken) -> Option<Rewrite> {
+    let error = token.parent().filter(|it| it.kind() == SyntaxKind::ERROR && !in_core(token))?;
+    let all: Vec<SyntaxToken> = error
+        .descendants_with_tokens()
+        .filter_map(NodeOrToken::into_token)
+        .filter(|it| !it.kind().is_trivia())
+        .collect();
+    let all = match all.split_last()? {
+        (last, rest) if last.kind() == SyntaxKind::SEMICOLON => rest,
+        _ => all.as_slice(),
+    };
+    let [result, name, _, parameters @ .., close] = all else { return None };
+    if close.kind() != SyntaxKind::R_PAREN {
+        return None;
+    }
+    let is_comma = |token: &SyntaxToken| token.kind() == SyntaxKind::COMMA;
+    let parameter = |tokens: &[SyntaxToken]| match tokens {
+        [ty, name] if ty.kind().is_word() && name.kind().is_word() => {
+            Some(format!("in {}: {}", name.text(), mauve_type(ty.text())))
+        }
+        _ => None,
+    };
+    let parameters: Option<Vec<String>> = match parameters {
+        [] => Some(Vec::new()),
+        _ => parameters.split(is_comma).map(parameter).collect(),
+    };
+    let result = match result.text() {
+        "function" | "func" | "def" | "fn" => return None,
+        result => mauve_type(result),
+    };
+    let written = format!("codel {}({}): {result}", name.text(), parameters?.join(", "));
+    Some((format!("Write `{written}`"), vec![(error.text_range(), written)]))
+}

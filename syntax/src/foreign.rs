@@ -1,0 +1,180 @@
+//! Forms of other languages that the parser recognises where the grammar does not allow them, so that one habit of a
+//! newcomer is one error that says how MAUVE writes it.
+//!
+//! A word of these tables is a name wherever the grammar allows a name. Since the parser reads the texts of these words
+//! and otherwise only the kinds of tokens, [`reads_alike`] tells which texts a reparse may exchange.
+
+use crate::SyntaxKind::{self, *};
+
+/// A form of another language.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Foreign {
+    /// MAUVE has another spelling for the next tokens: `and`, `<>`, `->` in a transition.
+    Spelling {
+        /// The number of tokens.
+        tokens: u8,
+        /// How MAUVE writes them.
+        written: &'static str,
+    },
+    /// These tokens mean nothing here: `()` behind the name of a shell.
+    Superfluous {
+        /// The number of tokens.
+        tokens: u8,
+    },
+    /// An item without the keyword that begins it: `a.b -> c.d`.
+    Keyword(&'static str),
+    /// `for`, `while`, `break` and their like.
+    Loop,
+    /// `switch` and its like.
+    Switch,
+    /// A function with another keyword, or with its result first.
+    Function,
+    /// `n += 1`
+    CompoundAssignment,
+    /// `n++`
+    Increment,
+    /// `codel int act()`
+    ResultFirst,
+    /// `int n` instead of `n: int`.
+    TypeFirst,
+    /// `let n = 3;`
+    Untyped,
+    /// `a ? b : c`
+    Ternary,
+    /// `33 ms`
+    Unit,
+    /// `1.` or `.5`
+    Fraction,
+    /// Commas between the items of a list: the first of them.
+    Comma,
+    /// A transition without a name.
+    UnnamedTransition,
+    /// `transition go to There if (x)`
+    GuardLast,
+    /// `state initial There`
+    InitialLast,
+    /// `component X { … }`
+    ComponentBody,
+    /// `core C: S` or `core C extends S`.
+    CoreHeader,
+    /// `activity pilot: priority = 1, period = 100`
+    ActivityBody,
+    /// A branch of an `if` without braces.
+    Braces,
+    /// An array, a pointer or a type with arguments.
+    TypeSuffix,
+}
+
+/// What a word of another language stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Word {
+    /// A binary operator.
+    Operator(SyntaxKind),
+    Not,
+    ElseIf,
+    /// It begins a guard.
+    Guard,
+    /// It stands before the target of a transition.
+    Target,
+    Loop,
+    /// It leaves a loop, or does nothing.
+    Jump,
+    Switch,
+    /// It begins a variable that has no type.
+    Untyped,
+    /// It begins a function.
+    Function,
+    /// It opens or closes a block, or is all of one.
+    Brace,
+    Unit,
+    /// It stands before the shell of a core.
+    ForShell,
+    /// A keyword that begins an item of an architecture or a shell.
+    Keyword(SyntaxKind),
+}
+
+/// The words, each with what it stands for. All begin with a lower-case letter.
+const WORDS: &[(&str, Word)] = &[
+    ("and", Word::Operator(AMP2)),
+    ("or", Word::Operator(PIPE2)),
+    ("is", Word::Operator(EQ2)),
+    ("mod", Word::Operator(PERCENT)),
+    ("not", Word::Not),
+    ("elif", Word::ElseIf),
+    ("elsif", Word::ElseIf),
+    ("elseif", Word::ElseIf),
+    ("when", Word::Guard),
+    ("on", Word::Guard),
+    ("goto", Word::Target),
+    ("go", Word::Target),
+    ("for", Word::Loop),
+    ("foreach", Word::Loop),
+    ("while", Word::Loop),
+    ("do", Word::Loop),
+    ("loop", Word::Loop),
+    ("repeat", Word::Loop),
+    ("break", Word::Jump),
+    ("continue", Word::Jump),
+    ("pass", Word::Brace),
+    ("switch", Word::Switch),
+    ("match", Word::Switch),
+    ("case", Word::Switch),
+    ("default", Word::Switch),
+    ("let", Word::Untyped),
+    ("auto", Word::Untyped),
+    ("const", Word::Untyped),
+    ("function", Word::Function),
+    ("func", Word::Function),
+    ("def", Word::Function),
+    ("fn", Word::Function),
+    ("begin", Word::Brace),
+    ("end", Word::Brace),
+    ("endif", Word::Brace),
+    ("fi", Word::Brace),
+    ("ns", Word::Unit),
+    ("us", Word::Unit),
+    ("ms", Word::Unit),
+    ("s", Word::Unit),
+    ("sec", Word::Unit),
+    ("min", Word::Unit),
+    ("Hz", Word::Unit),
+    ("kHz", Word::Unit),
+    ("mm", Word::Unit),
+    ("cm", Word::Unit),
+    ("m", Word::Unit),
+    ("rad", Word::Unit),
+    ("deg", Word::Unit),
+    ("of", Word::ForShell),
+    ("implements", Word::ForShell),
+    ("connect", Word::Keyword(CONNECTION_KW)),
+    ("link", Word::Keyword(CONNECTION_KW)),
+    ("param", Word::Keyword(PROPERTY_KW)),
+    ("parameter", Word::Keyword(PROPERTY_KW)),
+    ("const", Word::Keyword(CONSTANT_KW)),
+];
+
+/// Types that are written in lower case.
+const SCALARS: &[&str] = &[
+    "bool", "boolean", "byte", "char", "double", "float", "int", "integer", "long", "real", "short",
+    "size_t", "str", "string", "uint", "unsigned", "void",
+];
+
+/// Returns what `word` stands for in other languages: for `const` several things.
+pub(crate) fn meanings(word: &str) -> impl Iterator<Item = Word> {
+    WORDS.iter().filter(move |(other, _)| *other == word).map(|(_, meaning)| *meaning)
+}
+
+/// Returns whether `word` looks like a type and not like the name of a variable: `int`, `uint8_t`, `Pose`.
+pub(crate) fn looks_like_type(word: &str) -> bool {
+    let scalar =
+        word.strip_suffix("_t").unwrap_or(word).trim_end_matches(|letter: char| letter.is_ascii_digit());
+    SCALARS.contains(&word)
+        || SCALARS.contains(&scalar)
+        || word.starts_with(|letter: char| letter.is_ascii_uppercase())
+}
+
+/// Returns whether the parser does the same whichever of the two words stands at a place.
+pub(crate) fn reads_alike(one: &str, other: &str) -> bool {
+    let is_plain = |word| meanings(word).next().is_none();
+    is_plain(one) && is_plain(other) && looks_like_type(one) == looks_like_type(other)
+}

@@ -1,0 +1,568 @@
+//! Statements, operators and items of other languages, where the grammar allows nothing of the kind: one error each.
+//!
+//! A rule here is asked where no model without an error gets to, or by first tokens that no rule of MAUVE has. So what is
+//! without an error stays so.
+
+use super::*;
+use crate::foreign::{Foreign, Word};
+use crate::parser::Checkpoint;
+
+/// An operator of another language: what it is in MAUVE, and its number of tokens.
+pub(super) struct Operator {
+    pub(super) kind: SyntaxKind,
+    tokens: u8,
+}
+
+impl Operator {
+    /// Reports the operator, and takes its first token as the one of MAUVE.
+    pub(super) fn take(&self, p: &mut Parser<'_>) {
+        p.foreign(Foreign::Spelling { tokens: self.tokens, written: self.kind.text().unwrap_or_default() });
+        p.bump_as(self.kind);
+        p.drop_tokens(usize::from(self.tokens) - 1);
+    }
+}
+
+// test_err operators_of_other_languages
+// core C(S) { update = {
+//   if a and not b or c then { } else { }
+//   if a & b | c then { } else { }
+//   if a <> b && c === d && e !== f then { } else { }
+//   if a = b then { } else { }
+//   x = a and (b);
+// } }
+/// The binary operator of another language that stands behind an operand.
+pub(super) fn operator(p: &Parser<'_>) -> Option<Operator> {
+    let (kind, tokens) = match (p.current(), p.nth(1)) {
+        (LT, GT) => (NEQ, 2),
+        (EQ2, EQ) => (EQ2, 2),
+        (NEQ, EQ) => (NEQ, 2),
+        // In a guard it may be an arrow to a state.
+        (EQ, GT) if p.in_condition && !p.nth_looks_like_type(2) => (GTEQ, 2),
+        (EQ, LT) if p.in_condition => (LTEQ, 2),
+        (EQ, next) if p.in_condition && next != GT => (EQ2, 1),
+        (IDENT, next) if begins_operand(next) && !p.nth_begins_line(1) && !p.at_item() => {
+            let operator = |word| match word {
+                Word::Operator(kind) => Some(kind),
+                _ => None,
+            };
+            (p.nth_foreign(0, operator)?, 1)
+        }
+        (ERROR_CHARACTERS, _) if p.at_characters("&") => (AMP2, 1),
+        (ERROR_CHARACTERS, _) if p.at_characters("|") => (PIPE2, 1),
+        _ => return None,
+    };
+    Some(Operator { kind, tokens })
+}
+
+fn begins_operand(kind: SyntaxKind) -> bool {
+    statement::starts_expression(kind) && !matches!(kind, THEN_KW | TO_KW)
+}
+
+/// Does `not` stand here before an operand? Before `(` it is a call.
+pub(super) fn at_not(p: &Parser<'_>) -> bool {
+    p.at(IDENT)
+        && !p.nth_begins_line(1)
+        && !matches!(p.nth(1), L_PAREN | MINUS | THEN_KW | TO_KW)
+        && begins_operand(p.nth(1))
+        && p.nth_is_foreign(0, Word::Not)
+}
+
+/// `not`, as `!`.
+pub(super) fn not(p: &mut Parser<'_>) {
+    Operator { kind: BANG, tokens: 1 }.take(p);
+}
+
+/// `.5`
+pub(super) fn point(p: &mut Parser<'_>) {
+    p.foreign(Foreign::Fraction);
+    p.drop_tokens(2);
+}
+
+// test_err behind_an_operand
+// core C(S) { update = {
+//   x = a ? 1 : 2;
+//   x = 1. + .5;
+//   x = 33 ms;
+// } }
+/// What stands behind a number in other languages: a unit, or a point.
+pub(super) fn opt_behind_number(p: &mut Parser<'_>) {
+    if p.at(DOT) && !p.begins_line() {
+        p.foreign(Foreign::Fraction);
+        let more = usize::from(p.nth(1) == INT_NUMBER && !p.nth_begins_line(1));
+        p.drop_tokens(1 + more);
+    } else if p.at(IDENT)
+        && !p.begins_line()
+        && !matches!(p.nth(1), EQ | COLON | L_PAREN | DOT)
+        && p.nth_is_foreign(0, Word::Unit)
+    {
+        p.foreign(Foreign::Unit);
+        p.drop_tokens(1);
+    }
+}
+
+/// `? a : b` behind an operand.
+pub(super) fn opt_ternary(p: &mut Parser<'_>, condition: CompletedMarker) -> CompletedMarker {
+    if !p.at_characters("?") {
+        return condition;
+    }
+    let m = condition.precede(p);
+    p.skip_foreign(Foreign::Ternary, expression::ends_expression);
+    m.complete(p, BINARY_EXPR)
+}
+
+// test_err statements_of_other_languages
+// core C(S) { update = {
+//   n += 1; n++; ++n; n--; n := 3;
+//   int n = 3; Pose p; let m = 4;
+//   for (int i = 0; i < 3; i++) { act(n); }
+//   while n < 3 { n = n + 1; }
+//   do { act(n); }
+//   switch (n) { case 1: act(n); break; }
+//   void act(int v) { }
+//   while(n);
+//   act(n);
+// } }
+/// A statement that no program of MAUVE begins with.
+pub(super) fn opt_statement(p: &mut Parser<'_>) -> bool {
+    let on_line = !p.nth_begins_line(1);
+    match (p.current(), p.nth(1), p.nth(2)) {
+        (word, PLUS | MINUS | STAR | SLASH | PERCENT | AMP2 | PIPE2, EQ) if word.is_word() => {
+            assignment(p, Foreign::CompoundAssignment);
+        }
+        (word, COLON, EQ) if word.is_word() => {
+            assignment(p, Foreign::Spelling { tokens: 2, written: "=" });
+        }
+        (PLUS, PLUS, word) if word.is_word() => p.skip_foreign(Foreign::Increment, ends_statement),
+        (word, PLUS, PLUS) if word.is_word() => p.skip_foreign(Foreign::Increment, ends_statement),
+        (IDENT, ..) if at_brace(p) => superfluous(p),
+        (IDENT, L_CURLY, _) if p.nth_foreign(0, section).is_some() => foreign_section(p),
+        (IDENT, SEMICOLON | R_CURLY, _) if p.nth_is_foreign(0, Word::Jump) => {
+            p.skip_foreign(Foreign::Loop, ends_statement);
+        }
+        (IDENT, COLON, _) if p.nth_is_foreign(0, Word::Switch) => {
+            p.skip_foreign(Foreign::Switch, ends_statement);
+        }
+        (IDENT, INT_NUMBER, _) if on_line && p.nth_foreign(0, section).is_some() => foreign_section(p),
+        (IDENT, next, behind) if next.is_word() && on_line => match behind {
+            _ if p.nth_foreign(0, section).is_some() => foreign_section(p),
+            EQ | SEMICOLON => variable(p),
+            L_PAREN => p.skip_foreign(Foreign::Function, ends_statement),
+            _ => return false,
+        },
+        _ => return false,
+    }
+    true
+}
+
+/// `name op= value;`, the target known.
+fn assignment(p: &mut Parser<'_>, form: Foreign) {
+    let m = p.start();
+    any_word(p, NAME_REF);
+    p.foreign(form);
+    p.drop_tokens(2);
+    expression(p);
+    m.complete(p, ASSIGN_STATEMENT);
+    p.drop_until(ends_statement);
+}
+
+// test_err variables_of_other_languages
+// core C(S) {
+//   int n = 3;
+//   const int m = 4
+//   let k = 5;
+//   update = { }
+// }
+/// `int n = 3`, `let n = 3`: a variable without a type that is known.
+pub(super) fn variable(p: &mut Parser<'_>) {
+    let m = p.start();
+    p.foreign(if p.nth_is_foreign(0, Word::Untyped) { Foreign::Untyped } else { Foreign::TypeFirst });
+    p.drop_tokens(1);
+    name(p);
+    shell::opt_initializer(p);
+    m.complete(p, VAR);
+}
+
+/// A loop or a `switch`: what its body does is lost.
+fn section(word: Word) -> Option<Foreign> {
+    match word {
+        Word::Loop => Some(Foreign::Loop),
+        Word::Switch => Some(Foreign::Switch),
+        _ => None,
+    }
+}
+
+fn foreign_section(p: &mut Parser<'_>) {
+    let form = p.nth_foreign(0, section).unwrap_or(Foreign::Loop);
+    p.skip_foreign(form, ends_section);
+}
+
+/// Is this `--n`, which does nothing in MAUVE?
+pub(super) fn is_decrement(p: &mut Parser<'_>, before: &Checkpoint) -> bool {
+    let is_one = |p: &Parser<'_>| p.at(MINUS) && p.nth(1) == MINUS && p.nth(2).is_word();
+    p.taken_since(before) == 3 && p.from(before, is_one)
+}
+
+/// Reads a statement that went wrong again, as one error, if it is known from other languages.
+pub(super) fn opt_whole_statement(p: &mut Parser<'_>, before: &Checkpoint) -> bool {
+    let form = p.from(before, |p| match (p.current(), p.nth(1), p.nth(2)) {
+        (IDENT, ..) if p.nth_foreign(0, section).is_some() => Some(Word::Loop),
+        (IDENT, ..) if p.nth_is_foreign(0, Word::ElseIf) => Some(Word::ElseIf),
+        (word, MINUS, MINUS) if word.is_word() => Some(Word::Jump),
+        (MINUS, MINUS, word) if word.is_word() => Some(Word::Jump),
+        (ELSE_KW, L_CURLY | IF_KW, _) => Some(Word::Brace),
+        _ => None,
+    });
+    let Some(form) = form else { return false };
+    p.rewind(before);
+    match form {
+        Word::Loop => foreign_section(p),
+        Word::ElseIf => {
+            let m = p.start();
+            p.foreign(Foreign::Spelling { tokens: 1, written: "else if" });
+            p.drop_tokens(1);
+            statement::if_rest(p);
+            m.complete(p, IF_STATEMENT);
+        }
+        Word::Brace => superfluous(p),
+        _ => p.skip_foreign(Foreign::Increment, ends_statement),
+    }
+    true
+}
+
+/// A word that opens or closes a block in other languages, and is neither assigned nor called.
+pub(super) fn at_brace(p: &Parser<'_>) -> bool {
+    let next = p.nth(1);
+    p.nth_is_foreign(0, Word::Brace)
+        && (next.is_word() || matches!(next, SEMICOLON | L_CURLY | R_CURLY | EOF))
+}
+
+fn superfluous(p: &mut Parser<'_>) {
+    p.foreign(Foreign::Superfluous { tokens: 1 });
+    p.drop_tokens(1);
+}
+
+/// Where a statement ends that is not read: behind its `;` or its block, or with its line.
+pub(super) fn ends_statement(p: &Parser<'_>) -> bool {
+    p.at(R_CURLY)
+        || p.begins_line()
+        || p.previous() == SEMICOLON
+        || p.previous() == R_CURLY && !p.at(SEMICOLON)
+}
+
+/// Where a statement with a block ends, which may begin the next line.
+fn ends_section(p: &Parser<'_>) -> bool {
+    let goes_on = p.at(L_CURLY) && p.begins_line()
+        || p.previous() == R_CURLY && !p.begins_line() && p.nth_is_foreign(0, Word::Loop);
+    !goes_on && ends_statement(p)
+}
+
+// Items
+
+// test_err declarations_of_other_languages
+// import "laser.mal"
+// import nav_msgs
+// void halt(int v);
+// def act(v): pass
+// codel land(): void
+/// A declaration that no file of MAUVE has.
+pub(super) fn opt_declaration(p: &mut Parser<'_>) -> bool {
+    let on_line = !p.nth_begins_line(1);
+    match (p.current(), p.nth(1), p.nth(2)) {
+        (IMPORT_KW, STRING, _) if on_line => {
+            let m = p.start();
+            p.foreign(Foreign::Spelling { tokens: 1, written: "include" });
+            p.bump_as(INCLUDE_KW);
+            p.bump();
+            m.complete(p, INCLUDE);
+        }
+        (IMPORT_KW, next, _) if next.is_word() && on_line => {
+            let m = p.start();
+            p.foreign(Foreign::Spelling { tokens: 1, written: "use" });
+            p.bump_as(USE_KW);
+            name_ref(p, Expected::PackageName);
+            m.complete(p, USE);
+        }
+        (IDENT, next, L_PAREN) if next.is_word() && on_line => {
+            p.skip_foreign(Foreign::Function, ends_declaration);
+        }
+        _ => return false,
+    }
+    true
+}
+
+fn ends_declaration(p: &Parser<'_>) -> bool {
+    p.at_item() || ends_section(p)
+}
+
+// test_err shell_items_of_other_languages
+// shell S {
+//   in port a: int
+//   port out b: int
+//   out c: int
+//   port d: int
+//   param e: int = 3
+//   input port f: int
+// }
+pub(super) fn opt_shell_item(p: &mut Parser<'_>) -> bool {
+    let direction = |kind| match kind {
+        IN_KW | INPUT_KW => Some(INPUT_KW),
+        OUT_KW | OUTPUT_KW => Some(OUTPUT_KW),
+        _ => None,
+    };
+    let is_on_line = |p: &Parser<'_>| p.nth(1).is_word() && !p.nth_begins_line(1);
+    if let Some(keyword) =
+        p.nth_foreign(0, keyword).filter(|it| is_on_line(p) && matches!(it, PROPERTY_KW | CONSTANT_KW))
+    {
+        let m = p.start();
+        p.foreign(Foreign::Spelling { tokens: 1, written: keyword.text().unwrap_or_default() });
+        p.bump_as(keyword);
+        shell::property_rest(p);
+        m.complete(p, PROPERTY);
+        return true;
+    }
+    let (keyword, before, behind) = match (p.current(), p.nth(1)) {
+        (PORT_KW, next) if p.nth(2).is_word() && direction(next).is_some() => (direction(next), 1, 0),
+        (PORT_KW, next) if next.is_word() => (None, 1, 0),
+        (kind, PORT_KW) if p.nth(2).is_word() => (direction(kind), 0, 1),
+        (kind, next) if next.is_word() => (direction(kind), 0, 0),
+        _ => (None, 0, 0),
+    };
+    if !is_on_line(p) || keyword.is_none() && before == 0 {
+        return false;
+    }
+    let m = p.start();
+    match keyword {
+        Some(keyword) => {
+            let written = if keyword == INPUT_KW { "input port" } else { "output port" };
+            p.foreign(Foreign::Spelling { tokens: 1 + before + behind, written });
+            p.drop_tokens(usize::from(before));
+            p.bump_as(keyword);
+            p.drop_tokens(usize::from(behind));
+        }
+        None => {
+            // Neither direction is known, so the item is none.
+            p.skip_foreign(Foreign::Keyword("input"), ends_declaration);
+            m.complete(p, ERROR);
+            return true;
+        }
+    }
+    declared_type(p);
+    m.complete(p, PORT);
+    true
+}
+
+fn keyword(word: Word) -> Option<SyntaxKind> {
+    match word {
+        Word::Keyword(kind) => Some(kind),
+        _ => None,
+    }
+}
+
+/// Is `int n = 3`, or a function, an item here, where a core has variables and programs?
+pub(super) fn opt_core_item(p: &mut Parser<'_>) -> bool {
+    if !p.at(IDENT) || !p.nth(1).is_word() || p.nth_begins_line(1) {
+        return false;
+    }
+    match p.nth(2) {
+        EQ | SEMICOLON => variable(p),
+        L_PAREN => p.skip_foreign(Foreign::Function, ends_section),
+        _ if p.nth_is_foreign(0, Word::Untyped) => {
+            superfluous(p);
+        }
+        _ => return false,
+    }
+    true
+}
+
+// test_err architecture_items_of_other_languages
+// architecture A {
+//   connect a.b -> c.d
+//   a.b -> c.d
+//   a.b = 3
+//   laser: Laser
+//   connection a.b to c.d
+//   connection a.b, c.d
+//   instance Laser laser
+//   instance laser = Laser
+// }
+pub(super) fn opt_architecture_item(p: &mut Parser<'_>) -> bool {
+    let on_line = !p.nth_begins_line(1);
+    match (p.current(), p.nth(1), p.nth(2)) {
+        (IDENT, next, DOT)
+            if next.is_word() && on_line && p.nth_foreign(0, keyword) == Some(CONNECTION_KW) =>
+        {
+            let m = p.start();
+            p.foreign(Foreign::Spelling { tokens: 1, written: "connection" });
+            p.bump_as(CONNECTION_KW);
+            architecture::connection_rest(p);
+            m.complete(p, CONNECTION);
+        }
+        (word, DOT, feature) if word.is_word() && feature.is_word() => {
+            let m = p.start();
+            let before = p.checkpoint();
+            architecture::endpoint(p);
+            let is_setting = p.at(EQ) && !matches!(p.nth(1), GT);
+            let missing = if is_setting { "property" } else { "connection" };
+            p.foreign_at(before.position, Foreign::Keyword(missing));
+            if is_setting {
+                p.bump();
+                expression(p);
+                m.complete(p, SETTING);
+            } else {
+                architecture::connection_target(p);
+                m.complete(p, CONNECTION);
+            }
+        }
+        (word, COLON, component) if word.is_word() && component.is_word() => {
+            let m = p.start();
+            p.foreign(Foreign::Keyword("instance"));
+            architecture::instance_rest(p);
+            m.complete(p, INSTANCE);
+        }
+        _ => return false,
+    }
+    true
+}
+
+/// `pilot { priority = 1 }`: an activity without its keyword.
+pub(super) fn opt_deployment_item(p: &mut Parser<'_>) -> bool {
+    let is_activity = p.at(IDENT) && p.nth(1) == L_CURLY && p.nth(2).is_word();
+    if is_activity {
+        let m = p.start();
+        p.foreign(Foreign::Keyword("activity"));
+        deployment::activity_rest(p);
+        m.complete(p, ACTIVITY);
+    }
+    is_activity
+}
+
+/// Takes the tokens that stand here for `expected` in other languages, and returns whether there were any.
+pub(super) fn opt_instead_of(p: &mut Parser<'_>, expected: SyntaxKind) -> bool {
+    if p.begins_line() {
+        return false;
+    }
+    let tokens = match (expected, p.current(), p.nth(1)) {
+        (TO_KW, ARROW | THEN_KW, next) if next != TO_KW => 1,
+        (TO_KW | ARROW, EQ, GT) => 2,
+        (TO_KW, IDENT, next) if next.is_word() && p.nth_is_foreign(0, Word::Target) => 1,
+        (ARROW, MINUS, ARROW) => 2,
+        (ARROW, TO_KW | COMMA | GT | COLON | EQ, next) if next.is_word() || next == L_BRACK => 1,
+        (EQ, COLON, EQ) => 2,
+        (EQ, COLON, _) => 1,
+        (COLON, EQ, next) if next.is_word() && !p.nth_begins_line(1) => 1,
+        (THEN_KW, COLON, L_CURLY) => 1,
+        (COLON, ARROW, next) if next.is_word() => 1,
+        _ => return false,
+    };
+    p.foreign(Foreign::Spelling { tokens, written: expected.text().unwrap_or_default() });
+    p.drop_tokens(usize::from(tokens));
+    true
+}
+
+/// `()` behind the name of something that has no parameters.
+pub(super) fn opt_parentheses(p: &mut Parser<'_>) {
+    if p.at(L_PAREN) && p.nth(1) == R_PAREN && !p.begins_line() {
+        p.foreign(Foreign::Superfluous { tokens: 2 });
+        p.drop_tokens(2);
+    }
+}
+
+/// `shell Laser: Base`
+pub(super) fn at_colon_before_shell(p: &Parser<'_>) -> bool {
+    p.at(COLON) && p.nth(1).is_word() && !p.begins_line()
+}
+
+/// `extends`, or the colon that stands for it.
+pub(super) fn extends(p: &mut Parser<'_>) {
+    if p.at(COLON) {
+        p.foreign(Foreign::Spelling { tokens: 1, written: "extends" });
+    }
+    p.bump_as(EXTENDS_KW);
+}
+
+/// What stands between a header and its `{` in other languages: a colon, `=`, `()`, a name where there is none.
+pub(super) fn opt_before_list(p: &mut Parser<'_>) {
+    let tokens = match (p.current(), p.nth(1), p.nth(2)) {
+        (COLON | EQ, L_CURLY, _) => 1,
+        (L_PAREN, R_PAREN, L_CURLY) => 2,
+        (word, L_CURLY, _) if word.is_word() => 1,
+        _ => return,
+    };
+    if !p.begins_line() {
+        p.foreign(Foreign::Superfluous { tokens });
+        p.drop_tokens(usize::from(tokens));
+    }
+}
+
+/// `()` between the keyword of a program and its `=`, or instead of that. Returns whether it was instead.
+pub(super) fn opt_program_parentheses(p: &mut Parser<'_>) -> bool {
+    let is_instead = p.at(L_PAREN) && p.nth(1) == R_PAREN && p.nth(2) == L_CURLY;
+    if is_instead {
+        p.foreign(Foreign::Spelling { tokens: 2, written: "=" });
+        p.drop_tokens(2);
+    } else {
+        opt_parentheses(p);
+    }
+    is_instead
+}
+
+// test_err activity_without_braces
+// deployment D { activity a: priority = 1, period = 10
+//   activity b { }
+// }
+/// The fields of an activity behind a colon, on its line.
+pub(super) fn opt_activity_body(p: &mut Parser<'_>) -> bool {
+    let is_body = p.at(COLON) && p.nth(1).is_word() && !p.nth_begins_line(1);
+    if is_body {
+        p.foreign(Foreign::ActivityBody);
+        p.drop_tokens(1);
+        while p.current().is_word() && !p.begins_line() {
+            deployment::field(p);
+            p.drop_until(|p| p.at(R_CURLY) || p.begins_line() || p.current().is_word());
+        }
+    }
+    is_body
+}
+
+/// `: S`, `extends S`, `for S` behind the name of a core.
+pub(super) fn opt_core_header(p: &mut Parser<'_>) -> bool {
+    let is_word = p.at(IDENT) && (p.nth_is_foreign(0, Word::ForShell) || p.nth_is_foreign(0, Word::Loop));
+    let is_header =
+        !p.begins_line() && p.nth(1).is_word() && (matches!(p.current(), COLON | EXTENDS_KW) || is_word);
+    if is_header {
+        p.foreign(Foreign::CoreHeader);
+        p.drop_tokens(1);
+        type_(p, Expected::ShellName);
+    }
+    is_header
+}
+
+// test_err types_of_other_languages
+// shell S {
+//   input port a: nav_msgs/msg/Path
+//   input port b: vector<Pose>
+//   input port c: Pose[]
+//   input port Pose d
+// }
+/// What may stand behind a type in other languages.
+pub(super) fn opt_type_suffix(p: &mut Parser<'_>) {
+    match (p.current(), p.nth(1)) {
+        _ if p.begins_line() => {}
+        (LT, _) => {
+            p.skip_foreign(Foreign::TypeSuffix, |p| p.previous() == GT || p.begins_line() || p.at(R_CURLY))
+        }
+        (L_BRACK, R_BRACK) => {
+            p.foreign(Foreign::TypeSuffix);
+            p.drop_tokens(2);
+        }
+        (STAR, _) => {
+            p.foreign(Foreign::TypeSuffix);
+            p.drop_tokens(1);
+        }
+        _ if p.at_characters("&") => {
+            p.foreign(Foreign::TypeSuffix);
+            p.drop_tokens(1);
+        }
+        _ => {}
+    }
+}
