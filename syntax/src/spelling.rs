@@ -10,12 +10,17 @@
 /// assert_eq!(similar("camera", ["laser", "pilot"]), None);
 /// ```
 pub fn similar<'a>(word: &str, words: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let written = word;
     let word: Vec<char> = word.chars().take(LONGEST).collect();
     let mut allowed = ((word.len() + 1) / 3).min(3);
     let mut rows = Rows::default();
     let mut best: Option<(usize, &str)> = None;
     for other in words.into_iter().take(MOST_WORDS) {
         if other.len() > LONGEST * 4 {
+            continue;
+        }
+        if other != written && allowed > 0 && letters(other).eq(letters(written)) {
+            best = best.filter(|best| *best < (0, other)).or(Some((0, other)));
             continue;
         }
         if let Some(found) = rows.distance(&word, other, allowed).filter(|found| *found > 0)
@@ -44,6 +49,11 @@ pub fn is_nearest<'a>(word: &str, near: &str, words: impl IntoIterator<Item = &'
             Some(_) => false,
         }
     })
+}
+
+/// Returns the letters and digits of a word in lower case, without `_`: `planPath` and `plan_path` differ in style only.
+fn letters(word: &str) -> impl Iterator<Item = char> {
+    word.chars().filter(|letter| *letter != '_').flat_map(char::to_lowercase)
 }
 
 const MOST_WORDS: usize = 500;
@@ -118,6 +128,8 @@ mod tests {
         assert_eq!(similar("statmachine", ["state", "statemachine"]), Some("statemachine"));
         assert_eq!(similar("activity", ["activity"]), None);
         assert_eq!(similar("cor", ["core", "codel"]), Some("core"));
+        assert_eq!(similar("planPathToGo", ["plan_paths_to_go", "plan_path_to_go"]), Some("plan_path_to_go"));
+        assert_eq!(similar("plan_path", ["plan_path"]), None);
         assert_eq!(similar("", ["a"]), None);
         assert_eq!(similar("ab", ["ba"]), Some("ba"));
         assert_eq!(similar("naïve", ["naive"]), Some("naive"));

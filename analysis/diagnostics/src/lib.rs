@@ -86,14 +86,15 @@ impl<'db> Diagnostic<'db> {
         self
     }
 
-    /// Adds a suggestion for the unresolved `path`, written in `of`: a library to use, a file to include, or a similar name.
+    /// Adds a suggestion for the unresolved `path`, written in `of`: a library to use, a file to include, or `near`, a similar
+    /// name.
     fn look_elsewhere(
         mut self,
         db: &'db dyn ModelDb,
         project: Project<'db>,
         of: Decl<'db>,
-        kind: Kind,
-        path: &[Name],
+        (kind, path): (Kind, &[Name]),
+        near: Option<Name>,
     ) -> Diagnostic<'db> {
         let names = names_of(db, project);
         let Some(name) = path.last() else { return self };
@@ -113,7 +114,7 @@ impl<'db> Diagnostic<'db> {
                 (None, None) => self,
             };
         }
-        self.did_you_mean(names.similar(db, library, kind, path))
+        self.did_you_mean(near)
     }
 
     /// Adds a fix that adds a `use` of a library or a message package.

@@ -89,7 +89,9 @@ pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>
         K::UnknownType { of, ty } => unknown_type::report(db, project, at, *of, ty),
         K::UnreachableCode(why) => unreachable_code::report(at, why),
         K::UnreachableState { name } => unreachable_state::report(at, name),
-        K::UnresolvedCodel { core, name } => unresolved_codel::report(db, project, *core, at, name),
+        K::UnresolvedCodel { core, name, arguments, builtin } => {
+            unresolved_codel::report(db, project, *core, at, (name, *arguments), *builtin)
+        }
         K::UnresolvedFeature { expected, name, instance, shell, near } => {
             unresolved_feature::report(at, *expected, name, instance, shell, near.clone())
         }
@@ -138,5 +140,6 @@ fn unresolved_type<'db>(
         _ => &unresolved_shell::UNRESOLVED_SHELL,
     };
     let found = Diagnostic::new(code, at, format!("no {kind} `{ty}`"));
-    found.look_elsewhere(db, project, of, kind, &ty.path)
+    let near = names_of(db, project).similar(db, of.library(db).as_ref(), kind, &ty.path);
+    found.look_elsewhere(db, project, of, (kind, &ty.path), near)
 }

@@ -18,8 +18,8 @@
 //! ```
 
 use super::*;
-use mauve_hir::Builtin;
 use mauve_hir::fact::Hidden;
+use mauve_hir::{Builtin, codel, core};
 
 code!(UNRESOLVED_CODEL, Error, "unresolved-codel");
 
@@ -28,13 +28,36 @@ pub(super) fn report<'db>(
     project: Project<'db>,
     of: Decl<'db>,
     at: Location<'db>,
-    name: &Name,
+    (name, arguments): (&Name, usize),
+    builtin: Option<Builtin>,
 ) -> Diagnostic<'db> {
     let diagnostic = Diagnostic::new(&UNRESOLVED_CODEL, at, format!("no codel or operation `{name}`"));
-    if let near @ Some(_) = similar(name, &Builtin::names()) {
-        return diagnostic.did_you_mean(near);
+    if let Some(builtin) = builtin {
+        return diagnostic.did_you_mean(Some(builtin.name().into()));
     }
-    diagnostic.look_elsewhere(db, project, of, Kind::Codel, std::slice::from_ref(name))
+    let near = similar_callee(db, project, of, name, arguments);
+    diagnostic.look_elsewhere(db, project, of, (Kind::Codel, std::slice::from_ref(name)), near)
+}
+
+/// Returns the codel or the own operation that `name` is most likely a misspelling of: one that takes as many arguments, if
+/// there is one.
+fn similar_callee<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    name: &Name,
+    arguments: usize,
+) -> Option<Name> {
+    let visible = names_of(db, project).visible_of_kind(db, of.library(db).as_ref(), Kind::Codel);
+    // `similar` compares with no more names.
+    let visible = visible.take(500);
+    let parameters = |it: Decl<'db>| codel(db, it).map_or(0, |it| it.parameters.len());
+    let codels = visible.map(|it| (it.name(db), parameters(it)));
+    let operations = core(db, of).into_iter().flat_map(|it| &it.operations);
+    let operations = operations.map(|it| (&it.name.name, it.parameters.len()));
+    let all: Vec<(&Name, usize)> = codels.chain(operations).collect();
+    let fitting = all.iter().filter(|(_, parameters)| *parameters == arguments).map(|(name, _)| *name);
+    similar(name, fitting).or_else(|| similar(name, all.iter().map(|(name, _)| *name)))
 }
 
 pub(super) fn built_in<'db>(at: Location<'db>, function: Builtin) -> Diagnostic<'db> {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::item_tree::{FeatureKind, Name};
+use crate::item_tree::FeatureKind;
 
 /// A function that every program can call. A codel of the same name takes precedence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, salsa::SalsaValue)]
@@ -75,11 +75,6 @@ impl Builtin {
             Operand::Operation => kind == FeatureKind::Required,
             Operand::Handler => false,
         }
-    }
-
-    /// Returns the names of all functions.
-    pub fn names() -> [Name; 5] {
-        Builtin::ALL.map(|builtin| Name::from(builtin.name()))
     }
 }
 

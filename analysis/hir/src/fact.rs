@@ -129,8 +129,9 @@ pub enum FactKind<'db> {
     UnreachableCode(Unreachable),
     /// An unreachable state.
     UnreachableState { name: Name },
-    /// The unresolved name of a codel or operation.
-    UnresolvedCodel { core: Decl<'db>, name: Name },
+    /// The unresolved name of a codel or operation; with the number of arguments of its call, and the built-in function whose
+    /// misspelling it may be: one that takes the first argument.
+    UnresolvedCodel { core: Decl<'db>, name: Name, arguments: usize, builtin: Option<Builtin> },
     /// The first argument of a built-in function is of the wrong kind, and no codel has the name of the function.
     NotBuiltin(Builtin),
     /// A callee is neither a codel nor an operation, but a variable, or a feature of this kind; with the definition that it

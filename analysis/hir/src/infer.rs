@@ -551,7 +551,7 @@ impl<'db> InferenceContext<'_, 'db> {
     }
 
     fn target(&mut self, target: &NameRef) -> Type {
-        let is = match self.value(target) {
+        let is = match self.value(target, Role::Target) {
             Some(Binding::Variable(id)) => {
                 let Some(variable) = self.variable(id) else { return Type::Unknown };
                 if variable.kind != VariableKind::Parameter(Direction::In) {
@@ -586,7 +586,7 @@ impl<'db> InferenceContext<'_, 'db> {
     }
 
     /// Resolves the name of a value. Reports an unresolved name, and a call without parentheses.
-    fn value(&mut self, name: &NameRef) -> Option<Binding<'db>> {
+    fn value(&mut self, name: &NameRef, role: Role) -> Option<Binding<'db>> {
         let binding = self.bind(name);
         if name.name.is_empty() {
             return binding;
@@ -596,12 +596,12 @@ impl<'db> InferenceContext<'_, 'db> {
                 self.error(name.id, FactKind::NotCalled { name: name.name.clone(), is_operation: true });
             }
             Some(_) => {}
-            None => self.unresolved_value(name),
+            None => self.unresolved_value(name, role),
         }
         binding
     }
 
-    fn unresolved_value(&mut self, NameRef { name, id }: &NameRef) {
+    fn unresolved_value(&mut self, NameRef { name, id }: &NameRef, role: Role) {
         match self.resolver.resolve_codel(name) {
             Ok(_) | Err(Unresolved::Ambiguous | Unresolved::Repeated) => {
                 self.error(*id, FactKind::NotCalled { name: name.clone(), is_operation: false });
@@ -611,11 +611,22 @@ impl<'db> InferenceContext<'_, 'db> {
                 self.problem(NameProblem::Hidden(CoreReason::MayBeDeclared(name.clone())));
             }
             Err(_) => {
-                let names = self.resolver.scope.names().chain(self.resolver.features.by_name.keys());
-                let near = similar(name, names);
+                let near = self.similar_value(name, role);
                 self.error(*id, FactKind::UnresolvedVariable { name: name.clone(), near });
             }
         }
+    }
+
+    /// Returns the name in scope that `name` is most likely a misspelling of, and that may stand in its place.
+    fn similar_value(&self, name: &Name, role: Role) -> Option<Name> {
+        let is_variable = |name: &&Name| match self.resolver.resolve_name(name) {
+            Some(Binding::Variable(id)) => self.variable(id).is_some_and(|it| role.takes(it.kind)),
+            _ => false,
+        };
+        let variables = self.resolver.scope.names().filter(is_variable);
+        let features = self.resolver.features.by_name.iter().filter(|_| role == Role::Value);
+        let values = features.filter(|(_, found)| found.iter().any(|it| it.kind.is_value()));
+        similar(name, variables.chain(values.map(|(name, _)| name)))
     }
 
     /// Resolves a name and records its binding, without reports.
@@ -629,7 +640,7 @@ impl<'db> InferenceContext<'_, 'db> {
     }
 
     fn name(&mut self, name: &NameRef) -> Type {
-        match self.value(name) {
+        match self.value(name, Role::Value) {
             Some(Binding::Variable(id)) => {
                 self.variable(id).map_or(Type::Unknown, |variable| variable.ty.clone())
             }
@@ -699,7 +710,7 @@ impl<'db> InferenceContext<'_, 'db> {
                     match argument {
                         Expr::Name(name) if index == 0 && resolved.has_operand => _ = self.bind(name),
                         // If `read` is misspelt, a port is correct here.
-                        Expr::Name(name) => _ = self.value(name),
+                        Expr::Name(name) => _ = self.value(name, Role::Value),
                         argument => _ = self.expr(argument),
                     }
                 }
@@ -791,10 +802,22 @@ impl<'db> InferenceContext<'_, 'db> {
             }
             CallError::Unresolved(_) => match Builtin::of_name(name) {
                 Some(builtin) => FactKind::NotBuiltin(builtin),
-                None => FactKind::UnresolvedCodel { core: self.of, name: name.clone() },
+                None => FactKind::UnresolvedCodel {
+                    core: self.of,
+                    name: name.clone(),
+                    arguments: arguments.len(),
+                    builtin: self.misspelt_builtin(name, first_name(arguments)),
+                },
             },
         };
         self.error(*id, kind);
+    }
+
+    /// Returns the built-in function that `name` may be a misspelling of, and that takes the argument `first`.
+    fn misspelt_builtin(&self, name: &Name, first: Option<&NameRef>) -> Option<Builtin> {
+        let takes = |it: &Builtin| first.is_some_and(|first| self.resolver.is_operand(*it, &first.name));
+        let fitting: Vec<Name> = Builtin::ALL.into_iter().filter(takes).map(|it| it.name().into()).collect();
+        Builtin::of_name(&similar(name, &fitting)?)
     }
 
     /// Returns the definition that a name shadows although the name cannot be called.
@@ -880,7 +903,7 @@ impl<'db> InferenceContext<'_, 'db> {
             self.report(id, no_variable);
             return;
         };
-        match self.value(name) {
+        match self.value(name, Role::Target) {
             Some(Binding::Variable(variable)) => {
                 let Some(variable) = self.variable(variable) else { return };
                 if matches!(variable.kind, VariableKind::Handler | VariableKind::Parameter(Direction::In)) {
@@ -962,6 +985,25 @@ impl<'db> InferenceContext<'_, 'db> {
         let is_correct = self.check_count(callee, takes, is_correct, rest.len());
         self.arguments(&callee.name, if is_correct { &outputs } else { &[] }, rest);
         Type::CallStatus
+    }
+}
+
+/// The role of a name in a program.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Role {
+    /// It is read.
+    Value,
+    /// It is assigned.
+    Target,
+}
+
+impl Role {
+    /// Returns whether a variable of this kind may have the role.
+    fn takes(self, kind: VariableKind) -> bool {
+        match self {
+            Role::Value => kind != VariableKind::Handler,
+            Role::Target => kind != VariableKind::Parameter(Direction::In),
+        }
     }
 }
 

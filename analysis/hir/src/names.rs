@@ -235,19 +235,26 @@ impl<'db> Names<'db> {
         kind: Kind,
         path: &[Name],
     ) -> Option<Name> {
-        let (of, name) = match path {
-            [name] => (None, name),
-            [of, name] => (Some(of), name),
-            _ => return None,
-        };
-        let visible: FxHashSet<Option<&Name>> = match of {
-            Some(of) => FxHashSet::from_iter([Some(of)]),
-            None => self.visible(library).map(Some).chain([library]).collect(),
-        };
-        let is_visible =
-            |decl: &&Decl<'db>| decl.kind(db) == kind && visible.contains(&decl.library(db).as_ref());
-        let near = similar(name, self.all.iter().filter(is_visible).map(|decl| decl.name(db)))?;
-        Some(of.map_or_else(|| near.clone(), |of| format!("{of}.{near}").into()))
+        match path {
+            [name] => similar(name, self.visible_of_kind(db, library, kind).map(|decl| decl.name(db))),
+            [of, name] => {
+                let in_it = self.of_kind(db, kind).filter(|decl| decl.library(db).as_ref() == Some(of));
+                let near = similar(name, in_it.map(|decl| decl.name(db)))?;
+                Some(format!("{of}.{near}").into())
+            }
+            _ => None,
+        }
+    }
+
+    /// Returns the declarations of a kind that a name in `library` may refer to.
+    pub fn visible_of_kind<'a>(
+        &'a self,
+        db: &'db dyn ModelDb,
+        library: Option<&'a Name>,
+        kind: Kind,
+    ) -> impl Iterator<Item = Decl<'db>> + use<'a, 'db> {
+        let visible: FxHashSet<Option<&Name>> = self.visible(library).map(Some).chain([library]).collect();
+        self.of_kind(db, kind).filter(move |decl| visible.contains(&decl.library(db).as_ref()))
     }
 }
 

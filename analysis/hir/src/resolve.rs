@@ -173,7 +173,7 @@ impl<'db> Resolver<'db> {
 
     /// Returns whether `first` is an operand of a built-in function. A port or operation takes precedence over a variable
     /// of the same name, unless a codel with the function's name may be missing.
-    fn is_operand(&self, builtin: Builtin, first: &Name) -> bool {
+    pub(crate) fn is_operand(&self, builtin: Builtin, first: &Name) -> bool {
         if builtin.operand() == Operand::Handler {
             return self.core.handlers.iter().any(|handler| handler.name.name == *first);
         }
