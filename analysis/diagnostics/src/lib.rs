@@ -16,7 +16,8 @@ use mauve_hir::{
     item_tree_of, names_of, not_checked, parse, project_facts, project_files, projects, root_file, similar,
 };
 use mauve_wcrt::{
-    Query, TimingFact, WhatIfField, facts_if, priority_facts, system_of, table_facts, timing_facts,
+    Query, TimingFact, WhatIfField, facts_if, missing_time_facts, priority_facts, system_of, table_facts,
+    timing_facts,
 };
 
 mod foreign_syntax;
@@ -385,6 +386,8 @@ pub fn project_diagnostics<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> 
             found.extend(declaration_diagnostics(db, project, decl).iter().cloned());
         }
     }
+    let missing = missing_time_facts(db, project, Query::shown(db, project));
+    found.extend(timing_diagnostics(db, project, missing));
     let mut in_tables = timing_diagnostics(db, project, table_facts(db, project));
     in_tables.sort_by_key(|it| match it.at {
         Location::Range(file, start, _) => (file.path(db).clone(), start, it.message.clone()),

@@ -38,7 +38,13 @@ pub(super) fn report<'db>(
     budget: Option<&Budget<'db>>,
 ) -> Diagnostic<'db> {
     let users = &missing.users;
-    let names: Vec<String> = users.iter().map(|(name, _)| format!("`{name}`")).collect();
+    // Several deployments may have an activity of one instance.
+    let mut names: Vec<String> = Vec::new();
+    for name in users.iter().map(|(name, _)| format!("`{name}`")) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
     let may = match budget {
         Some(Budget { time: Some(time), alone: true, .. }) => format!("; all deadlines are met up to {time}"),
         Some(Budget { time: Some(time), .. }) => {
@@ -61,16 +67,26 @@ pub(super) fn no_level<'db>(
     level: Level,
     table: &TableLevels,
 ) -> Diagnostic<'db> {
-    let message = format!("no times at {level}: {}", timing_reasons::table_levels(db, table));
+    let message = format!(
+        "no times at {level}: {}; set `[timing] significance` to one of them",
+        timing_reasons::table_levels(db, table)
+    );
     Diagnostic::new(&MISSING_TIME, at, message)
 }
 
-/// One warning for a deployment without timing tables, instead of one for each codel.
-pub(super) fn no_table<'db>(at: Location<'db>, codels: usize) -> Diagnostic<'db> {
+/// One warning for a project without timing tables, at its first deployment, instead of one for each codel.
+pub(super) fn no_table<'db>(
+    db: &'db dyn ModelDb,
+    at: Location<'db>,
+    codels: usize,
+    others: &[Decl<'db>],
+) -> Diagnostic<'db> {
     let message = format!(
         "no execution times: {} no time, and nothing is analysed; name timing tables in mauve.toml \
          (`[timing] tables = [\"timing/*.toml\"]`)",
         if codels == 1 { "1 codel has".to_owned() } else { format!("{codels} codels have") }
     );
-    Diagnostic::new(&MISSING_TIME, at, message)
+    let found = Diagnostic::new(&MISSING_TIME, at, message);
+    let others = others.iter().map(|it| (Location::name_of(*it), it.name(db)));
+    others.fold(found, |found, (at, name)| found.related(&at, format!("deployment {name} is not analysed either")))
 }

@@ -140,6 +140,7 @@ fn a_changed_period_runs_only_its_deployments_response_times() {
             ("response_times", 1),
             ("declaration_facts", 1),
             ("declaration_diagnostics", 1),
+            ("missing_time_facts", 1),
         ],
     );
 }
@@ -156,7 +157,15 @@ fn a_changed_program_runs_its_core_and_where_a_time_changed_the_response_times()
         ("unknown_types", 1),
     ];
     let and = |more: &[(&'static str, usize)]| [&of_core, more].concat();
-    check(&counts, &and(&[("psm_of", 1), ("response_times", 2), ("declaration_diagnostics", 2)]));
+    check(
+        &counts,
+        &and(&[
+            ("psm_of", 1),
+            ("response_times", 2),
+            ("missing_time_facts", 1),
+            ("declaration_diagnostics", 2),
+        ]),
+    );
     // The same time: nothing behind the machine.
     let counts =
         executed(&robot(), "/parts.mal", "run = { one(); }", "run = { if (1 > 0) then { one(); } else { } }");
@@ -183,6 +192,7 @@ fn a_saved_table_runs_no_names_and_no_behaviours() {
         ("psm_of", 1),
         ("response_times", 2),
         ("declaration_diagnostics", 2),
+        ("missing_time_facts", 1),
     ];
     check(&counts, &expected);
     let counts = executed(&robot(), "/times.toml", "[codel]", "# measured\n[codel]");
@@ -233,6 +243,7 @@ fn the_sample_robot_too() {
             ("response_times", 1),
             ("declaration_facts", 1),
             ("declaration_diagnostics", 1),
+            ("missing_time_facts", 1),
         ],
     );
 }

@@ -693,7 +693,10 @@ fn keys_that_mean_nothing_are_not_ignored() {
     let found = classic("C4 = 9\n");
     let reason = "not-analysed: times.toml: `C4` is a component: move it to [component]";
     assert_eq!(found.matches(reason).count(), 3, "{found}");
-    assert_eq!(with("\"C4/update\" = 9\n").matches("not-analysed: times.toml: unknown key `C4/update`").count(), 3);
+    assert_eq!(
+        with("\"C4/update\" = 9\n").matches("not-analysed: times.toml: unknown key `C4/update`").count(),
+        3
+    );
     // A program of a known component may be any of its programs.
     expect![[r#"
         a met 1 ms
@@ -909,7 +912,7 @@ fn levels_are_never_interpolated() {
     let asked =
         times.replace("assume", "timing.significance = 1e-7\nassume").replace("one = 1", "one = [1, 1]");
     expect![[r#"
-        /mauve.toml "1e-7" missing-time: no times at 1e-7: times.toml has the levels 1e-3, 1e-5
+        /mauve.toml "1e-7" missing-time: no times at 1e-7: times.toml has the levels 1e-3, 1e-5; set `[timing] significance` to one of them
     "#]]
     .assert_eq(&diagnostics(&format!("{ROBOT}{deployed}{asked}")));
 }

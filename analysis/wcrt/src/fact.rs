@@ -76,8 +76,8 @@ pub enum TimingFactKind<'db> {
 
     /// A table has no times at the level that is shown.
     NoTimesAtLevel(Level, TableLevels),
-    /// No codel has a time: so many lack one.
-    NoTimes { codels: usize },
+    /// No codel has a time: the number of codels without one, and the other deployments that execute some of them.
+    NoTimes { codels: usize, others: Vec<Decl<'db>> },
     /// A codel has no time. With what it may take.
     MissingTime(MissingTime<'db>, Option<Budget<'db>>),
     /// A CPU is overloaded: the response times of some of its activities are unbounded.

@@ -13,7 +13,8 @@
 //! | `system.rs` | the activities of a deployment |
 //! | `task_set.rs` | a deployment at one level as `timing` analyses it, made of a model or of an exported file |
 //! | `response.rs`, `report.rs` | its response times |
-//! | `timing_facts.rs` | missed deadlines, and codels without a time, with the time that each may take |
+//! | `timing_facts.rs` | missed deadlines, overloaded CPUs |
+//! | `missing_times.rs` | codels without a time, with the time that each may take |
 //! | `priorities.rs` | what may be wrong with the order of priorities |
 //! | `what_if.rs` | a deployment with other values in its activities |
 //! | `better_timing.rs` | the search for better priorities, CPUs and periods |
@@ -28,6 +29,7 @@
 pub mod better_timing;
 mod exported;
 mod fact;
+mod missing_times;
 mod priorities;
 mod psm;
 mod reason;
@@ -44,6 +46,7 @@ pub use fact::{
     Budget, DeadlineAndPriority, Expected, InterferenceReport, Missed, MissingTime, NoTime, Overload,
     TimingFact, TimingFactKind,
 };
+pub use missing_times::{budgets, missing_time_facts};
 pub use priorities::priority_facts;
 pub use psm::{Psm, psm_of, worst_path};
 pub use reason::{
@@ -57,5 +60,5 @@ pub use timetable::{
     LONGEST_PATTERN, Lookup, TableFiles, Timetable, file_name, pattern_of_path, table, table_facts,
     table_files, table_pattern, timetable_of,
 };
-pub use timing_facts::{budgets, timing_facts};
+pub use timing_facts::timing_facts;
 pub use what_if::WhatIfField;

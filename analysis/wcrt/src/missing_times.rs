@@ -1,0 +1,217 @@
+//! Codels without a time, once for a project, and the time that each may take.
+
+use std::cell::Cell;
+
+use mauve_timing::{Level, Status, Time};
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::fact::{Budget, MissingTime, TimingFact, TimingFactKind};
+use crate::psm::{Psm, psm_of, psm_with};
+use crate::reason::{Reason, Refusal, Timed, UnusableTime};
+use crate::report::{Query, Verdict};
+use crate::response::response_times;
+use crate::system::{ResolvedActivity, System, system_of};
+use crate::task_set::activity_set;
+use crate::timetable::{incomplete_tables, timetable_of};
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Decl, Location, ModelDb, Project, config_file, config_of, names_of};
+
+/// With more codels without a time, the budget of one while all others take nothing is of little use, and each budget needs
+/// an analysis for each of its bits.
+const MOST_BUDGETS: usize = 8;
+
+/// So many activities are analysed for all budgets, those of each analysis counted.
+const MOST_ANALYSED: usize = 1 << 12;
+
+/// Computes the budgets of the codels without a time of a deployment: none where the deployment is not analysed for
+/// another reason, or where very many codels have no time.
+#[salsa::tracked(returns(ref))]
+pub fn budgets<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    query: Query,
+) -> Vec<Budget<'db>> {
+    let missing = missing_times(db, project, deployment, query.level);
+    let system: &System<'db> = system_of(db, project, deployment);
+    if missing.len() > MOST_BUDGETS || !system.not_analysed.is_empty() {
+        return Vec::new();
+    }
+    let untimed: FxHashSet<Decl<'db>> = system
+        .activities
+        .iter()
+        .filter_map(ResolvedActivity::executed)
+        .filter(|&component| psm_of(db, project, component, query.level).is_err())
+        .collect();
+    let left = Cell::new(MOST_ANALYSED / system.activities.len().max(1));
+    // Whether every deadline is proved where `codel` takes `time`: `None` where that is unknown.
+    let holds = |codel: Decl<'db>, time: Time| -> Option<bool> {
+        left.set(left.get().checked_sub(1)?);
+        let what_if = |of: Decl<'db>| {
+            let is_missing = missing.iter().any(|it| it.codel == of);
+            is_missing.then_some(if of == codel { time } else { Time::ZERO })
+        };
+        let psm = |&component| (component, psm_with(db, project, component, query.level, &what_if));
+        let changed: FxHashMap<Decl<'db>, Result<Psm<'db>, Vec<Refusal<'db>>>> =
+            untimed.iter().map(psm).collect();
+        let psms = system.activities.iter().map(|activity| {
+            let component = activity.executed()?;
+            changed.get(&component).or_else(|| Some(psm_of(db, project, component, query.level)))
+        });
+        let set = activity_set(db, project, system, &psms.collect::<Vec<_>>(), query.method);
+        let analysis = set.response_times(&query.options(true), &|| db.unwind_if_revision_cancelled());
+        let responses = set.activities.iter().zip(&analysis.responses);
+        let statuses: Vec<Status> = responses
+            .filter_map(|(it, response)| Some(response.as_ref()?.status(it.deadline.unwrap_or_default())))
+            .collect();
+        match statuses.contains(&Status::Missed) || statuses.contains(&Status::Unbounded) {
+            _ if statuses.contains(&Status::NotAnalysed) => None,
+            true => Some(false),
+            // A search that was given up proves neither.
+            false => (!statuses.contains(&Status::NoBound)).then_some(true),
+        }
+    };
+    let longest = system.activities.iter().filter_map(|it| it.deadline).max().unwrap_or_default();
+    let mut budgets = Vec::new();
+    for &MissingTime { codel, .. } in &missing {
+        let time = match holds(codel, Time::ZERO) {
+            // The deployment is not analysed for another reason too.
+            None => continue,
+            Some(false) => None,
+            Some(true) => {
+                // The analysis is monotone in every time: bisect between what holds and what cannot.
+                let (mut good, mut bad) = (0, longest.as_nanos().saturating_add(1));
+                while bad - good > 1 {
+                    let middle = good + (bad - good) / 2;
+                    match holds(codel, Time::from_nanos(middle)) {
+                        Some(true) => good = middle,
+                        // No steps are left: nothing is claimed.
+                        None if left.get() == 0 => return budgets,
+                        Some(false) | None => bad = middle,
+                    }
+                }
+                Some(Time::from_nanos(good))
+            }
+        };
+        budgets.push(Budget { codel, time, alone: missing.len() == 1 });
+    }
+    budgets
+}
+
+/// Returns the codels without a time that the activities of a deployment execute.
+fn missing_times<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    level: Level,
+) -> Vec<MissingTime<'db>> {
+    let mut missing: Vec<MissingTime<'db>> = Vec::new();
+    let mut index: FxHashMap<Decl<'db>, usize> = FxHashMap::default();
+    for activity in &system_of(db, project, deployment).activities {
+        let Some(component) = activity.executed() else { continue };
+        let Err(refusals) = psm_of(db, project, component, level) else { continue };
+        for refusal in refusals {
+            let (codel, at_other_levels) = match &refusal.reason {
+                Reason::NoTime(codel) => (*codel, false),
+                Reason::Table(UnusableTime::OtherLevels(Timed::Codel(codel), ..)) => (*codel, true),
+                _ => continue,
+            };
+            let user = (activity.instance.clone(), activity.at.clone());
+            let at = *index.entry(codel).or_insert(missing.len());
+            match missing.get_mut(at) {
+                Some(known) => known.users.push(user),
+                None => missing.push(MissingTime { codel, at_other_levels, users: vec![user] }),
+            }
+        }
+    }
+    missing
+}
+
+/// Returns the facts about missing times: each once for all deployments of the project.
+#[salsa::tracked(returns(ref))]
+pub fn missing_time_facts<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    query: Query,
+) -> Vec<TimingFact<'db>> {
+    // An incomplete table may have the times that seem to be missing.
+    if incomplete_tables(db, project).is_some() {
+        return Vec::new();
+    }
+    let deployments = names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Deployment);
+    let deployments = deployments.map(|&it| (it, missing_times(db, project, it, query.level)));
+    let deployments: Vec<(Decl<'db>, Vec<MissingTime<'db>>)> = deployments.collect();
+    let mut found = Vec::new();
+    found.extend(missing_level(db, project, &deployments, query));
+    let mut lacking = deployments.iter().filter(|(_, missing)| !missing.is_empty());
+    if timetable_of(db, project).is_empty()
+        && let Some((first, _)) = lacking.next()
+    {
+        let codels: FxHashSet<Decl<'db>> =
+            deployments.iter().flat_map(|(_, missing)| missing).map(|missing| missing.codel).collect();
+        let others = lacking.map(|(deployment, _)| *deployment).collect();
+        let none = TimingFactKind::NoTimes { codels: codels.len(), others };
+        found.push(TimingFact::new(Location::name_of(*first), none));
+        return found;
+    }
+    found.extend(missing_codels(db, project, &deployments, query));
+    found
+}
+
+/// Returns the fact that a table has no times at the level, at the level in `mauve.toml` or at the first deployment that is
+/// not analysed.
+fn missing_level<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployments: &[(Decl<'db>, Vec<MissingTime<'db>>)],
+    query: Query,
+) -> Option<TimingFact<'db>> {
+    let table = timetable_of(db, project).without_level(query.level)?;
+    let is_not_analysed = |&deployment: &Decl<'db>| {
+        let activities = &response_times(db, project, deployment, query).activities;
+        activities.iter().any(|it| it.verdict == Verdict::RealTime(Status::NotAnalysed))
+    };
+    let first = deployments.iter().map(|(deployment, _)| *deployment).find(is_not_analysed)?;
+    let workspace = project.workspace(db);
+    let span = config_file(db, workspace).zip(config_of(db, workspace).significance_span.clone());
+    // A level that was selected elsewhere is not changed in `mauve.toml`.
+    let span = span.filter(|_| workspace.significance(db).is_none());
+    let at = span.map_or_else(
+        || Location::name_of(first),
+        |(file, span)| Location::Range(file, span.start as u32, span.end as u32),
+    );
+    Some(TimingFact::new(at, TimingFactKind::NoTimesAtLevel(query.level, table.clone())))
+}
+
+/// Returns a fact for each codel without a time at any level, with all activities that execute it. The budget is the
+/// smallest of the deployments that execute the codel; none where one of them has none.
+fn missing_codels<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployments: &[(Decl<'db>, Vec<MissingTime<'db>>)],
+    query: Query,
+) -> Vec<TimingFact<'db>> {
+    let mut found: Vec<(MissingTime<'db>, Option<Budget<'db>>)> = Vec::new();
+    let mut index: FxHashMap<Decl<'db>, usize> = FxHashMap::default();
+    for (deployment, missing) in deployments {
+        for missing in missing.iter().filter(|it| !it.at_other_levels) {
+            let budgets = budgets(db, project, *deployment, query);
+            let budget = budgets.iter().find(|budget| budget.codel == missing.codel).cloned();
+            let at = *index.entry(missing.codel).or_insert(found.len());
+            let Some((known, least)) = found.get_mut(at) else {
+                found.push((missing.clone(), budget));
+                continue;
+            };
+            known.users.extend(missing.users.iter().cloned());
+            *least = least.take().zip(budget).map(|(one, other)| Budget {
+                codel: one.codel,
+                time: one.time.min(other.time),
+                alone: one.alone && other.alone,
+            });
+        }
+    }
+    let fact = |(missing, budget): (MissingTime<'db>, _)| {
+        TimingFact::new(Location::name_of(missing.codel), TimingFactKind::MissingTime(missing, budget))
+    };
+    found.into_iter().map(fact).collect()
+}
