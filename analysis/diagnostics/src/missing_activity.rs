@@ -1,7 +1,7 @@
 //! # missing-activity
 //!
-//! Every instance of the deployed architecture has an activity. How urgent the instance would be, and how often it
-//! would run, is unknown without: nothing that it may delay is analysed.
+//! Every instance of the deployed architecture needs an activity, which gives its period, priority and CPU. Without it,
+//! no activity that the instance may delay is analysed.
 //!
 //! ```mauve
 //! shell S { }
@@ -14,26 +14,29 @@
 //! }
 //! ```
 //!
-//! Fix: write one, with a priority and a period to be changed.
+//! Fix: add an activity on the CPU with the lowest utilisation, with the lowest free priority there and the period of the
+//! connected instances. The values are a start: change them.
 
 use super::*;
+use mauve_wcrt::missing_activities;
 
 code!(MISSING_ACTIVITY, Error, "missing-activity");
 
 pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
+    project: Project<'db>,
     at: Location<'db>,
     of: Decl<'db>,
     instance: &str,
 ) -> Diagnostic<'db> {
     let deployment = of.name(db);
     let message = format!("instance `{instance}` has no activity in {deployment}: write `activity {instance} {{ … }}`");
-    // The lowest real-time priority: the new activity delays only activities of the same priority.
-    let activity = format!("activity {instance} {{ priority = 1 period = 100 }}");
-    Diagnostic::new(&MISSING_ACTIVITY, at, message).add_item(
-        db,
-        of,
-        format!("Write an activity for `{instance}`"),
-        &activity,
-    )
+    let diagnostic = Diagnostic::new(&MISSING_ACTIVITY, at, message);
+    let Some(new) = missing_activities(db, project, of).iter().find(|it| it.instance == instance) else {
+        return diagnostic;
+    };
+    let fields: Vec<String> =
+        new.fields().iter().map(|(field, value)| format!("{} = {value}", field.keyword())).collect();
+    let activity = format!("activity {instance} {{ {} }}", fields.join(" "));
+    diagnostic.add_item(db, of, format!("Add an activity for `{instance}`"), &activity)
 }

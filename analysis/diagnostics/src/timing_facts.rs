@@ -15,7 +15,7 @@ pub(super) fn timing_diagnostic<'db>(
         Fact::NoTarget => deployment_target::none(at),
         Fact::SecondTarget => deployment_target::second(at),
         Fact::DuplicateActivity { instance, first } => duplicate_activity::report(at, instance, first),
-        Fact::MissingActivity { of, instance } => missing_activity::report(db, at, *of, instance),
+        Fact::MissingActivity { of, instance } => missing_activity::report(db, project, at, *of, instance),
         Fact::DuplicateField { of, id, field, instance, first } => {
             duplicate_field::report((*of, *id), *field, instance, first)
         }

@@ -17,6 +17,7 @@
 //! | `missing_times.rs` | codels without a time, with the time that each may take |
 //! | `priorities.rs` | what may be wrong with the order of priorities |
 //! | `what_if.rs` | a deployment with other values in its activities |
+//! | `new_activity.rs` | values for an activity that is missing |
 //! | `better_timing.rs` | the search for better priorities, CPUs and periods |
 //! | `exported.rs` | task sets and state machines for files, made of models |
 //! | `fact.rs`, `reason.rs` | what is wrong, and why something has no response time: names and figures |
@@ -30,6 +31,7 @@ pub mod better_timing;
 mod exported;
 mod fact;
 mod missing_times;
+mod new_activity;
 mod priorities;
 mod psm;
 mod reason;
@@ -47,6 +49,7 @@ pub use fact::{
     TimingFact, TimingFactKind,
 };
 pub use missing_times::{budgets, missing_time_facts};
+pub use new_activity::{NewActivity, missing_activities, new_activities};
 pub use priorities::priority_facts;
 pub use psm::{Psm, psm_of, worst_path};
 pub use reason::{

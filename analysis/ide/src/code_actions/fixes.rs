@@ -179,7 +179,7 @@ significane = 1e-4
                 --- /model.mal
                 deployment D { architecture A
                   activity a { priority = 1 period = 100 }
-                  activity b { priority = 1 period = 100 } }
+                  activity b { priority = 2 period = 100 } }
             "#]],
         );
         check(

@@ -1,21 +1,24 @@
-//! What stands in a deployment: an activity for each instance, and values.
+//! Completion in a deployment: activities of the instances that have none first, then values of properties and constants.
 
 use std::collections::BTreeSet;
-use std::fmt::Write as _;
 
+use mauve_diagnostics::cpu_names;
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Decl, Type, deployment, likely_declaration};
 use mauve_syntax::SyntaxKind::{self, *};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::keywords::{ActivityField, BACKGROUND};
 
+use mauve_wcrt::{NewActivity, new_activities, system_of};
+
 use super::{Completer, Completion, CompletionKind};
 
+/// The fields of an activity: the required ones first, then the affinity, which projects with several CPUs require.
 const FIELDS: [(ActivityField, &str); 4] = [
-    (ActivityField::Priority, "greater is more urgent, 1 to 99; or background"),
+    (ActivityField::Priority, "1 to 99, the highest is 99; or background"),
     (ActivityField::Period, "in milliseconds"),
-    (ActivityField::Deadline, "in milliseconds; the period where it is left out"),
-    (ActivityField::Affinity, "a bit for each CPU that it may run on; 0: any"),
+    (ActivityField::Affinity, "the CPUs as a mask: 1 is CPU 1, 2 is CPU 2, 3 is both"),
+    (ActivityField::Deadline, "in milliseconds; by default the period"),
 ];
 
 impl<'db> Completer<'_, 'db> {
@@ -46,20 +49,22 @@ impl<'db> Completer<'_, 'db> {
         self.activities("activity ");
         let missing = self.without_activity();
         if missing.len() > 1 {
-            let mut snippet = String::new();
-            for (index, (name, _)) in missing.iter().enumerate() {
-                let line = if index > 0 { "\n" } else { "" };
-                let (priority, period) = (2 * index + 1, 2 * index + 2);
-                let _ = write!(
-                    snippet,
-                    "{line}activity {name} {{ priority = ${{{priority}:1}} period = ${{{period}:100}} }}"
-                );
-            }
-            let label = format!("activities of all {} instances without one", missing.len());
-            let mut item = Completion::new(CompletionKind::Skeleton, label).snippet(snippet).rank(2);
+            let mut next = 1;
+            let names = missing.into_iter().map(|(name, _)| name).collect::<Vec<_>>();
+            let lines: Vec<String> = self
+                .new_activities(&names)
+                .iter()
+                .map(|it| activity_snippet(it, "activity ", &mut next))
+                .collect();
+            let label = format!("activities of all {} instances without one", lines.len());
+            let mut item = Completion::new(CompletionKind::Skeleton, label).snippet(lines.join("\n")).rank(2);
             item.filter = Some("activity activities".to_owned());
             self.add(item);
         }
+    }
+
+    fn new_activities(&self, instances: &[Name]) -> Vec<NewActivity> {
+        self.decl.map_or_else(Vec::new, |of| new_activities(self.db, self.project, of, instances))
     }
 
     fn target(&self) -> Option<Decl<'db>> {
@@ -80,11 +85,13 @@ impl<'db> Completer<'_, 'db> {
 
     fn activities(&mut self, keyword: &str) {
         let Some(target) = self.target() else { return };
-        for (name, component) in self.without_activity() {
-            let mut item = self.of_instance(target, &name, component).rank(0);
+        let missing = self.without_activity();
+        let names = missing.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
+        for ((name, component), new) in missing.iter().zip(self.new_activities(&names)) {
+            let mut item = self.of_instance(target, name, *component).rank(0);
             item.label = format!("{keyword}{name}");
             item.insert.clone_from(&item.label);
-            let snippet = format!("{keyword}{name} {{ priority = ${{1:1}} period = ${{2:100}} }}");
+            let snippet = activity_snippet(&new, keyword, &mut 1);
             self.add(item.completed(self.at.right == L_CURLY, snippet));
         }
     }
@@ -94,14 +101,26 @@ impl<'db> Completer<'_, 'db> {
         match kinds.as_slice() {
             [] => self.fields(),
             [_, EQ] => {
-                if self.at.item.first().is_some_and(|name| name.text() == ActivityField::Priority.keyword()) {
-                    let note = "not real-time, and not analysed";
-                    self.add(Completion::new(CompletionKind::Value, BACKGROUND).note(note));
+                let name = self.at.item.first().map(|name| name.text().to_owned()).unwrap_or_default();
+                match ActivityField::from_keyword(&name) {
+                    Some(ActivityField::Priority) => {
+                        let note = "not real-time, and not analysed";
+                        self.add(Completion::new(CompletionKind::Value, BACKGROUND).note(note));
+                    }
+                    Some(ActivityField::Affinity) => self.cpus(),
+                    _ => {}
                 }
                 self.value_of(Some(Type::INT));
             }
             _ if self.at.may_begin => self.fields(),
             _ => {}
+        }
+    }
+
+    fn cpus(&mut self) {
+        let all = self.decl.map_or(0, |of| system_of(self.db, self.project, of).cpus);
+        for cpu in (0..64).map(|bit| 1_u64 << bit).filter(|cpu| all & cpu != 0) {
+            self.add(Completion::new(CompletionKind::Value, cpu.to_string()).note(cpu_names(cpu)));
         }
     }
 
@@ -116,6 +135,15 @@ impl<'db> Completer<'_, 'db> {
             }
         }
     }
+}
+
+/// Returns the snippet of an activity; its placeholders are numbered from `next`.
+fn activity_snippet(new: &NewActivity, keyword: &str, next: &mut usize) -> String {
+    let fields = new.fields().into_iter().map(|(field, value)| {
+        let number = std::mem::replace(next, *next + 1);
+        format!("{} = ${{{number}:{value}}}", field.keyword())
+    });
+    format!("{keyword}{} {{ {} }}", new.instance, fields.collect::<Vec<_>>().join(" "))
 }
 
 #[cfg(test)]
@@ -147,13 +175,13 @@ deployment D {{
         check(
             "$0",
             expect![[r#"
-            0 activity two: C ⇒ "activity two { priority = ${1:1} period = ${2:100} }"
-            0 activity three: C ⇒ "activity three { priority = ${1:1} period = ${2:100} }"
-            1 activity
-            1 property (property instance.name = 0) ⇒ "property ${1:instance.name} = ${2:0}"
-            1 constant (constant instance.name = 0) ⇒ "constant ${1:instance.name} = ${2:0}"
-            2 activities of all 2 instances without one ⇒ "activity two { priority = ${1:1} period = ${2:100} }\nactivity three { priority = ${3:1} period = ${4:100} }"
-        "#]],
+                0 activity two: C ⇒ "activity two { priority = ${1:2} period = ${2:10} }"
+                0 activity three: C ⇒ "activity three { priority = ${1:3} period = ${2:10} }"
+                1 activity
+                1 property (property instance.name = 0) ⇒ "property ${1:instance.name} = ${2:0}"
+                1 constant (constant instance.name = 0) ⇒ "constant ${1:instance.name} = ${2:0}"
+                2 activities of all 2 instances without one ⇒ "activity two { priority = ${1:2} period = ${2:10} }\nactivity three { priority = ${3:3} period = ${4:10} }"
+            "#]],
         );
         check(
             "activity t$0 { }",
@@ -169,10 +197,10 @@ deployment D {{
         check(
             "activity two { priority = 2 $0 }",
             expect![[r#"
-            1 period (in milliseconds) ⇒ "period = $1"
-            2 deadline (in milliseconds; the period where it is left out) ⇒ "deadline = $1"
-            3 affinity (a bit for each CPU that it may run on; 0: any) ⇒ "affinity = $1"
-        "#]],
+                1 period (in milliseconds) ⇒ "period = $1"
+                2 affinity (the CPUs as a mask: 1 is CPU 1, 2 is CPU 2, 3 is both) ⇒ "affinity = $1"
+                3 deadline (in milliseconds; by default the period) ⇒ "deadline = $1"
+            "#]],
         );
         check(
             "activity two { priority = $0 }",
@@ -181,6 +209,9 @@ deployment D {{
         "#]],
         );
         check("activity two { period = $0 }", expect![[""]]);
+        check("activity two { affinity = $0 }", expect![[r#"
+            1 1 (CPU 1)
+        "#]]);
     }
 
     #[test]

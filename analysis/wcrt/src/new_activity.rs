@@ -1,0 +1,204 @@
+//! Values for an activity that a deployment lacks: an affinity that the CPUs allow, a priority that no other activity of
+//! that CPU has, and the period of its neighbours.
+
+use mauve_hir::item_tree::Name;
+use mauve_hir::{Decl, ModelDb, Project, deployed, deployment};
+use mauve_timing::Time;
+use rustc_hash::FxHashMap;
+
+use crate::reason::{ActivityField, Reason};
+use crate::report::Query;
+use crate::response::response_times;
+use crate::system::{Priority, ResolvedActivity, System, field_of, system_of};
+
+/// The period where no activity of the deployment has one.
+const DEFAULT_PERIOD: Time = Time::from_nanos(100_000_000);
+
+/// Values for the activity of an instance.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct NewActivity {
+    /// The instance.
+    pub instance: Name,
+    /// The CPU, as a mask; none where the project has one CPU and no activity names it.
+    pub affinity: Option<u64>,
+    /// The lowest priority that no activity on this CPU has.
+    pub priority: u32,
+    /// The most frequent period of the connected instances, otherwise of all.
+    pub period: Time,
+}
+
+impl NewActivity {
+    /// Returns the fields with their values, in the usual order.
+    pub fn fields(&self) -> Vec<(ActivityField, String)> {
+        let affinity = self.affinity.map(|mask| (ActivityField::Affinity, mask.to_string()));
+        let others = [
+            (ActivityField::Priority, self.priority.to_string()),
+            (ActivityField::Period, self.period.number()),
+        ];
+        affinity.into_iter().chain(others).collect()
+    }
+}
+
+/// Returns values for all instances of a deployment that have no activity, in their order.
+#[salsa::tracked(returns(ref))]
+pub fn missing_activities<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Vec<NewActivity> {
+    let has_none = |it: &&ResolvedActivity<'_>| it.refusals.iter().any(|it| it.reason == Reason::NoActivity);
+    let instances = system_of(db, project, of).activities.iter().filter(has_none);
+    let instances: Vec<Name> = instances.map(|it| it.instance.clone()).collect();
+    new_activities(db, project, of, &instances)
+}
+
+/// Returns values for `instances` that have no activity in a deployment. All may be added: their priorities differ.
+pub fn new_activities<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    instances: &[Name],
+) -> Vec<NewActivity> {
+    let system = system_of(db, project, of);
+    let data = deployment(db, of);
+    let has_affinity =
+        data.is_some_and(|it| it.activities.iter().any(|it| field_of(it, ActivityField::Affinity).is_some()));
+    // Without an affinity, an activity may run on all CPUs, which is not analysed.
+    let is_written = has_affinity || system.cpus.count_ones() > 1;
+    let mut cpus = cpus_of(db, project, of, system);
+    let periods: FxHashMap<&Name, Time> =
+        system.activities.iter().filter_map(|it| Some((&it.instance, it.period?))).collect();
+    let all = most_frequent(system.activities.iter().filter_map(|it| it.period));
+    let mut near: FxHashMap<&Name, Vec<Time>> = FxHashMap::default();
+    for link in deployed(db, project, of).map_or(&[][..], |(flat, _)| &flat.links) {
+        let ends = [(&link.source.0, &link.target.0), (&link.target.0, &link.source.0)];
+        for (instance, other) in ends {
+            near.entry(instance).or_default().extend(periods.get(other));
+        }
+    }
+    let new = instances.iter().map(|instance| {
+        let period = near.get(instance).and_then(|periods| most_frequent(periods.iter().copied())).or(all);
+        let (affinity, priority) = next_place(&mut cpus);
+        NewActivity {
+            instance: instance.clone(),
+            affinity: affinity.filter(|_| is_written),
+            priority,
+            period: period.unwrap_or(DEFAULT_PERIOD),
+        }
+    });
+    new.collect()
+}
+
+/// A CPU of a deployment.
+struct Cpu {
+    mask: u64,
+    /// In billionths, rounded.
+    utilisation: u64,
+    /// The number of real-time activities that may run there.
+    count: usize,
+    /// A bit for each priority that one of them has.
+    priorities: u128,
+}
+
+fn cpus_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    system: &System<'db>,
+) -> Vec<Cpu> {
+    let known = &response_times(db, project, of, Query::shown(db, project)).cpus;
+    let masks = (0..64).map(|bit| 1_u64 << bit).filter(|mask| system.cpus & mask != 0);
+    let cpu = |mask: u64| {
+        let utilisation = known.iter().find(|it| it.mask() == mask).map(|it| it.utilisation.as_f64());
+        let mut cpu =
+            Cpu { mask, utilisation: (utilisation.unwrap_or(0.0) * 1e9) as u64, count: 0, priorities: 0 };
+        for activity in system.activities.iter().filter(|it| it.cpus.is_none_or(|cpus| cpus & mask != 0)) {
+            cpu.count += usize::from(activity.priority != Priority::Background);
+            if let Priority::RealTime(priority @ 1..=99) = activity.priority {
+                cpu.priorities |= 1 << priority;
+            }
+        }
+        cpu
+    };
+    masks.map(cpu).collect()
+}
+
+/// Takes the lowest free priority on the CPU with the lowest utilisation, otherwise with the fewest activities.
+fn next_place(cpus: &mut [Cpu]) -> (Option<u64>, u32) {
+    let Some(cpu) = cpus.iter_mut().min_by_key(|cpu| (cpu.utilisation, cpu.count)) else { return (None, 1) };
+    let priority = (1..=99).find(|priority| cpu.priorities & (1 << priority) == 0).unwrap_or(1);
+    cpu.priorities |= 1 << priority;
+    cpu.count += 1;
+    (Some(cpu.mask), priority)
+}
+
+/// Returns the most frequent of some periods, the first of several.
+fn most_frequent(periods: impl Iterator<Item = Time>) -> Option<Time> {
+    let mut counts: Vec<(Time, usize)> = Vec::new();
+    for period in periods {
+        match counts.iter_mut().find(|(known, _)| *known == period) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((period, 1)),
+        }
+    }
+    let most = counts.iter().map(|(_, count)| *count).max()?;
+    counts.iter().find(|(_, count)| *count == most).map(|(period, _)| *period)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mauve_hir::item_tree::Kind;
+    use mauve_hir::{Database, Workspace, names_of, projects};
+
+    /// Returns the fields of the new activities of instances `c` and `d`; `a`, `b` and `c` are connected in this order.
+    fn proposed(platform: &str, activities: &str) -> Vec<String> {
+        let model = format!(
+            "codel work(): int
+            shell S {{ input port i: int  output port o: int }}
+            core K(S) {{ update = {{ work(); }} }}
+            component C(S, K)
+            architecture R {{
+              instance a: C  instance b: C  instance c: C  instance d: C
+              connection a.o -> b.i  connection b.o -> c.i
+            }}
+            deployment D {{ architecture R {activities} }}"
+        );
+        let config = format!("assume.codel = \"5 ms\"\nplatform.rt_throttling = false\n{platform}");
+        let db = Database::default();
+        let files = [("/robot.mal".into(), model), ("/mauve.toml".into(), config)];
+        let project = projects(&db, Workspace::of_texts(&db, "/".into(), files))[0];
+        let of = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
+        let shown = |new: &NewActivity| {
+            let fields =
+                new.fields().into_iter().map(|(field, value)| format!(" {}={value}", field.keyword()));
+            format!("{}{}", new.instance, fields.collect::<String>())
+        };
+        missing_activities(&db, project, of).iter().map(shown).collect()
+    }
+
+    #[test]
+    fn the_cpu_with_the_lowest_utilisation_and_the_lowest_free_priority() {
+        let two = "activity a { affinity = 1 priority = 1 period = 20 }
+                   activity b { affinity = 2 priority = 2 period = 10 }";
+        // CPU 1: 25 %, CPU 2: 50 %. The period of c is that of b; a has the first of the two periods.
+        let expected = ["c affinity=1 priority=2 period=10", "d affinity=1 priority=3 period=20"];
+        assert_eq!(proposed("", two), expected);
+        let expected = ["c affinity=4 priority=1 period=10", "d affinity=4 priority=2 period=20"];
+        assert_eq!(proposed("platform.cpus = 3", two), expected);
+    }
+
+    #[test]
+    fn an_affinity_only_where_it_matters() {
+        let two = "activity a { priority = 1 period = 20 } activity b { priority = background }";
+        assert_eq!(proposed("", two), ["c priority=2 period=20", "d priority=3 period=20"]);
+        let expected = ["c affinity=1 priority=2 period=20", "d affinity=2 priority=2 period=20"];
+        assert_eq!(proposed("platform.cpus = 2", two), expected);
+        let one = "activity a { affinity = 1 priority = 1 period = 20 } activity b { priority = background }";
+        assert_eq!(proposed("", one)[0], "c affinity=1 priority=2 period=20");
+        assert_eq!(
+            proposed("", "activity a { priority = background } activity b { priority = background }"),
+            ["c priority=1 period=100", "d priority=2 period=100",]
+        );
+    }
+}
