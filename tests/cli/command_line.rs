@@ -349,13 +349,13 @@ fn wcrt_as_csv_and_explained() {
         found.out
     );
     let explained = run(&["wcrt", "p3dx", "--explain", "navigation"]);
-    for part in ["own time 297 ms", "navigation.astar", "430 ms", "10 jobs  hokuyo"] {
+    for part in ["execution time 297 ms", "navigation.astar", "430 ms", "10 jobs  hokuyo"] {
         assert!(explained.out.contains(part), "{part} in {}", explained.out);
     }
     let missed = run_in("late", &LATE, &["wcrt", "--explain", "back"]);
     assert!(
         missed.out.contains(
-            "iterations: the 2nd crosses the deadline, 9 ms after the window began\n  5 ms → 10 ms\n"
+            "iterations: the 2nd exceeds the deadline, 9 ms after the start of the window\n  5 ms → 10 ms\n"
         ),
         "{}",
         missed.out
@@ -374,9 +374,9 @@ fn wcrt_as_csv_and_explained() {
     ];
     let explained = run_in("late-job", &late, &["wcrt", "--explain", "b"]);
     for part in [
-        "missed: response 118 ms",
-        "job 5 of the busy window responds last: it ends 518 ms after",
-        "the 4th crosses the deadline, 500 ms after the window began\n  310 ms → 440 ms → 492 ms → 518 ms\n",
+        "missed: response time 118 ms",
+        "job 5 of the busy window has the largest response time: it ends 518 ms after",
+        "the 4th exceeds the deadline, 500 ms after the start of the window\n  310 ms → 440 ms → 492 ms → 518 ms\n",
     ] {
         assert!(explained.out.contains(part), "{part} in {}", explained.out);
     }
@@ -389,10 +389,10 @@ fn wcrt_as_csv_and_explained() {
 fn what_is_assumed_is_shown_wherever_it_is_used() {
     for (arguments, shown) in [
         (&["check"][..], "  front: assumes 5 ms for work\n"),
-        (&["wcrt", "--explain", "front"], "5 ms  work  (assumed: no table has it)"),
+        (&["wcrt", "--explain", "front"], "5 ms  work  (assumed: in no timing table)"),
         (&["wcrt", "--format", "json"], "\"codel\": \"work\""),
         (&["wcrt", "--format", "csv"], "met,work,"),
-        (&["psm", "C"], "some times assumed"),
+        (&["psm", "C"], "some of them assumed"),
     ] {
         let found = run_in("late", &LATE, arguments);
         assert!(found.out.contains(shown), "{arguments:?}: {}", found.out);

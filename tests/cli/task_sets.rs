@@ -138,9 +138,9 @@ fn a_reason_of_the_deployment_has_nothing_to_do_with_its_first_activity() {
     let first = deployment["activities"][0]["instance"].as_str().unwrap().to_owned();
     std::fs::write(&path, document.to_string()).unwrap();
     let of = |instance: &str| run(&folder, &["wcrt", &set, "--explain", instance]).out;
-    assert!(of("navigation").contains("because a table is missing\n"));
+    assert!(of("navigation").contains("reason: a table is missing\n"));
     assert!(!of("navigation").contains("no scanner"));
-    assert!(of(&first).contains("because no scanner\n"));
+    assert!(of(&first).contains("reason: no scanner\n"));
 }
 
 #[test]

@@ -105,7 +105,7 @@ fn a_refactoring_is_offered_or_says_why_not() {
     let invoked = json!({"triggerKind": 1});
     let found = actions(&mut client, &text, "plan(), plan", 6, invoked);
     let reason = named(&found, "Extract a variable")["disabled"]["reason"].as_str().unwrap().to_owned();
-    assert!(reason.contains("executes something else before it"), "{reason}");
+    assert!(reason.contains("executes other code before this expression"), "{reason}");
     // Nobody asked for it.
     let found = actions(&mut client, &text, "plan(), plan", 6, json!({"triggerKind": 2}));
     assert!(found.iter().all(|action| action.get("disabled").is_none()), "{found:#?}");

@@ -37,10 +37,10 @@ fn a_hover_explains_an_activity() {
     let hover = client.call("textDocument/hover", text.at("navigation  {")).unwrap();
     let shown = hover["contents"]["value"].as_str().unwrap();
     for part in [
-        "missed: response 997 ms, deadline 700 ms",
-        "own time 297 ms",
+        "missed: response time 997 ms, deadline 700 ms",
+        "execution time 297 ms",
         "430 ms    10 jobs  hokuyo",
-        "crosses the deadline",
+        "exceeds the deadline",
     ] {
         assert!(shown.contains(part), "{part} in {shown}");
     }

@@ -120,7 +120,7 @@ fn an_installed_package_replaces_the_one_that_is_built_in() {
     let (mut client, text) = open(&folder, &[("AMENT_PREFIX_PATH", &["ros"])]);
     assert!(shown(&mut client, &text, "Mine").contains("int8 mine"));
     assert_eq!(shown(&mut client, &text, "String"), "");
-    assert!(shown(&mut client, &text, "Pose").contains("built in"));
+    assert!(shown(&mut client, &text, "Pose").contains("built-in definition"));
 }
 
 #[test]

@@ -184,9 +184,9 @@ fn what_can_be_renamed_is_said_and_why_not() {
     assert_eq!(error["code"], -32803);
     assert!(error["message"].as_str().unwrap().contains("`int` is built in"), "{error}");
     for (name, why) in [
-        ("other", "there is codel `other` already (a.mal, line 3)"),
-        ("1", "`1` is no name"),
-        ("true", "a value"),
+        ("other", "codel `other` already exists (a.mal, line 3)"),
+        ("1", "`1` is not a name"),
+        ("true", "a built-in value"),
     ] {
         let error = rename(&mut client, &text, "codel sho$0ot", name).unwrap_err();
         assert!(error["message"].as_str().unwrap().contains(why), "{error}");

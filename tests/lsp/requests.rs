@@ -170,7 +170,10 @@ fn a_graph_has_what_is_connected_and_what_is_known_of_it() {
     let found = &client.call("mauve/graph", params).unwrap()[0];
     assert_eq!((&found["significance"], &found["nodes"][0]["status"]), (&Value::Null, &Value::Null));
     let error = client.call("mauve/graph", json!({"textDocument": document, "name": "Nothing"})).unwrap_err();
-    assert!(error["message"].as_str().unwrap().contains("no architecture `Nothing`"), "{error}");
+    assert!(
+        error["message"].as_str().unwrap().contains("no deployment or architecture `Nothing`"),
+        "{error}"
+    );
 }
 
 #[test]

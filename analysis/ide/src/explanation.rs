@@ -1,4 +1,4 @@
-//! Where a response time comes from, in words: own time, interference, which iteration crossed the deadline.
+//! Explains a response time in text: execution time, interference, and the iteration that exceeds the deadline.
 
 use std::fmt::Write as _;
 
@@ -32,7 +32,7 @@ pub fn explain_response<'db>(
     explain(db, report, activity, query, &Origin { throttling, psm, worst_path: &path })
 }
 
-/// Explains the response time of an activity of a task set, which knows programs, and nothing of what they call.
+/// Explains the response time of an activity of a task set, which has programs but not the codels that they call.
 pub fn explain_response_of<'db>(
     db: &'db dyn ModelDb,
     set: &TaskSet,
@@ -49,7 +49,7 @@ pub fn explain_response_of<'db>(
 }
 
 struct Origin<'a> {
-    /// Is real-time throttling on, where somebody said so?
+    /// Whether real-time throttling is on, if `mauve.toml` says so.
     throttling: Option<bool>,
     psm: Option<&'a Psm<'a>>,
     /// The codels of a program along its worst path, with their times.
@@ -67,15 +67,15 @@ fn explain<'db>(
     let time = |time: Option<Time>| time.map_or_else(|| "—".to_owned(), |time| time.to_string());
     let _ = writeln!(
         out,
-        "{} ({}), at {}, method {}",
+        "{} ({}) at {}, method {}",
         activity.instance, activity.component_name, query.level, query.method
     );
     if activity.verdict == Verdict::Background {
-        return out + "  background: it is not real-time, and not analysed\n";
+        return out + "  background: not real-time, not analysed\n";
     }
     let _ = writeln!(
         out,
-        "  {}: response {}, deadline {}, period {}",
+        "  {}: response time {}, deadline {}, period {}",
         activity.verdict.name(),
         time(activity.response),
         time(activity.deadline),
@@ -93,19 +93,20 @@ fn explain<'db>(
         own_time(&mut out, psm, query.method, origin.worst_path);
     }
     if let Some(first_job) = activity.first_job {
-        let _ = writeln!(out, "\nfirst job after a release of all together: {first_job}");
+        let _ = writeln!(out, "\nresponse time at the critical instant: {first_job}");
         if query.horizon.is_some() {
-            out += "  (with --horizon: traces end there. For comparison only: this is not a bound)\n";
+            out +=
+                "  (with --horizon, traces end at the horizon: for comparison only, this is not a bound)\n";
         }
     }
-    // The classic method takes every job for the longest.
+    // In the classic method, every job has the greatest execution time.
     let delays = |other: &ActivityReport<'_>| {
-        let is_as_urgent = match (activity.priority, other.priority) {
+        let is_not_higher = match (activity.priority, other.priority) {
             (Priority::RealTime(own), Priority::RealTime(other)) => own >= other,
             _ => false,
         };
         let (own, others) = (activity.cpus.unwrap_or(u64::MAX), other.cpus.unwrap_or(u64::MAX));
-        !std::ptr::eq(other, activity) && is_as_urgent && own & others != 0
+        !std::ptr::eq(other, activity) && is_not_higher && own & others != 0
     };
     let psm = origin.psm.filter(|psm| query.method != Method::Classic && psm.states.len() > 1);
     if let Some(psm) = psm.filter(|_| report.activities.iter().any(delays)) {
@@ -126,8 +127,8 @@ fn why_not_analysed<'db>(
         if !seen.insert(why.clone()) {
             continue;
         }
-        let _ = writeln!(out, "  because {why}");
-        // Of what may delay it, the first that is not analysed itself.
+        let _ = writeln!(out, "  reason: {why}");
+        // The first activity that may delay it and is not analysed itself.
         let mut others = report.activities.iter().filter(|other| other.instance != activity.instance);
         let other = match reason.reason {
             Reason::DelayedBy { first, .. } => report.activities.get(first),
@@ -146,15 +147,15 @@ fn window(out: &mut String, activity: &ActivityReport<'_>) {
         Some(window) if window.job > 1 => {
             let _ = writeln!(
                 out,
-                "\njob {job} of the busy window responds last: it ends {} after the window began\n\
-                 of that, its own {job} jobs take {}",
+                "\njob {job} of the busy window has the largest response time: it ends {} after the start of the window\n\
+                 execution time of its own {job} jobs: {}",
                 window.length,
                 window.own,
                 job = window.job
             );
         }
         Some(window) => {
-            let _ = writeln!(out, "\nof that, its own job takes {}", window.own);
+            let _ = writeln!(out, "\nexecution time of its own job: {}", window.own);
         }
         None => {}
     }
@@ -165,8 +166,8 @@ fn interference(out: &mut String, report: &Report<'_>, activity: &ActivityReport
         return;
     }
     *out += match activity.window {
-        Some(_) => "and what interferes:\n",
-        None => "\nwhat interferes until its first job ends:\n",
+        Some(_) => "interference:\n",
+        None => "\ninterference until its first job ends:\n",
     };
     let shown = activity.greatest_interference(MOST_INTERFERENCE);
     let left = activity.interference.len() - shown.len();
@@ -179,20 +180,20 @@ fn interference(out: &mut String, report: &Report<'_>, activity: &ActivityReport
         let _ = writeln!(out, "  {time:>12}  {:>4} {jobs:<4}  {}{assumed}", it.jobs, it.instance);
     }
     if left > 0 {
-        let _ = writeln!(out, "  and {left} more, each of which takes no longer");
+        let _ = writeln!(out, "  and {left} more activities, none with more interference");
     }
 }
 
-/// The first iteration of the window that is longer than the deadline allows.
+/// Writes the first iteration of the busy window that exceeds the deadline.
 fn crossed_deadline(out: &mut String, activity: &ActivityReport<'_>) {
     if let (Some(window), Some(period), Some(deadline)) = (&activity.window, activity.period, activity.deadline)
-        // The deadline of job q is (q − 1)·T + D after the window began.
+        // The deadline of job q is (q − 1)·T + D after the start of the window.
         && let Some(deadline) = period.checked_mul(window.job - 1).and_then(|at| at.checked_add(deadline))
         && let Some(crossed) = window.iterations.iter().position(|&length| length > deadline)
     {
         let _ = writeln!(
             out,
-            "\niterations: the {} crosses the deadline, {deadline} after the window began",
+            "\nfixed-point iterations: the {} exceeds the deadline, {deadline} after the start of the window",
             ordinal(crossed + 1)
         );
         let mut shown: Vec<String> = window.iterations.iter().map(Time::to_string).collect();
@@ -203,7 +204,7 @@ fn crossed_deadline(out: &mut String, activity: &ActivityReport<'_>) {
     }
 }
 
-/// The greatest edge, program by program, codel by codel; or the table's time for the whole component.
+/// Writes the greatest execution time of a period by programs and codels, or the timing table's time for the component.
 fn own_time(
     out: &mut String,
     psm: &Psm<'_>,
@@ -225,16 +226,16 @@ fn own_time(
     let _ = match of_component.filter(|time| *time > edge.cost) {
         Some(time) => writeln!(
             out,
-            "\nown time {time}, as the table says of the whole component; by its codels {}: {what}",
+            "\nexecution time {time}, from the timing table's entry for the component; sum of its codels {}: {what}",
             edge.cost
         ),
-        None => writeln!(out, "\nown time {}: {what}", edge.cost),
+        None => writeln!(out, "\nexecution time {}: {what}", edge.cost),
     };
     for (program, time) in described.programs.iter().filter_map(|&index| psm.programs.get(index)) {
         let _ = writeln!(out, "  {:>12}  {program}", time.to_string());
         for (codel, time) in worst_path(program) {
             let is_assumed = psm.assumed.iter().any(|(assumed, _)| *assumed == codel);
-            let assumed = if is_assumed { "  (assumed: no table has it)" } else { "" };
+            let assumed = if is_assumed { "  (assumed: in no timing table)" } else { "" };
             let _ = writeln!(out, "  {:>12}    {:>10}  {codel}{assumed}", "", time.to_string());
         }
     }
@@ -243,12 +244,16 @@ fn own_time(
     }
 }
 
+/// Writes the consecutive periods with the greatest total execution time.
 fn trace(out: &mut String, psm: &Psm<'_>) {
     let Some(edges) = worst_trace(&psm.machine, SHOWN_PERIODS) else { return };
     let edges: Vec<_> = edges.iter().filter_map(|&edge| psm.machine.edges().get(edge)).collect();
-    let together = edges.iter().try_fold(Time::ZERO, |sum, edge| sum.checked_add(edge.cost));
-    let together = together.map_or_else(String::new, |sum| format!(", {sum} together"));
-    let _ = writeln!(out, "\nits worst {SHOWN_PERIODS} periods in a row, as it delays others{together}:");
+    let total = edges.iter().try_fold(Time::ZERO, |sum, edge| sum.checked_add(edge.cost));
+    let total = total.map_or_else(String::new, |sum| format!(", {sum} in total"));
+    let _ = writeln!(
+        out,
+        "\nits {SHOWN_PERIODS} consecutive periods with the most interference for other activities{total}:"
+    );
     let state = |number: u32| psm.states.get(number as usize).map_or("", |name| name.as_str());
     for same in edges.chunk_by(|a, b| (a.source, a.target, a.cost) == (b.source, b.target, b.cost)) {
         let Some(edge) = same.first() else { continue };

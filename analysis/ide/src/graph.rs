@@ -85,7 +85,7 @@ pub fn graphs_meant<'db>(
 ) -> Result<Vec<(Project<'db>, Decl<'db>)>, String> {
     let projects = projects_with(db, workspaces, file);
     if projects.is_empty() {
-        return Err("this file is part of no project".to_owned());
+        return Err("this file is not part of any project".to_owned());
     }
     let kinds = [Kind::Deployment, Kind::Architecture];
     let is_graph = |decl: &Decl<'db>| kinds.contains(&decl.kind(db));
@@ -100,7 +100,7 @@ pub fn graphs_meant<'db>(
             let found =
                 of_projects(&|of| is_graph(of) && (*of.name(db) == *name || of.qualified(db) == name));
             if found.is_empty() {
-                let what = format!("no deployment and no architecture `{name}`");
+                let what = format!("no deployment or architecture `{name}`");
                 return Err(format!("{what} in the projects of this file"));
             }
             found
@@ -120,7 +120,7 @@ pub fn graphs_meant<'db>(
             }
         }
     };
-    if found.is_empty() { Err("no deployment and no architecture here".to_owned()) } else { Ok(found) }
+    if found.is_empty() { Err("no deployment or architecture here".to_owned()) } else { Ok(found) }
 }
 
 /// The graph of an architecture, or of what a deployment runs with its response times; nothing of other declarations, and of a
@@ -155,7 +155,7 @@ pub fn graph<'db>(
     let title = match report {
         None => of.name(db).to_string(),
         Some(_) => {
-            format!("{} at {}: response times and deadlines in ms, load of a CPU", of.name(db), query.level)
+            format!("{} at {}: response times and deadlines in ms, CPU utilisation", of.name(db), query.level)
         }
     };
     Some(Graph { title, nodes, edges: edges.collect(), report, lost })
@@ -221,7 +221,7 @@ impl GraphNode<'_> {
 
 /// Draws a graph; in SVG, `data-instance`, `data-source` and `data-target` hold the numbers of instances.
 pub fn draw_graph(graph: &Graph<'_>, drawing: Drawing) -> String {
-    // Of several connections between two instances, one line is drawn.
+    // Several connections between two instances share one line.
     let mut lines: BTreeMap<(usize, usize, bool), Vec<&str>> = BTreeMap::new();
     for edge in &graph.edges {
         let names = lines.entry((edge.source.0, edge.target.0, edge.operation)).or_default();
@@ -436,15 +436,15 @@ codel.plan = 30
         check(
             "D",
             expect![[r##"
-            digraph "D at 1e-4: response times and deadlines in ms, load of a CPU" {
-              label="D at 1e-4: response times and deadlines in ms, load of a CPU"; labelloc=t; rankdir=LR; node [shape=box, style=filled];
-              0 [label="laser: Laser\nR 20 ≤ 100 · 20.0 %", fillcolor="#e8f5e9"];
-              1 [label="pilot: Pilot\nR 50 > 40 ✗ · 30.0 %", fillcolor="#fdecea"];
-              2 [label="spare: Unknown\nnot real-time", fillcolor="#eef3f8"];
-              0 -> 1 [label="scan"];
-              1 -> 1 [label="go"];
-            }
-        "##]],
+                digraph "D at 1e-4: response times and deadlines in ms, CPU utilisation" {
+                  label="D at 1e-4: response times and deadlines in ms, CPU utilisation"; labelloc=t; rankdir=LR; node [shape=box, style=filled];
+                  0 [label="laser: Laser\nR 20 ≤ 100 · 20.0 %", fillcolor="#e8f5e9"];
+                  1 [label="pilot: Pilot\nR 50 > 40 ✗ · 30.0 %", fillcolor="#fdecea"];
+                  2 [label="spare: Unknown\nnot real-time", fillcolor="#eef3f8"];
+                  0 -> 1 [label="scan"];
+                  1 -> 1 [label="go"];
+                }
+            "##]],
         );
     }
 
@@ -477,9 +477,9 @@ codel.plan = 30
             assert_eq!(meant("/t.toml", of), ok("D in /a.mal"));
         }
         let why = |path: &str, of| meant(path, of).unwrap_err();
-        assert_eq!(why("/lib.mal", GraphsOf::At(2.into())), "no deployment and no architecture here");
-        assert_eq!(why("/other.toml", GraphsOf::File), "this file is part of no project");
-        let none = "no deployment and no architecture `C` in the projects of this file";
+        assert_eq!(why("/lib.mal", GraphsOf::At(2.into())), "no deployment or architecture here");
+        assert_eq!(why("/other.toml", GraphsOf::File), "this file is not part of any project");
+        let none = "no deployment or architecture `C` in the projects of this file";
         assert_eq!(why("/a.mal", GraphsOf::Name("C")), none);
     }
 
@@ -517,18 +517,18 @@ codel.plan = 30
         let at = |text: &str| GraphsOf::At((file.text(&db).find(text).unwrap() as u32).into());
         assert_eq!(ask(file, GraphsOf::File), "D");
         assert_eq!([ask(file, at("spare: U")), ask(file, at("pilot { pr"))], ["A", "D"]);
-        assert_eq!(ask(file, at("core CL")), "no deployment and no architecture here");
+        assert_eq!(ask(file, at("core CL")), "no deployment or architecture here");
         // At the end of one; and where another begins.
         let ends = [GraphsOf::At(30.into()), GraphsOf::At(32.into()), GraphsOf::At(48.into())];
         assert_eq!(ends.map(|of| ask(more, of)), ["M", "N", "N"]);
         assert_eq!(["M", "l.M", "N"].map(|name| ask(file, GraphsOf::Name(name))), ["M", "M", "N"]);
         assert_eq!(
             ask(file, GraphsOf::Name("K")),
-            "no deployment and no architecture `K` in the projects of this file"
+            "no deployment or architecture `K` in the projects of this file"
         );
         assert_eq!(
             graphs_meant(&db, &[], file, GraphsOf::File),
-            Err("this file is part of no project".to_owned())
+            Err("this file is not part of any project".to_owned())
         );
     }
 }

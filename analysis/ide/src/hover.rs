@@ -1,6 +1,5 @@
-//! What stands under the cursor: on an activity, where its response time comes from; on a name, what it stands for; on the
-//! type of a value, the fields of the message. What is known beyond a declaration is in `hover/details.rs`,
-//! what the words of the language mean in `hover/words.rs`.
+//! Hovers: on an activity, how its response time is composed; on a name, its declaration; on the type of a value, the fields of
+//! the message. Further details of a name are in `hover/details.rs`, the words of the language in `hover/words.rs`.
 
 mod details;
 mod words;
@@ -23,16 +22,16 @@ use crate::project::{each_once, in_projects, projects_with};
 
 const MOST_LINES: usize = 60;
 
-/// What is shown about a place.
+/// A hover.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Hover {
-    /// What it is about.
+    /// The text that it describes.
     pub range: TextRange,
-    /// In Markdown.
+    /// Its content in Markdown.
     pub markdown: String,
 }
 
-/// What is known of what stands at `offset`.
+/// Returns the hover at `offset`.
 pub fn hover(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextSize) -> Option<Hover> {
     let projects = projects_with(db, workspaces, file);
     let of_name = of_name(db, workspaces, file, offset)
@@ -54,7 +53,7 @@ fn word_at(db: &dyn ModelDb, file: File, offset: TextSize) -> Option<SyntaxToken
     root.token_at_offset(offset).find(|token| token.kind().is_word())
 }
 
-/// The explanations of the activity whose name or keyword is at `offset`: one, or as many as projects differ.
+/// Returns the explanations of the activity whose name or keyword is at `offset`: one, or several if projects differ.
 fn of_activity(
     db: &dyn ModelDb,
     projects: &[Project<'_>],
@@ -70,7 +69,7 @@ fn of_activity(
     }
     let deployment =
         mauve_hir::declaration_at(db, file, name).filter(|decl| decl.kind(db) == Kind::Deployment)?;
-    // What several projects say alike is said once.
+    // Projects with the same explanation share one.
     let mut explanations: BTreeMap<String, Vec<Project<'_>>> = BTreeMap::new();
     for &project in projects {
         let query = Query::shown(db, project);
@@ -145,7 +144,7 @@ pub(crate) fn fields(package: &Package, name: &str, message: &Message) -> String
     let out = markdown::block("msg", &out);
     match &message.path {
         Some(path) => format!("{out}\nfrom {}\n", markdown::code(&path.display().to_string())),
-        None => out + "\nbuilt in: no such package was found on this machine\n",
+        None => out + "\nbuilt-in definition: the package is not installed on this machine\n",
     }
 }
 
@@ -176,11 +175,11 @@ fn times<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>) -> 
     for level in levels {
         let time = match table.codel_time(db, codel, level) {
             Lookup::Known(time) => time.to_string(),
-            Lookup::Assumed(time) => format!("{time} (assumed: no table has it)"),
+            Lookup::Assumed(time) => format!("{time} (assumed: in no timing table)"),
             Lookup::Absent => "no time".to_owned(),
             Lookup::Unusable(why) => unusable_time(db, &why),
         };
-        let mark = if level == shown { ", the level that is shown" } else { "" };
+        let mark = if level == shown { " (current level)" } else { "" };
         let _ = writeln!(out, "{time} at {level}{mark}");
     }
     markdown::block("text", &out)
@@ -246,18 +245,18 @@ deployment D {
                 planner
                 ---
                 ```text
-                planner (Planner), at 1e-4, method psm
-                  unbounded: response —, deadline 100 ms, period 100 ms
-                  because CPU 1 overloaded (104.0 % at priority ≥ 1)
+                planner (Planner) at 1e-4, method psm
+                  unbounded: response time —, deadline 100 ms, period 100 ms
+                  reason: CPU 1 overloaded (104.0 % at priority ≥ 1)
 
-                what interferes until its first job ends:
+                interference until its first job ends:
                          51 ms     3 jobs  driver
 
-                own time 70 ms: update
+                execution time 70 ms: update
                          70 ms  update
                                        70 ms  plan
 
-                first job after a release of all together: 121 ms
+                response time at the critical instant: 121 ms
                 ```
 
                 ```mauve
@@ -304,7 +303,7 @@ deployment D {
 
                 ```text
                 60 ms at 1e-3
-                70 ms at 1e-4, the level that is shown
+                70 ms at 1e-4 (current level)
                 ```
                 from ``ti`mes.toml``, line 3
 
@@ -328,7 +327,7 @@ deployment D {
 
                 ```text
                 60 ms at 1e-3
-                70 ms at 1e-4, the level that is shown
+                70 ms at 1e-4 (current level)
                 ```
                 from `times.toml`, line 3
 
@@ -348,7 +347,7 @@ deployment D {
                 ```
 
                 ```text
-                no time at 1e-4, the level that is shown
+                no time at 1e-4 (current level)
                 ```
             "#]],
         );
@@ -364,7 +363,7 @@ deployment D {
                 about g
 
                 ```text
-                no time at 1e-4, the level that is shown
+                no time at 1e-4 (current level)
                 ```
             "#]],
         );
@@ -391,75 +390,75 @@ codel f(): $9Joy
         check(
             &messages("$1"),
             expect![[r#"
-            Pose
-            ---
-            ```msg
-            # geometry_msgs/Pose
-            Point position
-            Quaternion orientation
-            ```
+                Pose
+                ---
+                ```msg
+                # geometry_msgs/Pose
+                Point position
+                Quaternion orientation
+                ```
 
-            built in: no such package was found on this machine
-        "#]],
+                built-in definition: the package is not installed on this machine
+            "#]],
         );
         check(
             &messages("$2"),
             expect![[r#"
-            nav_msgs::Odometry
-            ---
-            ```msg
-            # nav_msgs/Odometry
-            std_msgs/Header header
-            string child_frame_id
-            geometry_msgs/PoseWithCovariance pose
-            geometry_msgs/TwistWithCovariance twist
-            ```
+                nav_msgs::Odometry
+                ---
+                ```msg
+                # nav_msgs/Odometry
+                std_msgs/Header header
+                string child_frame_id
+                geometry_msgs/PoseWithCovariance pose
+                geometry_msgs/TwistWithCovariance twist
+                ```
 
-            built in: no such package was found on this machine
-        "#]],
+                built-in definition: the package is not installed on this machine
+            "#]],
         );
         check(
             &messages("$3"),
             expect![[r#"
-            String
-            ---
-            ```msg
-            # std_msgs/String
-            string data
-            ```
+                String
+                ---
+                ```msg
+                # std_msgs/String
+                string data
+                ```
 
-            built in: no such package was found on this machine
-        "#]],
+                built-in definition: the package is not installed on this machine
+            "#]],
         );
         check(
             &messages("$7"),
             expect![[r#"
-            Joy
-            ---
-            ```msg
-            # sensor_msgs/Joy
-            std_msgs/Header header
-            float32[] axes
-            int32[] buttons
-            ```
+                Joy
+                ---
+                ```msg
+                # sensor_msgs/Joy
+                std_msgs/Header header
+                float32[] axes
+                int32[] buttons
+                ```
 
-            built in: no such package was found on this machine
-        "#]],
+                built-in definition: the package is not installed on this machine
+            "#]],
         );
         check(
             &messages("$9"),
             expect![[r#"
-            Joy
-            ---
-            ```msg
-            # sensor_msgs/Joy
-            std_msgs/Header header
-            float32[] axes
-            int32[] buttons
-            ```
+                Joy
+                ---
+                ```msg
+                # sensor_msgs/Joy
+                std_msgs/Header header
+                float32[] axes
+                int32[] buttons
+                ```
 
-            built in: no such package was found on this machine
-        "#]],
+                built-in definition: the package is not installed on this machine
+            "#]],
         );
     }
 
@@ -572,35 +571,35 @@ shoot = [1, 2]
         check(
             &details("$3"),
             expect![[r#"
-            Idle
-            ---
-            ```mauve
-            initial state Idle
-            ```
+                Idle
+                ---
+                ```mauve
+                initial state Idle
+                ```
 
-            ```text
-            Laser at 1e-4
-                      2 ms  Idle.run
-                      2 ms  Idle.go.guard
-                      4 ms  a period at most
-            ```
-        "#]],
+                ```text
+                Laser at 1e-4
+                          2 ms  Idle.run
+                          2 ms  Idle.go.guard
+                          4 ms  longest period
+                ```
+            "#]],
         );
         check(
             &details("$5"),
             expect![[r#"
-            go
-            ---
-            ```mauve
-            transition go if (shoot(n) > 0) to Busy
-            ```
+                go
+                ---
+                ```mauve
+                transition go if (shoot(n) > 0) to Busy
+                ```
 
-            ```text
-            Laser at 1e-4
-                      2 ms  Idle.go.guard
-                      4 ms  a period at most
-            ```
-        "#]],
+                ```text
+                Laser at 1e-4
+                          2 ms  Idle.go.guard
+                          4 ms  longest period
+                ```
+            "#]],
         );
     }
 
@@ -617,7 +616,7 @@ shoot = [1, 2]
 
                 ```text
                 1 ms at 1e-3
-                2 ms at 1e-4, the level that is shown
+                2 ms at 1e-4 (current level)
                 ```
                 from `times/a.toml`, line 4
 

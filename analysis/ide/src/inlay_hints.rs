@@ -1,5 +1,5 @@
-//! Response times beside activities, deadlines that are left out, the load of CPUs beside deployments; what programs take
-//! (`inlay_hints/programs.rs`), and which values count (`inlay_hints/values.rs`).
+//! Inlay hints: response times and default deadlines of activities, the utilisation of CPUs, execution times of programs
+//! (`inlay_hints/programs.rs`), and values in effect (`inlay_hints/values.rs`).
 
 mod programs;
 mod values;
@@ -23,27 +23,27 @@ use mauve_wcrt::{
 
 use crate::project::{name_of_root, projects_with};
 
-/// Something that is shown in the text, and is not part of it.
+/// A label that an editor shows inside the text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct InlayHint {
-    /// Where, between two characters.
+    /// Its position.
     pub offset: TextSize,
-    /// What.
+    /// Its text.
     pub label: String,
-    /// May a hover explain it? Then [`hover`](crate::hover()) at this offset does.
+    /// The offset at which a [`hover`](crate::hover()) explains it, if one does.
     pub explained_at: Option<TextSize>,
 }
 
-/// Which hints are wanted; by default all.
+/// The requested kinds of hints; by default all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct HintKinds {
     /// Response times beside activities, and how many deadlines are met beside deployments.
     pub response_times: bool,
-    /// The load of the CPUs beside deployments.
+    /// The utilisation of the CPUs beside deployments.
     pub loads: bool,
-    /// Deadlines that are left out.
+    /// Default deadlines of activities without one.
     pub defaults: bool,
-    /// What programs, states and transitions take.
+    /// Execution times of programs, states and transitions.
     pub program_times: bool,
     /// The values of properties and constants beside instances and settings.
     pub values: bool,
@@ -55,7 +55,7 @@ impl Default for HintKinds {
     }
 }
 
-/// The hints that fall into `range`, in the order of the text.
+/// Returns the hints in `range`, in text order.
 ///
 /// ```
 /// use mauve_ide::HintKinds;
@@ -87,7 +87,7 @@ pub fn inlay_hints(
     if !is_model(file.path(db)) {
         return Vec::new();
     }
-    // By place and label, with the projects that say so.
+    // By position and label, with the projects that have the hint.
     let mut found: BTreeMap<(TextSize, String), (InlayHint, Vec<Project<'_>>)> = BTreeMap::new();
     let projects = projects_with(db, workspaces, file);
     let declared = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
@@ -114,7 +114,7 @@ pub fn inlay_hints(
             }
         }
     }
-    // Where projects differ, all of it is shown, and who says it.
+    // If projects differ, all hints are shown, with their projects.
     let hints = found.into_values().map(|(mut hint, having)| {
         if having.len() < projects.len() {
             let roots: Vec<String> = having.iter().map(|&project| name_of_root(db, project)).collect();
@@ -158,7 +158,7 @@ fn of_deployment<'db>(
         if config_of(db, project.workspace(db)).rt_throttling.is_none() {
             labels.push("assumes real-time throttling off".to_owned());
         }
-        // What would be shown may not be known: the loads alone, where no CPU is.
+        // There may be nothing to show: only utilisations, and no CPU.
         if is_shown {
             hints.push(InlayHint { offset, label: labels.join(" · "), explained_at: None });
         }
@@ -173,11 +173,11 @@ fn of_deployment<'db>(
     let activities = &system_of(db, project, deployment).activities;
     for (resolved, activity) in activities.iter().zip(&report.activities) {
         let name = resolved.at.range(db).start();
-        // Another one, or an instance without an activity: that has a diagnostic instead.
+        // A duplicate, or an instance without an activity, has a diagnostic instead.
         let Some(node) = nodes.get(&name) else { continue };
         let budget = missing_codel(db, project, activity, query).and_then(|codel| {
             let budgets = budgets(db, project, deployment, query).iter();
-            // Where others lack a time too, it is no promise.
+            // If other codels lack a time as well, the budget is not a guarantee.
             budgets.filter(|budget| budget.alone).find(|budget| budget.codel == codel)?.time
         });
         let assumes = with_assumptions.iter().any(|&name| {
@@ -185,7 +185,7 @@ fn of_deployment<'db>(
         });
         let mut label = label(db, activity, assumes, budget);
         if resolved.has_late_deadline {
-            label += " (the deadline is later than the period, which counts)";
+            label += " (compared with the period: the deadline exceeds it)";
         }
         if let Some(offset) = beside(node.syntax()).filter(|_| kinds.response_times) {
             hints.push(InlayHint { offset, label, explained_at: Some(name) });
@@ -194,7 +194,7 @@ fn of_deployment<'db>(
     }
 }
 
-/// The verdict on an activity, as it stands beside it.
+/// Returns the hint of an activity: its response time, or why there is none.
 fn label<'db>(
     db: &'db dyn ModelDb,
     activity: &ActivityReport<'db>,
@@ -222,14 +222,14 @@ fn label<'db>(
         }
         (Verdict::RealTime(Status::Unbounded), _) => format!("unbounded ✗: {}", because()),
         (Verdict::RealTime(Status::NotAnalysed), _) => {
-            let budget = budget.map_or_else(String::new, |time| format!(" — it may take up to {time}"));
+            let budget = budget.map_or_else(String::new, |time| format!(" · all deadlines met if ≤ {time}"));
             format!("not analysed: {}{budget}", because())
         }
         (Verdict::RealTime(_), _) => format!("no bound ✗: {}", because()),
     }
 }
 
-/// The codel without a time, where that is all that keeps an activity from being analysed.
+/// Returns the codel without a time, if that is the only reason why an activity is not analysed.
 fn missing_codel<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -243,7 +243,7 @@ fn missing_codel<'db>(
     }
 }
 
-/// What holds of the deployment as a whole.
+/// Returns how many deadlines of a deployment are met.
 fn of_all(report: &Report<'_>, query: Query) -> String {
     let Deadlines { met, unknown, all: count } = report.deadlines();
     let mut label = format!("{met} of {count} deadlines met at {}", query.level);
@@ -255,17 +255,17 @@ fn of_all(report: &Report<'_>, query: Query) -> String {
     label
 }
 
-/// How much of each CPU is asked for.
+/// Returns the utilisation of each CPU.
 fn loads(report: &Report<'_>) -> Vec<String> {
     let load = |cpu: &CpuLoad| {
-        // What is not analysed is not counted: there is more.
+        // Activities that are not analysed are not included.
         let at_least = if cpu.complete { "" } else { "≥ " };
         format!("{} {at_least}{:.1} %", cpu_names(cpu.mask()), cpu.utilisation.as_f64() * 100.0)
     };
     report.cpus.iter().map(load).collect()
 }
 
-/// `deadline = 100` where it is left out.
+/// Returns the hint ` deadline = 100` of an activity without a deadline.
 fn default_deadline(activity: &ActivityReport<'_>, node: &ast::Activity) -> Option<InlayHint> {
     let fields: Vec<ast::Field> = node.fields().collect();
     let is_deadline =
@@ -275,19 +275,19 @@ fn default_deadline(activity: &ActivityReport<'_>, node: &ast::Activity) -> Opti
     }
     let deadline: Time = activity.deadline?;
     let offset = fields.last()?.syntax().text_range().end();
-    // Without the unit, as it would be written.
+    // Without a unit, as in a model.
     let label = format!(" deadline = {}", deadline.number());
     Some(InlayHint { offset, label, explained_at: None })
 }
 
-/// The deployment of this name.
+/// Returns the syntax node of the deployment with this name.
 fn deployment_at(db: &dyn ModelDb, name: &Location<'_>) -> Option<ast::Deployment> {
     let root: SyntaxNode = parse(db, name.file(db)).syntax();
     let token = root.token_at_offset(name.range(db).start()).right_biased()?;
     token.parent_ancestors().find_map(ast::Deployment::cast)
 }
 
-/// Behind `node` where it stands on one line; otherwise behind its opening brace.
+/// Returns the end of `node` if it is on one line, otherwise the end of its opening brace.
 fn beside(node: &SyntaxNode) -> Option<TextSize> {
     let text = node.text();
     if !text.contains_char('\n') {
@@ -392,7 +392,7 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 core Driving(S) { update = { drive(); }⟨17 ms at 1e-4⟩ }
                 deployment D {⟨0 of 2 deadlines met at 1e-4, 2 not analysed · CPU 1 ≥ 34.0 %⟩
                 activity driver { priority = 1 period = 50 deadline = 50 }⟨not analysed: `planner` may preempt it and is not analysed⟩
-                activity planner { priority = 2 period = 100 deadline = 100 }⟨not analysed: no time for codel `plan` — it may take up to 33 ms⟩
+                activity planner { priority = 2 period = 100 deadline = 100 }⟨not analysed: no time for codel `plan` · all deadlines met if ≤ 33 ms⟩
             "#]],
         );
     }
@@ -427,7 +427,7 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 core Planning(S) { update = { plan(); }⟨70 ms at 1e-4⟩ }
                 core Driving(S) { update = { drive(); }⟨9 ms at 1e-4⟩ }
                 deployment D {⟨2 of 2 deadlines met at 1e-4 · CPU 1 97.0 %⟩
-                activity driver { priority = 2 period = 10 deadline = 100 }⟨R 9 ms ≤ 10 ms · slack 1 ms (the deadline is later than the period, which counts)⟩
+                activity driver { priority = 2 period = 10 deadline = 100 }⟨R 9 ms ≤ 10 ms · slack 1 ms (compared with the period: the deadline exceeds it)⟩
                 activity planner { priority = 1 period = 1000 deadline = 1000.0 }⟨R 700 ms ≤ 1000 ms · slack 300 ms⟩
             "#]],
         );
@@ -509,10 +509,10 @@ program.\"Quick/update\" = 5
         check(
             MACHINE,
             expect![[r#"
-                initial state Waiting {⟨takes ≤ 2 ms a period at 1e-4⟩
-                transition go if (look() > 0) to Moving⟨takes 2 ms a period⟩
-                state Moving {⟨takes ≤ 21 ms a period at 1e-4⟩ entry = { look(); }⟨1 ms⟩  run = {⟨20 ms⟩
-                } exit = { }  transition done to Waiting { look(); }⟨takes 21 ms a period⟩ }
+                initial state Waiting {⟨≤ 2 ms per period at 1e-4⟩
+                transition go if (look() > 0) to Moving⟨≤ 2 ms per period⟩
+                state Moving {⟨≤ 21 ms per period at 1e-4⟩ entry = { look(); }⟨1 ms⟩  run = {⟨20 ms⟩
+                } exit = { }  transition done to Waiting { look(); }⟨≤ 21 ms per period⟩ }
                 core U(S) { update = { plan(); }⟨5 ms (Quick), 20 ms (Slow) at 1e-4⟩ }
             "#]],
         );
@@ -556,12 +556,12 @@ deployment D {
             VALUES,
             only,
             expect![[r#"
-            instance a: P⟨base = 2, rate = 8, x = 1 and 1 more⟩
-            instance b: P⟨base = 2, name = "é", rate = 6 and 2 more⟩
-            property a.rate = 4 + 4⟨= 8⟩
-            property a.rate = 9⟨instead of 8⟩
-            property b.x = 2⟨instead of 1⟩
-        "#]],
+                instance a: P⟨base = 2, rate = 8, x = 1 and 1 more⟩
+                instance b: P⟨base = 2, name = "é", rate = 6 and 2 more⟩
+                property a.rate = 4 + 4⟨= 8⟩
+                property a.rate = 9⟨overrides 8⟩
+                property b.x = 2⟨overrides 1⟩
+            "#]],
         );
         check_kinds(VALUES, HintKinds { values: false, ..only }, expect!["\n\n"]);
     }

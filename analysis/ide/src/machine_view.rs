@@ -74,7 +74,7 @@ pub fn state_machine<'db>(
         reasons: Vec::new(),
     };
     let Some(of) = core_of(db, project, component) else {
-        view.reasons.push("its core is unknown".to_owned());
+        view.reasons.push("the component's core is unknown".to_owned());
         return view;
     };
     let behaviour = behaviour_of(db, project, of);
@@ -269,9 +269,9 @@ codel = \"1.5 ms\"
         check(
             "component $0C(S, Unknown)",
             expect![[r#"
-            C
-            [] ["its core is unknown"]
-        "#]],
+                C
+                [] ["the component's core is unknown"]
+            "#]],
         );
         check("shell $0S { }", expect![[""]]);
     }

@@ -1,8 +1,8 @@
-//! Another name for something: in all models, timing tables and configurations that name it.
+//! Renames a definition in all models, timing tables and configurations that refer to it.
 //!
-//! Whether a name can be taken is not told by rules alone: the texts are read once more as they would be, and every name in
-//! them must stand for what it stood for. What cannot be known for sure, since a text is broken or a file is missing, is
-//! refused with the place that it hangs on.
+//! Rules alone do not tell whether a name is free: the changed texts are analysed, and every name in them must refer to the same
+//! definition as before. If that is unknown, because a text is incomplete or a file is missing, the rename is refused with the
+//! location that causes it.
 
 mod check;
 
@@ -25,17 +25,17 @@ use crate::references::{occurrences, word_of};
 /// A name that can be changed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Renameable {
-    /// Where it stands.
+    /// Its location.
     pub range: TextRange,
     /// The name.
     pub name: String,
 }
 
-/// The name at `offset`, to be changed.
+/// Returns the name at `offset` if it can be renamed.
 ///
 /// # Errors
 ///
-/// Why it cannot be, for the user.
+/// Why it cannot, for the user.
 pub fn prepare_rename(
     db: &dyn ModelDb,
     workspaces: &[Workspace],
@@ -47,7 +47,7 @@ pub fn prepare_rename(
     Ok(Renameable { range: name.range, name: word })
 }
 
-/// Gives what is named at `offset` another name, wherever it is named, in every project that has it.
+/// Renames the definition of the name at `offset` everywhere, in every project that has it.
 ///
 /// ```
 /// use mauve_hir::{Database, Workspace};
@@ -62,8 +62,8 @@ pub fn prepare_rename(
 ///
 /// # Errors
 ///
-/// Why it cannot be, for the user: the name is none, or is taken; another name would stand for something else; or it is
-/// unknown what all must be changed.
+/// Why it cannot, for the user: the new name is invalid or already used; another name would refer to another definition; or not
+/// all references are known.
 pub fn rename(
     db: &dyn ModelDb,
     workspaces: &[Workspace],
@@ -88,7 +88,10 @@ pub fn rename(
             return Err(format!("{} cannot be changed: {}", shown(db, name.file), problem.message()));
         }
         if text_of(db, name.file, name.range) != old_name {
-            return Err(format!("{} does not name it by `{old_name}`", renaming.line(name.file, name.range)));
+            return Err(format!(
+                "{}: refers to it by another name than `{old_name}`",
+                renaming.line(name.file, name.range)
+            ));
         }
         change.replace(name.file, Replacement { range: name.range, text: new_name.to_owned() });
     }
@@ -110,25 +113,25 @@ fn the_one<'a, 'db>(
     things: &'a [(Project<'db>, Found<'db>)],
 ) -> Result<(&'a Found<'db>, String), String> {
     let Some((_, first)) = things.first() else {
-        return Err("there is no name here, or nobody knows what it stands for".to_owned());
+        return Err("no name here, or its definition is unknown".to_owned());
     };
     let word = text_of(db, first.file, first.range).to_owned();
     if things.iter().any(|(_, other)| other.definition != first.definition) {
-        return Err(format!("`{word}` stands for several things here: rename each where it is declared"));
+        return Err(format!("`{word}` has several definitions here: rename each at its declaration"));
     }
     let refused = match (&first.definition, first.kind) {
         (Definition::Declaration(_) | Definition::Library(_), _) => None,
-        (Definition::At(_), SymbolKind::Hook) => Some(format!("`{word}` is a word of the language")),
+        (Definition::At(_), SymbolKind::Hook) => Some(format!("`{word}` is a keyword")),
         (Definition::At(_), _) => None,
         (Definition::Package(_), _) => Some(format!("`{word}` is a message package, or `ctypes`")),
         (Definition::Message(package, _), _) => Some(format!("`{word}` is declared by package `{package}`")),
         (Definition::Type(_), _) => Some(format!("type `{word}` is built in, or declared in `mauve.toml`")),
-        (Definition::File(_), _) => Some("rename the file: what includes it follows".to_owned()),
+        (Definition::File(_), _) => Some("rename the file itself: its includes are updated".to_owned()),
     };
     match refused {
         Some(why) => Err(why),
         None if word_of(db, &first.definition).as_deref() != Some(&word) => {
-            Err(format!("`{word}` is written in another way than where it is declared"))
+            Err(format!("`{word}` is spelt differently at its declaration: rename it there"))
         }
         None => Ok((first, word)),
     }
@@ -139,7 +142,7 @@ fn check_name(kind: SymbolKind, name: &str) -> Result<(), String> {
     let begins = letters.next().is_some_and(|first| first.is_ascii_alphabetic() || first == '_');
     if !begins || !letters.all(|letter| letter.is_ascii_alphanumeric() || letter == '_') {
         return Err(format!(
-            "`{name}` is no name: a name is letters, digits and `_`, and does not begin with a digit"
+            "`{name}` is not a name: a name consists of letters, digits and `_`, and does not begin with a digit"
         ));
     }
     let in_programs = !matches!(
@@ -155,10 +158,10 @@ fn check_name(kind: SymbolKind, name: &str) -> Result<(), String> {
             | SymbolKind::Deployment
     );
     if in_programs && LITERALS.contains(&name) {
-        return Err(format!("`{name}` is a value of the language"));
+        return Err(format!("`{name}` is a built-in value"));
     }
     if matches!(kind, SymbolKind::Codel | SymbolKind::Operation) && Builtin::of_name(name).is_some() {
-        return Err(format!("`{name}` is a function of the language"));
+        return Err(format!("`{name}` is a built-in function"));
     }
     Ok(())
 }
@@ -173,7 +176,7 @@ struct Renaming<'a, 'db> {
 }
 
 impl<'db> Renaming<'_, 'db> {
-    /// The declaration that nothing outside names it from.
+    /// The declaration outside which the name is not visible, if there is one.
     fn home(&self) -> Option<Decl<'db>> {
         let is_inner = matches!(
             self.thing.kind,
@@ -197,7 +200,7 @@ impl<'db> Renaming<'_, 'db> {
         let (db, new) = (self.db, self.new_name);
         let names = names_of(db, project);
         let taken = |what: String, place: &Location<'db>| {
-            Err(format!("there is {what} already ({})", self.line(place.file(db), place.range(db))))
+            Err(format!("{what} already exists ({})", self.line(place.file(db), place.range(db))))
         };
         match &self.thing.definition {
             Definition::Declaration(decl) => {
@@ -208,7 +211,7 @@ impl<'db> Renaming<'_, 'db> {
                 }
             }
             Definition::Library(_) if names.has_library(&new.into()) => {
-                Err(format!("there is library `{new}` already: the two would become one"))
+                Err(format!("library `{new}` already exists: the two would be merged"))
             }
             Definition::At(Location::Source(decl, id)) => {
                 if let Some(other) = sibling(db, *decl, *id, new) {
@@ -247,7 +250,7 @@ fn sibling(db: &dyn ModelDb, of: Decl<'_>, id: SourceId, name: &str) -> Option<S
     own.find_map(|names| names.into_iter().find(|it| it.name == name).map(|it| it.id))
 }
 
-/// The names of a declaration, by where they must differ.
+/// Returns the namespaces of a declaration: within each, names must differ.
 fn name_spaces(data: &Data) -> Vec<Vec<&NameRef>> {
     match data {
         Data::Codel(codel) => vec![codel.parameters.iter().map(|it| &it.name).collect()],
@@ -497,50 +500,50 @@ parts.Laser = 9
             "property ra$0te",
             "scan",
             expect![[r#"
-            there is `scan` in shell `Laser` already (parts.mal, line 4)
-        "#]],
+                `scan` in shell `Laser` already exists (parts.mal, line 4)
+            "#]],
         );
         robot(
             "output port $0scan",
             "rate",
             expect![[r#"
-            there is `rate` in shell `Laser` already (parts.mal, line 3)
-        "#]],
+                `rate` in shell `Laser` already exists (parts.mal, line 3)
+            "#]],
         );
         robot(
             "component La$0ser",
             "Mapper",
             expect![[r#"
-                t.toml, line 4: `Mapper` would come to mean something
+                t.toml, line 4: `Mapper` would refer to a definition
             "#]],
         );
         robot(
             "core La$0ser",
             "Map",
             expect![[r#"
-            there is core `Map` already (parts.mal, line 13)
-        "#]],
+                core `Map` already exists (parts.mal, line 13)
+            "#]],
         );
         robot(
             "initial state I$0dle",
             "Busy",
             expect![[r#"
-            there is `Busy` already (parts.mal, line 18)
-        "#]],
+                `Busy` already exists (parts.mal, line 18)
+            "#]],
         );
         robot(
             "instance ma$0p",
             "laser",
             expect![[r#"
-            there is `laser` already (one.mal, line 2)
-        "#]],
+                `laser` already exists (one.mal, line 2)
+            "#]],
         );
         robot(
             "handler $0h",
             "n",
             expect![[r#"
-            there is `n` already (parts.mal, line 8)
-        "#]],
+                `n` already exists (parts.mal, line 8)
+            "#]],
         );
         robot(
             "library par$0ts",
@@ -558,37 +561,37 @@ parts.Laser = 9
             "library l { } library $0m { }",
             "l",
             expect![[r#"
-            there is library `l` already: the two would become one
-        "#]],
+                library `l` already exists: the two would be merged
+            "#]],
         );
         // Whatever stands for something else then.
         robot(
             "var $0n: int\n    handler",
             "rate",
             expect![[r#"
-            parts.mal, line 10: `rate` would stand for something else
-        "#]],
+                parts.mal, line 10: `rate` would refer to another definition
+            "#]],
         );
         robot(
             "var $0n: int\n    handler",
             "m",
             expect![[r#"
-            parts.mal, line 10: `n` would stand for something else
-        "#]],
+                parts.mal, line 10: `n` would refer to another definition
+            "#]],
         );
         robot(
             "var $0n: int\n    handler",
             "shoot",
             expect![[r#"
-            parts.mal, line 10: `shoot` would stand for something else
-        "#]],
+                parts.mal, line 10: `shoot` would refer to another definition
+            "#]],
         );
         robot(
             "{ var $0m: int",
             "n",
             expect![[r#"
-            parts.mal, line 10: `n` would stand for something else
-        "#]],
+                parts.mal, line 10: `n` would refer to another definition
+            "#]],
         );
         robot(
             "codel sh$0oot",
@@ -603,21 +606,21 @@ parts.Laser = 9
             "codel $0f(): int core C(S) { update = { g(); } }",
             "g",
             expect![[r#"
-                model.mal, line 1: `g` would come to mean something
+                model.mal, line 1: `g` would refer to a definition
             "#]],
         );
         check(
             "shell B { property p: int } shell S extends B { property $0q: int } ",
             "p",
             expect![[r#"
-            there is `p` in shell `S` already (model.mal, line 1)
-        "#]],
+                `p` in shell `S` already exists (model.mal, line 1)
+            "#]],
         );
         check(
             "architecture A { instance a: P } architecture B { import A instance $0b: P } ",
             "a",
             expect![[r#"
-                there is `a` in architecture `B` already (model.mal, line 1)
+                `a` in architecture `B` already exists (model.mal, line 1)
             "#]],
         );
     }
@@ -629,18 +632,19 @@ parts.Laser = 9
             rename(&db, &[workspace], file, offset, name).unwrap_err()
         };
         for name in ["", "1a", "a b", "é", "a.b", "a-b", "/*"] {
-            let expected = "is no name: a name is letters, digits and `_`, and does not begin with a digit";
+            let expected =
+                "is not a name: a name consists of letters, digits and `_`, and does not begin with a digit";
             assert_eq!(why(name), format!("`{name}` {expected}"));
         }
         for name in ["true", "failure"] {
-            assert_eq!(why(name), format!("`{name}` is a value of the language"));
+            assert_eq!(why(name), format!("`{name}` is a built-in value"));
         }
         robot(
             "codel sh$0oot",
             "read",
             expect![[r#"
-            `read` is a function of the language
-        "#]],
+                `read` is a built-in function
+            "#]],
         );
         // Every word may be the name of a state.
         robot(
@@ -677,22 +681,22 @@ parts.Laser = 9
             "upd$0ate =",
             "x",
             expect![[r#"
-            there is no name here, or nobody knows what it stands for
-        "#]],
+                no name here, or its definition is unknown
+            "#]],
         );
         robot(
             "include \"pa$0rts",
             "x",
             expect![[r#"
-            rename the file: what includes it follows
-        "#]],
+                rename the file itself: its includes are updated
+            "#]],
         );
         robot(
             "wri$0te(",
             "x",
             expect![[r#"
-            there is no name here, or nobody knows what it stands for
-        "#]],
+                no name here, or its definition is unknown
+            "#]],
         );
         check(
             "use std_msgs codel f(a: Str$0ing): int",

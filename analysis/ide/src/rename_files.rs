@@ -49,7 +49,7 @@ pub fn rename_files(db: &dyn ModelDb, workspaces: &[Workspace], moves: &[(PathBu
     for of_file in &mut change.files {
         let is_config = of_file.file.path(db).ends_with(CONFIG_FILE);
         let place = if is_config { CONFIG_FILE } else { "includes" };
-        of_file.note = Some(format!("Follow the renamed files in {place}"));
+        of_file.note = Some(format!("Update the paths of renamed files in {place}"));
     }
     change
 }

@@ -62,8 +62,8 @@ fn dot(component: &str, title: &str, psm: &Psm<'_>, arrows: &BTreeMap<(usize, us
 }
 
 fn title(component: &str, level: Level, psm: &Psm<'_>) -> String {
-    let assumed = if psm.assumed.is_empty() { "" } else { ", some times assumed" };
-    format!("{component} at {level}: ms in each period{assumed}")
+    let assumed = if psm.assumed.is_empty() { "" } else { ", some of them assumed" };
+    format!("{component} at {level}: execution times per period in ms{assumed}")
 }
 
 /// The states on a circle, clockwise from the top in the order of the text.
@@ -182,7 +182,7 @@ codel = "1.5 ms"
     fn as_dot() {
         expect![[r#"
             digraph "Pilot" {
-              label="Pilot at 1e-4: ms in each period, some times assumed"; labelloc=t; rankdir=LR; node [shape=box, style=rounded];
+              label="Pilot at 1e-4: execution times per period in ms, some of them assumed"; labelloc=t; rankdir=LR; node [shape=box, style=rounded];
               "Waiting" [penwidth=2];
               "Moving";
               "Waiting" -> "Waiting" [label="1.5"];

@@ -99,7 +99,7 @@ pub(crate) fn request(snapshot: &Snapshot, file: File) -> Result<GenerateRequest
     Ok(GenerateRequest { selected: selected.collect(), is_whole: false, is_written: false })
 }
 
-const NO_PROJECT: &str = "this file is part of no project";
+const NO_PROJECT: &str = "this file is not part of any project";
 
 /// Returns the part of a request that a deployment needs, by its name with its library or without.
 ///

@@ -13,7 +13,7 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
     let around = (actions.around::<ast::CallExpr>(at), actions.around::<ast::Core>(at));
     let (Some(call), Some(core)) = around else { return };
     let is_it = call.name_ref().is_some_and(|name| name.syntax().text_range() == at);
-    // What stands for something already cannot be called, whatever is declared.
+    // A name that refers to something else cannot be called, even with a codel of this name.
     let is_unknown = finding.diagnostic.message.starts_with("no codel or operation");
     let Some(&project) = actions.projects.first().filter(|_| is_it && is_unknown) else { return };
     let Some(signature) =

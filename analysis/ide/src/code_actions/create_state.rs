@@ -1,4 +1,4 @@
-//! A state that a transition leads to and that its state machine does not have yet, behind the one that it starts from.
+//! Creates the missing target state of a transition, after the state of the transition.
 
 use mauve_diagnostics::Finding;
 use mauve_syntax::ast::{self, AstNode as _};
@@ -26,7 +26,7 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>,
     missing.sort_unstable();
     missing.dedup();
     if missing.len() > 1 {
-        let title = format!("Create the {} states that are missing", missing.len());
+        let title = format!("Create the {} missing states", missing.len());
         actions.mend(finding, title, || {
             put(file, whole.end(), missing.iter().map(|name| written(name)).collect())
         });
@@ -54,7 +54,7 @@ mod tests {
         );
         check(
             MACHINE,
-            "Create the 2 states",
+            "Create the 2 missing states",
             expect![[r#"
             --- /model.mal
                 state B {

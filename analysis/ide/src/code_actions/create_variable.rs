@@ -1,4 +1,4 @@
-//! The variable of the core, or the property of its shell, that a program names and nobody declares.
+//! Creates an undeclared variable in the core, or a property in its shell.
 
 use mauve_diagnostics::Finding;
 use mauve_hir::shell_of;
@@ -14,7 +14,7 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
     let node = actions.around::<ast::NameRef>(at).map(|it| it.syntax().clone());
     let node = node.filter(|it| it.text_range() == at);
     let (Some(node), Some(of)) = (node, actions.around::<ast::Core>(at)) else { return };
-    // Otherwise it stands for something that has no value.
+    // Otherwise the name refers to something without a value.
     let is_unknown = finding.diagnostic.message.starts_with("no variable");
     let Some(&project) = actions.projects.first().filter(|_| is_unknown) else { return };
     let Some(programs) = Programs::with_unknown(db, project, file, &of) else { return };
@@ -39,7 +39,7 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
         };
         put(file, last.unwrap_or(brace).end(), format!("\n{indent}var {name}: {ty}"))
     });
-    // A property is read only, and has a value from the beginning.
+    // A property is read-only and has an initial value.
     let value = match ty.as_str() {
         "int" => "0",
         "double" | "float" => "0.0",

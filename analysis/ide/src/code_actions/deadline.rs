@@ -30,7 +30,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     let same =
         of("deadline").filter(|it| value(it).is_some_and(|it| it == text) && !has_comment(it.syntax()));
     if let Some(deadline) = same {
-        actions.offer(ActionKind::Rewrite, "Leave out the deadline, which is the period", || {
+        actions.offer(ActionKind::Rewrite, "Remove the deadline: it equals the period", || {
             let mut range = deadline.syntax().text_range();
             let rest = file.text(db).get(usize::from(range.end())..).unwrap_or_default();
             if rest.starts_with(';') {
@@ -71,7 +71,7 @@ mod tests {
             not offered
         "#]],
         );
-        let left_out = "Leave out the deadline";
+        let left_out = "Remove the deadline";
         check(
             "deployment D {\n  activity $0a {\n    period = 10\n    deadline = 10;\n    priority = 1\n  }\n}\n",
             left_out,

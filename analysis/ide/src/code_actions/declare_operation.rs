@@ -1,4 +1,4 @@
-//! An operation that a core defines, declared in its shell.
+//! Declares an operation of a core in its shell.
 
 use mauve_diagnostics::Finding;
 use mauve_hir::{declaration_at, shell_of};

@@ -41,7 +41,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
         let ty = programs.written_type(&expr)?;
         if !programs.comes_first(&statement, &expr) {
             return Some(Err(
-                "the statement executes something else before it, or does not execute it in any case"
+                "the statement executes other code before this expression, or executes it only in some cases"
                     .to_owned(),
             ));
         }
@@ -117,8 +117,8 @@ shell S { output port way: int property limit: double = 1.0 }
             extracted(
                 update,
                 expect![[r#"
-            refused: the statement executes something else before it, or does not execute it in any case
-        "#]],
+                    refused: the statement executes other code before this expression, or executes it only in some cases
+                "#]],
             );
         }
         // Nor where no variable can be.

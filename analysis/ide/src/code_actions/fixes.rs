@@ -1,4 +1,5 @@
-//! The fixes of the diagnostics at a place; those of all others with the same code; and all that can be made unseen.
+//! The fixes of the diagnostics at a location, of all diagnostics with the same code, and all fixes that are safe to apply
+//! without a look.
 
 use mauve_diagnostics::{Finding, Fix};
 
@@ -7,11 +8,11 @@ use super::{
 };
 use crate::Change;
 
-/// What an editor may mend by itself, when a file is saved: no guess at a name, and no other number.
+/// The codes that an editor may fix by itself when a file is saved: their fixes guess no name and change no number.
 const CLEAR: &[&str] = &["connection-direction", "continued-line", "header-colon", "missing-else"];
 
-/// What is mended one by one: `plna` and `paln` may both be meant for `plan`, and a table that has a key twice loses all of
-/// its times.
+/// The codes that are fixed one by one: `plna` and `paln` may both be typos of `plan`, and a table with a duplicate key provides
+/// no times.
 const ONE_BY_ONE: &[&str] = &["unknown-timing-key"];
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
@@ -31,7 +32,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
         let fixes = &finding.diagnostic.fixes;
         for fix in fixes {
             let action = CodeAction {
-                // An editor may do it unasked: so where there are several ways, or where it is a guess, none is.
+                // An editor may apply a preferred fix unasked, so a guess or one of several fixes is not preferred.
                 preferred: fixes.len() == 1 && CLEAR.contains(&finding.diagnostic.code.name),
                 mends: vec![(*finding).clone()],
                 ..CodeAction::new(ActionKind::QuickFix, fix.title.clone())
@@ -68,7 +69,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     let is_clear = |it: &&Finding<'_>| only_fix(it).is_some() && CLEAR.contains(&it.diagnostic.code.name);
     let all: Vec<&Finding<'_>> = findings.iter().filter(is_clear).collect();
     if !all.is_empty() {
-        let title = format!("Fix all that needs no choice ({} in this file)", all.len());
+        let title = format!("Fix all auto-fixable problems ({} in this file)", all.len());
         offer_all(actions, title, ActionKind::FixAll, &all);
     }
 }
@@ -87,7 +88,7 @@ fn offer_all<'db>(actions: &mut Actions<'_, 'db>, title: String, kind: ActionKin
     actions.push(action, || {
         let mut change = Change::default();
         for fix in all.iter().filter_map(|it| only_fix(it)) {
-            // What overlaps another is mended next time.
+            // An overlapping fix is applied next time.
             if let Some(fix) = Change::of_fix(db, fix) {
                 change.join(fix);
             }
@@ -163,8 +164,8 @@ significane = 1e-4
             &[],
             &[ActionKind::FixAll],
             expect![[r#"
-            Fix all that needs no choice (2 in this file) [missing-else missing-else]
-        "#]],
+                Fix all auto-fixable problems (2 in this file) [missing-else missing-else]
+            "#]],
         );
         offered(MODEL, &[], &[ActionKind::Inline], expect![""]);
     }
@@ -184,7 +185,7 @@ significane = 1e-4
         );
         check(
             &model,
-            "Fix all that needs no choice",
+            "Fix all auto-fixable problems",
             expect![[r#"
             --- /model.mal
               /* 🦀 é */ update = { plna(1); if true then { } else { } if false then { } else { } }

@@ -70,15 +70,15 @@ fn inlined(
     let inner = bare(&value).ok_or_else(incomplete)?;
     let block = node.parent().ok_or_else(incomplete)?;
     if has_comment(node) {
-        return Err("there is a comment in its declaration, which would be lost".to_owned());
+        return Err("a comment in its declaration would be removed".to_owned());
     }
     let uses: Vec<&Found<'_>> =
         programs.names.iter().filter(|it| it.definition == *definition && it.range != name).collect();
     if uses.is_empty() {
-        return Err("nothing reads it".to_owned());
+        return Err("the variable is never read".to_owned());
     }
     if uses.iter().any(|it| it.role != Role::Read) {
-        return Err("it is assigned to later".to_owned());
+        return Err("the variable is assigned later".to_owned());
     }
     // `var half: double = 1 / 2` is 0.0, whatever is done with it; and `half / 2` would be another division.
     let declared = programs.variable(definition).filter(|it| it.kind == VariableKind::Local);
@@ -107,7 +107,7 @@ fn inlined(
 }
 
 fn incomplete() -> String {
-    "something in it is missing".to_owned()
+    "the statement is incomplete".to_owned()
 }
 
 /// Checks that a value with a call is executed first in the next statement.
@@ -121,7 +121,7 @@ fn check_call(
         .find(|it| ast::Statement::can_cast(it.kind()));
     let next = next.ok_or_else(incomplete)?;
     let [only] = uses else {
-        return Err("it is read several times, and its value calls something".to_owned());
+        return Err("its value contains a call, and the variable is read several times".to_owned());
     };
     let place = node.parent().and_then(|block| expression_at(&block, only.range)).ok_or_else(incomplete)?;
     let may_be_put_there = statement_of(place.syntax()).as_ref() == Some(&next)
@@ -129,15 +129,15 @@ fn check_call(
         && !programs.changes_beside(inner.syntax(), next.text_range(), only.range);
     if !may_be_put_there {
         return Err(
-            "its value calls something, and what reads it is not the first thing that is executed then"
+            "its value contains a call, and other code is executed between the declaration and the use"
                 .to_owned(),
         );
     }
     Ok(())
 }
 
-/// Checks that what the value reads is the same wherever the variable is read: it is not assigned to in the block, and not
-/// hidden.
+/// Checks that the operands of the value have the same values wherever the variable is read: they are neither assigned in the
+/// block nor hidden.
 fn check_operands(
     text: &str,
     programs: &Programs<'_>,
@@ -153,10 +153,16 @@ fn check_operands(
     for operand in &operands {
         let changes = |it: &Found<'_>| !matches!(it.role, Role::Read | Role::Call | Role::Mention);
         if later().any(|it| it.definition == operand.definition && changes(it)) {
-            return Err(format!("`{}` is assigned to meanwhile", &text[operand.range]));
+            return Err(format!(
+                "`{}` is assigned between the declaration and the use",
+                &text[operand.range]
+            ));
         }
         if later().any(|it| it.role == Role::Declaration && text[it.range] == text[operand.range]) {
-            return Err(format!("another `{}` is declared meanwhile", &text[operand.range]));
+            return Err(format!(
+                "another `{}` is declared between the declaration and the use",
+                &text[operand.range]
+            ));
         }
     }
     let calls_own = block.children().filter(|it| it.text_range().start() > node.text_range().end());
@@ -168,7 +174,9 @@ fn check_operands(
             matches!(kind, Some(VariableKind::Local | VariableKind::Parameter(_)))
         };
         if operands.iter().filter(|it| it.role == Role::Read).any(|it| !is_local(it)) {
-            return Err("an operation that is called meanwhile may change what it is made of".to_owned());
+            return Err(
+                "an operation that is called in between may change the operands of its value".to_owned()
+            );
         }
     }
     Ok(())
@@ -238,8 +246,8 @@ mod tests {
             inlined(
                 update,
                 expect![[r#"
-            refused: its value calls something, and what reads it is not the first thing that is executed then
-        "#]],
+                    refused: its value contains a call, and other code is executed between the declaration and the use
+                "#]],
             );
         }
     }
@@ -249,26 +257,26 @@ mod tests {
         inlined(
             "var $0n: int = goal; goal = 2; drive(n, 1);",
             expect![[r#"
-            refused: `goal` is assigned to meanwhile
-        "#]],
+                refused: `goal` is assigned between the declaration and the use
+            "#]],
         );
         inlined(
             "var $0n: int = goal; reset(); drive(n, 1);",
             expect![[r#"
-            refused: an operation that is called meanwhile may change what it is made of
-        "#]],
+                refused: an operation that is called in between may change the operands of its value
+            "#]],
         );
         inlined(
             "var $0n: int = goal; { var goal: int = 3; drive(n, goal); }",
             expect![[r#"
-            refused: another `goal` is declared meanwhile
-        "#]],
+                refused: another `goal` is declared between the declaration and the use
+            "#]],
         );
         inlined(
             "var $0n: int = goal; n = 3; drive(n, 1);",
             expect![[r#"
-            refused: it is assigned to later
-        "#]],
+                refused: the variable is assigned later
+            "#]],
         );
         inlined(
             "var $0n: double = goal; if n / 2 > 1 then { } else { }",
@@ -279,8 +287,8 @@ mod tests {
         inlined(
             "var $0n: int = /* now */ goal; drive(n, 1);",
             expect![[r#"
-            refused: there is a comment in its declaration, which would be lost
-        "#]],
+                refused: a comment in its declaration would be removed
+            "#]],
         );
         inlined("var $0n: int = goal; drive(n, );", expect!["not offered\n"]);
         inlined("var $0n: int; drive(n, 1);", expect!["not offered\n"]);

@@ -1,4 +1,4 @@
-//! `library.Name` as `Name`, with a `use` of the library where it needs one; and back.
+//! Rewrites `library.Name` as `Name`, with a `use` of the library if needed; and back.
 
 use mauve_hir::item_tree::{Kind, Name, SourceId, TypeRef};
 use mauve_hir::{Builtin, Decl, File, ModelDb, Project, Unresolved, declaration_at, names_of};
@@ -29,7 +29,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
                 .iter()
                 .find_map(|&it| declarations_of(db, it, file, &ty)?.1.library(db).clone());
             let Some(library) = library else { return };
-            let title = format!("Write `{library}.{name}`");
+            let title = format!("Qualify as `{library}.{name}`");
             actions.refactor(ActionKind::Rewrite, title, |project| {
                 let (of, decl) = declarations_of(db, project, file, &ty)?;
                 let path = [library.clone(), Name::from(name.as_str())];
@@ -46,7 +46,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     }
 }
 
-/// The declaration that a type is written in, and the one that it means.
+/// Returns the declaration that contains a type, and the declaration that the type refers to.
 fn declarations_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -76,19 +76,19 @@ fn shortened(
     let short_name = Replacement { range: ty.syntax().text_range(), text: name.to_owned() };
     match names.resolve_type(db, of, decl.kind(db), Some(&short)) {
         Ok(found) if found == decl => return Change::of(file, [short_name]).map(Ok),
-        Ok(_) => return Some(Err(format!("`{name}` is another {} here", decl.kind(db)))),
+        Ok(_) => return Some(Err(format!("`{name}` refers to another {} here", decl.kind(db)))),
         Err(Unresolved::Unknown) => {}
         Err(_) => return None,
     }
-    // With the library in use, all of its names mean something: none of them may mean something else now, nor be that of
-    // a built-in function.
+    // With the `use`, all names of the library are visible: none of them may refer to something else now, or be the name of a
+    // built-in function.
     for other in names.all.iter().filter(|it| it.library(db).as_deref() == Some(library)) {
         let is_built_in = other.kind(db) == Kind::Codel && Builtin::of_name(other.name(db)).is_some();
         let found = names.resolve(db, own, other.kind(db), std::slice::from_ref(other.name(db)));
         let is_taken = found.as_ref().is_ok_and(|found| found.library(db).as_ref() != own);
         if is_built_in || is_taken || found == Err(Unresolved::Ambiguous) {
             let name = other.name(db);
-            return Some(Err(format!("with `use {library}`, `{name}` would mean something else")));
+            return Some(Err(format!("with `use {library}`, `{name}` would refer to another definition")));
         }
     }
     let block = ty.syntax().ancestors().find_map(ast::Library::cast)?;
@@ -144,14 +144,14 @@ mod tests {
             "shell S { } component K(parts.$0S, parts.C)",
             "",
             expect![[r#"
-                refused: `S` is another shell here
+                refused: `S` refers to another shell here
             "#]],
         );
         shortened(
             "use third component K(parts.$0S, parts.C)",
             "library third { codel f(): int }",
             expect![[r#"
-                refused: with `use parts`, `f` would mean something else
+                refused: with `use parts`, `f` would refer to another definition
             "#]],
         );
         shortened("component K(parts.$0Q, parts.C)", "", expect!["not offered\n"]);
@@ -166,16 +166,14 @@ mod tests {
         back(
             "library own { use parts component K($0S, parts.C) }",
             expect![[r#"
-            --- /model.mal
-            library own { use parts component K(parts.S, parts.C) }
-        "#]],
+                not offered
+            "#]],
         );
         back(
             "component K($0S, parts.C)",
             expect![[r#"
-            --- /model.mal
-            component K(parts.S, parts.C)
-        "#]],
+                not offered
+            "#]],
         );
         back("library own { component K($0S, parts.C) }", expect!["not offered\n"]);
     }

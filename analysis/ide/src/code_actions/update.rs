@@ -1,8 +1,8 @@
-//! `update = { … }` as a state machine with one state, and back.
+//! Converts `update = { … }` to a state machine with one state, and back.
 //!
-//! Both mean the same: one period of a machine executes `run`, and then, where no transition leads anywhere, `handle`
-//! (`behaviour.rs` in the model reads `update` as the `run` of its only state). The times that tables have for the program
-//! change their keys with it.
+//! Both execute the same: one period of a state machine executes `run`, and without a transition then `handle`
+//! (`hir/src/behaviour.rs` lowers `update` to the `run` of a single state). The keys of the program's times in timing tables change
+//! as well.
 
 use mauve_hir::item_tree::{Kind, MethodKind};
 use mauve_hir::{
@@ -98,12 +98,12 @@ fn to_update(
             ast::StateMachineItem::Var(_) => None,
         })
         .collect();
-    let [state] = states.as_slice() else { return refused("it has several states") };
+    let [state] = states.as_slice() else { return refused("the state machine has several states") };
     if behaviours(core) != 1 || state.initial_token().is_none() {
         return None;
     }
     if items.len() > 1 {
-        return refused("its variables would be seen by the other programs of the core");
+        return refused("its variables would become visible in the other programs of the core");
     }
     let mut method = None;
     for item in state.state_items() {
@@ -122,7 +122,7 @@ fn to_update(
     let all = machine.syntax().text_range();
     let outside = machine.syntax().descendants_with_tokens().filter_map(NodeOrToken::into_token);
     if outside.filter(|it| !inside.contains_range(it.text_range())).any(|it| it.kind().is_comment()) {
-        return refused("there are comments round its program, which would be lost");
+        return refused("comments around its program would be removed");
     }
     let head = TextRange::new(all.start(), inside.start());
     let mut edits = vec![Replacement { range: head, text: "update = ".to_owned() }];
@@ -180,12 +180,12 @@ fn with_keys(file: File, edits: Vec<Replacement>, keys: Change) -> Option<Change
     change.join(keys).then_some(change)
 }
 
-/// What has the tables say `to` where they say `from` of a program of `core`.
+/// Returns the change that renames the keys of a program of `core` in timing tables.
 ///
 /// # Errors
 ///
-/// Why a time would be lost, or would become that of something else. Tables are shared: every project that reads one must
-/// understand the key alike.
+/// Why a time would be dropped, or assigned to another program. Projects share tables: the key must have the same meaning in
+/// every project that reads a table.
 fn renamed_keys(
     db: &dyn ModelDb,
     workspaces: &[Workspace],
@@ -207,7 +207,7 @@ fn renamed_keys(
             names_of(db, project).of_kind(db, Kind::Component).any(|it| is_of_core(project, it))
         };
         if (table(db, file).lost || file.problem(db).is_some()) && readers.iter().any(has_component) {
-            return Err(format!("{path} cannot be read, and may have a time of this program"));
+            return Err(format!("{path} is unreadable, and may contain a time of this program"));
         }
         for entry in &table(db, file).programs {
             let Some(ProgramKey { component, program }) = ProgramKey::parse(&entry.key) else { continue };
@@ -230,25 +230,27 @@ fn renamed_keys(
             }
             let key = &entry.key;
             if program == *to {
-                return Err(format!("`{key}` stands in {path} already"));
+                return Err(format!("`{key}` already exists in {path}"));
             }
             if let Some(project) = other {
                 let root = name_of_root(db, project);
                 return Err(format!(
-                    "`{key}` in {path} may be a time of something else in the project of {root}"
+                    "`{key}` in {path} may be the time of another program in the project of {root}"
                 ));
             }
             let from_key = from.to_string();
-            // Quoted, as every key with a `/` is; what is written in pieces or with escapes, nobody can replace.
+            // A key with a `/` is quoted; a dotted key or a key with escapes cannot be replaced.
             let written = file.text(db).get(entry.key_span.clone()).unwrap_or_default();
             let inner = written.strip_suffix(['"', '\'']).unwrap_or(written);
             let Some(before) = inner.strip_suffix(&*from_key).filter(|before| before.ends_with('/')) else {
-                return Err(format!("`{key}` is written in another way in {path}, which nobody can replace"));
+                return Err(format!(
+                    "`{key}` is written with dots or escapes in {path}: quote it as one key"
+                ));
             };
             let start = (entry.key_span.start + before.len()) as u32;
             let range = TextRange::at(start.into(), (from_key.len() as u32).into());
             if !change.replace(file, Replacement { range, text: to.to_string() }) {
-                return Err(format!("`{key}` stands in {path} twice"));
+                return Err(format!("`{key}` is in {path} twice"));
             }
         }
     }
@@ -352,20 +354,20 @@ mod tests {
         back(
             "$0statemachine { var n: int = 0 initial state A { run = { } } }",
             expect![[r#"
-            refused: its variables would be seen by the other programs of the core
-        "#]],
+                refused: its variables would become visible in the other programs of the core
+            "#]],
         );
         back(
             "$0statemachine { /* one */ initial state A { run = { } } }",
             expect![[r#"
-            refused: there are comments round its program, which would be lost
-        "#]],
+                refused: comments around its program would be removed
+            "#]],
         );
         back(
             "$0statemachine { initial state A { run = { } } state B { } }",
             expect![[r#"
-            refused: it has several states
-        "#]],
+                refused: the state machine has several states
+            "#]],
         );
     }
 
@@ -398,42 +400,42 @@ mod tests {
             "shell T { }\ncore D(T) { statemachine { initial state A { run = { } } } }\ncomponent K(T, D)",
             key,
             expect![[r#"
-                refused: `K/A.run` in times.toml may be a time of something else in the project of other.mal
+                refused: `K/A.run` in times.toml may be the time of another program in the project of other.mal
             "#]],
         );
         shared(
             "include \"lost.mal\"",
             key,
             expect![[r#"
-                refused: `K/A.run` in times.toml may be a time of something else in the project of other.mal
+                refused: `K/A.run` in times.toml may be the time of another program in the project of other.mal
             "#]],
         );
         shared(
             "shell T { }",
             "[program]\n\"K/A.ru\\u006e\" = 3",
             expect![[r#"
-                refused: `K/A.run` is written in another way in times.toml, which nobody can replace
+                refused: `K/A.run` is written with dots or escapes in times.toml: quote it as one key
             "#]],
         );
         shared(
             "shell T { }",
             "[program.\"K/A\"]\nrun = 3",
             expect![[r#"
-                refused: `K/A.run` is written in another way in times.toml, which nobody can replace
+                refused: `K/A.run` is written with dots or escapes in times.toml: quote it as one key
             "#]],
         );
         shared(
             "shell T { }",
             &format!("{key}\n\"K/update\" = 4"),
             expect![[r#"
-                refused: `K/update` stands in times.toml already
+                refused: `K/update` already exists in times.toml
             "#]],
         );
         shared(
             "shell T { }",
             "[program\n",
             expect![[r#"
-                refused: times.toml cannot be read, and may have a time of this program
+                refused: times.toml is unreadable, and may contain a time of this program
             "#]],
         );
     }

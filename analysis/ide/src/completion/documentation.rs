@@ -150,15 +150,15 @@ mod tests {
             "codel f(in a: geometry_msgs.$0): int",
             "Point",
             expect![[r#"
-            ```msg
-            # geometry_msgs/Point
-            float64 x
-            float64 y
-            float64 z
-            ```
+                ```msg
+                # geometry_msgs/Point
+                float64 x
+                float64 y
+                float64 z
+                ```
 
-            built in: no such package was found on this machine
-        "#]],
+                built-in definition: the package is not installed on this machine
+            "#]],
         );
     }
 }

@@ -1,5 +1,5 @@
-//! What is known of a name beyond its declaration: the values of a property, what a port is connected to, what a state takes,
-//! where the times of a codel come from.
+//! What a hover shows of a name beyond its declaration: the values of a property, the connections of a port, the execution times
+//! of a state, the timing table of a codel.
 
 use std::fmt::Write as _;
 
@@ -20,7 +20,7 @@ use crate::occurrences::{Definition, Found};
 
 const MOST_LINES: usize = 12;
 
-/// What is known of `found`, in Markdown; nothing of most names. `shown` is what is shown already.
+/// Returns the details of `found` in Markdown, empty for most names. `shown` is the Markdown so far.
 pub(super) fn details(db: &dyn ModelDb, project: Project<'_>, found: &Found<'_>, shown: &str) -> String {
     if let Definition::Declaration(decl) = found.definition
         && decl.kind(db) == Kind::Codel
@@ -51,7 +51,7 @@ fn block(mut lines: Vec<String>) -> String {
     markdown::block("text", &lines.join("\n"))
 }
 
-/// `from timing/robot.toml, line 3`, for each table that has the codel.
+/// Returns `from timing/robot.toml, line 3` for each table with a time of the codel.
 fn table_of_codel<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>) -> String {
     let workspace = project.workspace(db);
     let names = names_of(db, project);
@@ -72,7 +72,7 @@ fn table_of_codel<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<
     out
 }
 
-/// The type of a variable, a property or a constant, where it is written in another way.
+/// Returns the resolved type of a variable, a property or a constant, if the declaration spells it differently.
 fn resolved_type(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, id: SourceId, shown: &str) -> String {
     let ty = if of.kind(db) == Kind::Core {
         let inference = inference_of_core(db, project, of);
@@ -88,7 +88,7 @@ fn resolved_type(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, id: Sourc
     }
 }
 
-/// What is deployed, or where nothing is, every architecture: with its instances and connections.
+/// Returns the deployments, or without any the architectures, each with its instances and connections.
 fn deployed<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<(Decl<'db>, &'db Flat<'db>)> {
     let names = names_of(db, project);
     let deployments = names.of_kind(db, Kind::Deployment);
@@ -100,7 +100,7 @@ fn deployed<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<(Decl<'db>,
     names.of_kind(db, Kind::Architecture).map(|of| (of, flat_of(db, project, of))).collect()
 }
 
-/// Returns the deployed instances that have a feature: what is deployed, the instance, and the feature's name.
+/// Returns the deployed instances that have a feature: the deployment or architecture, the instance, and the feature's name.
 fn having<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -119,7 +119,7 @@ fn having<'db>(
     found
 }
 
-/// `laser.scan -> map.scan`
+/// Returns the connections of a port or operation, such as `laser.scan -> map.scan`.
 fn connections(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, id: SourceId) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for (_, flat, instance, name) in having(db, project, of, id) {
@@ -140,7 +140,7 @@ fn connections(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, id: SourceI
     lines
 }
 
-/// `laser.rate = 5 in D`
+/// Returns the values of a property or constant, such as `laser.rate = 5 in D`.
 fn values(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, id: SourceId) -> Vec<String> {
     let value = |(root, _, instance, name): (Decl<'_>, _, &Name, &Name)| {
         let known = values_in_effect(db, project, root).get(instance)?;
@@ -151,6 +151,7 @@ fn values(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, id: SourceId) ->
     having(db, project, of, id).into_iter().filter_map(value).collect()
 }
 
+/// Returns the execution times of `update`, a state or a transition, in each component with the core.
 fn programs<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, id: SourceId) -> Vec<String> {
     let Some(data) = core(db, of) else { return Vec::new() };
     let level = Query::shown(db, project).level;
@@ -179,7 +180,7 @@ fn programs<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, id:
             Err(refusals) => {
                 let why = refusals.first();
                 let why = why.map_or_else(String::new, |first| timing_reason(db, &first.reason));
-                lines.push(format!("{name} at {level}: no times, since {why}"));
+                lines.push(format!("{name} at {level}: not analysed: {why}"));
                 continue;
             }
         };
@@ -196,8 +197,8 @@ fn programs<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, id:
         });
         let longest: Option<Time> = edges.map(|(edge, _)| edge.cost).max();
         match longest {
-            Some(time) => lines.push(format!("  {:>12}  a period at most", time.to_string())),
-            None => lines.push("  it is never executed".to_owned()),
+            Some(time) => lines.push(format!("  {:>12}  longest period", time.to_string())),
+            None => lines.push("  never executed".to_owned()),
         }
         if !psm.assumed.is_empty() {
             let codels: Vec<&str> = psm.assumed.iter().map(|(codel, _)| codel.as_str()).collect();

@@ -1,5 +1,5 @@
-//! What the words of the language mean that no model declares: built-in functions, the statuses that they give, the programs
-//! of cores and states, the fields of an activity, and the buffer of a connection.
+//! Hovers over words that no model declares: built-in functions, status values, the programs of cores and states, the fields of
+//! an activity, and the buffer of a connection.
 
 use mauve_hir::{File, ModelDb, is_model, parse};
 use mauve_syntax::SyntaxKind::{self, *};
@@ -14,57 +14,58 @@ const FUNCTIONS: [(&str, &str, &str); 5] = [
     (
         "read",
         "read(port, variable)",
-        "Gives the variable the value of an input port, if it has one. The result is the port status: `no_data`, `old_data` or \
-         `new_data`. It never waits.",
+        "Copies the value of an input port to the variable, if the port has a value. Returns the port status: `no_data`, \
+         `old_data` or `new_data`. Never waits.",
     ),
-    (
-        "write",
-        "write(port, value)",
-        "Publishes the value on an output port. It never waits, and gives nothing.",
-    ),
+    ("write", "write(port, value)", "Publishes the value on an output port. Has no result. Never waits."),
     (
         "status",
         "status(port)",
-        "The port status that the last `read` of this port gave; `no_data` before the first. It reads nothing.",
+        "Returns the port status of the last `read` of this port, or `no_data` before the first. Does not read the port.",
     ),
     (
         "send",
         "handler = send(operation, argument, …)",
-        "Starts a call of a required operation, with its `in` and `inout` arguments. It never waits: the handler stands for \
-         the call, for a later `collect`.",
+        "Starts a call of a required operation with its `in` and `inout` arguments. Never waits: a later `collect` of the \
+         handler fetches the results.",
     ),
     (
         "collect",
         "collect(handler, variable, …)",
-        "Gives the variables what a call has given, if it is finished: its result, if there is one, then its `out` and \
-         `inout` parameters. The result is the call status: `not_ready`, `success` or `failure`. It never waits.",
+        "Copies the results of a finished call to the variables: its result, unless that is `void`, then its `out` and \
+         `inout` parameters. Returns the call status: `not_ready`, `success` or `failure`. Never waits.",
     ),
 ];
 
 const STATUSES: [(SyntaxKind, &str); 6] = [
-    (NO_DATA_KW, "Port status: the port never had a value."),
-    (OLD_DATA_KW, "Port status: the value of the port is that of an earlier read."),
-    (NEW_DATA_KW, "Port status: the port had a value that was not read before."),
-    (NOT_READY_KW, "Call status: the call is under way."),
-    (SUCCESS_KW, "Call status: the call is finished, and has given its results."),
+    (NO_DATA_KW, "Port status: no value was ever written to the port."),
+    (OLD_DATA_KW, "Port status: the port has the same value as at the last read."),
+    (NEW_DATA_KW, "Port status: the port has a value that was not read before."),
+    (NOT_READY_KW, "Call status: the call is not finished."),
+    (SUCCESS_KW, "Call status: the call is finished, and its results are in the variables."),
     (FAILURE_KW, "Call status: the call has failed."),
 ];
 
 const PROGRAMS: [(SyntaxKind, &str); 9] = [
     (
         CONFIGURE_KW,
-        "Executed once, before all other programs. Gives whether the component may be started: without `return`, it may.",
+        "Executed once, before all other programs. Returns `true` if the component may be started; without `return`, `true`.",
     ),
     (
         START_KW,
-        "Executed when the component is started, if `configure` gave true. Gives whether it runs: without `return`, it does.",
+        "Executed when the component is started, if `configure` returned `true`. Returns `true` if the component may run; \
+         without `return`, `true`.",
     ),
-    (UPDATE_KW, "Executed each period, while the component runs. A core has this, or a state machine."),
-    (STOP_KW, "Executed when the component is stopped. Gives nothing."),
-    (CLEANUP_KW, "Executed last. Gives nothing."),
+    (
+        UPDATE_KW,
+        "Executed each period while the component runs. A core has either an `update` or a state machine.",
+    ),
+    (STOP_KW, "Executed when the component is stopped. Has no result."),
+    (CLEANUP_KW, "Executed once, after all other programs. Has no result."),
     (
         ENTRY_KW,
-        "Executed when the state is entered: by a transition, also from the state to itself, or when the machine starts in it.",
+        "Executed when the state is entered: by a transition, including one from the state to itself, or at the start of the \
+         state machine.",
     ),
     (RUN_KW, "Executed each period that begins in the state, before the guards of its transitions."),
     (HANDLE_KW, "Executed each period after `run`, when no transition fires."),
@@ -74,28 +75,30 @@ const PROGRAMS: [(SyntaxKind, &str); 9] = [
 const FIELDS: [(ActivityField, &str); 4] = [
     (
         ActivityField::Affinity,
-        "The CPUs that the activity may use, a bit for each: 1 is CPU 1, 2 is CPU 2, 3 is both. With 0, or left out: any.",
+        "The CPUs on which the activity may run, as a bit mask: 1 is CPU 1, 2 is CPU 2, 3 is both, 4 is CPU 3. With 0, or \
+         without affinity: any CPU.",
     ),
     (
         ActivityField::Priority,
-        "How urgent the activity is, from 1 to 99: greater is more urgent. Or `background`.",
+        "The priority of the activity, from 1 (lowest) to 99 (highest), or `background`. An activity preempts all activities of \
+         lower priority on its CPU.",
     ),
     (
         ActivityField::Period,
-        "The time between two releases of the activity, in milliseconds, such as `100` or `2.5`.",
+        "The period of the activity in milliseconds, such as `100` or `2.5`: the time between two releases.",
     ),
     (
         ActivityField::Deadline,
-        "The time after its release at which the activity has to be done, in milliseconds. Not later than the period; left \
-         out, it is the period.",
+        "The deadline of the activity in milliseconds after its release. Not greater than the period; without a deadline, the \
+         period is the deadline.",
     ),
 ];
 
 const OF_BACKGROUND: &str =
-    "Runs when no activity with a priority does, and so delays none of them. It needs no period.";
+    "The activity is not real-time: it runs only when no real-time activity does, and needs no period.";
 
-const BUFFERED: &str = "A circular buffer: the connection keeps so many of the last values, and each read takes the oldest. Without it, \
-                      an input has the last value that was written.";
+const BUFFERED: &str = "Circular buffer: the connection keeps this many of the last values, and each read takes the oldest. Without a \
+                      buffer, a connection keeps the last value only.";
 
 pub(super) fn of_word(db: &dyn ModelDb, file: File, offset: TextSize) -> Option<Hover> {
     if !is_model(file.path(db)) {
@@ -109,7 +112,7 @@ fn meaning(token: &SyntaxToken) -> Option<String> {
     let text = token.text();
     let parent = token.parent()?;
     let kind_of_owner = parent.parent().map(|owner| owner.kind());
-    // A name may be any word; what it stands for is shown then.
+    // A name may be any word; the hover then shows its declaration.
     let keyword = |words: &[(SyntaxKind, &str)]| {
         words
             .iter()

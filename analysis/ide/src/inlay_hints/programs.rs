@@ -1,4 +1,4 @@
-//! What the programs of a core take, and what a period takes at most in each state and with each transition.
+//! Hints with the execution times of programs, and the longest period of each state and each transition.
 
 use mauve_hir::item_tree::{HookKind, Kind, Name, SourceId};
 use mauve_hir::{Decl, Location, ModelDb, ProgramId, Project, core, core_of, names_of, parse};
@@ -10,8 +10,7 @@ use rustc_hash::FxHashMap;
 
 use super::InlayHint;
 
-/// The hints of a core: nothing of programs that take no time, of those that are never executed, and where a time is not
-/// known.
+/// Adds the hints of a core: none for programs without codels, for programs that are never executed, and if a time is unknown.
 pub(super) fn of_core<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -23,7 +22,7 @@ pub(super) fn of_core<'db>(
     let level = Query::shown(db, project).level;
     let mut all: Vec<(Decl<'db>, &'db Costs)> = Vec::new();
     for &component in components_of(db, project, of) {
-        // Of components of which one has no times, the other's would seem to be those of both.
+        // If one component has no times, the times of another would seem to hold for both.
         let Some(costs) = costs_of(db, project, component, level) else { return };
         all.push((component, costs));
     }
@@ -42,14 +41,14 @@ pub(super) fn of_core<'db>(
     }
     for state in data.states() {
         let name = &state.name.name;
-        add(state.name.id, "takes ≤ ", &format!(" a period{at}"), &|costs| costs.states.get(name));
+        add(state.name.id, "≤ ", &format!(" per period{at}"), &|costs| costs.states.get(name));
         for method in &state.methods {
             let program = ProgramId::Method { state: name.clone(), kind: method.kind };
             add(method.id, "", "", &|costs| costs.programs.get(&program));
         }
         for transition in &state.transitions {
             let of = (name.clone(), transition.name.name.clone());
-            add(transition.name.id, "takes ", " a period", &|costs| costs.transitions.get(&of));
+            add(transition.name.id, "≤ ", " per period", &|costs| costs.transitions.get(&of));
         }
     }
 }
@@ -60,7 +59,7 @@ struct Costs {
     programs: FxHashMap<ProgramId, Time>,
     /// The longest period that begins in a state.
     states: FxHashMap<Name, Time>,
-    /// The longest with a transition, by its state and its name.
+    /// The longest period that ends with a transition, by its state and its name.
     transitions: FxHashMap<(Name, Name), Time>,
     assumed: bool,
 }
@@ -74,7 +73,7 @@ fn costs_of<'db>(
 ) -> Option<Costs> {
     let psm = psm_of(db, project, component, level).as_ref().ok()?;
     let mut costs = Costs { assumed: !psm.assumed.is_empty(), ..Costs::default() };
-    // Of two states of one name, the first is meant.
+    // If two states have one name, the first counts.
     let mut numbers: FxHashMap<&Name, usize> = FxHashMap::default();
     for (number, name) in psm.states.iter().enumerate() {
         numbers.entry(name).or_insert(number);
@@ -121,7 +120,7 @@ fn components_by_core<'db>(
     found
 }
 
-/// The time in every component, or where they differ, in each; and what is to be said behind it.
+/// Returns the common time of all components, or the time of each if they differ, and a suffix for assumed times.
 fn label(
     db: &dyn ModelDb,
     all: &[(Decl<'_>, &Costs)],
@@ -141,9 +140,9 @@ fn label(
     Some((each.join(", "), assumed))
 }
 
-/// Where the hints of a core's programs, states and transitions stand, those that touch `range`, by where their names or
-/// keywords begin: behind what stands on one line, otherwise behind the first brace in it. One pass over the core: a node is
-/// far from its neighbours in a tree.
+/// Returns the offsets of the hints of a core's programs, states and transitions in `range`, by the start of their names or
+/// keywords: at the end of an item on one line, otherwise after its first brace. Visits the core once, because finding a node
+/// takes long in a large tree.
 fn heads(db: &dyn ModelDb, of: Decl<'_>, range: TextRange) -> FxHashMap<TextSize, TextSize> {
     let mut heads = FxHashMap::default();
     let root = parse(db, of.file(db)).syntax();

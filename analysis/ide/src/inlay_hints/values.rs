@@ -45,7 +45,7 @@ pub(super) fn of_values(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, hi
             label.push(format!("= {value}"));
         }
         let instead = below.and_then(|below| value_of(below, setting)).filter(|other| *other != value);
-        label.extend(instead.map(|other| format!("instead of {other}")));
+        label.extend(instead.map(|other| format!("overrides {other}")));
         if !label.is_empty() {
             hints.push(behind(db, Location::Source(of, id), label.join(", ")));
         }

@@ -1,5 +1,5 @@
-//! The proof that a rename keeps all meanings: it is known what all names what is renamed, and once the texts are read as they
-//! would be, every name stands for what it stood for.
+//! Checks a rename: all references to the renamed definition are known, and in the changed texts every name refers to the same
+//! definition as before.
 
 use mauve_diagnostics::{Diagnostic, render};
 use mauve_hir::fact::Fact;
@@ -35,19 +35,21 @@ impl<'db> Renaming<'_, 'db> {
             if let Some(&file) = doubtful.filter(|_| home.is_none()) {
                 let why = match file.problem(db) {
                     Some(problem) => problem.message().to_owned(),
-                    None => "it includes a file that is not found".to_owned(),
+                    None => "the file includes a file that is not found".to_owned(),
                 };
-                return Err(format!("`{old}` may be used where nobody can look: {}: {why}", shown(db, file)));
+                return Err(format!("not all uses of `{old}` are known: {}: {why}", shown(db, file)));
             }
             let is_lost = names_of(db, project).incomplete_file.is_some()
                 || names_of(db, project).completeness.is_incomplete();
             for file in files_of(db, project) {
                 db.unwind_if_revision_cancelled();
-                // What is written with escapes does not have the word in it.
+                // A string with escapes does not contain the word itself.
                 let mut escaped = in_toml(db, project, file).escaped.iter();
                 if let Some(it) = escaped.find(|it| it.definition == self.thing.definition) {
                     let line = self.line(file, it.range);
-                    return Err(format!("{line}: `{old}` is written with escapes, which nobody can replace"));
+                    return Err(format!(
+                        "{line}: `{old}` is written with escapes: write it without them first"
+                    ));
                 }
                 if file.text(db).contains(old) && seen.insert(file) {
                     self.check_words(file, all, is_lost)?;
@@ -57,7 +59,7 @@ impl<'db> Renaming<'_, 'db> {
         Ok(())
     }
 
-    /// Is each word in a file that may mean it known to do so, or to mean something else?
+    /// Checks that for each word in a file that may refer to the definition, it is known whether it does.
     fn check_words(
         &self,
         file: File,
@@ -98,7 +100,7 @@ impl<'db> Renaming<'_, 'db> {
             }
             if may_be && !known.contains(&range) && !self.is_error(file, range) {
                 let line = self.line(file, range);
-                return Err(format!("{line}: it is unknown whether this `{word}` is meant too"));
+                return Err(format!("{line}: it is unknown whether this `{word}` is the same"));
             }
         }
         Ok(())
@@ -113,7 +115,7 @@ impl<'db> Renaming<'_, 'db> {
         }
     }
 
-    /// May a word of a model that nobody knows the meaning of be this name?
+    /// Returns whether an unresolved word of a model may be this name.
     fn may_be_meant(&self, file: File, range: TextRange) -> bool {
         let tokens = parse(self.db, file).syntax().token_at_offset(range.start());
         let Some(token) = tokens.into_iter().find(|token| token.text_range() == range) else { return false };
@@ -128,13 +130,13 @@ impl<'db> Renaming<'_, 'db> {
         if Builtin::of_name(token.text()).is_some() && is_call() {
             return false;
         }
-        // The types of values are none of ours.
+        // Types of values are declared by message packages.
         let ty = parent.parent().filter(|node| node.kind() == SyntaxKind::TYPE);
         !ty.is_some_and(|ty| is_of_value(&ty)) || matches!(self.thing.definition, Definition::Library(_))
     }
 
-    /// Does a word of a model stand for nothing, whoever reads it? All that it could stand for is known there, and what is
-    /// renamed is none of it.
+    /// Returns whether a word of a model refers to nothing in every project: all that it could refer to is known, and the
+    /// renamed definition is not among it.
     fn is_error(&self, file: File, range: TextRange) -> bool {
         let db = self.db;
         if !is_model(file.path(db)) {
@@ -205,7 +207,7 @@ impl<'db> Renaming<'_, 'db> {
                     db.unwind_if_revision_cancelled();
                     let text = file.text(db);
                     let has_one = text.contains(self.old_name) || text.contains(self.new_name);
-                    // Other models do not see what stands in a declaration.
+                    // Names inside a declaration are not visible in other models.
                     if has_one && home.is_none_or(|home| home == file || !is_model(file.path(db))) {
                         self.check_file((before, file), (&scratch, after, changed), change)?;
                     }
@@ -241,12 +243,12 @@ impl<'db> Renaming<'_, 'db> {
         let (old, new): (FxHashSet<Seen>, FxHashSet<Seen>) = (of(&before), of(&after));
         if let Some((_, range)) = before.iter().find(|(seen, _)| !new.contains(seen)) {
             let (line, word) = (self.line(file, *range), text_of(db, file, *range));
-            return Err(format!("{line}: `{word}` would stand for something else"));
+            return Err(format!("{line}: `{word}` would refer to another definition"));
         }
         if let Some((_, range)) = after.iter().find(|(seen, _)| !old.contains(seen)) {
             let line = line_of(scratch, new_file, range.start());
             let word = text_of(scratch, new_file, *range);
-            return Err(format!("{}, line {line}: `{word}` would come to mean something", shown(db, file)));
+            return Err(format!("{}, line {line}: `{word}` would refer to a definition", shown(db, file)));
         }
         self.check_errors((project, file), (scratch, new_project, new_file), &shift)?;
         let errors = |db: &dyn ModelDb, file: File| match is_model(file.path(db)) {
@@ -255,7 +257,7 @@ impl<'db> Renaming<'_, 'db> {
         };
         let is_config = config_file(db, project.workspace(db)) == Some(file);
         if !is_config && errors(db, file) != errors(scratch, new_file) {
-            return Err(format!("{} would have other errors", shown(db, file)));
+            return Err(format!("the errors of {} would change", shown(db, file)));
         }
         Ok(())
     }
@@ -285,8 +287,8 @@ impl<'db> Renaming<'_, 'db> {
     }
 }
 
-/// What is wrong in the declarations of a file. Deployments have no names of their own, and response times take long; how
-/// values flow through the states of a core is no error.
+/// Returns the errors in the declarations of a file, except deployments: they declare no names, and response times take long.
+/// Data flow through the states of a core is omitted, because it gives no errors.
 fn errors<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -308,7 +310,7 @@ fn errors<'db>(
 
 type Seen = (TextSize, DefinitionKey, Role);
 
-/// What a name stands for, in words that mean the same in two databases.
+/// The definition of a name, comparable between two databases.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 enum DefinitionKey {
     Location(std::path::PathBuf, TextSize),
@@ -415,8 +417,8 @@ mod tests {
             &format!("{MODEL}codel.\"\\u0066\" = 1\n"),
             "h",
             expect![[r#"
-            t.toml, line 1: `f` is written with escapes, which nobody can replace
-        "#]],
+                t.toml, line 1: `f` is written with escapes: write it without them first
+            "#]],
         );
         check(
             &format!("{MODEL}[codel]\nf = 1\n[program\n"),
@@ -437,8 +439,8 @@ mod tests {
             &format!("include \"no.mal\"\n{}", "codel $0f(): int"),
             "h",
             expect![[r#"
-            `f` may be used where nobody can look: model.mal: it includes a file that is not found
-        "#]],
+                not all uses of `f` are known: model.mal: the file includes a file that is not found
+            "#]],
         );
         check(
             "include \"no.mal\" core C(S) { var $0f: int update = { f = 1; } }",
@@ -451,15 +453,15 @@ mod tests {
             "codel $0f(): int codel f(): int core C(S) { update = { f(); } }",
             "h",
             expect![[r#"
-            model.mal, line 1: it is unknown whether this `f` is meant too
-        "#]],
+                model.mal, line 1: it is unknown whether this `f` is the same
+            "#]],
         );
         check(
             &format!("{MODEL}[codel\nf = 1\n"),
             "h",
             expect![[r#"
-            t.toml, line 2: it is unknown whether this `f` is meant too
-        "#]],
+                t.toml, line 2: it is unknown whether this `f` is the same
+            "#]],
         );
         check(
             &format!("{MODEL}[codel]\nf = [\n"),
@@ -475,7 +477,7 @@ mod tests {
              //- /mauve.toml\ntiming.tables = ['t.toml']\n//- /t.toml\ncodel.f = 1\n",
             "h",
             expect![[r#"
-                t.toml, line 1: `f` would stand for something else
+                t.toml, line 1: `f` would refer to another definition
             "#]],
         );
     }
@@ -500,7 +502,7 @@ mod tests {
         let refused = |text: &str| {
             let Fixture { db, workspace, file, offset } = Fixture::new(&format!("{MODEL}{text}"));
             let why = rename(&db, &[workspace], file, offset, "power").unwrap_err();
-            assert!(why.ends_with("it is unknown whether this `force` is meant too"), "{text}: {why}");
+            assert!(why.ends_with("it is unknown whether this `force` is the same"), "{text}: {why}");
         };
         // Whoever mends one of these may make it mean the renamed one.
         refused("architecture A { instance m: Unknown property m.force = 2 }");
@@ -546,22 +548,22 @@ mod tests {
             &format!("{shell}core D(S) {{ wri p"),
             "q",
             expect![[r#"
-            model.mal, line 3: it is unknown whether this `p` is meant too
-        "#]],
+                model.mal, line 3: it is unknown whether this `p` is the same
+            "#]],
         );
         check(
             &format!("{shell}core D(T) {{ update = {{ write(p, 2); }} }}"),
             "q",
             expect![[r#"
-            model.mal, line 3: it is unknown whether this `p` is meant too
-        "#]],
+                model.mal, line 3: it is unknown whether this `p` is the same
+            "#]],
         );
         check(
             "$0",
             "q",
             expect![[r#"
-            there is no name here, or nobody knows what it stands for
-        "#]],
+                no name here, or its definition is unknown
+            "#]],
         );
     }
 }

@@ -49,7 +49,7 @@ pub(crate) fn will_rename_files(
     if change.files.is_empty() {
         return Ok(None);
     }
-    edit(snapshot, &change, "Follow the renamed files")
+    edit(snapshot, &change, "Update the paths of renamed files")
 }
 
 fn edit(snapshot: &Snapshot, change: &Change, label: &str) -> Result<Option<WorkspaceEdit>> {
