@@ -192,7 +192,7 @@ fn a_codel_that_the_user_wrote_stays_whatever_the_model_does() {
         said.contains(diff) && said.contains("to be created out/motion/src/codels/clearance.cpp.new\n"),
         "{said}"
     );
-    assert!(said.ends_with("; 1 codel has another prototype now\n"), "{said}");
+    assert!(said.ends_with("; the prototype of 1 codel has changed\n"), "{said}");
     assert_eq!(it.everything(), before, "--check writes nothing");
     let document = it.json(1, &["--check"]);
     let expected = json!([{
@@ -213,11 +213,11 @@ fn a_codel_that_the_user_wrote_stays_whatever_the_model_does() {
     let said = it.expect(0, &["--force"]);
     assert_eq!(
         said,
-        format!("{diff}\n3 packages in out: nothing changed; 1 codel has another prototype now\n")
+        format!("{diff}\n3 packages in out: nothing changed; the prototype of 1 codel has changed\n")
     );
     assert_eq!(
         it.expect(1, &["--check"]),
-        format!("{diff}\n3 packages in out: nothing to be changed; 1 codel has another prototype now\n")
+        format!("{diff}\n3 packages in out: nothing to be changed; the prototype of 1 codel has changed\n")
     );
     // The user writes it, in his own words.
     let mine = mine.replace("double width)", "const double w,\n  int /* how many */)");
@@ -236,9 +236,18 @@ fn a_codel_that_the_user_wrote_stays_whatever_the_model_does() {
     // It leaves the model, and its package too; the user removes those.
     it.put("robot.mal", "library maths { codel limit(in x: double, in most: double): double }\n");
     let said = it.expect(0, &[]);
-    assert!(said.contains("out/maths/src/codels/half.cpp: this codel is no longer in the model; the file is yours, and stays\n"), "{said}");
     assert!(
-        said.contains("out/motion: these models make this package no more; remove it if nobody needs it\n"),
+        said.contains(
+            "out/maths/src/codels/half.cpp: the model no longer has this codel; your file is \
+        kept\n"
+        ),
+        "{said}"
+    );
+    assert!(
+        said.contains(
+            "out/motion: this package is no longer generated from these models; remove it if you do \
+            not need it\n"
+        ),
         "{said}"
     );
     assert_eq!(it.text(CODEL), mine);
@@ -290,7 +299,7 @@ fn a_generated_file_that_was_edited_is_overwritten_by_force_alone() {
         let said = it.expect(1, arguments);
         assert!(said.contains("edited        out/motion/include/motion/motion-codels.hpp\n"), "{said}");
         assert!(
-            said.contains(": 1 generated file was edited, or somebody else wrote it, so nothing w"),
+            said.contains(": 1 generated file was edited, or was not written by the generator, so nothing w"),
             "{said}"
         );
         let document = it.json(1, arguments);
@@ -332,22 +341,22 @@ fn files_that_no_manifest_knows() {
     assert_eq!(texts(&it.everything()), texts(&before));
     // Two people have changed it, or it came from elsewhere.
     for (text, why) in [
-        ("<<<<<<< HEAD\n", "cannot be understood: expected value at line 1"),
+        ("<<<<<<< HEAD\n", "is invalid: expected value at line 1"),
         (
             "{\"format\":1,\"files\":{\"../../robot.mal\":\"0\"},\"codels\":{}}",
-            "\"../../robot.mal\" is no path in the package",
+            "\"../../robot.mal\" is not a path in the package",
         ),
-        ("{\"format\":9}", "its format is 9, and this mauve knows 1"),
+        ("{\"format\":9}", "its format is 9, and this version of mauve reads format 1"),
         (
             "{\"format\":1,\"files\":{\"mine.txt\":\"0\"},\"codels\":{}}",
-            "\"mine.txt\" is no file that the generator makes",
+            "\"mine.txt\" is not a file that the generator writes",
         ),
     ] {
         it.put(manifest, text);
         let before = it.everything();
         let said = it.expect(2, &[]);
         assert!(
-            said.starts_with("mauve: `motion/.mauve-manifest.json` cannot be understood: ")
+            said.starts_with("mauve: the manifest `motion/.mauve-manifest.json` is invalid: ")
                 && said.contains(why),
             "{said}"
         );
@@ -382,7 +391,10 @@ fn a_manifest_from_elsewhere_takes_nothing_of_the_users() {
         assert_eq!((&folder["edited"], &folder["removed"]), (&json!([]), &json!([])));
         let said = it.expect(0, arguments);
         assert!(
-            said.contains("out/motion/launch/mine.launch: listed as generated, and made no more"),
+            said.contains(
+                "out/motion/launch/mine.launch: the manifest lists this file, and it is no longer \
+                generated"
+            ),
             "{said}"
         );
         assert_eq!(it.text(mine), "mine\n");
@@ -426,7 +438,7 @@ fn a_model_with_errors_generates_nothing() {
             "error[unresolved-codel]: no codel or operation `clearence`; did you mean `clearance`?\n",
             "--> robot.mal:11:",
             "v = clearence(gain); v = half(v);",
-            " to be put right first: nothing was generated\n",
+            "fix 1 error first: nothing was generated\n",
         ] {
             assert!(said.contains(part), "{part} in {said}");
         }
@@ -440,7 +452,7 @@ fn a_model_with_errors_generates_nothing() {
     it.change("robot.mal", "clearence(gain)", "clearance(gain)");
     let said = it.expect(1, &[]);
     assert!(
-        said.contains("error: ") && said.contains("robot.mal:8:") && said.contains("1 error to be"),
+        said.contains("error: ") && said.contains("robot.mal:8:") && said.contains("fix 1 error first"),
         "{said}"
     );
     assert!(it.expect(2, &["nowhere.mal"]).contains("nowhere.mal"));
@@ -452,7 +464,7 @@ fn late_robots_are_generated_with_a_warning() {
     it.change("mauve.toml", "1 ms", "60 ms");
     let run = it.run(&[]);
     assert_eq!(run.code, 0, "{}", run.err);
-    assert_eq!(run.err, "mauve: warning: the deadline of robot.D is not proved (`mauve wcrt` says why)\n");
+    assert_eq!(run.err, "mauve: warning: the deadline of robot.D is not proved (`mauve wcrt` shows why)\n");
     it.change("mauve.toml", "assume.codel = \"60 ms\"\n", "");
     let run = it.run(&["--check", "--format", "json"]);
     assert!(run.code == 1 && run.err.contains("not proved"), "{}{}", run.out, run.err);
@@ -491,7 +503,7 @@ fn several_projects() {
     };
     let (a, b) = (root("a", ""), root("b", ""));
     let it = Project::of("several", &[("maths.mal", shared), ("a.mal", &a), ("b.mal", &b)]);
-    assert!(it.expect(2, &[]).starts_with("mauve: where to? Say `--out DIR`, or"));
+    assert!(it.expect(2, &[]).starts_with("mauve: no output folder: use `--out DIR`, or"));
     assert_eq!(it.json(0, &["--out", "out"])["folders"][0]["packages"], json!(["a", "maths", "b"]));
     assert!(it.expect(0, &["--out", "out"]).ends_with("3 packages in out: nothing changed\n"));
     // One of them adds to what both have.
@@ -499,7 +511,7 @@ fn several_projects() {
     it.put("b.mal", &root("b", "library maths { codel twice(in x: double): double }\n"));
     let said = it.expect(2, &["--out", "out"]);
     for part in
-        ["package `maths` is not the same in the projects of `", "/a.mal` and `", "/b.mal`", "[project] root"]
+        ["package `maths` differs between the projects of `", "/a.mal` and `", "/b.mal`", "[project] root"]
     {
         assert!(said.contains(part), "{part} in {said}");
     }
@@ -532,7 +544,7 @@ fn mauve_toml_does_not_choose_a_folder_elsewhere() {
         it.put("robot/mauve.toml", &CONFIG.replace("\"out\"", &format!("{out:?}")));
         let before = it.everything();
         let said = it.expect(2, &["robot"]);
-        assert!(said.contains("leads out of its folder") && said.contains("say `--out "), "{said}");
+        assert!(said.contains("which is outside its folder") && said.contains("use `--out "), "{said}");
         assert_eq!(it.everything(), before);
     }
     assert_eq!(it.json(0, &["robot", "--out", "elsewhere"])["written"], true);
@@ -543,7 +555,7 @@ fn mauve_toml_does_not_choose_a_folder_elsewhere() {
         it.put("robot/mauve.toml", &CONFIG.replace("\"out\"", &format!("{out:?}")));
         let before = it.everything();
         let said = it.expect(2, &["robot"]);
-        assert!(said.contains("which is in a hidden folder: name another one, or say `--out`"), "{said}");
+        assert!(said.contains("which is in a hidden folder: name another folder, or use `--out`"), "{said}");
         assert_eq!(it.everything(), before);
     }
     it.expect(0, &["robot", "--out", ".hidden"]);
@@ -563,15 +575,15 @@ fn what_stands_in_the_way() {
     it.change("robot.mal", "clearance(gain)", "clearance(gain, gain)");
     fs::rename(at(CODEL), at("mine.cpp")).unwrap();
     let cases: [(&str, &dyn Fn(), &str); 7] = [
-        ("out", &|| it.put("out", "file"), "out` is no folder"),
-        ("out/motion", &|| it.put("out/motion", "file"), "out/motion` is no folder"),
-        ("out/motion/src", &|| it.put("out/motion/src", "file"), "out/motion/src` is no folder"),
+        ("out", &|| it.put("out", "file"), "out` is not a folder"),
+        ("out/motion", &|| it.put("out/motion", "file"), "out/motion` is not a folder"),
+        ("out/motion/src", &|| it.put("out/motion/src", "file"), "out/motion/src` is not a folder"),
         (HEADER, &|| fs::create_dir(at(HEADER)).unwrap(), "motion-codels.hpp` is a folder"),
         (HEADER, &|| symlink("/nowhere", at(HEADER)).unwrap(), "is a link that leads nowhere"),
         (
             HEADER,
             &|| assert!(Command::new("mkfifo").arg(at(HEADER)).status().unwrap().success()),
-            "is no file that",
+            "is neither a regular file nor a folder",
         ),
         (
             "out/motion/.mauve-manifest.json",
@@ -611,7 +623,11 @@ fn links_lead_nobody_out_of_the_folder() {
         for arguments in [&[][..], &["--force"]] {
             let said = it.expect(2, arguments);
             assert!(
-                said.contains("is a link that leads out of") && said.contains("and is not read: put a file"),
+                said.contains("is a link that leads out of")
+                    && said.contains(
+                        "and is not read: replace it by \
+                    a file"
+                    ),
                 "{said}"
             );
             assert_eq!(it.everything(), before);
@@ -781,7 +797,7 @@ fn a_folder_that_may_not_be_written_to_stays_as_it_is() {
         assert!(code == Some(2) && said.contains("Permission denied"), "{folder}: {code:?} {said}");
     }
     // A file that may not be written, in a folder that may; and one that may not be read.
-    for (mode, what) in [(0o444, "cannot be written"), (0o000, "cannot be read")] {
+    for (mode, what) in [(0o444, "cannot write"), (0o000, "cannot be read")] {
         fs::set_permissions(it.0.join(HEADER), Permissions::from_mode(mode)).unwrap();
         let before = it.everything();
         let (code, said) = bound(&it, &[]);

@@ -15,14 +15,14 @@ use serde_json::Value;
 
 use crate::json::{non_empty, object};
 
-/// The reports of one deployment, a level each.
+/// The reports of one deployment, one for each significance level.
 pub(crate) struct Deployed<'db> {
     pub(crate) db: &'db Database,
     pub(crate) name: &'db str,
     /// Where it comes from.
     pub(crate) origin: Origin<'db>,
     pub(crate) reports: Vec<(Query, &'db Report<'db>)>,
-    /// How many errors its project has: with one, nothing is proved.
+    /// The number of errors in its project: with an error, no deadline is proved.
     pub(crate) errors: usize,
 }
 
@@ -54,7 +54,7 @@ impl Proved {
 pub(crate) enum Origin<'db> {
     /// A deployment of a project.
     Model(Project<'db>),
-    /// A file at this path; without a digest, anybody may have written it.
+    /// A task-set file at this path. Without a digest, its author is unknown.
     File { path: &'db Path, set: &'db TaskSet, is_sealed: bool },
 }
 
@@ -80,7 +80,7 @@ impl<'db> Deployed<'db> {
         }
     }
 
-    /// Does Linux keep some time from real-time tasks? `None` where nobody said so.
+    /// Returns whether Linux throttles real-time tasks; `None` if the configuration does not say.
     pub(crate) fn rt_throttling(&self) -> Option<bool> {
         match self.origin {
             Origin::Model(project) => config_of(self.db, project.workspace(self.db)).rt_throttling,
@@ -105,7 +105,7 @@ impl<'db> Deployed<'db> {
     }
 }
 
-/// Each activity of a thousand may have a thousand others: only the greatest are listed.
+/// The number of interfering activities that are listed for an activity, largest first: large systems have thousands.
 const MOST_INTERFERENCE: usize = 100;
 
 pub(crate) fn analysis_document(it: &Deployed<'_>) -> impl Serialize + use<> {
@@ -115,7 +115,7 @@ pub(crate) fn analysis_document(it: &Deployed<'_>) -> impl Serialize + use<> {
         object! {
             significance: query.level.as_f64(),
             schedulable: it.errors == 0 && report.schedulable(),
-            // Why nothing is analysed.
+            // The reasons why no activity is analysed.
             [lost]: non_empty(report.not_analysed.iter().map(|lost| timing_reason(it.db, &lost.reason))),
             cpus: report.cpus.iter().map(cpu_document).collect::<Vec<_>>(),
             activities: activities.collect::<Vec<_>>(),
@@ -127,13 +127,14 @@ pub(crate) fn analysis_document(it: &Deployed<'_>) -> impl Serialize + use<> {
         root: it.root().to_owned(),
         unit: "ms",
         method: query.map_or_else(String::new, |query| query.method.to_string()),
-        // Whether Linux keeps 50 ms of each second from real-time tasks; null where that is not said, and then it does not.
+        // Whether Linux reserves 50 ms of each second for non-real-time tasks; null if the configuration does not
+        // say: then no throttling is assumed.
         rt_throttling: it.rt_throttling(),
-        // The number of errors of its project: with one, nothing is proved.
+        // The number of errors in its project: with an error, no deadline is proved.
         [errors]: Some(it.errors).filter(|errors| *errors > 0),
         // Only for a file without a digest: its figures are those of its author.
         [unsealed]: it.is_unsealed().then_some(true),
-        // Only with `--horizon`: `first_job` leaves out what comes later, and is no bound.
+        // Only with `--horizon`: `first_job` ignores later jobs, and is not a bound.
         [unsafe_horizon]: query.and_then(|query| query.horizon).map(milliseconds),
         results: results.collect::<Vec<_>>(),
     }
@@ -198,7 +199,10 @@ impl std::str::FromStr for Significance {
         let level = |text: &str| {
             let level = text.trim().parse().ok().and_then(Level::from_f64);
             level.ok_or_else(|| {
-                format!("`{text}` is no level: expected numbers between 0 and 1, or `all` and nothing else")
+                format!(
+                    "`{text}` is not a significance level: expected numbers between 0 and 1, or `all` \
+                    alone"
+                )
             })
         };
         let mut levels: Vec<Level> = text.split(',').map(level).collect::<Result<_, _>>()?;
@@ -208,7 +212,7 @@ impl std::str::FromStr for Significance {
     }
 }
 
-/// The levels that are meant in a project: the named ones, all of its tables, or the one of `mauve.toml`.
+/// Returns the levels to analyse in a project: those requested, all levels of its tables, or the level of `mauve.toml`.
 pub(crate) fn levels(db: &Database, project: Project<'_>, asked: Option<&Significance>) -> Vec<Level> {
     let shown = Query::shown(db, project).level;
     match asked {
@@ -239,7 +243,7 @@ pub(crate) fn deployments<'db>(
     found.retain(|(_, decl)| decl.name(db) == only || decl.qualified(db) == only);
     if found.is_empty() {
         return Err(match known.as_slice() {
-            [] => format!("no deployment `{only}`, nor any other"),
+            [] => format!("no deployment `{only}`: the project has no deployments"),
             known => format!("no deployment `{only}`: there is {}", known.join(", ")),
         });
     }
@@ -254,7 +258,7 @@ pub(crate) fn deployments_of<'db>(
     names_of(db, project).all.iter().copied().filter(move |decl| decl.kind(db) == Kind::Deployment)
 }
 
-/// A time as a number of milliseconds, whole where it is.
+/// Returns a time in milliseconds, as an integer if it is one.
 pub(crate) fn milliseconds(time: Time) -> Value {
     if time.as_nanos().is_multiple_of(1_000_000) {
         (time.as_nanos() / 1_000_000).into()

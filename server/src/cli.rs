@@ -1,4 +1,4 @@
-//! The commands, and what they share.
+//! The commands of the command line, and the arguments and formatting that they share.
 
 mod analysis_stats;
 mod check;
@@ -30,42 +30,42 @@ pub(crate) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Serve an editor on standard input and output.
+    /// Run the language server for an editor, on standard input and output.
     Lsp(lsp::Lsp),
-    /// Say a recorded session of an editor again, and compare.
+    /// Replay a recorded editor session, and compare the answers.
     Replay(replay::Replay),
-    /// Report everything that is wrong in models, then their response times.
+    /// Report errors and warnings in models, then the response times.
     Check(check::Check),
     /// Compute worst-case response times.
     Wcrt(wcrt::Wcrt),
     /// Show a component's periodic state machine with its times.
     Psm(psm::Psm),
-    /// Make Orocos packages: C++ components, scripts and launch files of the models.
+    /// Generate Orocos packages from models: C++ components, scripts and launch files.
     ///
-    /// There is a package for each library. Only what changes is written. The files in src/codels are
-    /// yours: they are written once, as stubs, and never again. When the prototype of a codel changes,
-    /// the new stub is put beside your file, as CODEL.cpp.new: bring your file up to date, or remove the
-    /// .new file once you have seen it. Everything else is the generator's: while a generated file has
-    /// edits of yours, nothing is written without --force.
+    /// Each library becomes one package. Only files that change are written. The files in src/codels are
+    /// yours: the generator writes them once, as stubs. When the prototype of a codel changes,
+    /// the new stub is written next to your file, as CODEL.cpp.new: update your file, or remove the
+    /// .new file when you do not need it. The generator owns all other files: while a generated file has
+    /// been edited, nothing is written without --force.
     ///
-    /// Exit codes: 0 all is as it should be; 1 errors in the models, edits that only --force would
-    /// overwrite, or, with --check, anything that is not as it should be; 2 a path that cannot be read
+    /// Exit codes: 0 all files are up to date; 1 errors in the models, edits that only --force would
+    /// overwrite, or, with --check, any file that is out of date; 2 a path that cannot be read
     /// or written: nothing was changed.
     #[command(verbatim_doc_comment)]
     Generate(generate::Generate),
-    /// Explain a diagnostic.
+    /// Explain a diagnostic code.
     Explain(explain::Explain),
-    /// Format models: their white space, and nothing else.
+    /// Format models: changes white space only.
     Fmt(fmt::Fmt),
     /// Show the syntax tree of a file.
     Parse(parse::Parse),
     /// Print the JSON schema of `mauve.toml`, of timing tables or of task sets, for editors.
     Schema(schema::Schema),
-    /// Measure how long the parts of the analysis take, and what an edit costs.
+    /// Measure the running time of each analysis stage, and of the analysis after an edit.
     AnalysisStats(analysis_stats::AnalysisStats),
     /// Create a small project to start from.
     New(new::New),
-    /// Print the completions of a shell.
+    /// Print the completion script for a shell.
     Completions {
         /// The shell.
         shell: clap_complete::Shell,
@@ -105,21 +105,21 @@ struct Paths {
     paths: Vec<PathBuf>,
 }
 
-/// What may be read of files that are none of the project's.
+/// Whether files outside the project may be read.
 #[derive(Debug, clap::Args)]
 struct Outside {
-    /// Read also what models and mauve.toml name outside of their repository and of the named folders. Only for projects
-    /// that you trust: messages may quote such files.
+    /// Also read files that models and mauve.toml name outside their repository and outside the given folders. Only
+    /// for projects that you trust: messages may quote such files.
     #[arg(long)]
     allow_outside: bool,
 }
 
-/// How an analysis bounds the demand of several jobs.
+/// How the analysis bounds the demand of several jobs of one activity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Method {
-    /// Every period of a component takes as long as its longest.
+    /// Every job of a component takes its worst-case execution time.
     Classic,
-    /// Which periods follow each other is known from its state machine.
+    /// The state machine of a component limits which jobs follow each other.
     Psm,
 }
 
@@ -132,18 +132,18 @@ impl From<Method> for mauve_timing::Method {
     }
 }
 
-/// Says something to the user on standard error.
+/// Prints a message to standard error.
 pub(crate) fn say(message: &str) {
     use std::io::Write as _;
     let _ = writeln!(anstream::stderr(), "mauve: {}", harmless(message));
 }
 
-/// A path as it is shown: from `here`, where it is below.
+/// Returns a path as it is shown: relative to `here` if it is below that folder.
 fn shown(path: &Path, here: &Path) -> String {
     path.strip_prefix(here).unwrap_or(path).display().to_string()
 }
 
-/// `1 file`, `2 files`, `no files`.
+/// Returns a count with its noun: `1 file`, `2 files`, `no files`.
 fn counted(count: usize, what: &str) -> String {
     match count {
         0 => format!("no {what}s"),
@@ -152,7 +152,7 @@ fn counted(count: usize, what: &str) -> String {
     }
 }
 
-/// Rows of cells under a header, in columns: text to the left, numbers to the right.
+/// Formats a table: text is aligned to the left, numbers to the right.
 fn columns(header: &[&str], rows: &[Vec<String>]) -> String {
     let is_number = |cell: &str| cell.starts_with(|letter: char| letter.is_ascii_digit()) || cell == "—";
     let width = |column: usize| {

@@ -1,31 +1,31 @@
-//! Reads what others have written. A project may come from a stranger: only regular files are read, so much of each and no
-//! more, and nothing that the kernel makes up (`/proc/self/pagemap` has no end). [`Boundary`] says which files are those of
-//! a project.
+//! Reads files of untrusted projects. Only regular files are read, each up to a maximum size, and no files of the
+//! kernel's virtual file systems (`/proc/self/pagemap` has no end). [`Boundary`] decides which files belong to a
+//! project.
 
 use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 
-/// A model, a table or another text that is longer is not read: an analysis needs some hundred times as much memory.
+/// The maximum size of a file, in bytes: an analysis needs about a hundred times as much memory.
 pub(crate) const LONGEST: u64 = 16 << 20;
 
-/// Below these folders the kernel makes up what is read.
+/// The mount points of virtual file systems.
 const MADE_UP: [&str; 3] = ["/proc", "/sys", "/dev"];
 
-/// But this one is memory, where people put folders.
+/// A mount point below these that holds regular files, in memory.
 const MEMORY: &str = "/dev/shm";
 
-/// The folders that the files of a project may be read from, behind all links.
+/// The folders from which files of a project may be read, with links resolved.
 ///
-/// What a model or a `mauve.toml` names elsewhere, by a path or by a link, could be anybody's secret, and messages show
-/// texts: it is not read.
+/// Files elsewhere may be private, and messages quote texts, so they are not read even if a model or a `mauve.toml`
+/// names them.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub(crate) struct Boundary {
     /// The outermost of the folders around the project.
     project: PathBuf,
     folders: BTreeSet<PathBuf>,
-    /// Is everything to be read, since the user said so?
+    /// Whether the user has allowed reading all files.
     is_open: bool,
 }
 
@@ -51,12 +51,13 @@ impl Boundary {
         Boundary { project, folders: around.chain(within).chain(others).collect(), is_open }
     }
 
-    /// Is this path, behind all links, one of the project's? What is hidden is not: in `.git` and `.env` stand secrets.
+    /// Returns whether a path with links resolved belongs to the project. Hidden files do not: `.git` and `.env` may
+    /// contain secrets.
     fn has(&self, real: &Path) -> bool {
         self.folders.iter().any(|folder| real.strip_prefix(folder).is_ok_and(|path| !is_hidden(path)))
     }
 
-    /// Why the file that `real` is behind all links is not read; nothing where it is.
+    /// Returns why the file at `real`, a path with links resolved, may not be read; `None` if it may.
     pub(crate) fn refusal(&self, real: &Path) -> Option<String> {
         if self.is_open || self.has(real) {
             return None;
@@ -66,14 +67,14 @@ impl Boundary {
             false => format!("is outside of `{}`", self.project.display()),
         };
         Some(format!(
-            "`{}` {why}, and is not read: say `--allow-outside` if this project may show other files of yours",
+            "`{}` {why}, and is not read: use `--allow-outside` if this project may read your other files",
             real.display()
         ))
     }
 }
 
-/// Does a repository begin at `above`? Where anybody may make folders, that of somebody else counts for nothing: it would
-/// make all beside it a part of every project below.
+/// Returns whether `above` is a repository that a trusted user owns. In a world-writable folder such as `/tmp`,
+/// another user could create a repository that encloses all projects below.
 fn is_repository(above: &Path, folder: &Path) -> bool {
     let Ok(data) = above.join(".git").symlink_metadata() else { return false };
     #[cfg(unix)]
@@ -107,7 +108,7 @@ pub(crate) fn read(path: &Path, longest: u64) -> io::Result<Vec<u8>> {
 /// The same for a path that is behind all links: one that has become a link since is not followed.
 fn read_real(real: &Path, longest: u64) -> io::Result<Vec<u8>> {
     if is_made_up(real) {
-        return Err(io::Error::other("this is a file of the kernel, and no text"));
+        return Err(io::Error::other("this file belongs to the kernel, and is not text"));
     }
     bytes_of(open(real)?, longest)
 }
@@ -117,7 +118,7 @@ pub(crate) fn bytes_of(file: File, longest: u64) -> io::Result<Vec<u8>> {
     if !file.metadata()?.is_file() || is_of_the_kernel(&file) {
         return Err(io::Error::other("this is not a file"));
     }
-    // The length that a file says it has may be anything.
+    // The reported length of a file is not reliable.
     let mut bytes = Vec::new();
     file.take(longest + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > longest {
@@ -126,7 +127,8 @@ pub(crate) fn bytes_of(file: File, longest: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The text of a file, whose path is behind all links, up to where it stops being UTF-8; and why it is not all of it.
+/// Returns the text of a file up to the first byte that is not UTF-8, and the reason if the text is incomplete. The
+/// path must have its links resolved.
 pub(crate) fn text_of(real: &Path) -> (String, Option<String>) {
     match read_real(real, LONGEST).map(String::from_utf8) {
         Err(error) => (String::new(), Some(format!("cannot be read: {error}"))),
@@ -136,12 +138,13 @@ pub(crate) fn text_of(real: &Path) -> (String, Option<String>) {
             let mut bytes = error.into_bytes();
             bytes.truncate(valid);
             let text = String::from_utf8(bytes).unwrap_or_default();
-            (text, Some(format!("this is not UTF-8 text from byte {valid} on, and is not read further")))
+            (text, Some(format!("this file is not UTF-8 text from byte {valid} on, and is read up to there")))
         }
     }
 }
 
-/// Does a path lead to what the kernel makes up? The file itself is asked as well: such folders may be mounted anywhere.
+/// Returns whether a path leads to a virtual file system. Such file systems may be mounted anywhere, so `open` checks
+/// the file as well.
 fn is_made_up(real: &Path) -> bool {
     MADE_UP.iter().any(|folder| real.starts_with(folder)) && !real.starts_with(MEMORY)
 }
@@ -152,10 +155,10 @@ fn open(real: &Path) -> io::Result<File> {
     {
         use rustix::fs::{CWD, Mode, OFlags, ResolveFlags, openat2};
         use rustix::io::Errno;
-        // Who opens a pipe or a device waits for it, if it has become one.
+        // Without this flag, opening a pipe or a device blocks, if the file has become one.
         let flags = OFlags::RDONLY | OFlags::CLOEXEC | OFlags::NONBLOCK | OFlags::NOCTTY | OFlags::NOFOLLOW;
         match openat2(CWD, real, flags, Mode::empty(), ResolveFlags::NO_SYMLINKS) {
-            // An old kernel, or a container that knows no such call.
+            // An old kernel or a container without this system call.
             Err(Errno::NOSYS | Errno::PERM) => {}
             opened => return Ok(File::from(opened?)),
         }
@@ -198,7 +201,7 @@ mod tests {
         for made_up in ["/proc/self/pagemap", "/proc/self/environ", "/dev/zero", "/sys/kernel/notes"] {
             let link = folder.join("link");
             std::os::unix::fs::symlink(made_up, &link).unwrap();
-            assert_eq!(why(&link), "this is a file of the kernel, and no text", "{made_up}");
+            assert_eq!(why(&link), "this file belongs to the kernel, and is not text", "{made_up}");
             std::fs::remove_file(link).unwrap();
         }
         let pipe = folder.join("pipe");

@@ -1,6 +1,5 @@
-//! Folders that are held open. A path that was checked may lead elsewhere when it is used: somebody puts a
-//! link in the place of a folder in between. So whatever is done below a folder starts from its handle, and
-//! goes from one folder to the next without following a link.
+//! Handles of open folders. Between the check of a path and its use, another process can replace a folder by a link.
+//! So all operations below a folder start from its handle, and open folder after folder without following links.
 
 use std::collections::HashMap;
 use std::ffi::{OsStr, OsString};
@@ -180,12 +179,12 @@ fn top_of(path: &Path) -> PathBuf {
 }
 
 fn no_folder(path: &Path) -> io::Error {
-    let what = format!("`{}` is no folder, or has become a link", path.display());
+    let what = format!("`{}` is not a folder, or has become a link", path.display());
     io::Error::new(ErrorKind::NotADirectory, what)
 }
 
 fn no_file() -> io::Error {
-    io::Error::new(ErrorKind::InvalidInput, "it is no file, or has become a link")
+    io::Error::new(ErrorKind::InvalidInput, "it is not a file, or has become a link")
 }
 
 /// How folders are opened. They need not be readable, where the system has a word for that.
@@ -498,7 +497,7 @@ mod tests {
             assert_eq!(
                 folder.create_new(name("new"), None).unwrap_err().kind(),
                 ErrorKind::AlreadyExists,
-                "nothing is opened that somebody else made"
+                "another user owns it, so it is not opened"
             );
             folder.remove_file(name("new")).unwrap();
         }

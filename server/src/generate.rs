@@ -1,7 +1,7 @@
-//! Generated packages: what a request selects, where they go, what is there already, how they are written.
+//! Generates packages: selects them for a request, finds their folder, compares them with its files, and writes them.
 //!
-//! The folder that they go to, or one in it, may be exchanged for a link at any time. So its path is looked at
-//! once, and what was found is opened without following a link from then on (`folder.rs`).
+//! Another process may replace the output folder, or a folder in it, by a link at any time. So its path is resolved
+//! once, and then opened without following links (`folder.rs`).
 
 mod problem;
 mod write;
@@ -25,28 +25,28 @@ pub(crate) use write::{Site, target};
 /// The folder that packages go to.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Out {
-    /// As the user knows it.
+    /// The path that is shown to the user.
     pub(crate) shown: PathBuf,
-    /// Behind all links: what was checked, and what is opened.
+    /// The path with links resolved, which was checked and is opened.
     pub(crate) real: PathBuf,
 }
 
 impl Out {
-    /// A folder that the user has named: he may have it anywhere.
+    /// Returns the folder that the user has named, which may be anywhere.
     pub(crate) fn named(path: &Path) -> Result<Out, String> {
         Ok(Out { shown: path.to_owned(), real: behind_links(path)? })
     }
 }
 
-/// The folder that `[generate] out` names; nothing where it does not.
+/// Returns the folder that `[generate] out` names, if it is set.
 pub(crate) fn configured_out(db: &Database, workspace: Workspace) -> Result<Option<Out>, String> {
     let Some((out, _)) = &config_of(db, workspace).out else { return Ok(None) };
     let folder = workspace.folder(db);
     let shown = normalised(&folder.join(out));
     let outside = || {
         format!(
-            "`[generate] out` of {} is {out:?}, which leads out of its folder: a model that came from elsewhere shall \
-             not choose where files are written; if that is what you want, say `--out {}`",
+            "`[generate] out` of {} is {out:?}, which is outside its folder: a configuration file may not \
+             choose where else files are written; to write there, use `--out {}`",
             folder.join(CONFIG_FILE).display(),
             shown.display(),
         )
@@ -62,25 +62,24 @@ pub(crate) fn configured_out(db: &Database, workspace: Workspace) -> Result<Opti
     Ok(Some(Out { shown, real }))
 }
 
-/// Refuses `out` of the configuration in a folder where one of the ways that it stands for, each from a folder
-/// to another, goes through a hidden one: nobody looks there, and tools obey what they find, such as
-/// `.git/hooks` and `.github`.
+/// Refuses `[generate] out` if one of `ways`, each from a folder to a folder below it, leads through a hidden folder:
+/// tools execute files in hidden folders, such as `.git/hooks` and `.github`.
 pub(crate) fn refuse_hidden(folder: &Path, out: &str, ways: [(&Path, &Path); 2]) -> Result<(), String> {
     let is_hidden_way = |(from, to): (&Path, &Path)| to.strip_prefix(from).is_ok_and(is_hidden);
     if !ways.into_iter().any(is_hidden_way) {
         return Ok(());
     }
     Err(format!(
-        "`[generate] out` of {} is {out:?}, which is in a hidden folder: name another one, or say `--out`",
+        "`[generate] out` of {} is {out:?}, which is in a hidden folder: name another folder, or use `--out`",
         folder.join(CONFIG_FILE).display()
     ))
 }
 
-/// Where a path is behind all links, be there a file or not.
+/// Resolves the links of a path, whether or not a file exists there.
 ///
 /// # Errors
 ///
-/// Why nobody knows: a folder that cannot be read, a link that leads nowhere.
+/// A folder cannot be read, or the target of a link does not exist.
 pub(crate) fn behind_links(path: &Path) -> Result<PathBuf, String> {
     let path = std::path::absolute(path).map_err(|error| not_read(path, &error))?;
     let mut rest = Vec::new();
@@ -100,8 +99,8 @@ pub(crate) fn behind_links(path: &Path) -> Result<PathBuf, String> {
     Ok(path)
 }
 
-/// The text of a file below a folder; nothing where there is none. What is not UTF-8 in it is replaced: the generator writes
-/// no such file, and of the user's it only asks what they define.
+/// Returns the text of a file below a folder, if it exists. Bytes that are not UTF-8 are replaced: the generator
+/// writes only UTF-8, and only searches the user's files for definitions.
 pub(crate) fn read(out: &Out, path: &str) -> Result<Option<String>, String> {
     let shown = out.shown.join(path);
     let Some(file) = open(out, path)? else { return Ok(None) };
@@ -109,7 +108,7 @@ pub(crate) fn read(out: &Out, path: &str) -> Result<Option<String>, String> {
     Ok(Some(String::from_utf8_lossy(&bytes).into_owned()))
 }
 
-/// Opens a file below a folder, and follows links that do not lead out of it; nothing where there is none.
+/// Opens a file below a folder, if it exists; follows links that stay in the folder.
 fn open(out: &Out, path: &str) -> Result<Option<File>, String> {
     let Out { mut shown, real: mut at } = out.clone();
     let mut folders = match Folder::open(&at) {
@@ -139,7 +138,7 @@ fn open(out: &Out, path: &str) -> Result<Option<File>, String> {
         }
     }
     match folders.above(&at).and_then(|(folder, name)| folder.open_read(name)) {
-        // Somebody removed it meanwhile.
+        // The file was removed in the meantime.
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
         file => file.map(Some).map_err(|error| not_read(&shown, &error)),
     }
@@ -152,7 +151,7 @@ fn inside(out: &Out, link: &Path, shown: &Path) -> Result<PathBuf, String> {
     })?;
     if !real.starts_with(&out.real) {
         return Err(format!(
-            "`{}` is a link that leads out of `{}`, and is not read: put a file in its place",
+            "`{}` is a link that leads out of `{}`, and is not read: replace it by a file",
             shown.display(),
             out.shown.display()
         ));
@@ -160,13 +159,13 @@ fn inside(out: &Out, link: &Path, shown: &Path) -> Result<PathBuf, String> {
     Ok(real)
 }
 
-/// Is it one part of a path, on every system, that leads on?
+/// Returns whether a text is a plain path component on every system.
 fn is_name(part: &str) -> bool {
     !matches!(part, "" | "." | "..") && !part.contains(['\\', ':'])
 }
 
 fn no_path(path: &str) -> String {
-    format!("{path:?} is no path of a generated file")
+    format!("{path:?} is not a path of a generated file")
 }
 
 fn not_read(path: &Path, error: &io::Error) -> String {
@@ -174,15 +173,15 @@ fn not_read(path: &Path, error: &io::Error) -> String {
 }
 
 fn not_generated(path: &Path) -> String {
-    format!("`{}` is no file that could have been generated", path.display())
+    format!("`{}` is neither a regular file nor a folder, so it was not generated", path.display())
 }
 
 fn not_a_folder(path: &Path) -> String {
-    format!("`{}` is no folder, and one is needed there: move it away", path.display())
+    format!("`{}` is not a folder, and a folder is needed there: move the file", path.display())
 }
 
 fn not_a_file(path: &Path) -> String {
-    format!("`{}` is a folder, and a file is needed there: move it away", path.display())
+    format!("`{}` is a folder, and a file is needed there: move the folder", path.display())
 }
 
 fn leads_nowhere(path: &Path) -> String {
@@ -293,7 +292,7 @@ pub(crate) fn generate<'db>(
     let merged: Vec<(Out, Vec<Package>)> = merged.collect::<Result<_, String>>()?;
     let mut all = Vec::new();
     for (out, packages) in merged {
-        // From here on no other run writes there.
+        // The lock keeps other runs from writing there.
         let site = if request.is_written { Some(Site::open(&out)?) } else { None };
         let plan = plan(&packages, &|path| read(&out, path)).map_err(|error| plan_message(&error))?;
         let left_packages = if request.is_whole { left_packages(&out, &packages) } else { Vec::new() };
@@ -317,9 +316,9 @@ fn merged<'db>(db: &'db Database, made: Made<'db>) -> Result<Vec<Package>, Strin
             if let Some(path) = difference(known, &package) {
                 let root = |project: Project<'db>| project.root(db).path(db).display().to_string();
                 return Err(format!(
-                    "package `{}` is not the same in the projects of `{}` and `{}`: they differ in {path}; one folder can \
-                     have one of them, so generate each project by itself (`mauve generate ROOT.mal --out DIR`), or name \
-                     one of them as `[project] root` in mauve.toml",
+                    "package `{}` differs between the projects of `{}` and `{}`, in {path}; a folder can hold \
+                     only one of the two, so generate each project by itself (`mauve generate ROOT.mal --out \
+                     DIR`), or name one of them as `[project] root` in mauve.toml",
                     package.name,
                     root(*other),
                     root(project)
@@ -415,7 +414,7 @@ mod tests {
                 why,
                 format!(
                     "`[generate] out` of /.home/robot/mauve.toml is {out:?}, which is in a hidden folder: \
-                     name another one, or say `--out`"
+                     name another folder, or use `--out`"
                 )
             );
         }
@@ -458,11 +457,11 @@ mod tests {
             ("q/secret", "q` is a link that leads out of"),
             ("p/dangling", "is a link that leads nowhere"),
             ("p/longer", "this file is longer than"),
-            ("p/pipe", "is no file that could have been generated"),
+            ("p/pipe", "is neither a regular file nor a folder"),
             ("p/deep", "is a folder"),
-            ("p/bytes/file", "bytes` is no folder"),
-            ("../elsewhere/secret", "is no path of a generated file"),
-            ("p//bytes", "is no path of a generated file"),
+            ("p/bytes/file", "bytes` is not a folder"),
+            ("../elsewhere/secret", "is not a path of a generated file"),
+            ("p//bytes", "is not a path of a generated file"),
         ] {
             let why = read(&out, path).unwrap_err();
             assert!(why.contains(message), "{why}");
@@ -471,7 +470,7 @@ mod tests {
         fs::rename(top.join("out"), top.join("real")).unwrap();
         symlink("real", top.join("out")).unwrap();
         let why = read(&out, "p/deep/file").unwrap_err();
-        assert!(why.contains("is no folder, or has become a link"), "{why}");
+        assert!(why.contains("is not a folder, or has become a link"), "{why}");
         assert_eq!(left_packages(&out, &[]), Vec::<String>::new());
         let missing = Out { shown: top.join("missing"), real: top.join("missing") };
         assert_eq!(read(&missing, "p/file"), Ok(None));

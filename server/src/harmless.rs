@@ -1,10 +1,10 @@
-//! Texts of strangers on a terminal and in the log of a CI job: names of files, keys, lines of models. Both obey what they
-//! read, unless it is made visible first: a terminal moves its cursor, a forge sets variables.
+//! Escapes untrusted texts, such as file names, keys and lines of models, for the terminal and for logs of CI jobs.
+//! Both would execute commands in the text: a terminal moves its cursor, a CI system sets variables.
 
 use std::fmt::Write as _;
 
-/// A text for people. What would be obeyed in it is shown instead: `\u{1b}` for the character that begins a command of a
-/// terminal, `## [` for what begins one of Azure or GitHub, `: :` for another. Lines stay lines, and tabs stay.
+/// Escapes the commands in a text: terminal control characters become `\u{1b}` and the like; workflow commands of
+/// Azure and GitHub are broken up, as `## [` and `: :`. Line breaks and tabs are kept.
 ///
 /// ```text
 /// file \u{1b}[2J.mal        and not a screen that is cleared
@@ -15,12 +15,12 @@ pub(crate) fn harmless(text: &str) -> String {
     made_visible(text, false)
 }
 
-/// The same for what stands in a line, such as a name.
+/// Escapes a text within a line, such as a name: line breaks are escaped too.
 pub(crate) fn harmless_line(text: &str) -> String {
     harmless(text).replace('\n', "\\u{a}")
 }
 
-/// The same for a text that was given styles: those stay. Whoever calls this has let no other begin in it.
+/// Escapes a text that has terminal styles, and keeps these. The caller has escaped all others.
 pub(crate) fn harmless_but_for_styles(text: &str) -> String {
     made_visible(text, true)
 }
@@ -77,7 +77,7 @@ fn command(text: &str) -> Option<usize> {
     name.get(end..)?.starts_with('[').then_some(end + 2)
 }
 
-/// Is it a control character, a sign that changes the direction of a line, or one that nobody sees?
+/// Returns whether a character is a control character, changes the text direction, or is invisible.
 fn is_obeyed(c: char) -> bool {
     let is_hidden = matches!(c,
         '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}'

@@ -1,4 +1,4 @@
-//! From paths to workspaces in the database: the only place that reads models from the disk.
+//! Loads workspaces into the database. Only this module reads models from the disk.
 
 mod packages;
 mod walk;
@@ -24,7 +24,7 @@ use walk::Walks;
 pub(crate) use walk::{Left, Walk, Walked};
 use watch_set::WatchSet;
 
-/// All files of the workspaces together are not longer: what stands in the others is not read.
+/// The maximum size of all files of the workspaces together, in bytes; further files are not read.
 const LONGEST_TOGETHER: u64 = 2 * LONGEST;
 
 /// Sets the inputs of a workspace that have changed, since setting an input cancels all queries.
@@ -41,34 +41,34 @@ macro_rules! set_changed {
 
 /// The texts that were read, and the workspaces that they make up.
 ///
-/// The command line loads once. The server loads again whenever a file comes or goes: what is there already keeps its
-/// inputs, so that nothing is analysed again but what changed.
+/// The command line loads once. The server loads again when a file is created or removed: other files keep their
+/// salsa inputs, so only changes are analysed again.
 #[derive(Default)]
 pub(crate) struct Loader {
-    /// By the path behind all links, so that two ways to one file give one file.
+    /// By the path with links resolved, so that two paths to one file give one input.
     files: BTreeMap<PathBuf, File>,
     workspaces: BTreeMap<PathBuf, Workspace>,
-    /// Files whose text is an editor's, whatever the disk has.
+    /// Files whose text comes from an editor instead of the disk.
     edited: BTreeSet<PathBuf>,
     watch_set: WatchSet,
     /// The files of the workspaces, and those of them that are configurations, whatever they are called.
     current: BTreeSet<PathBuf>,
     configs: BTreeSet<PathBuf>,
-    /// The message packages that were asked for, where they are installed.
+    /// The requested message packages; `None` if a package is not installed.
     packages: BTreeMap<Name, Option<Arc<Package>>>,
-    /// The significance level that is shown in all workspaces, those that are yet to come too; see
+    /// The significance level that is shown in all present and future workspaces; see
     /// [`Workspace::significance`].
     significance: Option<Level>,
     walks: Walks,
-    /// May files be read that no project has any business with? See [`Boundary`].
+    /// Whether files outside the projects may be read. See [`Boundary`].
     allows_outside: bool,
     named: Vec<PathBuf>,
     boundary: Boundary,
-    /// What was named elsewhere, and was not read: by the path that leads there.
+    /// Files outside the projects that were named and not read, by the path that names them.
     outside: BTreeMap<PathBuf, File>,
     /// How many bytes may still be read.
     left: u64,
-    /// What was read from the disk for the workspaces as they are, and how many bytes of each.
+    /// The files that were read from the disk for the present workspaces, with their sizes in bytes.
     read: BTreeMap<PathBuf, (u64, File)>,
 }
 
@@ -94,7 +94,7 @@ impl Named {
             return match is_model(&canonical) {
                 true => Ok(Named::Model(canonical)),
                 false => {
-                    Err(format!("`{}` is no model (*.mal), no {CONFIG_FILE} and no folder", path.display()))
+                    Err(format!("`{}` is not a model (*.mal), a {CONFIG_FILE} or a folder", path.display()))
                 }
             };
         }
@@ -116,7 +116,7 @@ pub(crate) fn load(
     match loader.load(db, paths) {
         Ok(Loaded { workspaces, problems }) => problems.into_iter().next().map_or(Ok(workspaces), Err),
         // It walks by itself.
-        Err(_) => Err("the folders were not looked through".to_owned()),
+        Err(_) => Err("the folders were not searched".to_owned()),
     }
 }
 
@@ -143,7 +143,9 @@ pub(crate) fn models_in(paths: &[PathBuf]) -> Result<(BTreeSet<PathBuf>, Vec<Str
             canonical_path(path.parent().filter(|it| !it.as_os_str().is_empty()).unwrap_or(Path::new(".")));
         if absolute.is_file() && !absolute.starts_with(beside) {
             let (path, absolute) = (path.display(), absolute.display());
-            return Err(format!("`{path}` is a link that leads elsewhere: name `{absolute}` itself"));
+            return Err(format!(
+                "`{path}` is a link to a file outside the folder: name `{absolute}` instead"
+            ));
         }
         let is_file = absolute.is_file();
         let folder = match Named::new(path, absolute, is_file)? {
@@ -176,8 +178,8 @@ impl Loader {
 
     /// The workspaces that `paths` name.
     ///
-    /// A folder is the workspace of the nearest `mauve.toml` above it, and there is one more for each `mauve.toml` below.
-    /// A model is seen as part of the projects that have it.
+    /// A folder belongs to the workspace of the nearest `mauve.toml` above it; each `mauve.toml` below is a further
+    /// workspace. A model is analysed as part of the projects that contain it.
     ///
     /// # Errors
     ///
@@ -239,7 +241,7 @@ impl Loader {
         let workspaces: Vec<Workspace> = read.collect();
         let wanted = self.walks.wanted();
         if !wanted.is_empty() {
-            // Until all is known, what mattered before matters too.
+            // Until all walks are known, the old watch set stays in effect too.
             self.watch_set.extend(before);
             return Err(wanted);
         }
@@ -265,8 +267,8 @@ impl Loader {
         &mut self.watch_set
     }
 
-    /// Reads a file again that something has happened to. Says whether that is all: it is one of the workspaces and no link
-    /// to one, and which files those have does not rest on its text. Otherwise they are to be loaded again.
+    /// Reads a changed file again. Returns whether that is sufficient: the file belongs to the workspaces, is not a
+    /// link, and its text does not determine which files they have. Otherwise the workspaces must be loaded again.
     pub(crate) fn refreshed(&mut self, db: &mut Database, path: &Path) -> Option<bool> {
         let is_there = std::fs::symlink_metadata(path).is_ok_and(|data| data.is_file());
         if !is_there || !self.current.contains(path) || self.is_config(path) {
@@ -277,13 +279,13 @@ impl Loader {
         (!is_model(path) || !is_foreign(db, *file)).then_some(is_changed)
     }
 
-    /// Is this the configuration of a workspace, or of one to be?
+    /// Returns whether this is the configuration of a workspace, or would be if it existed.
     pub(crate) fn is_config(&self, path: &Path) -> bool {
         path.ends_with(CONFIG_FILE) || self.configs.contains(&canonical_path(path))
     }
 
-    /// Shows everything at this significance level from now on, or at that of each `mauve.toml`. Says whether it was
-    /// another one before.
+    /// Sets the significance level that is shown; `None` selects the level of each `mauve.toml`. Returns whether the
+    /// level has changed.
     pub(crate) fn set_significance(&mut self, db: &mut Database, level: Option<Level>) -> bool {
         if self.significance == level {
             return false;
@@ -372,8 +374,8 @@ impl Loader {
         set_changed!(db, workspace: packages = set_packages(Arc::new(found)));
     }
 
-    /// Takes a file's text from the disk again. Says whether the workspaces are to be loaded again, since no project may have
-    /// it otherwise than from an editor.
+    /// Takes a file's text from the disk again, since the editor has closed it. Returns whether the workspaces must
+    /// be loaded again, since no project may read the file from the disk.
     pub(crate) fn closed(&mut self, db: &mut Database, file: File) -> bool {
         let canonical = file.path(db).clone();
         self.edited.remove(&canonical);
@@ -381,13 +383,14 @@ impl Loader {
         !self.read.contains_key(&canonical)
     }
 
-    /// Reads a file again that may have changed on the disk, if it was read before. Says whether it is another one now.
+    /// Reads a file again that may have changed on the disk, if it was read before. Returns whether the text has
+    /// changed.
     pub(crate) fn changed(&mut self, db: &mut Database, path: &Path) -> bool {
         let canonical = canonical_path(path);
         if self.edited.contains(&canonical) {
             return false;
         }
-        // What an editor had open and no project may read is not read now; nor is more than the bounds allow.
+        // A file that only the editor provided is not read from the disk; neither are bytes beyond the limits.
         let Some((before, file)) = self.read.get(&canonical).copied() else { return false };
         let (mut text, mut problem) = text_of(&canonical);
         match (self.left + before).checked_sub(text.len() as u64) {
@@ -397,7 +400,7 @@ impl Loader {
             }
             None => {
                 text.clear();
-                problem = Some("this file has become too long, and is not read".to_owned());
+                problem = Some("this file has grown too long, and is not read".to_owned());
             }
         }
         write(db, file, &text, problem.map(Problem::Cut))
@@ -407,15 +410,15 @@ impl Loader {
         self.edited.contains(canonical) || canonical.is_file()
     }
 
-    /// Has a folder a configuration, or a link that leads nowhere or a folder in its place? Then the configuration of a
-    /// folder above does not count.
+    /// Returns whether a folder has a configuration, or a broken link or a folder named like one. Then the
+    /// configurations above do not apply.
     fn has_config(&self, folder: &Path) -> bool {
         let config = folder.join(CONFIG_FILE);
         self.edited.contains(&config) || config.symlink_metadata().is_ok()
     }
 
-    /// The folder whose `mauve.toml` is the nearest above; without any, the outermost of `folders` that has it, or `folder`
-    /// itself.
+    /// Returns the nearest folder above with a `mauve.toml`; without one, the outermost of `folders` that contains
+    /// `folder`, or `folder` itself.
     fn home(&mut self, folder: &Path, folders: &[PathBuf]) -> PathBuf {
         for above in folder.ancestors() {
             self.watch_set.add(&above.join(CONFIG_FILE));
@@ -459,7 +462,7 @@ impl Loader {
             self.watch_set.add(&above.join(".ignore"));
         }
         let config = folder.join(CONFIG_FILE);
-        // A model by itself is seen together with what stands beside it.
+        // A single model is analysed together with the other models of its folder.
         let depth = if requested.all || self.has_config(folder) { None } else { Some(1) };
         let found = self.find(folder, depth, true)?;
         let inner: BTreeSet<PathBuf> = found
@@ -480,13 +483,13 @@ impl Loader {
         let tables = tables.into_iter().collect::<Option<Vec<Walked>>>()?;
         for path in found.files.iter().filter(|model| owner(model, &inner).is_none()) {
             self.add(db, &mut files, path);
-            // Nobody names it: it may be of the other language that has this extension.
+            // The file was found by its extension, which the Meta Attack Language uses too.
             if files.get(path).is_some_and(|&file| is_foreign(db, file)) {
                 files.remove(path);
             }
         }
         for (folder, why) in found.problems {
-            // Stands for the models that may be in this folder.
+            // This placeholder represents the unread models of the folder.
             let path = folder.join("*.mal");
             let file = put(db, &mut self.files, path.clone(), "", Some(Problem::Cut(why)), false);
             files.insert(path, file);
@@ -523,7 +526,7 @@ impl Loader {
         Some(workspace)
     }
 
-    /// Adds a file to those of a workspace, and reads it: nobody may have watched it until now.
+    /// Adds a file to a workspace, and reads it, since it may not have been watched until now.
     fn add(&mut self, db: &mut Database, files: &mut BTreeMap<PathBuf, File>, path: &Path) {
         if files.contains_key(path) {
             return;
@@ -537,7 +540,7 @@ impl Loader {
         }
         let file = match self.files.get(&canonical) {
             Some(&file) if self.edited.contains(&canonical) => {
-                // Once the editor has it no more, it is read, or is not to be.
+                // When the editor closes the file, it is read from the disk if the boundary permits that.
                 if self.boundary.refusal(&canonical).is_none() {
                     self.read.entry(canonical).or_insert((0, file));
                 }
@@ -552,7 +555,7 @@ impl Loader {
         files.insert(path.to_owned(), file);
     }
 
-    /// Reads a file that is to be read, once for all projects that have it.
+    /// Reads a permitted file once for all projects that contain it.
     fn read_file(&mut self, db: &mut Database, canonical: PathBuf) -> File {
         if let Some(&(_, file)) = self.read.get(&canonical) {
             return file;
@@ -564,7 +567,7 @@ impl Loader {
                 text.clear();
                 let most = LONGEST_TOGETHER >> 20;
                 problem = Some(format!(
-                    "the files of this project have more than {most} MiB: this one is not read"
+                    "the files of this project are larger than {most} MiB together: this file is not read"
                 ));
             }
         }
@@ -586,7 +589,7 @@ impl Loader {
             for include in item_tree_of(db, file).includes.clone().iter().flatten() {
                 let candidates = include_candidates(db, workspace, file, include);
                 let found = candidates.iter().position(|path| self.is_file(path));
-                // A nearer one may come.
+                // A candidate that comes first may be created later.
                 candidates
                     .iter()
                     .take(found.unwrap_or(candidates.len()))
@@ -630,23 +633,23 @@ impl Loader {
     }
 }
 
-/// Are the files of this workspace to be looked for again, since a text has changed? Then a model includes a file that was not
-/// read, names such a message package, or no longer includes one that was. `is_open` tells which files an editor has, be they
-/// on the disk or not.
+/// Returns whether the files of this workspace must be searched again after a change of a text: a model includes a
+/// file or names a message package that was not read, or no longer includes a file that was. `is_open` returns
+/// whether an editor has a file open.
 pub(crate) fn is_outdated(db: &dyn ModelDb, workspace: Workspace, is_open: &dyn Fn(&Path) -> bool) -> bool {
     let is_read = |name: &Name| workspace.packages(db).contains_key(name);
     let mut unread = named_packages(db, workspace).iter().filter(|name| !is_read(name));
     if unread.any(|name| !Places::of_environment().folders(name).is_empty()) {
         return true;
     }
-    // A text that is no file on the disk stands nowhere: it includes nothing.
+    // A text without a file has no folder, so its includes resolve to no file.
     if workspace.folder(db).as_os_str().is_empty() {
         return false;
     }
     has_left(db, workspace) || nearer(db, workspace).iter().any(|path| path.is_file() || is_open(path))
 }
 
-/// Is there a file that was read for an include, and that no model includes any more?
+/// Returns whether a file was read for an include that no longer exists.
 #[salsa::tracked(returns(copy))]
 fn has_left(db: &dyn ModelDb, workspace: Workspace) -> bool {
     let (known, included) = (workspace.files(db), workspace.included(db));
@@ -663,7 +666,7 @@ fn has_left(db: &dyn ModelDb, workspace: Workspace) -> bool {
     included.iter().any(|path| known.get(path).is_some_and(|file| !seen.contains(file)))
 }
 
-/// Where files may be that a workspace includes, before those that it takes: where there are none, usually nowhere.
+/// Returns the paths that would take precedence over the included files of a workspace if files existed there.
 #[salsa::tracked(returns(ref))]
 fn nearer(db: &dyn ModelDb, workspace: Workspace) -> Vec<PathBuf> {
     let known = workspace.files(db);
@@ -677,18 +680,18 @@ fn nearer(db: &dyn ModelDb, workspace: Workspace) -> Vec<PathBuf> {
     nearer.collect()
 }
 
-/// Is a file one of the other language that has this extension? Asked whenever workspaces are loaded, so it is remembered.
+/// Returns whether a file is in the Meta Attack Language. Memoised, since each load of a workspace needs it.
 #[salsa::tracked(returns(copy))]
 fn is_foreign(db: &dyn ModelDb, file: File) -> bool {
     is_of_another_language(file.text(db))
 }
 
-/// Is a `.mal` text one of the Meta Attack Language? Its files begin with `#id: "…"`, `category X {`, `associations {`, behind
-/// comments and includes; and no line of them begins a declaration of ours, which would be left out with the rest.
+/// Returns whether a `.mal` text is in the Meta Attack Language: after comments and includes, it begins with `#id:
+/// "…"`, `category X {` or `associations {`, and no line begins a MAUVE declaration, which would be ignored.
 pub(crate) fn is_of_another_language(text: &str) -> bool {
     let is_declaration = |line: &str| {
         let mut words = line.split_whitespace();
-        // That language has includes, too.
+        // The Meta Attack Language has includes too.
         let is_ours = |word: &str| DECLARATIONS.contains(&word) && word != "include";
         words.next().is_some_and(is_ours) && words.next().is_some()
     };
@@ -698,7 +701,7 @@ pub(crate) fn is_of_another_language(text: &str) -> bool {
     let lexed = mauve_syntax::lex(text);
     let tokens = (0..lexed.len()).filter(|&index| !lexed.kind(index).is_trivia());
     let tokens: Vec<&str> = tokens.filter_map(|index| text.get(lexed.range(index))).collect();
-    // Also behind a brace, and where an editor sees no line.
+    // Also after a brace, and after a line break that editors do not recognise.
     let is_word = |token: &str| token.starts_with(|letter: char| letter.is_alphabetic() || letter == '_');
     let declares = |pair: &[&str]| match pair {
         [keyword, name] => DECLARATIONS.contains(keyword) && *keyword != "include" && is_word(name),

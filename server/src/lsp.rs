@@ -82,7 +82,7 @@ pub(crate) fn run(
     mirror: Option<Mirror>,
     allows_outside: bool,
 ) -> Result<u8, String> {
-    let failed = |error: std::io::Error| format!("the server cannot begin: {error}");
+    let failed = |error: std::io::Error| format!("the server cannot start: {error}");
     let runtime = tokio::runtime::Builder::new_current_thread()
         .enable_time()
         .max_blocking_threads(WORKERS)
@@ -155,7 +155,7 @@ fn read(mut input: Frames, frames: &channel::Sender<Frame>, mirror: Option<&Mirr
             Ok(None) => return,
             Err(error) => {
                 tracing::error!("the client's stream: {error}");
-                crate::cli::say(&format!("the editor's messages cannot be read: {error}"));
+                crate::cli::say(&format!("cannot read the editor's messages: {error}"));
                 return;
             }
         }
@@ -176,7 +176,7 @@ fn write(
             mirror.record(Side::Server, &message);
         }
         if let Err(error) = frame::write(&mut output, &message) {
-            tracing::error!("the client does not read: {error}");
+            tracing::error!("cannot write to the client: {error}");
             return;
         }
         backlog.written();

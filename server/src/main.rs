@@ -56,7 +56,7 @@ fn main() -> ExitCode {
             match out.write_all(output.text.as_bytes()).and_then(|()| out.flush()) {
                 // Whoever reads may have read enough: a closed pipe is no error.
                 Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-                    let _ = writeln!(anstream::stderr(), "mauve: the result cannot be written: {error}");
+                    let _ = writeln!(anstream::stderr(), "mauve: cannot write the result: {error}");
                     ExitCode::from(2)
                 }
                 _ => ExitCode::from(output.code),

@@ -420,7 +420,7 @@ fn a_result_that_cannot_be_written_is_no_success() {
     let output = command.args(["wcrt", "p3dx"]).current_dir(models()).stdout(full).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
     let message = String::from_utf8_lossy(&output.stderr);
-    assert!(message.contains("the result cannot be written"), "{message}");
+    assert!(message.contains("cannot write the result"), "{message}");
 }
 
 #[test]
@@ -432,7 +432,7 @@ fn what_does_not_exist_is_said_and_exits_with_2() {
             "no deployment `P3dx`: there is exploration.P3dxDeployment",
         ),
         (&["wcrt", "p3dx", "--explain", "navigaton"], "no instance `navigaton`; did you mean `navigation`?"),
-        (&["wcrt", "p3dx", "--significance", "2"], "`2` is no level"),
+        (&["wcrt", "p3dx", "--significance", "2"], "`2` is not a significance level"),
         (&["wcrt", "p3dx", "--horizon", "0ms"], "--horizon is greater than 0"),
         (&["wcrt", "p3dx", "--horizon", "12"], "--horizon is a time such as 1000ms"),
         (&["wcrt", "p3dx", "--method", "best"], "invalid value 'best'"),
@@ -656,14 +656,14 @@ fn fmt_leaves_alone_what_it_cannot_read_or_write() {
     let run = |arguments: &[&str]| mauve(MAUVE, &folder, arguments);
     let found = run(&["fmt"]);
     assert_eq!((found.code, found.out.as_str()), (2, "a.mal\nbroken.mal\n2 files formatted, 0 unchanged\n"));
-    assert!(found.err.contains("`binary.mal`: this is not UTF-8 text from byte 7 on"), "{}", found.err);
-    assert!(found.err.contains("`broken.mal` has 1 syntax error: what stands around"), "{}", found.err);
+    assert!(found.err.contains("`binary.mal`: this file is not UTF-8 text from byte 7 on"), "{}", found.err);
+    assert!(found.err.contains("`broken.mal` has 1 syntax error: the text around"), "{}", found.err);
     assert_eq!(std::fs::read(folder.join("binary.mal")).unwrap(), binary);
     let broken = std::fs::read_to_string(folder.join("broken.mal")).unwrap();
     assert_eq!(broken, "shell S {\n  input port\n}\nuse b\n");
     for (arguments, message) in [
         (&["fmt", "nowhere"][..], "cannot read `nowhere`"),
-        (&["fmt", "-", "a.mal"], "`-` is standard input, and stands alone"),
+        (&["fmt", "-", "a.mal"], "`-` is standard input, and cannot be combined with other paths"),
     ] {
         let found = run(arguments);
         assert_eq!((found.code, found.out.as_str()), (2, ""));

@@ -212,7 +212,7 @@ fn the_action_on_a_deployment_is_an_edit_that_makes_its_packages() {
     let found = actions(&mut client, &text, "activity pose", json!({}));
     let resolved = client.call("codeAction/resolve", found[0].clone()).unwrap();
     assert_eq!(resolved["edit"]["documentChanges"], json!([]));
-    assert_eq!(said(&mut client), "The Orocos packages in generated are as they should be.");
+    assert_eq!(said(&mut client), "The Orocos packages in generated are up to date.");
     assert_eq!(client.shut_down(), Some(0));
 }
 
@@ -268,7 +268,7 @@ fn the_command_has_the_client_make_the_edit() {
 
     let result = execute(&mut client, json!([text.uri])).unwrap();
     assert_eq!(result["created"], 0);
-    assert_eq!(said(&mut client), "The Orocos packages in generated are as they should be.");
+    assert_eq!(said(&mut client), "The Orocos packages in generated are up to date.");
     client.idle();
     assert_eq!(client.count(|it| it["method"] == "workspace/applyEdit"), 0);
 }
@@ -337,7 +337,7 @@ fn nothing_is_generated_from_a_model_with_errors() {
     client.diagnostics(&text);
     let found = actions(&mut client, &text, "deployment D", json!({"triggerKind": 1}));
     let reason = found[0]["disabled"]["reason"].as_str().unwrap().to_owned();
-    assert!(reason.starts_with("1 error is to be mended first: robot.mal:7:26: "), "{reason}");
+    assert!(reason.starts_with("fix 1 error first: robot.mal:7:26: "), "{reason}");
     assert!(found[0].get("data").is_none(), "{found:#?}");
     // Nobody asked for it.
     assert_eq!(actions(&mut client, &text, "deployment D", json!({"triggerKind": 2})), [] as [Value; 0]);
@@ -347,7 +347,7 @@ fn nothing_is_generated_from_a_model_with_errors() {
     client.edit(&mut text, "period = 100", "period = 100 deadline = 200");
     client.diagnostics(&text);
     let error = execute(&mut client, json!([text.uri, "D"])).unwrap_err().to_string();
-    assert!(error.contains("errors are to be mended first. The first one: robot.mal:"), "{error}");
+    assert!(error.contains("errors first. The first is: robot.mal:"), "{error}");
     // A client that shows no reasons is told when it asks.
     let (mut client, mut text) =
         opened(&folder, &editor("/textDocument/codeAction/disabledSupport", json!(false)));
@@ -383,8 +383,7 @@ fn what_users_wrote_stays() {
     let resolved = client.call("codeAction/resolve", action).unwrap();
     let warning = said(&mut client);
     assert!(
-        warning.contains("scan.cpp is to define `void scan(")
-            && warning.contains("was written for `int scan("),
+        warning.contains("scan.cpp is now `void scan(") && warning.contains("it was `int scan("),
         "{warning}"
     );
     let done = apply(&resolved["edit"]);
@@ -397,7 +396,7 @@ fn what_users_wrote_stays() {
     std::fs::write(folder.join(HEADER), format!("{header}// Mine.\n")).unwrap();
     let refused = generate(&mut client, &text.uri).unwrap_err();
     assert!(
-        refused.contains(&format!("lose that: {HEADER}.")) && refused.contains("`mauve generate --force`"),
+        refused.contains(&format!("were edited: {HEADER}.")) && refused.contains("`mauve generate --force`"),
         "{refused}"
     );
     let action = actions(&mut client, &text, "deployment D", json!({})).remove(0);
@@ -473,7 +472,7 @@ fn what_is_not_generated_any_more_is_removed() {
     let mine = other.open(&folder.join("robot.mal"), &text.text);
     let refused = generate(&mut other, &mine.uri).unwrap_err();
     assert!(
-        refused.contains("is not generated any more") && refused.contains("run `mauve generate`"),
+        refused.contains("is no longer generated") && refused.contains("run `mauve generate`"),
         "{refused}"
     );
     apply(&found["edit"]);
@@ -498,7 +497,8 @@ fn what_the_models_make_no_more_is_said() {
     let warning = said(&mut client);
     assert_eq!(
         warning,
-        "The models make these packages in generated no more; remove what nobody needs: parts."
+        "These packages in generated are no longer generated from the models; remove them if you do not need \
+         them: parts."
     );
     // A deployment is not all of them.
     let params = json!({"textDocument": {"uri": text.uri}, "deployment": "D"});
@@ -529,12 +529,12 @@ fn the_folder_is_in_that_of_the_workspace() {
     write(&folder, &[("file", "")]);
     let absolute = elsewhere.join("out").display().to_string();
     for (path, why) in [
-        ("..", "which is not in the folder of the workspace"),
-        ("../out", "which is not in the folder of the workspace"),
-        ("inner/../../out", "which is not in the folder of the workspace"),
-        (&absolute, "which is not in the folder of the workspace"),
-        ("link", "which is not in the folder of the workspace"),
-        ("link/inner", "which is not in the folder of the workspace"),
+        ("..", "which is outside the workspace folder"),
+        ("../out", "which is outside the workspace folder"),
+        ("inner/../../out", "which is outside the workspace folder"),
+        (&absolute, "which is outside the workspace folder"),
+        ("link", "which is outside the workspace folder"),
+        ("link/inner", "which is outside the workspace folder"),
         (".git/hooks", "which is in a hidden folder"),
         ("inner/.github", "which is in a hidden folder"),
         ("dangling/inner", "is a link that leads nowhere"),

@@ -50,7 +50,7 @@ fn a_level_that_is_none_is_refused_and_changes_nothing() {
         assert!(error.starts_with("mauve.setSignificance takes one level"), "{arguments}: {error}");
     }
     let error = set_significance(&mut client, json!([3e-4])).unwrap_err();
-    assert!(error.starts_with("no time is known at 3e-4: the tables have 1e-3, 1e-4"), "{error}");
+    assert!(error.starts_with("no times at 3e-4: the tables have 1e-3, 1e-4"), "{error}");
     assert!(client.hint(&text, "activity navigation").starts_with("R 997"));
 }
 
@@ -95,11 +95,11 @@ fn an_analysis_that_cannot_be_is_refused() {
     let mut client = robot();
     for (params, message) in [
         (json!({"deployment": "Nowhere"}), "no deployment `Nowhere`"),
-        (json!({"significance": 2}), "a significance is a number between 0 and 1"),
+        (json!({"significance": 2}), "expected a significance between 0 and 1"),
         (json!({"significance": []}), ""),
         (json!({"significance": "some"}), ""),
         (json!({"method": "magic"}), ""),
-        (json!({"textDocument": {"uri": "file:///nowhere.mal"}}), "`file:///nowhere.mal` is not open"),
+        (json!({"textDocument": {"uri": "file:///nowhere.mal"}}), "`file:///nowhere.mal` is neither open"),
     ] {
         let answer = client.call("mauve/analysis", params.clone());
         match answer {
@@ -220,7 +220,7 @@ fn a_syntax_tree_is_that_of_the_text_as_it_is() {
     assert_eq!(tree, json!(mauve_syntax_dump(&text.text)));
     let uri = format!("file://{}", models().join("p3dx/mauve.toml").display());
     let error = client.call("mauve/syntaxTree", json!({"textDocument": {"uri": uri}})).unwrap_err();
-    assert!(error["message"].as_str().unwrap().ends_with("mauve.toml` is no model (*.mal)"), "{error}");
+    assert!(error["message"].as_str().unwrap().ends_with("mauve.toml` is not a model (*.mal)"), "{error}");
 }
 
 /// What `mauve parse` prints of a text.

@@ -330,8 +330,8 @@ impl Client {
                     return hints.iter().map(|hint| (line(hint), label(hint))).collect();
                 }
                 Err(error) if error["code"] == -32801 => {}
-                // No hints are given beside a text that is not the one that is analysed.
-                Err(error) if error.to_string().contains("another address") => return Vec::new(),
+                // There are no hints for a text that is not the analysed one.
+                Err(error) if error.to_string().contains("under another URI") => return Vec::new(),
                 Err(error) => panic!("no hints: {error}"),
             }
         }

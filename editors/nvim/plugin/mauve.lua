@@ -56,7 +56,7 @@ vim.api.nvim_create_user_command('Mauve', function(command)
   end
 end, {
   nargs = '+',
-  desc = 'What the MAUVE language server can be told',
+  desc = 'Commands of the MAUVE language server',
   complete = function(lead, line)
     local known = vim.tbl_keys(commands)
     if line:find('Mauve%s+generate%s') then

@@ -1,4 +1,4 @@
-//! `mauve analysis-stats [PATH]`: how long the parts of the analysis take, and what an edit costs.
+//! `mauve analysis-stats [PATH]`: measures the stages of the analysis, and the analysis after an edit.
 
 mod edits;
 

@@ -1,6 +1,6 @@
-//! `mauve fmt [PATH…] [--check]`: models with the white space that they should have.
+//! `mauve fmt [PATH…] [--check]`: formats the white space of models.
 //!
-//! Writes only files in the named paths, whatever they include, and only files that change (`replace.rs`).
+//! Writes only files in the named paths, not those that they include, and only files that change (`replace.rs`).
 
 use std::io::{Read as _, Write as _};
 use std::path::PathBuf;
@@ -17,7 +17,8 @@ use crate::replace::replace;
 pub(crate) struct Fmt {
     #[command(flatten)]
     paths: Paths,
-    /// Write nothing: list what would change, and exit with 1 if anything does. (`-` as PATH formats standard input.)
+    /// Write nothing: list the files that would change, and exit with 1 if there are any. (`-` as PATH formats
+    /// standard input.)
     #[arg(long)]
     check: bool,
 }
@@ -27,7 +28,7 @@ impl Fmt {
         match self.paths.paths.as_slice() {
             [path] if path.as_os_str() == "-" => self.standard_input(),
             paths if paths.iter().any(|path| path.as_os_str() == "-") => {
-                Err("`-` is standard input, and stands alone".to_owned())
+                Err("`-` is standard input, and cannot be combined with other paths".to_owned())
             }
             paths => self.files(paths),
         }
@@ -36,7 +37,7 @@ impl Fmt {
     fn standard_input(&self) -> Result<Output, String> {
         let mut text = String::new();
         let read = std::io::stdin().lock().read_to_string(&mut text);
-        read.map_err(|error| format!("standard input cannot be read: {error}"))?;
+        read.map_err(|error| format!("cannot read standard input: {error}"))?;
         let tidy = tidy(&text, "standard input");
         if self.check {
             let text =
@@ -47,7 +48,7 @@ impl Fmt {
         let mut out = std::io::stdout().lock();
         match out.write_all(tidy.as_bytes()).and_then(|()| out.flush()) {
             Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-                Err(format!("the result cannot be written: {error}"))
+                Err(format!("cannot write the result: {error}"))
             }
             _ => Ok(Output::verbatim("", 0)),
         }
@@ -66,7 +67,7 @@ impl Fmt {
             let name = shown(&path, &here);
             let (old, problem) = text_of(&path);
             if let Some(problem) = problem {
-                say(&format!("`{name}`: {problem}; it is left as it is"));
+                say(&format!("`{name}`: {problem}; the file is not changed"));
                 problems += 1;
                 continue;
             }
@@ -82,7 +83,7 @@ impl Fmt {
             if self.check {
                 text += &format!("{name}{lines}");
             } else if let Err(error) = replace(&path, &new) {
-                say(&format!("`{name}` cannot be written: {error}"));
+                say(&format!("cannot write `{name}`: {error}"));
                 problems += 1;
                 continue;
             } else {
@@ -101,12 +102,12 @@ fn tidy(text: &str, name: &str) -> String {
     let parse = mauve_syntax::parse(text);
     if !parse.errors().is_empty() {
         let errors = counted(parse.errors().len(), "syntax error");
-        say(&format!("{name} has {errors}: what stands around them is left as it is"));
+        say(&format!("{name} has {errors}: the text around them is not changed"));
     }
     applied(text, &format(&parse))
 }
 
-/// Where two texts begin to differ: `:LINE`, and what stands there in both; nothing where they do not.
+/// Returns where two texts begin to differ: `:LINE`, and that line of both; `None` if they are equal.
 fn difference(old: &str, new: &str) -> Option<String> {
     if old == new {
         return None;

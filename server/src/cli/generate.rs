@@ -1,4 +1,5 @@
-//! `mauve generate [PATH] --out DIR`: Orocos packages, of which only what changes is written, and nothing that is the user's.
+//! `mauve generate [PATH] --out DIR`: generates Orocos packages. Writes only files that change, and no files of the
+//! user.
 
 mod report;
 
@@ -30,28 +31,28 @@ pub(crate) struct Generate {
     path: PathBuf,
     #[command(flatten)]
     outside: Outside,
-    /// Only the packages that this deployment needs.
+    /// Generate only the packages that this deployment needs.
     #[arg(long, value_name = "NAME")]
     deployment: Option<String>,
-    /// The folder of the packages; by default that which mauve.toml names: `[generate] out`.
+    /// The folder of the packages; by default `[generate] out` of mauve.toml.
     #[arg(long, value_name = "DIR", value_hint = clap::ValueHint::DirPath)]
     out: Option<PathBuf>,
-    /// Write nothing: list what is not as it should be, and exit with 1 if anything is.
+    /// Write nothing: list the files that are out of date, and exit with 1 if there are any.
     #[arg(long, conflicts_with = "force")]
     check: bool,
-    /// Overwrite generated files that were edited. Your codels are left alone all the same.
+    /// Overwrite generated files that were edited. The files of codels are never overwritten.
     #[arg(long)]
     force: bool,
-    /// How to show what was done.
+    /// The output format.
     #[arg(long, value_enum, default_value = "human")]
     format: Format,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
-    /// For people.
+    /// Text for people.
     Human,
-    /// One document.
+    /// One JSON document.
     Json,
 }
 
@@ -76,7 +77,9 @@ impl Generate {
                 let before: Vec<String> = before.collect();
                 written.map_err(|error| match before.is_empty() {
                     true => error,
-                    false => format!("{error} there; {} is written already", before.join(" and ")),
+                    false => {
+                        format!("{error} there; these packages are already written: {}", before.join(" and "))
+                    }
                 })?;
             }
         }
@@ -124,10 +127,11 @@ impl Generate {
 
     fn out(&self, db: &Database, workspace: Workspace) -> Result<Out, String> {
         match &self.out {
-            Some(out) if out.as_os_str().is_empty() => Err("--out is the path of a folder".to_owned()),
+            Some(out) if out.as_os_str().is_empty() => Err("--out takes the path of a folder".to_owned()),
             Some(out) => Out::named(out),
             None => configured_out(db, workspace)?.ok_or_else(|| {
-                "where to? Say `--out DIR`, or in mauve.toml `[generate] out = \"generated\"`, from its folder"
+                "no output folder: use `--out DIR`, or write `[generate] out = \"generated\"` in mauve.toml, \
+                 relative to its folder"
                     .to_owned()
             }),
         }
@@ -146,7 +150,7 @@ impl Generate {
                     workspaces.iter().flat_map(|&workspace| workspace_diagnostics(db, workspace)).collect();
                 let mut parts = excerpts(problems, |it| problem_excerpt(db, &here, it, &findings));
                 let errors = counted(problems.len(), "error");
-                parts.push(format!("{errors} to be put right first: nothing was generated\n"));
+                parts.push(format!("fix {errors} first: nothing was generated\n"));
                 parts.join("\n")
             }
             Format::Json => {
@@ -161,7 +165,7 @@ impl Generate {
     }
 }
 
-/// A problem as `mauve check` shows it.
+/// Renders a problem as `mauve check` renders a diagnostic.
 fn problem_excerpt(db: &Database, here: &Path, problem: &Problem<'_>, findings: &[Finding<'_>]) -> String {
     let message = problem_message(&problem.kind);
     let is_this = |it: &&Finding<'_>| it.diagnostic.at == problem.at && it.diagnostic.message == message;
@@ -177,7 +181,7 @@ fn problem_excerpt(db: &Database, here: &Path, problem: &Problem<'_>, findings: 
     }
 }
 
-/// Says on standard error that not all deadlines are proved: what is generated runs all the same.
+/// Warns on standard error about deadlines that are not proved. The packages are generated nevertheless.
 fn warn_of_deadlines(
     db: &Database,
     workspaces: &[Workspace],
@@ -196,7 +200,7 @@ fn warn_of_deadlines(
             let Proved { proved, all, .. } = Proved::of(&[deployed]);
             let name = deployment.qualified(db);
             say(&format!(
-                "warning: {} not proved (`mauve wcrt` says why)",
+                "warning: {} not proved (`mauve wcrt` shows why)",
                 match (all - proved, all) {
                     (_, 1) => format!("the deadline of {name} is"),
                     (1, all) => format!("1 of the {all} deadlines of {name} is"),

@@ -15,21 +15,21 @@ use crate::private::private;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Lsp {
-    /// Write a log into this file.
+    /// Write a log to this file.
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
-    /// Record everything that is said into this file, texts included, for `mauve replay`.
+    /// Record all messages, including the texts of files, in this file, for `mauve replay`.
     #[arg(long, value_name = "FILE")]
     mirror: Option<PathBuf>,
     #[command(flatten)]
     outside: Outside,
-    /// What editors say to servers that know other ways: it changes nothing.
+    /// Accepted because some editors pass it; the server always uses standard input and output.
     #[arg(long, hide = true)]
     stdio: bool,
 }
 
 impl Lsp {
-    /// Serves until the client is done.
+    /// Serves until the client exits.
     pub(crate) fn run(self) -> Result<Output, String> {
         if let Some(path) = &self.log {
             let file = private()
@@ -43,11 +43,11 @@ impl Lsp {
             tracing_subscriber::registry().with(lines.with_filter(ours)).init();
         }
         if std::io::stdin().is_terminal() {
-            say("the language server reads messages of an editor here, and this is a terminal");
+            say("the language server expects an editor on standard input, and this is a terminal");
         }
         let mirror = self.mirror.map(|path| {
             let mirror = Mirror::create(&path);
-            mirror.map_err(|error| format!("cannot record into `{}`: {error}", path.display()))
+            mirror.map_err(|error| format!("cannot record the session in `{}`: {error}", path.display()))
         });
         let code = run(std::io::stdin(), std::io::stdout(), mirror.transpose()?, self.outside.allow_outside)?;
         Ok(Output::verbatim("", code))

@@ -13,18 +13,18 @@ use crate::load::canonical_path;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Parse {
-    /// The file.
+    /// The file to parse.
     file: PathBuf,
-    /// How to show the tree.
+    /// The output format.
     #[arg(long, value_enum, default_value = "tree")]
     format: Format,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
-    /// A node or token a line, indented.
+    /// One line for each node or token, indented.
     Tree,
-    /// Nested objects.
+    /// Nested JSON objects.
     Json,
 }
 

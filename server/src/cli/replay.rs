@@ -17,26 +17,27 @@ use crate::lsp::run;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Replay {
-    /// What `mauve lsp --mirror FILE` has recorded.
+    /// The file that `mauve lsp --mirror FILE` has recorded.
     file: PathBuf,
-    /// The folder of the models, where it is not the one of the record.
+    /// The folder of the models, if it is not the folder of the record.
     #[arg(long, value_name = "FOLDER")]
     folder: Option<PathBuf>,
 }
 
-/// A record that is longer is not read.
+/// The largest record that is read, in bytes.
 const LONGEST: u64 = 1 << 28;
 
-/// No answer takes longer, unless something is wrong.
+/// How long to wait for an answer before it is reported as missing.
 const PATIENCE: Duration = Duration::from_secs(30);
 
 impl Replay {
-    /// Says again what the client said, each message when what it had been told before has come; and compares.
+    /// Sends the client's messages again, each after the server's messages that preceded it in the record, and
+    /// compares the answers.
     pub(crate) fn run(self) -> Result<Output, String> {
         let path = self.file.display();
         let bytes = read(&self.file, LONGEST).map_err(|error| format!("cannot read `{path}`: {error}"))?;
-        let text =
-            String::from_utf8(bytes).map_err(|_| format!("cannot read `{path}`: this is no UTF-8 text"))?;
+        let text = String::from_utf8(bytes)
+            .map_err(|_| format!("cannot read `{path}`: the file is not UTF-8 text"))?;
         let text = match &self.folder {
             Some(folder) => moved(&text, folder)?,
             None => text,
@@ -49,10 +50,7 @@ impl Replay {
                 // A session that was cut off ends in half a line.
                 Err(_) if number + 1 == text.lines().count() && !lines.is_empty() => cut = true,
                 Err(error) => {
-                    return Err(format!(
-                        "{path}:{}: this is no line of a recorded session: {error}",
-                        number + 1
-                    ));
+                    return Err(format!("{path}:{}: not a line of a recorded session: {error}", number + 1));
                 }
             }
         }
@@ -63,7 +61,7 @@ impl Replay {
         if let Some(folder) = lines.first().and_then(folder_of).filter(|folder| !folder.is_dir()) {
             let folder = folder.display();
             return Err(format!(
-                "the folder `{folder}` of the record is not there: say where it is by --folder"
+                "the folder `{folder}` of the record does not exist: name its new path with `--folder`"
             ));
         }
         let mut session = Session::begin()?;
@@ -76,17 +74,17 @@ impl Replay {
         }
         let said = lines.iter().filter(|line| line.from == Side::Client).count();
         let mut out =
-            format!("{said} messages of the client said again in {:.1} s\n", begin.elapsed().as_secs_f64());
+            format!("{said} messages of the client replayed in {:.1} s\n", begin.elapsed().as_secs_f64());
         if sessions > 1 {
-            let _ = writeln!(out, "the record has {sessions} sessions: this is the last of them");
+            let _ = writeln!(out, "the record has {sessions} sessions: only the last is replayed");
         }
         if cut {
-            out += "the last line of the record is cut off\n";
+            out += "the last line of the record is incomplete\n";
         }
         let differences = session.end(&lines);
         let code = u8::from(!differences.is_empty());
         match differences.len() {
-            0 => out += "all answers and the last diagnostics are as recorded\n",
+            0 => out += "all answers and the last diagnostics equal the record\n",
             count => {
                 let _ = writeln!(out, "{count} differ from the record:");
                 differences.iter().for_each(|difference| out += difference);
@@ -96,15 +94,16 @@ impl Replay {
     }
 }
 
-/// The record with the address of its first folder replaced by that of `folder`.
+/// Replaces the URI of the record's first workspace folder with that of `folder`.
 fn moved(text: &str, folder: &std::path::Path) -> Result<String, String> {
     let shown = folder.display();
     let folder = folder.canonicalize().map_err(|error| format!("cannot read `{shown}`: {error}"))?;
     let new = tower_lsp::lsp_types::Url::from_file_path(&folder)
-        .map_err(|()| format!("`{shown}` has no address"))?;
+        .map_err(|()| format!("`{shown}` cannot be written as a URI"))?;
     let first = text.lines().find_map(|line| serde_json::from_str::<Line>(line).ok());
     let old = first.as_ref().and_then(folder_address);
-    let old = old.ok_or("the record does not begin with a folder to be replaced")?;
+    let old =
+        old.ok_or("the record does not begin with a workspace folder, so `--folder` cannot replace it")?;
     Ok(text.replace(old.trim_end_matches('/'), new.as_str().trim_end_matches('/')))
 }
 
@@ -152,7 +151,7 @@ impl Session {
         frame::write(input, &message.to_string()).map_err(|error| format!("the server has ended: {error}"))
     }
 
-    /// Waits for what the server had said here: an answer, or diagnostics.
+    /// Waits for the server message that the record has here: an answer, or diagnostics.
     fn expect(&mut self, recorded: &Value) {
         let is_it: Box<dyn Fn(&Value) -> bool> = match (id_of(recorded), uri_of(recorded)) {
             (Some(id), _) => Box::new(move |heard| id_of(heard) == Some(id)),
@@ -169,7 +168,7 @@ impl Session {
         let end = Instant::now() + PATIENCE;
         while !self.heard.iter().any(&is_it) {
             let Ok(message) = self.said.recv_timeout(end.saturating_duration_since(Instant::now())) else {
-                self.missing.push(format!("within {} s there was no {recorded}\n", PATIENCE.as_secs()));
+                self.missing.push(format!("no {recorded} within {} s\n", PATIENCE.as_secs()));
                 return;
             };
             self.hear(message);
@@ -184,7 +183,7 @@ impl Session {
         self.heard.push(message);
     }
 
-    /// Ends the session, and tells what was said otherwise than in the record.
+    /// Ends the session, and lists the differences from the record.
     fn end(mut self, lines: &[Line]) -> Vec<String> {
         self.input = None;
         while let Ok(message) = self.said.recv_timeout(PATIENCE) {
@@ -233,12 +232,12 @@ fn listen(output: PipeReader, sender: &mpsc::Sender<Value>) {
     }
 }
 
-/// Of an answer.
+/// The key of an answer.
 fn id_of(message: &Value) -> Option<&Value> {
     if message.get("method").is_some() { None } else { message.get("id") }
 }
 
-/// Of published diagnostics.
+/// The key of published diagnostics.
 fn uri_of(message: &Value) -> Option<&str> {
     let is_publication = message.get("method").is_some_and(|it| it == "textDocument/publishDiagnostics");
     message.pointer("/params/uri").filter(|_| is_publication)?.as_str()

@@ -7,13 +7,13 @@ use crate::Output;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Schema {
-    /// Of which kind of file.
+    /// The kind of file that the schema describes.
     of: Of,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Of {
-    /// The configuration of a folder.
+    /// The configuration file `mauve.toml`.
     #[value(name = "mauve.toml")]
     Configuration,
     /// A timing table.

@@ -15,26 +15,27 @@ pub(crate) fn problem_message(problem: &ProblemKind) -> String {
                 Artifact::Deployment => ("deployments", "file"),
             };
             format!(
-                "{what} `{first}` and `{second}` would be one {path} where a file system ignores case: rename one of them"
+                "{what} `{first}` and `{second}` would be the same {path} on a file system that ignores case: \
+                 rename one of them"
             )
         }
         ProblemKind::IncompleteComponent => "this component is not complete".to_owned(),
         ProblemKind::UnsupportedCpus(mask) => {
-            format!("Orocos has CPUs 1 to 32, and this is {}", cpu_names(*mask))
+            format!("Orocos supports CPUs 1 to 32, and this is {}", cpu_names(*mask))
         }
         ProblemKind::UnmappedType(name) => {
             format!("`[types.{name}]` in mauve.toml does not say what `{name}` is in C++: add `cpp`")
         }
         ProblemKind::UnknownType(ty) => format!(
-            "nobody knows type `{ty}` in C++: add `[types.{ty}]` with `cpp` and `header` to mauve.toml, or `use` its \
-             message package"
+            "the C++ type of `{ty}` is unknown: add `[types.{ty}]` with `cpp` and `header` to mauve.toml, or \
+             `use` its message package"
         ),
         ProblemKind::CyclicPackages { package, others } => {
             let others: Vec<String> = others.iter().map(|other| format!("`{other}`")).collect();
             format!(
-                "components of library `{package}` call codels of {}, whose components call codels of it, over others or \
-                 directly: none of these packages could be built before the other; move the codels that both call to a \
-                 library of their own",
+                "libraries `{package}` and {} depend on each other: the components of each call codels of the \
+                 other, directly or indirectly, so neither package can be built first; move the codels that \
+                 both call to a separate library",
                 others.join(" and ")
             )
         }
@@ -46,12 +47,12 @@ pub(super) fn plan_message(error: &PlanError) -> String {
     match error {
         PlanError::Unreadable(message) => message.clone(),
         PlanError::SameFolder(first, second) => format!(
-            "packages `{first}` and `{second}` would be one folder where a file system ignores case: generate each into a \
-             folder of its own (`--out`), or rename the library of one"
+            "packages `{first}` and `{second}` would be the same folder on a file system that ignores case: \
+             generate them into different folders (`--out`), or rename one of the libraries"
         ),
         PlanError::Manifest { path, error } => format!(
-            "`{path}` cannot be understood: {}; remove it and generate again: generated files that are not as they would be \
-             made now then need --force, and your codels stay",
+            "the manifest `{path}` is invalid: {}; remove it and generate again: generated files that differ \
+             from the new output then need `--force`; your codels are kept",
             manifest_message(error)
         ),
     }
@@ -61,12 +62,12 @@ fn manifest_message(error: &ManifestError) -> String {
     match error {
         ManifestError::Json(message) => message.clone(),
         ManifestError::Format { found, known } => {
-            format!("its format is {found}, and this mauve knows {known}")
+            format!("its format is {found}, and this version of mauve reads format {known}")
         }
-        ManifestError::OutsidePackage(path) => format!("{path:?} is no path in the package"),
-        ManifestError::UserFile(path) => format!("{path:?} is the user's, and no generated file"),
-        ManifestError::NotGenerated(path) => format!("{path:?} is no file that the generator makes"),
-        ManifestError::NotACodel(path) => format!("{path:?} is no file of a codel"),
+        ManifestError::OutsidePackage(path) => format!("{path:?} is not a path in the package"),
+        ManifestError::UserFile(path) => format!("{path:?} is a file of the user, not a generated one"),
+        ManifestError::NotGenerated(path) => format!("{path:?} is not a file that the generator writes"),
+        ManifestError::NotACodel(path) => format!("{path:?} is not a file of a codel"),
     }
 }
 
@@ -104,10 +105,14 @@ mod tests {
         assert_eq!(
             messages(model),
             [
-                "plan: packages `l` and `L` would be one folder where a file system ignores case: rename one of them",
-                "Plan: codels `plan` and `Plan` would be one file where a file system ignores case: rename one of them",
-                "GO: components `Go` and `GO` would be one folder where a file system ignores case: rename one of them",
-                "d: deployments `D` and `d` would be one file where a file system ignores case: rename one of them",
+                "plan: packages `l` and `L` would be the same folder on a file system that ignores case: \
+                 rename one of them",
+                "Plan: codels `plan` and `Plan` would be the same file on a file system that ignores case: \
+                 rename one of them",
+                "GO: components `Go` and `GO` would be the same folder on a file system that ignores case: \
+                 rename one of them",
+                "d: deployments `D` and `d` would be the same file on a file system that ignores case: rename \
+                 one of them",
             ]
         );
     }
@@ -125,13 +130,17 @@ mod tests {
             messages(model),
             [
                 "own: `[types.own]` in mauve.toml does not say what `own` is in C++: add `cpp`",
-                "pkg.Other: nobody knows type `pkg.Other` in C++: add `[types.pkg.Other]` with `cpp` and `header` to \
+                "pkg.Other: the C++ type of `pkg.Other` is unknown: add `[types.pkg.Other]` with `cpp` and \
+                 `header` to \
                  mauve.toml, or `use` its message package",
             ]
         );
         let model = "shell S { } core K(S) { update = { } } component C(S, K) architecture A { instance c: C } \
             deployment D { architecture A activity c { affinity = 0x300000000 priority = 1 period = 10 } }";
-        assert_eq!(messages(model), ["0x300000000: Orocos has CPUs 1 to 32, and this is CPUs 33 and 34"]);
+        assert_eq!(
+            messages(model),
+            ["0x300000000: Orocos supports CPUs 1 to 32, and this is CPUs 33 and 34"]
+        );
     }
 
     #[test]
@@ -144,11 +153,9 @@ mod tests {
         };
         assert_eq!(
             messages(&(library("a", "b") + &library("b", "a"))),
-            [
-                "C: components of library `a` call codels of `b`, whose components call codels of it, over others or \
-                 directly: none of these packages could be built before the other; move the codels that both call to a \
-                 library of their own"
-            ]
+            ["C: libraries `a` and `b` depend on each other: the components of each call codels of the \
+                 other, directly or indirectly, so neither package can be built first; move the codels that \
+                 both call to a separate library"]
         );
     }
 
@@ -167,26 +174,26 @@ mod tests {
         let empty = r#"{"format":1,"files":{},"codels":{}}"#;
         assert_eq!(
             message(&[package("p"), package("P")], Ok(empty)),
-            "packages `p` and `P` would be one folder where a file system ignores case: generate each into a folder of its \
-             own (`--out`), or rename the library of one"
+            "packages `p` and `P` would be the same folder on a file system that ignores case: generate them \
+             into different folders (`--out`), or rename one of the libraries"
         );
         for (manifest, why) in [
             ("", "EOF while parsing a value at line 1 column 0"),
-            (r#"{"format":2}"#, "its format is 2, and this mauve knows 1"),
-            (r#"{"format":1,"files":{"../x":""},"codels":{}}"#, "\"../x\" is no path in the package"),
+            (r#"{"format":2}"#, "its format is 2, and this version of mauve reads format 1"),
+            (r#"{"format":1,"files":{"../x":""},"codels":{}}"#, "\"../x\" is not a path in the package"),
             (
                 r#"{"format":1,"files":{"user.cmake":""},"codels":{}}"#,
-                "\"user.cmake\" is the user's, and no generated file",
+                "\"user.cmake\" is a file of the user, not a generated one",
             ),
             (
                 r#"{"format":1,"files":{"main.cpp":""},"codels":{}}"#,
-                "\"main.cpp\" is no file that the generator makes",
+                "\"main.cpp\" is not a file that the generator writes",
             ),
-            (r#"{"format":1,"files":{},"codels":{"main.cpp":{}}}"#, "\"main.cpp\" is no file of a codel"),
+            (r#"{"format":1,"files":{},"codels":{"main.cpp":{}}}"#, "\"main.cpp\" is not a file of a codel"),
         ] {
             let expected = format!(
-                "`p/.mauve-manifest.json` cannot be understood: {why}; remove it and generate again: generated files that \
-                 are not as they would be made now then need --force, and your codels stay"
+                "the manifest `p/.mauve-manifest.json` is invalid: {why}; remove it and generate again: \
+                 generated files that differ from the new output then need `--force`; your codels are kept"
             );
             assert_eq!(message(&one, Ok(manifest)), expected);
         }

@@ -51,10 +51,10 @@ impl Site {
             return Err(not_a_folder(&out.shown));
         }
         let failed =
-            |error: io::Error| format!("the folder `{}` cannot be made: {error}", out.shown.display());
+            |error: io::Error| format!("cannot create the folder `{}`: {error}", out.shown.display());
         let busy = || {
             let folder = out.shown.display();
-            format!("another `mauve generate` is at work in `{folder}`: nothing was written")
+            format!("another `mauve generate` is writing to `{folder}`: nothing was written")
         };
         let start = Instant::now();
         loop {
@@ -99,8 +99,8 @@ impl Site {
         let kept = self.root.path().join(STAGING);
         if self.holds_originals() {
             return Err(format!(
-                "a run was cut off, and what it had put aside is in `{}`: put back what is yours, then remove that \
-                 folder; nothing was written",
+                "an earlier run was interrupted, and the files that it replaced are in `{}`: restore those \
+                 that you edited, then remove that folder; nothing was written",
                 kept.display()
             ));
         }
@@ -109,7 +109,7 @@ impl Site {
             let lost: Vec<String> = run.undo().iter().map(|path| format!("`{}`", path.display())).collect();
             if !lost.is_empty() {
                 let kept = kept.display();
-                return Err(format!("{error}; {} could not be put back: see `{kept}`", lost.join(", ")));
+                return Err(format!("{error}; {} could not be restored: see `{kept}`", lost.join(", ")));
             }
             return Err(self.given_up(&error));
         }
@@ -205,14 +205,15 @@ pub(crate) fn target(root: &Path, step: &Step) -> Result<PathBuf, String> {
             if step.action == Action::Remove {
                 let link = at.display();
                 return Err(format!(
-                    "`{link}` is a link, and nothing is removed behind one: remove it yourself"
+                    "`{link}` is a link, and the generator removes no files behind a link: remove the file \
+                     yourself"
                 ));
             }
             let real = at.canonicalize().map_err(|_| leads_nowhere(&at))?;
             if !real.starts_with(&within) {
                 return Err(format!(
-                    "`{}` is a link that leads out of `{}`, and nothing is written there: generate into the folder that \
-                     is meant, or put a folder in the place of the link",
+                    "`{}` is a link that leads out of `{}`, and nothing is written there: generate into the \
+                     target folder, or replace the link by a folder",
                     at.display(),
                     within.display()
                 ));
@@ -236,7 +237,7 @@ pub(crate) fn target(root: &Path, step: &Step) -> Result<PathBuf, String> {
 }
 
 fn failing<T>(path: &Path, result: io::Result<T>) -> Result<T, String> {
-    result.map_err(|error| format!("`{}` cannot be written: {error}", path.display()))
+    result.map_err(|error| format!("cannot write `{}`: {error}", path.display()))
 }
 
 struct Run<'a> {
@@ -300,7 +301,7 @@ impl Run<'_> {
                 let (folder, name) = found?;
                 self.staging.put_new(&new, &folder, name).map_err(|error| match error.kind() {
                     kind @ ErrorKind::AlreadyExists => {
-                        io::Error::new(kind, "somebody else wrote it meanwhile")
+                        io::Error::new(kind, "another program has written it in the meantime")
                     }
                     _ => error,
                 })?;
@@ -320,7 +321,7 @@ impl Run<'_> {
                 self.done.push(Done::Taken { path: path.to_owned(), old: old.clone() });
                 // Nobody can exchange it any more.
                 if self.staging.kind(&old)? != Kind::File {
-                    return Err(io::Error::other("it is no file any more"));
+                    return Err(io::Error::other("it is no longer a file"));
                 }
             }
         }
@@ -420,7 +421,7 @@ mod tests {
         fs::create_dir_all(folder.join(STAGING)).unwrap();
         fs::write(&aside, "mine").unwrap();
         let why = open(&folder).write(&[create("p/a")]).unwrap_err();
-        assert!(why.contains("put back what is yours"), "{why}");
+        assert!(why.contains("restore those that you edited"), "{why}");
         assert_eq!(fs::read_to_string(&aside).unwrap(), "mine");
         assert!(!folder.join("p").exists());
         fs::remove_dir_all(&folder).unwrap();
@@ -484,19 +485,19 @@ mod tests {
             (create("p/folder/new"), "leads out of"),
             (change("p/folder/file"), "leads out of"),
             (change("p/file"), "leads out of"),
-            (step("p/file", Action::Remove), "nothing is removed behind one"),
-            (step("p/inner", Action::Remove), "nothing is removed behind one"),
-            (step("p/own/file", Action::Remove), "nothing is removed behind one"),
-            (step("p/nowhere", Action::Remove), "nothing is removed behind one"),
+            (step("p/file", Action::Remove), "removes no files behind a link"),
+            (step("p/inner", Action::Remove), "removes no files behind a link"),
+            (step("p/own/file", Action::Remove), "removes no files behind a link"),
+            (step("p/nowhere", Action::Remove), "removes no files behind a link"),
             (change("p/nowhere"), "leads nowhere"),
             (create("p/nowhere/new"), "leads nowhere"),
-            (create("../elsewhere/new"), "no path"),
-            (create("/etc/new"), "no path"),
-            (create("p//new"), "no path"),
-            (create("p/plain/new"), "is no folder"),
+            (create("../elsewhere/new"), "not a path"),
+            (create("/etc/new"), "not a path"),
+            (create("p//new"), "not a path"),
+            (create("p/plain/new"), "is not a folder"),
             (change("p/inside"), "leads out of"),
             (create("p/inside/new"), "leads out of"),
-            (step("p/inside/file", Action::Remove), "nothing is removed behind one"),
+            (step("p/inside/file", Action::Remove), "removes no files behind a link"),
             (change("q"), "is a folder"),
         ] {
             let error = site.write(&[create("p/first"), step]).unwrap_err();
@@ -531,7 +532,7 @@ mod tests {
         for one in &targets {
             let mut run = site.begin(std::slice::from_ref(one)).unwrap();
             let error = run.each(Run::stage).and_then(|()| run.each(Run::put)).unwrap_err();
-            assert!(error.contains("is no folder, or has become a link"), "{error}");
+            assert!(error.contains("is not a folder, or has become a link"), "{error}");
             assert_eq!(run.undo(), Vec::<PathBuf>::new());
             site.discard().unwrap();
             assert_eq!(everything(&top), before);
@@ -569,7 +570,7 @@ mod tests {
         let before = everything(&top.join("outside"));
         for out in [&out, &inner] {
             let why = Site::open(out).err().unwrap();
-            assert!(why.contains("is no folder, or has become a link"), "{why}");
+            assert!(why.contains("is not a folder, or has become a link"), "{why}");
         }
         // Whoever has it open writes to what it was.
         site.write(&[create("p/new"), create("q/new")]).unwrap();

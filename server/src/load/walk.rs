@@ -213,7 +213,7 @@ impl Models<'_> {
         let mut entries = match entries {
             Ok(entries) => entries,
             Err(error) => {
-                return self.found.problems.push(problem(format!("this folder cannot be read: {error}")));
+                return self.found.problems.push(problem(format!("cannot read this folder: {error}")));
             }
         };
         entries.sort_by_key(std::fs::DirEntry::file_name);
@@ -250,9 +250,8 @@ impl Models<'_> {
                         self.folder(&path, deeper, is_all, depth + 1, Some(Rc::clone(&rules)));
                     }
                     _ if is_all => {
-                        let why = format!(
-                            "this folder is more than {DEEPEST} folders deep, and is not looked through"
-                        );
+                        let why =
+                            format!("this folder is more than {DEEPEST} folders deep, and is not searched");
                         self.found.problems.push((path, why));
                     }
                     _ => {}
@@ -278,8 +277,7 @@ impl Models<'_> {
                 // Nothing there, or a link that leads nowhere, ignores nothing.
                 Err(error) if error.kind() == ErrorKind::NotFound => continue,
                 Err(error) => {
-                    let why =
-                        format!("this folder is not looked through: its `{name}` cannot be read: {error}");
+                    let why = format!("this folder is not searched: cannot read its `{name}`: {error}");
                     return Err((why, above));
                 }
             };
@@ -341,7 +339,8 @@ fn tables(
         }
         let Some(less) = left.tables.checked_sub(1) else {
             let why = format!(
-                "patterns look at {MOST_FOR_TABLES} files and folders, and here are more: name smaller folders"
+                "patterns search at most {MOST_FOR_TABLES} files and folders, and there are more: name \
+                 smaller folders"
             );
             note(&problems, from, why);
             break;
@@ -370,7 +369,7 @@ fn tables(
 /// The path stands beside it already.
 fn cannot_be_read(error: &ignore::Error) -> String {
     match error.io_error() {
-        Some(why) => format!("this folder cannot be read: {why}"),
+        Some(why) => format!("cannot read this folder: {why}"),
         None => error.to_string(),
     }
 }

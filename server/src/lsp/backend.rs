@@ -64,11 +64,11 @@ pub(crate) fn with_custom_methods(build: LspServiceBuilder<Backend>) -> LspServi
 const NOT_CONFIGURED: &str =
     "The editor has not answered mauve's request for its settings. The previous settings stay in effect.";
 
-const LOST_FOLDERS: &str = "mauve could not understand all of the editor's message about its folders. If a folder is missing, or a \
-                            closed one is still analysed, restart the server.";
+const LOST_FOLDERS: &str = "mauve could not understand all of the editor's message about its folders. If a \
+    folder is missing, or a closed folder is still analysed, restart the server.";
 
-const LOST_MESSAGE: &str = "mauve could not understand a message of the editor, so the texts of open files are unknown: save \
-                            them. If a file was opened just then, close and open it.";
+const LOST_MESSAGE: &str = "mauve could not understand a message of the editor, so the texts of open files \
+    are unknown: save them. If you have just opened a file, close it and open it again.";
 
 /// Methods that are ours alone, each answered by a handler.
 macro_rules! own_methods {
@@ -123,7 +123,7 @@ impl Backend {
                             given.iter().for_each(take);
                         }
                         Ok(_) => {}
-                        Err(error) => tracing::warn!("the client does not say what is set: {error}"),
+                        Err(error) => tracing::warn!("the client does not answer with its settings: {error}"),
                     }
                 });
             }
@@ -171,7 +171,7 @@ impl Backend {
                 self.send(event);
             }
             Err(error) => {
-                tracing::error!("{method} means nothing: {error}");
+                tracing::error!("the parameters of {method} are invalid: {error}");
                 self.lost(lost);
             }
         }
@@ -303,7 +303,7 @@ impl Backend {
                     let why = answer.failure_reason.map(|why| format!(": {why}")).unwrap_or_default();
                     client.show_message(MessageType::WARNING, format!("Nothing was generated{why}.")).await;
                 }
-                Err(error) => tracing::warn!("the client makes no edit: {error}"),
+                Err(error) => tracing::warn!("the client refused the edit: {error}"),
             }
         });
     }

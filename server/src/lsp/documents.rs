@@ -47,11 +47,11 @@ impl Documents {
         let TextDocumentItem { uri, version, text, .. } = document;
         let (path, is_file) = path_of(&uri);
         if path.is_dir() {
-            tracing::error!("{uri} is a folder, and no text");
+            tracing::error!("{uri} is a folder");
             return;
         }
         if self.0.contains_key(&uri) {
-            tracing::warn!("{uri} was open already");
+            tracing::warn!("{uri} was already open");
         }
         // A text that is unknown may have been noted by another spelling of its address.
         if let Some(address) =
@@ -130,7 +130,7 @@ impl Documents {
     pub(crate) fn saved(&mut self, uri: &Url, text: Option<String>) {
         let (Some(open), Some(text)) = (self.get_mut(uri), text) else { return };
         if open.text != text || open.problem.is_some() {
-            tracing::error!("{uri}: the text was another one than the client's");
+            tracing::error!("{uri}: the text differed from the client's");
             open.text = text;
             open.problem = None;
             open.dirty = Some(Instant::now());

@@ -165,7 +165,7 @@ impl Frames {
             if let Some(at) = at {
                 let value = line.get(at + CONTENT_LENGTH.len()..).unwrap_or_default().trim();
                 let number = value.parse::<usize>();
-                self.length = Some(number.map_err(|_| format!("`{value}` is no Content-Length")));
+                self.length = Some(number.map_err(|_| format!("`{value}` is not a Content-Length")));
                 self.junk_since = None;
             }
             if frame.is_some() {
@@ -182,7 +182,7 @@ impl Frames {
         let is_first = self.junk_since.is_none();
         self.junk_since.get_or_insert_with(Instant::now);
         let addresses = addresses_in(bytes);
-        let why = "what came before a `Content-Length` is no message".to_owned();
+        let why = "the bytes before a `Content-Length` are not a message".to_owned();
         (is_first || !addresses.is_empty())
             .then_some(Frame::Invalid { why, lost: Lost { all: true, addresses } })
     }
@@ -240,7 +240,10 @@ impl Frames {
         };
         self.queued.push_back(frame);
         if lost != Lost::default() {
-            let why = format!("a message of {end} bytes, and not of {length}: some of it may be lost");
+            let why = format!(
+                "a message has {end} bytes, but its Content-Length is {length}: some bytes may \
+                be missing"
+            );
             self.queued.push_back(Frame::Invalid { why, lost });
         }
         Ok(Frame::Miscounted)
@@ -250,7 +253,7 @@ impl Frames {
 const CONTENT_LENGTH: &str = "content-length:";
 
 fn no_header() -> io::Error {
-    let why = "no `Content-Length` within 10 s behind bytes that are no message";
+    let why = "no `Content-Length` within 10 s after bytes that are not a message";
     io::Error::new(io::ErrorKind::InvalidData, why)
 }
 
@@ -466,7 +469,7 @@ mod tests {
 
     #[test]
     fn junk_is_passed_over_up_to_the_next_header() {
-        let junk = "what came before a `Content-Length` is no message";
+        let junk = "the bytes before a `Content-Length` are not a message";
         let long = "x".repeat(3 * LONGEST_LINE);
         for text in
             ["what is this?\r\n\r\n", "{\"a\": 1}", "\u{1f916}\n\nx\n", &long, "Content-Length: 5\r\n{}"]
@@ -492,7 +495,9 @@ mod tests {
         let begin = Instant::now();
         let mut bytes = framed("{\"a\":1}", 100_000_000);
         bytes.extend(framed("{\"b\":2}", 7));
-        let why = "a message of 7 bytes, and not of 100000000: some of it may be lost".to_owned();
+        let why = "a message has 7 bytes, but its Content-Length is 100000000: some bytes may be \
+            missing"
+            .to_owned();
         let lost = Frame::Invalid { why, lost: Lost { all: true, addresses: Vec::new() } };
         let (first, second) = (Frame::Message(json!({"a": 1})), Frame::Message(json!({"b": 2})));
         assert_eq!(all(&bytes), [Frame::Miscounted, first, lost, second].map(Some));

@@ -48,25 +48,30 @@ impl Preview {
     pub(crate) fn warning(&self) -> Option<String> {
         let Generated { plan, left_packages, .. } = &self.generated;
         let changed = plan.changed_codels.iter().map(|it| match it.before.as_str() {
-            "" => format!("{} is to define `{}`", it.path, it.now),
-            before => format!("{} is to define `{}`, and was written for `{before}`", it.path, it.now),
+            "" => format!("the prototype of the codel in {} is now `{}`", it.path, it.now),
+            before => format!(
+                "the prototype of the codel in {} is now `{}`; it was \
+                `{before}`",
+                it.path, it.now
+            ),
         });
-        let left = plan.left_codels.iter().map(|path| format!("{path} is of no codel of the model any more"));
+        let left = plan.left_codels.iter().map(|path| format!("{path}: the model no longer has this codel"));
         let files = plan.left_files.iter();
-        let files =
-            files.map(|path| format!("{path} is listed as generated, made no more, and may be yours"));
+        let files = files.map(|path| {
+            format!(
+                "{path} is no longer generated; it is kept because you may have written \
+                it"
+            )
+        });
         let all: Vec<String> = changed.chain(left).chain(files).collect();
         let mut said = Vec::new();
         if !all.is_empty() {
-            said.push(format!(
-                "Your own files in {} stay as they are: {}.",
-                self.shown_folder,
-                all.join("; ")
-            ));
+            said.push(format!("Your own files in {} are kept: {}.", self.shown_folder, all.join("; ")));
         }
         if !left_packages.is_empty() {
             said.push(format!(
-                "The models make these packages in {} no more; remove what nobody needs: {}.",
+                "These packages in {} are no longer generated from the models; remove them if you do not need \
+                 them: {}.",
                 self.shown_folder,
                 left_packages.join(", ")
             ));
@@ -77,7 +82,7 @@ impl Preview {
     /// That there is nothing to do, if there is not.
     pub(crate) fn nothing(&self) -> Option<String> {
         let is_done = self.generated.plan.steps.is_empty();
-        is_done.then(|| format!("The Orocos packages in {} are as they should be.", self.shown_folder))
+        is_done.then(|| format!("The Orocos packages in {} are up to date.", self.shown_folder))
     }
 }
 
@@ -99,7 +104,7 @@ pub(crate) fn request(snapshot: &Snapshot, file: File) -> Result<GenerateRequest
     Ok(GenerateRequest { selected: selected.collect(), is_whole: false, is_written: false })
 }
 
-const NO_PROJECT: &str = "this file is not part of any project";
+const NO_PROJECT: &str = "this file does not belong to a project";
 
 /// Returns the part of a request that a deployment needs, by its name with its library or without.
 ///
@@ -151,8 +156,8 @@ fn refusal_text(snapshot: &Snapshot, request: &GenerateRequest<'_>, refusal: Ref
     let at = format!("{path}:{}:{}", start.line + 1, start.character + 1);
     let message = problem_message(&first.kind);
     match problems.len() {
-        1 => format!("1 error is to be mended first: {at}: {message}"),
-        count => format!("{count} errors are to be mended first. The first one: {at}: {message}"),
+        1 => format!("fix 1 error first: {at}: {message}"),
+        count => format!("fix {count} errors first. The first is: {at}: {message}"),
     }
 }
 
@@ -218,7 +223,7 @@ pub(crate) fn preview(snapshot: &Snapshot, request: &GenerateRequest<'_>) -> Res
         let edited: Vec<String> =
             plan.edited.iter().map(|it| format!("{shown_folder}/{}", harmless_line(it))).collect();
         return Err(format!(
-            "these generated files were edited, and would lose that: {}. `mauve generate --force` writes them anew",
+            "these generated files were edited: {}. `mauve generate --force` overwrites them",
             edited.join(", ")
         ));
     }
@@ -226,8 +231,8 @@ pub(crate) fn preview(snapshot: &Snapshot, request: &GenerateRequest<'_>) -> Res
         // The command line puts a file in the place of a link; an editor writes where the link leads.
         if target(&out.real, step)?.is_symlink() {
             return Err(format!(
-                "{shown_folder}/{} is a link, and what it leads to would be written: put a file in its place, or run \
-                 `mauve generate`, which does",
+                "{shown_folder}/{} is a link, and the editor would write to its target: replace it by a file, \
+                 or run `mauve generate`, which does that",
                 harmless_line(&step.path)
             ));
         }
@@ -257,7 +262,7 @@ fn out_folder(snapshot: &Snapshot, workspace: Workspace) -> Result<Out, String> 
     let db = &snapshot.db;
     let home = workspace.folder(db);
     if home.as_os_str().is_empty() {
-        return Err("this text is no file yet: save it first".to_owned());
+        return Err("this text has no file yet: save it first".to_owned());
     }
     let (out, asked) = asked_out(db, workspace);
     let folder = behind_links(&asked)?;
@@ -265,15 +270,15 @@ fn out_folder(snapshot: &Snapshot, workspace: Workspace) -> Result<Out, String> 
     let holder = homes.find_map(|home| home.canonicalize().ok().filter(|home| folder.starts_with(home)));
     let Some(holder) = holder else {
         return Err(format!(
-            "`[generate] out` in mauve.toml leads to {}, which is not in the folder of the workspace: `mauve generate \
-             --out` may write there",
+            "`[generate] out` in mauve.toml leads to {}, which is outside the workspace folder: use `mauve \
+             generate --out` to write there",
             folder.display()
         ));
     };
     refuse_hidden(home, out, [(home, &asked), (&holder, &folder)])?;
     if folder.exists() && !folder.is_dir() {
         let shown = shown_out(db, workspace);
-        return Err(format!("{shown} is a file, and not the folder that the packages would go to"));
+        return Err(format!("{shown} is a file; the packages need a folder there"));
     }
     Ok(Out { shown: folder.clone(), real: folder })
 }

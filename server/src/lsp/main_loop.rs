@@ -395,7 +395,7 @@ impl MainLoop {
         // No worker is used: all of them may be busy with cancelled jobs.
         if let Err(error) = std::thread::Builder::new().name("walk".to_owned()).spawn(walk) {
             self.staleness.restart_load();
-            self.publisher.warn(&format!("The folders cannot be looked through: {error}."));
+            self.publisher.warn(&format!("The folders cannot be searched: {error}."));
         }
     }
 
@@ -410,7 +410,7 @@ impl MainLoop {
                 walked.into_iter().for_each(|(walk, walked)| self.loader.learn(walk, walked));
                 self.load();
             }
-            None => self.load_failed("the folders could not be looked through"),
+            None => self.load_failed("the folders could not be searched"),
         }
         self.apply_documents();
         self.start_waiting();
@@ -464,7 +464,7 @@ impl MainLoop {
             if let Some(open) = self.documents.0.get_mut(uri) {
                 open.dirty.get_or_insert(Instant::now());
             }
-            tracing::debug!("{uri} is not {} any more", document.file.path(&self.db).display());
+            tracing::debug!("{uri} is no longer {}", document.file.path(&self.db).display());
         }
     }
 

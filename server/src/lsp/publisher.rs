@@ -200,8 +200,8 @@ impl Outbox {
             };
             match timeout(PATIENCE, question).await {
                 Ok(Ok(())) => {}
-                Ok(Err(error)) => tracing::warn!("{what:?} were not asked for again: {error}"),
-                Err(_) => tracing::warn!("{what:?} were not asked for again: the client does not answer"),
+                Ok(Err(error)) => tracing::warn!("the client refused to refresh {what:?}: {error}"),
+                Err(_) => tracing::warn!("the client does not answer the request to refresh {what:?}"),
             }
         }
     }

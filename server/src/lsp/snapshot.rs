@@ -29,7 +29,8 @@ pub(crate) struct Document {
 }
 
 /// What is said of a text that is not analysed.
-pub(crate) const ANOTHER_TEXT: &str = "this file is open by another address too, with another text: that one, which was changed last, is analysed";
+pub(crate) const ANOTHER_TEXT: &str = "this file is also open under another URI with a different text: that \
+    text, which was changed last, is analysed";
 
 /// A reader of the database. While one lives, no input can be set: it must not be kept, nor cross an `.await`.
 pub(crate) struct Snapshot {
@@ -67,7 +68,7 @@ impl Snapshot {
             None => url.to_file_path().ok().and_then(|path| self.known(path)),
         };
         let file =
-            file.ok_or_else(|| Error::invalid_params(format!("`{url}` is not open, and in no workspace")))?;
+            file.ok_or_else(|| Error::invalid_params(format!("`{url}` is neither open nor in a workspace")))?;
         Ok((file, self.lines(file)))
     }
 
@@ -181,7 +182,7 @@ pub(crate) fn attempt<T>(mut job: impl FnMut() -> T) -> std::result::Result<T, F
             None => {
                 let text = payload.downcast_ref::<String>().map(String::as_str);
                 let text = text.or_else(|| payload.downcast_ref::<&str>().copied());
-                return Err(Failure::Panicked(text.unwrap_or("a panic without words").to_owned()));
+                return Err(Failure::Panicked(text.unwrap_or("a panic without a message").to_owned()));
             }
         }
     }

@@ -56,15 +56,14 @@ pub(crate) fn another_text() -> Diagnostic {
 
 /// What is said of an open text while the user does not want to wait for its analysis.
 pub(crate) fn stopped() -> Diagnostic {
-    let message =
-        "the analysis was stopped: no response time is known, nor what else is wrong, until the next edit";
+    let message = "the analysis was stopped: response times and diagnostics are unknown until the next edit";
     whole_file(DiagnosticSeverity::WARNING, "analysis-stopped", message.to_owned())
 }
 
 /// What is said of an open text where something of ours went wrong.
 pub(crate) fn defect(message: &str) -> Diagnostic {
     let message = format!(
-        "a defect of mauve: {message}. Nothing was analysed, and no response time is known; please report it"
+        "a defect of mauve: {message}. The analysis failed, and response times are unknown; please report it"
     );
     whole_file(DiagnosticSeverity::ERROR, "internal-error", message)
 }

@@ -130,7 +130,7 @@ pub(crate) async fn serve(
             // Looks again at the condition above.
             () = streams.backlog.less.notified(), if waiting(&streams) > 0 => {}
             () = streams.outgoing.closed() => {
-                tracing::warn!("the client does not listen any more");
+                tracing::warn!("the client no longer reads");
                 return code(false);
             }
             _ = &mut streams.main_loop => {
@@ -139,7 +139,7 @@ pub(crate) async fn serve(
             }
             _ = heartbeat.tick() => {
                 if client.is_some_and(|client| !is_alive(client)) {
-                    tracing::warn!("the client has died");
+                    tracing::warn!("the client process has ended");
                     return code(false);
                 }
             }
@@ -170,7 +170,7 @@ async fn received(
                     // A response without a request is ignored.
                     let answered = AssertUnwindSafe(responses.send(response)).catch_unwind().await;
                     if !matches!(answered, Ok(Ok(()))) {
-                        tracing::warn!("an answer that nobody waits for");
+                        tracing::warn!("an answer to an unknown request");
                     }
                     return None;
                 }
@@ -229,7 +229,7 @@ fn send(streams: &Streams, response: &Response) {
         Ok(message) => {
             put(streams, Outgoing { message, written: None });
         }
-        Err(error) => tracing::error!("an answer that is no JSON: {error}"),
+        Err(error) => tracing::error!("an answer that is not JSON: {error}"),
     }
 }
 

@@ -85,7 +85,7 @@ local DONE = { create = 'created', change = 'changed', remove = 'removed' }
 local function left(generated)
   local lines = {}
   for _, codel in ipairs(generated.changedCodels) do
-    table.insert(lines, ('--- %s: yours, and stays as it is'):format(codel.path))
+    table.insert(lines, ('--- %s: your file, kept unchanged'):format(codel.path))
     table.insert(lines, ('+++ %s.new'):format(codel.path))
     for _, prototype in ipairs({ { '-', codel.before }, { '+', codel.now } }) do
       local sign, text = unpack(prototype)
@@ -95,13 +95,13 @@ local function left(generated)
     end
   end
   for _, path in ipairs(generated.leftCodels) do
-    table.insert(lines, ('%s: this codel is no longer in the model; the file is yours, and stays'):format(path))
+    table.insert(lines, ('%s: the model no longer has this codel; your file is kept'):format(path))
   end
   for _, path in ipairs(generated.leftFiles) do
-    table.insert(lines, ('%s: listed as generated, and made no more; it may be yours, and stays'):format(path))
+    table.insert(lines, ('%s: no longer generated; kept because you may have written it'):format(path))
   end
   for _, name in ipairs(generated.leftPackages) do
-    table.insert(lines, ('%s: the models make this package no more; remove it if nobody needs it'):format(name))
+    table.insert(lines, ('%s: this package is no longer generated from these models; remove it if you do not need it'):format(name))
   end
   return lines
 end
@@ -117,7 +117,7 @@ function M.preview(generated)
   end
   local kept = left(generated)
   if #kept > 0 then
-    vim.list_extend(lines, { '', 'What the models have left behind:', '' })
+    vim.list_extend(lines, { '', 'No longer in the models:', '' })
     vim.list_extend(lines, kept)
   end
   for _, file in ipairs(generated.files) do
@@ -180,7 +180,7 @@ local function write_new(path, text, mode)
   local closed, lost = vim.uv.fs_close(file)
   if written ~= #text or not closed then
     vim.uv.fs_unlink(path)
-    return nil, failed or lost or ('no room for ' .. path)
+    return nil, failed or lost or ('no space for ' .. path)
   end
   return true
 end
@@ -199,7 +199,7 @@ local function write(generated)
       local what, path, to = unpack(undo[index])
       local back, why = what(path, to)
       if not back and what == vim.uv.fs_rename then
-        problem = ('%s; what was %s is %s (%s)'):format(problem, to, path, why)
+        problem = ('%s; the file %s is now %s (%s)'):format(problem, to, path, why)
       end
     end
     return problem
@@ -317,7 +317,7 @@ end
 local function is_unsaved(generated)
   local name = unsaved(generated)
   if name then
-    tell(('%s has changes that are not saved: save it, or abandon them'):format(name), vim.log.levels.ERROR)
+    tell(('%s has unsaved changes: save or discard them'):format(name), vim.log.levels.ERROR)
   end
   return name ~= nil
 end
@@ -336,7 +336,7 @@ function M.generate(client, uri, deployment)
     if #generated.files == 0 then
       local kept = left(generated)
       tell(
-        ('the Orocos packages in %s are as they should be'):format(generated.folder)
+        ('the Orocos packages in %s are up to date'):format(generated.folder)
           .. (#kept > 0 and ('; but:\n' .. table.concat(kept, '\n')) or ''),
         #kept > 0 and vim.log.levels.WARN or vim.log.levels.INFO
       )
@@ -353,7 +353,7 @@ function M.generate(client, uri, deployment)
       end
       mauve.request(client, 'mauve/generate', params, function(now)
         if not vim.deep_equal(now, generated) then
-          tell('something has changed since: this is what would be done now', vim.log.levels.WARN)
+          tell('the files have changed in the meantime: this is the new preview', vim.log.levels.WARN)
           ask(now)
           return
         end

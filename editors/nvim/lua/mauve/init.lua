@@ -186,7 +186,7 @@ function M.choose_significance(level)
     vim.ui.select(levels, {
       prompt = 'Significance level',
       format_item = function(item)
-        return item == vim.NIL and 'that of mauve.toml' or ('%g'):format(item)
+        return item == vim.NIL and 'the level of mauve.toml' or ('%g'):format(item)
       end,
     }, function(chosen)
       if chosen then

@@ -34,17 +34,21 @@ pub(super) fn report(it: &Generated, doing: Doing) -> String {
     plan.changed_codels.iter().for_each(|codel| text += &prototypes(codel, &path(&codel.path)));
     for it in &plan.left_codels {
         let path = path(it);
-        text += &format!("{path}: this codel is no longer in the model; the file is yours, and stays\n");
+        text += &format!("{path}: the model no longer has this codel; your file is kept\n");
     }
     for it in &plan.left_files {
         let path = path(it);
         text += &format!(
-            "{path}: listed as generated, and made no more; it may be yours, and stays: remove it if nobody needs it\n"
+            "{path}: the manifest lists this file, and it is no longer generated; it is kept because you may \
+             have written it: remove it if you do not need it\n"
         );
     }
     for name in left_packages {
         let path = path(name);
-        text += &format!("{path}: these models make this package no more; remove it if nobody needs it\n");
+        text += &format!(
+            "{path}: this package is no longer generated from these models; remove it if you do \
+            not need it\n"
+        );
     }
     if !text.is_empty() {
         text.push('\n');
@@ -96,20 +100,22 @@ fn done(action: &Action, doing: Doing) -> &'static str {
     }
 }
 
-/// `2 files created, 1 changed; 1 codel has another prototype now`
+/// `2 files created, 1 changed; the prototype of 1 codel has changed`
 fn summary(plan: &Plan, doing: Doing) -> String {
     if doing != Doing::Done && !plan.edited.is_empty() {
         let (edited, them) = match plan.edited.len() {
-            1 => ("1 generated file was edited, or somebody else wrote it".to_owned(), "its changes"),
+            1 => {
+                ("1 generated file was edited, or was not written by the generator".to_owned(), "its changes")
+            }
             several => (
-                format!("{several} generated files were edited, or somebody else wrote them"),
+                format!("{several} generated files were edited, or were not written by the generator"),
                 "their changes",
             ),
         };
         let nothing =
             if doing == Doing::Checked { "nothing would be written" } else { "nothing was written" };
         return format!(
-            "{edited}, so {nothing}: move {them} to where they last, to src/codels or the models, or lose them with \
+            "{edited}, so {nothing}: move {them} to src/codels or to the models, or overwrite them with \
              `--force`"
         );
     }
@@ -126,8 +132,8 @@ fn summary(plan: &Plan, doing: Doing) -> String {
     let files = if counts.is_empty() { format!("nothing {to_be}changed") } else { counts.join(", ") };
     match plan.changed_codels.len() {
         0 => files,
-        1 => format!("{files}; 1 codel has another prototype now"),
-        several => format!("{files}; {several} codels have another prototype now"),
+        1 => format!("{files}; the prototype of 1 codel has changed"),
+        several => format!("{files}; the prototypes of {several} codels have changed"),
     }
 }
 

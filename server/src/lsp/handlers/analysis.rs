@@ -61,7 +61,7 @@ pub(crate) fn analysis(snapshot: &Snapshot, params: &AnalysisParams) -> Result<V
         Some(Levels::One(level)) => Some(Significance::These(vec![read_level(*level)?])),
         Some(Levels::Several(levels)) if levels.is_empty() => {
             return Err(Error::invalid_params(
-                "`significance` is an empty list: leave it out, or name a level such as 1e-4",
+                "`significance` is an empty list: omit it, or name a level such as 1e-4",
             ));
         }
         Some(Levels::Several(levels)) => {
@@ -89,8 +89,6 @@ pub(crate) fn analysis(snapshot: &Snapshot, params: &AnalysisParams) -> Result<V
 /// A level that a client names.
 pub(crate) fn read_level(level: f64) -> Result<Level> {
     Level::from_f64(level).ok_or_else(|| {
-        Error::invalid_params(format!(
-            "a significance is a number between 0 and 1 such as 1e-4, and not {level}"
-        ))
+        Error::invalid_params(format!("expected a significance between 0 and 1 such as 1e-4, found {level}"))
     })
 }

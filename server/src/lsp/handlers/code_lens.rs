@@ -90,7 +90,7 @@ pub(crate) fn resolve(snapshot: &Snapshot, lens: &lsp_types::CodeLens) -> Result
     let found = code_lens_at(db, workspaces, file, lines.offset(at), is_it);
     let found = found.and_then(|found| resolve_code_lens(db, workspaces, file, found));
     // What has nothing to say says so: an empty command is an error in some clients.
-    let found = found.unwrap_or_else(|| Lens { title: "nothing is real-time".to_owned(), action: None });
+    let found = found.unwrap_or_else(|| Lens { title: "no real-time activities".to_owned(), action: None });
     lens.command = Some(command(snapshot, &document.uri, lens.range, found));
     Ok(lens)
 }

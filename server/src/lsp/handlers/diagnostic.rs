@@ -121,7 +121,7 @@ pub(crate) fn ask_again(error: Error) -> Error {
     }
     Error {
         code: tower_lsp::lsp_types::error_codes::SERVER_CANCELLED.into(),
-        message: "the text has changed meanwhile".into(),
+        message: "the text has changed in the meantime".into(),
         data: Some(serde_json::json!({ "retriggerRequest": true })),
     }
 }

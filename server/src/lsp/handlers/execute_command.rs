@@ -57,9 +57,7 @@ pub(crate) fn read(snapshot: &Snapshot, params: &ExecuteCommandParams) -> Result
                 Some(level) if !known.is_empty() && !known.contains(&level) => {
                     let known: Vec<String> = known.iter().map(Level::to_string).collect();
                     let known = known.join(", ");
-                    Err(Error::invalid_params(format!(
-                        "no time is known at {level}: the tables have {known}"
-                    )))
+                    Err(Error::invalid_params(format!("no times at {level}: the tables have {known}")))
                 }
                 level => Ok(Command::SetSignificance(level)),
             }
@@ -68,7 +66,7 @@ pub(crate) fn read(snapshot: &Snapshot, params: &ExecuteCommandParams) -> Result
             let params = generate_params(&params.arguments)?;
             if !snapshot.capabilities.applies_edits {
                 return Err(refused(
-                    "this editor makes no changes by itself: run `mauve generate`".to_owned(),
+                    "this editor does not apply edits of the server: run `mauve generate`".to_owned(),
                 ));
             }
             Ok(Command::Generate(Box::new(generate(snapshot, &params)?)))
@@ -92,8 +90,8 @@ fn level(arguments: &[Value]) -> Result<Option<Level>> {
         None => {
             let given: Vec<String> = arguments.iter().map(Value::to_string).collect();
             Err(Error::invalid_params(format!(
-                "{SET_SIGNIFICANCE} takes one level, a number between 0 and 1 such as 1e-4, or null for that of \
-                 mauve.toml, and not ({})",
+                "{SET_SIGNIFICANCE} takes one level, a number between 0 and 1 such as 1e-4, or null for the \
+                 level of mauve.toml; found ({})",
                 given.join(", ")
             )))
         }
@@ -106,12 +104,12 @@ fn generate_params(arguments: &[Value]) -> Result<GenerateParams> {
         [Value::String(uri), Value::String(deployment)] => (uri, Some(deployment.clone())),
         _ => {
             return Err(Error::invalid_params(format!(
-                "{GENERATE} takes the address of a file and, unless all packages of its projects are meant, the name of a \
-                 deployment"
+                "{GENERATE} takes the URI of a file, and optionally the name of a deployment; without a \
+                 deployment, all packages of the file's projects are generated"
             )));
         }
     };
     let uri = Url::parse(uri)
-        .map_err(|error| Error::invalid_params(format!("`{}` is no address: {error}", uri.escape_debug())))?;
+        .map_err(|error| Error::invalid_params(format!("`{}` is not a URI: {error}", uri.escape_debug())))?;
     Ok(GenerateParams { text_document: TextDocumentIdentifier { uri }, deployment })
 }

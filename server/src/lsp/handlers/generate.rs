@@ -87,7 +87,7 @@ pub(crate) fn generate(snapshot: &Snapshot, params: &GenerateParams) -> Result<G
     let (file, _) = snapshot.file(&params.text_document)?;
     if !snapshot.capabilities.creates_files {
         return Err(refused(
-            "this editor makes no files that a change says to: run `mauve generate`".to_owned(),
+            "this editor does not create files for a workspace edit: run `mauve generate`".to_owned(),
         ));
     }
     let mut request = request(snapshot, file).map_err(refused)?;
@@ -237,7 +237,7 @@ fn edit(snapshot: &Snapshot, preview: &Preview, asked: &Url) -> Result<Workspace
     // unless the user chooses it. So it is one that does nothing, and no file is left out by accident.
     let is_there = asked.to_file_path().is_ok_and(|path| path.is_file());
     if capabilities.change_annotations && is_there && !steps.is_empty() {
-        builder.create(asked.clone(), None, Some(true), &annotation("Look at what is generated", true));
+        builder.create(asked.clone(), None, Some(true), &annotation("Preview the generated files", true));
     }
     for step in steps {
         let path = preview.path(step);
@@ -246,7 +246,7 @@ fn edit(snapshot: &Snapshot, preview: &Preview, asked: &Url) -> Result<Workspace
             return Err(refused(format!("{}: {ANOTHER_TEXT}", path.display())));
         }
         let uri = known.map(|(uri, _)| uri.clone()).or_else(|| Url::from_file_path(&path).ok());
-        let uri = uri.ok_or_else(|| refused(format!("{} has no address", path.display())))?;
+        let uri = uri.ok_or_else(|| refused(format!("{} cannot be written as a URI", path.display())))?;
         let version = known.map(|(_, document)| document.version);
         let (text, end, annotation) = match &step.action {
             Action::Create(text) => {
@@ -260,13 +260,13 @@ fn edit(snapshot: &Snapshot, preview: &Preview, asked: &Url) -> Result<Workspace
                 (text, end_of(before, capabilities.encoding), annotation("Change generated files", false))
             }
             Action::Remove if capabilities.deletes_files => {
-                builder.delete(uri, &annotation("Remove files that are not generated any more", false));
+                builder.delete(uri, &annotation("Remove files that are no longer generated", false));
                 continue;
             }
             Action::Remove => {
                 return Err(refused(format!(
-                    "{} is not generated any more, and this editor removes no files that a change says to: run `mauve \
-                     generate`",
+                    "{} is no longer generated, and this editor does not remove files for a workspace edit: \
+                     run `mauve generate`",
                     path.display()
                 )));
             }

@@ -122,5 +122,5 @@ fn component_of<'db>(
     };
     let offset = lines.offset(position);
     component_at(db, &snapshot.workspaces, file, offset)
-        .ok_or_else(|| Error::invalid_params("no component is declared, instantiated or run here"))
+        .ok_or_else(|| Error::invalid_params("no component, instance or activity here"))
 }

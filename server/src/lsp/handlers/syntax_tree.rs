@@ -21,7 +21,7 @@ pub(crate) fn syntax_tree(snapshot: &Snapshot, params: &SyntaxTreeParams) -> Res
     let (file, _) = snapshot.file(&params.text_document)?;
     if !mauve_hir::is_model(file.path(&snapshot.db)) {
         let uri = &params.text_document.uri;
-        return Err(Error::invalid_params(format!("`{uri}` is no model (*.mal)")));
+        return Err(Error::invalid_params(format!("`{uri}` is not a model (*.mal)")));
     }
     Ok(mauve_diagnostics::tree_of(parse(&snapshot.db, file)))
 }
