@@ -252,7 +252,7 @@ fn orocos_deployer_starts_nothing_that_is_not_as_analysed() {
     let over = |log: &str| log.contains("Nothing runs.");
     for script in ["Real.ops", "Real.lua"] {
         let deployer = Deployer::new(gcc(), script);
-        let says = ["giver is not scheduled as it was analysed: ", "SCHED_FIFO", "Nothing runs."];
+        let says = ["giver is not scheduled as analysed: ", "SCHED_FIFO", "Nothing runs."];
 
         // Without rights.
         let nobody =
@@ -274,18 +274,10 @@ fn orocos_deployer_starts_nothing_that_is_not_as_analysed() {
             (
                 "setCpuAffinity(1)",
                 "setCpuAffinity(1073741824)",
-                "Cannot give giver its CPUs: are they all there?",
+                "Cannot set the CPU affinity of giver: do these CPUs exist?",
             ),
-            (
-                " 20, ",
-                " 120, ",
-                "giver is not scheduled as it was analysed: its priority is 99 instead of 120",
-            ),
-            (
-                "(20, ",
-                "(120, ",
-                "giver is not scheduled as it was analysed: its priority is 20 instead of 120",
-            ),
+            (" 20, ", " 120, ", "giver is not scheduled as analysed: its priority is 99 instead of 120"),
+            ("(20, ", "(120, ", "giver is not scheduled as analysed: its priority is 20 instead of 120"),
         ] {
             let mut changed = text.replace(from, to);
             if to == " 120, " {
@@ -322,7 +314,7 @@ fn orocos_deployer_says_what_is_missing() {
         for (from, to, says) in [
             ("\"giver.add\"", "\"giver.ad\"", "Cannot connect mal_true_taker.add and giver.add"),
             ("\"giver.class\"", "\"giver.klass\"", "Cannot connect giver.class and "),
-            ("yard::Giver", "yard::Givers", "Cannot load giver, a yard::Givers: build its package anew"),
+            ("yard::Giver", "yard::Givers", "Cannot load giver, a yard::Givers: rebuild its package"),
         ] {
             let changed = text.replace(from, to);
             assert_ne!(changed, text, "no {from}");

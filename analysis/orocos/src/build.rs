@@ -43,7 +43,7 @@ fn names_of<'a>(libraries: &'a Libraries<'_>, numbers: &BTreeSet<usize>) -> Vec<
 fn component_library(package: &str) -> String {
     format!(
         "// {}\n//\n\
-         // Several components are in one library: this is where the deployer asks for them.\n\n\
+         // The entry point through which the deployer loads the components of this library.\n\n\
          #include <rtt/Component.hpp>\n\nORO_CREATE_COMPONENT_LIBRARY()\n",
         generated_from(package)
     )
@@ -168,7 +168,8 @@ impl Build<'_, '_> {
         let package = &self.library.package;
         let mut out = format!("# {}\n", generated_from(package));
         if self.has_targets() {
-            out += "#\n# What codels need, such as other libraries, belongs in a file user.cmake beside it: see the end.\n";
+            out += "#\n# Put dependencies of codels, such as other libraries, into user.cmake in this folder: \
+                see the end.\n";
         }
         out += &format!(
             "\ncmake_minimum_required(VERSION 3.10...3.25)\nproject({package} VERSION 0.0.0 LANGUAGES C CXX)\n"
@@ -176,7 +177,8 @@ impl Build<'_, '_> {
         if self.has_targets() {
             self.settings(&mut out);
         }
-        out += "\n# A package of catkin where there is one; otherwise, or with ORO_USE_CATKIN off, of CMake alone.\n\
+        out += "\n# A catkin package if catkin is installed; plain CMake otherwise, or with ORO_USE_CATKIN \
+            off.\n\
                 if(NOT DEFINED ORO_USE_CATKIN)\n  find_package(catkin QUIET)\n  \
                 set(ORO_USE_CATKIN ${catkin_FOUND})\n\
                 elseif(ORO_USE_CATKIN)\n  find_package(catkin REQUIRED)\nendif()\n";
@@ -199,7 +201,7 @@ impl Build<'_, '_> {
                 _ => format!("target {package}-components is"),
             };
             out += &format!(
-                "\n# Yours, if there is one: {targets} there.\n\
+                "\n# Your additions, if the file exists: {targets} defined at this point.\n\
                  include(${{CMAKE_CURRENT_SOURCE_DIR}}/user.cmake OPTIONAL)\n"
             );
         }
@@ -211,9 +213,10 @@ impl Build<'_, '_> {
 
     fn settings(&self, out: &mut String) {
         if self.has_components() {
-            *out += "\noption(MAUVE_TRACING \"Record programs, states and codels with LTTng: when, and how long\" OFF)\n";
+            *out += "\noption(MAUVE_TRACING \"Record programs, states and codels with LTTng\" OFF)\n";
         }
-        *out += "\n# C++20 cannot read the headers of RTT: `requires`, a word of it, is a method there.\n\
+        *out += "\n# RTT's headers are not valid C++20: they have a method named `requires`, which is a \
+            keyword there.\n\
                  if(NOT CMAKE_CXX_STANDARD)\n  set(CMAKE_CXX_STANDARD 14)\nendif()\n\
                  set(CMAKE_CXX_STANDARD_REQUIRED ON)\nset(CMAKE_CXX_EXTENSIONS OFF)\n";
     }
@@ -222,7 +225,7 @@ impl Build<'_, '_> {
     fn dependencies(&self, out: &mut String) {
         if self.uses_rtt() {
             *out += "\nif(NOT OROCOS_TARGET AND \"$ENV{OROCOS_TARGET}\" STREQUAL \"\")\n  \
-                     set(OROCOS_TARGET gnulinux CACHE STRING \"What RTT was built for\")\nendif()\n\
+                     set(OROCOS_TARGET gnulinux CACHE STRING \"The target that RTT was built for\")\nendif()\n\
                      find_package(OROCOS-RTT REQUIRED)\n";
         }
         if self.has_messages() {
@@ -239,7 +242,7 @@ impl Build<'_, '_> {
         }
         if !self.calls.is_empty() {
             *out += &format!(
-                "\n# The codels of other packages: built along with this one, or installed.\n\
+                "\n# The codels of other packages: built in the same workspace, or installed.\n\
                  set(called_codels)\nforeach(package {})\n  if(NOT TARGET ${{package}}-codels)\n    \
                  find_package(${{package}} REQUIRED CONFIG)\n    \
                  include_directories(${{${{package}}_INCLUDE_DIRS}})\n  endif()\n  \
@@ -265,7 +268,7 @@ impl Build<'_, '_> {
     }
 
     fn rtt(&self, out: &mut String) {
-        *out += "\n# Components link the codels that they call, and nothing else of other packages.\n\
+        *out += "\n# Components link only the codels that they call from other packages.\n\
                  set(OROCOS_NO_AUTO_LINKING ON CACHE BOOL \"Link no components of other packages\")\n\
                  include(${OROCOS-RTT_USE_FILE_PATH}/UseOROCOS-RTT.cmake)\n\
                  include_directories(SYSTEM ${OROCOS-RTT_INCLUDE_DIRS})\n";
@@ -285,7 +288,7 @@ impl Build<'_, '_> {
 
     fn codels(&self, out: &mut String) {
         let package = &self.library.package;
-        *out += &format!("\n# The codels, which are the user's.\nadd_library({package}-codels SHARED\n");
+        *out += &format!("\n# The codels, written by the user.\nadd_library({package}-codels SHARED\n");
         self.library.codels.iter().for_each(|(_, name)| *out += &format!("  src/codels/{name}.cpp\n"));
         *out += &format!(
             ")\ntarget_include_directories({package}-codels PUBLIC\n  \
@@ -301,7 +304,8 @@ impl Build<'_, '_> {
             *out += &format!("target_link_libraries({package}-codels PRIVATE ${{OROCOS-RTT_LIBRARIES}})\n");
         }
         *out += &format!(
-            "if(UNIX AND NOT APPLE)\n  # A codel that is not written is an error here, and not when the robot starts.\n  \
+            "if(UNIX AND NOT APPLE)\n  # A codel without a definition is a link error, instead of an error \
+             when the robot starts.\n  \
              set_target_properties({package}-codels PROPERTIES LINK_FLAGS \"-Wl,-z,defs\")\nendif()\n"
         );
         self.after_messages(out, &format!("{package}-codels"));
@@ -315,7 +319,8 @@ impl Build<'_, '_> {
 
     fn components(&self, out: &mut String) {
         let package = &self.library.package;
-        *out += &format!("\n# The components, for the deployer.\norocos_component({package}-components\n");
+        *out +=
+            &format!("\n# The components, loaded by the deployer.\norocos_component({package}-components\n");
         for (_, name) in &self.library.components {
             *out += &format!("  {name}/{name}-component.cpp\n");
         }
@@ -439,21 +444,21 @@ library robot {
             expect![[r##"
                 # Generated by `mauve generate` from library motion: change the model, not this file.
                 #
-                # What codels need, such as other libraries, belongs in a file user.cmake beside it: see the end.
+                # Put dependencies of codels, such as other libraries, into user.cmake in this folder: see the end.
 
                 cmake_minimum_required(VERSION 3.10...3.25)
                 project(motion VERSION 0.0.0 LANGUAGES C CXX)
 
-                option(MAUVE_TRACING "Record programs, states and codels with LTTng: when, and how long" OFF)
+                option(MAUVE_TRACING "Record programs, states and codels with LTTng" OFF)
 
-                # C++20 cannot read the headers of RTT: `requires`, a word of it, is a method there.
+                # RTT's headers are not valid C++20: they have a method named `requires`, which is a keyword there.
                 if(NOT CMAKE_CXX_STANDARD)
                   set(CMAKE_CXX_STANDARD 14)
                 endif()
                 set(CMAKE_CXX_STANDARD_REQUIRED ON)
                 set(CMAKE_CXX_EXTENSIONS OFF)
 
-                # A package of catkin where there is one; otherwise, or with ORO_USE_CATKIN off, of CMake alone.
+                # A catkin package if catkin is installed; plain CMake otherwise, or with ORO_USE_CATKIN off.
                 if(NOT DEFINED ORO_USE_CATKIN)
                   find_package(catkin QUIET)
                   set(ORO_USE_CATKIN ${catkin_FOUND})
@@ -462,7 +467,7 @@ library robot {
                 endif()
 
                 if(NOT OROCOS_TARGET AND "$ENV{OROCOS_TARGET}" STREQUAL "")
-                  set(OROCOS_TARGET gnulinux CACHE STRING "What RTT was built for")
+                  set(OROCOS_TARGET gnulinux CACHE STRING "The target that RTT was built for")
                 endif()
                 find_package(OROCOS-RTT REQUIRED)
 
@@ -477,7 +482,7 @@ library robot {
                 endforeach()
                 include_directories(SYSTEM ${message_include_dirs})
 
-                # The codels of other packages: built along with this one, or installed.
+                # The codels of other packages: built in the same workspace, or installed.
                 set(called_codels)
                 foreach(package kinematics)
                   if(NOT TARGET ${package}-codels)
@@ -497,12 +502,12 @@ library robot {
                   install(FILES package.xml DESTINATION share/${PROJECT_NAME})
                 endif()
 
-                # Components link the codels that they call, and nothing else of other packages.
+                # Components link only the codels that they call from other packages.
                 set(OROCOS_NO_AUTO_LINKING ON CACHE BOOL "Link no components of other packages")
                 include(${OROCOS-RTT_USE_FILE_PATH}/UseOROCOS-RTT.cmake)
                 include_directories(SYSTEM ${OROCOS-RTT_INCLUDE_DIRS})
 
-                # The codels, which are the user's.
+                # The codels, written by the user.
                 add_library(motion-codels SHARED
                   src/codels/steer.cpp
                 )
@@ -514,7 +519,7 @@ library robot {
                 target_link_libraries(motion-codels PUBLIC ${message_libraries})
                 target_link_libraries(motion-codels PRIVATE ${OROCOS-RTT_LIBRARIES})
                 if(UNIX AND NOT APPLE)
-                  # A codel that is not written is an error here, and not when the robot starts.
+                  # A codel without a definition is a link error, instead of an error when the robot starts.
                   set_target_properties(motion-codels PROPERTIES LINK_FLAGS "-Wl,-z,defs")
                 endif()
                 if(message_targets)
@@ -529,7 +534,7 @@ library robot {
                   )
                 endif()
 
-                # The components, for the deployer.
+                # The components, loaded by the deployer.
                 orocos_component(motion-components
                   Pilot/Pilot-component.cpp
                   Copilot/Copilot-component.cpp
@@ -556,7 +561,7 @@ library robot {
 
                 install(DIRECTORY models DESTINATION share/${PROJECT_NAME})
 
-                # Yours, if there is one: targets motion-codels and motion-components are there.
+                # Your additions, if the file exists: targets motion-codels and motion-components are defined at this point.
                 include(${CMAKE_CURRENT_SOURCE_DIR}/user.cmake OPTIONAL)
 
                 orocos_generate_package()
@@ -568,7 +573,7 @@ library robot {
             expect![[r#"
             // Generated by `mauve generate` from library motion: change the model, not this file.
             //
-            // Several components are in one library: this is where the deployer asks for them.
+            // The entry point through which the deployer loads the components of this library.
 
             #include <rtt/Component.hpp>
 
@@ -602,19 +607,19 @@ library robot {
             expect![[r##"
                 # Generated by `mauve generate` from library kinematics: change the model, not this file.
                 #
-                # What codels need, such as other libraries, belongs in a file user.cmake beside it: see the end.
+                # Put dependencies of codels, such as other libraries, into user.cmake in this folder: see the end.
 
                 cmake_minimum_required(VERSION 3.10...3.25)
                 project(kinematics VERSION 0.0.0 LANGUAGES C CXX)
 
-                # C++20 cannot read the headers of RTT: `requires`, a word of it, is a method there.
+                # RTT's headers are not valid C++20: they have a method named `requires`, which is a keyword there.
                 if(NOT CMAKE_CXX_STANDARD)
                   set(CMAKE_CXX_STANDARD 14)
                 endif()
                 set(CMAKE_CXX_STANDARD_REQUIRED ON)
                 set(CMAKE_CXX_EXTENSIONS OFF)
 
-                # A package of catkin where there is one; otherwise, or with ORO_USE_CATKIN off, of CMake alone.
+                # A catkin package if catkin is installed; plain CMake otherwise, or with ORO_USE_CATKIN off.
                 if(NOT DEFINED ORO_USE_CATKIN)
                   find_package(catkin QUIET)
                   set(ORO_USE_CATKIN ${catkin_FOUND})
@@ -628,7 +633,7 @@ library robot {
                   install(FILES package.xml DESTINATION share/${PROJECT_NAME})
                 endif()
 
-                # The codels, which are the user's.
+                # The codels, written by the user.
                 add_library(kinematics-codels SHARED
                   src/codels/clearance.cpp
                 )
@@ -637,7 +642,7 @@ library robot {
                   $<INSTALL_INTERFACE:include>
                 )
                 if(UNIX AND NOT APPLE)
-                  # A codel that is not written is an error here, and not when the robot starts.
+                  # A codel without a definition is a link error, instead of an error when the robot starts.
                   set_target_properties(kinematics-codels PROPERTIES LINK_FLAGS "-Wl,-z,defs")
                 endif()
                 install(TARGETS kinematics-codels EXPORT kinematics-codels
@@ -655,7 +660,7 @@ library robot {
                   DESTINATION include/kinematics
                 )
 
-                # Yours, if there is one: target kinematics-codels is there.
+                # Your additions, if the file exists: target kinematics-codels is defined at this point.
                 include(${CMAKE_CURRENT_SOURCE_DIR}/user.cmake OPTIONAL)
             "##]],
         );
@@ -703,7 +708,7 @@ library robot {
                 cmake_minimum_required(VERSION 3.10...3.25)
                 project(robot VERSION 0.0.0 LANGUAGES C CXX)
 
-                # A package of catkin where there is one; otherwise, or with ORO_USE_CATKIN off, of CMake alone.
+                # A catkin package if catkin is installed; plain CMake otherwise, or with ORO_USE_CATKIN off.
                 if(NOT DEFINED ORO_USE_CATKIN)
                   find_package(catkin QUIET)
                   set(ORO_USE_CATKIN ${catkin_FOUND})

@@ -663,7 +663,7 @@ mod tests {
                   if (!mauve_may_start()) return false;
                   index = seen + 1;
                   if (!start_program()) {
-                    RTT::log(RTT::Error) << getName() << ": the program start gives false" << RTT::endlog();
+                    RTT::log(RTT::Error) << getName() << ": the program start returned false" << RTT::endlog();
                     return false;
                   }
                   current_state = State::Waiting;
@@ -748,7 +748,7 @@ mod tests {
                   std::uint8_t led = 3;
                   // constant width: double: model.mal:7
                   double width_property = 0.48;
-                  double width = 0.48;  // as configureHook() found it
+                  double width = 0.48;  // the value that configureHook() found
                   // property class: string: model.mal:8
                   std::string class_{};
                   // input port scan: LaserScan: model.mal:9
@@ -758,7 +758,7 @@ mod tests {
                   RTT::OutputPort<float> to;
                   // core C: model.mal:12
                   ::sensor_msgs::LaserScan echoes{};  // model.mal:13
-                  // spare: nothing uses it, model.mal:14
+                  // spare: unused, model.mal:14
             "#]],
         );
         let from = ["K::K(", "K::configureHook", "K::update_program"];
@@ -776,8 +776,9 @@ mod tests {
                   addProperty("class", class_).doc("property class: string");
                   addPort("scan", scan).doc("input port scan: LaserScan");
                   addPort("to_", to).doc("output port to: float");
-                  addOperation("mauve_set", &K::mauve_set, this, RTT::ClientThread).doc("Sets what scripts cannot.")
-                      .arg("property", "").arg("text", "a whole number");
+                  addOperation("mauve_set", &K::mauve_set, this, RTT::ClientThread)
+                      .doc("Sets properties of types that scripts cannot set.").arg("property", "")
+                      .arg("text", "a whole number");
                   mauve_add_period_port("period");
                 }
                 bool K::configureHook() {
@@ -793,7 +794,7 @@ mod tests {
                                          << ", and must be in [0; 7]" << RTT::endlog();
                     return false;
                   }
-                  // Constants are from here on what they are now.
+                  // Constants keep their present values from here on.
                   width = width_property;
                   scan_status = RTT::NoData;
                   echoes = {};
@@ -834,8 +835,7 @@ mod tests {
   }
   component K(S, C)
 }";
-        let header =
-            ["// shell S", "// core C", "// What the operations", "// Calls that", "  bool is_planning"];
+        let header = ["// shell S", "// core C", "// The results of", "// Calls with", "  bool is_planning"];
         check(
             model,
             "component.hpp",
@@ -852,12 +852,12 @@ mod tests {
                   std::string t = "";                                         // model.mal:10
                   RTT::SendHandle<int(int, double&, std::string&)> planning;  // model.mal:11
                   RTT::SendHandle<void()> landing;                            // model.mal:12
-                  // What the operations that are sent write their results to, as long as they are under way.
+                  // The results of operations that were sent, until they are collected.
                   double planning_cost{};
                   std::string planning_way{};
                   double plan_cost{};
                   std::string plan_way{};
-                  // Calls that read what they write: nothing else is sent there before they have ended.
+                  // Calls with inout arguments: the next call is sent only after the last one has ended.
                   RTT::SendHandle<int(int, double&, std::string&)> planning_last_call;
                   RTT::SendHandle<int(int, double&, std::string&)> plan_last_call;
                   bool is_planning_under_way();

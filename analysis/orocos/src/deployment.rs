@@ -27,8 +27,8 @@ use crate::{launch, lua, ops};
 /// with nothing. So it runs again soon after each run: the pause is a period that is counted from the run before.
 const BACKGROUND_PERIOD: Time = Time::from_nanos(10_000_000);
 
-pub(crate) const BACKGROUND: &str = "In the background, and the model gives no period: it runs again 10 ms after it began, or \
-    when it has ended. A `period` in its activity says another time.";
+pub(crate) const BACKGROUND: &str = "A background activity without a period: it runs again 10 ms after it \
+    began, or when it has ended. Set `period` in its activity to change that.";
 
 pub(crate) fn deployment_files(model: Model<'_, '_>) -> Vec<GeneratedFile> {
     let mut files = Vec::new();
@@ -89,19 +89,19 @@ pub(crate) struct Activity {
     pub(crate) affinity: Option<u32>,
 }
 
-pub(crate) const ROS: &str = "ROS, and the types of the messages.";
-pub(crate) const LOADED: &str = "The instances, who provides operations before who requires them: the deployer stops them the \
-    other way round.";
-pub(crate) const SET: &str = "Values that the model sets, and those that rest on them.";
+pub(crate) const ROS: &str = "Imports ROS and the types of the messages.";
+pub(crate) const LOADED: &str = "Creates the instances; a provider of operations comes before the instances \
+    that call it. The deployer stops them in reverse order.";
+pub(crate) const SET: &str = "Sets values of the model, and values that depend on them.";
 pub(crate) const CONNECTIONS: &str =
-    "The connections: from an output to an input, which keeps the last value or so many.";
-pub(crate) const ACTIVITIES: &str = "How they run: period in seconds, priority, scheduler; and on which CPUs, a bit for each. \
-    Each then looks whether its thread has that.";
-pub(crate) const CONFIGURED: &str = "Where all that has worked, all are configured.";
-pub(crate) const STARTED: &str = "They start, unless MAUVE_START is false: who provides operations before who requires them. \
-    Where one does not start, all are stopped again.";
-pub(crate) const VALUES: &str =
-    "Values of this launch: NAME.cpf in the folder MAUVE_VALUES, for each that has properties.";
+    "Connects outputs to inputs. An input keeps the last value, or as many values as its buffer has.";
+pub(crate) const ACTIVITIES: &str = "Creates the activities: period in seconds, priority, scheduler, and \
+    CPUs, one bit for each. Each component then checks its thread.";
+pub(crate) const CONFIGURED: &str = "If all steps succeeded, configures the instances.";
+pub(crate) const STARTED: &str = "Starts the instances, providers of operations first, unless MAUVE_START is \
+    false. If one fails to start, all are stopped again.";
+pub(crate) const VALUES: &str = "Reads property values of this launch: NAME.cpf in the folder MAUVE_VALUES, for each \
+    instance with properties.";
 pub(crate) const NOTHING_STARTS: &str = "Nothing runs.";
 pub(crate) const TOPICS: &str =
     "Topics need rtt_ros_integration. Without them: `[generate] ros_streams = false` in mauve.toml.";
@@ -115,15 +115,15 @@ pub(crate) fn connecting(one: &str, other: &str) -> String {
 }
 
 pub(crate) fn scheduling(name: &str) -> String {
-    format!("give {name} its activity")
+    format!("create the activity of {name}")
 }
 
 pub(crate) fn pinning(name: &str) -> String {
-    format!("give {name} its CPUs: are they all there?")
+    format!("set the CPU affinity of {name}: do these CPUs exist?")
 }
 
 pub(crate) fn streaming(topic: &str) -> String {
-    format!("make topic {topic}: does roscore run?")
+    format!("create topic {topic}: is roscore running?")
 }
 
 pub(crate) struct Script {
@@ -158,7 +158,7 @@ impl Script {
 
     pub(crate) fn left_out(&mut self, streams: &Streams) {
         for port in &streams.left_out {
-            self.comment(&format!("Not {port}: no message has its type."));
+            self.comment(&format!("{port} is not streamed: its type is not a message."));
         }
     }
 }
@@ -188,8 +188,8 @@ impl Activity {
     }
 }
 
-pub(crate) const STREAMS: &str = "Outputs are topics, and inputs that nothing is connected to. On the other inputs a topic \
-    would be a second writer.";
+pub(crate) const STREAMS: &str = "Streams outputs, and inputs without a connection, to topics. On a connected \
+    input, a topic would be a second writer.";
 
 /// Ports that are topics of ROS: outputs, and inputs that nothing is connected to.
 ///

@@ -17,12 +17,12 @@ pub(crate) fn launch_file(deployed: &Deployed) -> String {
 <!-- {generated} -->
 <!-- {description} -->
 <launch>
-  <arg name="namespace" default="/" doc="Where the topics are"/>
-  <arg name="log_level" default="info" doc="What Orocos logs: error, warning, info or debug"/>
-  <arg name="start" default="true" doc="false: all is configured, and nothing starts"/>
-  <arg name="values" default="" doc="A folder with values of properties: INSTANCE.cpf"/>
+  <arg name="namespace" default="/" doc="The namespace of the topics"/>
+  <arg name="log_level" default="info" doc="The log level of Orocos: error, warning, info or debug"/>
+  <arg name="start" default="true" doc="false: components are configured, and not started"/>
+  <arg name="values" default="" doc="A folder with property values: INSTANCE.cpf"/>
   <arg name="allow_non_realtime" default="false"
-       doc="true: starts also where threads are not scheduled as they were analysed"/>
+       doc="true: starts even if threads are not scheduled as analysed"/>
 
   <group ns="$(arg namespace)">
     <env name="MAUVE_START" value="$(arg start)"/>

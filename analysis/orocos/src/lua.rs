@@ -22,7 +22,8 @@ local function worked(has_worked, what)
   end
 end
 
--- Beside the folder of a package, the deployer takes that for what is installed of it.
+-- Next to the source folder of a package, the deployer takes that folder for the installed package:
+-- the second path names the installed one.
 local function import(package)
   local is_there = deployer:import(package) or deployer:import("gnulinux/" .. package)
   worked(is_there, "import package " .. package .. ": build it, and source its workspace")
@@ -30,7 +31,7 @@ end
 
 local function load(name, class)
   local is_loaded = deployer:loadComponent(name, class)
-  worked(is_loaded, "load " .. name .. ", a " .. class .. ": build its package anew")
+  worked(is_loaded, "load " .. name .. ", a " .. class .. ": rebuild its package")
 end
 
 local function task(name)
@@ -70,7 +71,7 @@ fn imports(script: &mut Script, deployed: &Deployed) {
         script.comment(TOPICS);
         deployed.ros_packages().iter().for_each(|it| write_call(script, "import", &[&lua_string(it)]));
     }
-    script.section("The components.");
+    script.section("Creates the components.");
     deployed.packages.iter().for_each(|it| write_call(script, "import", &[&lua_string(it)]));
 }
 
@@ -121,7 +122,7 @@ fn connections(script: &mut Script, deployed: &Deployed) {
         }
     }
     if !deployed.operations.is_empty() {
-        script.section("The operations: who requires it, who provides it.");
+        script.section("Connects the operations: required operation, provided operation.");
     }
     for [required, provided] in &deployed.operations {
         let call = format!("deployer:connectOperations({}, {})", lua_string(required), lua_string(provided));

@@ -46,7 +46,7 @@ bool imported(string package) {
   return worked(is_there, "import package " + package + ": build it, and source its workspace")
 }
 bool loaded(string name, string class) {
-  return worked(loadComponent(name, class), "load " + name + ", a " + class + ": build its package anew")
+  return worked(loadComponent(name, class), "load " + name + ", a " + class + ": rebuild its package")
 }
 var bool ready = true
 "#;
@@ -79,7 +79,7 @@ fn imports(script: &mut Script, deployed: &Deployed) {
         script.line(&format!("  print.err({})", ops_string(TOPICS)));
         script.line("}");
     }
-    script.section("The components.");
+    script.section("Creates the components.");
     deployed.packages.iter().for_each(|it| import(script, it));
 }
 
@@ -154,7 +154,10 @@ fn connections(script: &mut Script, deployed: &Deployed) {
     if deployed.operations.is_empty() {
         return;
     }
-    script.section("The operations: who requires it, who provides it. Where one is missing, the deployer would crash here.");
+    script.section(
+        "Connects the operations: required operation, provided operation. The deployer would \
+         crash here if one were missing.",
+    );
     script.line("if ( ready ) then {");
     for [required, provided] in &deployed.operations {
         let call = format!("connectOperations({}, {})", ops_string(required), ops_string(provided));
@@ -238,7 +241,8 @@ fn start(script: &mut Script, deployed: &Deployed) {
     script.line("}");
     let Some(first) = deployed.in_order().next() else { return };
     script.section(
-        "Only then there is what the last line names: a script that fails is one to the deployer, too.",
+        "The last line is an error unless all steps succeeded: a script cannot report a failure to the \
+         deployer in another way.",
     );
     script.line("if ( ready ) then {");
     script.line(&format!("  aliasPeer(\"this\", {}, \"all_is_well\")", ops_string(&first.name)));

@@ -24,7 +24,7 @@ pub(crate) fn task_files(library: &Library<'_>) -> Vec<GeneratedFile> {
 
 const HEADER: &str = r#"// {generated}
 //
-// What all components of this package have in common.
+// The base class of all components of this package.
 
 #pragma once
 
@@ -56,9 +56,9 @@ class MauveTask : public RTT::TaskContext {
  public:
   explicit MauveTask(const std::string& name) : RTT::TaskContext(name, PreOperational), period_(2) {
     addOperation("mauve_runs_as", &MauveTask::mauve_runs_as, this, RTT::OwnThread)
-        .doc("Is the thread scheduled like this? Otherwise the component does not start.")
-        .arg("priority", "of SCHED_FIFO; 0 where it does not run in real time")
-        .arg("cpus", "the CPUs that it may use, a bit for each; 0 for any");
+        .doc("Checks the scheduling of the component's thread. If it differs, the component does not start.")
+        .arg("priority", "the expected SCHED_FIFO priority; 0 for SCHED_OTHER")
+        .arg("cpus", "the expected CPUs, one bit for each; 0 for any");
   }
 
   // Executed by the component's own thread.
@@ -71,8 +71,8 @@ class MauveTask : public RTT::TaskContext {
   }
 
  protected:
-  // A call of an operation by another component. Where this one does not run, it is refused: the
-  // caller gets `failure`. Where it does, no hook of the deployer's thread is executed meanwhile.
+  // A call of an operation by another component. It is refused while this component is not running:
+  // the caller gets `failure`. During the call, the deployer's thread executes no hook.
   class MauveCall {
    public:
     explicit MauveCall(MauveTask& task) : task_(task) {
@@ -90,23 +90,23 @@ class MauveTask : public RTT::TaskContext {
     MauveTask& task_;
   };
 
-  // In the constructor: a port that shows the state of the machine whenever that changes, with room
-  // for names of this length.
+  // Called by the constructor: adds a port that publishes each change of the machine's state, and
+  // reserves space for names of this length.
   void mauve_add_state_port(const char* name, std::size_t longest) {
     state_.assign(longest, ' ');
     state_port_.setDataSample(state_);
-    addPort(name, state_port_).doc("The state of the machine, whenever it changes.");
+    addPort(name, state_port_).doc("The state of the machine, written when it changes.");
   }
 
-  // In the constructor: a port that shows what a period has taken.
+  // Called by the constructor: adds a port that publishes the CPU time of each period.
   void mauve_add_period_port(const char* name) {
     has_period_port_ = true;
     period_port_.setDataSample(period_);
     addPort(name, period_port_)
-        .doc("CPU time of each period in s; how many have ended after the next one had to begin.");
+        .doc("CPU time of the period in s; number of periods so far that ended after the next release.");
   }
 
-  // `name` stays where it is.
+  // `name` must stay valid: the pointer is kept.
   void mauve_show_state(const char* name) {
     if (name == shown_) return;
     shown_ = name;
@@ -114,14 +114,14 @@ class MauveTask : public RTT::TaskContext {
     state_port_.write(state_);
   }
 
-  // At the end of `startHook`.
+  // Called at the end of `startHook`.
   void mauve_started() {
     is_first_period_ = true;
     overruns_ = 0;
     gate_ = Open;
   }
 
-  // At the beginning of `stopHook`: waits for a call that is being executed.
+  // Called at the beginning of `stopHook`: waits until a running call has ended.
   void mauve_stopping() {
     Gate expected = Open;
     while (!gate_.compare_exchange_weak(expected, Closed) && expected != Closed) {
@@ -131,20 +131,20 @@ class MauveTask : public RTT::TaskContext {
     }
   }
 
-  // At the beginning of `startHook`.
+  // Called at the beginning of `startHook`.
   bool mauve_may_start() {
     if (is_known_ && !is_scheduled_) {
-      RTT::log(RTT::Error) << getName() << " does not start: it is not scheduled as it was analysed"
+      RTT::log(RTT::Error) << getName() << " does not start: it is not scheduled as analysed"
                            << RTT::endlog();
       return false;
     }
     return true;
   }
 
-  // At the beginning of a period. False in a first one whose thread is not scheduled as it was
-  // analysed: then no period is executed, and the component is in its exception state.
+  // Called at the beginning of a period. Returns false in the first period if the thread is not
+  // scheduled as analysed: then the component enters its exception state and executes no period.
   bool mauve_begin() {
-    // What `startHook` has written in another thread is seen from here on.
+    // This load makes the writes of `startHook`, in another thread, visible.
     if (gate_.load() == Closed) return false;
     refuses_in_ = std::thread::id();
     executes_in_ = std::this_thread::get_id();
@@ -154,8 +154,8 @@ class MauveTask : public RTT::TaskContext {
     }
     if (has_period_port_) {
       begin_ = mauve_now(CLOCK_THREAD_CPUTIME_ID);
-      // A period that begins late says nothing of when the next one has to; in the background the
-      // next one is counted from this one.
+      // A late start does not move the next release. A background activity has no fixed releases:
+      // its next period is counted from this one.
       const double now = mauve_now(CLOCK_MONOTONIC);
       const bool is_new = is_first_period_ || (is_known_ && priority_ == 0);
       release_ = is_new ? now : std::min(release_ + getPeriod(), now);
@@ -164,7 +164,7 @@ class MauveTask : public RTT::TaskContext {
     return true;
   }
 
-  // At the end of a period.
+  // Called at the end of a period.
   void mauve_end() {
     const double period = getPeriod();
     if (period > 0 && mauve_now(CLOCK_MONOTONIC) > release_ + period) ++overruns_;
@@ -173,7 +173,7 @@ class MauveTask : public RTT::TaskContext {
     period_port_.write(period_);
   }
 
-  // A call that cannot be sent has failed.
+  // Sends a call. A call that cannot be sent has failed.
   template <class Signature, class... Arguments>
   static RTT::SendHandle<Signature> mauve_send(RTT::OperationCaller<Signature>& operation,
                                                Arguments&&... arguments) {
@@ -185,8 +185,8 @@ class MauveTask : public RTT::TaskContext {
     }
   }
 
-  // A call whose operation throws has failed. RTT throws each time that it is asked for: an empty
-  // handle has failed, too, and throws nothing.
+  // Collects a call. A call whose operation throws has failed. RTT would throw again at each collect,
+  // so the handle is replaced by an empty one, which reports failure without throwing.
   template <class Handle, class... Results>
   static RTT::SendStatus mauve_collect(Handle& handle, Results&... results) {
     try {
@@ -197,14 +197,15 @@ class MauveTask : public RTT::TaskContext {
     }
   }
 
-  // For the first time? Later, connections may be read while it is configured.
+  // Returns true the first time only: later, another component may be reading the connections
+  // during `configureHook`.
   bool mauve_makes_room() {
     const bool is_first = !has_room_;
     has_room_ = true;
     return is_first;
   }
 
-  // Reads a whole number. What is not one, or none of this type, leaves the value as it is.
+  // Parses a whole number. Leaves the value unchanged if the text is not a number of this type.
   template <class Number>
   static bool mauve_parse(const std::string& text, Number& value) {
     std::istringstream in(text);
@@ -223,8 +224,8 @@ class MauveTask : public RTT::TaskContext {
     return true;
   }
 
-  // RTT brings whoever's operation throws into its exception state. That it is called while it does
-  // not run is no fault of it; and where the deployer is stopping it, that executes the same hooks.
+  // RTT calls this when an operation of the component throws. A refused call is not an error of
+  // this component; and while the deployer stops it, the deployer executes the same hooks.
   void exception() override {
     const std::thread::id self = std::this_thread::get_id();
     if (refuses_in_.load() == self) {
@@ -240,7 +241,7 @@ class MauveTask : public RTT::TaskContext {
   enum Gate { Closed, Open, Busy };
 
   struct Refusal : std::exception {
-    const char* what() const noexcept override { return "the component does not run: it refuses a call"; }
+    const char* what() const noexcept override { return "the component is not running: it refuses the call"; }
   };
 
   static double mauve_now(clockid_t clock) {
@@ -249,30 +250,30 @@ class MauveTask : public RTT::TaskContext {
     return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
   }
 
-  // Says what differs. Without real time nothing starts, unless MAUVE_ALLOW_NON_REALTIME is `true`.
+  // Logs the differences from the analysed scheduling. MAUVE_ALLOW_NON_REALTIME=true accepts them.
   bool mauve_is_scheduled() const {
     const std::string difference = mauve_difference();
     if (difference.empty()) return true;
     const char* const allowed = std::getenv("MAUVE_ALLOW_NON_REALTIME");
     const bool is_allowed = allowed != nullptr && std::string(allowed) == "true";
     RTT::log(is_allowed ? RTT::Warning : RTT::Error)
-        << getName() << " is not scheduled as it was analysed: " << difference
-        << (is_allowed ? ". Nothing is proved (MAUVE_ALLOW_NON_REALTIME)" : "") << RTT::endlog();
+        << getName() << " is not scheduled as analysed: " << difference
+        << (is_allowed ? ". The response times do not hold (MAUVE_ALLOW_NON_REALTIME)" : "") << RTT::endlog();
     return is_allowed;
   }
 
   std::string mauve_difference() const {
-    // Of this thread, from the kernel: what the library of threads says is what it was told before.
+    // Asks the kernel: pthread_getschedparam only returns what was set before.
     sched_param has = {};
     const int said = sched_getscheduler(0);
-    if (said < 0 || sched_getparam(0, &has) != 0) return "its thread does not say";
+    if (said < 0 || sched_getparam(0, &has) != 0) return "the scheduler of its thread is unknown";
     const int policy = said & ~SCHED_RESET_ON_FORK;
     std::ostringstream out;
     if (priority_ == 0 && policy != SCHED_OTHER) {
-      out << "it runs in real time, and belongs into the background; ";
+      out << "it runs with a real-time scheduler, but is analysed as a background activity; ";
     } else if (priority_ > 0 && policy != SCHED_FIFO) {
-      out << "its scheduler is not SCHED_FIFO (has the user the right to it? `ulimit -r` says up to "
-          << "which priority, and " << priority_ << " is needed); ";
+      out << "its scheduler is not SCHED_FIFO (is the user permitted to use it? `ulimit -r` shows "
+          << "the highest permitted priority, and " << priority_ << " is needed); ";
     } else if (priority_ > 0 && has.sched_priority != priority_) {
       out << "its priority is " << has.sched_priority << " instead of " << priority_ << "; ";
     }
@@ -289,19 +290,19 @@ class MauveTask : public RTT::TaskContext {
       }
     }
     if (cpus_ != 0 && (may != cpus_ || has_others)) {
-      out << "it may use the CPUs 0x" << std::hex << may << " instead of 0x" << cpus_
-          << ", a bit for each (are they all there?); ";
+      out << "its CPU affinity is 0x" << std::hex << may << " instead of 0x" << cpus_
+          << " (do these CPUs exist?); ";
     }
     const std::string text = out.str();
     return text.empty() ? text : text.substr(0, text.size() - 2);
   }
 
   std::atomic<Gate> gate_{Closed};
-  // The thread that has refused a call last, and the one that executes periods and calls.
+  // The thread that last refused a call, and the thread that executes periods and calls.
   std::atomic<std::thread::id> refuses_in_{std::thread::id()};
   std::atomic<std::thread::id> executes_in_{std::thread::id()};
   bool has_room_ = false;
-  // As it was analysed, where somebody has said how that was.
+  // The scheduling that was analysed; unknown until `mauve_runs_as` is called.
   bool is_known_ = false;
   bool is_scheduled_ = false;
   int priority_ = 0;

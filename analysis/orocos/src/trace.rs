@@ -59,8 +59,8 @@ pub(crate) fn span_of(program: &ProgramId) -> [&str; 3] {
 
 const HEADER: &str = r#"// {generated}
 //
-// Spans around what components execute, recorded by LTTng-UST where MAUVE_TRACING is defined.
-// Otherwise nothing is left of them.
+// Spans of components, programs and codels, recorded by LTTng-UST if MAUVE_TRACING is defined.
+// Otherwise the macros expand to nothing.
 
 #pragma once
 
@@ -69,7 +69,8 @@ const HEADER: &str = r#"// {generated}
 #include <string>
 
 extern "C" {
-// Each records a beginning (phase 0) or an end (phase 1); false where no session wants it.
+// Each records the begin (phase 0) or the end (phase 1) of a span. Returns false if no session
+// records this event.
 bool mauve_{lib}_component(const char* instance, int phase);
 bool mauve_{lib}_program(
     const char* instance, const char* component, const char* state, const char* transition,
@@ -80,8 +81,8 @@ bool mauve_{lib}_codel(const char* instance, const char* codel, int phase);
 namespace {lib} {
 namespace trace {
 
-// A span begins where it is constructed, and ends where it is destroyed: at the end of its block,
-// by an exception too. It is not recorded where nobody recorded its beginning.
+// A span begins with its constructor and ends with its destructor, also when an exception is thrown.
+// Its end is recorded only if its begin was.
 
 class ComponentSpan {
  public:
@@ -147,7 +148,7 @@ class CodelSpan {
   bool is_recorded_;
 };
 
-// What the call gives; its span ends with it.
+// Returns the result of a call, in a span.
 template <typename Call>
 auto traced(const std::string& instance, const char* codel, Call call) -> decltype(call()) {
   const CodelSpan span(instance, codel);
@@ -157,7 +158,7 @@ auto traced(const std::string& instance, const char* codel, Call call) -> declty
 }  // namespace trace
 }  // namespace {lib}
 
-// The name of the package is no word of a macro, which a parameter of the same name would replace.
+// Macros use this alias, since a macro parameter could have the name of the package.
 namespace mauve_trace = ::{lib}::trace;
 
 #define MAUVE_TRACE_COMPONENT(instance) \
@@ -179,8 +180,8 @@ namespace mauve_trace = ::{lib}::trace;
 
 const EVENTS: &str = r#"// {generated}
 //
-// The events of LTTng-UST, each where something begins (phase 0) and where it ends (phase 1).
-// cpu_ns is the CPU time that the thread has used so far: no time in which it was preempted.
+// The events of LTTng-UST, each at the begin (phase 0) and at the end (phase 1) of a span.
+// cpu_ns is the CPU time that the thread has used so far, without the time in which it was preempted.
 
 #undef TRACEPOINT_PROVIDER
 #define TRACEPOINT_PROVIDER mauve_{lib}
@@ -194,7 +195,7 @@ const EVENTS: &str = r#"// {generated}
 #include <lttng/tracepoint.h>
 #include <stdint.h>
 
-// A step of a component.
+// One period of a component.
 TRACEPOINT_EVENT(
     mauve_{lib}, component,
     TP_ARGS(const char*, instance, int, phase, uint64_t, cpu_ns),
@@ -203,8 +204,8 @@ TRACEPOINT_EVENT(
         ctf_integer(uint8_t, phase, phase)
         ctf_integer(uint64_t, cpu_ns, cpu_ns)))
 
-// A program of a component: of a state, of a transition, of an operation (whose name stands for the
-// transition), or of the component itself. "-" where it has no state or no transition.
+// A program of a component: of a state, of a transition, of an operation (then `transition` is the
+// name of the operation), or of the component itself. "-" without a state or a transition.
 TRACEPOINT_EVENT(
     mauve_{lib}, program,
     TP_ARGS(const char*, instance, const char*, component, const char*, state,
@@ -235,7 +236,7 @@ TRACEPOINT_EVENT(
 
 const PROVIDER: &str = r#"// {generated}
 //
-// The provider of LTTng-UST: records what {lib}-trace.hpp tells it.
+// The tracepoint provider of LTTng-UST, called by {lib}-trace.hpp.
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -252,11 +253,11 @@ static uint64_t cpu_ns(void) {
   return (uint64_t)used.tv_sec * 1000000000u + (uint64_t)used.tv_nsec;
 }
 
-// babeltrace2 up to 2.0.4 reads an empty text as one of an earlier event.
+// babeltrace2 up to 2.0.4 reads an empty string as a string of an earlier event.
 static const char* or_dash(const char* name) { return *name ? name : "-"; }
 
-// The clock is read last where something begins, and first where it ends, and not at all where no
-// session records the event.
+// The clock is read last at the begin and first at the end of a span, and only if a session records
+// the event.
 
 bool mauve_{lib}_component(const char* instance, int phase) {
   if (!tracepoint_enabled(mauve_{lib}, component)) return false;

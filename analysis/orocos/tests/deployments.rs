@@ -449,7 +449,7 @@ fn a_thread_has_cpus_1_to_32() {
         })
     };
     let set = |ops: &str, lua: &str| {
-        let what = "\"give c its CPUs: are they all there?\")";
+        let what = "\"set the CPU affinity of c: do these CPUs exist?\")";
         Ok(vec![
             format!("ready = worked(c.setCpuAffinity({ops}), {what} && ready"),
             format!("worked(task(\"c\"):setCpuAffinity({lua}), {what}"),

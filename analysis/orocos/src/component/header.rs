@@ -93,7 +93,7 @@ fn feature(class: &Class<'_, '_>, member: &Member<'_>, text: &mut Text) {
             let value = value.map_or_else(|| "{}".to_owned(), |value| format!(" = {value}"));
             text.line(1, format!("{cpp} {}{value};", member.property()));
             if member.property.is_some() {
-                text.line(1, format!("{cpp} {name}{value};  // as configureHook() found it"));
+                text.line(1, format!("{cpp} {name}{value};  // the value that configureHook() found"));
             }
         }
         FeatureKind::Input => {
@@ -124,10 +124,7 @@ fn core<'db>(class: &Class<'_, 'db>, text: &mut Text) {
         text.gap();
     }
     if class.sent.iter().any(|operation| !operation.slots.is_empty()) {
-        text.line(
-            1,
-            "// What the operations that are sent write their results to, as long as they are under way.",
-        );
+        text.line(1, "// The results of operations that were sent, until they are collected.");
         for (_, ty, name) in class.sent.iter().flat_map(|operation| &operation.slots) {
             text.line(1, format!("{} {name}{{}};", class.cpp(ty)));
         }
@@ -136,7 +133,7 @@ fn core<'db>(class: &Class<'_, 'db>, text: &mut Text) {
     if class.last_calls().next().is_some() {
         text.line(
             1,
-            "// Calls that read what they write: nothing else is sent there before they have ended.",
+            "// Calls with inout arguments: the next call is sent only after the last one has ended.",
         );
         for (call, operation) in class.last_calls() {
             text.line(1, format!("RTT::SendHandle<{}> {};", class.signature(operation), call.handle));
@@ -158,7 +155,7 @@ fn variables<'db>(class: &Class<'_, 'db>, all: &'db [Variable]) -> Vec<(String, 
     let line = |(index, variable, name): (VariableId, &'db Variable, &str)| {
         let at = class.at(class.core, variable.name.id);
         if variable.value.is_none() && !class.named.contains(&index) {
-            return (String::new(), format!("{name}: nothing uses it, {at}"));
+            return (String::new(), format!("{name}: unused, {at}"));
         }
         let ty = class.type_of_variable(index);
         let value = variable.value.as_ref().and_then(|value| known(class, value, &ty));

@@ -12,7 +12,7 @@ pub(super) type Comparison = (String, BinaryOperator, f64);
 
 /// The lines that suppress the warnings.
 pub(super) const MEANT: [&str; 3] = [
-    "// Conditions that are always true, or never, are meant so: MAUVE speaks of them in the model.",
+    "// Conditions that are always true or always false are intended: MAUVE reports them in the model.",
     "#pragma GCC diagnostic ignored \"-Wtautological-compare\"",
     "#pragma GCC diagnostic ignored \"-Wtype-limits\"",
 ];

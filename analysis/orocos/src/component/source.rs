@@ -32,7 +32,10 @@ pub(super) fn text(class: &Class<'_, '_>) -> String {
     set(class, &mut body);
     show(class, &mut body);
     for (call, operation) in class.last_calls() {
-        body.line(0, format!("// Is the last call of {} under way?", operation.data.name.name));
+        body.line(
+            0,
+            format!("// Returns true while the last call of {} is running.", operation.data.name.name),
+        );
         let lines = Writer::new(class).ask_for_last_call(call, operation);
         body.function(&format!("bool {}::{}()", class.name, call.is_under_way), |text| text.lines(&lines));
     }
@@ -113,7 +116,8 @@ fn constructor(class: &Class<'_, '_>, text: &mut Text) {
         text.line(
             1,
             format!(
-                "addOperation(\"mauve_set\", &{}::mauve_set, this, RTT::ClientThread).doc(\"Sets what scripts cannot.\")\
+                "addOperation(\"mauve_set\", &{}::mauve_set, this, RTT::ClientThread).doc(\"Sets properties \
+                 of types that scripts cannot set.\")\
                  .arg(\"property\", \"\").arg(\"text\", \"a whole number\");",
                 class.name
             ),
@@ -169,7 +173,7 @@ fn configure_hook(class: &Class<'_, '_>, text: &mut Text) {
         let constants = class.members.iter().filter_map(|it| Some((&it.name, it.property.as_ref()?)));
         for (index, (name, property)) in constants.enumerate() {
             if index == 0 {
-                text.line(1, "// Constants are from here on what they are now.");
+                text.line(1, "// Constants keep their present values from here on.");
             }
             text.line(1, format!("{name} = {property};"));
         }
@@ -186,7 +190,8 @@ fn configure_hook(class: &Class<'_, '_>, text: &mut Text) {
         if !class.samples.is_empty() {
             text.line(
                 1,
-                "// Connections get room for values of these sizes: writing them allocates nothing.",
+                "// Reserves space in connections for values of these sizes, so that writing them does not \
+                 allocate.",
             );
             text.line(1, "if (mauve_makes_room()) {");
             for (port, variable) in &class.samples {
@@ -202,7 +207,7 @@ fn configure_hook(class: &Class<'_, '_>, text: &mut Text) {
 /// Calls a program that may return false, and reports that: Orocos itself does not say why.
 fn agreed(class: &Class<'_, '_>, kind: HookKind, text: &mut Text) {
     let Some(program) = class.program(&ProgramId::Hook(kind)) else { return };
-    let said = cpp_string(&format!(": the program {} gives false", kind.keyword()));
+    let said = cpp_string(&format!(": the program {} returned false", kind.keyword()));
     text.line(1, format!("if (!{}()) {{", program.function));
     refuse(2, &said, text);
     text.line(1, "}");
@@ -347,7 +352,7 @@ fn called<'db>(class: &Class<'_, 'db>, routine: &Routine<'db>, text: &mut Text) 
         _ => it.name.clone(),
     });
     let given: Vec<String> = given.collect();
-    text.line(0, format!("// {}, as other components call it", described(&routine.program)));
+    text.line(0, format!("// {}, as called by other components", described(&routine.program)));
     let head = format!("{} {}::{called}({})", class.cpp(&routine.result), class.name, declared.join(", "));
     text.function(&head, |text| {
         text.line(1, format!("const MauveCall {call}(*this);"));

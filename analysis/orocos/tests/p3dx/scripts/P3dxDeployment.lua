@@ -15,7 +15,8 @@ local function worked(has_worked, what)
   end
 end
 
--- Beside the folder of a package, the deployer takes that for what is installed of it.
+-- Next to the source folder of a package, the deployer takes that folder for the installed package:
+-- the second path names the installed one.
 local function import(package)
   local is_there = deployer:import(package) or deployer:import("gnulinux/" .. package)
   worked(is_there, "import package " .. package .. ": build it, and source its workspace")
@@ -23,7 +24,7 @@ end
 
 local function load(name, class)
   local is_loaded = deployer:loadComponent(name, class)
-  worked(is_loaded, "load " .. name .. ", a " .. class .. ": build its package anew")
+  worked(is_loaded, "load " .. name .. ", a " .. class .. ": rebuild its package")
 end
 
 local function task(name)
@@ -35,7 +36,7 @@ local function set(name, property, value)
   found:set(value)
 end
 
--- ROS, and the types of the messages.
+-- Imports ROS and the types of the messages.
 -- Topics need rtt_ros_integration. Without them: `[generate] ros_streams = false` in mauve.toml.
 import("rtt_ros")
 import("rtt_rosnode")
@@ -45,15 +46,15 @@ import("rtt_nav_msgs")
 import("rtt_sensor_msgs")
 import("rtt_std_msgs")
 
--- The components.
+-- Creates the components.
 import("drivers")
 import("motion")
 import("localisation")
 import("navigation")
 import("exploration")
 
--- The instances, who provides operations before who requires them: the deployer stops them the
--- other way round.
+-- Creates the instances; a provider of operations comes before the instances that call it. The
+-- deployer stops them in reverse order.
 load("navigation", "navigation::Navigation")
 load("control", "motion::Control")
 load("guidance", "motion::Guidance")
@@ -65,7 +66,7 @@ load("p3dx_driver", "drivers::P3dxDriver")
 load("hokuyo", "drivers::Hokuyo")
 load("exploration", "exploration::Exploration")
 
--- Values that the model sets, and those that rest on them.
+-- Sets values of the model, and values that depend on them.
 set("control", "max_speed", 0.4)
 set("guidance", "body_width", 0.5800000000000001)
 set("switch", "body_width", 0.48)
@@ -77,7 +78,8 @@ set("hokuyo", "device", "/dev/ttyACM0")
 set("hokuyo", "min_angle", -2.09)
 set("hokuyo", "max_angle", 2.09)
 
--- Values of this launch: NAME.cpf in the folder MAUVE_VALUES, for each that has properties.
+-- Reads property values of this launch: NAME.cpf in the folder MAUVE_VALUES, for each instance
+-- with properties.
 local values = os.getenv("MAUVE_VALUES") or ""
 
 local function read(name)
@@ -100,7 +102,7 @@ read("p3dx_driver")
 read("hokuyo")
 read("exploration")
 
--- The connections: from an output to an input, which keeps the last value or so many.
+-- Connects outputs to inputs. An input keeps the last value, or as many values as its buffer has.
 local function connect(from, to, size, what)
   local policy = rtt.Variable("ConnPolicy")
   if size then
@@ -130,74 +132,74 @@ connect("gmapping.map", "navigation.map", nil, "connect gmapping.map and navigat
 connect("pose.pose", "navigation.pose", nil, "connect pose.pose and navigation.pose")
 connect("pose.pose", "control.pose", nil, "connect pose.pose and control.pose")
 
--- How they run: period in seconds, priority, scheduler; and on which CPUs, a bit for each. Each
--- then looks whether its thread has that.
-worked(deployer:setActivity("navigation", 1.0, 2, rtt.globals.ORO_SCHED_RT), "give navigation its activity")
-worked(task("navigation"):setCpuAffinity(1), "give navigation its CPUs: are they all there?")
+-- Creates the activities: period in seconds, priority, scheduler, and CPUs, one bit for each. Each
+-- component then checks its thread.
+worked(deployer:setActivity("navigation", 1.0, 2, rtt.globals.ORO_SCHED_RT), "create the activity of navigation")
+worked(task("navigation"):setCpuAffinity(1), "set the CPU affinity of navigation: do these CPUs exist?")
 worked(task("navigation"):mauve_runs_as(2, 1), "start navigation")
-worked(deployer:setActivity("control", 0.1, 5, rtt.globals.ORO_SCHED_RT), "give control its activity")
-worked(task("control"):setCpuAffinity(1), "give control its CPUs: are they all there?")
+worked(deployer:setActivity("control", 0.1, 5, rtt.globals.ORO_SCHED_RT), "create the activity of control")
+worked(task("control"):setCpuAffinity(1), "set the CPU affinity of control: do these CPUs exist?")
 worked(task("control"):mauve_runs_as(5, 1), "start control")
-worked(deployer:setActivity("guidance", 0.1, 6, rtt.globals.ORO_SCHED_RT), "give guidance its activity")
-worked(task("guidance"):setCpuAffinity(1), "give guidance its CPUs: are they all there?")
+worked(deployer:setActivity("guidance", 0.1, 6, rtt.globals.ORO_SCHED_RT), "create the activity of guidance")
+worked(task("guidance"):setCpuAffinity(1), "set the CPU affinity of guidance: do these CPUs exist?")
 worked(task("guidance"):mauve_runs_as(6, 1), "start guidance")
-worked(deployer:setActivity("switch", 0.1, 8, rtt.globals.ORO_SCHED_RT), "give switch its activity")
-worked(task("switch"):setCpuAffinity(1), "give switch its CPUs: are they all there?")
+worked(deployer:setActivity("switch", 0.1, 8, rtt.globals.ORO_SCHED_RT), "create the activity of switch")
+worked(task("switch"):setCpuAffinity(1), "set the CPU affinity of switch: do these CPUs exist?")
 worked(task("switch"):mauve_runs_as(8, 1), "start switch")
-worked(deployer:setActivity("teleop", 0.1, 4, rtt.globals.ORO_SCHED_RT), "give teleop its activity")
-worked(task("teleop"):setCpuAffinity(1), "give teleop its CPUs: are they all there?")
+worked(deployer:setActivity("teleop", 0.1, 4, rtt.globals.ORO_SCHED_RT), "create the activity of teleop")
+worked(task("teleop"):setCpuAffinity(1), "set the CPU affinity of teleop: do these CPUs exist?")
 worked(task("teleop"):mauve_runs_as(4, 1), "start teleop")
-worked(deployer:setActivity("pose", 0.1, 7, rtt.globals.ORO_SCHED_RT), "give pose its activity")
-worked(task("pose"):setCpuAffinity(1), "give pose its CPUs: are they all there?")
+worked(deployer:setActivity("pose", 0.1, 7, rtt.globals.ORO_SCHED_RT), "create the activity of pose")
+worked(task("pose"):setCpuAffinity(1), "set the CPU affinity of pose: do these CPUs exist?")
 worked(task("pose"):mauve_runs_as(7, 1), "start pose")
-worked(deployer:setActivity("gmapping", 1.0, 3, rtt.globals.ORO_SCHED_RT), "give gmapping its activity")
-worked(task("gmapping"):setCpuAffinity(2), "give gmapping its CPUs: are they all there?")
+worked(deployer:setActivity("gmapping", 1.0, 3, rtt.globals.ORO_SCHED_RT), "create the activity of gmapping")
+worked(task("gmapping"):setCpuAffinity(2), "set the CPU affinity of gmapping: do these CPUs exist?")
 worked(task("gmapping"):mauve_runs_as(3, 2), "start gmapping")
-worked(deployer:setActivity("p3dx_driver", 0.1, 10, rtt.globals.ORO_SCHED_RT), "give p3dx_driver its activity")
-worked(task("p3dx_driver"):setCpuAffinity(1), "give p3dx_driver its CPUs: are they all there?")
+worked(deployer:setActivity("p3dx_driver", 0.1, 10, rtt.globals.ORO_SCHED_RT), "create the activity of p3dx_driver")
+worked(task("p3dx_driver"):setCpuAffinity(1), "set the CPU affinity of p3dx_driver: do these CPUs exist?")
 worked(task("p3dx_driver"):mauve_runs_as(10, 1), "start p3dx_driver")
-worked(deployer:setActivity("hokuyo", 0.1, 9, rtt.globals.ORO_SCHED_RT), "give hokuyo its activity")
-worked(task("hokuyo"):setCpuAffinity(1), "give hokuyo its CPUs: are they all there?")
+worked(deployer:setActivity("hokuyo", 0.1, 9, rtt.globals.ORO_SCHED_RT), "create the activity of hokuyo")
+worked(task("hokuyo"):setCpuAffinity(1), "set the CPU affinity of hokuyo: do these CPUs exist?")
 worked(task("hokuyo"):mauve_runs_as(9, 1), "start hokuyo")
--- In the background, and the model gives no period: it runs again 10 ms after it began, or when it
--- has ended. A `period` in its activity says another time.
-worked(deployer:setActivity("exploration", 0.01, 0, rtt.globals.ORO_SCHED_OTHER), "give exploration its activity")
-worked(deployer:setWaitPeriodPolicy("exploration", rtt.globals.ORO_WAIT_REL), "give exploration its activity")
+-- A background activity without a period: it runs again 10 ms after it began, or when it has
+-- ended. Set `period` in its activity to change that.
+worked(deployer:setActivity("exploration", 0.01, 0, rtt.globals.ORO_SCHED_OTHER), "create the activity of exploration")
+worked(deployer:setWaitPeriodPolicy("exploration", rtt.globals.ORO_WAIT_REL), "create the activity of exploration")
 worked(task("exploration"):mauve_runs_as(0, 0), "start exploration")
 
--- Outputs are topics, and inputs that nothing is connected to. On the other inputs a topic would
+-- Streams outputs, and inputs without a connection, to topics. On a connected input, a topic would
 -- be a second writer.
 local ros = rtt.provides("ros"):provides("comm")
-worked(deployer:stream("navigation.next", ros:topic("navigation/next")), "make topic navigation/next: does roscore run?")
-worked(deployer:stream("control.command", ros:topic("control/command")), "make topic control/command: does roscore run?")
-worked(deployer:stream("guidance.command", ros:topic("guidance/command")), "make topic guidance/command: does roscore run?")
-worked(deployer:stream("switch.command", ros:topic("switch/command")), "make topic switch/command: does roscore run?")
-worked(deployer:stream("teleop.command", ros:topic("teleop/command")), "make topic teleop/command: does roscore run?")
-worked(deployer:stream("pose.pose", ros:topic("pose/pose")), "make topic pose/pose: does roscore run?")
-worked(deployer:stream("gmapping.map", ros:topic("gmapping/map")), "make topic gmapping/map: does roscore run?")
-worked(deployer:stream("gmapping.correction", ros:topic("gmapping/correction")), "make topic gmapping/correction: does roscore run?")
-worked(deployer:stream("p3dx_driver.odometry", ros:topic("p3dx_driver/odometry")), "make topic p3dx_driver/odometry: does roscore run?")
-worked(deployer:stream("hokuyo.scan", ros:topic("hokuyo/scan")), "make topic hokuyo/scan: does roscore run?")
-worked(deployer:stream("exploration.goal", ros:topic("exploration/goal")), "make topic exploration/goal: does roscore run?")
-worked(deployer:stream("exploration.explored", ros:topic("exploration/explored")), "make topic exploration/explored: does roscore run?")
-worked(deployer:stream("navigation.state", ros:topic("navigation/state")), "make topic navigation/state: does roscore run?")
-worked(deployer:stream("navigation.period", ros:topic("navigation/period")), "make topic navigation/period: does roscore run?")
-worked(deployer:stream("control.period", ros:topic("control/period")), "make topic control/period: does roscore run?")
-worked(deployer:stream("guidance.state", ros:topic("guidance/state")), "make topic guidance/state: does roscore run?")
-worked(deployer:stream("guidance.period", ros:topic("guidance/period")), "make topic guidance/period: does roscore run?")
-worked(deployer:stream("switch.state", ros:topic("switch/state")), "make topic switch/state: does roscore run?")
-worked(deployer:stream("switch.period", ros:topic("switch/period")), "make topic switch/period: does roscore run?")
-worked(deployer:stream("teleop.state", ros:topic("teleop/state")), "make topic teleop/state: does roscore run?")
-worked(deployer:stream("teleop.period", ros:topic("teleop/period")), "make topic teleop/period: does roscore run?")
-worked(deployer:stream("pose.period", ros:topic("pose/period")), "make topic pose/period: does roscore run?")
-worked(deployer:stream("gmapping.state", ros:topic("gmapping/state")), "make topic gmapping/state: does roscore run?")
-worked(deployer:stream("gmapping.period", ros:topic("gmapping/period")), "make topic gmapping/period: does roscore run?")
-worked(deployer:stream("p3dx_driver.period", ros:topic("p3dx_driver/period")), "make topic p3dx_driver/period: does roscore run?")
-worked(deployer:stream("hokuyo.period", ros:topic("hokuyo/period")), "make topic hokuyo/period: does roscore run?")
-worked(deployer:stream("exploration.state", ros:topic("exploration/state")), "make topic exploration/state: does roscore run?")
-worked(deployer:stream("exploration.period", ros:topic("exploration/period")), "make topic exploration/period: does roscore run?")
+worked(deployer:stream("navigation.next", ros:topic("navigation/next")), "create topic navigation/next: is roscore running?")
+worked(deployer:stream("control.command", ros:topic("control/command")), "create topic control/command: is roscore running?")
+worked(deployer:stream("guidance.command", ros:topic("guidance/command")), "create topic guidance/command: is roscore running?")
+worked(deployer:stream("switch.command", ros:topic("switch/command")), "create topic switch/command: is roscore running?")
+worked(deployer:stream("teleop.command", ros:topic("teleop/command")), "create topic teleop/command: is roscore running?")
+worked(deployer:stream("pose.pose", ros:topic("pose/pose")), "create topic pose/pose: is roscore running?")
+worked(deployer:stream("gmapping.map", ros:topic("gmapping/map")), "create topic gmapping/map: is roscore running?")
+worked(deployer:stream("gmapping.correction", ros:topic("gmapping/correction")), "create topic gmapping/correction: is roscore running?")
+worked(deployer:stream("p3dx_driver.odometry", ros:topic("p3dx_driver/odometry")), "create topic p3dx_driver/odometry: is roscore running?")
+worked(deployer:stream("hokuyo.scan", ros:topic("hokuyo/scan")), "create topic hokuyo/scan: is roscore running?")
+worked(deployer:stream("exploration.goal", ros:topic("exploration/goal")), "create topic exploration/goal: is roscore running?")
+worked(deployer:stream("exploration.explored", ros:topic("exploration/explored")), "create topic exploration/explored: is roscore running?")
+worked(deployer:stream("navigation.state", ros:topic("navigation/state")), "create topic navigation/state: is roscore running?")
+worked(deployer:stream("navigation.period", ros:topic("navigation/period")), "create topic navigation/period: is roscore running?")
+worked(deployer:stream("control.period", ros:topic("control/period")), "create topic control/period: is roscore running?")
+worked(deployer:stream("guidance.state", ros:topic("guidance/state")), "create topic guidance/state: is roscore running?")
+worked(deployer:stream("guidance.period", ros:topic("guidance/period")), "create topic guidance/period: is roscore running?")
+worked(deployer:stream("switch.state", ros:topic("switch/state")), "create topic switch/state: is roscore running?")
+worked(deployer:stream("switch.period", ros:topic("switch/period")), "create topic switch/period: is roscore running?")
+worked(deployer:stream("teleop.state", ros:topic("teleop/state")), "create topic teleop/state: is roscore running?")
+worked(deployer:stream("teleop.period", ros:topic("teleop/period")), "create topic teleop/period: is roscore running?")
+worked(deployer:stream("pose.period", ros:topic("pose/period")), "create topic pose/period: is roscore running?")
+worked(deployer:stream("gmapping.state", ros:topic("gmapping/state")), "create topic gmapping/state: is roscore running?")
+worked(deployer:stream("gmapping.period", ros:topic("gmapping/period")), "create topic gmapping/period: is roscore running?")
+worked(deployer:stream("p3dx_driver.period", ros:topic("p3dx_driver/period")), "create topic p3dx_driver/period: is roscore running?")
+worked(deployer:stream("hokuyo.period", ros:topic("hokuyo/period")), "create topic hokuyo/period: is roscore running?")
+worked(deployer:stream("exploration.state", ros:topic("exploration/state")), "create topic exploration/state: is roscore running?")
+worked(deployer:stream("exploration.period", ros:topic("exploration/period")), "create topic exploration/period: is roscore running?")
 
--- Where all that has worked, all are configured.
+-- If all steps succeeded, configures the instances.
 worked(task("navigation"):configure(), "configure navigation")
 worked(task("control"):configure(), "configure control")
 worked(task("guidance"):configure(), "configure guidance")
@@ -209,8 +211,8 @@ worked(task("p3dx_driver"):configure(), "configure p3dx_driver")
 worked(task("hokuyo"):configure(), "configure hokuyo")
 worked(task("exploration"):configure(), "configure exploration")
 
--- They start, unless MAUVE_START is false: who provides operations before who requires them. Where
--- one does not start, all are stopped again.
+-- Starts the instances, providers of operations first, unless MAUVE_START is false. If one fails
+-- to start, all are stopped again.
 local order = {
   "navigation",
   "control",
