@@ -63,7 +63,7 @@ async function chooseSignificance(server: Server): Promise<void> {
   const ofProject = { label: "mauve.toml", description: "the level that the project names", level: null };
   const chosen = await vscode.window.showQuickPick([...levels, ofProject], {
     title: "Significance level",
-    placeHolder: "The probability with which one execution of a codel takes longer than its table says",
+    placeHolder: "The probability that one execution of a codel exceeds the time in its table",
   });
   if (chosen !== undefined) {
     await vscode.commands.executeCommand("mauve.setSignificance", chosen.level);

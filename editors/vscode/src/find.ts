@@ -44,7 +44,7 @@ export function findServer(places: Places): Found {
         ? `${set} is in a workspace that is not trusted`
         : `${set} is not a program`;
     return {
-      problem: `The MAUVE server was not found: the setting mauve.server.path is "${places.setting}", but ${what}. Correct it, or clear it to use the server that comes with the extension or is on PATH.`,
+      problem: `The MAUVE server was not found: the setting mauve.server.path is "${places.setting}", but ${what}. Correct it, or clear it to use the server in the extension or on PATH.`,
       lookedFor: [set],
     };
   }
@@ -58,7 +58,7 @@ export function findServer(places: Places): Found {
     return { path: server };
   }
   return {
-    problem: `The MAUVE server was not found: there is no ${name} in the extension (${bundled}) or on PATH. Install it (in MAUVE's sources: cargo install --path server) and restart VS Code, or say where it is in the setting mauve.server.path.`,
+    problem: `The MAUVE server was not found: ${name} is neither in the extension (${bundled}) nor on PATH. Install it (in MAUVE's sources: cargo install --path server) and restart VS Code, or set its path in mauve.server.path.`,
     lookedFor: [bundled, ...onPath],
   };
 }

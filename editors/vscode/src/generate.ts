@@ -19,7 +19,7 @@ interface Generated {
 export async function generatePackages(server: Server): Promise<void> {
   const document = vscode.window.activeTextEditor?.document;
   if (document === undefined || !["mauve", "toml"].includes(document.languageId)) {
-    void vscode.window.showInformationMessage("Open a model first: its project is what packages are generated from.");
+    void vscode.window.showInformationMessage("Open a model first: packages are generated for its project.");
     return;
   }
   await generate(server, document.uri.toString());
@@ -35,21 +35,21 @@ export async function generate(server: Server, uri: string, deployment?: string 
     return false;
   }
   const codels = generated.changedCodels.map(({ path, before, now }) =>
-    before === "" ? `${path} is to define "${now}".` : `${path} is to define "${now}", and was written for "${before}".`,
+    before === "" ? `The prototype of the codel in ${path} is now "${now}".` : `The prototype of the codel in ${path} is now "${now}"; it was "${before}".`,
   );
-  codels.push(...generated.leftCodels.map((path) => `${path} is of no codel of the model any more.`));
-  codels.push(...generated.leftFiles.map((path) => `${path} is listed as generated, made no more, and may be yours.`));
+  codels.push(...generated.leftCodels.map((path) => `${path}: the model no longer has this codel.`));
+  codels.push(...generated.leftFiles.map((path) => `${path} is no longer generated; it is kept because you may have written it.`));
   if (codels.length > 0) {
-    void vscode.window.showWarningMessage(`Your own files in ${generated.folder} stay as they are. ${codels.join(" ")}`);
+    void vscode.window.showWarningMessage(`Your own files in ${generated.folder} are kept. ${codels.join(" ")}`);
   }
   if (generated.leftPackages.length > 0) {
     const packages = generated.leftPackages.join(", ");
     void vscode.window.showWarningMessage(
-      `The models make these packages in ${generated.folder} no more; remove what nobody needs: ${packages}.`,
+      `These packages in ${generated.folder} are no longer generated from the models; remove them if you do not need them: ${packages}.`,
     );
   }
   if (generated.files.length === 0) {
-    void vscode.window.showInformationMessage(`The Orocos packages in ${generated.folder} are as they should be.`);
+    void vscode.window.showInformationMessage(`The Orocos packages in ${generated.folder} are up to date.`);
     return true;
   }
   const files = new Set(await Promise.all(generated.files.map((file) => behindLinks(path.join(generated.folder, file.path)))));

@@ -51,7 +51,7 @@ export class Server {
   /** The answer to a request of ours; nothing where no server runs, which is said. */
   async ask<T>(method: string, parameters?: object): Promise<T | undefined> {
     if (!this.client?.isRunning()) {
-      void vscode.window.showWarningMessage("The MAUVE server does not run.");
+      void vscode.window.showWarningMessage("The MAUVE server is not running.");
       return undefined;
     }
     return this.client.sendRequest<T>(method, parameters);
@@ -96,7 +96,7 @@ export class Server {
       platform: process.platform,
     });
     if ("problem" in found) {
-      this.log.appendLine("Looked for the server here:");
+      this.log.appendLine("Searched for the server in:");
       found.lookedFor.forEach((file) => this.log.appendLine(`  ${file}`));
       return this.fail(found.problem);
     }
@@ -139,7 +139,7 @@ export class Server {
           const again = started && this.client === client;
           const result = again ? await restarts.closed() : { action: CloseAction.DoNotRestart };
           if (again && result.action === CloseAction.DoNotRestart) {
-            this.fail("The MAUVE server ended too often, and is not started again. Its log may tell why.");
+            this.fail("The MAUVE server has ended too often, and is not restarted. See its log for the reason.");
           }
           return { ...result, handled: true };
         },
@@ -178,7 +178,7 @@ export class Server {
     }
     await exit(server);
     this.fail(
-      `The MAUVE server could not be started: ${commandLine.join(" ")}: ${ended ?? problem}. Its log may tell more; which server is started is said by the setting mauve.server.path.`,
+      `The MAUVE server could not be started: ${commandLine.join(" ")}: ${ended ?? problem}. See its log. The setting mauve.server.path selects the server.`,
     );
     server?.kill();
   }
