@@ -163,8 +163,11 @@ fn blocks(page: &str) -> Vec<Block> {
     let mut lines = page.lines().enumerate();
     while let Some((line, text)) = lines.next() {
         if let Some(info) = text.strip_prefix("```") {
-            let block: String =
-                lines.by_ref().take_while(|(_, text)| *text != "```").map(|(_, text)| format!("{text}\n")).collect();
+            let block: String = lines
+                .by_ref()
+                .take_while(|(_, text)| *text != "```")
+                .map(|(_, text)| format!("{text}\n"))
+                .collect();
             blocks.push(Block { lead: lead.clone(), info: info.to_owned(), line: line + 1, text: block });
         } else if !text.is_empty() {
             text.clone_into(&mut lead);

@@ -50,6 +50,12 @@ fn expected_value(key: &str, expected: ExpectedValue) -> String {
         ExpectedValue::TypeSection => {
             return format!("is a section: `[types.{key}]` with `cpp` and `header`");
         }
+        ExpectedValue::DeploymentSection => {
+            return format!("is a section: `[deployment.{key}]` with `accept`");
+        }
+        ExpectedValue::Reasons => {
+            "is a table of instances, each with a reason that is not empty, such as { planner = \"measured by hand\" }"
+        }
         ExpectedValue::Ports => "is a list of ports, such as [\"hokuyo.scan\", \"guidance.command\"]",
         ExpectedValue::Severity => "in [lints] is \"allow\", \"hint\", \"warn\" or \"error\"",
     };

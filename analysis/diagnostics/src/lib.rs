@@ -6,25 +6,29 @@
 use std::path::{Component, Path};
 
 use mauve_timing::Time;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 pub use mauve_hir::Severity;
 use mauve_hir::item_tree::{FeatureKind, Kind, Name, NameRef, SourceId, TypeRef};
 use mauve_hir::{
     Config, Decl, FeatureOf, File, Location, ModelDb, Names, Project, Type, Workspace, config_file,
     config_of, declaration_facts, declarations, file_outside, include_candidates, include_rings, includes,
-    item_tree_of, names_of, not_checked, parse, project_facts, project_files, projects, root_file, similar,
+    item_tree_of, line_of, names_of, not_checked, parse, project_facts, project_files, projects, root_file,
+    similar,
 };
 use mauve_wcrt::{
     Query, TimingFact, WhatIfField, facts_if, missing_time_facts, priority_facts, system_of, table_facts,
     timing_facts,
 };
 
+use allow::Allow;
+
 mod foreign_syntax;
 pub mod reasons;
 mod render;
 
 pub use configuration::time_error as time_error_message;
+pub use proof::{is_lowered, missing_proof};
 pub use render::render;
 pub use syntax_error::{message as syntax_error_message, tree_of};
 pub use table_error::table_error_message;
@@ -61,6 +65,8 @@ pub struct Diagnostic<'db> {
     pub related: Vec<(Location<'db>, String)>,
     /// The quick fixes.
     pub fixes: Vec<Fix<'db>>,
+    /// For a missing proof that `mauve.toml` accepts, the reason.
+    pub accepted: Option<String>,
 }
 
 /// A quick fix.
@@ -74,7 +80,14 @@ pub struct Fix<'db> {
 
 impl<'db> Diagnostic<'db> {
     fn new(code: &'static Code, at: Location<'db>, message: impl Into<String>) -> Diagnostic<'db> {
-        Diagnostic { code, at, message: message.into(), related: Vec::new(), fixes: Vec::new() }
+        Diagnostic {
+            code,
+            at,
+            message: message.into(),
+            related: Vec::new(),
+            fixes: Vec::new(),
+            accepted: None,
+        }
     }
 
     fn related(mut self, at: &Location<'db>, message: impl Into<String>) -> Diagnostic<'db> {
@@ -303,6 +316,7 @@ codes! {
     unused_variable::UNUSED_VARIABLE;
     unused_property::UNUSED_PROPERTY;
     unused_declaration::UNUSED_DECLARATION;
+    unused_allow::UNUSED_ALLOW;
     unreachable_code::UNREACHABLE_CODE;
     reserved_name::RESERVED_NAME;
     missing_else::MISSING_ELSE;
@@ -312,8 +326,10 @@ codes! {
     unknown_package::UNKNOWN_PACKAGE;
 }
 
+mod allow;
 mod configuration;
 mod mechanical;
+mod proof;
 mod table_error;
 mod task_set_error;
 mod timing_facts;
@@ -477,7 +493,11 @@ pub fn declaration_diagnostics<'db>(
         let facts = priority_facts(db, project, decl, &system.activities);
         found.extend(timing_diagnostics(db, project, &facts));
         let facts = timing_facts(db, project, decl, Query::shown(db, project));
-        found.extend(timing_diagnostics(db, project, &facts));
+        let timed = facts.iter().zip(timing_diagnostics(db, project, &facts));
+        found.extend(timed.map(|(fact, diagnostic)| Diagnostic {
+            accepted: proof::acceptance(db, project, decl, fact),
+            ..diagnostic
+        }));
     }
     found.into_boxed_slice()
 }
@@ -525,33 +545,101 @@ pub struct Finding<'db> {
     pub only_in: Option<Project<'db>>,
 }
 
-/// Returns the findings of a workspace, each once, sorted by file and location.
+/// Why a finding is not shown.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Suppression {
+    /// A comment at its location has this reason.
+    Comment(String),
+    /// `mauve.toml` accepts the missing proof for this reason.
+    Accepted(String),
+}
+
+/// The findings of a workspace, sorted by file and location: those that are shown, and those that the user suppresses.
+#[derive(Debug, Default)]
+pub struct Findings<'db> {
+    /// Those that are shown.
+    pub shown: Vec<Finding<'db>>,
+    /// The others, each with the reason.
+    pub suppressed: Vec<(Finding<'db>, Suppression)>,
+}
+
+/// Returns the findings of a workspace that are shown, each once, sorted by file and location.
 pub fn workspace_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Finding<'db>> {
+    findings(db, workspace, |_| true).shown
+}
+
+/// Returns the findings of a workspace, with those that comments and `mauve.toml` suppress.
+pub fn workspace_findings<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Findings<'db> {
     findings(db, workspace, |_| true)
 }
 
-/// Returns the findings of a workspace in one file. Renders only these; the diagnostics of the projects are cached.
+/// Returns the findings of a workspace in one file that are shown. Renders only these; the diagnostics of the projects are
+/// cached.
 pub fn diagnostics_of_file<'db>(db: &'db dyn ModelDb, workspace: Workspace, file: File) -> Vec<Finding<'db>> {
-    findings(db, workspace, |of| of == file)
+    findings(db, workspace, |of| of == file).shown
 }
 
 fn findings<'db>(
     db: &'db dyn ModelDb,
     workspace: Workspace,
     is_wanted: impl Fn(File) -> bool,
-) -> Vec<Finding<'db>> {
+) -> Findings<'db> {
     let config = config_of(db, workspace);
-    let finding = |(diagnostic, only_in): (Diagnostic<'db>, _)| {
-        let severity = severity_set(config, diagnostic.code).unwrap_or(Some(diagnostic.code.severity))?;
-        Some(Finding { diagnostic, severity, only_in })
-    };
-    let mut findings: Vec<Finding<'db>> =
-        all_findings(db, workspace, is_wanted).into_iter().filter_map(finding).collect();
-    findings.sort_by_cached_key(|finding| {
+    let severity = |code: &Code| severity_set(config, code).unwrap_or(Some(code.severity));
+    let mut found = Findings::default();
+    let mut used: FxHashSet<(File, usize)> = FxHashSet::default();
+    for (mut diagnostic, only_in) in all_findings(db, workspace, &is_wanted) {
+        let comment = comment_at(db, &diagnostic);
+        used.extend(comment.map(|(index, _)| (diagnostic.at.file(db), index)));
+        let Some(severity) = severity(diagnostic.code) else { continue };
+        let accepted = diagnostic.accepted.take().map(Suppression::Accepted);
+        let suppression = accepted.or(comment.map(|(_, reason)| Suppression::Comment(reason.to_owned())));
+        let finding = Finding { diagnostic, severity, only_in };
+        match suppression {
+            Some(why) => found.suppressed.push((finding, why)),
+            None => found.shown.push(finding),
+        }
+    }
+    if let Some(severity) = severity(&unused_allow::UNUSED_ALLOW) {
+        let unused = unused_allows(db, workspace, is_wanted, &used);
+        found.shown.extend(unused.map(|diagnostic| Finding { diagnostic, severity, only_in: None }));
+    }
+    let key = |finding: &Finding<'db>| {
         let at = &finding.diagnostic.at;
         (at.file(db).path(db).clone(), at.range(db).start(), finding.diagnostic.code.name)
-    });
-    findings
+    };
+    found.shown.sort_by_cached_key(key);
+    found.suppressed.sort_by_cached_key(|(finding, _)| key(finding));
+    found
+}
+
+/// Returns the index and the reason of the comment that suppresses a diagnostic.
+fn comment_at<'db>(db: &'db dyn ModelDb, diagnostic: &Diagnostic<'db>) -> Option<(usize, &'db str)> {
+    let file = diagnostic.at.file(db);
+    let allows = allow::allows(db, file);
+    let may_suppress = |it: &Allow| code_named(&it.code) == Some(diagnostic.code) && !it.reason.is_empty();
+    if !allows.iter().any(may_suppress) {
+        return None;
+    }
+    let line = line_of(db, file, diagnostic.at.range(db).start());
+    let index = allows.iter().position(|it| may_suppress(it) && it.line == line)?;
+    allows.get(index).map(|it| (index, it.reason.as_str()))
+}
+
+/// Returns the diagnostics of the comments in wanted files that are not in `used`.
+fn unused_allows<'db>(
+    db: &'db dyn ModelDb,
+    workspace: Workspace,
+    is_wanted: impl Fn(File) -> bool,
+    used: &FxHashSet<(File, usize)>,
+) -> impl Iterator<Item = Diagnostic<'db>> {
+    let models = projects(db, workspace).iter().flat_map(|&project| project_files(db, project)).copied();
+    let tables = mauve_wcrt::table_files(db, workspace).files.iter().copied();
+    let all: FxHashSet<File> = models.chain(tables).chain(config_file(db, workspace)).collect();
+    let wanted = all.into_iter().filter(move |&file| is_wanted(file));
+    let allows = wanted.flat_map(|file| allow::allows(db, file).iter().enumerate().map(move |it| (file, it)));
+    let unused = allows.filter(|(file, (index, _))| !used.contains(&(*file, *index)));
+    unused.map(|(file, (_, allow))| unused_allow::report(file, allow))
 }
 
 /// Returns the diagnostics in the files that `is_wanted` selects, whatever severity `mauve.toml` gives them; with

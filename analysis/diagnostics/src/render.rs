@@ -44,6 +44,9 @@ pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>
         K::NotCallable { name, is, hides } => unresolved_codel::not_callable(at, name, *is, *hides),
         K::NotCalled { name, is_operation } => unresolved_variable::not_called(at, name, *is_operation),
         K::NotConstant(why) => constant_expression::not_constant(at, why),
+        K::NotInDeployment { deployment, instance, near } => {
+            unresolved_instance::not_in_deployment(at, deployment, instance, near.clone())
+        }
         K::NotDeployed { instance, near } => unresolved_instance::not_deployed(at, instance, near.clone()),
         K::NotStronglyConnected { initial, states } => not_strongly_connected::report(at, initial, states),
         K::Operation(error) => match error {
@@ -91,6 +94,9 @@ pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>
         K::UnreachableState { name } => unreachable_state::report(at, name),
         K::UnresolvedCodel { core, name, arguments, builtin } => {
             unresolved_codel::report(db, project, *core, at, (name, *arguments), *builtin)
+        }
+        K::UnresolvedDeployment { name, near } => {
+            invalid_configuration::report(at, format!("no deployment `{name}`")).did_you_mean(near.clone())
         }
         K::UnresolvedFeature { expected, name, instance, shell, near } => {
             unresolved_feature::report(at, *expected, name, instance, shell, near.clone())

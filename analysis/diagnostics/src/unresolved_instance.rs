@@ -46,3 +46,14 @@ pub(super) fn not_deployed<'db>(at: Location<'db>, name: &str, near: Option<Name
     let message = format!("no deployment has an instance `{name}`");
     Diagnostic::new(&UNRESOLVED_INSTANCE, at, message).did_you_mean(near)
 }
+
+/// Reports a name under `[deployment.NAME]` in `mauve.toml`.
+pub(super) fn not_in_deployment<'db>(
+    at: Location<'db>,
+    deployment: &str,
+    instance: &str,
+    near: Option<Name>,
+) -> Diagnostic<'db> {
+    let message = format!("deployment `{deployment}` has no instance `{instance}`");
+    Diagnostic::new(&UNRESOLVED_INSTANCE, at, message).did_you_mean(near)
+}

@@ -104,6 +104,11 @@ fn section(section: &Section) -> String {
             let example = r#"{ "ArRobotPtr": { "cpp": "ArRobot*", "header": "Aria.h" } }"#;
             vec![open(), object(3, "additionalProperties", &keys), format!("\"examples\": [{example}]")]
         }
+        Entries::Deployments(keys) => {
+            let keys = closed(4, keys.iter().map(|key| configuration_key(5, key)).collect());
+            let example = r#"{ "Sea": { "accept": { "planner": "measured by hand" } } }"#;
+            vec![open(), object(3, "additionalProperties", &keys), format!("\"examples\": [{example}]")]
+        }
         Entries::Chains => {
             let (_, rest) = CONFIGURATION.split_once("\"propertyNames\"").unwrap();
             let mut lists: Vec<String> = list_keys().map(|name| format!("\"{name}\"")).collect();
@@ -146,6 +151,10 @@ fn configuration_key<T>(depth: usize, key: &Key<T>) -> String {
         Kind::Models(_) | Kind::Tables(_) => r##""allOf": [{ "$ref": "#/definitions/paths" }]"##.to_owned(),
         Kind::Instances(_) => {
             "\"type\": [\"string\", \"array\"]\n\"items\": { \"type\": \"string\" }".to_owned()
+        }
+        Kind::Reasons(_) => {
+            "\"type\": \"object\"\n\"additionalProperties\": { \"type\": \"string\", \"pattern\": \"\\\\S\" }"
+                .to_owned()
         }
         Kind::Level(_) => "\"type\": \"number\"\n\"exclusiveMinimum\": 0\n\"exclusiveMaximum\": 1".to_owned(),
         Kind::Time(_) => pattern(TIME),
@@ -285,6 +294,7 @@ fn schema_and_reader_agree_on_configurations() {
         "[types.ArRobotPtr]\ncpp = \"ArRobot*\"\nheader = \"Aria.h\"\n[types.Empty]\n",
         "generate.out = \"generated\"\n",
         "[generate]\nros_streams = false\nintrospection = false\nmaintainer = \"A B <a@b.org>\"\nlicense = \"BSD\"\n",
+        "[deployment.Sea]\naccept = { planner = \"measured by hand\" }\n[deployment.\"lib.Land\".accept]\n\"a.b\" = \"x\"\n",
         "[lints]\nlost-write = \"error\"\nmissing-else = \"allow\"\nunused-codel = \"warn\"\nno-effect = \"hint\"\n",
     ] {
         assert_eq!(configuration(good), (true, true), "{good}");
@@ -327,6 +337,11 @@ fn schema_and_reader_agree_on_configurations() {
         "clocks.synchronized = [\"a\"]\n",
         "clocks.synchronised = [1]\n",
         "clocks.synchronised = true\n",
+        "deployment.Sea = 1\n",
+        "deployment.Sea.accepted = { planner = \"x\" }\n",
+        "deployment.Sea.accept = [\"planner\"]\n",
+        "deployment.Sea.accept = { planner = \" \" }\n",
+        "deployment.Sea.accept = { planner = true }\n",
         "chains.a = \"hokuyo.scan\"\n",
         "chains.a = [\"hokuyo\"]\n",
         "chains.a = [\"hokuyo.\"]\n",

@@ -50,6 +50,8 @@ pub struct Config {
     pub license: Option<String>,
     /// `[lints]`: the severity of each diagnostic, `None` to hide it, with the range of its code.
     pub lints: BTreeMap<String, (Option<Severity>, Range<usize>)>,
+    /// `[deployment.…]`, by the name of the deployment.
+    pub deployments: BTreeMap<String, DeploymentConfig>,
     /// `[chains]`: read, and not analysed.
     pub chains: Vec<Chain>,
     /// The errors.
@@ -65,6 +67,26 @@ pub struct ExternalType {
     pub cpp: String,
     /// The header that declares it, as in an `#include`.
     pub header: Option<String>,
+}
+
+/// `[deployment.Sea]`
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct DeploymentConfig {
+    /// The range of its name.
+    pub span: Range<usize>,
+    /// `accept`: the instances whose deadlines need no proof.
+    pub accepted: Vec<Acceptance>,
+}
+
+/// `planner = "measured by hand"`
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Acceptance {
+    /// The instance.
+    pub instance: String,
+    /// The range of the instance.
+    pub span: Range<usize>,
+    /// Why its deadline needs no proof; never empty.
+    pub reason: String,
 }
 
 /// `Ada Lovelace <ada@example.org>`
@@ -137,6 +159,10 @@ pub enum ExpectedValue {
     License,
     /// A section that declares a type.
     TypeSection,
+    /// A section of a deployment.
+    DeploymentSection,
+    /// A table of instances, each with a reason.
+    Reasons,
     /// A list of ports, for a chain.
     Ports,
     /// A severity, for a diagnostic.
@@ -249,6 +275,7 @@ impl Reader<'_> {
         match &section.entries {
             Entries::Keys(keys) => self.key(config, section.name, keys, key, value),
             Entries::Types(keys) => self.ty(config, keys, key, value),
+            Entries::Deployments(keys) => self.deployment(config, keys, key, value),
             Entries::Chains => self.chain(config, key, value),
             Entries::Lints => self.lint(config, key, value),
         }
@@ -302,6 +329,25 @@ impl Reader<'_> {
         }
     }
 
+    /// `Sea.accept = { planner = "measured by hand" }`
+    fn deployment(
+        &mut self,
+        config: &mut Config,
+        keys: &[Key<DeploymentConfig>],
+        key: &TomlKey<'_>,
+        value: &Value<'_>,
+    ) {
+        let name = key.get_ref();
+        let Some(entries) = value.get_ref().as_table() else {
+            return self.wrong_value(key, value, ExpectedValue::DeploymentSection);
+        };
+        let deployment = config.deployments.entry(name.to_string()).or_default();
+        deployment.span = key.span();
+        for (key, value) in entries {
+            self.key(deployment, &format!("deployment.{name}"), keys, key, value);
+        }
+    }
+
     /// `lost-write = "warn"`
     fn lint(&mut self, config: &mut Config, key: &TomlKey<'_>, value: &Value<'_>) {
         let name = key.get_ref();
@@ -322,6 +368,17 @@ impl<T> Kind<T> {
             Kind::Models(field) => field(into).extend(strings(value).ok_or(ExpectedValue::Paths)?),
             Kind::Tables(field) => field(into).extend(strings(value).ok_or(ExpectedValue::PathPatterns)?),
             Kind::Instances(field) => field(into).extend(strings(value).ok_or(ExpectedValue::Instances)?),
+            Kind::Reasons(field) => {
+                let reasons = found.as_table().ok_or(ExpectedValue::Reasons)?;
+                for (instance, reason) in reasons {
+                    let text = reason.get_ref().as_str().map(str::trim).filter(|text| !text.is_empty());
+                    field(into).push(Acceptance {
+                        instance: instance.get_ref().to_string(),
+                        span: instance.span(),
+                        reason: text.ok_or(ExpectedValue::Reasons)?.to_owned(),
+                    });
+                }
+            }
             Kind::Level(store) => {
                 let level = number(found).and_then(Level::from_f64);
                 store(into, level.ok_or(ExpectedValue::Level)?, value.span());
@@ -407,7 +464,7 @@ mod tests {
             "[project]\nroot = \"a.mal\"\n[timing]\ntables = [\"t/*.toml\"]\nsignificance = 1e-6\n\
              [types.X]\ncpp = \"X*\"\nheader = \"x/X.h\"\n[generate]\nout = \"g\"\nros_streams = false\nlicense = \"BSD\"\n\
              maintainer = \"A B <a@b.org>\"\n[assume]\ncodel = \"5 ms\"\n[platform]\ncpus = 2\nrt_throttling = true\n\
-             [clocks]\nsynchronised = [\"a\", \"b\"]\n[chains]\nc = [\"a.x\"]\n[lints]\nlost-write = \"warn\"\n",
+             [clocks]\nsynchronised = [\"a\", \"b\"]\n[deployment.D]\naccept = { a = \" by hand \" }\n[chains]\nc = [\"a.x\"]\n[lints]\nlost-write = \"warn\"\n",
         );
         assert_eq!(config.errors, []);
         assert!(config.completeness.is_complete());
@@ -422,6 +479,8 @@ mod tests {
             config.maintainer,
             Some(Maintainer { name: "A B".to_owned(), email: "a@b.org".to_owned() })
         );
+        let [accepted] = config.deployments["D"].accepted.as_slice() else { panic!("one acceptance") };
+        assert_eq!((accepted.instance.as_str(), accepted.reason.as_str()), ("a", "by hand"));
         assert_eq!(config.synchronised.iter().map(|(name, _)| name).collect::<Vec<_>>(), ["a", "b"]);
     }
 
@@ -504,7 +563,16 @@ mod tests {
 
     #[test]
     fn a_section_without_its_header_makes_it_incomplete() {
-        for section in ["[project]", "[types.X]", "[generate]", "[lints]", "[chains]", "[clocks]"] {
+        for section in [
+            "[project]",
+            "[types.X]",
+            "[generate]",
+            "[lints]",
+            "[chains]",
+            "[clocks]",
+            "[deployment.D]",
+            "[deployment.D.accept]",
+        ] {
             for key in [
                 "rt_throttling = true",
                 "tables = [\"t.toml\"]",

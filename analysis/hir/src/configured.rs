@@ -1,29 +1,44 @@
-//! Checks of the names in `mauve.toml`: synchronised instances and the ports of chains.
+//! Checks of the names in `mauve.toml`: synchronised instances, the ports of chains, and accepted instances of deployments.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
-use crate::config::Chain;
+use crate::config::{Acceptance, Chain, DeploymentConfig};
 use crate::fact::{EndKind, Fact, FactKind};
 use crate::flat::{Flat, flat_of, target_of};
 use crate::item_tree::{Kind, Name};
 use crate::names::{names_of, similar};
 use crate::project::{Project, all_roots, config_file, config_of, roots_exist};
-use crate::source::Location;
-use crate::{ModelDb, Workspace};
+use crate::source::{Decl, Location};
+use crate::{File, ModelDb, Workspace};
 
-/// Returns the facts for instances and ports in `mauve.toml` that no deployment of the workspace has, each with a project
-/// without them. Empty without deployments, or if a missing or unreadable file may contain a deployment.
+/// Returns the reason for which the deadline of an instance needs no proof, from `[deployment.NAME] accept`.
+pub fn accepted<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    instance: &str,
+) -> Option<&'db str> {
+    let deployments = &config_of(db, project.workspace(db)).deployments;
+    let of_name = deployments.get(deployment.name(db).as_str());
+    let mut sections = of_name.into_iter().chain(deployments.get(&deployment.qualified(db)));
+    let found = sections.find_map(|section| section.accepted.iter().find(|it| it.instance == instance));
+    found.map(|it| it.reason.as_str())
+}
+
+/// Returns the facts for deployments, instances and ports in `mauve.toml` that the workspace does not have, each with a project
+/// without them. Without deployments, and if a missing or unreadable file may contain a deployment, there are none.
 pub fn check<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<(Project<'db>, Fact<'db>)> {
     let config = config_of(db, workspace);
     if config.completeness.is_incomplete()
         || !roots_exist(db, workspace)
-        || config.synchronised.is_empty() && config.chains.is_empty()
+        || config.synchronised.is_empty() && config.chains.is_empty() && config.deployments.is_empty()
     {
         return Vec::new();
     }
     let Some(file) = config_file(db, workspace) else { return Vec::new() };
     let Some(deployed) = deployed(db, workspace) else { return Vec::new() };
-    let Some(&(any, _)) = deployed.first() else { return Vec::new() };
+    let Some(&(any, ..)) = deployed.first() else { return Vec::new() };
     let ports = config.chains.iter().flat_map(|Chain { ends, .. }| ends);
     let ports = ports.filter_map(|(end, span)| Some((end.split_once('.')?, end, span)));
     let ports = ports.map(|((instance, port), value, span)| (instance, Some(port), value, span));
@@ -40,9 +55,9 @@ pub fn check<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<(Project<'d
             None => Location::Range(file, span.start as u32, span.end as u32),
         };
         let with_instance: Vec<_> =
-            deployed.iter().filter(|(_, flat)| flat.instance(instance).is_some()).collect();
+            deployed.iter().filter(|(.., flat)| flat.instance(instance).is_some()).collect();
         if with_instance.is_empty() {
-            let names = deployed.iter().flat_map(|(_, flat)| &flat.instances).map(|it| &it.name);
+            let names = deployed.iter().flat_map(|(.., flat)| &flat.instances).map(|it| &it.name);
             let near = similar(instance, names).filter(|_| start.is_some());
             let kind = FactKind::NotDeployed { instance: instance.into(), near };
             found.push((any, Fact::new(at(0, instance), kind)));
@@ -51,7 +66,9 @@ pub fn check<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<(Project<'d
         let Some(port) = port else { continue };
         let features: Option<Vec<_>> = with_instance
             .iter()
-            .map(|(project, flat)| Some((*project, flat, flat.instance(instance)?.features(db, *project)?)))
+            .map(|(project, _, flat)| {
+                Some((*project, flat, flat.instance(instance)?.features(db, *project)?))
+            })
             .collect();
         // An unresolved shell may have the port.
         let Some(features) = features else { continue };
@@ -71,11 +88,49 @@ pub fn check<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<(Project<'d
         let kind = FactKind::UnresolvedFeature { expected, name, instance, shell, near };
         found.push((*project, Fact::new(at, kind)));
     }
+    let accepted = check_acceptances(db, file, &config.deployments, &deployed);
+    found.extend(accepted.into_iter().map(|fact| (any, fact)));
     found
 }
 
-/// Returns the flattened architecture of each deployment; `None` if one is incomplete.
-fn deployed<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Option<Vec<(Project<'db>, &'db Flat<'db>)>> {
+/// Returns the facts for the names of `[deployment.NAME] accept`.
+fn check_acceptances<'db>(
+    db: &'db dyn ModelDb,
+    file: File,
+    sections: &BTreeMap<String, DeploymentConfig>,
+    deployed: &[Deployed<'db>],
+) -> Vec<Fact<'db>> {
+    let mut found = Vec::new();
+    for (deployment, section) in sections {
+        let is_it = |of: Decl<'db>| of.name(db) == deployment.as_str() || of.qualified(db) == *deployment;
+        let flats: Vec<_> = deployed.iter().filter(|(_, of, _)| is_it(*of)).map(|(.., flat)| flat).collect();
+        if flats.is_empty() {
+            let near = similar(deployment, deployed.iter().map(|(_, of, _)| of.name(db)));
+            let kind = FactKind::UnresolvedDeployment { name: deployment.as_str().into(), near };
+            found.push(Fact::new(location_of_key(file, &section.span), kind));
+            continue;
+        }
+        for Acceptance { instance, span, .. } in &section.accepted {
+            if flats.iter().all(|flat| flat.instance(instance).is_none()) {
+                let near = similar(instance, flats.iter().flat_map(|it| &it.instances).map(|it| &it.name));
+                let (deployment, instance) = (deployment.as_str().into(), instance.as_str().into());
+                let kind = FactKind::NotInDeployment { deployment, instance, near };
+                found.push(Fact::new(location_of_key(file, span), kind));
+            }
+        }
+    }
+    found
+}
+
+fn location_of_key<'db>(file: File, span: &Range<usize>) -> Location<'db> {
+    Location::Range(file, span.start as u32, span.end as u32)
+}
+
+/// A deployment of a project, with its flattened architecture.
+type Deployed<'db> = (Project<'db>, Decl<'db>, &'db Flat<'db>);
+
+/// Returns all deployments; `None` if one is incomplete.
+fn deployed<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Option<Vec<Deployed<'db>>> {
     let mut found = Vec::new();
     for &root in all_roots(db, workspace) {
         let project = Project::new(db, workspace, root);
@@ -88,7 +143,7 @@ fn deployed<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Option<Vec<(Proj
             if !flat.refusals.is_empty() || flat.cycle {
                 return None;
             }
-            found.push((project, flat));
+            found.push((project, deployment, flat));
         }
     }
     Some(found)

@@ -183,8 +183,12 @@ pub enum FactKind<'db> {
     NotConstant(NotConstant),
     /// An instance in `mauve.toml` that no deployment has.
     NotDeployed { instance: Name, near: Option<Name> },
+    /// An instance in `mauve.toml` that the deployment of its section does not have.
+    NotInDeployment { deployment: Name, instance: Name, near: Option<Name> },
     /// A connection between operations with different signatures.
     OperationSignature { provided: (Name, Signature), required: (Name, Signature) },
+    /// A deployment in `mauve.toml` that no project of the workspace has.
+    UnresolvedDeployment { name: Name, near: Option<Name> },
     /// A name refers to a feature of a wrong kind.
     OtherFeature { expected: EndKind, name: Name, instance: Name, found: FeatureKind, shell: Name },
     /// A value outside the interval of its property or constant; with the location of the interval.

@@ -81,9 +81,10 @@ pub use builtin::{Builtin, Operand};
 pub use check::{declaration_facts, errors_in, not_checked, project_facts};
 pub use completeness::Completeness;
 pub use config::{
-    Chain, Config, ExpectedValue, ExternalType, Maintainer, Mistake, MistakeKind, keys as config_keys,
+    Acceptance, Chain, Config, DeploymentConfig, ExpectedValue, ExternalType, Maintainer, Mistake,
+    MistakeKind, keys as config_keys,
 };
-pub use configured::check as check_configuration;
+pub use configured::{accepted, check as check_configuration};
 pub use cost::{Cost, operations_in};
 pub use db::{Database, File, ModelDb, Problem, Trees, Workspace, normalised};
 pub use features::{FeatureOf, Features, bases_of, core_of, features_of, is_core_for, shell_of};

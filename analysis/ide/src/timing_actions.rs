@@ -566,7 +566,9 @@ mod tests {
             let is_better = is_faster || count(then) > count(now) || is_fix || title.starts_with("Shorten");
             assert!(is_better && is_no_worse_than(&met(now), &met(then)), "{title}\n{fixture}");
             let after = codes(&edited.db, edited.workspace);
-            for code in ["not-deadline-monotonic", "equal-priorities", "stale-data", "deadline-exceeds-period"] {
+            for code in
+                ["not-deadline-monotonic", "equal-priorities", "stale-data", "deadline-exceeds-period"]
+            {
                 let is_new = after.iter().filter(|it| **it == code).count()
                     > before.iter().filter(|it| **it == code).count();
                 assert!(!is_new || title.contains(code), "{code}: {title}\n{fixture}");

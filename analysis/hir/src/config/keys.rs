@@ -6,7 +6,7 @@ use std::ops::Range;
 use mauve_timing::{Level, Time};
 
 use super::cpp::is_cpp_type;
-use super::{Config, ExpectedValue, ExternalType, is_header, maintainer_of};
+use super::{Acceptance, Config, DeploymentConfig, ExpectedValue, ExternalType, is_header, maintainer_of};
 use crate::severity::Severity;
 
 /// A section of `mauve.toml`. Completion shows `summary`, the schema `documentation`.
@@ -24,6 +24,8 @@ pub enum Entries {
     Keys(&'static [Key<Config>]),
     /// A section for each type, such as `[types.ArRobotPtr]`, with these keys.
     Types(&'static [Key<ExternalType>]),
+    /// A section for each deployment, such as `[deployment.Sea]`, with these keys.
+    Deployments(&'static [Key<DeploymentConfig>]),
     /// A list of ports for each chain.
     Chains,
     /// A severity ([`SEVERITIES`]) for each diagnostic code.
@@ -54,6 +56,8 @@ pub enum Kind<T> {
     Tables(Field<T, Vec<Located>>),
     /// The name of an instance, or a list of them.
     Instances(Field<T, Vec<Located>>),
+    /// A table of instances, each with a reason.
+    Reasons(Field<T, Vec<Acceptance>>),
     /// A significance level.
     Level(fn(&mut T, Level, Range<usize>)),
     /// A time with its unit.
@@ -87,7 +91,7 @@ pub const SEVERITIES: [(&str, Option<Severity>); 4] = [
 
 /// The sections, in the order of messages and completion.
 #[rustfmt::skip] // rustfmt would put each field on its own line.
-pub static SECTIONS: [Section; 9] = [
+pub static SECTIONS: [Section; 10] = [
     Section { name: "project", summary: "the roots of the models", entries: Entries::Keys(&[
         Key { name: "root", kind: Kind::Models(|it| &mut it.roots), default: None, examples: r#"["robot.mal"]"#,
             documentation: "The model that includes all others, from the folder of mauve.toml." },
@@ -157,6 +161,12 @@ pub static SECTIONS: [Section; 9] = [
         Key { name: "synchronised", kind: Kind::Instances(|it| &mut it.synchronised), default: None,
             examples: r#"[["hokuyo", "p3dx_driver"]]"#, documentation: "Their instances." },
     ]), documentation: "Activities that are released together. Read, and reported as not analysed." },
+    Section { name: "deployment", summary: "what is accepted of a deployment", entries: Entries::Deployments(&[
+        Key { name: "accept", kind: Kind::Reasons(|it| &mut it.accepted), default: None,
+            examples: r#"[{ "planner": "measured by hand" }]"#,
+            documentation: "Instances whose deadlines need no proof, each with the reason. `mauve check` does not fail for \
+                            them, shows the reason, and never calls their deadlines met." },
+    ]), documentation: "What is accepted of a deployment, by its name." },
     Section { name: "chains", summary: "ports that data goes through", entries: Entries::Chains,
         documentation: "Chains of ports from a cause to its effect, each under a name. Read, and reported as not analysed." },
 ];

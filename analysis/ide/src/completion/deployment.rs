@@ -209,9 +209,12 @@ deployment D {{
         "#]],
         );
         check("activity two { period = $0 }", expect![[""]]);
-        check("activity two { affinity = $0 }", expect![[r#"
+        check(
+            "activity two { affinity = $0 }",
+            expect![[r#"
             1 1 (CPU 1)
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]

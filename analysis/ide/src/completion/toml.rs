@@ -53,7 +53,7 @@ pub(super) fn completions(
         }
     }
     if matches!(place.what, What::Header | What::Key) && !place.is_quoted && !place.has_value {
-        let is_named = |it: &Section| matches!(it.entries, Entries::Types(_));
+        let is_named = |it: &Section| matches!(it.entries, Entries::Types(_) | Entries::Deployments(_));
         let sections: Vec<_> = match is_config {
             true => SECTIONS.iter().map(|it| (it.name, it.summary, is_named(it))).collect(),
             false => {
@@ -236,6 +236,9 @@ impl Toml<'_, '_> {
             Some(Entries::Types(keys)) if section != kind => {
                 keys.iter().map(|key| item(key.name).rank(0)).collect()
             }
+            Some(Entries::Deployments(keys)) if section != kind && !section.ends_with(".accept") => {
+                keys.iter().map(|key| item(key.name).rank(0)).collect()
+            }
             Some(Entries::Lints) => codes().map(|code| item(code.name)).collect(),
             _ => Vec::new(),
         }
@@ -246,7 +249,7 @@ impl Toml<'_, '_> {
             Some(Entries::Keys(keys)) => keys,
             Some(Entries::Lints) => return SEVERITIES.map(|(name, _)| text(name)).into(),
             Some(Entries::Chains) => return self.instances(true),
-            Some(Entries::Types(_)) | None => return Vec::new(),
+            Some(Entries::Types(_) | Entries::Deployments(_)) | None => return Vec::new(),
         };
         match keys.iter().find(|it| it.name == key).map(|it| &it.kind) {
             Some(ValueKind::Models(_)) => self.files(true),
@@ -261,7 +264,7 @@ impl Toml<'_, '_> {
             Some(ValueKind::Time(_)) => vec![text("5 ms")],
             Some(ValueKind::Folder(_)) => vec![text("generated")],
             Some(ValueKind::Text { usual, .. }) => usual.iter().map(|word| text(word)).collect(),
-            Some(ValueKind::Integer(..)) | None => Vec::new(),
+            Some(ValueKind::Integer(..) | ValueKind::Reasons(_)) | None => Vec::new(),
         }
     }
 

@@ -1,0 +1,54 @@
+//! Deadlines without a proof: under which code each is reported, and which of them the user accepts.
+
+use mauve_hir::{Decl, ModelDb, Project, accepted};
+use mauve_timing::Status;
+use mauve_wcrt::{ActivityReport, Reason, Timed, TimingFact, TimingFactKind, UnusableTime, Verdict};
+
+use crate::deadline_missed::DEADLINE_MISSED;
+use crate::missing_time::MISSING_TIME;
+use crate::not_analysed::NOT_ANALYSED;
+use crate::{Code, Severity, severity_set};
+
+/// Returns the code that reports why the deadline of an activity is not proved; `None` if it is proved, or there is none.
+///
+/// This is `missing-time` if only times of its own codels are missing. An activity that is not analysed because of an error, or
+/// because of other activities that are not analysed, has `not-analysed`.
+pub fn missing_proof(activity: &ActivityReport<'_>) -> Option<&'static Code> {
+    let is_missing_time = |reason: &Reason<'_>| match reason {
+        Reason::NoTime(_) => true,
+        Reason::Table(UnusableTime::OtherLevels(of, ..)) => matches!(of, Timed::Codel(_)),
+        _ => false,
+    };
+    let own = || activity.reasons.iter().filter(|it| !matches!(it.reason, Reason::DelayedBy { .. }));
+    match activity.verdict {
+        Verdict::Background | Verdict::RealTime(Status::Met) => None,
+        Verdict::RealTime(Status::Missed | Status::Unbounded | Status::NoBound) => Some(&DEADLINE_MISSED),
+        Verdict::RealTime(Status::NotAnalysed)
+            if own().count() > 0 && own().all(|it| is_missing_time(&it.reason)) =>
+        {
+            Some(&MISSING_TIME)
+        }
+        Verdict::RealTime(Status::NotAnalysed) => Some(&NOT_ANALYSED),
+    }
+}
+
+/// Returns whether `[lints]` sets a severity below an error for this code. The severity that a code has without an entry does
+/// not count: a missing proof fails `mauve check` unless the user says otherwise.
+pub fn is_lowered(config: &mauve_hir::Config, code: &Code) -> bool {
+    severity_set(config, code).is_some_and(|severity| severity != Some(Severity::Error))
+}
+
+/// Returns why the user accepts what a fact reports, if it reports a missing proof of an accepted activity.
+pub(crate) fn acceptance<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    fact: &TimingFact<'db>,
+) -> Option<String> {
+    let (TimingFactKind::DeadlineMissed { instance, .. } | TimingFactKind::NotAnalysed { instance, .. }) =
+        &fact.kind
+    else {
+        return None;
+    };
+    accepted(db, project, deployment, instance).map(str::to_owned)
+}

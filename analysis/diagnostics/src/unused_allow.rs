@@ -1,0 +1,42 @@
+//! # unused-allow
+//!
+//! A comment `// mauve: allow(CODE) reason` suppresses nothing: there is no such diagnostic on its line, or on the line below
+//! it; or it has no reason; or its code is unknown.
+//!
+//! ```mauve
+//! shell S { output port next: int }
+//! core C(S) {
+//!   update = {
+//!     // mauve: allow(lost-write) the second value is the one that counts
+//!     write(next, 1);
+//!     write(next, 2);   // mauve: allow(lost-write) it is the last one   // warning
+//!   }
+//! }
+//! ```
+//!
+//! Such a comment hides a diagnostic where it is known and accepted. It never changes a response time, or what is proved:
+//! an error that is hidden prevents the analysis all the same. `mauve check` counts what is hidden, and SARIF has it with
+//! the reason. A whole code is hidden by `[lints]` in `mauve.toml`.
+//!
+//! Fix: correct the code, or remove the comment.
+
+use super::*;
+use crate::allow::Allow;
+
+code!(UNUSED_ALLOW, Warning, "unused-allow");
+
+pub(super) fn report<'db>(file: File, allow: &Allow) -> Diagnostic<'db> {
+    let Allow { code, reason, .. } = allow;
+    let at = |span: &std::ops::Range<usize>| Location::Range(file, span.start as u32, span.end as u32);
+    let found = if code_named(code).is_none() {
+        let near = mauve_syntax::similar(code, codes().map(|code| code.name)).map(Name::from);
+        Diagnostic::new(&UNUSED_ALLOW, at(&allow.code_span), format!("no diagnostic `{code}`")).did_you_mean(near)
+    } else if reason.is_empty() {
+        let message = format!("`allow({code})` has no effect without a reason: write the reason after it");
+        Diagnostic::new(&UNUSED_ALLOW, at(&allow.span), message)
+    } else {
+        let message = format!("there is no `{code}` on line {} that this comment could suppress", allow.line);
+        Diagnostic::new(&UNUSED_ALLOW, at(&allow.span), message)
+    };
+    found.fix("Remove the comment", at(&allow.deletion), String::new())
+}
