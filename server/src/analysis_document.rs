@@ -1,12 +1,12 @@
 //! Response times as one JSON document, for `mauve wcrt --format json`, `mauve check --format json` and the editors'
 //! `mauve/analysis`.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use mauve_diagnostics::{errors_of, reasons_of, timing_reason};
-use mauve_hir::item_tree::Kind;
-use mauve_hir::{Database, Decl, ModelDb, Project, Workspace, config_of, names_of, projects};
+use mauve_diagnostics::{errors_of, missing_proof, reasons_of, timing_reason};
+use mauve_hir::item_tree::{Kind, Name};
+use mauve_hir::{Database, Decl, ModelDb, Project, Workspace, accepted, config_of, names_of, projects};
 use mauve_timing::task_set::TaskSet;
 use mauve_timing::{CpuLoad, Level, Time, Unit};
 use mauve_wcrt::{ActivityReport, Priority, Query, Report, response_times, timetable_of};
@@ -24,6 +24,8 @@ pub(crate) struct Deployed<'db> {
     pub(crate) reports: Vec<(Query, &'db Report<'db>)>,
     /// The number of errors in its project: with an error, no deadline is proved.
     pub(crate) errors: usize,
+    /// The accepted instances of `mauve.toml`, each with the reason.
+    pub(crate) accepted: BTreeMap<Name, &'db str>,
 }
 
 /// The number of deadlines: all, those that are met, and those that are proved.
@@ -69,7 +71,23 @@ impl<'db> Deployed<'db> {
         let reports = queries.map(|query| (query, response_times(db, project, deployment, query)));
         let origin = Origin::Model(project);
         let errors = errors_of(db, project);
-        Deployed { db, name: deployment.name(db), origin, reports: reports.collect(), errors }
+        let reports: Vec<(Query, &Report<'db>)> = reports.collect();
+        let activities = reports.iter().flat_map(|(_, report)| &report.activities);
+        let reason = |name: &Name| Some((name.clone(), accepted(db, project, deployment, name)?));
+        let accepted = activities.filter_map(|activity| reason(&activity.instance)).collect();
+        Deployed { db, name: deployment.name(db), origin, reports, errors, accepted }
+    }
+
+    /// The reason for which the missing proof of an activity is accepted; `None` if it is proved.
+    pub(crate) fn acceptance(&self, activity: &ActivityReport<'_>) -> Option<&'db str> {
+        let reason = self.accepted.get(&activity.instance).copied();
+        reason.filter(|_| missing_proof(activity).is_some())
+    }
+
+    /// The number of missing proofs that are accepted, over all levels.
+    pub(crate) fn accepted_count(&self) -> usize {
+        let activities = self.reports.iter().flat_map(|(_, report)| &report.activities);
+        activities.filter(|activity| self.acceptance(activity).is_some()).count()
     }
 
     /// The root of its project, or the file that it comes from.
@@ -111,7 +129,7 @@ const MOST_INTERFERENCE: usize = 100;
 pub(crate) fn analysis_document(it: &Deployed<'_>) -> impl Serialize + use<> {
     let query = it.reports.first().map(|(query, _)| query);
     let results = it.reports.iter().map(|(query, report)| {
-        let activities = report.activities.iter().map(|activity| activity_document(it.db, *query, activity));
+        let activities = report.activities.iter().map(|activity| activity_document(it, *query, activity));
         object! {
             significance: query.level.as_f64(),
             schedulable: it.errors == 0 && report.schedulable(),
@@ -144,7 +162,11 @@ pub(crate) fn cpu_document(cpu: &CpuLoad) -> impl Serialize + use<> {
     object! { mask: cpu.mask(), utilisation: cpu.utilisation.as_f64(), complete: cpu.complete }
 }
 
-fn activity_document(db: &Database, query: Query, activity: &ActivityReport<'_>) -> impl Serialize + use<> {
+fn activity_document(
+    of: &Deployed<'_>,
+    query: Query,
+    activity: &ActivityReport<'_>,
+) -> impl Serialize + use<> {
     let shown = activity.greatest_interference(MOST_INTERFERENCE);
     let interference_left = activity.interference.len() - shown.len();
     let interference = shown
@@ -169,12 +191,14 @@ fn activity_document(db: &Database, query: Query, activity: &ActivityReport<'_>)
         first_job: activity.first_job.map(milliseconds),
         response: activity.response.map(milliseconds),
         status: activity.verdict.name(),
+        // Why `mauve.toml` accepts that the deadline is not proved.
+        [accepted]: of.acceptance(activity).map(str::to_owned),
         [window]: window,
         interference: interference.collect::<Vec<_>>(),
         [interference_left]: Some(interference_left).filter(|left| *left > 0),
         // Codels that no table has, with the times that `[assume]` gives them.
         [assumed]: non_empty(assumed),
-        reasons: reasons_of(db, activity),
+        reasons: reasons_of(of.db, activity),
     }
 }
 

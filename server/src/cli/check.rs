@@ -2,24 +2,27 @@
 
 mod fix;
 mod sarif;
+mod verdict;
 
-use std::collections::BTreeSet;
 use std::io::IsTerminal as _;
 use std::path::Path;
 
 use annotate_snippets::{AnnotationKind, Level, Message, Origin, Renderer, Snippet, Title};
 use clap::ValueEnum;
-use mauve_diagnostics::{Code, Finding, Fix, Severity, code_named, errors_of_text, workspace_diagnostics};
+use mauve_diagnostics::{
+    Code, Finding, Findings, Fix, Severity, Suppression, code_named, errors_of_text, workspace_findings,
+};
 use mauve_hir::{Database, Location, Workspace, line_index};
 use mauve_syntax::TextSize;
 use serde::Serialize;
 
 use self::fix::Fixed;
+use self::verdict::{Suppressed, deadlines, is_proof_missing};
 use super::{Outside, Paths, counted, shown, wcrt};
 use crate::Output;
-use crate::analysis_document::{Deployed, Proved, analysis_document};
+use crate::analysis_document::analysis_document;
 use crate::harmless::{harmless, harmless_but_for_styles};
-use crate::json::{self, object};
+use crate::json::{self, non_empty, object};
 use crate::load::load;
 
 #[derive(Debug, clap::Args)]
@@ -35,6 +38,9 @@ pub(crate) struct Check {
     /// mauve.toml does not show (`allow`) stays so.
     #[arg(long, value_name = "CODE", value_delimiter = ',')]
     deny: Vec<Denied>,
+    /// Show all hints: where there are more than a few, they are only counted.
+    #[arg(long, conflicts_with = "format")]
+    hints: bool,
     /// Apply the fixes that need no choice, such as a misspelt name with one candidate, then report what is left. Writes the
     /// files in PATH only.
     #[arg(long)]
@@ -96,8 +102,13 @@ impl Check {
         let written = fixed.as_ref().map(|fixed| fixed.write(&here));
         let mut db = Database::default();
         let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
-        let mut findings: Vec<Finding<'_>> =
-            workspaces.iter().flat_map(|&workspace| workspace_diagnostics(&db, workspace)).collect();
+        let mut findings: Vec<Finding<'_>> = Vec::new();
+        let mut suppressed = Vec::new();
+        for &workspace in &workspaces {
+            let Findings { shown, suppressed: others } = workspace_findings(&db, workspace);
+            findings.extend(shown);
+            suppressed.extend(others);
+        }
         for finding in &mut findings {
             if self.deny.iter().any(|denied| denied.has(finding)) {
                 finding.severity = Severity::Error;
@@ -109,11 +120,12 @@ impl Check {
             (count(Severity::Error), count(Severity::Warning), count(Severity::Hint));
         let deployed = wcrt::at_shown_level(&db, &workspaces)?;
         let text = match self.format {
-            Format::Sarif => json::text(&sarif::log(&db, &here, &findings))?,
+            Format::Sarif => json::text(&sarif::log(&db, &here, &findings, &suppressed))?,
             Format::Json => {
                 let lines = Lines::new(|text| text.chars().count());
                 json::text(&object! {
                     diagnostics: findings.iter().map(|it| document(&db, &lines, it)).collect::<Vec<_>>(),
+                    [suppressed]: non_empty(suppressed.iter().map(|it| suppressed_document(&db, &lines, it))),
                     errors: errors,
                     warnings: warnings,
                     hints: hints,
@@ -124,22 +136,29 @@ impl Check {
             Format::Human => {
                 let mut parts: Vec<String> =
                     written.iter().map(|(files, _)| fix::said(fixes, files)).collect();
-                parts.extend(excerpts(&findings, |it| excerpt(&db, &here, it)));
-                parts.extend(wcrt::tables(&deployed).iter().map(|table| harmless(table)));
+                let is_folded = hints > MOST_HINTS && !self.hints;
+                let is_shown = |it: &&Finding<'_>| it.severity != Severity::Hint || !is_folded;
+                let shown: Vec<&Finding<'_>> = findings.iter().filter(is_shown).collect();
+                parts.extend(excerpts(&shown, |it| excerpt(&db, &here, it)));
+                parts.extend(wcrt::shown_tables(&wcrt::tables(&deployed)));
                 let mut found = format!("{}, {}", counted(errors, "error"), counted(warnings, "warning"));
                 if hints > 0 {
-                    found += &format!(", {}", counted(hints, "hint"));
+                    let folded = if is_folded { " (--hints shows them)" } else { "" };
+                    found += &format!(", {}{folded}", counted(hints, "hint"));
                 }
-                found += &lowered(&db, &workspaces, &findings);
+                if !suppressed.is_empty() {
+                    found += &format!(", {} suppressed", suppressed.len());
+                }
+                found += &lowered(&db, &workspaces, &findings, &suppressed);
                 let pages =
-                    if findings.is_empty() { "" } else { "`mauve explain CODE` says more of each.\n" };
+                    if shown.is_empty() { "" } else { "`mauve explain CODE` explains a diagnostic.\n" };
                 parts.push(format!("{found}; {}\n{pages}", deadlines(&deployed)));
                 parts.join("\n")
             }
         };
-        let proved = deployed.iter().all(Deployed::schedulable);
         let is_written = written.is_none_or(|(_, is_complete)| is_complete);
-        let code = if is_written { u8::from(errors > 0 || !proved) } else { 2 };
+        let is_wrong = errors > 0 || is_proof_missing(&deployed, &suppressed);
+        let code = if is_written { u8::from(is_wrong) } else { 2 };
         Ok(Output::verbatim(text, code))
     }
 
@@ -151,50 +170,33 @@ impl Check {
     }
 }
 
-/// The errors that mauve.toml does not show as such, in words: with them, nothing is proved either.
-fn lowered(db: &Database, workspaces: &[Workspace], findings: &[Finding<'_>]) -> String {
+/// Says how many errors are not shown as such, by `[lints]` or by comments: with them, nothing is proved either.
+fn lowered(
+    db: &Database,
+    workspaces: &[Workspace],
+    findings: &[Finding<'_>],
+    suppressed: &Suppressed<'_>,
+) -> String {
     let all: usize = workspaces.iter().map(|&workspace| errors_of_text(db, workspace)).sum();
-    let of_text = findings.iter().filter(|it| it.diagnostic.code.is_of_text());
-    let (errors, others): (Vec<_>, Vec<_>) = of_text.partition(|it| it.severity == Severity::Error);
-    let hidden = all.saturating_sub(errors.len() + others.len());
-    match (others.len(), hidden) {
+    let is_of_text = |it: &&Finding<'_>| it.diagnostic.code.is_of_text();
+    let (errors, others): (Vec<_>, Vec<_>) =
+        findings.iter().filter(is_of_text).partition(|it| it.severity == Severity::Error);
+    let suppressed = suppressed.iter().map(|(finding, _)| finding).filter(is_of_text).count();
+    let hidden = all.saturating_sub(errors.len() + others.len() + suppressed);
+    let by_lints = match (others.len(), hidden) {
         (0, 0) => String::new(),
         (0, hidden) => format!(" ([lints] hides {})", counted(hidden, "error")),
         (lowered, 0) => format!(" ([lints] lowers {})", counted(lowered, "error")),
         (lowered, hidden) => format!(" ([lints] lowers {}, and hides {hidden})", counted(lowered, "error")),
+    };
+    match suppressed {
+        0 => by_lints,
+        count => format!("{by_lints} (comments hide {})", counted(count, "error")),
     }
 }
 
-fn deadlines(deployed: &[Deployed<'_>]) -> String {
-    let Proved { all, met, proved } = Proved::of(deployed);
-    let assumed: BTreeSet<&str> = deployed.iter().flat_map(Deployed::assumed).collect();
-    let assuming = match assumed.len() {
-        0 => String::new(),
-        1 => ", assuming the time of 1 codel".to_owned(),
-        several => format!(", assuming the times of {several} codels"),
-    };
-    match (deployed, all - proved) {
-        ([], _) => "no deployment, so no response times".to_owned(),
-        _ if all == 0 => "no deadlines".to_owned(),
-        _ if proved < met && all == 1 => {
-            "the deadline is met, but not proved: fix the errors first".to_owned()
-        }
-        _ if proved < met => {
-            let verb = if met == 1 { "is" } else { "are" };
-            let proved = match proved {
-                0 => "none is".to_owned(),
-                1 => "only 1 is".to_owned(),
-                several => format!("only {several} are"),
-            };
-            format!("{met} of {all} deadlines {verb} met, but {proved} proved: fix the errors first")
-        }
-        (_, 0) if all == 1 => format!("the deadline is proved{assuming}"),
-        (_, 0) => format!("all {all} deadlines are proved{assuming}"),
-        _ if all == 1 => "the deadline is not proved".to_owned(),
-        (_, 1) => format!("1 of {all} deadlines is not proved"),
-        (_, open) => format!("{open} of {all} deadlines are not proved"),
-    }
-}
+/// The number of hints that are shown without `--hints`: more would move the errors and the table out of sight.
+const MOST_HINTS: usize = 3;
 
 /// Maximum number of excerpts in a terminal.
 const MOST_EXCERPTS: usize = 500;
@@ -317,6 +319,19 @@ fn document(db: &Database, lines: &Lines, finding: &Finding<'_>) -> impl Seriali
         edits: diagnostic.fixes.iter().map(|fix| edits(db, lines, fix)).collect::<Vec<_>>(),
         [only_in]: finding.only_in.map(|project| project.root(db).path(db).clone()),
     }
+}
+
+/// A finding that is not shown, and why.
+fn suppressed_document(
+    db: &Database,
+    lines: &Lines,
+    (finding, why): &(Finding<'_>, Suppression),
+) -> impl Serialize + use<> {
+    let (by, reason) = match why {
+        Suppression::Comment(reason) => ("comment", reason),
+        Suppression::Accepted(reason) => ("mauve.toml", reason),
+    };
+    object! { by: by, reason: reason.clone(), diagnostic: document(db, lines, finding) }
 }
 
 /// Returns the changes of a fix.

@@ -1,7 +1,8 @@
 //! `mauve wcrt [PATH]`: the worst-case response times of deployments, of models or of the task sets in generated packages.
 
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::fmt::Write as _;
+use std::io::IsTerminal as _;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
@@ -158,6 +159,7 @@ impl Wcrt {
                 name: &set.name,
                 origin: Origin::File { path, set, is_sealed: *is_sealed },
                 errors: 0,
+                accepted: BTreeMap::new(),
                 reports: reports.iter().map(|(query, report)| (*query, report)).collect(),
             })
             .collect();
@@ -168,7 +170,7 @@ impl Wcrt {
     fn text(&self, all: &[Deployed<'_>]) -> Result<String, String> {
         Ok(match (&self.explain, self.format) {
             (Some(instance), _) => harmless(&explain(all, instance)?),
-            (None, Format::Table) => harmless(&tables(all).join("\n")),
+            (None, Format::Table) => shown_tables(&tables(all)).join("\n"),
             (None, Format::Csv) => csv(all),
             (None, Format::Json) => {
                 let documents: Vec<_> = all.iter().map(analysis_document).collect();
@@ -262,18 +264,18 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
     let mut out = String::new();
     match it.reports.as_slice() {
         [(query, report)] => {
-            let _ = writeln!(out, "{name} at {}, method {}, times in ms", query.level, query.method);
-            out += &one_level(report);
-            out += &loads(report);
+            let _ = writeln!(out, "{name}: response times in ms at {}, method {}", query.level, query.method);
+            out += &one_level(it, report);
+            out += &utilisations(report);
         }
         reports => {
             let method = reports.first().map_or_else(String::new, |(query, _)| query.method.to_string());
             let what = if reports.iter().any(|(query, _)| query.horizon.is_some()) {
-                "first jobs"
+                "response times of the first job"
             } else {
                 "response times"
             };
-            let _ = writeln!(out, "{name}, method {method}, {what} in ms");
+            let _ = writeln!(out, "{name}: {what} in ms, method {method}");
             out += &several_levels(reports);
         }
     }
@@ -354,8 +356,13 @@ fn assumptions(assumed: &[(String, Time)]) -> String {
     format!("assumes {}", each.join(", "))
 }
 
-fn one_level(report: &Report<'_>) -> String {
-    let header = ["instance", "component", "CPU", "priority", "T", "D", "own", "first job", "R", "slack", ""];
+/// A row for each activity: WCET is the greatest execution time of one job. The response time of the first job stands in a
+/// column of its own if it is not the greatest one for all activities.
+fn one_level(of: &Deployed<'_>, report: &Report<'_>) -> String {
+    let is_first_greatest = report.activities.iter().all(|it| it.first_job == it.response);
+    let mut header = vec!["instance", "component", "CPU", "priority", "period", "deadline", "WCET"];
+    header.extend((!is_first_greatest).then_some("first job"));
+    header.extend(["response", "slack", ""]);
     let rows: Vec<Vec<String>> = report
         .activities
         .iter()
@@ -364,7 +371,7 @@ fn one_level(report: &Report<'_>) -> String {
                 .deadline
                 .zip(activity.response)
                 .and_then(|(deadline, response)| deadline.checked_sub(response));
-            vec![
+            let mut cells = vec![
                 activity.instance.to_string(),
                 activity.component_name.to_string(),
                 activity.cpus.map_or_else(|| "?".to_owned(), cpu_numbers),
@@ -372,11 +379,10 @@ fn one_level(report: &Report<'_>) -> String {
                 number(activity.period),
                 number(activity.deadline),
                 number(activity.own),
-                number(activity.first_job),
-                number(activity.response),
-                number(slack),
-                verdict(activity),
-            ]
+            ];
+            cells.extend((!is_first_greatest).then(|| number(activity.first_job)));
+            cells.extend([number(activity.response), number(slack), verdict(of, activity)]);
+            cells
         })
         .collect();
     columns(&header, &rows)
@@ -406,13 +412,15 @@ fn several_levels(reports: &[(Query, &Report<'_>)]) -> String {
     columns(&header, &rows)
 }
 
-fn loads(report: &Report<'_>) -> String {
-    let load = |cpu: &mauve_timing::CpuLoad| {
+/// `CPU 1 utilisation: 99.7 % · CPU 2: 78.9 %`
+fn utilisations(report: &Report<'_>) -> String {
+    let utilisation = |(index, cpu): (usize, &mauve_timing::CpuLoad)| {
+        let what = if index == 0 { " utilisation" } else { "" };
         let at_least = if cpu.complete { "" } else { "at least " };
-        format!("{}: {at_least}{:.1} %", cpu_names(cpu.mask()), cpu.utilisation.as_f64() * 100.0)
+        format!("{}{what}: {at_least}{:.1} %", cpu_names(cpu.mask()), cpu.utilisation.as_f64() * 100.0)
     };
-    let loads: Vec<String> = report.cpus.iter().map(load).collect();
-    if loads.is_empty() { String::new() } else { format!("  load of {}\n", loads.join(" · ")) }
+    let all: Vec<String> = report.cpus.iter().enumerate().map(utilisation).collect();
+    if all.is_empty() { String::new() } else { format!("  {}\n", all.join(" · ")) }
 }
 
 fn cpu_numbers(mask: u64) -> String {
@@ -431,12 +439,52 @@ fn number(time: Option<Time>) -> String {
     time.map_or_else(|| "—".to_owned(), Time::number)
 }
 
-fn verdict(activity: &ActivityReport<'_>) -> String {
+fn verdict(of: &Deployed<'_>, activity: &ActivityReport<'_>) -> String {
+    let accepted = of.acceptance(activity).map(|reason| format!(", accepted: {reason}"));
     match activity.verdict {
-        Verdict::RealTime(Status::Met) => "✓ met".to_owned(),
-        Verdict::RealTime(status) => format!("✗ {status}"),
+        Verdict::RealTime(Status::Met) => MET.to_owned(),
+        Verdict::RealTime(status) => format!("{NOT_PROVED}{status}{}", accepted.unwrap_or_default()),
         Verdict::Background => "background".to_owned(),
     }
+}
+
+/// How the last cell of a row of a table begins.
+const MET: &str = "✓ met";
+const NOT_PROVED: &str = "✗ ";
+
+/// Colours the verdicts of a table, whose lines end with them: green for a deadline that is met, yellow for what is accepted or
+/// not analysed, red for what is missed or has no bound.
+pub(super) fn coloured(table: &str) -> String {
+    let mut out = String::new();
+    for line in table.split_inclusive('\n') {
+        let content = line.trim_end_matches('\n');
+        let verdict = content.rfind(MET).or_else(|| content.find(NOT_PROVED)).unwrap_or(content.len());
+        let (before, verdict) = content.split_at(verdict);
+        let colour = match verdict {
+            MET => "32",
+            _ if verdict.contains(", accepted: ") || verdict.ends_with("not-analysed") => "33",
+            _ if verdict.starts_with(NOT_PROVED) => "31",
+            _ => "",
+        };
+        out += before;
+        out += &if colour.is_empty() {
+            verdict.to_owned()
+        } else {
+            format!("\u{1b}[{colour}m{verdict}\u{1b}[0m")
+        };
+        out += line.get(content.len()..).unwrap_or_default();
+    }
+    out
+}
+
+/// Returns tables for the terminal, in colours if standard output is one.
+pub(super) fn shown_tables(tables: &[String]) -> Vec<String> {
+    let is_terminal = std::io::stdout().is_terminal();
+    let shown = |table: &String| {
+        let table = harmless(table);
+        if is_terminal { coloured(&table) } else { table }
+    };
+    tables.iter().map(shown).collect()
 }
 
 fn csv(all: &[Deployed<'_>]) -> String {
@@ -508,4 +556,17 @@ pub(super) fn at_shown_level<'db>(
         Deployed::of_model(db, project, deployment, std::iter::once(Query::shown(db, project)))
     };
     Ok(deployments(db, workspaces, None)?.into_iter().map(deployed).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn verdicts_have_colours() {
+        let table = "D: response times\n  a  3  ✓ met\n  b  4  ✗ missed\n  c  —  ✗ not-analysed\n  d  4  ✗ missed, accepted: it\n";
+        let expected = "D: response times\n  a  3  \u{1b}[32m✓ met\u{1b}[0m\n  b  4  \u{1b}[31m✗ missed\u{1b}[0m\n  \
+                        c  —  \u{1b}[33m✗ not-analysed\u{1b}[0m\n  d  4  \u{1b}[33m✗ missed, accepted: it\u{1b}[0m\n";
+        assert_eq!(coloured(table), expected);
+    }
 }

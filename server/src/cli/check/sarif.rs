@@ -5,11 +5,12 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use mauve_diagnostics::{Code, Finding, Fix, Severity, page};
+use mauve_diagnostics::{Code, Finding, Fix, Severity, Suppression, page};
 use mauve_hir::{Database, Location};
 use serde::Serialize;
 use tower_lsp::lsp_types::Url;
 
+use super::verdict::Suppressed;
 use super::{Lines, RangeDocument, shown};
 use crate::json::{non_empty, object};
 
@@ -25,9 +26,18 @@ struct Log<R> {
 }
 
 /// Returns the log of these findings, with paths relative to `here`.
-pub(super) fn log(db: &Database, here: &Path, findings: &[Finding<'_>]) -> impl Serialize + use<> {
+///
+/// Suppressed findings are results with the reason: the standard has `inSource` for comments, and `external` for other files. If
+/// one result has `suppressions`, all have.
+pub(super) fn log(
+    db: &Database,
+    here: &Path,
+    findings: &[Finding<'_>],
+    suppressed: &Suppressed<'_>,
+) -> impl Serialize + use<> {
+    let all = || findings.iter().chain(suppressed.iter().map(|(finding, _)| finding));
     let mut rules: Vec<&'static Code> = Vec::new();
-    for finding in findings {
+    for finding in all() {
         if !rules.contains(&finding.diagnostic.code) {
             rules.push(finding.diagnostic.code);
         }
@@ -35,7 +45,11 @@ pub(super) fn log(db: &Database, here: &Path, findings: &[Finding<'_>]) -> impl 
     let root = Url::from_directory_path(here).ok();
     let artifacts =
         Artifacts { db, root: root.as_ref(), lines: Lines::new(|text| text.encode_utf16().count()) };
-    let results: Vec<_> = findings.iter().map(|finding| result(&artifacts, here, finding, &rules)).collect();
+    let none = (!suppressed.is_empty()).then(Vec::new);
+    let whys = findings.iter().map(|_| none.clone());
+    let whys = whys.chain(suppressed.iter().map(|(_, why)| Some(vec![why])));
+    let results = all().zip(whys).map(|(finding, why)| result(&artifacts, here, finding, (why, &rules)));
+    let results: Vec<_> = results.collect();
     Log {
         schema: "https://json.schemastore.org/sarif-2.1.0.json",
         version: "2.1.0",
@@ -58,7 +72,7 @@ fn result(
     artifacts: &Artifacts<'_>,
     here: &Path,
     finding: &Finding<'_>,
-    rules: &[&'static Code],
+    (suppressions, rules): (Option<Vec<&Suppression>>, &[&'static Code]),
 ) -> impl Serialize + use<> {
     let diagnostic = &finding.diagnostic;
     let project = finding.only_in.map(|project| shown(project.root(artifacts.db).path(artifacts.db), here));
@@ -77,8 +91,17 @@ fn result(
         message: message(&format!("{}{only}", diagnostic.message)),
         locations: [location(&diagnostic.at, None)],
         [relatedLocations]: non_empty(related),
+        [suppressions]: suppressions.map(|all| all.into_iter().map(suppression).collect::<Vec<_>>()),
         [fixes]: non_empty(diagnostic.fixes.iter().map(|fix| artifacts.fix(fix))),
     }
+}
+
+fn suppression(why: &Suppression) -> impl Serialize + use<> {
+    let (kind, reason) = match why {
+        Suppression::Comment(reason) => ("inSource", reason),
+        Suppression::Accepted(reason) => ("external", reason),
+    };
+    object! { kind: kind, justification: reason.clone() }
 }
 
 /// Braces stand for arguments in messages, unless they are doubled.
