@@ -715,10 +715,14 @@ pub(crate) fn is_of_another_language(text: &str) -> bool {
         tokens.next_if(|path| path.starts_with('"'));
     }
     let is_name = |word: &str| word.starts_with(char::is_alphabetic);
-    match (tokens.next(), tokens.next(), tokens.next(), tokens.next()) {
-        (Some("#"), Some(name), Some(":"), Some(value)) => is_name(name) && value.starts_with('"'),
-        (Some("category"), Some(name), Some("{"), _) => is_name(name),
-        (Some("associations"), Some("{"), ..) => true,
+    match (tokens.next(), tokens.next(), tokens.next()) {
+        (Some("category"), Some(name), Some("{")) => is_name(name),
+        (Some("associations"), Some("{"), _) => true,
+        // A line that begins with `#` is one token.
+        (Some(line), ..) => line
+            .strip_prefix('#')
+            .and_then(|line| line.split_once(':'))
+            .is_some_and(|(name, value)| is_name(name.trim_start()) && value.trim_start().starts_with('"')),
         _ => false,
     }
 }

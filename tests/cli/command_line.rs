@@ -512,39 +512,6 @@ fn a_new_project_shows_response_times_at_once() {
 }
 
 #[test]
-fn the_files_in_the_readme_are_right() {
-    let readme = std::fs::read_to_string(models().join("../../README.md")).unwrap();
-    let blocks: Vec<&str> =
-        readme.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
-    let [config, table] = blocks.as_slice() else { panic!("expected mauve.toml and a table: {blocks:?}") };
-    let config = config.replace("timing/*.toml", "t.toml");
-    let codels = "library navigation { codel astar(): int  codel dist(): int }\nshell S { }\n";
-    let machine = "core N(S) { statemachine { initial state Planning { run = { } transition arrived to Planning } } }\n\
-                   core H(S) { update = { } }\ncomponent Navigation(S, N)\ncomponent Hokuyo(S, H)\n";
-    let robot = format!("{codels}{machine}");
-    let files = [("robot.mal", robot.as_str()), ("mauve.toml", &config), ("t.toml", table)];
-    let found = run_in("readme", &files, &["check"]);
-    assert!(found.out.contains("no errors, no warnings"), "{}", found.out);
-    // The model, with the file that it includes.
-    let model = readme.split("```mauve\n").nth(1).unwrap().split("```").next().unwrap();
-    let gripper = "library gripper { shell GripperShell { }  codel hold_it(in hard: bool): bool\n\
-                   shell BaseShell { input port way: Twist  provide hold(in hard: bool): bool }\n\
-                   core BaseCore(BaseShell) { provide hold(in hard: bool) = { return hold_it(hard); }  update = { } }\n\
-                   component Base(BaseShell, BaseCore) }\n";
-    let files = [
-        ("robot.mal", model),
-        ("gripper.mal", gripper),
-        ("mauve.toml", "assume.codel = \"1 ms\"\nplatform.rt_throttling = false\n"),
-    ];
-    let found = run_in("readme-model", &files, &["check"]);
-    assert!(
-        found.out.contains("no errors, no warnings") && found.out.contains("; the deadline is proved"),
-        "{}",
-        found.out
-    );
-}
-
-#[test]
 fn pages_completions_and_measurements() {
     assert!(run(&["explain", "missing-time"]).out.starts_with("# missing-time\n"));
     assert!(run(&["explain", "all"]).out.lines().count() > 30);

@@ -176,6 +176,35 @@ pub(super) fn rewrite(form: Foreign, token: &SyntaxToken) -> Option<Rewrite> {
     }
 }
 
+/// Returns the message for the name of a value that other languages have, and how MAUVE writes the value.
+pub(super) fn value(name: &str) -> Option<(String, Option<&'static str>)> {
+    let written = match name {
+        "True" | "TRUE" => "true",
+        "False" | "FALSE" => "false",
+        "null" | "NULL" | "nullptr" | "nil" | "None" | "undefined" => {
+            return Some((
+                format!("MAUVE has no `{name}`: a port without a value has the status `no_data`"),
+                None,
+            ));
+        }
+        _ => return None,
+    };
+    Some((format!("MAUVE writes `{written}` instead of `{name}`"), Some(written)))
+}
+
+/// Returns the message for the name of a function that other languages have, and how MAUVE writes it.
+pub(super) fn function(name: &str) -> Option<(String, Option<&'static str>)> {
+    match name {
+        "not" => Some(("MAUVE writes `!` instead of `not`".to_owned(), Some("!"))),
+        "print" | "printf" | "println" | "sleep" | "delay" | "wait" | "abs" | "min" | "max" | "sqrt"
+        | "sin" | "cos" => Some((
+            format!("MAUVE has no function `{name}`: declare a codel `{name}`, which C++ implements"),
+            None,
+        )),
+        _ => None,
+    }
+}
+
 // Tokens
 
 /// Returns the range between two offsets, unless they are swapped.

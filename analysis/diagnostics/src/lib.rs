@@ -169,6 +169,13 @@ impl<'db> Diagnostic<'db> {
     }
 
     /// Suggests `near` instead of the marked name, with a fix.
+    /// Offers to replace what is reported.
+    fn writing(self, written: Option<&str>) -> Diagnostic<'db> {
+        let Some(written) = written else { return self };
+        let at = self.at.clone();
+        self.fix(format!("Write `{written}`"), at, written.to_owned())
+    }
+
     fn did_you_mean(mut self, near: Option<Name>) -> Diagnostic<'db> {
         let Some(near) = near else { return self };
         self.message += &format!("; did you mean `{near}`?");

@@ -34,5 +34,14 @@ pub(super) fn message(name: &str) -> String {
 }
 
 fn similar_field(name: &str) -> Option<&'static str> {
+    let other = match name {
+        "prio" => Some(ActivityField::Priority),
+        "cpu" | "cpus" | "core" | "cores" | "mask" => Some(ActivityField::Affinity),
+        "dl" => Some(ActivityField::Deadline),
+        _ => None,
+    };
+    if let Some(field) = other {
+        return Some(field.keyword());
+    }
     mauve_syntax::similar(name, ActivityField::ALL.map(ActivityField::keyword))
 }

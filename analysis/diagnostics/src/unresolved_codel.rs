@@ -31,12 +31,18 @@ pub(super) fn report<'db>(
     (name, arguments): (&Name, usize),
     builtin: Option<Builtin>,
 ) -> Diagnostic<'db> {
-    let diagnostic = Diagnostic::new(&UNRESOLVED_CODEL, at, format!("no codel or operation `{name}`"));
+    let diagnostic = Diagnostic::new(&UNRESOLVED_CODEL, at.clone(), format!("no codel or operation `{name}`"));
     if let Some(builtin) = builtin {
         return diagnostic.did_you_mean(Some(builtin.name().into()));
     }
     let near = similar_callee(db, project, of, name, arguments);
-    diagnostic.look_elsewhere(db, project, of, (Kind::Codel, std::slice::from_ref(name)), near)
+    let found = diagnostic.look_elsewhere(db, project, of, (Kind::Codel, std::slice::from_ref(name)), near);
+    match foreign_syntax::function(name) {
+        Some((message, written)) if found.fixes.is_empty() => {
+            Diagnostic::new(&UNRESOLVED_CODEL, at, message).writing(written)
+        }
+        _ => found,
+    }
 }
 
 /// Returns the codel or the own operation that `name` is most likely a misspelling of: one that takes as many arguments, if
