@@ -67,6 +67,8 @@ pub struct Diagnostic<'db> {
     pub fixes: Vec<Fix<'db>>,
     /// For a missing proof that `mauve.toml` accepts, the reason.
     pub accepted: Option<String>,
+    /// The mistake behind it, if other diagnostics may have the same: see `cause.rs`.
+    cause: Option<Cause>,
 }
 
 /// A quick fix.
@@ -87,7 +89,13 @@ impl<'db> Diagnostic<'db> {
             related: Vec::new(),
             fixes: Vec::new(),
             accepted: None,
+            cause: None,
         }
+    }
+
+    fn caused_by(mut self, cause: Option<Cause>) -> Diagnostic<'db> {
+        self.cause = cause;
+        self
     }
 
     fn related(mut self, at: &Location<'db>, message: impl Into<String>) -> Diagnostic<'db> {
@@ -122,8 +130,16 @@ impl<'db> Diagnostic<'db> {
         });
         if let Some((advice, to_use)) = advice {
             self.message += &format!("; {advice}");
+            let cause = match (&to_use, outside) {
+                (Some(used), _) => Some(Cause::NotUsed(of.library(db).clone(), used.clone())),
+                (None, outside) => outside.map(Cause::NotIncluded),
+            };
+            self = self.caused_by(cause);
             return match (to_use, outside) {
-                (Some(library), _) => self.add_use(of, &library),
+                (Some(library), _) => match misspelt_name::misspelt_use(db, project, of, &library) {
+                    Some(at) => self.fix(format!("Change to `use {library}`"), at, library.to_string()),
+                    None => self.add_use(of, &library),
+                },
                 (None, Some(file)) => self.add_include(db, of.file(db), file),
                 (None, None) => self,
             };
@@ -329,11 +345,13 @@ codes! {
     missing_else::MISSING_ELSE;
     header_colon::HEADER_COLON;
     continued_line::CONTINUED_LINE;
+    misspelt_name::MISSPELT_NAME;
     unknown_type::UNKNOWN_TYPE;
     unknown_package::UNKNOWN_PACKAGE;
 }
 
 mod allow;
+mod cause;
 mod configuration;
 mod mechanical;
 mod proof;
@@ -343,6 +361,7 @@ mod timing_facts;
 mod timing_reasons;
 mod types;
 
+use cause::Cause;
 use timing_facts::timing_diagnostic;
 use timing_reasons::enumerated;
 pub use timing_reasons::{PROSE, cpu_names, reasons_of, timing_reason, unusable_time};
@@ -417,7 +436,7 @@ pub fn project_diagnostics<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> 
         _ => Default::default(),
     });
     found.extend(in_tables);
-    found.into_boxed_slice()
+    cause::one_for_each_cause(db, found).into_boxed_slice()
 }
 
 /// Returns the diagnostics of a file: of its text, its syntax and its includes.
@@ -692,8 +711,22 @@ fn all_findings<'db>(
         }
     }
     let of_config = config_diagnostics(db, workspace).into_iter();
-    let not_included = not_checked(db, workspace).into_iter().map(not_included::report);
-    let all = of_config.chain(not_included).filter(|diagnostic| is_wanted(diagnostic.at.file(db)));
+    let not_included = not_checked(db, workspace);
+    if !not_included.is_empty() {
+        // A missing include is reported once: where a name is missing, otherwise in the file.
+        let missing = cause::missing_files(db, workspace);
+        let in_file = |cause: &Option<Cause>| match cause {
+            Some(Cause::NotIncluded(file)) => {
+                missing.get(file) == Some(&false) && not_included.contains(file)
+            }
+            _ => false,
+        };
+        findings.retain(|(diagnostic, _)| !in_file(&diagnostic.cause));
+        let reported = not_included.into_iter().filter(|file| missing.get(file) != Some(&true));
+        findings
+            .extend(reported.filter(|file| is_wanted(*file)).map(|file| (not_included::report(file), None)));
+    }
+    let all = of_config.filter(|diagnostic| is_wanted(diagnostic.at.file(db)));
     findings.extend(all.map(|diagnostic| (diagnostic, None)));
     findings
 }

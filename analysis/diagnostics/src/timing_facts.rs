@@ -41,7 +41,10 @@ pub(super) fn timing_diagnostic<'db>(
         Fact::InvalidTable(fault) => invalid_table::report(db, at, fault),
         Fact::RepeatedTime { key, first } => invalid_table::repeated(db, at, key, first),
         Fact::UnknownTimingKey { kind, key, near, fixed } => {
-            unknown_timing_key::report(at, *kind, key, near.as_ref(), fixed.as_deref())
+            let name = key.rsplit('.').next().unwrap_or(key).into();
+            let file = file_outside(db, project, *kind, &name);
+            let found = unknown_timing_key::report(at, *kind, key, near.as_ref(), fixed.as_deref());
+            found.caused_by(file.map(Cause::NotIncluded))
         }
         Fact::UnknownProgram { program, near, fixed } => {
             unknown_timing_key::of_program(db, at, program, near.as_ref(), fixed.as_deref())

@@ -1,7 +1,7 @@
 //! # unknown-package
 //!
-//! No library of the project has this name, nor any message package that is known: those of the environment
-//! (`ROS_PACKAGE_PATH`, `AMENT_PREFIX_PATH`, `CMAKE_PREFIX_PATH`) and the common ones. What it declares is not checked.
+//! A `use` names neither a library of the project nor a known message package: one that is installed
+//! (`ROS_PACKAGE_PATH`, `AMENT_PREFIX_PATH`, `CMAKE_PREFIX_PATH`) or one of the common ones. Its types are not checked.
 //!
 //! ```mauve
 //! library a {
@@ -11,9 +11,10 @@
 //! }
 //! library b { }
 //! ```
+//!
+//! A name that is similar to a known one has the warning `misspelt-name` instead.
 
 use super::*;
-use mauve_hir::catalogue;
 
 code!(UNKNOWN_PACKAGE, Hint, "unknown-package");
 
@@ -23,8 +24,9 @@ pub(super) fn report<'db>(
     at: Location<'db>,
     name: &str,
 ) -> Diagnostic<'db> {
-    let candidates = names_of(db, project).libraries().chain(catalogue().keys());
-    let near = similar(name, candidates);
-    let message = format!("no library and no message package `{name}`: its types are not checked");
-    Diagnostic::new(&UNKNOWN_PACKAGE, at, message).did_you_mean(near)
+    if let Some(near) = misspelt_name::similar_package(db, project, name) {
+        return misspelt_name::of_package(db, at, name, near);
+    }
+    let message = format!("no library or message package `{name}`: its types are not checked");
+    Diagnostic::new(&UNKNOWN_PACKAGE, at, message)
 }

@@ -38,7 +38,8 @@ code!(UNRESOLVED_INSTANCE, Error, "unresolved-instance");
 
 pub(super) fn report<'db>(at: Location<'db>, name: &str, architecture: &str, near: Option<Name>) -> Diagnostic<'db> {
     let message = format!("no instance `{name}` in {architecture}");
-    Diagnostic::new(&UNRESOLVED_INSTANCE, at, message).did_you_mean(near)
+    let found = Diagnostic::new(&UNRESOLVED_INSTANCE, at, message).did_you_mean(near);
+    found.caused_by(Some(Cause::NoInstance(architecture.into(), name.into())))
 }
 
 /// Reports a name in `mauve.toml`.

@@ -5,7 +5,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::ModelDb;
 use crate::completeness::Completeness;
 use crate::fact::{Checker, Defined, FactKind, Reserved, repeated};
-use crate::features::{FeatureOf, core_of, features_of, shell_of};
+use crate::features::{FeatureOf, core_of, features_of, is_core_for, shell_of};
 use crate::flat::{flat_of, target_of};
 use crate::infer::uses_of;
 use crate::item_tree::{Data, Feature, Kind, Name, NameRef, Parameter, SourceId, TypeRef};
@@ -83,6 +83,8 @@ impl<'db> Checker<'db> {
         }
         match ty.path.as_slice() {
             [] => false,
+            // Another error may hide a `use`.
+            [_] if names_of(db, project).may_miss_uses(self.of.library(db)) => false,
             // An unknown package, which is reported, may declare it.
             [_] => {
                 let mut used = used_packages(db, project).get(self.of.library(db)).into_iter().flatten();
@@ -248,7 +250,8 @@ fn usage_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Usage<'db> {
         for component in flat.instances.iter().filter_map(|instance| instance.component) {
             deployed.insert(component);
             let (core, shell) = (core_of(db, project, component), shell_of(db, project, component));
-            usage.completeness &= Completeness::of(core.is_some() && shell.is_some());
+            let fits = |(core, shell)| is_core_for(db, project, core, shell);
+            usage.completeness &= Completeness::of(core.zip(shell).is_some_and(fits));
             deployed.extend(core);
             deployed.extend(shell.into_iter().flat_map(|shell| &features_of(db, project, shell).shells));
         }

@@ -6,7 +6,7 @@ use rustc_hash::FxHashMap;
 use crate::ModelDb;
 use crate::completeness::Completeness;
 use crate::fact::{Checker, Defined, EndKind, FactKind, Reason, Refusal};
-use crate::features::{FeatureOf, Features, features_of, shell_of};
+use crate::features::{FeatureOf, Features, core_of, features_of, is_core_for, shell_of};
 use crate::graph::closure;
 use crate::item_tree::{Connection, Endpoint, FeatureKind, Instance, Kind, Name, NameRef, Setting};
 use crate::names::{names_of, similar};
@@ -66,9 +66,11 @@ pub struct FlatInstance<'db> {
 }
 
 impl<'db> FlatInstance<'db> {
-    /// Returns its shell, if that resolves.
+    /// Returns its shell, if that resolves. If its core is for another shell, its shell is unknown.
     pub fn shell(&self, db: &'db dyn ModelDb, project: Project<'db>) -> Option<Decl<'db>> {
-        shell_of(db, project, self.component?)
+        let shell = shell_of(db, project, self.component?)?;
+        let core = core_of(db, project, self.component?);
+        core.is_none_or(|core| is_core_for(db, project, core, shell)).then_some(shell)
     }
 
     /// Returns its features, if its shell resolves.

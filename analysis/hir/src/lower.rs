@@ -273,6 +273,12 @@ impl Lowering<'_> {
     fn possible_names(&mut self, list: &SyntaxNode, library: Option<&Name>) {
         let mut found: Vec<Option<Name>> = Vec::new();
         for child in list.children() {
+            // An incorrect line with a string may be an `include`.
+            if matches!(child.kind(), SyntaxKind::ERROR | SyntaxKind::USE)
+                && tokens_of(&child).iter().any(|token| token.kind() == SyntaxKind::STRING)
+            {
+                self.tree.include_completeness = Completeness::Incomplete;
+            }
             match child.kind() {
                 SyntaxKind::ERROR => match tokens_of(&child).as_slice() {
                     [] => self.tree.completeness = Completeness::Incomplete,

@@ -222,6 +222,26 @@ impl<'db> Names<'db> {
         self.completeness.is_incomplete() || !self.possible_names.is_empty() || !self.unnamed.is_empty()
     }
 
+    /// Returns whether a text with syntax errors may contain a `use` of `library`.
+    pub(crate) fn may_miss_uses(&self, library: &Option<Name>) -> bool {
+        self.incomplete_file.is_some() || self.possible_names.iter().any(|(of, _)| of == library)
+    }
+
+    /// Returns whether a missing file or a text with syntax errors may declare what a key of a timing table names,
+    /// `library.name` or `name`.
+    pub fn may_declare(&self, kind: Kind, key: &str) -> bool {
+        let of: Option<Name> = key.rsplit_once('.').map(|(library, _)| library.into());
+        self.completeness.is_incomplete()
+            || self.incomplete_file.is_some()
+            || match &of {
+                Some(library) if self.has_library(library) => {
+                    self.unnamed.contains(&(of.clone(), kind))
+                        || self.possible_names.iter().any(|(it, _)| *it == of)
+                }
+                _ => self.may_miss_names(),
+            }
+    }
+
     /// Returns the reason for [`Unresolved::Incomplete`].
     pub fn may_hide(&self) -> MayHide {
         if self.completeness.is_incomplete() { MayHide::MissingFile } else { MayHide::SyntaxError }

@@ -228,6 +228,7 @@ fn what_is_offered_first_fits() {
                                 "syntax-error"
                                     | "unknown-type"
                                     | "unknown-package"
+                                    | "misspelt-name"
                                     | "invalid-type"
                                     | "port-direction"
                                     | "connection-direction"

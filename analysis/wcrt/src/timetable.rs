@@ -332,8 +332,8 @@ impl<'db> TimetableBuilder<'db> {
             self.times.strays.insert(last.into(), stray.clone());
         }
         self.times.stray_codel = Some(stray);
-        // A missing file, which is an error of its own, may declare the name.
-        if names.completeness.is_incomplete() {
+        // What is missing, which is an error of its own, may declare the name.
+        if names.may_declare(kind, key) {
             return;
         }
         let declared = names.all.iter().filter(|decl| decl.kind(db) == kind);

@@ -1,0 +1,204 @@
+//! # misspelt-name
+//!
+//! A type or a message package is unknown, and its name is similar to a known one. A type that is not similar to any has
+//! the hint `unknown-type`, since a model may use types that only its codels know.
+//!
+//! ```mauve
+//! library a {
+//!   use geometry_msg   // warning
+//!   use nav_msgs
+//!   codel locate(out here: Odometri): bol   // warning // warning
+//! }
+//! ```
+//!
+//! The names of types in other languages count too:
+//!
+//! ```mauve
+//! library a {
+//!   shell S { output port name: std::string  output port count: integer }   // warning // warning
+//! }
+//! ```
+//!
+//! Fix: change the name, everywhere in its library. Where the name is right, declare it in `mauve.toml`:
+//!
+//! ```mauve
+//! library a {
+//!   use nav_msgs
+//!   codel locate(out here: Odometri): bool
+//! }
+//! //- /mauve.toml
+//! [types.Odometri]
+//! cpp = "odo::Metri"
+//! header = "odo.h"
+//! ```
+
+use super::*;
+use mauve_hir::{C_TYPES, LANGUAGE_TYPES, catalogue, data, external_types, message_of, package, used_packages};
+
+code!(MISSPELT_NAME, Warning, "misspelt-name");
+
+/// Reports the unknown type `ty`, which may be a misspelling of `near`.
+pub(super) fn of_type<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    at: Location<'db>,
+    of: Decl<'db>,
+    ty: &TypeRef,
+    near: &str,
+) -> Diagnostic<'db> {
+    let message = format!("unknown type `{ty}`: did you mean `{near}`?");
+    let mut found = Diagnostic::new(&MISSPELT_NAME, at, message);
+    let same_library = |decl: &&Decl<'db>| decl.library(db) == of.library(db);
+    let mut edits = Vec::new();
+    for &decl in names_of(db, project).all.iter().filter(same_library) {
+        let types = data(db, decl).as_deref().into_iter().flat_map(|it| it.types());
+        let same = types.filter(|(it, _)| it.path == ty.path).map(|(it, _)| Location::Source(decl, it.id));
+        edits.extend(same.map(|at| (at, near.to_owned())));
+    }
+    found.fixes.push(Fix { title: format!("Change to `{near}`"), edits });
+    found
+}
+
+/// Reports the unknown package `name`, which may be a misspelling of `near`.
+pub(super) fn of_package<'db>(
+    db: &'db dyn ModelDb,
+    at: Location<'db>,
+    name: &str,
+    near: Name,
+) -> Diagnostic<'db> {
+    let message = format!("no library or message package `{name}`");
+    let cause = match &at {
+        Location::Source(of, _) => Some(Cause::NotUsed(of.library(db).clone(), near.clone())),
+        _ => None,
+    };
+    Diagnostic::new(&MISSPELT_NAME, at, message).did_you_mean(Some(near)).caused_by(cause)
+}
+
+/// Returns the location of a `use`, in the library of `of`, that is most likely a misspelling of `library`.
+pub(super) fn misspelt_use<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    library: &Name,
+) -> Option<Location<'db>> {
+    let files = project_files(db, project).iter();
+    let mut uses = files.flat_map(|&file| &declarations(db, file).all).copied().filter(|it| {
+        it.kind(db) == Kind::Use && it.library(db) == of.library(db)
+    });
+    let is_unknown = |name: &Name| {
+        !names_of(db, project).has_library(name) && package(db, project.workspace(db), name).is_none()
+    };
+    let found = uses.find(|it| {
+        is_unknown(it.name(db)) && similar_package(db, project, it.name(db)).as_ref() == Some(library)
+    });
+    found.map(Location::name_of)
+}
+
+/// Returns the type that `path`, written in `of`, is most likely a misspelling of: a built-in type, a message of a package
+/// that its library uses, or a type that `mauve.toml` declares.
+pub(super) fn similar_type<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    path: &[Name],
+) -> Option<String> {
+    let workspace = project.workspace(db);
+    match path {
+        [name] => {
+            let used = used_packages(db, project).get(of.library(db)).into_iter().flatten();
+            let messages = used.filter_map(|of| package(db, workspace, of)).flat_map(|it| it.messages.keys());
+            let candidates = messages.chain(external_types(db, workspace).keys());
+            let own = || similar(name, candidates).map(|near| near.to_string());
+            exact_built_in(name).map(str::to_owned).or_else(own).or_else(|| similar_built_in(name))
+        }
+        [of_std, name] if of_std == "std" => built_in(name).map(str::to_owned),
+        [of_package, .., name] => {
+            let declares = |it: &Name| package(db, workspace, it).is_some_and(|it| it.messages.contains_key(name));
+            let known = package(db, workspace, of_package);
+            let near = similar(name, known.into_iter().flat_map(|it| it.messages.keys()));
+            if let Some(near) = near {
+                return Some(format!("{of_package}.{near}"));
+            }
+            if known.is_none() && message_of(db, project, of.library(db).as_ref(), std::slice::from_ref(name)).is_some() {
+                return Some(name.to_string());
+            }
+            let near = similar_package(db, project, of_package).filter(declares)?;
+            Some(format!("{near}.{name}"))
+        }
+        [] => None,
+    }
+}
+
+/// Returns the built-in type that a type of another language is called like: `String`, `integer`, `f64`.
+fn exact_built_in(name: &str) -> Option<&'static str> {
+    let foreign = |it: &&(&str, &'static str)| name.eq_ignore_ascii_case(it.0);
+    let language = LANGUAGE_TYPES.iter().map(|(it, _)| *it).find(|it| name.eq_ignore_ascii_case(it));
+    language.or_else(|| FOREIGN.iter().find(foreign).map(|(_, own)| *own))
+}
+
+/// Returns whether `name` is more likely a built-in type than a message of that name.
+pub(super) fn is_built_in(name: &str) -> bool {
+    exact_built_in(name).is_some()
+}
+
+/// Names of types in other languages, with the built-in type.
+const FOREIGN: [(&str, &str); 19] = [
+    ("integer", "int"),
+    ("signed", "int"),
+    ("unsigned", "uint"),
+    ("str", "string"),
+    ("text", "string"),
+    ("real", "double"),
+    ("f32", "float"),
+    ("f64", "double"),
+    ("i8", "int8"),
+    ("i16", "int16"),
+    ("i32", "int32"),
+    ("i64", "int64"),
+    ("u8", "uint8"),
+    ("u16", "uint16"),
+    ("u32", "uint32"),
+    ("u64", "uint64"),
+    ("usize", "size_t"),
+    ("none", "void"),
+    ("unit", "void"),
+];
+
+fn built_in(name: &str) -> Option<&'static str> {
+    let mut all = LANGUAGE_TYPES.iter().chain(&C_TYPES).map(|(it, _)| *it);
+    all.find(|it| *it == name)
+}
+
+/// Returns the built-in type of which `name` is a misspelling. A misspelt word begins with the right letter: `Joint` is not
+/// a misspelling of `int`.
+fn similar_built_in(name: &str) -> Option<String> {
+    let lower = name.to_lowercase();
+    let first = lower.chars().next()?;
+    let all = LANGUAGE_TYPES.iter().chain(&C_TYPES).map(|(it, _)| Name::from(*it));
+    let candidates: Vec<Name> = all.filter(|it| it.starts_with(first)).collect();
+    if candidates.iter().any(|it| *it == lower.as_str()) {
+        return Some(lower);
+    }
+    similar(&lower, &candidates).map(|near| near.to_string())
+}
+
+/// Returns the library or the message package that `name` is most likely a misspelling of. Packages of different versions,
+/// such as `nav_msgs` and `nav2_msgs`, are different packages.
+pub(super) fn similar_package<'db>(db: &'db dyn ModelDb, project: Project<'db>, name: &str) -> Option<Name> {
+    let digits = |name: &str| name.chars().filter(char::is_ascii_digit).collect::<String>();
+    let same_version = |it: &&Name| digits(it) == digits(name);
+    let known: Vec<&Name> =
+        names_of(db, project).libraries().chain(catalogue().keys()).filter(same_version).collect();
+    // All packages of messages end alike: `arm_msgs` is not a misspelling of `nav_msgs`.
+    let stems: Vec<Name> = known.iter().map(|it| stem(it).into()).collect();
+    let own = stem(name);
+    let near = stems.iter().position(|it| it.as_str() == own).or_else(|| {
+        let near = similar(own, &stems)?;
+        stems.iter().position(|it| *it == near)
+    });
+    near.and_then(|index| known.get(index)).map(|near| (*near).clone())
+}
+
+fn stem(package: &str) -> &str {
+    ["_msgs", "_msg", "_messages", "_message"].iter().find_map(|end| package.strip_suffix(end)).unwrap_or(package)
+}
