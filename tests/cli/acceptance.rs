@@ -59,6 +59,12 @@ fn an_accepted_deadline_is_shown_as_accepted_and_never_as_met() {
     );
     let broken = format!("{ROBOT}core L(S) {{ update = {{ work(1); }} }}\n");
     assert_eq!(run("broken", &broken, &config, &["check"]).code, 1);
+    // One diagnostic reports an overloaded CPU: all its activities are accepted, or none.
+    let overloaded = TIMES.replace("5 ms", "11 ms");
+    let both =
+        format!("{overloaded}deployment.Sea.accept = {{ front = \"measured\", back = \"measured\" }}\n");
+    assert_eq!(run("overloaded", ROBOT, &format!("{overloaded}{ACCEPTED}"), &["check"]).code, 1);
+    assert_eq!(run("overloaded", ROBOT, &both, &["check"]).code, 0);
     // What is not analysed is accepted in the same way.
     let untimed = "deployment.Sea.accept = { front = \"measured\", back = \"measured\" }\n";
     let found = run("untimed", ROBOT, untimed, &["check"]);

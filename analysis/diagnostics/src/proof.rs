@@ -1,5 +1,6 @@
 //! Deadlines without a proof: under which code each is reported, and which of them the user accepts.
 
+use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, ModelDb, Project, accepted};
 use mauve_timing::Status;
 use mauve_wcrt::{ActivityReport, Reason, Timed, TimingFact, TimingFactKind, UnusableTime, Verdict};
@@ -38,17 +39,26 @@ pub fn is_lowered(config: &mauve_hir::Config, code: &Code) -> bool {
     severity_set(config, code).is_some_and(|severity| severity != Some(Severity::Error))
 }
 
-/// Returns why the user accepts what a fact reports, if it reports a missing proof of an accepted activity.
+/// Returns why the user accepts what a fact reports, if it reports missing proofs, all of accepted activities.
 pub(crate) fn acceptance<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployment: Decl<'db>,
     fact: &TimingFact<'db>,
 ) -> Option<String> {
-    let (TimingFactKind::DeadlineMissed { instance, .. } | TimingFactKind::NotAnalysed { instance, .. }) =
-        &fact.kind
-    else {
-        return None;
+    let instances: Vec<&Name> = match &fact.kind {
+        TimingFactKind::DeadlineMissed { instance, .. } | TimingFactKind::NotAnalysed { instance, .. } => {
+            vec![instance]
+        }
+        TimingFactKind::Overloaded(overload) => overload.unbounded.iter().map(|(name, _)| name).collect(),
+        _ => Vec::new(),
     };
-    accepted(db, project, deployment, instance).map(str::to_owned)
+    let mut reasons: Vec<&str> = Vec::new();
+    for instance in instances {
+        let reason = accepted(db, project, deployment, instance)?;
+        if !reasons.contains(&reason) {
+            reasons.push(reason);
+        }
+    }
+    (!reasons.is_empty()).then(|| reasons.join("; "))
 }

@@ -2,8 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use mauve_diagnostics::{Finding, Suppression, is_lowered, missing_proof};
+use mauve_diagnostics::{Code, Diagnostic, Finding, Suppression, is_lowered, missing_proof};
 use mauve_hir::{Config, config_of};
+use mauve_timing::Status;
+use mauve_wcrt::{ActivityReport, Report, Verdict};
 
 use crate::analysis_document::{Deployed, Origin, Proved};
 
@@ -20,22 +22,23 @@ pub(super) fn is_proof_missing(deployed: &[Deployed<'_>], suppressed: &Suppresse
             Origin::Model(project) => config_of(it.db, project.workspace(it.db)),
             Origin::File { .. } => &Config::default(),
         };
-        let mut reports = it.reports.iter().map(|(_, report)| report);
-        it.errors > 0
-            || reports.any(|report| {
-                let is_empty = report.activities.is_empty() && !report.not_analysed.is_empty();
-                is_empty
-                    || report.activities.iter().any(|activity| {
-                        missing_proof(activity).is_some_and(|code| {
-                            let is_suppressed = suppressed.iter().any(|(finding, _)| {
-                                finding.diagnostic.code == code
-                                    && Some(&finding.diagnostic.at) == activity.at.as_ref()
-                            });
-                            !is_suppressed && !is_lowered(config, code) && it.acceptance(activity).is_none()
-                        })
-                    })
+        let fails = |activity: &ActivityReport<'_>| {
+            missing_proof(activity).is_some_and(|code| {
+                let is_suppressed = suppressed.iter().any(|(it, _)| reports(&it.diagnostic, code, activity));
+                !is_suppressed && !is_lowered(config, code) && it.acceptance(activity).is_none()
             })
+        };
+        let is_empty = |it: &Report<'_>| it.activities.is_empty() && !it.not_analysed.is_empty();
+        let mut all = it.reports.iter().map(|(_, report)| report);
+        it.errors > 0 || all.any(|report| is_empty(report) || report.activities.iter().any(fails))
     })
+}
+
+/// Returns whether a diagnostic of this code is about the activity. One diagnostic reports all activities of an overloaded CPU.
+fn reports(diagnostic: &Diagnostic<'_>, code: &Code, activity: &ActivityReport<'_>) -> bool {
+    let is_unbounded = activity.verdict == Verdict::RealTime(Status::Unbounded);
+    let related = diagnostic.related.iter().map(|(at, _)| at).filter(|_| is_unbounded);
+    diagnostic.code == code && related.chain([&diagnostic.at]).any(|at| Some(at) == activity.at.as_ref())
 }
 
 /// Says how many deadlines are proved.
