@@ -108,10 +108,11 @@ fn action<'db>(
         let key = (it.diagnostic.code.name, it.diagnostic.at.clone());
         outcomes.iter().any(|(_, outcome, _)| outcome.diagnostics.contains(&key))
     };
-    let fixed: Vec<Finding<'_>> = diagnostics.iter().filter(|it| !is_left(it)).cloned().collect();
-    let is_better = outcomes.iter().any(|(.., effect)| effect.is_better())
-        || !fixed.is_empty()
-        || matches!(change, TimingChange::Period { is_longer: false, .. });
+    let is_shorter = matches!(change, TimingChange::Period { is_longer: false, .. });
+    // A shorter period is no remedy: that another diagnostic disappears with it is a coincidence.
+    let is_fixed = |it: &&Finding<'_>| !is_shorter && !is_left(it);
+    let fixed: Vec<Finding<'_>> = diagnostics.iter().filter(is_fixed).cloned().collect();
+    let is_better = is_shorter || !fixed.is_empty() || outcomes.iter().any(|(.., effect)| effect.is_better());
     if !is_better || outcomes.iter().any(|(_, outcome, _)| outcome.loses) {
         return None;
     }
@@ -612,23 +613,22 @@ mod tests {
         check(
             &at("c"),
             expect![[r#"
-                Set deadline-monotonic priorities: c R 35 → 30 ms, 3 of 3 met (fix)
+                Set deadline-monotonic priorities: c R 35 → 30 ms, 3 of 3 met
                 Shorten the period and the deadline to 35 ms: c R 35 ms, 3 of 3 met
-                Relax the deadline to the period, 100 ms: c R 35 ms, 3 of 3 met (fix)
             "#]],
         );
         check(
             &at("b"),
             expect![[r#"
-                Swap the priorities of b and a: b R 15 → 10 ms, 3 of 3 met (fix)
-                Set deadline-monotonic priorities: b R 15 → 10 ms, 3 of 3 met (fix)
+                Swap the priorities of b and a: b R 15 → 10 ms, 3 of 3 met, new warning: not-deadline-monotonic
+                Set deadline-monotonic priorities: b R 15 → 10 ms, 3 of 3 met
                 Shorten the period to 35 ms: b R 15 ms, 3 of 3 met
-                Relax the deadline to the period, 100 ms: b R 15 ms, 3 of 3 met (fix)
             "#]],
         );
         check(
             &at("a"),
             expect![[r#"
+                Set deadline-monotonic priorities: a R 5 → 35 ms, 3 of 3 met (fix)
                 Shorten the period and the deadline to 20 ms: a R 5 ms, 3 of 3 met
             "#]],
         );
