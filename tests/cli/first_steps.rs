@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use mauve_tests::{mauve, scratch, test_name};
+use mauve_tests::{mauve, scratch, test_name, write};
 use serde_json::Value;
 
 use crate::MAUVE;
@@ -38,4 +38,59 @@ fn a_new_project_becomes_one_package() {
     // The generated files do not change what is analysed.
     assert_eq!(mauve(MAUVE, &folder, &["check", "robot"]).code, 0);
     assert_eq!(mauve(MAUVE, &folder, &["generate", "robot", "--check"]).code, 0);
+}
+
+#[test]
+fn psm_without_a_component_lists_them() {
+    let folder = new_project();
+    let expected = "  component  states  edges  execution time in ms\n\
+                    \u{20} Laser           1      1                    12\n\
+                    \u{20} Pilot           2      4                    31\n";
+    let found = mauve(MAUVE, &folder, &["psm", "robot"]);
+    assert_eq!((found.out.as_str(), found.code), (expected, 0), "{}", found.err);
+    assert_eq!(mauve(MAUVE, &folder.join("robot"), &["psm"]).out, expected);
+    let found = mauve(MAUVE, &folder, &["psm", "robot", "--format", "json"]);
+    let document: Value = serde_json::from_str(&found.out).unwrap();
+    assert_eq!(document["components"][1]["component"], "Pilot");
+    let found = mauve(MAUVE, &folder, &["psm", "robot", "Pilott"]);
+    assert_eq!(
+        (found.code, found.err.trim_end()),
+        (2, "mauve: no component `Pilott`; did you mean `Pilot`?")
+    );
+    let found = mauve(MAUVE, &folder.join("robot"), &["psm", "Pilot"]);
+    assert!(found.out.starts_with("digraph \"Pilot\""), "{}", found.out);
+}
+
+#[test]
+fn psm_draws_the_only_component() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &test_name());
+    let model = "codel work(): int\nshell S { }\ncore K(S) { update = { work(); } }\ncomponent Only(S, K)\n";
+    write(&folder, &[("robot.mal", model), ("mauve.toml", "assume.codel = \"5 ms\"\n")]);
+    assert!(mauve(MAUVE, &folder, &["psm"]).out.starts_with("digraph \"Only\""));
+    // Without a time, the component is listed with the reason.
+    write(
+        &folder,
+        &[
+            (
+                "two.mal",
+                "codel rest(): int\nshell T { }\ncore L(T) { update = { rest(); } }\ncomponent Two(T, L)\n",
+            ),
+            ("mauve.toml", ""),
+        ],
+    );
+    let found = mauve(MAUVE, &folder, &["psm"]);
+    assert_eq!(found.code, 0);
+    assert!(found.out.contains("  Only            —      —                     —\n"), "{}", found.out);
+    assert!(found.out.contains("\n  Two: "), "{}", found.out);
+}
+
+#[test]
+fn explain_all_has_one_line_per_code() {
+    let list = mauve(MAUVE, &scratch(env!("CARGO_TARGET_TMPDIR"), &test_name()), &["explain", "all"]).out;
+    assert!(list.lines().all(|line| line.chars().count() <= 120), "{list}");
+    let line = list.lines().find(|line| line.starts_with("missing-activity ")).unwrap();
+    assert!(
+        line.contains("  error    Every instance of the deployed architecture needs an activity"),
+        "{line}"
+    );
 }

@@ -1,22 +1,23 @@
-//! `mauve explain CODE`: the page of a diagnostic.
+//! `mauve explain CODE`: the page of a diagnostic; `mauve explain all` lists the codes.
 
-use mauve_diagnostics::{codes, page};
+use mauve_diagnostics::{Code, codes, page};
 use mauve_hir::similar;
 
 use crate::Output;
 
+/// The lines of the list have at most this many characters.
+const WIDTH: usize = 120;
+
 #[derive(Debug, clap::Args)]
 pub(crate) struct Explain {
-    /// The code behind an error or a warning, such as `deadline-missed`; `all` lists them.
+    /// The code of a diagnostic, such as `deadline-missed`; `all` lists the codes.
     code: String,
 }
 
 impl Explain {
     pub(crate) fn run(self) -> Result<Output, String> {
         if self.code == "all" {
-            let line =
-                |code: &mauve_diagnostics::Code| format!("{:<24} {}\n", code.name, code.severity.name());
-            return Ok(Output::escaped(codes().map(line).collect::<String>(), 0));
+            return Ok(Output::escaped(list(), 0));
         }
         if let Some(page) = page(&self.code) {
             // Examples of several files.
@@ -30,7 +31,39 @@ impl Explain {
     }
 }
 
-/// What to say where no diagnostic has this code.
+/// Returns one line per code: its name, its default severity, and the first sentence of its page.
+fn list() -> String {
+    let longest = codes().map(|code| code.name.len()).max().unwrap_or_default();
+    let line = |code: &Code| {
+        let (name, severity) = (code.name, code.severity.name());
+        let start = format!("{name:<longest$}  {severity:<7}  ");
+        let sentence = page(name).as_deref().map(first_sentence).unwrap_or_default();
+        let room = WIDTH.saturating_sub(start.chars().count());
+        format!("{start}{}\n", shortened(&sentence, room))
+    };
+    codes().map(line).collect()
+}
+
+/// Returns the first sentence behind the title, without its full stop.
+fn first_sentence(page: &str) -> String {
+    let paragraph: Vec<&str> =
+        page.lines().skip(1).skip_while(|line| line.is_empty()).take_while(|line| !line.is_empty()).collect();
+    let paragraph = paragraph.join(" ");
+    let end = paragraph.find(". ").unwrap_or(paragraph.len());
+    paragraph.get(..end).unwrap_or_default().trim_end_matches('.').to_owned()
+}
+
+/// Returns `text`, cut at a word where it has more than `most` characters.
+fn shortened(text: &str, most: usize) -> String {
+    if text.chars().count() <= most {
+        return text.to_owned();
+    }
+    let start: String = text.chars().take(most.saturating_sub(1)).collect();
+    let end = start.rfind(' ').unwrap_or(start.len());
+    format!("{} …", start.get(..end).unwrap_or_default())
+}
+
+/// Returns the message for an unknown code.
 pub(super) fn unknown(code: &str) -> String {
     let names: Vec<_> = codes().map(|code| code.name.into()).collect();
     let near = similar(code, &names).map_or_else(String::new, |near| format!("; did you mean `{near}`?"));

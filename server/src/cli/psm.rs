@@ -1,14 +1,15 @@
-//! `mauve psm [PATH] COMPONENT`: a component's periodic state machine with its times.
+//! `mauve psm [PATH] [COMPONENT]`: the periodic state machine of a component with its execution times, or the list of the
+//! components.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use mauve_diagnostics::timing_reason;
-use mauve_hir::item_tree::Kind;
+use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Database, Decl, Project, config_of, names_of, projects, similar};
 use mauve_ide::{Drawing, draw_state_machine};
-use mauve_timing::Level;
-use mauve_wcrt::psm_of;
+use mauve_timing::{Level, Time};
+use mauve_wcrt::{Refusal, psm_of};
 use serde_json::json;
 
 use super::Outside;
@@ -17,14 +18,15 @@ use crate::analysis_document::milliseconds;
 use crate::load::load;
 
 #[derive(Debug, clap::Args)]
-#[command(override_usage = "mauve psm [OPTIONS] [PATH] <COMPONENT>")]
+#[command(override_usage = "mauve psm [OPTIONS] [PATH] [COMPONENT]")]
 pub(crate) struct Psm {
-    /// The component, after the path of its model if that is not in the current folder.
-    #[arg(value_name = "[PATH] COMPONENT", num_args = 1..=2, required = true)]
+    /// A model, a folder or a mauve.toml (by default the current folder), then the component. Without a component, draws
+    /// the only one, or lists them.
+    #[arg(value_name = "[PATH] COMPONENT", num_args = 0..=2)]
     component: Vec<String>,
     #[command(flatten)]
     outside: Outside,
-    /// The significance level of the times; by default that of mauve.toml, else 1e-4.
+    /// The significance level of the times; by default that of mauve.toml, otherwise 1e-4.
     #[arg(long, value_name = "LEVEL")]
     significance: Option<f64>,
     /// How to show it.
@@ -34,45 +36,108 @@ pub(crate) struct Psm {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
-    /// For Graphviz.
+    /// A drawing for Graphviz.
     Dot,
-    /// For a browser.
+    /// A drawing for browsers.
     Svg,
-    /// States and edges, with the programs of each.
+    /// The states, and the edges with their programs.
     Json,
 }
+
+/// A component of a project, with the level of its times.
+type Found<'db> = (Project<'db>, Decl<'db>, Level);
 
 impl Psm {
     pub(crate) fn run(self) -> Result<Output, String> {
         let (path, name) = match self.component.as_slice() {
-            [path, name] => (path.as_str(), name),
-            [name] => (".", name),
-            _ => return Err("expected a component".to_owned()),
+            [] => (".", None),
+            [path] if Path::new(path).exists() => (path.as_str(), None),
+            [name] => (".", Some(name)),
+            [path, name, ..] => (path.as_str(), Some(name)),
         };
         let mut db = Database::default();
         let workspaces = load(&mut db, &[PathBuf::from(path)], self.outside.allow_outside)?;
-        let asked = match self.significance {
+        let level = match self.significance {
             Some(level) => Some(
                 Level::from_f64(level).ok_or("the significance is a number between 0 and 1, such as 1e-4")?,
             ),
             None => None,
         };
-        let mut known = Vec::new();
+        let mut found: Vec<Found<'_>> = Vec::new();
         for &workspace in &workspaces {
-            let level = asked.unwrap_or_else(|| config_of(&db, workspace).level());
+            let level = level.unwrap_or_else(|| config_of(&db, workspace).level());
             for &project in projects(&db, workspace) {
-                let components = names_of(&db, project).all.iter().copied();
-                for component in components.filter(|decl| decl.kind(&db) == Kind::Component) {
-                    if component.name(&db) == name.as_str() || component.qualified(&db) == *name {
-                        return show(&db, project, component, level, self.format);
+                let all = names_of(&db, project).all.iter().copied();
+                for component in all.filter(|decl| decl.kind(&db) == Kind::Component) {
+                    // A file that several projects include is listed once.
+                    if !found.iter().any(|(_, known, _)| *known == component) {
+                        found.push((project, component, level));
                     }
-                    known.push(component.name(&db).clone());
                 }
             }
         }
-        let near = similar(name, &known).map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-        Err(format!("no component `{name}`{near}"))
+        let Some(name) = name else {
+            return match found.as_slice() {
+                [] => Err(format!("no components in `{path}`")),
+                [(project, component, level)] => show(&db, *project, *component, *level, self.format),
+                _ => list(&db, &found, self.format),
+            };
+        };
+        let is_it =
+            |it: &&Found<'_>| it.1.name(&db) == name.as_str() || it.1.qualified(&db).to_string() == *name;
+        match found.iter().find(is_it) {
+            Some(&(project, component, level)) => show(&db, project, component, level, self.format),
+            None => {
+                let known = found.iter().map(|(_, component, _)| component.name(&db).clone());
+                let known: Vec<Name> = known.collect();
+                let near = similar(name, &known)
+                    .map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+                Err(format!("no component `{name}`{near}"))
+            }
+        }
     }
+}
+
+/// Returns a table of the components with the size of their state machines and the greatest execution time of a period.
+fn list<'db>(db: &'db Database, found: &[Found<'db>], format: Format) -> Result<Output, String> {
+    let mut rows = Vec::new();
+    let mut documents = Vec::new();
+    let mut notes = String::new();
+    for &(project, component, level) in found {
+        let same = found.iter().filter(|(_, other, _)| other.name(db) == component.name(db)).count();
+        let name =
+            if same > 1 { component.qualified(db).to_string() } else { component.name(db).to_string() };
+        match psm_of(db, project, component, level) {
+            Ok(psm) => {
+                let time = psm.machine.edges().iter().map(|edge| edge.cost).max().unwrap_or(Time::ZERO);
+                let (states, edges) = (psm.states.len(), psm.machine.edges().len());
+                rows.push(vec![name.clone(), states.to_string(), edges.to_string(), time.number()]);
+                documents.push(json!({
+                    "component": name, "states": states, "edges": edges, "time": milliseconds(time),
+                }));
+            }
+            Err(refusals) => {
+                let unknown = ["—"; 3].map(str::to_owned);
+                rows.push(std::iter::once(name.clone()).chain(unknown).collect());
+                notes += &format!("  {name}: {}\n", reasons(db, refusals));
+                documents.push(json!({ "component": name, "reasons": reasons(db, refusals) }));
+            }
+        }
+    }
+    if format == Format::Json {
+        return Ok(Output::verbatim(
+            crate::json::text(&json!({ "unit": "ms", "components": documents }))?,
+            0,
+        ));
+    }
+    let header = ["component", "states", "edges", "execution time in ms"];
+    let table = super::columns(&header, &rows);
+    Ok(Output::escaped(format!("{table}{notes}"), 0))
+}
+
+fn reasons(db: &Database, refusals: &[Refusal<'_>]) -> String {
+    let all: Vec<String> = refusals.iter().map(|refusal| timing_reason(db, &refusal.reason)).collect();
+    all.join("; ")
 }
 
 fn show<'db>(
@@ -86,11 +151,9 @@ fn show<'db>(
     let psm = match psm_of(db, project, component, level) {
         Ok(psm) => psm,
         Err(refusals) => {
-            let reasons: Vec<String> =
-                refusals.iter().map(|refusal| timing_reason(db, &refusal.reason)).collect();
             super::say(&format!(
                 "no times for the state machine of {name} at {level}: {}",
-                reasons.join("; ")
+                reasons(db, refusals)
             ));
             return Ok(Output::verbatim("", 1));
         }
