@@ -1,6 +1,7 @@
 //! Hovers: on an activity, how its response time is composed; on a name, its declaration; on the type of a value, the fields of
 //! the message. Further details of a name are in `hover/details.rs`, the words of the language in `hover/words.rs`.
 
+mod activity_field;
 mod details;
 mod words;
 
@@ -36,7 +37,7 @@ pub fn hover(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: Tex
     let projects = projects_with(db, workspaces, file);
     let of_name = of_name(db, workspaces, file, offset)
         .or_else(|| of_message(db, &projects, file, offset))
-        .or_else(|| words::of_word(db, file, offset));
+        .or_else(|| of_word(db, &projects, file, offset));
     let Some((range, explanations)) = of_activity(db, &projects, file, offset) else { return of_name };
     let mut markdown = String::new();
     for explanation in explanations {
@@ -45,6 +46,18 @@ pub fn hover(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: Tex
     match of_name {
         Some(name) => Some(Hover { range: name.range, markdown: markdown + &name.markdown }),
         None => Some(Hover { range, markdown }),
+    }
+}
+
+/// What a word of the language means, and for a field of an activity, what its value means.
+fn of_word(db: &dyn ModelDb, projects: &[Project<'_>], file: File, offset: TextSize) -> Option<Hover> {
+    let word = words::of_word(db, file, offset);
+    let field = activity_field::of_field(db, projects, file, offset);
+    match (word, field) {
+        (Some(word), Some(field)) => {
+            Some(Hover { markdown: format!("{}\n{}", word.markdown, field.markdown), ..word })
+        }
+        (word, field) => word.or(field),
     }
 }
 

@@ -162,8 +162,12 @@ fn diagnostics_in<'db>(actions: &Actions<'_, 'db>, activity: TextRange) -> Vec<F
     if !actions.wants(ActionKind::QuickFix) {
         return Vec::new();
     }
+    let is_here = |at: &Location<'db>| activity.contains_range(at.range(actions.db));
+    // An overloaded CPU is reported at one activity, and is related to all without a bound.
     let is_it = |diagnostic: &Diagnostic<'db>| {
-        CODES.contains(&diagnostic.code.name) && activity.contains_range(diagnostic.at.range(actions.db))
+        let is_related = || diagnostic.related.iter().any(|(at, _)| is_here(at));
+        CODES.contains(&diagnostic.code.name)
+            && (is_here(&diagnostic.at) || diagnostic.code.name == "deadline-missed" && is_related())
     };
     actions.findings().iter().filter(|it| is_it(&it.diagnostic)).cloned().collect()
 }

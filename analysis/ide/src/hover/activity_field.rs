@@ -1,0 +1,169 @@
+//! The affinity and the priority of an activity in words: the CPUs of the mask and their utilisation, and the activities of a
+//! higher or equal priority.
+
+use mauve_diagnostics::cpu_names;
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Decl, File, ModelDb, Project, declaration_at, parse};
+use mauve_syntax::TextSize;
+use mauve_syntax::ast::{self, AstNode as _};
+use mauve_syntax::keywords::ActivityField;
+use mauve_wcrt::{Priority, Query, ResolvedActivity, response_times, system_of};
+
+use super::Hover;
+use crate::project::each_once;
+
+/// Names at most this many activities of higher or equal priority.
+const MOST_ACTIVITIES: usize = 12;
+
+/// Returns the hover of a field of an activity, or of its value. Its range is that of the field.
+pub(super) fn of_field(
+    db: &dyn ModelDb,
+    projects: &[Project<'_>],
+    file: File,
+    offset: TextSize,
+) -> Option<Hover> {
+    let tokens =
+        mauve_hir::is_model(file.path(db)).then(|| parse(db, file).syntax().token_at_offset(offset))?;
+    let is_meant = |token: &mauve_syntax::SyntaxToken| !token.kind().is_trivia();
+    let fields = tokens.filter(is_meant).filter_map(|it| it.parent_ancestors().find_map(ast::Field::cast));
+    let field = fields.last()?;
+    let kind = ActivityField::from_keyword(&field.name_ref()?.syntax().text().to_string())?;
+    let name = field.syntax().ancestors().find_map(ast::Activity::cast)?.name_ref()?.syntax().text_range();
+    let deployment = declaration_at(db, file, name).filter(|decl| decl.kind(db) == Kind::Deployment)?;
+    let texts = projects.iter().filter_map(|&project| {
+        let activities = &system_of(db, project, deployment).activities;
+        let activity = activities.iter().find(|it| it.at.range(db) == name)?;
+        match kind {
+            ActivityField::Affinity => affinity(db, project, deployment, activity),
+            ActivityField::Priority => priority(activity, activities),
+            ActivityField::Period | ActivityField::Deadline => None,
+        }
+    });
+    let markdown = each_once(texts).concat();
+    (!markdown.is_empty()).then(|| Hover { range: field.syntax().text_range(), markdown })
+}
+
+/// `CPUs 1 and 3 (mask 5 = 1 + 4). Utilisation: CPU 1 62.0 %, CPU 3 40.0 %.`
+fn affinity<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    activity: &ResolvedActivity<'db>,
+) -> Option<String> {
+    let mask = activity.cpus.filter(|mask| *mask != 0)?;
+    let bits: Vec<u64> = (0..64).map(|bit| 1 << bit).filter(|bit| mask & bit != 0).collect();
+    let sum: Vec<String> = bits.iter().map(u64::to_string).collect();
+    let sum = if sum.len() > 1 { format!(" = {}", sum.join(" + ")) } else { String::new() };
+    let known = &response_times(db, project, deployment, Query::shown(db, project)).cpus;
+    let used = bits.iter().filter_map(|bit| {
+        let cpu = known.iter().find(|it| it.mask() == *bit)?;
+        let least = if cpu.complete { "" } else { "at least " };
+        Some(format!("{} {least}{:.1} %", cpu_names(*bit), cpu.utilisation.as_f64() * 100.0))
+    });
+    let used: Vec<String> = used.collect();
+    let used = if used.is_empty() { "unknown".to_owned() } else { used.join(", ") };
+    Some(format!("{} (mask {mask}{sum}). Utilisation: {used}.\n", cpu_names(mask)))
+}
+
+/// `Higher or equal priority on CPU 1: laser 30, pilot 20 (equal).`
+fn priority(activity: &ResolvedActivity<'_>, activities: &[ResolvedActivity<'_>]) -> Option<String> {
+    let Priority::RealTime(own) = activity.priority else { return None };
+    let cpus = activity.cpus?;
+    let mut above: Vec<(u32, &str)> = Vec::new();
+    let mut unknown: Vec<&str> = Vec::new();
+    for other in activities.iter().filter(|it| it.cpus.is_none_or(|other| other & cpus != 0)) {
+        match other.priority {
+            _ if other.at == activity.at => {}
+            Priority::RealTime(priority) if priority >= own => above.push((priority, &other.instance)),
+            Priority::Unknown => unknown.push(&other.instance),
+            Priority::RealTime(_) | Priority::Background => {}
+        }
+    }
+    above.sort_by_key(|(priority, _)| std::cmp::Reverse(*priority));
+    let cpus = cpu_names(cpus);
+    let mut names: Vec<String> = above
+        .iter()
+        .map(|(priority, name)| {
+            format!("{name} {priority}{}", if *priority == own { " (equal)" } else { "" })
+        })
+        .chain(unknown.iter().map(|name| format!("{name} (unknown)")))
+        .collect();
+    if names.is_empty() {
+        return Some(format!("Highest priority on {cpus}.\n"));
+    }
+    if let Some(more) = names.len().checked_sub(MOST_ACTIVITIES).filter(|more| *more > 0) {
+        names.truncate(MOST_ACTIVITIES);
+        names.push(format!("and {more} more"));
+    }
+    Some(format!("Higher or equal priority on {cpus}: {}.\n", names.join(", ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::fixture::Fixture;
+    use crate::hover::hover;
+    use expect_test::{Expect, expect};
+
+    fn check(mark: &str, expected: Expect) {
+        let model = "
+codel work(): int
+shell S { }
+core K(S) { update = { work(); } }
+component C(S, K)
+architecture A { instance laser: C  instance pilot: C  instance arm: C  instance camera: C }
+deployment D {
+  architecture A
+  activity laser { affinity = 1 priority = 30 period = 10 }
+  activity pilot { affinity = 1 priority = 20 period = 20 }
+  activity arm { affinity = 1 priority = 20 period = 40 }
+  activity camera { affinity = 5 priority = 10 period = 40 }
+}
+//- /mauve.toml
+assume.codel = \"2 ms\"
+platform.rt_throttling = false
+platform.cpus = 4
+";
+        let offset = model.find(mark).unwrap();
+        let text = format!("{}$0{}", &model[..offset], &model[offset..]);
+        let Fixture { db, workspace, file, offset } = Fixture::new(&text);
+        let shown = hover(&db, &[workspace], file, offset).unwrap();
+        expected.assert_eq(&format!("{}\n---\n{}", &file.text(&db)[shown.range], shown.markdown));
+    }
+
+    #[test]
+    fn an_affinity_in_words() {
+        check("affinity = 1 priority = 30", expect![[r#"
+            affinity
+            ---
+            `affinity`: The CPUs on which the activity may run, as a bit mask: 1 is CPU 1, 2 is CPU 2, 3 is both, 4 is CPU 3. With 0, or without affinity: any CPU.
+
+            CPU 1 (mask 1). Utilisation: CPU 1 at least 35.0 %.
+        "#]]);
+        check("5 priority", expect![[r#"
+            affinity = 5
+            ---
+            CPUs 1 and 3 (mask 5 = 1 + 4). Utilisation: CPU 1 at least 35.0 %.
+        "#]]);
+    }
+
+    #[test]
+    fn the_activities_that_preempt() {
+        check("priority = 30", expect![[r#"
+            priority
+            ---
+            `priority`: The priority of the activity, from 1 (lowest) to 99 (highest), or `background`. An activity preempts all activities of lower priority on its CPU.
+
+            Highest priority on CPU 1.
+        "#]]);
+        check("20 period = 20", expect![[r#"
+            priority = 20
+            ---
+            Higher or equal priority on CPU 1: laser 30, arm 20 (equal).
+        "#]]);
+        check("10 period = 40", expect![[r#"
+            priority = 10
+            ---
+            Higher or equal priority on CPUs 1 and 3: laser 30, pilot 20, arm 20.
+        "#]]);
+    }
+}
