@@ -1,5 +1,5 @@
-//! Who calls a codel or an operation, and what a program calls. A required operation leads to those that are connected to
-//! it, in whichever architecture.
+//! Call hierarchy: the callers of a codel or an operation, and the calls of a program. Calls of a required operation lead to the
+//! operations that are connected to it in any architecture.
 
 use mauve_hir::item_tree::{FeatureKind, Kind, Name, SourceId};
 use mauve_hir::{
@@ -15,16 +15,16 @@ use crate::hierarchy::{HierarchyItem, declaration_of, id_of, item_of};
 use crate::occurrences::{Definition, Found, Role, in_declaration, occurrences_of};
 use crate::project::{each_once, projects_with};
 
-/// Calls between two nodes.
+/// The calls between two items.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Calls {
-    /// Who calls, or is called.
+    /// The caller or the callee.
     pub item: HierarchyItem,
-    /// Where that is said, in the caller's file.
+    /// The locations of the calls, in the caller's file.
     pub ranges: Vec<TextRange>,
 }
 
-/// The codel, the operation or the program that is named at `offset`; of an operation what cores do for it.
+/// Returns the codel, the operation or the program at `offset`; for an operation, its definitions in cores.
 pub fn call_items(
     db: &dyn ModelDb,
     workspaces: &[Workspace],
@@ -44,7 +44,7 @@ pub fn call_items(
     each_once(nodes.filter_map(|node| node.item(db)))
 }
 
-/// Who calls what an item stands for.
+/// Returns the callers of an item.
 ///
 /// ```
 /// use mauve_hir::{Database, Workspace};
@@ -61,7 +61,7 @@ pub fn incoming_calls(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id
     let mut found = Collected::default();
     let Some(node) = node(db, file, id) else { return Vec::new() };
     for project in projects_with(db, workspaces, file) {
-        // What calls it, in whichever core; and in its own.
+        // Calls in any core, and in its own core.
         let (anywhere, inside) = match &node {
             Node::Codel(codel) => (vec![Definition::Declaration(*codel)], None),
             Node::Operation(shell, id) => {
@@ -94,12 +94,12 @@ pub fn incoming_calls(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id
             }
             let programs = programs_of(db, core);
             for call in calls {
-                // They stand one behind the other.
+                // They are in text order.
                 let of = programs.get(programs.partition_point(|it| it.range.end() < call.range.end()));
                 let of = of.filter(|it| it.range.contains_range(call.range));
                 let caller = match of {
                     Some(program) => Some(program.item(db)),
-                    // The first value of a variable.
+                    // The initial value of a variable.
                     None => item_of(db, core, SymbolKind::Core),
                 };
                 found.add(caller, call.range);
@@ -109,7 +109,7 @@ pub fn incoming_calls(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id
     found.calls
 }
 
-/// What is called by what an item stands for.
+/// Returns the calls in an item.
 pub fn outgoing_calls(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id: &str) -> Vec<Calls> {
     let mut found = Collected::default();
     let Some(node) = node(db, file, id) else { return Vec::new() };
@@ -162,7 +162,7 @@ impl Collected {
 
 enum Node<'db> {
     Codel(Decl<'db>),
-    /// One that a shell declares, by where its name stands: it is required, or no core defines it.
+    /// An operation of a shell, by the start of its name: a required one, or one without a definition.
     Operation(Decl<'db>, SourceId),
     Program(Program<'db>),
 }
@@ -170,7 +170,7 @@ enum Node<'db> {
 #[derive(Clone)]
 struct Program<'db> {
     core: Decl<'db>,
-    /// What finds it in the core: `operation f`, `hook update`, `method Idle run`, `transition Idle go`.
+    /// The key within the core: `operation f`, `hook update`, `method Idle run`, `transition Idle go`.
     id: String,
     name: String,
     kind: SymbolKind,
@@ -283,7 +283,7 @@ impl Node<'_> {
     }
 }
 
-/// What is known by these words now; nothing where it is no longer there.
+/// Returns the item with this key, or `None` if it no longer exists.
 fn node<'db>(db: &'db dyn ModelDb, file: File, id: &str) -> Option<Node<'db>> {
     let (decl, rest) = declaration_of(db, file, id)?;
     match decl.kind(db) {
@@ -301,7 +301,7 @@ fn node<'db>(db: &'db dyn ModelDb, file: File, id: &str) -> Option<Node<'db>> {
     }
 }
 
-/// What a name leads to: a codel, or an operation as the cores define it.
+/// Returns the items of a name: a codel, or the definitions of an operation.
 fn nodes_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, name: &Found<'db>) -> Vec<Node<'db>> {
     match &name.definition {
         Definition::Declaration(decl) if decl.kind(db) == Kind::Codel => vec![Node::Codel(*decl)],
@@ -310,7 +310,7 @@ fn nodes_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, name: &Found<'db>)
             _ => provided(db, project, &name.definition),
         },
         Definition::At(place @ Location::Source(core, _)) if core.kind(db) == Kind::Core => {
-            // A method, a hook or a transition in the key of a table.
+            // A method, a hook or a transition in the key of a timing table.
             let range = place.range(db);
             let programs = programs_of(db, *core).into_iter();
             programs.filter(|it| it.name_range == range).map(Node::Program).collect()
@@ -319,7 +319,7 @@ fn nodes_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, name: &Found<'db>)
     }
 }
 
-/// What a call in a core leads to: of its own operation to what the core does; of a required one to those connected to it.
+/// Returns the callees of a call: the definition of an own operation, or the operations connected to a required one.
 fn called<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -340,7 +340,7 @@ fn called<'db>(
     if connected.is_empty() { provided(db, project, operation) } else { connected }
 }
 
-/// What cores do for an operation; where none does anything, the operation itself.
+/// Returns the definitions of an operation, or without any, the operation itself.
 fn provided<'db>(db: &'db dyn ModelDb, project: Project<'db>, operation: &Definition<'db>) -> Vec<Node<'db>> {
     let nodes: Vec<Node<'db>> = provided_by(db, project, operation).map(Node::Program).collect();
     match operation {
@@ -442,7 +442,7 @@ fn connected_operations<'db>(
                 (Some((FeatureKind::Provided, provided)), Some((FeatureKind::Required, required))) => {
                     (required, provided)
                 }
-                // That is an error, and plain enough.
+                // That is an error with its own diagnostic.
                 (Some((FeatureKind::Required, required)), Some((FeatureKind::Provided, provided))) => {
                     (required, provided)
                 }

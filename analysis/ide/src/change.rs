@@ -1,4 +1,4 @@
-//! What a rename, a fix or a refactoring does: replaced text in some files, and new files.
+//! The changes of a rename, a fix or a refactoring: replaced text in some files, and new files.
 
 use std::path::PathBuf;
 
@@ -8,35 +8,35 @@ use mauve_syntax::format::{Replacement, applied};
 
 /// A change of a workspace, for the user to look at and to apply.
 ///
-/// All of it is applied, or nothing.
+/// All of it is applied, or none.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Change {
-    /// Each file once, in the order in which they were met.
+    /// The changed files, each once, in the order in which they were added.
     pub files: Vec<FileChange>,
-    /// Files that are to be made, with their text; none of them is there.
+    /// The files to create, with their texts; none of them exists.
     pub created: Vec<(PathBuf, String)>,
 }
 
-/// What is replaced in a file.
+/// The replacements in a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FileChange {
     /// The file.
     pub file: File,
-    /// In the order of the text, none overlapping another.
+    /// In text order, without overlaps.
     pub edits: Vec<Replacement>,
-    /// What an editor that groups changes calls these; none: what the change itself is called.
+    /// A note for editors that group changes; `None`: the title of the change.
     pub note: Option<String>,
 }
 
 impl Change {
-    /// The replacements of one file; nothing where some overlap.
+    /// Returns a change of one file, or `None` if replacements overlap.
     pub fn of(file: File, edits: impl IntoIterator<Item = Replacement>) -> Option<Change> {
         let mut change = Change::default();
         edits.into_iter().all(|edit| change.replace(file, edit)).then_some(change)
     }
 
-    /// Adds a replacement, unless it is there already; or nothing, where it overlaps one. Says whether it is there then: if
-    /// not, the whole change is to be dropped.
+    /// Adds a replacement and returns `true`, also if it is already present. If it overlaps another, returns `false`: the
+    /// caller then drops the whole change.
     pub fn replace(&mut self, file: File, edit: Replacement) -> bool {
         let index = self.files.iter().position(|known| known.file == file).unwrap_or_else(|| {
             self.files.push(FileChange { file, edits: Vec::new(), note: None });
@@ -53,13 +53,13 @@ impl Change {
         index.is_some()
     }
 
-    /// Adds another change, all of it or, where the two overlap, nothing; says which.
+    /// Adds another change completely and returns `true`, or returns `false` if the two overlap.
     pub fn join(&mut self, other: Change) -> bool {
         let is_free = |file: File, edit: &Replacement| {
             let known = self.files.iter().find(|known| known.file == file);
             let known = known.map_or(&[][..], |known| known.edits.as_slice());
             let same = at_the_same_place(known, edit);
-            // What is put at one place by both would run together, unless it is lines.
+            // Two insertions at one offset would run together, unless they are lines.
             let are_lines = |it: &Replacement| it.text.starts_with('\n') && edit.text.starts_with('\n');
             let is_apart = index_for(known, edit).is_some() && same.iter().all(are_lines);
             same.contains(edit) || is_apart
@@ -76,7 +76,7 @@ impl Change {
         is_free
     }
 
-    /// What mends a diagnostic; nothing where its edits overlap.
+    /// Returns the change of a fix, or `None` if its edits overlap.
     pub fn of_fix(db: &dyn ModelDb, fix: &Fix<'_>) -> Option<Change> {
         let mut change = Change::default();
         for (place, text) in &fix.edits {
@@ -88,35 +88,35 @@ impl Change {
         Some(change)
     }
 
-    /// Gives the new text of each file the line ends of the file.
+    /// Adapts the line ends of the new texts to those of each file.
     pub fn with_line_ends(mut self, db: &dyn ModelDb) -> Change {
         for of in &mut self.files {
             let text = of.file.text(db);
             let is_crlf =
                 text.find('\n').is_some_and(|at| text.get(..at).is_some_and(|it| it.ends_with('\r')));
             for edit in of.edits.iter_mut().filter(|_| is_crlf) {
-                // What was copied from the text may have them already.
+                // Text that was copied from the file may have them already.
                 edit.text = edit.text.replace("\r\n", "\n").replace('\n', "\r\n");
             }
         }
         self
     }
 
-    /// The text of `file` once it is applied.
+    /// Returns the text of `file` after the change.
     pub fn applied(&self, db: &dyn ModelDb, file: File) -> String {
         let edits = self.files.iter().find(|known| known.file == file).map_or(&[][..], |known| &known.edits);
         applied(file.text(db), edits)
     }
 }
 
-/// Where `edit` comes among others, in the order of the text; nothing where it overlaps one.
+/// Returns the index at which `edit` is inserted in text order, or `None` if it overlaps another edit.
 fn index_for(edits: &[Replacement], edit: &Replacement) -> Option<usize> {
     let at = edits.partition_point(|other| other.range.end() <= edit.range.start());
     let overlaps = edits.get(at).is_some_and(|next| next.range.start() < edit.range.end());
     (!overlaps).then_some(at)
 }
 
-/// Those that replace the same as `edit`: one, or what is put at one place.
+/// Returns the edits with the same range as `edit`: one, or several insertions.
 fn at_the_same_place<'a>(edits: &'a [Replacement], edit: &Replacement) -> &'a [Replacement] {
     let order = |it: &Replacement| (it.range.start(), it.range.end());
     let start = edits.partition_point(|other| order(other) < order(edit));

@@ -1,7 +1,7 @@
-//! What can be done about a place in a text: mend what is wrong there, or write what is right in another way.
+//! Code actions: fixes of diagnostics, and refactorings.
 //!
-//! Each action is a file in `code_actions/`, and a line in [`OFFERS`]. A refactoring keeps what the model means: where it
-//! cannot, it is not offered, or offered with the reason why it is not possible.
+//! Each action is a file in `code_actions/` and a line in [`OFFERS`]. A refactoring preserves the behaviour of the model; otherwise
+//! it is not offered, or is offered as disabled with the reason.
 
 mod connect;
 mod create_codel;
@@ -31,75 +31,75 @@ use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize};
 use crate::Change;
 use crate::project::projects_with;
 
-/// Something that can be done.
+/// A code action.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CodeAction<'db> {
-    /// For the user to choose by.
+    /// Its title.
     pub title: String,
-    /// What kind of thing it is.
+    /// Its kind.
     pub kind: ActionKind,
-    /// Is it what is meant most likely, of all that would do?
+    /// Whether an editor may apply it without asking.
     pub preferred: bool,
-    /// What it mends; nothing, where nothing is wrong.
-    pub mends: Vec<Finding<'db>>,
-    /// Why it cannot be done here.
+    /// The diagnostics that it fixes; empty for a refactoring.
+    pub fixed: Vec<Finding<'db>>,
+    /// Why it is disabled, if it is.
     pub disabled: Option<String>,
-    /// What it does; none where that was not asked for, or cannot be.
+    /// Its change; `None` if the change was not requested, or the action is disabled.
     pub change: Option<Change>,
 }
 
 impl CodeAction<'_> {
     fn new(kind: ActionKind, title: impl Into<String>) -> Self {
         let title = title.into();
-        CodeAction { title, kind, preferred: false, mends: Vec::new(), disabled: None, change: None }
+        CodeAction { title, kind, preferred: false, fixed: Vec::new(), disabled: None, change: None }
     }
 }
 
 /// The kinds of action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum ActionKind {
-    /// Mends a diagnostic.
+    /// Fixes a diagnostic.
     QuickFix,
-    /// Makes a declaration of a part of another.
+    /// Extracts a part into a declaration of its own.
     Extract,
-    /// Puts what a name stands for in its place.
+    /// Replaces a name by its value.
     Inline,
-    /// Says the same in another way, or writes what is still missing.
+    /// Rewrites code without changing its behaviour, or adds a missing declaration.
     Rewrite,
-    /// Puts the `use`s of a file in order.
+    /// Sorts the `use`s of a file.
     OrganizeUses,
-    /// Mends all that is mended in one way only.
+    /// Applies all fixes that are the only fix of their diagnostic.
     FixAll,
 }
 
-/// What an editor asks.
+/// A request for actions.
 #[derive(Debug, Clone, Copy)]
 pub struct ActionQuestion<'a> {
     /// The file.
     pub file: File,
-    /// What is selected in it, or where the cursor is.
+    /// The selection, or the cursor.
     pub range: TextRange,
-    /// Diagnostics that are asked about wherever they stand: their ranges and codes.
+    /// Diagnostics to fix regardless of their location: their ranges and codes.
     pub diagnostics: &'a [(TextRange, String)],
-    /// The kinds that are asked for. What concerns a whole file, [`ActionKind::OrganizeUses`] and [`ActionKind::FixAll`], is
-    /// worth its while only where somebody asks for that, and not wherever a cursor goes.
+    /// The requested kinds. The actions for a whole file, [`ActionKind::OrganizeUses`] and [`ActionKind::FixAll`], are
+    /// expensive, so they are computed only on request.
     pub kinds: &'a [ActionKind],
-    /// Whose changes are needed now.
+    /// Which changes to compute.
     pub changes: Changes<'a>,
 }
 
-/// The actions whose changes are needed; the others are only offered.
+/// Which changes are computed; the other actions have a title only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Changes<'a> {
-    /// None's.
+    /// No changes.
     None,
-    /// Those of the actions with this title.
+    /// The changes of the actions with this title.
     Of(&'a str),
-    /// Every one's.
+    /// All changes.
     All,
 }
 
-/// Everything that offers actions, in the order in which they are shown.
+/// The modules that offer actions, in the order of display.
 const OFFERS: &[fn(&mut Actions<'_, '_>)] = &[
     fixes::offer,
     crate::timing_actions::offer,
@@ -113,7 +113,7 @@ const OFFERS: &[fn(&mut Actions<'_, '_>)] = &[
     uses::offer,
 ];
 
-/// What can be done about a place.
+/// Returns the actions at a location.
 ///
 /// ```
 /// use mauve_ide::{ActionKind, ActionQuestion, Changes, code_actions};
@@ -167,7 +167,7 @@ impl<'db> Actions<'_, 'db> {
         let all = || {
             let mut found: Vec<Finding<'db>> = Vec::new();
             for &workspace in self.workspaces {
-                // Each workspace says it once.
+                // Each workspace reports it once.
                 let others = found.len();
                 for finding in diagnostics_of_file(self.db, workspace, self.question.file) {
                     let mut others = found.iter().take(others);
@@ -181,7 +181,7 @@ impl<'db> Actions<'_, 'db> {
         self.findings.get_or_init(all).clone()
     }
 
-    /// Offers an action; its change is computed where it is needed now. Where there is none after all, nor is the action.
+    /// Offers an action. Computes its change if it is requested; without a change, the action is dropped.
     pub(crate) fn offer<C: Into<Option<Change>>>(
         &mut self,
         kind: ActionKind,
@@ -198,24 +198,24 @@ impl<'db> Actions<'_, 'db> {
         }
     }
 
-    pub(crate) fn mend<C: Into<Option<Change>>>(
+    pub(crate) fn offer_fix<C: Into<Option<Change>>>(
         &mut self,
         finding: &Finding<'db>,
         title: impl Into<String>,
         change: impl FnOnce() -> C,
     ) {
-        let mends = vec![finding.clone()];
-        self.push(CodeAction { mends, ..CodeAction::new(ActionKind::QuickFix, title) }, change);
+        let fixed = vec![finding.clone()];
+        self.push(CodeAction { fixed, ..CodeAction::new(ActionKind::QuickFix, title) }, change);
     }
 
-    /// [`Actions::offer`] for an action of any kind. One that is there already is not offered again.
+    /// [`Actions::offer`] for an action of any kind. Drops duplicates.
     pub(crate) fn push<C: Into<Option<Change>>>(
         &mut self,
         mut action: CodeAction<'db>,
         change: impl FnOnce() -> C,
     ) {
         let is_same = |it: &CodeAction<'_>| {
-            it.title == action.title && it.kind == action.kind && it.mends == action.mends
+            it.title == action.title && it.kind == action.kind && it.fixed == action.fixed
         };
         if !self.wants(action.kind) || self.found.iter().any(is_same) {
             return;
@@ -232,8 +232,8 @@ impl<'db> Actions<'_, 'db> {
         self.found.push(action);
     }
 
-    /// Offers a refactoring where every project that has the file allows the same one. It is `None` where nobody would
-    /// expect it, and a reason where somebody might.
+    /// Offers a refactoring if all projects with the file agree on the change. `change` returns `None` if the refactoring does
+    /// not apply, and an error if it applies but is not possible.
     pub(crate) fn refactor(
         &mut self,
         kind: ActionKind,
@@ -269,7 +269,7 @@ impl<'db> Actions<'_, 'db> {
         self.root().covering_element(range).ancestors().find_map(N::cast)
     }
 
-    /// The innermost node of a kind round what is selected, or at the cursor.
+    /// Returns the innermost node of a kind around the selection or the cursor.
     pub(crate) fn node<N: AstNode>(&self) -> Option<N> {
         let range = self.selected();
         if !range.is_empty() {
@@ -301,7 +301,7 @@ impl<'db> Actions<'_, 'db> {
     }
 }
 
-/// Returns `wanted`, or else `wanted2`, `wanted3`, …: the first that is free.
+/// Returns the first free name of `wanted`, `wanted2`, `wanted3`, ….
 pub(crate) fn free_name(wanted: &str, is_free: impl Fn(&str) -> bool) -> String {
     let numbered = (2..).map(|number| format!("{wanted}{number}"));
     std::iter::once(wanted.to_owned()).chain(numbered).find(|name| is_free(name)).unwrap_or_default()
@@ -314,8 +314,7 @@ pub(crate) fn indentation(text: &str, offset: TextSize) -> &str {
     line.get(..line.len() - rest.len()).unwrap_or_default()
 }
 
-/// What goes with `range` where it is taken out: the rest of its lines, where there is nothing else in them; otherwise the
-/// white space behind it.
+/// Extends `range` for its removal: to complete lines if nothing else is on them, otherwise by the white space after it.
 pub(crate) fn with_line(text: &str, range: TextRange) -> TextRange {
     let (start, end) = (usize::from(range.start()), usize::from(range.end()));
     let (before, after) = (text.get(..start).unwrap_or_default(), text.get(end..).unwrap_or_default());
@@ -337,7 +336,7 @@ pub(crate) fn put(file: File, offset: TextSize, text: String) -> Change {
     change
 }
 
-/// A change that puts `item` on a line of its own at the end of a declaration.
+/// Returns a change that inserts `item` on a line of its own at the end of a declaration.
 pub(crate) fn put_into(db: &dyn ModelDb, of: Decl<'_>, item: &str) -> Change {
     let indentation = if of.library(db).is_some() { "    " } else { "  " };
     put(of.file(db), Location::End(of).range(db).start(), format!("\n{indentation}{item}"))
@@ -404,7 +403,7 @@ mod tests {
                 changes: Changes::All,
             };
             let actions = code_actions(&db, &[workspace], question);
-            let action = actions.iter().find(|it| it.title.starts_with("Write a component")).unwrap();
+            let action = actions.iter().find(|it| it.title.starts_with("Create a component")).unwrap();
             let after = action.change.as_ref().unwrap().applied(&db, file);
             assert!(after.ends_with(expected), "{after:?}");
         }

@@ -1,7 +1,7 @@
-//! Lines above declarations: how many deadlines of a deployment are met, at which levels else it can be looked at, and that
-//! its Orocos packages can be generated; how often a component is used; which file implements a codel.
+//! Code lenses above declarations: how many deadlines of a deployment are met, the other levels, the command that generates
+//! its Orocos packages; the instances of a component; the implementation of a codel.
 //!
-//! Where they stand is known at once; what they say is found when somebody looks ([`resolve_code_lens`]).
+//! [`code_lenses`] returns their positions at once; [`resolve_code_lens`] computes a title when the editor shows the lens.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -19,16 +19,16 @@ use crate::implementation::codel_file;
 use crate::levels::known_levels;
 use crate::project::{each_once, in_projects, projects_with};
 
-/// A line above a declaration.
+/// A code lens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CodeLens {
-    /// The name of the declaration.
+    /// The name of the declaration below it.
     pub range: TextRange,
-    /// What it is about.
+    /// Its kind.
     pub kind: LensKind,
 }
 
-/// What a line is about.
+/// The kind of a lens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LensKind {
     /// The deadlines of a deployment.
@@ -43,29 +43,29 @@ pub enum LensKind {
     Implementation,
 }
 
-/// What a line says, and does.
+/// A resolved lens.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Lens {
-    /// What it says.
+    /// Its title.
     pub title: String,
-    /// What a click on it does, if anything.
+    /// The action of a click, if it has one.
     pub action: Option<LensAction>,
 }
 
-/// What a click on a line does.
+/// The action of a click on a lens.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum LensAction {
-    /// Shows everything at this level.
+    /// Sets the current level.
     SetSignificance(Level),
-    /// Generates the packages of this deployment, named with its library.
+    /// Generates the packages of this deployment, given by its qualified name.
     Generate(String),
-    /// Shows these places.
+    /// Shows these locations.
     Show(Vec<(File, TextRange)>),
-    /// Opens these files, if they are there.
+    /// Opens these files, if they exist.
     Open(Vec<PathBuf>),
 }
 
-/// The lines of a file, in the order of the text.
+/// Returns the lenses of a file, in text order.
 ///
 /// ```
 /// use mauve_hir::{Database, Workspace};
@@ -102,14 +102,14 @@ pub fn code_lenses(db: &dyn ModelDb, workspaces: &[Workspace], file: File) -> Ve
     found
 }
 
-/// What a line says now; nothing where it has nothing to say.
+/// Returns the title and the action of a lens, or `None` if it has nothing to show.
 pub fn resolve_code_lens(
     db: &dyn ModelDb,
     workspaces: &[Workspace],
     file: File,
     lens: CodeLens,
 ) -> Option<Lens> {
-    // Declarations stand in the order of the text.
+    // The declarations are in text order.
     let index = source_map(db, file).declarations.partition_point(|map| map.range.end() < lens.range.end());
     let decl = *declarations(db, file).all.get(index)?;
     match lens.kind {
@@ -133,19 +133,19 @@ pub fn resolve_code_lens(
     }
 }
 
-/// The levels next to the one that is shown: the rarer one last.
+/// Returns the levels next to the current one, the less probable last.
 fn other_levels(db: &dyn ModelDb, workspaces: &[Workspace], file: File) -> Vec<Level> {
     let projects = projects_with(db, workspaces, file);
     let Some(&first) = projects.first() else { return Vec::new() };
     let shown = Query::shown(db, first).level;
-    // From the most probable down.
+    // In descending order of probability.
     let levels = known_levels(db, workspaces);
     let before = levels.iter().rev().find(|level| **level > shown);
     let after = levels.iter().find(|level| **level < shown);
     before.into_iter().chain(after).copied().collect()
 }
 
-/// `8 of 9 activities meet their deadlines at 1e-4`.
+/// Returns a title such as `8 of 9 activities meet their deadlines at 1e-4`.
 fn deadlines(db: &dyn ModelDb, workspaces: &[Workspace], of: Decl<'_>) -> Option<Lens> {
     let mut titles: Vec<(String, Vec<Project<'_>>)> = Vec::new();
     let projects = projects_with(db, workspaces, of.file(db));
@@ -182,7 +182,7 @@ fn deadlines(db: &dyn ModelDb, workspaces: &[Workspace], of: Decl<'_>) -> Option
     (!titles.is_empty()).then(|| Lens { title: titles.join(" · "), action: None })
 }
 
-/// `used in 2 instances`, each place once.
+/// Returns a title such as `used in 2 instances`; each location counts once.
 fn instances(db: &dyn ModelDb, workspaces: &[Workspace], of: Decl<'_>) -> Option<Lens> {
     let projects = projects_with(db, workspaces, of.file(db)).into_iter();
     let places = projects.filter_map(|project| instances_by_component(db, project).get(&of)).flatten();
@@ -213,7 +213,7 @@ fn instances_by_component<'db>(
     found
 }
 
-/// The line of that kind above the name that begins at `offset`.
+/// Returns the lens of a kind above the name that begins at `offset`.
 pub fn code_lens_at(
     db: &dyn ModelDb,
     workspaces: &[Workspace],

@@ -1,12 +1,11 @@
-//! Where the name under the cursor is declared for all who know it: an operation by the shell, where the definition is what
-//! a core executes.
+//! Go to declaration: for an operation, its declaration in the shell instead of the definition in a core.
 
 use mauve_hir::{File, ModelDb, Workspace};
 use mauve_syntax::TextSize;
 
 use crate::definition::{Navigation, destination, names, targets};
 
-/// Where the name at `offset` is declared, in any of the projects that have the file.
+/// Returns the declarations of the name at `offset`, in all projects with the file.
 ///
 /// ```
 /// use mauve_hir::{Database, Workspace};

@@ -1,4 +1,4 @@
-//! Where the name under the cursor is declared.
+//! Go to definition.
 
 use std::path::PathBuf;
 
@@ -9,29 +9,29 @@ use mauve_syntax::{TextRange, TextSize};
 use crate::occurrences::{Definition, Found, Role, in_declaration, libraries, names_at};
 use crate::project::{each_once, projects_with};
 
-/// A name, and where it is declared.
+/// A name and its definitions.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Navigation {
-    /// The name that was asked about.
+    /// The name at the cursor.
     pub origin: TextRange,
-    /// Where it is declared; several, where several projects or blocks do so.
+    /// Its declarations: several if projects or blocks of a library differ.
     pub targets: Vec<Target>,
-    /// Files that are neither models nor tables: of messages, and of codels, which may not have been written yet.
+    /// Files other than models and tables: message files, and sources of codels, which may not exist yet.
     pub files: Vec<PathBuf>,
 }
 
 /// A declaration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Target {
-    /// Where it stands.
+    /// Its file.
     pub file: File,
-    /// All of it.
+    /// Its full range.
     pub range: TextRange,
-    /// Its name.
+    /// The range of its name.
     pub name: TextRange,
 }
 
-/// Where the name at `offset` is declared, in any of the projects that have the file.
+/// Returns the definitions of the name at `offset`, in all projects with the file.
 pub fn definition(
     db: &dyn ModelDb,
     workspaces: &[Workspace],
@@ -41,7 +41,7 @@ pub fn definition(
     definition_of(db, &names(db, workspaces, file, offset))
 }
 
-/// Where these are declared; of an operation that a core calls, what is executed comes first.
+/// Returns the locations of these definitions; for an operation that a core calls, the executed definition first.
 pub(crate) fn definition_of(db: &dyn ModelDb, names: &[(Project<'_>, Found<'_>)]) -> Option<Navigation> {
     let targets = |project, name: &Found<'_>| {
         let of_call = name.of.filter(|_| name.role == Role::Call);

@@ -1,4 +1,4 @@
-//! The files that a file names: what a model includes and imports; the roots and tables of `mauve.toml`.
+//! Links to files: includes and imports of a model, roots and tables of `mauve.toml`.
 
 use std::ops::Range;
 
@@ -13,20 +13,20 @@ use mauve_wcrt::{table_files, table_pattern};
 use crate::occurrences::range_of;
 use crate::project::projects_with;
 
-/// A part of a text that leads to a file.
+/// A link in a text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DocumentLink {
-    /// What leads there: a path without its quotes, or a name.
+    /// Its range: a path without quotes, or a name.
     pub range: TextRange,
-    /// The file.
+    /// The target file.
     pub target: File,
-    /// The place in it, where it is not all of it that is meant.
+    /// The target location in the file, if it is a declaration.
     pub at: Option<TextSize>,
-    /// What is there, in a few words.
+    /// A short description of the target.
     pub tooltip: String,
 }
 
-/// The links of a file, in the order of the text. What leads nowhere, or to several files, is none.
+/// Returns the links of a file, in text order. A path without a target, or with several, gives no link.
 ///
 /// ```
 /// use mauve_hir::{Database, Workspace};
@@ -48,7 +48,7 @@ pub fn document_links(db: &dyn ModelDb, workspaces: &[Workspace], file: File) ->
     for &workspace in workspaces.iter().filter(|&&workspace| config_file(db, workspace) == Some(file)) {
         configured(db, workspace, file, &mut links);
     }
-    // What several workspaces say counts once: the one that says it in the fewest words, whichever was found first.
+    // If workspaces describe a target differently, the shortest description wins.
     links.sort_by_key(|link| (link.range.start(), link.tooltip.len(), link.target.path(db).clone()));
     links.dedup_by_key(|link| link.range);
     links

@@ -1,4 +1,4 @@
-//! What a file declares, as a tree.
+//! The outline of a file: its declarations as a tree.
 
 use mauve_hir::{File, ModelDb, parse};
 use mauve_syntax::ast::{self, AstNode};
@@ -7,21 +7,21 @@ use mauve_syntax::{SyntaxNode, TextRange};
 /// A declaration in a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Symbol {
-    /// Its name; empty while it is missing.
+    /// Its name; empty if it is missing.
     pub name: String,
-    /// Its type, or what it is made of, in a few words; may be empty.
+    /// Its type or its content as a short text; may be empty.
     pub detail: String,
-    /// What it is.
+    /// Its kind.
     pub kind: SymbolKind,
-    /// All of it.
+    /// Its full range.
     pub range: TextRange,
-    /// Its name, or where that would stand.
+    /// The range of its name, or of the position where the name is missing.
     pub name_range: TextRange,
-    /// What it declares.
+    /// The declarations in it.
     pub children: Vec<Symbol>,
 }
 
-/// The kinds of things that have a name.
+/// The kinds of named items.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[allow(missing_docs)]
 pub enum SymbolKind {
@@ -50,7 +50,7 @@ pub enum SymbolKind {
     File,
 }
 
-/// What a file declares, in the order of the text.
+/// Returns the declarations of a file, in text order.
 ///
 /// ```
 /// use mauve_hir::{Database, Workspace};

@@ -1,6 +1,6 @@
-//! What drawings have in common: the head and the arrows of SVG, and texts in SVG and in DOT.
+//! Common parts of drawings: the head and the arrows of SVG, and texts in SVG and DOT.
 
-/// How a state machine or a graph is drawn.
+/// The format of a drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Drawing {
     /// For Graphviz.
@@ -24,9 +24,9 @@ pub(crate) fn svg_head((width, height): (f64, f64), place: &str, title: &str) ->
     )
 }
 
-/// Returns an arrow of SVG, on a line of its own: `data-source` and `data-target` hold the numbers of what it connects.
+/// Returns an SVG arrow on a line of its own; `data-source` and `data-target` hold the numbers of its ends.
 ///
-/// `style` is empty, or holds more attributes behind a space.
+/// `style` is empty, or holds more attributes after a space.
 pub(crate) fn svg_arrow(path: &str, (source, target): (usize, usize), style: &str) -> String {
     format!(
         "<path d=\"{path}\" data-source=\"{source}\" data-target=\"{target}\" fill=\"none\" stroke=\"#456\"{style} \
@@ -34,7 +34,7 @@ pub(crate) fn svg_arrow(path: &str, (source, target): (usize, usize), style: &st
     )
 }
 
-/// Returns `text` as it can stand in SVG, in an attribute too.
+/// Returns `text` escaped for SVG, including attributes.
 pub(crate) fn svg_text(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

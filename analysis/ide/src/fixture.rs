@@ -1,11 +1,11 @@
-//! What the tests of features have in common: files in a text, `$0` where the cursor is.
+//! Fixtures for tests of features: several files in one text, with `$0` at the cursor.
 
 use std::path::PathBuf;
 
 use mauve_hir::{Database, File, Workspace};
 use mauve_syntax::TextSize;
 
-/// A workspace of a fixture (see [`mauve_tests::fixture`]).
+/// The workspace of a fixture (see [`mauve_tests::fixture`]).
 pub(crate) struct Fixture {
     pub(crate) db: Database,
     pub(crate) workspace: Workspace,
@@ -32,7 +32,7 @@ impl Fixture {
         Fixture { db, workspace, file, offset }
     }
 
-    /// A workspace with this text alone, as it is.
+    /// Returns a workspace with this text only.
     pub(crate) fn of_text(text: &str) -> Fixture {
         let db = Database::default();
         let path = PathBuf::from("/model.mal");
@@ -42,14 +42,14 @@ impl Fixture {
     }
 }
 
-/// A text with the cursor put where it first has what `at` has around the `$0` in it.
+/// Returns a text with the cursor at the first occurrence of `at`, at the position of the `$0` in it.
 pub(crate) fn with_cursor(text: &str, at: &str) -> String {
     let found = at.replace("$0", "");
     assert!(text.contains(&found), "{found}");
     text.replacen(&found, at, 1)
 }
 
-/// The texts of the sample models, by their paths.
+/// Returns the texts of the sample models, by their paths.
 pub(crate) fn sample_models() -> Vec<(PathBuf, String)> {
     let mut found = Vec::new();
     let mut open = vec![mauve_tests::models()];
@@ -68,12 +68,12 @@ pub(crate) fn sample_models() -> Vec<(PathBuf, String)> {
     found
 }
 
-/// The sample models as they are; and each cut off, and with a token left out, at every `step`th token.
+/// Returns the sample models, and each of them cut off, and with a token removed, at every `step`th token.
 pub(crate) fn broken_models(step: usize) -> impl Iterator<Item = String> {
     sample_models().into_iter().flat_map(move |(_, text)| broken(&text, step))
 }
 
-/// A text as it is; cut off, and with a token left out, at every `step`th token.
+/// Returns a text, and the text cut off, and with a token removed, at every `step`th token.
 pub(crate) fn broken(text: &str, step: usize) -> Vec<String> {
     let lexed = mauve_syntax::lex(text);
     let mut texts = vec![text.to_owned()];
@@ -84,7 +84,7 @@ pub(crate) fn broken(text: &str, step: usize) -> Vec<String> {
     texts
 }
 
-/// Where a name leads: file, line and text of each target, and other files.
+/// Returns the targets of a name: file, line and text of each, and other files.
 pub(crate) fn shown(db: &Database, found: Option<crate::Navigation>) -> String {
     let mut shown = String::new();
     let Some(found) = found else { return shown };

@@ -1,4 +1,4 @@
-//! What an editor can fold: blocks, lists over several lines, comments, groups of includes and uses, marked regions.
+//! Folding ranges: blocks, lists, comments, groups of includes and uses, regions.
 
 use mauve_hir::{File, ModelDb, is_model, parse};
 use mauve_syntax::{
@@ -6,29 +6,29 @@ use mauve_syntax::{
     is_gap,
 };
 
-/// A part of a text of more than one line that can be hidden.
+/// A range of several lines that an editor can fold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FoldingRange {
-    /// What is hidden: of a block what stands between its braces, otherwise all but the first line.
+    /// The hidden text: the text between the braces of a block, otherwise all lines but the first.
     pub range: TextRange,
-    /// What it is.
+    /// Its kind.
     pub kind: FoldingKind,
 }
 
-/// What is folded.
+/// The kind of a folding range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FoldingKind {
     /// `{ … }`, `( … )`.
     Block,
-    /// A comment of several lines, or `//` comments in a row.
+    /// A comment of several lines, or consecutive `//` comments.
     Comment,
-    /// Includes in a row, or uses.
+    /// Consecutive includes or uses.
     Imports,
     /// From `// region` to `// endregion`.
     Region,
 }
 
-/// What can be folded in a file, in the order of the text; each lies in another one or beside it.
+/// Returns the folding ranges of a file, in text order and properly nested.
 ///
 /// ```
 /// use mauve_hir::{Database, Workspace};
@@ -59,7 +59,7 @@ struct Finder<'a> {
     text: &'a str,
     found: Vec<FoldingRange>,
     regions: Vec<TextRange>,
-    /// What stands before has been looked at, of comments and of includes.
+    /// The offset up to which comments and includes have been visited.
     passed: mauve_syntax::TextSize,
 }
 
@@ -123,7 +123,7 @@ impl Finder<'_> {
 
 fn brackets(node: &SyntaxNode) -> Option<(SyntaxToken, SyntaxToken)> {
     let tokens = || node.children_with_tokens().filter_map(NodeOrToken::into_token);
-    // A core has parentheses too, and they are not what is folded.
+    // The parentheses of a core are not folded.
     for (open, close) in
         [(SyntaxKind::L_CURLY, SyntaxKind::R_CURLY), (SyntaxKind::L_PAREN, SyntaxKind::R_PAREN)]
     {
@@ -155,7 +155,7 @@ fn comment_below(comment: &SyntaxToken) -> Option<SyntaxToken> {
     white.next_token().filter(|next| is_next_line && next.kind() == SyntaxKind::LINE_COMMENT)
 }
 
-/// Does the comment begin a region, or end one?
+/// Returns whether a comment begins or ends a region.
 fn marker(comment: &str) -> Option<bool> {
     let word = comment.trim_start_matches('/').trim_start();
     let word =
@@ -167,9 +167,9 @@ fn marker(comment: &str) -> Option<bool> {
     }
 }
 
-/// In the order of the text, without those that overlap others but lie in none: regions that cross a block.
+/// Sorts the ranges and drops those that partly overlap others: regions that cross a block.
 fn nested(mut found: Vec<FoldingRange>) -> Vec<FoldingRange> {
-    // Blocks nest by themselves, and so come first where a region crosses one.
+    // Blocks are properly nested, so they win against regions.
     let (regions, mut kept): (Vec<_>, Vec<_>) =
         found.drain(..).partition(|fold| fold.kind == FoldingKind::Region);
     for region in regions {

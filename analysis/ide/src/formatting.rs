@@ -1,12 +1,12 @@
-//! White space as `mauve fmt` has it: of a file, of some of its lines, or while it is typed.
+//! Formatting as in `mauve fmt`: of a file, of some lines, or while typing.
 
 use mauve_hir::{File, ModelDb, Problem, is_model, parse};
 use mauve_syntax::format::{Replacement, format, format_on_type, format_range};
 use mauve_syntax::{SyntaxKind, TextRange, TextSize};
 
-/// What formats a file, or the lines of a range of it: in the order of the text, none overlapping another.
+/// Returns the edits that format a file or a range of lines, in text order and without overlaps.
 ///
-/// Nothing for what is no model, nor where the text is perhaps not the one that its reader has.
+/// Empty for a file that is not a model, or whose text may be incomplete.
 ///
 /// ```
 /// use mauve_hir::{Database, Workspace};
@@ -27,8 +27,8 @@ pub fn formatting(db: &dyn ModelDb, file: File, lines: Option<TextRange>) -> Vec
     }
 }
 
-/// What is to be done when `typed` was typed, the cursor now being at `offset`: `}`, `;` or a line break, behind which the
-/// editor may have put an indentation of its own. Nothing within a comment or a string.
+/// Returns the edits after `typed` was typed, with the cursor at `offset`: `}`, `;` or a line break, after which the editor may
+/// have inserted an indentation. Empty inside a comment or a string.
 pub fn formatting_on_type(db: &dyn ModelDb, file: File, offset: TextSize, typed: char) -> Vec<Replacement> {
     if !is_certain(db, file) {
         return Vec::new();
@@ -46,7 +46,7 @@ pub fn formatting_on_type(db: &dyn ModelDb, file: File, offset: TextSize, typed:
     }
 }
 
-/// Is it a model whose text is known? A problem that a file of the disk has may hide a part of it.
+/// Returns whether the file is a model whose complete text is known.
 fn is_certain(db: &dyn ModelDb, file: File) -> bool {
     is_model(file.path(db)) && !matches!(file.problem(db), Some(Problem::Unknown(_) | Problem::Cut(_)))
 }

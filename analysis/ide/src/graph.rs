@@ -1,5 +1,5 @@
-//! An architecture as a graph: its instances and what connects them; of a deployment, with the load and the response time
-//! of each. In plain data, as DOT and as SVG.
+//! The graph of an architecture: its instances and their connections; for a deployment, with utilisations and response times.
+//! In plain data, as DOT and as SVG.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt::Write as _;
@@ -17,71 +17,71 @@ use mauve_wcrt::{ActivityReport, Query, Report, Verdict, psm_of, response_times}
 use crate::drawing::{Drawing, dot_text, svg_arrow, svg_head, svg_text};
 use crate::project::projects_with;
 
-/// Instances and connections.
+/// A graph of instances and connections.
 #[derive(Debug, Clone)]
 pub struct Graph<'db> {
-    /// What the drawing is called.
+    /// Its title.
     pub title: String,
     /// The instances, those of imported architectures first.
     pub nodes: Vec<GraphNode<'db>>,
-    /// The connections whose ends are instances of it.
+    /// The connections between these instances.
     pub edges: Vec<GraphEdge<'db>>,
-    /// Of a deployment, its response times.
+    /// The response times, for a deployment.
     pub report: Option<&'db Report<'db>>,
-    /// Why something may be missing.
-    pub lost: Vec<String>,
+    /// The reasons why something may be missing.
+    pub missing: Vec<String>,
 }
 
-/// An instance.
+/// An instance in a graph.
 #[derive(Debug, Clone)]
 pub struct GraphNode<'db> {
     /// Its name.
     pub instance: Name,
-    /// Its component, as it is declared or, where it is unknown, written.
+    /// Its component: the declared name, or as written if it is unknown.
     pub component: Name,
-    /// Where it is declared.
+    /// Its declaration.
     pub at: Location<'db>,
-    /// Of a deployment, its activity.
+    /// Its activity, for a deployment.
     pub activity: Option<&'db ActivityReport<'db>>,
-    /// The share of a CPU that it asks for in the long run, where that is known: 1 is all of it.
+    /// The utilisation of its activity, if known; 1 is a full CPU.
     pub load: Option<f64>,
 }
 
-/// A connection.
+/// A connection in a graph.
 #[derive(Debug, Clone)]
 pub struct GraphEdge<'db> {
-    /// The number of the instance that gives, and the port or operation.
+    /// The number of the source instance, and its port or operation.
     pub source: (usize, Name),
-    /// The number of the instance that takes.
+    /// The number of the target instance, and its port or operation.
     pub target: (usize, Name),
-    /// Is it between operations, and not between ports?
+    /// Whether it connects operations instead of ports.
     pub operation: bool,
-    /// Where it is written.
+    /// Its declaration.
     pub at: Location<'db>,
 }
 
-/// Which deployments or architectures of a file's projects somebody means.
+/// Selects deployments or architectures of a file's projects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GraphsOf<'a> {
-    /// Those of this name, `library.Name` or `Name`.
+    /// By name, `library.Name` or `Name`.
     Name(&'a str),
-    /// The one that this place of the file is in.
+    /// The one at this offset of the file.
     At(TextSize),
-    /// The deployments of the file, else its architectures. A file that has neither, such as a timing table, stands for its
+    /// The deployments of the file, otherwise its architectures. For a file without any, such as a timing table, those of its
     /// projects.
     File,
 }
 
-/// The deployments or architectures that are meant, each in each project that has it; at least one.
+/// Returns the selected deployments or architectures, each with each project that has it; at least one.
 ///
 /// # Errors
 ///
-/// Why there is none, for the user.
-pub fn graphs_meant<'db>(
+/// The reason why there is none, for the user.
+pub fn selected_graphs<'db>(
     db: &'db dyn ModelDb,
     workspaces: &[Workspace],
     file: File,
-    meant: GraphsOf<'_>,
+    selection: GraphsOf<'_>,
 ) -> Result<Vec<(Project<'db>, Decl<'db>)>, String> {
     let projects = projects_with(db, workspaces, file);
     if projects.is_empty() {
@@ -93,9 +93,9 @@ pub fn graphs_meant<'db>(
         let all = |&project: &Project<'db>| names_of(db, project).all.iter().map(move |&of| (project, of));
         projects.iter().flat_map(all).filter(|(_, of)| is_it(of)).collect()
     };
-    // No place in a table or in `mauve.toml` is one of a model.
+    // Offsets in a table or in `mauve.toml` are not offsets in a model.
     let own = if is_model(file.path(db)) { declarations(db, file).all.as_slice() } else { &[] };
-    let found = match meant {
+    let found = match selection {
         GraphsOf::Name(name) => {
             let found =
                 of_projects(&|of| is_graph(of) && (*of.name(db) == *name || of.qualified(db) == name));
@@ -123,7 +123,7 @@ pub fn graphs_meant<'db>(
     if found.is_empty() { Err("no deployment or architecture here".to_owned()) } else { Ok(found) }
 }
 
-/// The graph of an architecture, or of what a deployment runs with its response times; nothing of other declarations, and of a
+/// Returns the graph of an architecture, or of a deployment with its response times. `None` for other declarations, and for a
 /// deployment whose architecture is unknown.
 pub fn graph<'db>(
     db: &'db dyn ModelDb,
@@ -148,9 +148,9 @@ pub fn graph<'db>(
         let (source, target) = (end(&link.source)?, end(&link.target)?);
         Some(GraphEdge { source, target, operation: link.operation, at: link.at.clone() })
     });
-    let mut lost: Vec<String> = flat.refusals.iter().map(|lost| reason(db, &lost.reason)).collect();
+    let mut missing: Vec<String> = flat.refusals.iter().map(|refusal| reason(db, &refusal.reason)).collect();
     if flat.link_completeness.is_incomplete() {
-        lost.push("a connection has an error".to_owned());
+        missing.push("a connection has an error".to_owned());
     }
     let title = match report {
         None => of.name(db).to_string(),
@@ -158,7 +158,7 @@ pub fn graph<'db>(
             format!("{} at {}: response times and deadlines in ms, CPU utilisation", of.name(db), query.level)
         }
     };
-    Some(Graph { title, nodes, edges: edges.collect(), report, lost })
+    Some(Graph { title, nodes, edges: edges.collect(), report, missing })
 }
 
 fn node<'db>(
@@ -189,7 +189,7 @@ fn node<'db>(
 }
 
 impl GraphNode<'_> {
-    /// What holds of it, in a few words; nothing where it has no activity.
+    /// Returns the response time and the utilisation as a short text; empty without an activity.
     pub fn verdict(&self) -> String {
         let Some(activity) = self.activity else { return String::new() };
         let deadline = activity.deadline.map(Time::number).unwrap_or_default();
@@ -219,7 +219,7 @@ impl GraphNode<'_> {
     }
 }
 
-/// Draws a graph; in SVG, `data-instance`, `data-source` and `data-target` hold the numbers of instances.
+/// Draws a graph. In SVG, `data-instance`, `data-source` and `data-target` hold the numbers of instances.
 pub fn draw_graph(graph: &Graph<'_>, drawing: Drawing) -> String {
     // Several connections between two instances share one line.
     let mut lines: BTreeMap<(usize, usize, bool), Vec<&str>> = BTreeMap::new();
@@ -258,7 +258,7 @@ fn dot(graph: &Graph<'_>, lines: &Lines<'_>) -> String {
 const BOX: (f64, f64) = (210.0, 56.0);
 const GAP: (f64, f64) = (130.0, 44.0);
 
-/// In columns, what gives to the left of what takes, as far as there are no rings.
+/// Places the nodes in columns, sources to the left of targets except in cycles.
 fn svg(graph: &Graph<'_>, lines: &Lines<'_>) -> String {
     let columns = columns(graph.nodes.len(), lines);
     let mut heights: Vec<usize> = Vec::new();
@@ -277,7 +277,7 @@ fn svg(graph: &Graph<'_>, lines: &Lines<'_>) -> String {
     for (&(source, target, operation), names) in lines {
         let (Some(&(x1, y1)), Some(&(x2, y2))) = (places.get(source), places.get(target)) else { continue };
         let dashed = if operation { " stroke-dasharray=\"5 4\"" } else { "" };
-        // Forwards from side to side; backwards below the boxes.
+        // Forward arrows go from side to side, backward arrows below the boxes.
         let (path, (x, y)) = if x2 > x1 {
             let (x1, y1, y2) = (x1 + BOX.0, y1 + BOX.1 / 2.0, y2 + BOX.1 / 2.0);
             let bend = (x2 - x1) / 2.0;
@@ -323,8 +323,7 @@ fn svg(graph: &Graph<'_>, lines: &Lines<'_>) -> String {
     out + "</svg>\n"
 }
 
-/// The column of each node: to the right of all that give to it and come before it, when one walks from those to which
-/// nobody gives.
+/// Returns the column of each node: to the right of its predecessors in a walk that starts at the nodes without predecessors.
 fn columns(count: usize, lines: &Lines<'_>) -> Vec<usize> {
     let mut targets: Vec<Vec<usize>> = vec![Vec::new(); count];
     let mut is_start = vec![true; count];
@@ -337,7 +336,7 @@ fn columns(count: usize, lines: &Lines<'_>) -> Vec<usize> {
     let starts = (0..count).filter(|&node| is_start.get(node) == Some(&true));
     let mut order: Vec<usize> = Vec::new();
     let mut seen = vec![false; count];
-    // Rings to which nobody else gives begin somewhere.
+    // Cycles without a predecessor need a start as well.
     for start in starts.chain(0..count) {
         let mut waiting = VecDeque::from([start]);
         while let Some(node) = waiting.pop_front() {
@@ -456,9 +455,9 @@ codel.plan = 30
              //- /lib.mal\nlibrary l { architecture Shared { } }\n\
              //- /mauve.toml\ntiming.tables = ['t.toml']\n//- /t.toml\ncodel.deployment = 1\n//- /other.toml\n",
         );
-        let meant = |path: &str, of: GraphsOf<'_>| {
+        let selection = |path: &str, of: GraphsOf<'_>| {
             let file = workspace.file(&db, path.as_ref()).unwrap();
-            graphs_meant(&db, &[workspace], file, of).map(|found| {
+            selected_graphs(&db, &[workspace], file, of).map(|found| {
                 let shown = |(project, of): (Project<'_>, Decl<'_>)| {
                     format!("{} in {}", of.qualified(&db), project.root(&db).path(&db).display())
                 };
@@ -467,16 +466,16 @@ codel.plan = 30
         };
         let ok = |text: &str| Ok(text.to_owned());
         let both = ok("l.Shared in /a.mal, l.Shared in /b.mal");
-        assert_eq!(meant("/lib.mal", GraphsOf::File), both);
-        assert_eq!(meant("/lib.mal", GraphsOf::At(20.into())), both);
-        assert_eq!(meant("/lib.mal", GraphsOf::Name("Shared")), both);
-        assert_eq!(meant("/lib.mal", GraphsOf::Name("B")), ok("B in /b.mal"));
-        assert_eq!(meant("/a.mal", GraphsOf::File), ok("D in /a.mal"));
-        assert_eq!(meant("/a.mal", GraphsOf::At(30.into())), ok("A in /a.mal"));
+        assert_eq!(selection("/lib.mal", GraphsOf::File), both);
+        assert_eq!(selection("/lib.mal", GraphsOf::At(20.into())), both);
+        assert_eq!(selection("/lib.mal", GraphsOf::Name("Shared")), both);
+        assert_eq!(selection("/lib.mal", GraphsOf::Name("B")), ok("B in /b.mal"));
+        assert_eq!(selection("/a.mal", GraphsOf::File), ok("D in /a.mal"));
+        assert_eq!(selection("/a.mal", GraphsOf::At(30.into())), ok("A in /a.mal"));
         for of in [GraphsOf::File, GraphsOf::At(8.into())] {
-            assert_eq!(meant("/t.toml", of), ok("D in /a.mal"));
+            assert_eq!(selection("/t.toml", of), ok("D in /a.mal"));
         }
-        let why = |path: &str, of| meant(path, of).unwrap_err();
+        let why = |path: &str, of| selection(path, of).unwrap_err();
         assert_eq!(why("/lib.mal", GraphsOf::At(2.into())), "no deployment or architecture here");
         assert_eq!(why("/other.toml", GraphsOf::File), "this file is not part of any project");
         let none = "no deployment or architecture `C` in the projects of this file";
@@ -504,13 +503,13 @@ codel.plan = 30
     }
 
     #[test]
-    fn which_is_meant() {
+    fn the_graph_at_the_cursor() {
         let text = format!(
             "include \"more.mal\"{MODEL}//- /more.mal\nlibrary l {{ architecture M {{ }} }}deployment N {{ }}\n"
         );
         let Fixture { db, workspace, file, .. } = Fixture::new(&text);
         let more = workspace.file(&db, "/more.mal".as_ref()).unwrap();
-        let ask = |file: File, of: GraphsOf<'_>| match graphs_meant(&db, &[workspace], file, of) {
+        let ask = |file: File, of: GraphsOf<'_>| match selected_graphs(&db, &[workspace], file, of) {
             Ok(all) => all.iter().map(|(_, of)| of.name(&db).as_str()).collect::<Vec<_>>().join(", "),
             Err(why) => why,
         };
@@ -527,7 +526,7 @@ codel.plan = 30
             "no deployment or architecture `K` in the projects of this file"
         );
         assert_eq!(
-            graphs_meant(&db, &[], file, GraphsOf::File),
+            selected_graphs(&db, &[], file, GraphsOf::File),
             Err("this file is not part of any project".to_owned())
         );
     }

@@ -1,5 +1,4 @@
-//! What hierarchies are made of: something with its place, and how it is known when an editor asks about it later. Texts
-//! change between two questions; names stay, or what is asked about is no longer there.
+//! Items of call and type hierarchies, and how an item is found again after an edit: by name.
 
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Decl, File, ModelDb, declarations};
@@ -11,19 +10,19 @@ use crate::document_symbols::SymbolKind;
 /// A node of a hierarchy of calls or of types.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct HierarchyItem {
-    /// What it is called.
-    pub name: String,
-    /// What it is.
-    pub kind: SymbolKind,
-    /// What it is part of, in a few words; may be empty.
-    pub detail: String,
-    /// Where it stands.
-    pub file: File,
-    /// All of it.
-    pub range: TextRange,
     /// Its name.
+    pub name: String,
+    /// Its kind.
+    pub kind: SymbolKind,
+    /// Its container, as a short text; may be empty.
+    pub detail: String,
+    /// Its file.
+    pub file: File,
+    /// Its full range.
+    pub range: TextRange,
+    /// The range of its name.
     pub name_range: TextRange,
-    /// Finds it again in the file, whatever has been edited there: to be given back as it is.
+    /// A key that finds the item again after edits; clients send it back unchanged.
     pub id: String,
 }
 

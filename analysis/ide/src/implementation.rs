@@ -1,5 +1,5 @@
-//! What makes a name happen: the cores and components for a shell, what cores do for an operation, what is deployed of an
-//! architecture; and of a codel its C++ file and its entries in the timing tables.
+//! Go to implementation: the cores and components of a shell, the definitions of an operation, the deployments of an architecture,
+//! the C++ file of a codel and its entries in timing tables.
 
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{
@@ -14,7 +14,7 @@ use crate::definition::{Navigation, Target, destination, names, of_declaration};
 use crate::document_symbols::SymbolKind;
 use crate::occurrences::{Definition, Found, names_in};
 
-/// What implements what is named at `offset`. The file of a codel is named whether it is there or not.
+/// Returns the implementations of the name at `offset`. Includes the file of a codel even if it does not exist.
 ///
 /// ```
 /// use mauve_hir::{Database, Workspace};
@@ -74,7 +74,7 @@ fn in_tables<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>)
     found
 }
 
-/// Returns what cores do for an operation that their shell provides.
+/// Returns the definitions of an operation in the cores of its shell.
 fn defined(db: &dyn ModelDb, project: Project<'_>, operation: &Definition<'_>) -> Vec<Target> {
     let Definition::At(Location::Source(of, _)) = operation else { return Vec::new() };
     let all = definitions(db, project).get(operation).filter(|_| of.kind(db) == Kind::Shell);
@@ -83,7 +83,7 @@ fn defined(db: &dyn ModelDb, project: Project<'_>, operation: &Definition<'_>) -
     all.into_iter().flatten().map(target).collect()
 }
 
-/// Where the generator puts the function of a codel, which the user writes: a package for each library.
+/// Returns the path at which the generator places the user's source of a codel: one package per library.
 pub(crate) fn codel_file<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,

@@ -1,11 +1,11 @@
-//! The significance levels that may be shown: those of the timing tables.
+//! The significance levels of the timing tables.
 
 use mauve_hir::{ModelDb, Workspace, projects};
 use mauve_timing::Level;
 use mauve_wcrt::timetable_of;
 
-/// The levels that the tables of some project have, from the most probable down; none where times depend on no level:
-/// then any may be shown.
+/// Returns the levels of all tables in descending order of probability; empty if no time depends on a level, so that any level can
+/// be selected.
 ///
 /// ```
 /// use mauve_hir::{Database, Workspace};

@@ -1,39 +1,39 @@
-//! What an editor or a terminal shows of a model, in plain data: no feature knows who shows it.
+//! Editor and terminal features as plain data; no feature knows its client.
 //!
-//! | file | shows |
+//! | file | feature |
 //! |---|---|
-//! | `inlay_hints.rs` | response times beside activities, and what is left out |
-//! | `hover.rs` | what stands under the cursor, and where a response time comes from |
-//! | `markdown.rs` | texts that may have come from a stranger, in a hover: comments, names of files |
-//! | `occurrences.rs` | every name in a text, and what it stands for |
-//! | `code_lens.rs` | lines above declarations: deadlines that are met, levels, instances, files |
-//! | `definition.rs`, `declaration.rs` | where a name is declared, or what it does |
-//! | `type_definition.rs`, `implementation.rs` | where its type is declared, and what makes it happen |
-//! | `call_hierarchy.rs`, `type_hierarchy.rs` | who calls whom, and which shells extend which |
-//! | `hierarchy.rs` | how what is in them is found again after an edit |
-//! | `references.rs` | where a name is used |
-//! | `rename.rs`, `rename/`, `rename_files.rs` | what another name for something, or for a file, changes |
-//! | `document_symbols.rs` | what a file declares |
-//! | `workspace_symbols.rs` | the declarations of all files that a few letters may mean |
-//! | `document_links.rs` | the files that a file names |
-//! | `folding_ranges.rs`, `selection_ranges.rs` | what can be folded; what belongs together around the cursor |
-//! | `semantic_tokens.rs` | what each name is, for colours |
-//! | `formatting.rs` | white space as it should be |
-//! | `code_actions.rs`, `code_actions/` | what can be done about a place: fixes, refactorings |
-//! | `completion.rs`, `completion/` | what may stand where the cursor is |
-//! | `signature_help.rs` | what a call takes, while its arguments are typed |
-//! | `program.rs` | signatures of what programs call, and what is expected behind a half-typed token |
-//! | `change.rs` | what a rename, a fix or a refactoring replaces |
-//! | `explanation.rs` | where a response time comes from, in words |
-//! | `levels.rs` | the significance levels that may be shown |
-//! | `project.rs` | which projects a file is part of, and what they are called |
-//! | `drawing.rs` | what drawings in DOT and SVG have in common |
-//! | `graph.rs` | an architecture as a graph, with load and response times, as DOT and as SVG |
-//! | `machine_view.rs` | a component's state machine with its places, for a panel |
-//! | `timing_actions.rs` | other priorities, CPUs and periods, with what they give |
-//! | `state_machine.rs` | a component's periodic state machine, as DOT and as SVG |
+//! | `inlay_hints.rs` | inlay hints: response times, utilisations, defaults, execution times, values |
+//! | `hover.rs` | hovers: declarations, times, explanations of response times |
+//! | `markdown.rs` | escapes untrusted text in hovers: comments, names of files |
+//! | `occurrences.rs` | all names of a text with their definitions |
+//! | `code_lens.rs` | code lenses: met deadlines, levels, instances, implementations |
+//! | `definition.rs`, `declaration.rs` | go to definition and declaration |
+//! | `type_definition.rs`, `implementation.rs` | go to type definition and implementation |
+//! | `call_hierarchy.rs`, `type_hierarchy.rs` | calls between programs, `extends` between shells |
+//! | `hierarchy.rs` | items of both hierarchies, which survive edits |
+//! | `references.rs` | references and highlights |
+//! | `rename.rs`, `rename/`, `rename_files.rs` | renames of definitions and of files |
+//! | `document_symbols.rs` | the outline of a file |
+//! | `workspace_symbols.rs` | fuzzy search for declarations |
+//! | `document_links.rs` | links to files in models and `mauve.toml` |
+//! | `folding_ranges.rs`, `selection_ranges.rs` | folding, and extending a selection |
+//! | `semantic_tokens.rs` | colours of names |
+//! | `formatting.rs` | formatting of files, ranges and lines |
+//! | `code_actions.rs`, `code_actions/` | fixes and refactorings |
+//! | `completion.rs`, `completion/` | completion |
+//! | `signature_help.rs` | signatures while arguments are typed |
+//! | `program.rs` | signatures of callables, and the expected type at a half-typed token |
+//! | `change.rs` | changes of files |
+//! | `explanation.rs` | explanations of response times as text |
+//! | `levels.rs` | the significance levels of the timing tables |
+//! | `project.rs` | the projects of a file, and their names |
+//! | `drawing.rs` | common parts of drawings in DOT and SVG |
+//! | `graph.rs` | the graph of an architecture, with utilisations and response times, as DOT and SVG |
+//! | `machine_view.rs` | the state machine of a component with locations, for a panel |
+//! | `timing_actions.rs` | actions that change priorities, CPUs and periods, with their effect |
+//! | `state_machine.rs` | the periodic state machine of a component as DOT and SVG |
 //!
-//! Places are offsets in a file's text. This crate knows no protocol and no terminal.
+//! Locations are offsets in a file's text. This crate knows no protocol and no terminal.
 
 mod call_hierarchy;
 mod change;
@@ -86,7 +86,7 @@ pub use drawing::Drawing;
 pub use explanation::{explain_response, explain_response_of};
 pub use folding_ranges::{FoldingKind, FoldingRange, folding_ranges};
 pub use formatting::{formatting, formatting_on_type};
-pub use graph::{Graph, GraphEdge, GraphNode, GraphsOf, draw_graph, graph, graphs_meant};
+pub use graph::{Graph, GraphEdge, GraphNode, GraphsOf, draw_graph, graph, selected_graphs};
 pub use hierarchy::HierarchyItem;
 pub use hover::{Hover, hover};
 pub use implementation::implementation;

@@ -1,5 +1,5 @@
-//! A component's state machine as a panel shows it: states and edges with their times, where each of them stands, and the
-//! worst periods in a row.
+//! A component's state machine for a panel: states and edges with their times and declarations, and the consecutive periods with
+//! the greatest total execution time.
 
 use mauve_diagnostics::timing_reason;
 use mauve_hir::item_tree::{HookKind, Kind, Name};
@@ -13,21 +13,21 @@ use mauve_wcrt::{Psm, psm_of, system_of};
 
 use crate::project::projects_with;
 
-/// How many periods of the worst trace are given.
+/// The number of periods in the worst trace.
 const TRACE: usize = 12;
 
 /// A component's state machine.
 #[derive(Debug, Clone)]
 pub struct MachineView<'db> {
-    /// In the order of the text; those that the initial one does not reach are not among them.
+    /// The reachable states, in text order.
     pub states: Vec<MachineState<'db>>,
-    /// What a period may do, each way once.
+    /// The edges, without duplicates.
     pub edges: Vec<MachineEdge<'db>>,
-    /// The worst consecutive periods, as numbers of edges; empty where there are no times.
+    /// The worst consecutive periods, as numbers of edges; empty without times.
     pub worst_trace: Vec<usize>,
-    /// The machine with its times, for whoever draws it.
+    /// The state machine with its times, for drawings.
     pub psm: Option<&'db Psm<'db>>,
-    /// Why there are no times, or not even edges.
+    /// The reasons why times, or even edges, are missing.
     pub reasons: Vec<String>,
 }
 
@@ -36,30 +36,30 @@ pub struct MachineView<'db> {
 pub struct MachineState<'db> {
     /// Its name; of a core without a state machine, `update`.
     pub name: Name,
-    /// Does the machine start here?
+    /// Whether it is the initial state.
     pub initial: bool,
-    /// Where it is declared.
+    /// Its declaration.
     pub at: Option<Location<'db>>,
 }
 
-/// What a period may do.
+/// An edge: one possible period.
 #[derive(Debug, Clone)]
 pub struct MachineEdge<'db> {
-    /// The number of the state that it is in before.
+    /// The number of the state at the start of the period.
     pub source: usize,
-    /// The number of the state that it is in afterwards.
+    /// The number of the state at its end.
     pub target: usize,
-    /// The transition that fires; none where it stays.
+    /// The transition that fires, or `None` if the state stays the same.
     pub transition: Option<Name>,
-    /// What it costs at most.
+    /// Its greatest execution time.
     pub time: Option<Time>,
-    /// The programs that it executes, in their order.
+    /// The executed programs, in order.
     pub programs: Vec<(ProgramId, Option<Time>)>,
-    /// Where the transition is declared.
+    /// The declaration of the transition.
     pub at: Option<Location<'db>>,
 }
 
-/// The state machine of a component of `project`.
+/// Returns the state machine of a component of `project`.
 pub fn state_machine<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -91,7 +91,7 @@ pub fn state_machine<'db>(
     let declared: Vec<_> =
         data.into_iter().flat_map(|data| &data.machines).flat_map(|machine| &machine.states).collect();
     let state = |name: &Name| declared.iter().find(|state| state.name.name == *name).copied();
-    // A core without a machine is what its `update` does.
+    // A core without a state machine has an `update`.
     let update = data.and_then(|data| data.hooks.iter().find(|hook| hook.kind == HookKind::Update));
     let update = update.map(|hook| Location::Source(of, hook.id));
     for (index, name) in behaviour.states.iter().enumerate() {
@@ -122,8 +122,8 @@ pub fn state_machine<'db>(
     view
 }
 
-/// The component that is meant at `offset`, with a project that has it: the one that is declared there, whose core is, or
-/// whose instance or activity is.
+/// Returns the component at `offset`, with a project that has it: the declaration at `offset` is the component, its core, an
+/// instance of it, or an activity of such an instance.
 pub fn component_at<'db>(
     db: &'db dyn ModelDb,
     workspaces: &[Workspace],
@@ -131,7 +131,7 @@ pub fn component_at<'db>(
     offset: TextSize,
 ) -> Option<(Project<'db>, Decl<'db>)> {
     let decl = declaration_at(db, file, TextRange::empty(offset))?;
-    // The last whose name begins before.
+    // The last one that begins before `offset`.
     let is_before = |place: &Location<'_>| place.range(db).start() <= offset;
     projects_with(db, workspaces, file).into_iter().find_map(|project| {
         let names = names_of(db, project);

@@ -1,7 +1,7 @@
-//! Markdown of texts that may have come from a stranger: comments of models, names of files, texts of tables.
+//! Markdown of untrusted texts: comments of models, names of files, texts of tables.
 //!
-//! An editor shows it unasked, where somebody only points at a name. So it loads no picture, has no link but to an address
-//! that stands there as it is, no HTML, and no code that goes on behind the text that it is in.
+//! Editors render hovers unasked, so the result loads no picture, has no link except visible addresses, no HTML, and no code that
+//! extends beyond its own text.
 
 pub(crate) fn code(text: &str) -> String {
     let text = text.replace(char::is_control, "\u{fffd}");
@@ -15,14 +15,14 @@ pub(crate) fn block(language: &str, text: &str) -> String {
     format!("{fence}{language}\n{}\n{fence}\n", text.trim_end_matches('\n'))
 }
 
-/// A comment: emphasis, lists and code stay what they are. Pictures, links and HTML are the text that they are written as.
+/// Renders a comment: emphasis, lists and code remain. Pictures, links and HTML become plain text.
 pub(crate) fn comment(text: &str) -> String {
     let text = text.replace("\r\n", "\n").replace('\r', "\n");
     let mut out = String::new();
     let mut lines = text.lines();
     while let Some(line) = lines.next() {
         match fence(line) {
-            // Written anew, since in a list it would end where the list does; and it ends with the comment.
+            // Rewritten, because a list would end it early; it ends with the comment.
             Some((fence, language)) => {
                 let inner: Vec<&str> = lines.by_ref().take_while(|line| !is_end(line, fence)).collect();
                 out += &block(language, &inner.join("\n"));
@@ -40,7 +40,7 @@ fn fence(line: &str) -> Option<(&str, &str)> {
     let line = line.trim();
     let sign = line.chars().next().filter(|sign| matches!(sign, '`' | '~'))?;
     let (fence, rest) = line.split_at(run(line));
-    // Otherwise it is code in the line.
+    // Otherwise it is inline code.
     let is_fence = fence.len() >= 3 && (sign == '~' || !rest.contains('`'));
     let is_letter = |c: char| c.is_ascii_alphanumeric() || matches!(c, '+' | '-' | '_' | '#');
     let language = rest.split_whitespace().next().filter(|word| word.chars().all(is_letter));
@@ -52,10 +52,10 @@ fn is_end(line: &str, fence: &str) -> bool {
     line.starts_with(fence) && run(line) == line.len()
 }
 
-/// A line of a comment that is in no block of code.
+/// Renders a line of a comment outside of code blocks.
 ///
-/// Readers of Markdown do not agree on where code in a line begins and ends, such as behind an address. So what could be more
-/// than text is none in code either.
+/// Markdown renderers disagree where inline code begins and ends, for example after an address. So text in inline code is
+/// escaped as well.
 fn plain(line: &str) -> String {
     let mut out = String::new();
     let mut rest = line;
@@ -77,7 +77,7 @@ fn plain(line: &str) -> String {
                 out += &"\\~".repeat(run(rest));
                 run(rest)
             }
-            // What is put in the place of the `<` is none that could be escaped.
+            // The replacement of `<` cannot be escaped by a preceding backslash.
             '\\' if next == Some('<') => 1,
             '\\' if next.is_some_and(|next| next.is_ascii_punctuation()) => {
                 out.extend([sign].into_iter().chain(next));
@@ -104,7 +104,7 @@ fn plain(line: &str) -> String {
     out
 }
 
-/// The code that a line begins with, if it ends in it, and is harmless where somebody does not take it for code.
+/// Returns the inline code at the start of a line, if it ends on the line and is harmless outside of code.
 fn code_span(line: &str) -> Option<&str> {
     let begin = run(line);
     let mut at = begin;
@@ -127,7 +127,7 @@ fn begins_tag(next: char) -> bool {
     next.is_ascii_alphabetic() || matches!(next, '/' | '!' | '?')
 }
 
-/// How often a text has its first sign at its beginning; it is one of ASCII.
+/// Returns the length of the run of the first character, which is ASCII.
 fn run(text: &str) -> usize {
     let first = text.chars().next();
     text.chars().take_while(|sign| Some(*sign) == first).count()

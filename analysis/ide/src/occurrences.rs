@@ -1,6 +1,5 @@
-//! Every name in a text, and what it stands for: go-to-definition, references, renames and colours all rest on this one
-//! reading of it, so that none of them can disagree with another. Those of tables and of `mauve.toml` are read in
-//! `occurrences/toml.rs`.
+//! All names of a text with their definitions. Navigation, references, renames and colours use these results, so that they never
+//! disagree. Names in timing tables and in `mauve.toml` are in `occurrences/toml.rs`.
 
 mod toml;
 
@@ -21,17 +20,17 @@ use mauve_syntax::{SyntaxNode, TextRange, TextSize};
 
 use crate::document_symbols::SymbolKind;
 
-/// What a name refers to: two names refer to the same definition where these are equal.
+/// The definition of a name: two names refer to the same definition if these are equal.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
 pub(crate) enum Definition<'db> {
     Declaration(Decl<'db>),
-    /// Something that is declared in one, by the place of its name there.
+    /// An item inside a declaration, by the location of its name.
     At(Location<'db>),
-    /// A library, all of whose blocks are meant.
+    /// A library, with all its blocks.
     Library(Name),
     Package(Name),
     Message(Name, Name),
-    /// A type that is built in, or that `mauve.toml` declares.
+    /// A built-in type, or a type from `mauve.toml`.
     Type(Name),
     File(File),
 }
@@ -39,14 +38,14 @@ pub(crate) enum Definition<'db> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Role {
     Declaration,
-    /// It says what it does: an operation of a core, which the core's shell declares.
+    /// The definition of an operation in a core; the core's shell declares it.
     Definition,
     Read,
     Write,
     /// An `inout` argument.
     ReadWrite,
     Call,
-    /// It only names it.
+    /// A mention without access.
     Mention,
 }
 
@@ -54,14 +53,14 @@ pub(crate) enum Role {
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
 pub(crate) struct Occurrence<'db> {
     pub(crate) id: SourceId,
-    /// Where a part is `library.Name`: which of them.
+    /// The index of the name within `library.Name`.
     pub(crate) segment: Option<usize>,
     pub(crate) definition: Definition<'db>,
     pub(crate) kind: SymbolKind,
     pub(crate) role: Role,
 }
 
-/// A name with its place in a file.
+/// A name with its location.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
 pub(crate) struct Found<'db> {
     pub(crate) file: File,
@@ -73,7 +72,7 @@ pub(crate) struct Found<'db> {
     pub(crate) role: Role,
 }
 
-/// The names at `offset`, as `project` understands them: one, but in tables, where a key may mean several things.
+/// Returns the names at `offset` according to `project`: one, or several in tables, where a key may have several meanings.
 pub(crate) fn names_at<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -95,7 +94,7 @@ pub(crate) fn names_at<'db>(
         }
         false => in_toml(db, project, file).names.iter().filter(|it| is_here(it)).cloned().collect(),
     };
-    // Of two that touch, the one that begins here is meant.
+    // When two names touch at the cursor, prefers the right one.
     let start = found.iter().map(|found| found.range.start()).max();
     found.retain(|found| Some(found.range.start()) == start);
     found
@@ -133,8 +132,8 @@ impl<'db> Occurrence<'db> {
     }
 }
 
-/// Returns where the name of that number stands in `whole`, a `library.Name` or `package::Message` of `text`; there may be
-/// comments between. Without a number, all of it.
+/// Returns the range of the name with this index in `whole`, a `library.Name` or `package::Message` of `text`, which may contain
+/// comments. Without an index, the whole range.
 pub(crate) fn segment(text: &str, whole: TextRange, index: Option<usize>) -> Option<TextRange> {
     let Some(index) = index else { return Some(whole) };
     let lexed = mauve_syntax::lex(text.get(std::ops::Range::<usize>::from(whole))?);
@@ -174,7 +173,7 @@ pub(crate) fn libraries(db: &dyn ModelDb, file: File) -> Vec<(ast::Library, Synt
     blocks.filter_map(|block| Some((block.clone(), block.name()?.syntax().clone()))).collect()
 }
 
-/// Whether a type is that of a value: others name shells, cores, components, architectures and operations.
+/// Returns whether a type is that of a value; other types name shells, cores, components, architectures and operations.
 pub(crate) fn is_of_value(ty: &SyntaxNode) -> bool {
     ty.parent().is_some_and(|of| {
         matches!(of.kind(), PARAM | CODEL | PROPERTY | PORT | OPERATION_DECLARATION | VAR | RESULT_TYPE)
@@ -333,7 +332,7 @@ impl<'db> Finder<'db> {
             self.parameters(&feature.parameters);
             let interval = feature.interval.iter().flat_map(|interval| [&interval.low, &interval.high]);
             for value in interval.chain(&feature.value) {
-                // What is no constant of the shell is an error.
+                // A name that is not a constant of the shell is an error.
                 for expr in value.descendants() {
                     if let Expr::Name(name) = expr {
                         self.feature(self.of, name, Role::Read);
@@ -436,7 +435,7 @@ impl<'db> Programs<'_, 'db> {
         }
     }
 
-    /// A provided operation is declared by the shell; one that is not, by the core.
+    /// A provided operation is declared by the shell; another operation, by the core.
     fn operation(&mut self, name: &NameRef, role: Role) {
         let before = self.finder.found.len();
         if let Some(shell) = self.shell {
@@ -494,7 +493,7 @@ impl<'db> Programs<'_, 'db> {
     }
 
     fn expr(&mut self, expr: &'db Expr) {
-        // Arguments that something comes back to, which are met after their call.
+        // Output arguments of calls, which are visited after their call.
         let mut written: Vec<(SourceId, Role)> = Vec::new();
         for expr in expr.descendants() {
             match expr {
@@ -515,7 +514,7 @@ impl<'db> Programs<'_, 'db> {
         }
     }
 
-    /// What is called; gives what is done with each argument.
+    /// Adds the callee; returns the role of each argument.
     fn callee(&mut self, callee: &NameRef, arguments: &[Expr]) -> Vec<Role> {
         match self.inference.callee(callee.id) {
             Some(Callee::Codel(of)) => {
@@ -523,7 +522,7 @@ impl<'db> Programs<'_, 'db> {
             }
             Some(Callee::Operation(_)) => self.operation(callee, Role::Call),
             Some(Callee::Builtin(_)) => {}
-            // A variable hides what could be called; an operation that is not called in this way is meant all the same.
+            // A variable hides an operation of the same name, but a misused operation still resolves.
             None if self.inference.binding(callee.id).is_some() => self.value(callee, Role::Read),
             None => self.operation(callee, Role::Call),
         }
@@ -535,7 +534,7 @@ impl<'db> Programs<'_, 'db> {
         let Some(found) = self.inference.callee(callee.id) else { return Vec::new() };
         let directions = self.inference.directions(self.finder.db, self.core, found, arguments.len());
         let mut roles: Vec<Role> = directions.into_iter().map(role).collect();
-        // The operand of these is what they do something with.
+        // The operand of a built-in function.
         let operand = match found {
             Callee::Builtin(Builtin::Write) => Role::Write,
             Callee::Builtin(Builtin::Send) => Role::Call,

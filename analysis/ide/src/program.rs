@@ -1,4 +1,4 @@
-//! Signatures of what programs call, and what is expected behind a half-typed token.
+//! Signatures of callables, and the expected type at a half-typed token.
 
 use mauve_hir::item_tree::{Direction, Feature, FeatureKind, Name, Parameter, TypeRef};
 use mauve_hir::{
@@ -13,7 +13,7 @@ use mauve_syntax::{SyntaxToken, TextRange, TextSize, previous_significant};
 use crate::completion::Subject;
 use crate::completion::position::{Call, Position, behind, call_around};
 
-/// The names in scope at the cursor, and what they are when they are called or assigned to.
+/// The names in scope at the cursor, with their roles in calls and assignments.
 pub(crate) struct Scope<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -23,13 +23,13 @@ pub(crate) struct Scope<'db> {
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Expected {
     pub(crate) ty: Option<Type>,
-    /// Only something that can be assigned to.
+    /// A name that can be assigned.
     pub(crate) is_output: bool,
-    /// A port or an operation of this kind, and no value.
+    /// A port or an operation of this kind.
     pub(crate) feature: Option<FeatureKind>,
-    /// A handler, and no value.
+    /// A handler.
     pub(crate) handler: bool,
-    /// No further argument is taken.
+    /// No further argument.
     pub(crate) nothing: bool,
 }
 
@@ -39,7 +39,7 @@ pub(crate) struct Callable<'db> {
     pub(crate) parameters: Vec<CallParameter>,
     pub(crate) result: Type,
     pub(crate) result_text: String,
-    /// Where it is declared: the declaration, and the name of the operation in it.
+    /// Its declaration, and the name of the operation in it.
     pub(crate) declared: Option<(Decl<'db>, Option<Name>)>,
 }
 
@@ -51,7 +51,7 @@ pub(crate) struct CallParameter {
 }
 
 impl Callable<'_> {
-    /// Returns `f(in a: int): bool`, and where in it each parameter stands.
+    /// Returns `f(in a: int): bool`, and the range of each parameter in it.
     pub(crate) fn shown(&self) -> (String, Vec<TextRange>) {
         let mut label = format!("{}(", self.name);
         let mut ranges = Vec::new();
@@ -88,7 +88,7 @@ pub(crate) fn result_text(result: Option<&TypeRef>) -> String {
     result.map_or_else(String::new, |result| format!(": {result}"))
 }
 
-/// Returns the written type of a variable; of a handler, its operation.
+/// Returns the type of a variable as text; for a handler, its operation.
 pub(crate) fn written_type(variable: &VariableOf) -> String {
     variable.written.as_ref().map_or_else(String::new, ToString::to_string)
 }
@@ -100,7 +100,7 @@ impl<'db> Scope<'db> {
         decl: Option<Decl<'db>>,
         at: &Position,
     ) -> Scope<'db> {
-        // A declaration does not see itself: the scope ends where the half-typed statement begins.
+        // A declaration is not in its own scope: the scope ends at the start of the half-typed statement.
         let end = at.item.first().map_or(at.word.start(), |token| token.text_range().start());
         Scope { db, project, visible: VisibleScope::at(db, project, decl, &at.list, end) }
     }
@@ -169,7 +169,7 @@ impl<'db> Scope<'db> {
         parameters.iter().map(parameter).collect()
     }
 
-    /// Returns a built-in function, with the types of the port or of the operation that `first` names.
+    /// Returns the signature of a built-in function, with the types of the port or the operation in `first`.
     pub(crate) fn built_in(&self, builtin: Builtin, first: Option<&str>) -> Callable<'db> {
         let (kind, what, result, result_text) = match builtin {
             Builtin::Read => (Some(FeatureKind::Input), "input port", Type::PortStatus, "port status"),
@@ -208,7 +208,7 @@ impl<'db> Scope<'db> {
             let expected = Expected { ty, is_output, ..Expected::default() };
             CallParameter { name: name.to_owned(), text, expected }
         };
-        // The parameters of the operation but for those that go in the other direction.
+        // The parameters of the operation without those of the other direction.
         let without = |direction: Direction| {
             let (_, shell, feature) = found?;
             let all = feature.parameters.iter().zip(self.parameters(shell, &feature.parameters));
@@ -244,7 +244,7 @@ impl<'db> Scope<'db> {
         self.callable(call.callee.text(), first.as_ref().map(SyntaxToken::text))
     }
 
-    /// What is expected behind `left`, in an expression; none where no operand may stand there.
+    /// Returns the expected operand after `left` in an expression, or `None` if no operand is allowed.
     pub(crate) fn expected(&self, left: &SyntaxToken) -> Option<Expected> {
         let of = |ty: Option<Type>| Some(Expected { ty, ..Expected::default() });
         let previous = || previous_significant(left);
@@ -270,7 +270,7 @@ impl<'db> Scope<'db> {
                 let ty = previous().and_then(|operand| self.type_of_operand(&operand));
                 of(ty.or(Some(Type::Double)))
             }
-            // The ends of an interval.
+            // The bounds of an interval.
             L_BRACK | SEMICOLON if left.parent().is_some_and(|it| it.kind() == INTERVAL) => Expected::any(),
             _ => None,
         }
@@ -316,7 +316,7 @@ impl Expected {
         Some(Expected::default())
     }
 
-    /// Would a value of this type fit? Also where nobody knows.
+    /// Returns whether a value of this type fits; also if a type is unknown.
     pub(crate) fn takes(&self, ty: &Type) -> bool {
         self.ty.as_ref().is_none_or(|wanted| ty.fits(None, wanted))
     }

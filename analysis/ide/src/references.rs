@@ -1,5 +1,4 @@
-//! Where a name is used, in all models, timing tables and configurations; and where in one file, for an editor that lights
-//! the others up.
+//! References of a definition in all models, timing tables and configurations, and highlights in one file.
 
 use mauve_hir::{File, ModelDb, Project, Workspace, config_file, is_model, project_files, projects};
 use mauve_syntax::{TextRange, TextSize};
@@ -10,30 +9,30 @@ use crate::definition::names;
 use crate::occurrences::{Definition, Found, Role, names_in};
 use crate::project::projects_with;
 
-/// A place where a name stands.
+/// A reference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reference {
     /// The file.
     pub file: File,
     /// The name, without quotes.
     pub range: TextRange,
-    /// What is done there.
+    /// The access.
     pub access: Access,
 }
 
-/// What a place does with what it names.
+/// How a reference accesses the definition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Access {
-    /// It uses its value, or calls it.
+    /// It reads the value, or calls the operation or codel.
     Read,
-    /// It declares it, or gives it a value; an `inout` argument too.
+    /// It declares or assigns it; also an `inout` argument.
     Write,
-    /// It only names it.
+    /// It only mentions the name.
     Mention,
 }
 
-/// Every place that names what is named at `offset`, in every project that has it, by file and place, each once. What
-/// declares it is left out where `declaration` is not set.
+/// Returns all references of the definition at `offset` in every project that has it, by file and location, each once. Without
+/// `declaration`, omits declarations.
 ///
 /// ```
 /// use mauve_hir::{Database, Workspace};
@@ -56,7 +55,7 @@ pub fn references(
     merged(shown.map(|(_, it)| it))
 }
 
-/// The places in `file` that name what is named at `offset`.
+/// Returns the references in `file` of the definition at `offset`.
 pub fn highlights(
     db: &dyn ModelDb,
     workspaces: &[Workspace],
@@ -71,7 +70,7 @@ pub fn highlights(
     merged(&all)
 }
 
-/// Each place once: it writes where it does so for any of the projects.
+/// Removes duplicates; a location is a write if any project writes there.
 fn merged<'a, 'db: 'a>(all: impl IntoIterator<Item = &'a Found<'db>>) -> Vec<Reference> {
     let mut places: Vec<Reference> = Vec::new();
     let mut index: FxHashMap<(File, TextRange), usize> = FxHashMap::default();
@@ -91,7 +90,7 @@ fn merged<'a, 'db: 'a>(all: impl IntoIterator<Item = &'a Found<'db>>) -> Vec<Ref
     places
 }
 
-/// Every name that stands for one of these, by file and place, each once for each project that has it.
+/// Returns all references of these definitions, by file and location, each once per project.
 pub(crate) fn occurrences<'db>(
     db: &'db dyn ModelDb,
     workspaces: &[Workspace],
@@ -110,7 +109,7 @@ pub(crate) fn occurrences<'db>(
         let mut open = match definition {
             Definition::Declaration(decl) => projects_with(db, workspaces, decl.file(db)),
             Definition::At(place) => projects_with(db, workspaces, place.file(db)),
-            // A library is one with its blocks in the files that its projects share with others.
+            // A library includes its blocks in files that projects share.
             Definition::Library(_) => asked,
             Definition::File(_) | Definition::Package(_) | Definition::Message(..) | Definition::Type(_) => {
                 workspaces.iter().flat_map(|&workspace| projects(db, workspace)).copied().collect()
@@ -138,7 +137,7 @@ pub(crate) fn occurrences<'db>(
     found
 }
 
-/// The names of a project that stand for this. Only what has the word in it is read.
+/// Returns the references in a project. Reads only files that contain the word.
 fn in_project<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -164,7 +163,7 @@ pub(crate) fn files_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<
     files
 }
 
-/// How it is written, wherever it stands; nothing where that differs.
+/// Returns the spelling of a definition's name, or `None` if it differs between locations.
 pub(crate) fn word_of(db: &dyn ModelDb, definition: &Definition<'_>) -> Option<String> {
     match definition {
         Definition::Declaration(decl) => Some(decl.name(db).to_string()),

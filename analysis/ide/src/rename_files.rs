@@ -1,5 +1,4 @@
-//! What is written about files that get other names: `include` lines, and the roots, tables and generated packages of
-//! `mauve.toml`.
+//! Updates the paths of renamed files: `include` lines, and the roots, tables and generated packages of `mauve.toml`.
 
 use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
@@ -16,10 +15,10 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::change::Change;
 use crate::occurrences::range_of;
 
-/// What must be changed before these files, or folders, get other names: each an old path and a new one, absolute.
+/// Returns the change for renamed files or folders, each an old path and a new path, absolute.
 ///
-/// No table is lost: a pattern of `[timing] tables` follows its folder; and where that does not do, a table that no pattern
-/// would name is named by its path.
+/// No table is dropped: a pattern of `[timing] tables` follows its folder; a table that no pattern matches any more is listed by
+/// its path.
 ///
 /// ```
 /// use mauve_hir::{Database, Workspace};
@@ -36,7 +35,7 @@ pub fn rename_files(db: &dyn ModelDb, workspaces: &[Workspace], moves: &[(PathBu
     let moving = Moving { db, moves };
     let mut change = Change::default();
     for &workspace in workspaces {
-        // The paths that lead to files afterwards.
+        // The paths of files after the rename.
         let known: FxHashSet<PathBuf> = workspace.files(db).keys().map(|path| moving.moved(path)).collect();
         for (&file, path) in moving.files(workspace) {
             db.unwind_if_revision_cancelled();
@@ -56,7 +55,7 @@ pub fn rename_files(db: &dyn ModelDb, workspaces: &[Workspace], moves: &[(PathBu
 
 struct Moving<'a> {
     db: &'a dyn ModelDb,
-    /// By the old path; the last, where there are several.
+    /// By the old path; the last of several wins.
     moves: FxHashMap<&'a Path, &'a Path>,
 }
 
@@ -66,7 +65,7 @@ impl Moving<'_> {
         files.iter().filter(|(path, file)| *path == file.path(self.db)).map(|(path, file)| (file, path))
     }
 
-    /// Where a path leads to afterwards: what moves the nearest of its folders moves it, where nothing moves itself.
+    /// Returns the path of a file after the rename: the innermost renamed folder determines it, unless the file itself is renamed.
     fn moved(&self, path: &Path) -> PathBuf {
         for old in path.ancestors() {
             if let (Some(new), Ok(rest)) = (self.moves.get(old), path.strip_prefix(old)) {
@@ -76,7 +75,7 @@ impl Moving<'_> {
         path.to_owned()
     }
 
-    /// `after`: the paths that lead to files afterwards.
+    /// `after`: the paths of files after the rename.
     fn model(&self, workspace: Workspace, file: File, after: &FxHashSet<PathBuf>, change: &mut Change) {
         let db = self.db;
         let tree = mauve_hir::parse(db, file).file();
@@ -99,7 +98,7 @@ impl Moving<'_> {
             let folder = |place: &Path| place.parent().unwrap_or(Path::new("/")).to_owned();
             let mut folders = vec![folder(&new_place)];
             folders.extend(workspace.model_path(db).iter().cloned());
-            // It may lead there as it is.
+            // The old path may still be valid.
             let leads_to = |path: &str| {
                 let mut all = folders.iter().map(|folder| normalised(&folder.join(path)));
                 all.find(|path| *path == new_target || after.contains(path))
@@ -127,8 +126,8 @@ impl Moving<'_> {
         self.tables(workspace, file, change);
     }
 
-    /// How a path of the configuration is written afterwards; nothing where it can stay. Where its folder moves with all
-    /// that it names, it can.
+    /// Returns the new text of a path in the configuration, or `None` if it can stay, for example if its folder moves with all
+    /// files that it names.
     fn path_in_config(&self, workspace: Workspace, path: &str) -> Option<String> {
         let folder = workspace.folder(self.db);
         let new_folder = self.moved(folder);
@@ -136,7 +135,7 @@ impl Moving<'_> {
         (new != normalised(&new_folder.join(path))).then(|| relative(&new_folder, &new))
     }
 
-    /// `[timing] tables`: what is a table stays one, and what is none becomes none.
+    /// `[timing] tables`: the same files are tables before and after.
     fn tables(&self, workspace: Workspace, config: File, change: &mut Change) {
         let db = self.db;
         let (folder, written) = (workspace.folder(db), &config_of(db, workspace).tables);
@@ -175,7 +174,7 @@ impl Moving<'_> {
                     patterns.push(pattern_of_path(&relative(&new_folder, &path)));
                 }
             }
-            // One that names nothing any more would be an error.
+            // A pattern without a match would be an error.
             let is_new = names(&new_folder, &[new]);
             if patterns.is_empty() || known().any(|(path, _)| is_new(&self.moved(path))) {
                 patterns.insert(0, new.clone());
@@ -192,7 +191,7 @@ fn quoted(path: &str) -> String {
     format!("\"{}\"", path.replace('\\', "\\\\").replace('"', "\\\""))
 }
 
-/// The folders of a pattern that are named as they are, and what follows them; of a path, all of it.
+/// Splits a pattern into its literal folders and the rest; a path has no rest.
 fn split(pattern: &str) -> (&str, &str) {
     match pattern.find(['*', '?', '[', '{']).and_then(|special| pattern.get(..special)) {
         None => (pattern, ""),
@@ -203,7 +202,7 @@ fn split(pattern: &str) -> (&str, &str) {
     }
 }
 
-/// What stands for the string at `span` in place of one pattern: a string that is no member of a list becomes one.
+/// Returns the replacement of the string at `span` for one pattern; a string outside a list becomes a list.
 fn listed(text: &str, span: &Range<usize>, patterns: &[String]) -> String {
     let quoted: Vec<String> = patterns.iter().map(|pattern| quoted(pattern)).collect();
     let before = text.get(..span.start).unwrap_or_default();
@@ -217,7 +216,7 @@ fn listed(text: &str, span: &Range<usize>, patterns: &[String]) -> String {
     }
 }
 
-/// Returns the way from a folder to a path, by their texts.
+/// Returns the relative path from a folder to a path, by their texts.
 pub(crate) fn way(folder: &Path, path: &Path) -> PathBuf {
     let common = folder.components().zip(path.components()).take_while(|(one, other)| one == other).count();
     let up = folder.components().skip(common).map(|_| Component::ParentDir);

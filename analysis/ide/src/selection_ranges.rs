@@ -1,4 +1,4 @@
-//! What belongs together around the cursor: a word, what it is part of, and so on, up to the file.
+//! Ranges for extending a selection: a word, the node that contains it, and so on, up to the file.
 
 use mauve_hir::{File, ModelDb, is_model, parse};
 use mauve_syntax::{
@@ -6,11 +6,11 @@ use mauve_syntax::{
     is_gap, next_token, previous_token,
 };
 
-/// What belongs together around `offset`, from the least to the whole file: each is more than the one before.
+/// Returns the selection ranges around `offset`, from the smallest to the whole file, each larger than the one before.
 ///
-/// A word; the contents of a string, then the string; an argument, all of them, then with their parentheses; a statement or
-/// another item, then with the comments right above it; the contents of a block, then with its braces. Nothing where the
-/// file is no model.
+/// A word; the contents of a string, then the string; an argument, all arguments, then with their parentheses; a statement or
+/// another item, then with the comments directly above it; the contents of a block, then with its braces. Empty for a file that is
+/// not a model.
 ///
 /// ```
 /// use mauve_hir::{Database, Workspace};
@@ -29,7 +29,7 @@ pub fn selection_ranges(db: &dyn ModelDb, file: File, offset: TextSize) -> Vec<T
     let root = parse(db, file).syntax();
     let offset = offset.min(root.text_range().end());
     let mut ranges = Ranges { offset, found: Vec::new() };
-    // Between two tokens, the one that says more is meant.
+    // Between two tokens, prefers the word.
     let token = root.token_at_offset(offset).min_by_key(|token| match token.kind() {
         SyntaxKind::INT_NUMBER | SyntaxKind::FLOAT_NUMBER | SyntaxKind::STRING => 0,
         kind if kind.is_word() => 0,
@@ -115,7 +115,7 @@ fn part_of(token: &SyntaxToken, id: std::ops::Range<usize>) -> TextRange {
     id + token.text_range().start()
 }
 
-/// What stands between the brackets of a node, without the white space at its ends, and with them; of a block the braces.
+/// Returns the text between the brackets of a node without surrounding white space, and with the brackets; for a block, braces.
 fn contents(node: &SyntaxNode, offset: TextSize) -> Option<(TextRange, TextRange)> {
     let tokens = || node.children_with_tokens().filter_map(NodeOrToken::into_token);
     let of = |open: SyntaxKind, close: SyntaxKind| {

@@ -1,4 +1,4 @@
-//! What each name is, for colours: what a grammar of words cannot know.
+//! Semantic tokens: the kinds of names, which a lexical grammar cannot know.
 
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
@@ -14,21 +14,21 @@ use crate::document_symbols::SymbolKind;
 use crate::occurrences::{Definition, Found, Role, names_in, occurrences_of, outside_declarations, segment};
 use crate::project::projects_with;
 
-/// A word or a sign of a text, all of it in one line.
+/// A semantic token, on one line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SemanticToken {
-    /// Where it stands.
+    /// Its location.
     pub range: TextRange,
-    /// What it is.
+    /// Its kind.
     pub kind: TokenKind,
-    /// What else is known of it.
+    /// Its modifiers.
     pub modifiers: TokenModifiers,
 }
 
-/// What a token is.
+/// The kind of a token.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum TokenKind {
-    /// The name of something.
+    /// The name of a definition.
     Name(SymbolKind),
     /// `read`, `write`, `status`, `send`, `collect`.
     Function,
@@ -48,50 +48,50 @@ pub enum TokenKind {
     Operator,
 }
 
-/// What else may be known of a token.
+/// A modifier of a token.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum TokenModifier {
-    /// It declares what it names.
+    /// A declaration.
     Declaration,
-    /// It says what an operation does that its shell declares.
+    /// The definition of an operation that a shell declares.
     Definition,
-    /// What it names never changes: a constant.
+    /// A constant.
     Readonly,
-    /// It writes what it names.
+    /// A write.
     Modification,
-    /// It belongs to the language.
+    /// A word of the language.
     DefaultLibrary,
     /// A port that is read.
     Input,
     /// A port that is written.
     Output,
-    /// An operation that others provide.
+    /// A required operation.
     Required,
-    /// An operation that others may call.
+    /// A provided operation.
     Provided,
 }
 
-/// Some modifiers.
+/// A set of modifiers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct TokenModifiers(u16);
 
 impl TokenModifiers {
-    /// With one more.
+    /// Adds a modifier.
     #[must_use]
     pub fn with(self, modifier: TokenModifier) -> TokenModifiers {
         TokenModifiers(self.0 | 1 << modifier as u16)
     }
 
-    /// Is it one of them?
+    /// Returns whether a modifier is set.
     pub fn has(self, modifier: TokenModifier) -> bool {
         self.0 & 1 << modifier as u16 != 0
     }
 }
 
-/// The tokens of a file that touch `range`, if one is given: in the order of the text, none overlapping another.
+/// Returns the tokens of a file that touch `range`, if given, in text order and without overlaps.
 ///
-/// Only names that mean something; `all`: with keywords, comments, strings, numbers and operators, for an editor that has no
-/// grammar for them. Where several projects have the file, the first that knows a name says what it is.
+/// Without `all`, only resolved names. With `all`, also keywords, comments, strings, numbers and operators, for editors without a
+/// grammar. If several projects have the file, the first that resolves a name decides.
 ///
 /// ```
 /// use mauve_hir::{Database, Workspace};
@@ -120,7 +120,7 @@ pub fn semantic_tokens(
         words.for_each(|token| word(&token, &mut found));
     }
     found.retain(|token| !token.range.is_empty() && is_asked(token.range));
-    // Of two at one place the first counts: what it means to the first project, before what kind of word it is.
+    // Of two tokens with one range, the first wins: a resolved name before the kind of the word.
     found.sort_by_key(|token| token.range.start());
     let mut end = TextSize::default();
     found.retain(|token| {
@@ -131,8 +131,8 @@ pub fn semantic_tokens(
     found
 }
 
-/// Stands for what the names of a file are, wherever they stand: while its text is the same one, the tokens are other ones
-/// only where this is another.
+/// Returns a value that changes whenever the kinds of a file's names change: with the same text and the same value, the tokens are
+/// the same.
 pub fn meanings_of_names(db: &dyn ModelDb, workspaces: &[Workspace], file: File) -> u64 {
     let mut hasher = DefaultHasher::new();
     for project in projects_with(db, workspaces, file) {
@@ -159,7 +159,7 @@ struct NameToken {
     modifiers: TokenModifiers,
 }
 
-/// The tokens of a declaration, without places: an edit elsewhere costs nothing.
+/// Returns the tokens of a declaration with relative locations, so that edits elsewhere recompute nothing.
 #[salsa::tracked(returns(ref))]
 fn tokens_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<NameToken> {
     let token = |it: &crate::occurrences::Occurrence<'db>| NameToken {
@@ -235,7 +235,7 @@ fn word(token: &SyntaxToken, found: &mut Vec<SemanticToken>) {
     let parent = parent.as_ref();
     let kind = match token.kind() {
         SyntaxKind::BLOCK_COMMENT => {
-            // A line of its own each: not every editor knows tokens of several.
+            // One token per line: not every editor supports tokens of several lines.
             let mut start = token.text_range().start();
             for line in token.text().split_inclusive('\n') {
                 let range = TextRange::at(start, TextSize::of(line.trim_end_matches(['\r', '\n'])));

@@ -1,4 +1,4 @@
-//! What a call takes, while its arguments are typed.
+//! Signature help while arguments are typed.
 
 use mauve_hir::{File, ModelDb, Workspace, is_model, parse};
 use mauve_syntax::SyntaxKind::{BLOCK_COMMENT, LINE_COMMENT};
@@ -9,20 +9,20 @@ use crate::completion::position::{Position, call_around};
 use crate::program::{Scope, subject};
 use crate::project::{each_once, projects_with};
 
-/// What a call takes.
+/// A signature.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Signature {
     /// `astar(in origin: PoseStamped, out route: Path): bool`
     pub label: String,
-    /// Where its parameters stand in that, in bytes.
+    /// The ranges of its parameters in the label, in bytes.
     pub parameters: Vec<TextRange>,
-    /// Which of them is being typed, from 0; as many as there are, or more: none.
+    /// The index of the typed parameter, from 0; out of range if there is none.
     pub active: usize,
-    /// How it is declared, and the comment above that, in Markdown.
+    /// Its declaration and the comment above it, in Markdown.
     pub documentation: Option<String>,
 }
 
-/// What the innermost call around `offset` takes, in each way in which the projects that have the file understand it.
+/// Returns the signatures of the innermost call around `offset`: one for each different interpretation in the file's projects.
 ///
 /// ```
 /// use mauve_hir::{Database, Workspace};

@@ -1,4 +1,4 @@
-//! A component's periodic state machine as a picture: states, and for each pair of them the greatest cost of a period.
+//! A component's periodic state machine as a drawing: states, and the greatest execution time between each pair of them.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -8,9 +8,9 @@ use mauve_wcrt::Psm;
 
 use crate::drawing::{Drawing, dot_text, svg_arrow, svg_head, svg_text};
 
-/// Draws `psm`, the machine of `component` at `level`, its initial state and its greatest edges in bold. Of several edges
-/// between two states, the greatest is drawn, with the names of all their transitions. In SVG, `data-state`, `data-source` and
-/// `data-target` hold the numbers of states, for whoever wants to know what was clicked on.
+/// Draws `psm`, the state machine of `component` at `level`, with the initial state and the greatest edges in bold. Of several
+/// edges between two states, draws the greatest, with the names of all transitions. In SVG, `data-state`, `data-source` and
+/// `data-target` hold the numbers of states, so that a client can handle clicks.
 pub fn draw_state_machine(component: &str, level: Level, psm: &Psm<'_>, drawing: Drawing) -> String {
     let title = title(component, level, psm);
     let mut arrows: BTreeMap<(usize, usize), Arrow> = BTreeMap::new();
@@ -28,7 +28,7 @@ pub fn draw_state_machine(component: &str, level: Level, psm: &Psm<'_>, drawing:
 #[derive(Default)]
 struct Arrow<'a> {
     cost: Time,
-    /// Of the transitions; empty for staying.
+    /// The names of the transitions; empty if the state stays the same.
     names: Vec<&'a str>,
 }
 
@@ -66,7 +66,7 @@ fn title(component: &str, level: Level, psm: &Psm<'_>) -> String {
     format!("{component} at {level}: execution times per period in ms{assumed}")
 }
 
-/// The states on a circle, clockwise from the top in the order of the text.
+/// Places the states on a circle, clockwise from the top in text order.
 fn svg(title: &str, psm: &Psm<'_>, arrows: &BTreeMap<(usize, usize), Arrow<'_>>) -> String {
     let count = psm.states.len().max(1);
     let radius = if count == 1 { 0.0 } else { (60.0 * count as f64).max(150.0) };
@@ -101,7 +101,7 @@ fn svg(title: &str, psm: &Psm<'_>, arrows: &BTreeMap<(usize, usize), Arrow<'_>>)
             between(place(source), place(target))
         };
         out += &svg_arrow(&path, (source, target), heavy);
-        // White around it first, so that it is read on lines: not every viewer knows an order of painting.
+        // A white outline keeps the label readable on lines; not every viewer supports `paint-order`.
         for paint in ["stroke=\"#fff\" stroke-width=\"4\" fill=\"#fff\"", "fill=\"#234\""] {
             let _ = writeln!(
                 out,
@@ -127,7 +127,7 @@ fn svg(title: &str, psm: &Psm<'_>, arrows: &BTreeMap<(usize, usize), Arrow<'_>>)
     out + "</svg>\n"
 }
 
-/// A curve from one box to another, bent to the left so that two opposite ones stay apart; and where its label goes.
+/// Returns a curve between two boxes, bent to the left so that opposite curves stay apart, and the position of its label.
 fn between((x1, y1): (f64, f64), (x2, y2): (f64, f64)) -> (String, (f64, f64)) {
     let (dx, dy) = (x2 - x1, y2 - y1);
     let length = dx.hypot(dy).max(1.0);

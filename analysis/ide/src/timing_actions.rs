@@ -120,7 +120,7 @@ fn action<'db>(
         title: format!("{}: {}", title(change), effects(db, outcomes)),
         kind: if fixed.is_empty() { ActionKind::Rewrite } else { ActionKind::QuickFix },
         preferred: false,
-        mends: fixed,
+        fixed,
         disabled: None,
         change: None,
     })

@@ -1,5 +1,5 @@
-//! From what has a type to that type: a message's file for a value, the component of an instance, the operation of a
-//! handler, the shell of a component or a core, the architecture of a deployment.
+//! Go to type definition: the message file of a value, the component of an instance, the operation of a handler, the shell of a
+//! component or a core, the architecture of a deployment.
 
 use mauve_hir::item_tree::{Data, SourceId, TypeRef};
 use mauve_hir::{Decl, File, Location, ModelDb, Project, Workspace, data, package};
@@ -8,7 +8,7 @@ use mauve_syntax::TextSize;
 use crate::definition::{Navigation, destination, names, targets};
 use crate::occurrences::{Definition, Found, occurrences_of};
 
-/// Where the type of what is named at `offset` is declared. What is built in is declared nowhere.
+/// Returns the type definition of the name at `offset`; `None` for built-in types.
 ///
 /// ```
 /// use mauve_hir::{Database, Workspace};
@@ -46,7 +46,7 @@ fn message_file<'db>(
     package(db, project.workspace(db), &of)?.messages.get(&name)?.path.clone()
 }
 
-/// What the type of something stands for: the last name of where that is written.
+/// Returns the definition of a type: of the last name in it.
 fn type_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,

@@ -1,4 +1,4 @@
-//! Which shells a shell extends, and which extend it.
+//! Type hierarchy: the shells that a shell extends, and those that extend it.
 
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, File, ModelDb, Workspace, bases_of, names_of};
@@ -10,7 +10,7 @@ use crate::hierarchy::{HierarchyItem, declaration_of, item_of};
 use crate::occurrences::Definition;
 use crate::project::{each_once, projects_with};
 
-/// The shell that is named at `offset`, in each of the projects that have the file.
+/// Returns the shell at `offset`, for each project with the file.
 pub fn type_items(
     db: &dyn ModelDb,
     workspaces: &[Workspace],
@@ -25,7 +25,7 @@ pub fn type_items(
     items(db, shells)
 }
 
-/// The shells that the one of an item extends.
+/// Returns the shells that an item's shell extends.
 ///
 /// ```
 /// use mauve_hir::{Database, Workspace};
@@ -44,7 +44,7 @@ pub fn supertypes(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id: &s
     items(db, projects.flat_map(|project| bases_of(db, project, of)))
 }
 
-/// The shells that extend the one of an item.
+/// Returns the shells that extend an item's shell.
 pub fn subtypes(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id: &str) -> Vec<HierarchyItem> {
     let Some((of, _)) = declaration_of(db, file, id) else { return Vec::new() };
     let projects = projects_with(db, workspaces, file).into_iter();

@@ -1,4 +1,4 @@
-//! The declarations of all files that a few letters may mean, the most likely first.
+//! Fuzzy search for declarations in all files.
 
 use std::cmp::Reverse;
 use std::collections::HashSet;
@@ -10,28 +10,28 @@ use mauve_syntax::TextRange;
 use crate::document_symbols::SymbolKind;
 use crate::occurrences::{kind_of, kind_of_feature, libraries};
 
-/// A declaration that was looked for.
+/// A found declaration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FoundSymbol {
     /// Its name.
     pub name: String,
-    /// What it is.
+    /// Its kind.
     pub kind: SymbolKind,
-    /// The library and the declaration that it stands in, `library.Core`; empty outside of all.
+    /// The library and the declaration that contain it, `library.Core`; empty at the top level.
     pub container: String,
     /// The file.
     pub file: File,
-    /// Its name there.
+    /// The range of its name.
     pub range: TextRange,
 }
 
-/// The declarations of the workspaces' models that `query` may mean, at most `limit`: the best first.
+/// Returns at most `limit` declarations of the workspaces' models that match `query`, the best first.
 ///
-/// Its letters stand in the name in this order, whatever their case; best at the beginnings of words, as in `gmS` for
-/// `GMappingShell`, or in a row. Words that are separated by `.`, `::` or spaces may stand in the library or the declaration
-/// around it too: `nav.plan`. Without a query, everything is meant.
+/// The letters of the query occur in the name in this order, in any case; best at the beginnings of words, such as `gmS` for
+/// `GMappingShell`, or consecutively. Words separated by `.`, `::` or spaces may also match the library or the declaration around
+/// it: `nav.plan`. An empty query matches all declarations.
 ///
-/// Hooks are left out: their names are keywords, and every core has them.
+/// Hooks are omitted: their names are keywords, and every core has them.
 ///
 /// ```
 /// use mauve_hir::{Database, Workspace};
@@ -176,7 +176,7 @@ impl<'db> Search<'_, 'db> {
     }
 }
 
-/// How well the words fit: one at least in the name, the others there or around it. None where one fits nowhere.
+/// Scores the words: at least one in the name, the others in the name or its containers. `None` if one does not match.
 fn score(words: &[&str], name: &str, containers: [&str; 2]) -> Option<i32> {
     if words.is_empty() {
         return Some(0);
@@ -192,7 +192,7 @@ fn score(words: &[&str], name: &str, containers: [&str; 2]) -> Option<i32> {
     in_name
 }
 
-/// How well `word` fits a name, whose letters are ASCII: none unless its letters stand there in this order.
+/// Scores `word` in an ASCII name: `None` unless its letters occur in this order.
 fn fit(word: &str, name: &str) -> Option<i32> {
     const LETTER: i32 = 1;
     const IN_A_ROW: i32 = 6;
@@ -205,7 +205,7 @@ fn fit(word: &str, name: &str) -> Option<i32> {
     if !word.iter().all(|letter| rest.any(|other| other.eq_ignore_ascii_case(letter))) {
         return None;
     }
-    // Of all ways to place the letters, the best: `ending[at]` for those so far, of which the last is the letter at `at`.
+    // The best score of all placements: `ending[at]` is the best so far with the last letter at `at`.
     let mut ending: Vec<Option<i32>> = Vec::new();
     for (index, letter) in word.iter().enumerate() {
         let mut best_before: Option<i32> = None;
@@ -221,7 +221,7 @@ fn fit(word: &str, name: &str) -> Option<i32> {
                         + if other == letter { SAME_CASE } else { 0 }
                 });
             }
-            // The one right before is in a row, which is never worse.
+            // A directly preceding letter continues a run, which never lowers the score.
             best_before = best_before.max(ending.get(at).copied().flatten());
         }
         ending = next;

@@ -267,7 +267,7 @@ fn random_range(text: &str, is_model: bool, random: &mut Random) -> TextRange {
 }
 
 #[test]
-fn what_mends_a_mistake_leaves_less_of_it() {
+fn a_fix_leaves_fewer_mistakes() {
     let seed = number("MAUVE_SEED", 1);
     let mut random = Random(seed);
     let mut offered: BTreeMap<&str, usize> = BTreeMap::new();
@@ -349,7 +349,7 @@ fn mend(texts: &Texts, offered: &mut BTreeMap<&str, usize>) {
                 all.map(|(_, count)| count).sum::<usize>()
             };
             assert!(syntax_errors(&after) <= syntax_errors(&before), "{what}");
-            let first = action.mends.first().expect("it mends something");
+            let first = action.fixed.first().expect("it fixes something");
             let key = (first.diagnostic.code.name, first.diagnostic.message.clone());
             let left = after.get(&key).copied().unwrap_or_default();
             assert!(left < before[&key], "{key:?} is still there: {what}");

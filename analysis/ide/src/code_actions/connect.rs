@@ -1,4 +1,4 @@
-//! A connection to an input, or to a required operation, that nothing leads to: from each output that fits.
+//! Connects an unconnected input or required operation to each output or operation that fits.
 
 use mauve_diagnostics::Finding;
 use mauve_hir::item_tree::{Feature, FeatureKind, Name};
@@ -26,12 +26,13 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
         connections(db, project, architecture, &instance.syntax().text().to_string(), keyword)
     {
         let title = format!("Connect `{source}` to `{target}`");
-        actions
-            .mend(finding, title, || put_into(db, architecture, &format!("{keyword} {source} -> {target}")));
+        actions.offer_fix(finding, title, || {
+            put_into(db, architecture, &format!("{keyword} {source} -> {target}"))
+        });
     }
 }
 
-/// What may be connected, `instance.feature` both, to what is open of an instance.
+/// Returns the possible connections of an instance's open ends, as pairs of `instance.feature`.
 fn connections<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -68,7 +69,7 @@ fn connections<'db>(
     found
 }
 
-/// Does what one gives fit what the other takes? Where a type is unknown, only one of the same name does.
+/// Returns whether two features fit. If a type is unknown, only features of the same name fit.
 fn fit<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,

@@ -1,4 +1,4 @@
-//! The codel that a program calls and nobody declares, with the types of what it is called with.
+//! Creates a codel for an unresolved call, with the types of its arguments.
 
 use mauve_diagnostics::Finding;
 use mauve_syntax::ast::{self, AstNode as _};
@@ -22,11 +22,11 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
         return;
     };
     let name = &text[at];
-    // With the other codels of its library, or right before the core.
+    // After the other codels of its library, or directly before the core.
     let before = core.syntax().prev_sibling().into_iter();
     let before = before.flat_map(|it| std::iter::successors(Some(it), |it| it.prev_sibling()));
     let last = before.filter_map(ast::Codel::cast).next();
-    actions.mend(finding, format!("Create codel `{name}{signature}`"), || match last {
+    actions.offer_fix(finding, format!("Create codel `{name}{signature}`"), || match last {
         Some(last) => {
             let range = last.syntax().text_range();
             let indent = indentation(text, range.start());

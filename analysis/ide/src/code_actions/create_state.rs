@@ -15,7 +15,7 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>,
     let indent = indentation(text, whole.start());
     let written = |name: &str| format!("\n{indent}state {name} {{\n{indent}}}");
     let name = &text[at];
-    actions.mend(finding, format!("Create state `{name}`"), || put(file, whole.end(), written(name)));
+    actions.offer_fix(finding, format!("Create state `{name}`"), || put(file, whole.end(), written(name)));
     let mut missing: Vec<&str> = all
         .iter()
         .filter(|it| it.diagnostic.code.name == "unresolved-state" && it.diagnostic.at.file(db) == file)
@@ -27,7 +27,7 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>,
     missing.dedup();
     if missing.len() > 1 {
         let title = format!("Create the {} missing states", missing.len());
-        actions.mend(finding, title, || {
+        actions.offer_fix(finding, title, || {
             put(file, whole.end(), missing.iter().map(|name| written(name)).collect())
         });
     }

@@ -32,7 +32,7 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
     });
     let last = variables.by_ref().last().map(|it| it.syntax().text_range());
     let Some(brace) = of.l_curly_token().map(|it| it.text_range()) else { return };
-    actions.mend(finding, format!("Create variable `{name}: {ty}`"), || {
+    actions.offer_fix(finding, format!("Create variable `{name}: {ty}`"), || {
         let indent = match last {
             Some(last) => indentation(text, last.start()).to_owned(),
             None => format!("{}  ", indentation(text, of.syntax().text_range().start())),
@@ -50,7 +50,8 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
     let is_written = assigned.is_some() || programs.is_output(&parent);
     if !is_written && let Some(shell) = shell_of(db, project, programs.semantics.core) {
         let title = format!("Create property `{name}: {ty}` in {}", shell.name(db));
-        actions.mend(finding, title, || put_into(db, shell, &format!("property {name}: {ty} = {value}")));
+        actions
+            .offer_fix(finding, title, || put_into(db, shell, &format!("property {name}: {ty} = {value}")));
     }
 }
 

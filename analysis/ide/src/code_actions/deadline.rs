@@ -1,4 +1,4 @@
-//! The deadline that an activity has anyway, written down; and one that says nothing else than the period, left out.
+//! Adds the default deadline of an activity, or removes a deadline that equals the period.
 
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
@@ -23,7 +23,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     let has_deadline =
         activity.fields().any(|it| it.name_ref().is_some_and(|it| it.syntax().text() == "deadline"));
     if !has_deadline && !is_background {
-        actions.offer(ActionKind::Rewrite, format!("Write `deadline = {text}`"), || {
+        actions.offer(ActionKind::Rewrite, format!("Add `deadline = {text}`"), || {
             put(file, period.syntax().text_range().end(), format!(" deadline = {text}"))
         });
     }
@@ -48,7 +48,7 @@ mod tests {
 
     #[test]
     fn written_and_left_out() {
-        let written = "Write `deadline";
+        let written = "Add `deadline";
         check(
             "deployment D { activity $0a { period = 2.5; priority = 1 } }",
             written,

@@ -19,7 +19,7 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
     let result = operation.result_type().and_then(|it| it.ty());
     let result = result.map_or_else(|| "void".to_owned(), |it| it.syntax().text().to_string());
     let name = name.syntax().text().to_string();
-    actions.mend(finding, format!("Declare `{name}` in {}", shell.name(db)), || {
+    actions.offer_fix(finding, format!("Declare `{name}` in {}", shell.name(db)), || {
         put_into(db, shell, &format!("provide {name}{}: {result}", parameters.syntax().text()))
     });
 }

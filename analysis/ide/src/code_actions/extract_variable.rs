@@ -1,11 +1,11 @@
-//! A selected expression as a variable of its own, declared right before the statement that it is part of.
+//! Extracts the selected expression into a variable, declared directly before its statement.
 //!
 //! ```text
 //! drive(plan(goal), speed);   →   var planned: Path = plan(goal);
 //!                                 drive(planned, speed);
 //! ```
 //!
-//! What is executed stays the same, in the same order: the expression has to be what the statement executes first anyway.
+//! The order of execution stays the same: the statement must execute the expression first.
 
 use mauve_syntax::TextRange;
 use mauve_syntax::ast::{self, AstNode as _};
@@ -24,12 +24,12 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     if expr.syntax().text_range() != selected {
         return;
     }
-    // A name or a number needs no other name.
+    // A name or a number needs no variable.
     let is_worth_it = matches!(
         bare(&expr),
         Some(ast::Expr::CallExpr(_) | ast::Expr::BinaryExpr(_) | ast::Expr::UnaryExpr(_))
     );
-    // Nor does what is executed for itself.
+    // Nor does a call that is a statement.
     let is_statement = expr.syntax().parent().is_some_and(|it| ast::ExprStatement::can_cast(it.kind()));
     let reads = expr.syntax().descendants().any(|it| ast::NameRef::can_cast(it.kind()));
     let Some(statement) = statement_of(expr.syntax()).filter(|_| is_worth_it && reads && !is_statement)

@@ -22,25 +22,25 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     let db = actions.db;
     let question = actions.question;
     let findings = actions.findings();
-    let is_meant = |finding: &Finding<'_>| {
+    let is_selected = |finding: &Finding<'_>| {
         let (at, code) = (finding.diagnostic.at.range(db), finding.diagnostic.code.name);
         at.intersect(question.range).is_some()
             || question.diagnostics.iter().any(|(range, of)| *range == at && of == code)
     };
-    let meant: Vec<&Finding<'_>> = findings.iter().filter(|it| is_meant(it)).collect();
-    for finding in &meant {
+    let selected: Vec<&Finding<'_>> = findings.iter().filter(|it| is_selected(it)).collect();
+    for finding in &selected {
         let fixes = &finding.diagnostic.fixes;
         for fix in fixes {
             let action = CodeAction {
                 // An editor may apply a preferred fix unasked, so a guess or one of several fixes is not preferred.
                 preferred: fixes.len() == 1 && CLEAR.contains(&finding.diagnostic.code.name),
-                mends: vec![(*finding).clone()],
+                fixed: vec![(*finding).clone()],
                 ..CodeAction::new(ActionKind::QuickFix, fix.title.clone())
             };
             actions.push(action, || Change::of_fix(db, fix));
         }
     }
-    for finding in &meant {
+    for finding in &selected {
         match finding.diagnostic.code.name {
             "unresolved-state" => create_state::offer(actions, finding, &findings),
             "unresolved-codel" => create_codel::offer(actions, finding),
@@ -50,17 +50,18 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
             _ => {}
         }
     }
-    let mut codes: Vec<&str> = meant.iter().map(|it| it.diagnostic.code.name).collect();
+    let mut codes: Vec<&str> = selected.iter().map(|it| it.diagnostic.code.name).collect();
     codes.sort_unstable();
     codes.dedup();
     codes.retain(|code| !ONE_BY_ONE.contains(code));
     for code in codes {
-        let alike: Vec<&Finding<'_>> =
+        let same_code: Vec<&Finding<'_>> =
             findings.iter().filter(|it| it.diagnostic.code.name == code && only_fix(it).is_some()).collect();
-        if alike.len() > 1 && meant.iter().any(|it| it.diagnostic.code.name == code && only_fix(it).is_some())
+        if same_code.len() > 1
+            && selected.iter().any(|it| it.diagnostic.code.name == code && only_fix(it).is_some())
         {
-            let title = format!("Fix all {} `{code}` in this file", alike.len());
-            offer_all(actions, title, ActionKind::QuickFix, &alike);
+            let title = format!("Fix all {} `{code}` in this file", same_code.len());
+            offer_all(actions, title, ActionKind::QuickFix, &same_code);
         }
     }
     if !actions.wants(ActionKind::FixAll) {
@@ -83,8 +84,8 @@ fn only_fix<'a, 'db>(finding: &'a Finding<'db>) -> Option<&'a Fix<'db>> {
 
 fn offer_all<'db>(actions: &mut Actions<'_, 'db>, title: String, kind: ActionKind, all: &[&Finding<'db>]) {
     let db = actions.db;
-    let mends = all.iter().map(|it| (*it).clone()).collect();
-    let action = CodeAction { mends, ..CodeAction::new(kind, title) };
+    let fixed = all.iter().map(|it| (*it).clone()).collect();
+    let action = CodeAction { fixed, ..CodeAction::new(kind, title) };
     actions.push(action, || {
         let mut change = Change::default();
         for fix in all.iter().filter_map(|it| only_fix(it)) {
@@ -106,14 +107,14 @@ mod tests {
     use expect_test::{Expect, expect};
     use mauve_syntax::TextRange;
 
-    /// The titles of what is offered at `$0`, with what each mends; `*` is preferred.
+    /// The titles of what is offered at `$0`, with the codes that each fixes; `*` is preferred.
     fn offered(fixture: &str, diagnostics: &[(TextRange, String)], kinds: &[ActionKind], expected: Expect) {
         let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
         let range = TextRange::empty(offset);
         let question = ActionQuestion { file, range, diagnostics, kinds, changes: Changes::None };
         let mut shown = String::new();
         for action in code_actions(&db, &[workspace], question) {
-            let codes: Vec<&str> = action.mends.iter().map(|it| it.diagnostic.code.name).collect();
+            let codes: Vec<&str> = action.fixed.iter().map(|it| it.diagnostic.code.name).collect();
             let mark = if action.preferred { "*" } else { "" };
             shown += &format!("{mark}{} [{}]\n", action.title, codes.join(" "));
         }
@@ -135,7 +136,7 @@ significane = 1e-4
 ";
 
     #[test]
-    fn what_is_meant_is_at_the_cursor_or_shown_by_the_editor() {
+    fn fixes_are_at_the_cursor_or_of_shown_diagnostics() {
         let quick = &[ActionKind::QuickFix];
         offered(
             MODEL,

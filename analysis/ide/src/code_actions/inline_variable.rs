@@ -1,12 +1,12 @@
-//! The value of a local variable in its place, wherever it is read; the variable goes.
+//! Replaces the uses of a local variable by its value, and removes the variable.
 //!
 //! ```text
 //! var planned: Path = plan(goal);   →   drive(plan(goal), speed);
 //! drive(planned, speed);
 //! ```
 //!
-//! A value that calls something is put into the next statement only, where that executes it first; any other one must not
-//! depend on what changes meanwhile.
+//! A value with a call moves only into the next statement, if that executes it first. The operands of any other value must not
+//! change in between.
 
 use mauve_hir::{Type, VariableKind};
 use mauve_syntax::ast::{self, AstNode as _};
@@ -24,7 +24,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     }
     let (db, file) = (actions.db, actions.question.file);
     let (Some(core), Some(at)) = (actions.node::<ast::Core>(), actions.selected_name()) else { return };
-    // Only a block round it can have declared it; the names of a whole core are not read for less.
+    // Only blocks around the cursor can declare it, so the names of the whole core are not needed.
     let mut blocks = at.parent_ancestors().filter(|it| it.kind() == SyntaxKind::BLOCK);
     let declares = |block: SyntaxNode| {
         let mut names = block.children().filter_map(ast::Var::cast).filter_map(|it| it.name());
@@ -80,7 +80,7 @@ fn inlined(
     if uses.iter().any(|it| it.role != Role::Read) {
         return Err("the variable is assigned later".to_owned());
     }
-    // `var half: double = 1 / 2` is 0.0, whatever is done with it; and `half / 2` would be another division.
+    // `var half: double = 1 / 2` is 0.0, and inlined `1 / 2 / 2` would be another division.
     let declared = programs.variable(definition).filter(|it| it.kind == VariableKind::Local);
     let declared = declared.map(|it| &it.ty);
     if declared.is_none() || declared == Some(&Type::Unknown) || programs.type_of(&inner) != declared {

@@ -1,4 +1,4 @@
-//! What the refactorings of programs ask of a core: what its names stand for, and what its expressions give.
+//! The names, types and order of execution in a core, for refactorings of programs.
 
 use mauve_hir::item_tree::{Direction, Name, SourceId, TypeRef};
 use mauve_hir::{
@@ -11,7 +11,7 @@ use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxNode, TextRange, is_whole};
 use super::free_name;
 use crate::occurrences::{Definition, Found, Role, in_declaration};
 
-/// A core whose programs are whole, and all of whose names mean something.
+/// A complete core in which all names are resolved.
 pub(super) struct Programs<'db> {
     pub(super) db: &'db dyn ModelDb,
     pub(super) project: Project<'db>,
@@ -20,7 +20,7 @@ pub(super) struct Programs<'db> {
 }
 
 impl<'db> Programs<'db> {
-    /// Those of the core that `node` is; nothing where something in it is lost or unknown.
+    /// Returns the programs of the core `node`, or `None` if something in it is incomplete or unresolved.
     pub(super) fn of(
         db: &'db dyn ModelDb,
         project: Project<'db>,
@@ -31,7 +31,7 @@ impl<'db> Programs<'db> {
         (!it.semantics.inference.is_unresolved() && is_whole(node.syntax())).then_some(it)
     }
 
-    /// [`Programs::of`] where something may be lost or unknown, for what mends that.
+    /// [`Programs::of`] that accepts unresolved names, for actions that fix them.
     pub(super) fn with_unknown(
         db: &'db dyn ModelDb,
         project: Project<'db>,
@@ -57,7 +57,7 @@ impl<'db> Programs<'db> {
         }
     }
 
-    /// How the type is written that is asked for where an expression stands: a value of another one would be wrong.
+    /// Returns the expected type at an expression, as written in this core.
     pub(super) fn expected_type(&self, expr: &SyntaxNode) -> Option<String> {
         let parent = expr.parent()?;
         let other = |binary: &ast::BinaryExpr| {
@@ -124,7 +124,7 @@ impl<'db> Programs<'db> {
         self.written(ty, declared.map(|it| it.path))
     }
 
-    /// How a type is written in this core; `declared` is how it is written elsewhere.
+    /// Returns the spelling of a type in this core; `declared` is its spelling elsewhere.
     fn written(&self, ty: &Type, declared: Option<Vec<Name>>) -> Option<String> {
         let is_written = |path: Vec<Name>| {
             let it = TypeRef { path, id: SourceId(0) };
@@ -155,7 +155,7 @@ impl<'db> Programs<'db> {
         output().unwrap_or(false)
     }
 
-    /// Returns the variable that a definition is, where it is one of this core.
+    /// Returns the variable of a definition, if it belongs to this core.
     pub(super) fn variable(&self, definition: &Definition<'db>) -> Option<&'db VariableOf> {
         let Definition::At(place) = definition else { return None };
         let is_it = |it: &VariableOf| Location::Source(self.semantics.core, it.name.id) == *place;
@@ -166,7 +166,7 @@ impl<'db> Programs<'db> {
         self.names.iter().filter(move |name| range.contains_range(name.range))
     }
 
-    /// Does a call in `node` run a program of this very core, which may change its variables?
+    /// Returns whether a call in `node` runs an operation of the same core, which may change its variables.
     pub(super) fn calls_own_operation(&self, node: &SyntaxNode) -> bool {
         calls(node).any(|call| matches!(self.semantics.callee(&call), None | Some(Callee::Operation(_))))
     }
@@ -182,13 +182,13 @@ impl<'db> Programs<'db> {
         })
     }
 
-    /// Is `expr` what `statement` executes first, once and in any case, so that it may as well be executed right before?
+    /// Returns whether `statement` executes `expr` first, exactly once, so that it can be executed directly before.
     ///
-    /// Nothing else may be called before it or beside it, what is called round it comes later; it must not depend on a
-    /// condition; and what it changes must not be read beside it.
+    /// No other call may come before or beside it, it must not depend on a condition, and the variables that it changes must not
+    /// be read beside it.
     pub(super) fn comes_first(&self, statement: &SyntaxNode, expr: &ast::Expr) -> bool {
         let range = expr.syntax().text_range();
-        // Of an `if`, the condition: the rest is executed afterwards, or not at all.
+        // Of an `if`, only the condition: the branches are executed later or not at all.
         let at_once = match ast::IfStatement::cast(statement.clone()) {
             Some(it) => match it.condition() {
                 Some(condition) => condition.syntax().clone(),
@@ -214,7 +214,7 @@ impl<'db> Programs<'db> {
         !is_conditional && !beside && !self.changes_beside(expr.syntax(), at_once.text_range(), range)
     }
 
-    /// Whether `value`, executed at `place`, changes what is read elsewhere in `statement`.
+    /// Returns whether `value`, executed at `place`, changes a variable that `statement` reads elsewhere.
     pub(super) fn changes_beside(&self, value: &SyntaxNode, statement: TextRange, place: TextRange) -> bool {
         let changes_anything = self.calls_own_operation(value);
         let changed = self.names_in(value.text_range()).filter(|it| it.role != Role::Read);

@@ -161,18 +161,20 @@ mod tests {
     fn and_back() {
         let back = |text: &str, expected: Expect| {
             let parts = "//- /parts.mal\nlibrary parts { shell S { } core C(S) { update = { } } }\n";
-            check(&format!("include \"parts.mal\"\n{text}\n{parts}"), "Write `parts.", expected);
+            check(&format!("include \"parts.mal\"\n{text}\n{parts}"), "Qualify as `parts.", expected);
         };
         back(
             "library own { use parts component K($0S, parts.C) }",
             expect![[r#"
-                not offered
+                --- /model.mal
+                library own { use parts component K(parts.S, parts.C) }
             "#]],
         );
         back(
             "component K($0S, parts.C)",
             expect![[r#"
-                not offered
+                --- /model.mal
+                component K(parts.S, parts.C)
             "#]],
         );
         back("library own { component K($0S, parts.C) }", expect!["not offered\n"]);

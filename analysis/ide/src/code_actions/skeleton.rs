@@ -1,4 +1,4 @@
-//! What is still to be written: a core for a shell, a component of a core and its shell.
+//! Creates a core for a shell, or a component for a core and its shell.
 
 use mauve_hir::item_tree::{FeatureKind, Kind};
 use mauve_hir::{
@@ -14,18 +14,18 @@ use crate::Change;
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     let (db, file) = (actions.db, actions.question.file);
     let at = actions.selected();
-    // In its header, not in what stands in it.
+    // In the header of the declaration, not in its block.
     if let Some(shell) =
         actions.node::<ast::Shell>().filter(|it| is_in_header(it.syntax(), it.l_curly_token(), at))
     {
-        actions.refactor(ActionKind::Rewrite, "Write a core for this shell", |project| {
+        actions.refactor(ActionKind::Rewrite, "Create a core for this shell", |project| {
             core_for(db, project, file, &shell)
         });
     }
     if let Some(core) =
         actions.node::<ast::Core>().filter(|it| is_in_header(it.syntax(), it.l_curly_token(), at))
     {
-        actions.refactor(ActionKind::Rewrite, "Write a component of this core and its shell", |project| {
+        actions.refactor(ActionKind::Rewrite, "Create a component of this core and its shell", |project| {
             component_of(db, project, file, &core)
         });
     }
@@ -84,7 +84,7 @@ fn decl_of<'db>(db: &'db dyn ModelDb, file: File, node: &SyntaxNode) -> Option<D
     declaration_at(db, file, node.text_range()).filter(|it| !it.name(db).is_empty())
 }
 
-/// The name of `of` with another ending, or with a number behind, that no declaration of that kind has.
+/// Returns a free name for a declaration of that kind: the name of `of` with another ending, or with a number.
 fn name_for(
     db: &dyn ModelDb,
     project: Project<'_>,
@@ -119,7 +119,7 @@ mod tests {
         check(
             "include \"base.mal\"\nlibrary l {\n  use base\n  shell $0LaserShell extends Base {\n    provide scan(in at: int, out n: double): Scan\n    require stop(): void\n  }\n  core LaserCore(Other) { }\n}\n\
              //- /base.mal\nlibrary base { shell Base { provide reset(): bool  provide halt(): void } }\n",
-            "Write a core",
+            "Create a core",
             expect![[r#"
                 --- /model.mal
 
@@ -143,14 +143,14 @@ mod tests {
         );
         check(
             "shell S$0 { provide f(: int }",
-            "Write a core",
+            "Create a core",
             expect![[r#"
             not offered
         "#]],
         );
         check(
             "shell S { $0provide f(): int }",
-            "Write a core",
+            "Create a core",
             expect![[r#"
             not offered
         "#]],
@@ -161,7 +161,7 @@ mod tests {
     fn a_component_where_there_is_none() {
         check(
             "shell S { }\n/* 🦀 é */ core $0LaserCore(S) { update = { } }\ncodel f(): int\n",
-            "Write a component",
+            "Create a component",
             expect![[r#"
                 --- /model.mal
 
@@ -170,14 +170,14 @@ mod tests {
         );
         check(
             "shell S { }\ncore $0C(S) { update = { } }\ncomponent K(S, C)",
-            "Write a component",
+            "Create a component",
             expect![[r#"
             not offered
         "#]],
         );
         check(
             "core $0C(S) { update = { } }",
-            "Write a component",
+            "Create a component",
             expect![[r#"
             not offered
         "#]],

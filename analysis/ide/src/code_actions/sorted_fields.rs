@@ -1,4 +1,4 @@
-//! The fields of an activity in the usual order: affinity, priority, period, deadline.
+//! Sorts the fields of an activity: affinity, priority, period, deadline.
 
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
@@ -10,7 +10,7 @@ use crate::Change;
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     let (file, activity) = (actions.question.file, actions.node::<ast::Activity>());
-    // A comment is about the field that it stands beside.
+    // A comment belongs to the field beside it.
     let is_plain = |it: &ast::Activity| mauve_syntax::is_whole(it.syntax()) && !has_comment(it.syntax());
     let Some(activity) = activity.filter(is_plain) else { return };
     let fields: Vec<ast::Field> = activity.fields().collect();
@@ -18,7 +18,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
         let name = field.name_ref().map(|name| name.syntax().text().to_string()).unwrap_or_default();
         ActivityField::ALL.iter().position(|it| it.keyword() == name).unwrap_or(ActivityField::ALL.len())
     };
-    // Which of two that are the same counts is a question of their order.
+    // The order of duplicate fields matters.
     let mut sorted: Vec<&ast::Field> = fields.iter().collect();
     sorted.sort_by_key(|field| rank(field));
     let is_unclear = sorted.windows(2).any(|pair| rank(pair[0]) == rank(pair[1]));

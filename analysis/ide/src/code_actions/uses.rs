@@ -1,7 +1,7 @@
-//! The `use`s of a file in the order of the alphabet, each once, and only those that something needs.
+//! Sorts the `use`s of a file, and removes duplicates and unused ones.
 //!
-//! A blank line ends a group of them, and so does anything else than a comment of their own. The order means nothing. What
-//! a library uses holds in all of its blocks, so a `use` is needed where any of them names something of it.
+//! A blank line, or anything other than a comment, ends a group. The order has no effect. A `use` is valid in all blocks of its
+//! library, so it is needed if any of them refers to a name in it.
 
 use std::collections::BTreeSet;
 
@@ -17,7 +17,7 @@ use crate::occurrences::{Definition, occurrences_of};
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     let (db, file) = (actions.db, actions.question.file);
-    // Unless somebody asks for it: only where the cursor is at one, since all that the library names has to be looked at.
+    // Without a request, only with the cursor at a `use`, because all names of the library have to be resolved.
     let kind = if actions.wants(ActionKind::OrganizeUses) {
         ActionKind::OrganizeUses
     } else if actions.wants(ActionKind::Rewrite) && actions.node::<ast::Use>().is_some() {
@@ -48,7 +48,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
                 names_of(db, project).has_library(&of.into())
                     || package(db, project.workspace(db), &of.into()).is_some()
             });
-            // Of a file that is part of no project, nobody knows what it needs.
+            // The uses of a file outside of all projects are unknown.
             let is_checked = is_known && !actions.projects.is_empty();
             is_checked && needed.as_ref().is_some_and(|all| all.iter().all(|needed| !needed.contains(of)))
         };
@@ -66,7 +66,7 @@ fn as_use(item: ast::Item) -> Option<ast::Use> {
     }
 }
 
-/// The libraries and packages that a library names something of; none where that is not sure.
+/// Returns the libraries and packages that a library refers to, or `None` if that is not certain.
 fn needed_by(db: &dyn ModelDb, project: Project<'_>, library: &Name) -> Option<BTreeSet<Name>> {
     let names = names_of(db, project);
     if names.completeness.is_incomplete() {
@@ -104,7 +104,7 @@ fn organise(text: &str, uses: &[ast::Use], is_for_nothing: impl Fn(&str) -> bool
     let mut kept: Vec<&ast::Use> = Vec::new();
     for it in uses {
         if !seen.insert(name(it)) || is_for_nothing(&name(it)) {
-            // A comment behind it or above it stays.
+            // A comment after or above it stays.
             let range = with_line(text, it.syntax().text_range());
             edits.push(Replacement { range, text: String::new() });
         } else {
@@ -117,7 +117,7 @@ fn organise(text: &str, uses: &[ast::Use], is_for_nothing: impl Fn(&str) -> bool
             rest.windows(2).take_while(|pair| follows(pair[0].syntax(), pair[1].syntax())).count() + 1;
         let (group, others) = rest.split_at(length.min(rest.len()));
         rest = others;
-        // A comment says something about one of them, or about all: it stays where it is, and they do too.
+        // A comment may describe one of them or all: the group stays unchanged.
         let end = group.last().unwrap_or(first).syntax().text_range().end();
         let line = text.get(usize::from(end)..).and_then(|rest| rest.lines().next()).unwrap_or_default();
         let inside = text.get(usize::from(first.syntax().text_range().start())..usize::from(end));

@@ -1,5 +1,5 @@
-//! The values that properties and constants have: beside instances, all of them; beside settings, what they come to, and
-//! instead of what.
+//! Hints with the values of properties and constants: all values beside an instance; beside a setting, the computed value and the
+//! value that it overrides.
 
 use mauve_hir::item_tree::{Expr, Setting};
 use mauve_hir::{
@@ -35,7 +35,7 @@ pub(super) fn of_values(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, hi
         (None, None) => return,
     };
     let values = values_in_effect(db, project, of);
-    // The values that a deployment may replace.
+    // The values that a deployment may override.
     let below = target_of(db, project, of).map(|target| values_in_effect(db, project, target));
     for setting in settings {
         let Some(value) = value_of(values, setting) else { continue };

@@ -1,4 +1,4 @@
-//! The names in timing tables and in `mauve.toml`: they are parts of keys and of texts.
+//! The names in timing tables and in `mauve.toml`, as parts of keys and strings.
 
 use std::ops::Range;
 
@@ -17,9 +17,9 @@ use crate::project::each_once;
 
 #[derive(Debug, Default, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub(crate) struct InToml<'db> {
-    /// Each once, in no order.
+    /// Each name once, in no particular order.
     pub(crate) names: Vec<Found<'db>>,
-    /// The names in texts with escapes: a rename cannot replace them.
+    /// The names in strings with escapes, which a rename cannot replace.
     pub(crate) escaped: Vec<Found<'db>>,
 }
 
@@ -42,7 +42,7 @@ struct Reader<'db> {
 }
 
 impl<'db> Reader<'db> {
-    /// A name that is written at `range`; where it is not written as it is, it is somewhere in `whole`.
+    /// Adds a name at `range`; if the text is escaped, the name is somewhere in `whole`.
     fn add(
         &mut self,
         range: Option<Range<usize>>,
@@ -137,8 +137,8 @@ impl<'db> Reader<'db> {
     }
 }
 
-/// The names in the key of a program of `component`, each with its bytes there: `state.method`, `state.transition.effect`,
-/// `operation`. A key of no program can name a state and a transition too: `state.transition`.
+/// Returns the names in the key of a program of `component` with their byte ranges: `state.method`, `state.transition.effect`,
+/// `operation`; also `state.transition`, which is not a program.
 fn in_program<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,

@@ -29,17 +29,17 @@ impl<'db> Renaming<'_, 'db> {
         let mut seen: FxHashSet<File> = FxHashSet::default();
         for &project in self.concerned {
             let workspace = project.workspace(db);
-            let doubtful = project_files(db, project).iter().find(|&&file| {
+            let unreadable = project_files(db, project).iter().find(|&&file| {
                 file.problem(db).is_some() || includes(db, workspace, file).iter().any(Option::is_none)
             });
-            if let Some(&file) = doubtful.filter(|_| home.is_none()) {
+            if let Some(&file) = unreadable.filter(|_| home.is_none()) {
                 let why = match file.problem(db) {
                     Some(problem) => problem.message().to_owned(),
                     None => "the file includes a file that is not found".to_owned(),
                 };
                 return Err(format!("not all uses of `{old}` are known: {}: {why}", shown(db, file)));
             }
-            let is_lost = names_of(db, project).incomplete_file.is_some()
+            let is_incomplete = names_of(db, project).incomplete_file.is_some()
                 || names_of(db, project).completeness.is_incomplete();
             for file in files_of(db, project) {
                 db.unwind_if_revision_cancelled();
@@ -52,7 +52,7 @@ impl<'db> Renaming<'_, 'db> {
                     ));
                 }
                 if file.text(db).contains(old) && seen.insert(file) {
-                    self.check_words(file, all, is_lost)?;
+                    self.check_words(file, all, is_incomplete)?;
                 }
             }
         }
@@ -64,11 +64,11 @@ impl<'db> Renaming<'_, 'db> {
         &self,
         file: File,
         all: &[(Project<'db>, Found<'db>)],
-        is_lost: bool,
+        is_incomplete: bool,
     ) -> Result<(), String> {
         let (db, text) = (self.db, file.text(self.db));
         let is_model = is_model(file.path(db));
-        if !is_model && !self.is_doubtful(file, is_lost) {
+        if !is_model && !self.may_have_unknown_names(file, is_incomplete) {
             return Ok(());
         }
         let around = match self.home() {
@@ -91,7 +91,7 @@ impl<'db> Renaming<'_, 'db> {
             if is_cut || !is_here || known.contains(&range) {
                 continue;
             }
-            let may_be = if is_model { self.may_be_meant(file, range) } else { in_key(text, start) };
+            let may_be = if is_model { self.may_refer(file, range) } else { in_key(text, start) };
             if may_be && !all_known {
                 all_known = true;
                 for project in projects_with(db, self.workspaces, file) {
@@ -106,17 +106,17 @@ impl<'db> Renaming<'_, 'db> {
         Ok(())
     }
 
-    fn is_doubtful(&self, file: File, is_lost: bool) -> bool {
+    fn may_have_unknown_names(&self, file: File, is_incomplete: bool) -> bool {
         let db = self.db;
         let mut workspaces = self.concerned.iter().map(|project| project.workspace(db));
         match workspaces.find(|&workspace| config_file(db, workspace) == Some(file)) {
-            Some(workspace) => is_lost || config_of(db, workspace).completeness.is_incomplete(),
-            None => is_lost || table(db, file).lost,
+            Some(workspace) => is_incomplete || config_of(db, workspace).completeness.is_incomplete(),
+            None => is_incomplete || table(db, file).lost,
         }
     }
 
     /// Returns whether an unresolved word of a model may be this name.
-    fn may_be_meant(&self, file: File, range: TextRange) -> bool {
+    fn may_refer(&self, file: File, range: TextRange) -> bool {
         let tokens = parse(self.db, file).syntax().token_at_offset(range.start());
         let Some(token) = tokens.into_iter().find(|token| token.text_range() == range) else { return false };
         let Some(parent) = token.parent() else { return false };
@@ -186,8 +186,8 @@ impl<'db> Renaming<'_, 'db> {
         let is_here = |name: &NameRef| Location::Source(of, name.id).range(db) == range;
         instances.extend(ends.iter().map(|end| &end.instance));
         if instances.into_iter().any(is_here) {
-            let is_whole = flat.refusals.is_empty() && flat.instance(self.old_name).is_none();
-            return thing.kind != SymbolKind::Instance || is_whole;
+            let is_complete = flat.refusals.is_empty() && flat.instance(self.old_name).is_none();
+            return thing.kind != SymbolKind::Instance || is_complete;
         }
         let Some(end) = ends.into_iter().find(|end| end.feature.as_ref().is_some_and(is_here)) else {
             return false;
@@ -483,7 +483,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_an_error_is_not_meant() {
+    fn an_unresolved_name_is_not_renamed() {
         const MODEL: &str = "shell S { property $0force: int }\nshell T { property gain: int }\ncore C(T) { }\n\
              component M(T, C)\n";
         let expected = || {
@@ -504,7 +504,7 @@ mod tests {
             let why = rename(&db, &[workspace], file, offset, "power").unwrap_err();
             assert!(why.ends_with("it is unknown whether this `force` is the same"), "{text}: {why}");
         };
-        // Whoever mends one of these may make it mean the renamed one.
+        // A fix of one of these may let it refer to the renamed definition.
         refused("architecture A { instance m: Unknown property m.force = 2 }");
         refused("architecture A { property m.force = 2 }");
         refused("architecture A { instance m: M instance m: M property m.force = 2 }");

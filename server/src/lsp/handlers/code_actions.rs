@@ -46,7 +46,7 @@ struct Chosen {
     document: TextDocumentIdentifier,
     version: Option<i32>,
     range: Range,
-    mends: Option<(Range, String)>,
+    fixed: Option<(Range, String)>,
 }
 
 /// What can be done about a range; what that changes is found when the user has chosen, where the client can wait.
@@ -85,7 +85,7 @@ pub(crate) fn code_actions(
             document: params.text_document.clone(),
             version,
             range: params.range,
-            mends: first_mended(snapshot, &action),
+            fixed: first_fixed(snapshot, &action),
         };
         to_client(snapshot, action, &chosen)
     });
@@ -117,7 +117,7 @@ fn resolve_change(snapshot: &Snapshot, action: &lsp_types::CodeAction) -> Result
     snapshot.complete()?;
     let (file, lines) = snapshot.file(&chosen.document)?;
     let diagnostics: Vec<(TextRange, String)> =
-        chosen.mends.iter().map(|(range, code)| (lines.text_range(*range), code.clone())).collect();
+        chosen.fixed.iter().map(|(range, code)| (lines.text_range(*range), code.clone())).collect();
     let is_it = |it: &ActionKind| action.kind.as_ref() == Some(&kind(*it));
     let kinds: Vec<ActionKind> = ALL_KINDS.into_iter().filter(is_it).collect();
     let range = lines.text_range(chosen.range);
@@ -125,7 +125,7 @@ fn resolve_change(snapshot: &Snapshot, action: &lsp_types::CodeAction) -> Result
     let question = ActionQuestion { file, range, diagnostics: &diagnostics, kinds: &kinds, changes };
     let found = mauve_ide::code_actions(&snapshot.db, &snapshot.workspaces, question);
     let is_it = |it: &CodeAction<'_>| {
-        it.title == action.title && it.disabled.is_none() && first_mended(snapshot, it) == chosen.mends
+        it.title == action.title && it.disabled.is_none() && first_fixed(snapshot, it) == chosen.fixed
     };
     let change = found.into_iter().find(is_it).and_then(|it| it.change);
     // It is not offered any more: another file has changed.
@@ -134,9 +134,9 @@ fn resolve_change(snapshot: &Snapshot, action: &lsp_types::CodeAction) -> Result
     Ok(action)
 }
 
-fn first_mended(snapshot: &Snapshot, action: &CodeAction<'_>) -> Option<(Range, String)> {
-    let first = to_proto::diagnostic(snapshot, action.mends.first()?);
-    Some((first.range, action.mends.first()?.diagnostic.code.name.to_owned()))
+fn first_fixed(snapshot: &Snapshot, action: &CodeAction<'_>) -> Option<(Range, String)> {
+    let first = to_proto::diagnostic(snapshot, action.fixed.first()?);
+    Some((first.range, action.fixed.first()?.diagnostic.code.name.to_owned()))
 }
 
 /// Nothing, where the client cannot do what the action does.
@@ -147,11 +147,11 @@ fn to_client(snapshot: &Snapshot, action: CodeAction<'_>, chosen: &Chosen) -> Op
     if edit == Some(None) {
         return None;
     }
-    let mends: Vec<_> = action.mends.iter().map(|it| to_proto::diagnostic(snapshot, it)).collect();
+    let fixed: Vec<_> = action.fixed.iter().map(|it| to_proto::diagnostic(snapshot, it)).collect();
     Some(lsp_types::CodeAction {
         title: action.title,
         kind: Some(kind(action.kind)),
-        diagnostics: (!mends.is_empty()).then_some(mends),
+        diagnostics: (!fixed.is_empty()).then_some(fixed),
         edit: edit.flatten(),
         is_preferred: (capabilities.preferred_actions && action.preferred).then_some(true),
         disabled: action.disabled.map(|reason| CodeActionDisabled { reason }),

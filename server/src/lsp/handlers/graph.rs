@@ -18,7 +18,7 @@
 
 use mauve_diagnostics::timing_reason;
 use mauve_hir::{Decl, Project};
-use mauve_ide::{Drawing, GraphEdge, GraphNode, GraphsOf, draw_graph, graph as graph_of, graphs_meant};
+use mauve_ide::{Drawing, GraphEdge, GraphNode, GraphsOf, draw_graph, graph as graph_of, selected_graphs};
 use mauve_timing::Level;
 use mauve_wcrt::Query;
 use serde::Deserialize;
@@ -56,7 +56,8 @@ pub(crate) fn graph(snapshot: &Snapshot, params: &GraphParams) -> Result<Vec<Val
         (None, Some(position)) => GraphsOf::At(lines.offset(position)),
         (None, None) => GraphsOf::File,
     };
-    let selected = graphs_meant(db, &snapshot.workspaces, file, selection).map_err(Error::invalid_params)?;
+    let selected =
+        selected_graphs(db, &snapshot.workspaces, file, selection).map_err(Error::invalid_params)?;
     let documents: Vec<Value> = selected
         .iter()
         .filter_map(|&(project, of)| {
@@ -108,7 +109,7 @@ fn document(
     };
     let cpus = graph.report.into_iter().flat_map(|report| &report.cpus);
     let of_report = graph.report.into_iter().flat_map(|report| &report.not_analysed);
-    let missing = graph.lost.iter().cloned();
+    let missing = graph.missing.iter().cloned();
     Ok(Some(json!({
         "name": of.name(db).to_string(),
         "root": to_value(project.root(db).path(db))?,
