@@ -20,16 +20,16 @@ use {
     std::sync::Arc,
 };
 
-/// A folder that is held open. Names in it are one part of a path each.
+/// An open folder. Names in it are single path components.
 #[derive(Debug, Clone)]
 pub(crate) struct Folder {
     #[cfg(unix)]
     handle: Arc<OwnedFd>,
-    /// Behind all links, when it was opened.
+    /// The path with links resolved when the folder was opened.
     path: PathBuf,
 }
 
-/// What has a name in a folder: links are not followed.
+/// The kind of a directory entry; links are not followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     File,
@@ -39,31 +39,31 @@ pub(crate) enum Kind {
 }
 
 impl Folder {
-    /// Opens a folder by its path behind all links.
+    /// Opens a folder by its path with links resolved.
     ///
     /// # Errors
     ///
-    /// It cannot be opened, or a part of the path is a link by now.
+    /// The folder cannot be opened, or a component of the path has become a link.
     pub(crate) fn open(real: &Path) -> io::Result<Folder> {
         Folders::below(Folder::top(real)?).folder(real)
     }
 
-    /// Where it was when it was opened: for messages, and to find paths below it.
+    /// Returns the path at which the folder was opened, for messages and to find paths below it.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Gives a file another name, in another folder, that nobody has: nothing is replaced, whoever writes at
-    /// the same time.
+    /// Moves a file to an unused name in another folder. Never replaces a file, even if another process creates one
+    /// at the same time.
     pub(crate) fn put_new(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
-        // Some file systems have no such links.
+        // Some file systems have no hard links.
         match self.hard_link(from, to, name) {
             Err(error) if error.kind() != ErrorKind::AlreadyExists => self.rename_new(from, to, name),
             done => done,
         }
     }
 
-    /// Moves a file to a name that was free just before: some systems cannot do both at once.
+    /// Moves a file to a name that was unused just before: some systems cannot do both atomically.
     fn rename_to_free(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
         match to.kind(name) {
             Err(error) if error.kind() == ErrorKind::NotFound => self.rename(from, to, name),
@@ -72,7 +72,7 @@ impl Folder {
         }
     }
 
-    /// Removes a folder with the files in it. Folders in it are nobody's whom this serves, and stop it.
+    /// Removes a folder with the files in it. Fails if it contains folders.
     pub(crate) fn remove_all(&self, name: &OsStr) -> io::Result<()> {
         let folder = self.folder(name)?;
         for inner in folder.names()? {
@@ -82,11 +82,12 @@ impl Folder {
     }
 }
 
-/// A process may not hold more than so many files: folders beyond that are opened anew each time.
+/// The maximum number of folders that are held open, since a process may have a limited number of files. Further
+/// folders are reopened each time.
 const MOST_HELD: usize = 128;
 
-/// The folders below one, by their paths. Each is opened once and held: whatever takes its place later, it is
-/// this one that is looked at, written to, and put in order again.
+/// The folders below a folder, by their paths. Each is opened once and held open, so all operations refer to the same
+/// folder, even if another one replaces it at its path.
 #[derive(Debug)]
 pub(crate) struct Folders {
     top: Folder,
@@ -98,12 +99,12 @@ impl Folders {
         Folders { top, held: HashMap::new() }
     }
 
-    /// A folder, by a path that begins with that of the top.
+    /// Returns a folder by a path that begins with the path of the top folder.
     pub(crate) fn folder(&mut self, path: &Path) -> io::Result<Folder> {
         self.walk(path, &mut |above: &Folder, name: &OsStr| above.folder(name))
     }
 
-    /// The same, where folders that are missing are made; `made` gets them, the outermost first.
+    /// Returns a folder, and creates missing folders; adds these to `made`, the outermost first.
     pub(crate) fn make(&mut self, path: &Path, made: &mut Vec<PathBuf>) -> io::Result<Folder> {
         self.walk(path, &mut |above: &Folder, name: &OsStr| match above.folder(name) {
             Err(error) if error.kind() == ErrorKind::NotFound => {
@@ -116,13 +117,13 @@ impl Folders {
         })
     }
 
-    /// The folder that a path is in, and its name there.
+    /// Returns the parent folder of a path, and the name in it.
     pub(crate) fn above<'a>(&mut self, path: &'a Path) -> io::Result<(Folder, &'a OsStr)> {
         let (above, name) = split(path)?;
         Ok((self.folder(above)?, name))
     }
 
-    /// The same, where folders that are missing are made.
+    /// Returns the parent folder of a path and the name in it, and creates missing folders.
     pub(crate) fn make_above<'a>(
         &mut self,
         path: &'a Path,
@@ -132,7 +133,7 @@ impl Folders {
         Ok((self.make(above, made)?, name))
     }
 
-    /// What has a path.
+    /// Returns the kind of the entry at a path.
     pub(crate) fn kind(&mut self, path: &Path) -> io::Result<Kind> {
         if path == self.top.path() {
             return Ok(Kind::Folder);
@@ -162,7 +163,7 @@ impl Folders {
     }
 }
 
-/// Opens a regular file for reading by its path behind all links.
+/// Opens a regular file for reading by its path with links resolved.
 pub(crate) fn open_file(real: &Path) -> io::Result<File> {
     let (folder, name) = Folders::below(Folder::top(real)?).above(real)?;
     folder.open_read(name)
@@ -187,7 +188,7 @@ fn no_file() -> io::Error {
     io::Error::new(ErrorKind::InvalidInput, "it is not a file, or has become a link")
 }
 
-/// How folders are opened. They need not be readable, where the system has a word for that.
+/// The flags for opening folders. With `O_PATH`, folders need not be readable.
 #[cfg(unix)]
 fn as_folder() -> OFlags {
     #[cfg(target_os = "linux")]
@@ -199,14 +200,14 @@ fn as_folder() -> OFlags {
 
 #[cfg(unix)]
 impl Folder {
-    /// The top of the file system that a path is in.
+    /// Opens the root of the file system of a path.
     pub(crate) fn top(path: &Path) -> io::Result<Folder> {
         let path = top_of(path);
         let handle = open(&path, as_folder(), Mode::empty())?;
         Ok(Folder { handle: Arc::new(handle), path })
     }
 
-    /// A folder in it.
+    /// Opens a folder in this folder.
     pub(crate) fn folder(&self, name: &OsStr) -> io::Result<Folder> {
         let path = self.path.join(name);
         match openat(&self.handle, name, as_folder(), Mode::empty()) {
@@ -216,7 +217,7 @@ impl Folder {
         }
     }
 
-    /// Makes a folder in it; false where the name is taken.
+    /// Creates a folder in this folder; returns false if the name exists.
     pub(crate) fn make_folder(&self, name: &OsStr) -> io::Result<bool> {
         match mkdirat(&self.handle, name, Mode::from_raw_mode(0o777)) {
             Ok(()) => Ok(true),
@@ -225,20 +226,19 @@ impl Folder {
         }
     }
 
-    /// Makes a file in it. It has its permissions from the beginning: what is written to it is never to be read
-    /// by more people than may read it in the end.
+    /// Creates a file in this folder with its final permissions, so that no other user can read it in the meantime.
     pub(crate) fn create_new(&self, name: &OsStr, like: Option<&Permissions>) -> io::Result<File> {
         let mode = like.map_or(0o666, |like| like.mode() & 0o7777);
         let flags = OFlags::WRONLY | OFlags::CREATE | OFlags::EXCL | OFlags::NOFOLLOW | OFlags::CLOEXEC;
         let file = File::from(openat(&self.handle, name, flags, Mode::from_raw_mode(mode as RawMode))?);
         if like.is_some() {
-            // Adds what umask took away.
+            // Adds the permissions that the umask has removed.
             file.set_permissions(Permissions::from_mode(mode))?;
         }
         Ok(file)
     }
 
-    /// What has a name in it.
+    /// Returns the kind of the entry with a name.
     pub(crate) fn kind(&self, name: &OsStr) -> io::Result<Kind> {
         let data = statat(&self.handle, name, AtFlags::SYMLINK_NOFOLLOW)?;
         Ok(match FileType::from_raw_mode(data.st_mode) {
@@ -249,17 +249,16 @@ impl Folder {
         })
     }
 
-    /// Opens a file in it for reading. Nothing else is opened, and a pipe that nobody writes to is not waited
-    /// for.
+    /// Opens a regular file in this folder for reading. Does not block on a pipe.
     pub(crate) fn open_read(&self, name: &OsStr) -> io::Result<File> {
         self.file(name, OFlags::RDONLY)
     }
 
-    /// The permissions of a file in it that may be written.
+    /// Returns the permissions of a writable file in this folder.
     ///
     /// # Errors
     ///
-    /// Also where it may not be written.
+    /// Fails if the file is read-only.
     pub(crate) fn writable(&self, name: &OsStr) -> io::Result<Permissions> {
         Ok(self.file(name, OFlags::WRONLY)?.metadata()?.permissions())
     }
@@ -274,23 +273,23 @@ impl Folder {
         if file.metadata()?.is_file() { Ok(file) } else { Err(no_file()) }
     }
 
-    /// Moves a file to another folder; what has the name there is replaced.
+    /// Moves a file to another folder, and replaces a file of that name.
     pub(crate) fn rename(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
         Ok(renameat(&self.handle, from, &to.handle, name)?)
     }
 
-    /// Gives a file, or a link itself, one more name.
+    /// Creates a hard link to a file, or to a symbolic link itself.
     pub(crate) fn hard_link(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
         Ok(linkat(&self.handle, from, &to.handle, name, AtFlags::empty())?)
     }
 
-    /// Moves a file to a name that nobody has.
+    /// Moves a file to an unused name.
     fn rename_new(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
         #[cfg(target_os = "linux")]
         {
             let flags = rustix::fs::RenameFlags::NOREPLACE;
             match rustix::fs::renameat_with(&self.handle, from, &to.handle, name, flags) {
-                // Not every file system can say that.
+                // Not every file system supports this flag.
                 Err(Errno::INVAL | Errno::NOSYS) => {}
                 done => return Ok(done?),
             }
@@ -298,17 +297,17 @@ impl Folder {
         self.rename_to_free(from, to, name)
     }
 
-    /// Removes a file from it, or a link itself.
+    /// Removes a file, or a symbolic link itself, from this folder.
     pub(crate) fn remove_file(&self, name: &OsStr) -> io::Result<()> {
         Ok(unlinkat(&self.handle, name, AtFlags::empty())?)
     }
 
-    /// Removes an empty folder from it.
+    /// Removes an empty folder from this folder.
     pub(crate) fn remove_folder(&self, name: &OsStr) -> io::Result<()> {
         Ok(unlinkat(&self.handle, name, AtFlags::REMOVEDIR)?)
     }
 
-    /// All names in it.
+    /// Returns the names of all entries.
     pub(crate) fn names(&self) -> io::Result<Vec<OsString>> {
         let mut names = Vec::new();
         for entry in Dir::new(self.readable()?)? {
@@ -320,7 +319,7 @@ impl Folder {
         Ok(names)
     }
 
-    /// The folder itself as a file, which can be locked.
+    /// Opens the folder itself as a file, which can be locked.
     pub(crate) fn as_file(&self) -> io::Result<File> {
         self.readable().map(File::from)
     }
@@ -330,7 +329,7 @@ impl Folder {
         Ok(openat(&self.handle, ".", flags, Mode::empty())?)
     }
 
-    /// Is it the same folder, whichever paths led there?
+    /// Returns whether two handles refer to the same folder.
     pub(crate) fn is(&self, other: &Folder) -> bool {
         let [own, others] =
             [self, other].map(|it| fstat(&it.handle).map(|data| (data.st_dev, data.st_ino)).ok());
@@ -338,7 +337,7 @@ impl Folder {
     }
 }
 
-/// Without handles: links are refused as they are seen.
+/// An implementation without handles: refuses links when it finds them.
 #[cfg(not(unix))]
 impl Folder {
     pub(crate) fn top(path: &Path) -> io::Result<Folder> {
@@ -412,8 +411,8 @@ impl Folder {
         std::fs::read_dir(&self.path)?.map(|entry| Ok(entry?.file_name())).collect()
     }
 
-    /// Folders cannot be locked here: two runs at once may give each other's files, and the next one mends
-    /// it.
+    /// Folders cannot be locked on this system: two concurrent runs may write each other's files; the next run
+    /// corrects them.
     pub(crate) fn as_file(&self) -> io::Result<File> {
         Err(ErrorKind::Unsupported.into())
     }

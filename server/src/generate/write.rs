@@ -1,9 +1,9 @@
-//! Writes all that a plan says, or nothing.
+//! Executes all steps of a plan, or none.
 //!
-//! New texts are written to a folder beside the packages first, and are on the disk before the first of them takes its
-//! place; what was there is kept until the last one has. When anything fails, everything is put back. Of a run that was
-//! killed the next one finds files of two kinds, those that it would have written and those that the manifest knows,
-//! since manifests come last: it writes the others.
+//! New texts are first written and synced to a staging folder next to the packages; replaced files are kept there
+//! until the last step. If a step fails, all files are restored. Of a run that was killed the next one finds files of
+//! two kinds, those that it would have written and those that the manifest knows, since manifests come last: it
+//! writes the others.
 //!
 //! A folder may be exchanged for a link meanwhile. Each is opened once, without following any, and is held to
 //! the end: what was checked is what is written to, and where something is put back.
@@ -19,20 +19,20 @@ use mauve_orocos::{Action, MANIFEST, Step};
 use super::{Out, is_name, leads_nowhere, no_path, not_a_file, not_a_folder, not_read};
 use crate::folder::{Folder, Folders, Kind};
 
-/// Where new texts wait, and old ones.
+/// The staging folder for new texts and replaced files.
 const STAGING: &str = ".mauve-staging";
 
-/// Another run has so long to end.
+/// How long to wait for the lock of another run.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// A folder of packages, for one run alone. Its parts go in their order: the lock last.
+/// A folder of packages, locked by one run. Fields are dropped in order: the lock last.
 pub(crate) struct Site {
     root: Folder,
     _made: Made,
     _lock: Option<File>,
 }
 
-/// Folders that were made for a site, the outermost first: they go again where nothing is put into them.
+/// Folders that were created for a site, the outermost first. They are removed again if they stay empty.
 struct Made {
     folders: Folders,
     paths: Vec<PathBuf>,
@@ -45,7 +45,7 @@ impl Drop for Made {
 }
 
 impl Site {
-    /// Makes the folder where there is none, and waits until no other run is at work in it.
+    /// Creates the folder if it does not exist, and waits until no other run writes to it.
     pub(crate) fn open(out: &Out) -> Result<Site, String> {
         if out.real.exists() && !out.real.is_dir() {
             return Err(not_a_folder(&out.shown));
@@ -62,13 +62,13 @@ impl Site {
             let mut made = Made { folders: Folders::below(top), paths: Vec::new() };
             let patience = PATIENCE.saturating_sub(start.elapsed());
             let root = match made.folders.make(&out.real, &mut made.paths) {
-                // A run that failed took it away meanwhile.
+                // A failed run has removed the folder in the meantime.
                 Err(error) if error.kind() == ErrorKind::NotFound && !patience.is_zero() => continue,
                 root => root.map_err(failed)?,
             };
             let lock = lock(&root, patience).map_err(|Busy| busy())?;
             let site = Site { root, _made: made, _lock: lock };
-            // Is this the folder that is there, and not another one by now?
+            // The folder may have been replaced while this run waited for the lock.
             if Folder::open(&out.real).is_ok_and(|there| there.is(&site.root)) {
                 return Ok(site);
             }
@@ -78,14 +78,14 @@ impl Site {
         }
     }
 
-    /// Does all steps, or none of them.
+    /// Executes all steps, or none.
     ///
     /// # Errors
     ///
-    /// What failed, in words for the user; everything is as it was then.
+    /// The step that failed, as a message for the user; then nothing has changed.
     pub(crate) fn write(&self, steps: &[Step]) -> Result<(), String> {
         if steps.is_empty() {
-            // A run that was killed after its last step has left copies there.
+            // A run that was killed after its last step may have left copies there.
             if !self.holds_originals() {
                 let _ = self.discard();
             }
@@ -130,15 +130,15 @@ impl Site {
         Ok(Run { folders: Folders::below(self.root.clone()), staging, targets, done: Vec::new() })
     }
 
-    /// Ends a run of which nothing is left; gives what the user is told.
+    /// Removes the staging folder of a run that was undone. Returns the message for the user.
     fn given_up(&self, error: &str) -> String {
         let _ = self.discard();
         format!("{error}; nothing was changed")
     }
 
-    /// Is there anything put aside that may be nowhere else? A run that comes to its end leaves nothing.
+    /// Returns whether the staging folder holds replaced files of an interrupted run. A complete run leaves none.
     fn holds_originals(&self) -> bool {
-        // A new text stands under its number.
+        // The name of a new text is its number.
         let is_copy = |name: &OsString| name.as_encoded_bytes().iter().all(u8::is_ascii_digit);
         match self.root.kind(OsStr::new(STAGING)) {
             Ok(Kind::Folder) => {
@@ -161,7 +161,7 @@ impl Site {
 
 struct Busy;
 
-/// Keeps others out of a folder, as far as its file system knows how. The folder itself is locked, so that nothing is left.
+/// Locks a folder, if its file system supports locks. The folder itself is locked, so no lock file is left.
 fn lock(folder: &Folder, patience: Duration) -> Result<Option<File>, Busy> {
     let Ok(file) = folder.as_file() else { return Ok(None) };
     let start = Instant::now();
@@ -180,11 +180,11 @@ fn remove_empty<'a>(folders: &mut Folders, mut paths: impl Iterator<Item = &'a P
     let _ = paths.find(|&path| remove(path).is_err());
 }
 
-/// Where a step writes: below the root, whatever links there are. Whoever writes follows no link on that path:
-/// it may be a new one.
+/// Returns the path that a step writes, with links resolved, which is below the root. The write must not follow links
+/// on this path: they would be new.
 pub(crate) fn target(root: &Path, step: &Step) -> Result<PathBuf, String> {
     let mut at = root.to_owned();
-    // A package writes in itself alone: what links to its neighbour is not of it.
+    // A package may not write to another package through a link.
     let mut within = root.to_owned();
     let mut parts = step.path.split('/').peekable();
     while let Some(part) = parts.next() {
@@ -195,13 +195,13 @@ pub(crate) fn target(root: &Path, step: &Step) -> Result<PathBuf, String> {
         let is_last = parts.peek().is_none();
         let data = match fs::symlink_metadata(&at) {
             Ok(data) => data,
-            // What stands above was looked at: there is nothing.
+            // The folders above were checked: nothing exists below.
             Err(error) if error.kind() == ErrorKind::NotFound => continue,
             Err(error) => return Err(not_read(&at, &error)),
         };
         let mut is_folder = data.is_dir();
         if data.is_symlink() {
-            // A manifest may have come from anywhere, and name what is the user's.
+            // A manifest is untrusted, and may list files of the user.
             if step.action == Action::Remove {
                 let link = at.display();
                 return Err(format!(
@@ -219,7 +219,7 @@ pub(crate) fn target(root: &Path, step: &Step) -> Result<PathBuf, String> {
                 ));
             }
             is_folder = real.is_dir();
-            // A link to a file is replaced, and what it leads to stays.
+            // A link to a file is replaced; its target is kept.
             if !is_last {
                 at = real;
             }
@@ -242,7 +242,7 @@ fn failing<T>(path: &Path, result: io::Result<T>) -> Result<T, String> {
 
 struct Run<'a> {
     folders: Folders,
-    /// Where new texts are, each under the number of its step, and what was put aside.
+    /// The folder with the new texts, named by the numbers of their steps, and the replaced files.
     staging: Folder,
     targets: &'a [(&'a Step, PathBuf)],
     done: Vec<Done>,
@@ -251,14 +251,14 @@ struct Run<'a> {
 enum Done {
     /// A folder was made.
     Made(PathBuf),
-    /// A file was put where none was.
+    /// A file was created.
     Created(PathBuf),
-    /// A file was put aside, under this name.
+    /// A file was moved to the staging folder, under this name.
     Taken { path: PathBuf, old: OsString },
 }
 
 impl Run<'_> {
-    /// Does the same for each step.
+    /// Calls a function for each step.
     fn each(&mut self, act: fn(&mut Self, &Action, &Path, usize) -> io::Result<()>) -> Result<(), String> {
         let targets = self.targets;
         let mut steps = targets.iter().enumerate();
@@ -277,14 +277,13 @@ impl Run<'_> {
         file.sync_all()
     }
 
-    /// The permissions of a file that is replaced. A folder that may be written to is no leave to replace a file
-    /// that may not.
+    /// Returns the permissions of a file to replace. Fails for a read-only file, even in a writable folder.
     fn permissions(&mut self, path: &Path) -> io::Result<Permissions> {
         let (folder, name) = self.folders.above(path)?;
         if folder.kind(name)? != Kind::Link {
             return folder.writable(name);
         }
-        // The link is replaced, by a file that may be read as what it led to.
+        // The file that replaces a link has the permissions of the link's target.
         let real = path.canonicalize()?;
         let (folder, name) = self.folders.above(&real)?;
         folder.writable(name)
@@ -309,7 +308,7 @@ impl Run<'_> {
             }
             Action::Change(_) => {
                 let (folder, name) = self.folders.above(path)?;
-                // So that it is never missing; some file systems have no such links.
+                // A hard link keeps the path present all the time; some file systems do not support hard links.
                 let linked = folder.hard_link(name, &self.staging, &old);
                 linked.or_else(|_| folder.rename(name, &self.staging, &old))?;
                 self.done.push(Done::Taken { path: path.to_owned(), old });
@@ -319,7 +318,7 @@ impl Run<'_> {
                 let (folder, name) = self.folders.above(path)?;
                 folder.rename(name, &self.staging, &old)?;
                 self.done.push(Done::Taken { path: path.to_owned(), old: old.clone() });
-                // Nobody can exchange it any more.
+                // No other process can replace it from here on.
                 if self.staging.kind(&old)? != Kind::File {
                     return Err(io::Error::other("it is no longer a file"));
                 }
@@ -328,7 +327,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Puts everything back, the last thing first. Gives what could not be.
+    /// Undoes all steps, the last one first. Returns the paths that could not be restored.
     fn undo(&mut self) -> Vec<PathBuf> {
         let mut lost = Vec::new();
         for done in std::mem::take(&mut self.done).into_iter().rev() {

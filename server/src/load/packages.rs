@@ -1,4 +1,4 @@
-//! Message packages that are installed on this machine: where they are looked for, and how they are read.
+//! Finds and reads message packages that are installed on this machine.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
@@ -6,32 +6,32 @@ use std::sync::{LazyLock, Mutex, PoisonError};
 
 use mauve_hir::{Message, Package, read_message};
 
-/// Files that say that nothing below their folder is to be found.
+/// Marker files that exclude their folder from the search.
 const IGNORING: [&str; 3] = ["CATKIN_IGNORE", "COLCON_IGNORE", "AMENT_IGNORE"];
 
-/// Packages are not looked for further below an entry of `ROS_PACKAGE_PATH`.
+/// The maximum depth of the search below an entry of `ROS_PACKAGE_PATH`.
 const DEEPEST: usize = 5;
 
-/// Nor in more folders.
+/// The maximum number of searched folders.
 const MOST_FOLDERS: usize = 20_000;
 
-/// A `.msg` file that is longer is not read.
+/// The maximum size of a `.msg` file, in bytes.
 const LONGEST: u64 = 1 << 20;
 
-/// Where packages may be installed.
+/// The folders where packages may be installed.
 #[derive(Debug, Default)]
 pub(super) struct Places {
     /// `ROS_PACKAGE_PATH`: folders with packages somewhere below them, or packages themselves.
     sources: Vec<PathBuf>,
     /// `AMENT_PREFIX_PATH` and `CMAKE_PREFIX_PATH`: folders with `share/PACKAGE`.
     prefixes: Vec<PathBuf>,
-    /// The packages below each source, by the names of their folders: looked for once, and only where they are not found
-    /// at the top.
+    /// The packages below each source, by the names of their folders: searched once, and only for packages that are
+    /// not found at the top.
     below: Mutex<BTreeMap<PathBuf, BTreeMap<String, PathBuf>>>,
 }
 
 impl Places {
-    /// What the environment names, which is asked once.
+    /// Returns the places that the environment names, which are read once.
     pub(super) fn of_environment() -> &'static Places {
         static PLACES: LazyLock<Places> = LazyLock::new(|| {
             let sources = folders_of("ROS_PACKAGE_PATH");
@@ -45,11 +45,11 @@ impl Places {
         Places { sources: once(sources), prefixes: once(prefixes), ..Places::default() }
     }
 
-    /// The folders with the `.msg` files of a package, the first to be asked first.
+    /// Returns the folders with the `.msg` files of a package, in order of precedence.
     ///
-    /// Several: the messages of one package may be made in another place than where they are written.
+    /// There may be several, since generated messages are installed to another folder.
     pub(super) fn folders(&self, package: &str) -> Vec<PathBuf> {
-        // What is no name could lead out of the places.
+        // A text that is not a name could lead out of these folders.
         if !is_name(package) {
             return Vec::new();
         }
@@ -59,7 +59,7 @@ impl Places {
         once(folders.filter(|folder| folder.is_dir()).collect())
     }
 
-    /// The package, where it is installed.
+    /// Returns a package if it is installed.
     pub(super) fn read(&self, package: &str) -> Option<Package> {
         let folders = self.folders(package);
         let mut found = Package { name: package.into(), messages: BTreeMap::new() };
@@ -88,7 +88,8 @@ impl Places {
     }
 }
 
-/// The folders with a `package.xml` below a folder, by their names; of one name, the nearest. A package has none in it.
+/// Returns the folders with a `package.xml` below a folder, by name; the nearest one of each name. Packages are not
+/// nested.
 fn packages_below(source: &Path) -> BTreeMap<String, PathBuf> {
     let mut found = BTreeMap::new();
     let mut open = VecDeque::from([(source.to_owned(), 0)]);
@@ -116,7 +117,7 @@ fn packages_below(source: &Path) -> BTreeMap<String, PathBuf> {
     found
 }
 
-/// What is in a folder, by name; nothing, where it cannot be read.
+/// Returns the entries of a folder, sorted by name; none if it cannot be read.
 fn entries(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let mut paths: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
@@ -133,7 +134,8 @@ fn is_name(text: &str) -> bool {
     !text.is_empty() && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
 }
 
-/// The folders that a variable of the environment lists. What is not absolute would be another folder for everyone.
+/// Returns the folders that an environment variable lists. Ignores relative paths, which would depend on the current
+/// folder.
 fn folders_of(variable: &str) -> Vec<PathBuf> {
     let folders = std::env::var_os(variable).unwrap_or_default();
     std::env::split_paths(&folders).filter(|folder| folder.is_absolute()).collect()

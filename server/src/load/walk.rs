@@ -1,5 +1,5 @@
-//! Walks through folders on the disk, which nobody knows the size of: bounded, cancellable, and apart from the database, so
-//! that a server can walk on another thread than the one that edits wait for.
+//! Walks through folders on the disk, whose size is unknown: bounded, cancellable, and without the database, so that
+//! a server can walk on a separate thread while edits are handled.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
@@ -16,7 +16,7 @@ use crate::disk::{Boundary, is_hidden, read};
 
 const MADE_BY_TOOLS: [&str; 4] = ["build", "devel", "install", "log"];
 
-/// So many files and folders are looked at for models, and for all tables.
+/// The maximum numbers of files and folders that are searched for models, and for all tables.
 const MOST_FOR_MODELS: usize = 500_000;
 const MOST_FOR_TABLES: usize = 20_000;
 
@@ -191,7 +191,7 @@ impl Models<'_> {
         above.reverse();
         let mut rules = None;
         for folder in above {
-            // What cannot be read there says nothing of this folder for certain: it is looked through.
+            // If the rules there cannot be read, this folder is searched.
             rules = Some(Rc::new(self.rules(folder, rules).unwrap_or_else(|(_, above)| Rules {
                 own: [Gitignore::empty(), Gitignore::empty()],
                 is_repository: false,
@@ -274,7 +274,7 @@ impl Models<'_> {
             let path = folder.join(name);
             let bytes = match read(&path, LONGEST_IGNORE.min(self.left.ignored)) {
                 Ok(bytes) => bytes,
-                // Nothing there, or a link that leads nowhere, ignores nothing.
+                // A missing file or a broken link ignores nothing.
                 Err(error) if error.kind() == ErrorKind::NotFound => continue,
                 Err(error) => {
                     let why = format!("this folder is not searched: cannot read its `{name}`: {error}");
@@ -284,7 +284,7 @@ impl Models<'_> {
             self.left.ignored -= bytes.len() as u64;
             let mut rules = GitignoreBuilder::new(folder);
             for line in String::from_utf8_lossy(&bytes).lines() {
-                // A line that means nothing ignores nothing.
+                // An invalid line ignores nothing.
                 let _ = rules.add_line(None, line);
             }
             *own = rules.build().unwrap_or_else(|_| Gitignore::empty());
@@ -312,7 +312,7 @@ fn tables(
     let problems = Problems::default();
     let (noted, allowed) = (problems.clone(), boundary.clone());
     let is_within = move |entry: &DirEntry| {
-        // As in a shell, a star stands for nothing hidden.
+        // As in a shell, a star does not match hidden names.
         if entry.depth() > 0 && is_hidden(Path::new(entry.file_name())) {
             return false;
         }
@@ -325,7 +325,7 @@ fn tables(
             false
         })
     };
-    // What the configuration names is read, whatever `.gitignore` says, and wherever a link in the project leads.
+    // Tables that the configuration names are read even if `.gitignore` ignores them or a link leads to them.
     let walk = WalkBuilder::new(from)
         .standard_filters(false)
         .follow_links(true)
@@ -350,7 +350,7 @@ fn tables(
             Ok(entry) if entry.path().is_dir() => found.folders.push(entry.into_path()),
             Ok(entry) => found.files.extend(Some(entry.into_path()).filter(|path| glob.is_match(path))),
             Err(error) => match path_of(&error) {
-                // A link that leads nowhere is a table that cannot be read.
+                // A broken link is a table that cannot be read.
                 Some(path) if !path.is_dir() && path.symlink_metadata().is_ok() => {
                     found.files.extend(Some(path.to_owned()).filter(|path| glob.is_match(path)));
                 }
@@ -366,7 +366,7 @@ fn tables(
     found
 }
 
-/// The path stands beside it already.
+/// Returns the message without the path, which is reported separately.
 fn cannot_be_read(error: &ignore::Error) -> String {
     match error.io_error() {
         Some(why) => format!("cannot read this folder: {why}"),

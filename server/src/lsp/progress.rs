@@ -1,4 +1,4 @@
-//! Shows that an analysis takes long. An edit ends it, and so does the user who does not want to wait.
+//! Reports the progress of a long analysis. An edit or the user can cancel it.
 
 use std::time::Duration;
 
@@ -11,14 +11,14 @@ use tower_lsp::lsp_types::{
     WorkDoneProgressCreateParams, WorkDoneProgressEnd,
 };
 
-/// What takes no longer is not worth a word.
+/// The time after which progress is shown.
 const PATIENCE: Duration = Duration::from_millis(500);
 
 /// Shows a progress whenever `busy` stays true for long.
 pub(crate) async fn show(client: Client, mut busy: watch::Receiver<bool>) {
     let mut number = 0;
     loop {
-        // Who is not busy any more ends with the server.
+        // The sender is dropped when the server ends.
         if busy.wait_for(|busy| *busy).await.is_err() {
             return;
         }

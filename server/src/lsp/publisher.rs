@@ -1,5 +1,5 @@
-//! What the server says by itself: diagnostics, and that hints are to be asked for again. In order, and never more than the
-//! newest: a client that reads slowly gets what holds when it reads.
+//! Sends the messages that the server initiates: diagnostics and refresh requests. Only the newest diagnostics are
+//! kept, so a slow client gets the state at the time when it reads.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -15,20 +15,20 @@ use super::pulls::{Pulls, ResultId};
 use super::to_proto;
 use crate::harmless::harmless;
 
-/// What was published, and what is to be.
+/// The published diagnostics, and the messages to send.
 #[derive(Default)]
 pub(crate) struct Publisher {
     published: Found,
     hints: BTreeMap<Url, u64>,
     warnings: BTreeSet<String>,
-    /// Where the client asks about open files, what it was given.
+    /// The answers to a client that pulls diagnostics of open files.
     pulls: Option<Pulls>,
-    /// It asks about all others too.
+    /// Whether the client pulls the diagnostics of all files.
     pulls_all: bool,
     outbox: Arc<Outbox>,
 }
 
-/// What waits to be sent.
+/// The messages that wait to be sent.
 #[derive(Default)]
 pub(crate) struct Outbox {
     waiting: Mutex<Waiting>,
@@ -45,7 +45,7 @@ struct Waiting {
     sent: usize,
 }
 
-/// What a client may be told to ask for again.
+/// The kinds of data that the client can be requested to refresh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Refresh {
     Diagnostics,
@@ -55,7 +55,7 @@ pub(crate) enum Refresh {
 }
 
 impl Refresh {
-    /// All of them.
+    /// All kinds.
     pub(crate) const ALL: [Refresh; 4] =
         [Refresh::Diagnostics, Refresh::Hints, Refresh::Lenses, Refresh::Tokens];
 }
@@ -66,17 +66,17 @@ impl Publisher {
         Publisher { outbox, ..Publisher::default() }
     }
 
-    /// Returns what waits to be sent.
+    /// Returns the waiting messages.
     pub(crate) fn outbox(&self) -> Arc<Outbox> {
         Arc::clone(&self.outbox)
     }
 
-    /// For a client that asks about open files instead of being told.
+    /// Switches to pulled diagnostics for open files.
     pub(crate) fn pull(&mut self) {
         self.pulls = Some(Pulls::new(result_id(&[])));
     }
 
-    /// The client asks about a version of a file, or about all; then it is told of none any more.
+    /// Records that the client pulls the diagnostics of a version of a file, or of all files; then none are published.
     pub(crate) fn asked(&mut self, about: Option<(Url, Option<i32>)>) {
         if let Some(pulls) = &mut self.pulls {
             let all = about.is_none();
@@ -92,14 +92,14 @@ impl Publisher {
         }
     }
 
-    /// The client was given something, or not.
+    /// Records the answer to a pull, or its failure.
     pub(crate) fn answered(&mut self, note: impl FnOnce(&mut Pulls) -> bool) {
         if self.pulls.as_mut().is_some_and(note) {
             self.refresh(Refresh::Diagnostics);
         }
     }
 
-    /// Leaves in `found` what the client is told, and has it ask for the rest where that is new.
+    /// Removes the pulled files from `found`, and requests a refresh if their diagnostics are new.
     fn pulled(&mut self, found: &mut Found, ids: &BTreeMap<Url, ResultId>) {
         let Some(pulls) = &mut self.pulls else { return };
         let all = self.pulls_all;
@@ -113,9 +113,9 @@ impl Publisher {
         }
     }
 
-    /// Publishes what is new in `found`: other diagnostics, or another version; and that files which are not in it have
-    /// none any more; `ids` stand for what was found in each file. Says whether the inlay hints of a file that is still open
-    /// say something else than before.
+    /// Publishes the differences from the last diagnostics: changed diagnostics, new versions, and empty lists for
+    /// files that are not in `found`; `ids` are the result ids. Returns whether the inlay hints of an open file have
+    /// changed.
     pub(crate) fn publish(
         &mut self,
         mut found: Found,
@@ -133,7 +133,7 @@ impl Publisher {
             .collect();
         found.retain(|_, (version, diagnostics)| version.is_some() || !diagnostics.is_empty());
         self.published = found;
-        // What the client was given before the first check is not known.
+        // The client's diagnostics before the first check are unknown.
         let is_another = |(url, hash): (&Url, &u64)| self.hints.get(url) != Some(hash);
         let refresh = hints.iter().any(is_another);
         self.hints = hints;
@@ -141,7 +141,7 @@ impl Publisher {
         refresh
     }
 
-    /// The client has closed a file: what it shows of it is not known any more.
+    /// Records that the client has closed a file: its displayed diagnostics are unknown from now on.
     pub(crate) fn forget(&mut self, url: &Url) {
         if let Some((version, _)) = self.published.get_mut(url) {
             *version = Some(i32::MIN);
@@ -151,7 +151,7 @@ impl Publisher {
         }
     }
 
-    /// Instead of what may not hold any more, publishes that nothing is known.
+    /// Replaces outdated diagnostics by a message that the analysis has failed.
     pub(crate) fn panicked(&mut self, open: BTreeMap<Url, i32>, message: &str) {
         let diagnostic = to_proto::defect(message);
         let id = result_id(std::slice::from_ref(&diagnostic));
@@ -161,18 +161,18 @@ impl Publisher {
         self.defect(message);
     }
 
-    /// Shows that something of ours went wrong.
+    /// Shows a defect of the server to the user.
     pub(crate) fn defect(&mut self, message: &str) {
         self.warn(&format!("A defect of mauve: {message}. Please report it."));
     }
 
-    /// Has the client ask for something again.
+    /// Requests a refresh from the client.
     pub(crate) fn refresh(&self, what: Refresh) {
         self.outbox.lock().refreshes.insert(what);
         self.outbox.refreshes[what as usize].notify_one();
     }
 
-    /// Shows a warning, each once.
+    /// Shows a warning, unless it was shown before.
     pub(crate) fn warn(&mut self, message: &str) {
         let message = harmless(message);
         tracing::warn!("{message}");
@@ -183,7 +183,7 @@ impl Publisher {
 }
 
 impl Outbox {
-    /// Has the client ask for this again, whenever it is to: one question at a time.
+    /// Sends refresh requests of one kind when they are due, one at a time.
     pub(crate) async fn have_asked(&self, what: Refresh, client: Client) {
         loop {
             self.refreshes[what as usize].notified().await;
@@ -206,7 +206,7 @@ impl Outbox {
         }
     }
 
-    /// Is this still to be sent? It is counted as sent then.
+    /// Returns whether a refresh is due, and counts it as sent.
     fn is_due(&self, what: Refresh) -> bool {
         let mut waiting = self.lock();
         let is_due = waiting.refreshes.remove(&what);
@@ -229,7 +229,7 @@ impl Outbox {
         (waiting.diagnostics.is_empty() && waiting.refreshes.is_empty()).then_some(waiting.sent)
     }
 
-    /// Sends what is put in, as fast as the client reads.
+    /// Sends messages as fast as the client reads.
     pub(crate) async fn send_to(&self, client: Client) {
         loop {
             self.more.notified().await;

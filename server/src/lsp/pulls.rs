@@ -1,69 +1,69 @@
-//! What a client that asks for diagnostics was given, so that it is told to ask again where that no longer holds, and only
-//! there: about a text that is another one since, it asks by itself.
+//! Records the diagnostics that a client has pulled, to request a refresh when they are outdated. After an edit, the
+//! client pulls by itself.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use tower_lsp::lsp_types::Url;
 
-/// What stands for the diagnostics of a file: the result id of the protocol.
+/// The result id of a file's diagnostics, in the sense of the protocol.
 pub(crate) type ResultId = u64;
 
-/// The diagnostics of a file: of which version, where it is open; none where the question was not answered.
+/// The version of a file, if it is open, and the result id of its diagnostics; `None` if the request was not answered.
 pub(crate) type Given = (Option<i32>, Option<ResultId>);
 
 /// The pulls of a session.
 #[derive(Debug, Default)]
 pub(crate) struct Pulls {
     waiting: usize,
-    /// The versions of the files that were asked about last.
+    /// The last requested version of each file.
     asked: BTreeMap<Url, Option<i32>>,
     given: BTreeMap<Url, Given>,
-    /// What the last check has found, for the files that the client asks about.
+    /// The results of the last check for the files that the client pulls.
     found: BTreeMap<Url, Given>,
-    /// What held when the client was told to ask again: it is told once, whatever it then gets.
+    /// The results at the last refresh request for each file: it is not repeated for the same result.
     told: BTreeMap<Url, Given>,
-    /// A file that is not open, and in which nothing is wrong.
+    /// The result for a closed file without diagnostics.
     nothing: Given,
 }
 
 impl Pulls {
-    /// Nothing was asked yet; `nothing` stands for no diagnostics.
+    /// Creates an empty record; `nothing` is the result id of no diagnostics.
     pub(crate) fn new(nothing: ResultId) -> Pulls {
         Pulls { nothing: (None, Some(nothing)), ..Pulls::default() }
     }
 
-    /// The client asks about this version of a file, or about all.
+    /// Records a request for this version of a file, or for all files.
     pub(crate) fn asked(&mut self, about: Option<(Url, Option<i32>)>) {
         self.waiting += 1;
         self.asked.extend(about);
     }
 
-    /// These were found in files that it has not asked about until now.
+    /// Records the results for files that the client has not pulled until now.
     pub(crate) fn found_before(&mut self, found: impl IntoIterator<Item = (Url, ResultId)>) {
         self.found.extend(found.into_iter().map(|(url, id)| (url, (None, Some(id)))));
     }
 
-    /// It was given these. Should it ask again?
+    /// Records answers. Returns whether a refresh is needed.
     pub(crate) fn answered(&mut self, given: BTreeMap<Url, Given>) -> bool {
         self.waiting = self.waiting.saturating_sub(1);
         self.given.extend(given);
         self.is_outdated()
     }
 
-    /// It was given nothing about a file. Should it ask again?
+    /// Records an unanswered request. Returns whether a refresh is needed.
     pub(crate) fn lost(&mut self, url: &Url) -> bool {
         let version = self.asked.get(url).copied().flatten();
         self.answered(BTreeMap::from([(url.clone(), (version, None))]))
     }
 
-    /// A check has found these in the files that the client asks about. Should it ask again?
+    /// Records the results of a check for the pulled files. Returns whether a refresh is needed.
     pub(crate) fn checked(&mut self, found: BTreeMap<Url, Given>) -> bool {
         self.found = found;
-        // What was told and holds no longer may be told again.
+        // A refresh for an older result may be requested again.
         let (found, nothing) = (&self.found, self.nothing);
         self.told.retain(|url, told| *told == found.get(url).copied().unwrap_or(nothing));
         let is_outdated = self.is_outdated();
-        // Nothing is remembered of what is not there any more, once the client knows.
+        // Files that no longer exist are removed from the record, once the client has their empty result.
         let (found, nothing) = (&self.found, self.nothing);
         self.given.retain(|url, given| found.contains_key(url) || *given != nothing);
         self.told.retain(|url, _| found.contains_key(url) || self.given.contains_key(url));
@@ -71,7 +71,7 @@ impl Pulls {
         is_outdated
     }
 
-    /// The client has closed a file. Where it asks about others as well, nobody knows what it shows of it now.
+    /// Records that the client has closed a file. If it pulls all files, its displayed diagnostics are unknown.
     pub(crate) fn closed(&mut self, url: &Url, asks_about_others: bool) {
         match asks_about_others {
             true => self.given.insert(url.clone(), (None, None)),
@@ -79,7 +79,7 @@ impl Pulls {
         };
     }
 
-    /// Whoever waits for an answer gets what holds, or is looked at when he has got it.
+    /// Returns whether a refresh is needed. Files with a pending request are checked when it is answered.
     fn is_outdated(&mut self) -> bool {
         if self.waiting > 0 {
             return false;
@@ -88,7 +88,7 @@ impl Pulls {
         let is_another = |url: &&Url| match self.given.get(*url) {
             _ if self.told.get(*url) == Some(&now(url)) => false,
             Some(given) => given.0 == now(url).0 && given.1 != now(url).1,
-            // About a file that it has opened, it is going to ask.
+            // The client will pull a file that it has just opened.
             None => now(url).0.is_none() && now(url) != self.nothing,
         };
         let all: BTreeSet<&Url> = self.given.keys().chain(self.found.keys()).collect();

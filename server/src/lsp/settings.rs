@@ -1,4 +1,4 @@
-//! What a user can set in his editor. What belongs to a project stands in its `mauve.toml`.
+//! The user's editor settings. Project settings are in `mauve.toml`.
 //!
 //! | key | value | means |
 //! |---|---|---|
@@ -20,7 +20,7 @@ use serde_json::Value;
 /// The name of the section.
 pub(crate) const SECTION: &str = "mauve";
 
-/// What is set.
+/// The values of the settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Settings {
     pub(crate) significance: Option<Level>,
@@ -48,12 +48,12 @@ const SWITCHES: [Switch; 6] = [
     ("inlayHints.values", |it| &mut it.hints.values),
 ];
 
-/// What an editor reads itself: what is below these is none of ours.
+/// Subsections that editors read themselves.
 const OF_EDITORS: [&str; 2] = ["server", "trace"];
 
 impl Settings {
-    /// Reads what a client gives, with or without the section around it; `before` is what held before. Also gives what is
-    /// wrong in it, in words for the user.
+    /// Reads the client's settings, with or without the section around them; invalid and missing ones keep their
+    /// values in `before`. Returns messages for the user about errors.
     pub(crate) fn read(given: &Value, before: Settings) -> (Settings, Vec<String>) {
         let given = given.get(SECTION).filter(|section| section.is_object()).unwrap_or(given);
         let mut settings = before;
@@ -102,7 +102,7 @@ fn is_below(key: &str, section: &str) -> bool {
     key.strip_prefix(section).is_some_and(|rest| rest.starts_with('.'))
 }
 
-/// What is no object in `value`, with its path.
+/// Returns the values in `value` that are not objects, with their paths.
 fn leaves(value: &Value) -> Vec<(String, &Value)> {
     let mut open = vec![(String::new(), value)];
     let mut found = Vec::new();
@@ -112,7 +112,7 @@ fn leaves(value: &Value) -> Vec<(String, &Value)> {
                 let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
                 (path, value)
             })),
-            // What is no object at all says nothing.
+            // A value that is not an object has no settings.
             _ if path.is_empty() => {}
             value => found.push((path, value)),
         }

@@ -1,4 +1,5 @@
-//! What a worker reads: the database as it was when the worker began, and what is needed to answer in the client's terms.
+//! The state that a worker reads: the database at the time when the worker started, and the data for the client's
+//! terms.
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -24,11 +25,12 @@ use crate::load::{canonical_path, is_outdated};
 pub(crate) struct Document {
     pub(crate) file: File,
     pub(crate) version: i32,
-    /// Is its text the one that is analysed? Not where the same file is open by another address with another text.
+    /// Whether its text is the analysed one. It is not if the same file is open under another URI with a different
+    /// text.
     pub(crate) is_analysed: bool,
 }
 
-/// What is said of a text that is not analysed.
+/// The message for a text that is not analysed.
 pub(crate) const ANOTHER_TEXT: &str = "this file is also open under another URI with a different text: that \
     text, which was changed last, is analysed";
 
@@ -38,28 +40,28 @@ pub(crate) struct Snapshot {
     pub(crate) workspaces: Arc<[Workspace]>,
     /// The client's folders.
     pub(crate) folders: Arc<[PathBuf]>,
-    /// By the addresses that the client uses.
+    /// The open documents, by the client's URIs.
     pub(crate) documents: Arc<BTreeMap<Url, Document>>,
     pub(crate) capabilities: Capabilities,
     pub(crate) settings: Settings,
-    /// Which state of the texts it is.
+    /// The generation of the texts.
     pub(crate) generation: u64,
-    /// Is it known that everything is read that is needed, or can be?
+    /// Whether all needed files that are readable were read.
     pub(crate) is_complete: bool,
-    /// Does the user not want this state to be analysed?
+    /// Whether the user has stopped the analysis of this generation.
     pub(crate) is_stopped: bool,
     /// What the client was given of the colours of names.
     pub(crate) tokens: Arc<Tokens>,
-    /// How many jobs are running.
+    /// The number of running jobs.
     pub(crate) running: Arc<AtomicUsize>,
-    /// Does the main loop wait for nothing but events?
+    /// Whether the main loop only waits for events.
     pub(crate) is_settled: bool,
-    /// What is to be sent to the client.
+    /// The messages to send to the client.
     pub(crate) outbox: Arc<Outbox>,
 }
 
 impl Snapshot {
-    /// Returns the file of a document and its lines; an error where it is neither open nor part of a workspace.
+    /// Returns the file of a document and its lines; an error if it is neither open nor part of a workspace.
     pub(crate) fn file(&self, document: &TextDocumentIdentifier) -> Result<(File, LineIndex<'_>)> {
         let url = &document.uri;
         let file = match self.documents.get(url) {
@@ -112,14 +114,14 @@ impl Snapshot {
         if !self.is_complete && self.is_outdated() { Err(Error::content_modified()) } else { Ok(()) }
     }
 
-    /// Is a file included that is there and has not been read?
+    /// Returns whether an included file exists and has not been read.
     pub(crate) fn is_outdated(&self) -> bool {
         let is_open =
             |path: &Path| self.documents.values().any(|document| document.file.path(&self.db) == path);
         self.workspaces.iter().any(|&workspace| is_outdated(&self.db, workspace, &is_open))
     }
 
-    /// The addresses by which the client has a file open; otherwise the one of its path.
+    /// Returns the URIs under which the client has a file open, otherwise the URI of its path.
     pub(crate) fn urls(&self, file: File) -> Vec<Url> {
         let open = self.documents.iter().filter(|(_, document)| document.file == file);
         let open: Vec<Url> = open.map(|(url, _)| url.clone()).collect();
@@ -130,25 +132,25 @@ impl Snapshot {
         }
     }
 
-    /// One address of a file.
+    /// Returns one URI of a file.
     pub(crate) fn url(&self, file: File) -> Option<Url> {
         self.urls(file).into_iter().next()
     }
 }
 
-/// Why a job gave nothing.
+/// Why a job has no result.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Failure {
-    /// An edit has overtaken it.
+    /// An edit has made it outdated.
     Overtaken,
-    /// The client does not want it any more.
+    /// The client has cancelled it.
     Cancelled,
-    /// It panicked: a defect of ours.
+    /// It panicked, which is a defect of the server.
     Panicked(String),
 }
 
 impl Failure {
-    /// The failure as an answer.
+    /// Returns the error to answer with.
     pub(crate) fn into_error(self) -> Error {
         match self {
             Failure::Overtaken => Error::content_modified(),
@@ -162,13 +164,13 @@ impl Failure {
     }
 }
 
-/// A job that waits for another's query is tried again so often when that other is cancelled.
+/// The number of attempts of a job that waits for queries of other jobs which are cancelled.
 const MOST_ATTEMPTS: usize = 100;
 
-/// Runs `job`, and tells how it ended where it did not end well. A panic in it costs its answer, and nothing else.
+/// Runs `job`. Returns a [`Failure`] if it is cancelled or panics; a panic affects only its answer.
 pub(crate) fn attempt<T>(mut job: impl FnMut() -> T) -> std::result::Result<T, Failure> {
     for _ in 0..MOST_ATTEMPTS {
-        // Whatever a query left behind, it holds no lock: salsa takes its unwinding into account.
+        // An unwound query holds no lock: salsa supports unwinding.
         let payload = match catch_unwind(AssertUnwindSafe(&mut job)) {
             Ok(done) => return Ok(done),
             Err(payload) => payload,
@@ -176,8 +178,8 @@ pub(crate) fn attempt<T>(mut job: impl FnMut() -> T) -> std::result::Result<T, F
         match payload.downcast_ref::<Cancelled>() {
             Some(Cancelled::PendingWrite) => return Err(Failure::Overtaken),
             Some(Cancelled::Local) => return Err(Failure::Cancelled),
-            // Another job computed what this one waited for, and was ended: by its client, by an edit, or by a panic. This
-            // one computes it now; a defect then shows itself here.
+            // Another job computed the query that this job waited for, and was cancelled or panicked. This job
+            // computes it now, and panics as well if the query does.
             Some(_) => {}
             None => {
                 let text = payload.downcast_ref::<String>().map(String::as_str);

@@ -1,4 +1,4 @@
-//! From our words to the protocol's.
+//! Translates results to types of the protocol.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -13,7 +13,7 @@ use super::pages;
 use super::snapshot::{ANOTHER_TEXT, Snapshot};
 use crate::harmless::harmless;
 
-/// A diagnostic.
+/// Translates a diagnostic.
 pub(crate) fn diagnostic(snapshot: &Snapshot, finding: &Finding<'_>) -> Diagnostic {
     let (db, found) = (&snapshot.db, &finding.diagnostic);
     let related = found.related.iter().filter(|_| snapshot.capabilities.related);
@@ -49,18 +49,18 @@ fn severity_of(severity: Severity) -> DiagnosticSeverity {
     }
 }
 
-/// What is said of an open text that is not the one that is analysed.
+/// Returns the diagnostic for an open text that is not the analysed one.
 pub(crate) fn another_text() -> Diagnostic {
     whole_file(DiagnosticSeverity::WARNING, "unreadable-file", ANOTHER_TEXT.to_owned())
 }
 
-/// What is said of an open text while the user does not want to wait for its analysis.
+/// Returns the diagnostic for an open text whose analysis the user has stopped.
 pub(crate) fn stopped() -> Diagnostic {
     let message = "the analysis was stopped: response times and diagnostics are unknown until the next edit";
     whole_file(DiagnosticSeverity::WARNING, "analysis-stopped", message.to_owned())
 }
 
-/// What is said of an open text where something of ours went wrong.
+/// Returns the diagnostic for an open text whose analysis panicked.
 pub(crate) fn defect(message: &str) -> Diagnostic {
     let message = format!(
         "a defect of mauve: {message}. The analysis failed, and response times are unknown; please report it"
@@ -68,7 +68,7 @@ pub(crate) fn defect(message: &str) -> Diagnostic {
     whole_file(DiagnosticSeverity::ERROR, "internal-error", message)
 }
 
-/// That a file has more of such a severity than are shown.
+/// Returns the diagnostic for further diagnostics that are not shown.
 pub(crate) fn more(severity: Severity, count: usize) -> Diagnostic {
     let message = format!("… and {count} more: `mauve check --format json` shows all");
     Diagnostic { code: None, ..whole_file(severity_of(severity), "", message) }
@@ -84,7 +84,7 @@ fn whole_file(severity: DiagnosticSeverity, code: &str, message: String) -> Diag
     }
 }
 
-/// A change; none where the client cannot make the files that it makes. `label` is what the user chose.
+/// Translates a change; `None` if the client cannot create its files. `label` is the title of the chosen action.
 pub(crate) fn workspace_edit(snapshot: &Snapshot, change: &Change, label: &str) -> Option<WorkspaceEdit> {
     let capabilities = snapshot.capabilities;
     if !capabilities.document_changes {
@@ -116,7 +116,7 @@ pub(crate) fn workspace_edit(snapshot: &Snapshot, change: &Change, label: &str) 
     Some(builder.finish())
 }
 
-/// An edit of operations in their order, and what they are called for clients that show that.
+/// Builds an edit of ordered operations, with annotations for clients that support them.
 pub(crate) struct EditBuilder {
     has_annotations: bool,
     operations: Vec<DocumentChangeOperation>,
@@ -181,19 +181,18 @@ impl EditBuilder {
     }
 }
 
-/// What is replaced in a file.
+/// Translates the edits of a file.
 pub(crate) fn text_edits(snapshot: &Snapshot, file: File, edits: &[Replacement]) -> Vec<TextEdit> {
     let lines = snapshot.lines(file);
     edits.iter().map(|it| TextEdit::new(lines.range(it.range), it.text.clone())).collect()
 }
 
-/// The addresses of those files that are there. The others nobody can open: a codel that has not been written yet, a message
-/// of a package that is gone.
+/// Returns the URIs of the files that exist. A codel may not be written yet, or a message package may be removed.
 pub(crate) fn files_there(paths: &[PathBuf]) -> impl Iterator<Item = Url> {
     paths.iter().filter(|path| path.is_file()).filter_map(|path| Url::from_file_path(path).ok())
 }
 
-/// Where something stands.
+/// Translates a location.
 pub(crate) fn location(snapshot: &Snapshot, at: &mauve_hir::Location<'_>) -> Option<Location> {
     snapshot.location(at.file(&snapshot.db), at.range(&snapshot.db))
 }

@@ -1,21 +1,21 @@
-//! What a client that colours names was given: so that an answer says only what has changed since, and that the client is
-//! told to ask again where an edit elsewhere has given the names of a text another meaning, and only there.
+//! Records the semantic tokens that the client has received, to answer with differences, and to request a refresh
+//! when an edit of another document changes the tokens.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use tower_lsp::lsp_types::{SemanticToken, Url};
 
-/// The tokens of the open documents; of each the last that the client was given.
+/// The last tokens of each open document that the client has received.
 #[derive(Debug, Default)]
 pub(crate) struct Tokens(Mutex<BTreeMap<Url, Given>>);
 
 #[derive(Debug)]
 struct Given {
     version: i32,
-    /// What stands for the meaning of its names; none where the question was not answered.
+    /// A hash of the tokens; `None` if the request was not answered.
     meanings: Option<u64>,
-    /// All of its tokens, where it has asked for all, by their result id.
+    /// All tokens and their result id, if the client has requested all.
     all: Option<(String, Arc<[SemanticToken]>)>,
 }
 
@@ -24,13 +24,13 @@ impl Tokens {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// All tokens of a document, if the client was given them last by this id.
+    /// Returns all tokens of a document, if this id is that of the last answer.
     pub(crate) fn previous(&self, url: &Url, id: &str) -> Option<Arc<[SemanticToken]>> {
         let all = self.lock().get(url)?.all.clone();
         all.filter(|(known, _)| known == id).map(|(_, tokens)| tokens)
     }
 
-    /// The client was given tokens of this version of a document, all of them or some.
+    /// Records the answer for this version of a document, with all tokens or some.
     pub(crate) fn gave(
         &self,
         url: &Url,
@@ -44,10 +44,10 @@ impl Tokens {
         given.insert(url.clone(), given_now);
     }
 
-    /// It has asked about this version, and got no answer.
+    /// Records an unanswered request for this version.
     pub(crate) fn lost(&self, url: &Url, version: i32) {
         let mut given = self.lock();
-        // An answer about a later one may have been quicker.
+        // The answer for a later version may have been sent before.
         if given.get(url).is_some_and(|given| given.version > version) {
             return;
         }
@@ -55,18 +55,18 @@ impl Tokens {
         given.insert(url.clone(), Given { version, meanings: None, all });
     }
 
-    /// It has closed a document.
+    /// Records that the client has closed a document.
     pub(crate) fn closed(&self, url: &Url) {
         self.lock().remove(url);
     }
 
-    /// The documents that the client has asked about.
+    /// Returns the documents whose tokens the client has requested.
     pub(crate) fn asked(&self) -> Vec<Url> {
         self.lock().keys().cloned().collect()
     }
 
-    /// A check has found these, for these versions. Should the client ask again? Told once: for a text that is another one
-    /// it asks by itself.
+    /// Returns whether a refresh is needed after a check with these hashes and versions. A refresh is requested once;
+    /// after an edit, the client requests tokens by itself.
     pub(crate) fn is_outdated(&self, found: &BTreeMap<Url, (i32, u64)>) -> bool {
         let mut is_outdated = false;
         for (url, given) in self.lock().iter_mut() {

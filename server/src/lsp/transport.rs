@@ -1,5 +1,4 @@
-//! Between the byte streams and tower-lsp's service: what comes is given to the service in its order, and what it says is
-//! written.
+//! Connects the byte streams with tower-lsp's service: passes messages to the service in order, and writes its answers.
 //!
 //! tower-lsp's own `Server` is not used. It stops reading at a message that is no JSON, and when four requests wait; it
 //! lives on after `exit` while its input is open; a panic in a handler ends it. Here each message is called and polled
@@ -23,26 +22,26 @@ use tower_lsp::{ClientSocket, LspService};
 use super::backend::Backend;
 use super::frame::{Frame, Lost, lost_by};
 
-/// The two directions, and the main loop's end.
+/// The two directions, and the signal that the main loop has ended.
 pub(crate) struct Streams {
-    /// What the client says. Closed when its stream ends.
+    /// Messages of the client. Closed when its stream ends.
     pub(crate) incoming: mpsc::Receiver<Frame>,
-    /// What is said to it. Closed when nobody listens any more.
+    /// Messages to the client. Closed when the client no longer reads.
     pub(crate) outgoing: mpsc::UnboundedSender<Outgoing>,
-    /// How much of that has not been written yet.
+    /// The number of messages that are not yet written.
     pub(crate) backlog: Arc<Backlog>,
-    /// Is dropped when the main loop ends.
+    /// Dropped when the main loop ends.
     pub(crate) main_loop: oneshot::Receiver<()>,
 }
 
-/// A message for the client, and who wants to know when it has been written.
+/// A message for the client, and an optional signal when it is written.
 #[derive(Debug)]
 pub(crate) struct Outgoing {
     pub(crate) message: String,
     pub(crate) written: Option<oneshot::Sender<()>>,
 }
 
-/// Counts what waits to be written.
+/// Counts the messages that wait to be written.
 #[derive(Debug, Default)]
 pub(crate) struct Backlog {
     waiting: AtomicUsize,
@@ -50,26 +49,26 @@ pub(crate) struct Backlog {
 }
 
 impl Backlog {
-    /// A message was written.
+    /// Records a written message.
     pub(crate) fn written(&self) {
         self.waiting.fetch_sub(1, Ordering::SeqCst);
         self.less.notify_one();
     }
 }
 
-/// With so many answers that a client has not read, nothing more is read of what it says.
+/// The number of unread answers at which the server stops reading the client's messages.
 const MOST_WAITING: usize = 2000;
 
-/// What is said of a client whose messages have other lengths than it says.
+/// The warning for a client whose `Content-Length` is wrong.
 const MISCOUNTED: &str = "The `Content-Length` of the editor's messages is not their length in bytes. mauve reads them all the \
                           same, and treats texts as unknown where bytes may be missing; please report this to the authors \
                           of the editor or its plugin.";
 
-/// How often it is looked whether the client is still there.
+/// The interval for checking whether the client's process exists.
 const HEARTBEAT: Duration = Duration::from_secs(1);
 
-/// Serves until the client says `exit`, goes away or dies: 0 after `exit` that followed `shutdown`, 101 where the main loop
-/// has ended by itself, else 1.
+/// Serves until the client sends `exit`, closes the stream or ends. Returns the exit code: 0 for `exit` after
+/// `shutdown`, 101 if the main loop has ended by itself, otherwise 1.
 pub(crate) async fn serve(
     mut service: LspService<Backend>,
     socket: ClientSocket,
@@ -80,7 +79,8 @@ pub(crate) async fn serve(
     let mut heartbeat = tokio::time::interval(HEARTBEAT);
     let mut client: Option<u32> = None;
     let mut is_shut_down = false;
-    // What the server says by itself waits until the last of it was written: a client that does not read costs no memory.
+    // Messages that the server initiates wait until the last one is written, so a client that does not read costs no
+    // memory.
     let mut writing: Option<oneshot::Receiver<()>> = None;
     let code = |is_shut_down: bool| u8::from(!is_shut_down);
     loop {
@@ -99,7 +99,7 @@ pub(crate) async fn serve(
                 let mut answer = Box::pin(answer(&mut service, request));
                 match futures::poll!(&mut answer) {
                     std::task::Poll::Ready(Some(response)) => {
-                        // One that comes too early is refused, and the session goes on.
+                        // A request before `initialize` is refused, and the session continues.
                         is_shut_down |= is_shutdown && response.error().is_none();
                         send(&streams, &response);
                     }
@@ -115,7 +115,7 @@ pub(crate) async fn serve(
                 }
             }
             Some(request) = to_client.next(), if writing.is_none() => {
-                // Who is asked to ask again after `shutdown` would be refused.
+                // After `shutdown`, requests that a refresh causes would be refused.
                 if is_shut_down {
                     continue;
                 }
@@ -127,7 +127,7 @@ pub(crate) async fn serve(
             _ = async { if let Some(wait) = &mut writing { let _ = wait.await; } }, if writing.is_some() => {
                 writing = None;
             }
-            // Looks again at the condition above.
+            // Checks the condition above again.
             () = streams.backlog.less.notified(), if waiting(&streams) > 0 => {}
             () = streams.outgoing.closed() => {
                 tracing::warn!("the client no longer reads");
@@ -192,7 +192,7 @@ async fn received(
     None
 }
 
-/// Calls the service, and returns its answer, which is an error after a panic.
+/// Calls the service and returns its answer: an error after a panic.
 fn answer(
     service: &mut LspService<Backend>,
     request: Request,
@@ -235,7 +235,7 @@ fn send(streams: &Streams, response: &Response) {
 
 fn put(streams: &Streams, message: Outgoing) {
     streams.backlog.waiting.fetch_add(1, Ordering::SeqCst);
-    // Where nobody listens, the loop above ends.
+    // If the receiver is dropped, the loop above ends.
     let _ = streams.outgoing.send(message);
 }
 
@@ -250,9 +250,9 @@ enum Message {
     Response(Response),
 }
 
-/// What a JSON value is; where it is neither, the answer that says so.
+/// Parses a JSON value as a message; returns an error response if it is not one.
 fn understood(mut message: Value) -> Result<Message, Response> {
-    // Some clients say `null` where they have nothing to say, or name nothing.
+    // Some clients send `null` for missing parameters or methods.
     let takes_none = message["method"].as_str().is_some_and(|it| WITHOUT_PARAMS.contains(&it));
     if message.get("params").is_some_and(|params| params.is_null() || takes_none)
         && let Some(fields) = message.as_object_mut()
@@ -272,7 +272,7 @@ fn understood(mut message: Value) -> Result<Message, Response> {
     })
 }
 
-/// The client's process, where it says so and it is there to be watched. (One in another container is not.)
+/// Returns the client's process, if it is given and visible. (A process in another container is not.)
 fn process_of(initialize: &Request) -> Option<u32> {
     let process = initialize.params()?.get("processId")?.as_u64()?;
     u32::try_from(process).ok().filter(|&process| is_alive(process))
@@ -281,11 +281,11 @@ fn process_of(initialize: &Request) -> Option<u32> {
 #[cfg(unix)]
 fn is_alive(process: u32) -> bool {
     let process = i32::try_from(process).ok().and_then(rustix::process::Pid::from_raw);
-    // Who may not be signalled is alive too.
+    // A process that may not be signalled exists as well.
     process.is_some_and(|process| rustix::process::test_kill_process(process) != Err(rustix::io::Errno::SRCH))
 }
 
-/// Where it cannot be asked, the end of the input tells.
+/// Without process checks, the end of the input ends the session.
 #[cfg(not(unix))]
 fn is_alive(_: u32) -> bool {
     true

@@ -1,5 +1,5 @@
-//! Sees files change outside the client. Not every client tells, and none tells of a table or a model outside its
-//! folders: the server looks for itself.
+//! Watches files for changes outside the client. Not every client reports them, and no client reports files outside
+//! its folders.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -11,24 +11,24 @@ use notify::{EventKind, RecommendedWatcher, RecursiveMode, Watcher as _};
 
 use super::main_loop::Event;
 
-/// Whoever writes a file often does it in several steps: so long is waited for the next, but not for ever.
+/// How long to wait for further events, and the maximum in total: programs often write a file in several steps.
 const QUIET: Duration = Duration::from_millis(10);
 const LONGEST: Duration = Duration::from_millis(100);
 
-/// So many folders are watched: the system has so many for all programs together.
+/// The maximum number of watched folders: the system has a limit for all programs together.
 const MOST_FOLDERS: usize = 10_000;
 
 /// Watches the folders of the workspaces.
 pub(crate) struct Watcher {
-    /// None where the system gives none.
+    /// An error if the system provides no watcher.
     watcher: Result<RecommendedWatcher, notify::Error>,
     watched: BTreeSet<PathBuf>,
 }
 
 impl Watcher {
-    /// Watches nothing yet; what it will see goes to `events`.
+    /// Creates a watcher without folders that sends changes to `events`.
     pub(crate) fn new(events: mpsc::Sender<Event>) -> Watcher {
-        // None: something was missed.
+        // `None` if events were missed.
         let (sender, seen) = mpsc::channel::<Option<PathBuf>>();
         let watcher = notify::recommended_watcher(move |event: notify::Result<notify::Event>| {
             let say = |path| drop(sender.send(path));
@@ -63,10 +63,10 @@ impl Watcher {
         Watcher { watcher, watched: BTreeSet::new() }
     }
 
-    /// Something has happened to a folder: it and those in it may be others than are watched. Says whether one of them was
-    /// watched: then it is to be watched anew.
+    /// Forgets a changed folder and those in it, which may have been replaced. Returns whether one of them was
+    /// watched: then they must be watched again.
     pub(crate) fn forget(&mut self, folder: &Path) -> bool {
-        // What stands in a folder follows it in their order.
+        // In this order, the folders in a folder follow it.
         let from = self.watched.range(folder.to_owned()..);
         let gone: Vec<PathBuf> = from.take_while(|watched| watched.starts_with(folder)).cloned().collect();
         for folder in &gone {
@@ -76,23 +76,23 @@ impl Watcher {
         !gone.is_empty()
     }
 
-    /// Watches nothing any more: any folder may have been replaced.
+    /// Stops watching all folders: any of them may have been replaced.
     pub(crate) fn forget_all(&mut self) {
         for folder in std::mem::take(&mut self.watched) {
             let _ = self.watcher.as_mut().map(|watcher| watcher.unwatch(&folder));
         }
     }
 
-    /// Watches these folders, each by itself, and no others. Says whether one is new.
+    /// Watches these folders, without those in them, and no others. Returns whether one is new.
     ///
     /// # Errors
     ///
-    /// Why one of them cannot be watched; the others are.
+    /// One of the folders cannot be watched; the others are.
     pub(crate) fn watch(&mut self, folders: &BTreeSet<PathBuf>) -> Result<bool, String> {
         let watcher = self.watcher.as_mut().map_err(|error| error.to_string())?;
         let (mut failed, mut is_new) = (None, false);
         for folder in self.watched.difference(folders) {
-            // It may be gone already.
+            // The folder may already be removed.
             let _ = watcher.unwatch(folder);
         }
         self.watched.retain(|folder| folders.contains(folder));
@@ -108,7 +108,7 @@ impl Watcher {
                 Ok(()) => {
                     is_new |= self.watched.insert(folder.clone());
                 }
-                // It may come, or have gone.
+                // The folder may be created later, or may be removed.
                 Err(_) if !folder.is_dir() => {}
                 Err(error) => failed = Some(format!("{}: {error}", folder.display())),
             }
