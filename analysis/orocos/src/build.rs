@@ -1,7 +1,7 @@
-//! How a package is built: `package.xml`, `CMakeLists.txt`, and what makes a library of several components.
+//! Build files of a package: `package.xml`, `CMakeLists.txt`, and the entry point of a library of components.
 //!
-//! A package is one of catkin where there is catkin, and one of CMake alone where there is none. Its codels are a shared
-//! library of their own, so that packages whose components call them need none of its components:
+//! A package builds with catkin if catkin is installed, and with plain CMake otherwise. Its codels are a separate
+//! shared library, so packages whose components call them do not link its components:
 //!
 //! ```text
 //! motion-codels       src/codels/*.cpp, the user's, and include/motion: what other packages link
@@ -20,7 +20,7 @@ use crate::library::{Libraries, Library, Model};
 use crate::origin::{MARK, generated_from};
 use crate::package::GeneratedFile;
 
-/// What builds a package that has these other files.
+/// Returns the build files of a package that has these other files.
 pub(crate) fn build_files(model: Model<'_, '_>, files: &[GeneratedFile]) -> Vec<GeneratedFile> {
     let library = model.library;
     let calls = names_of(model.libraries, &library.calls);
@@ -53,7 +53,7 @@ fn package_xml(model: Model<'_, '_>, build: &Build<'_, '_>) -> String {
     let Model { library, .. } = model;
     let package = &library.package;
     let config = model.config();
-    // What stands there until the user says more is what the tools of catkin write themselves.
+    // Without a configured maintainer and licence, the values are those that catkin's tools write.
     let maintainer = match &config.maintainer {
         Some(it) => {
             // catkin puts the name into a text of CMake as it is, where these signs end it or run something.
@@ -100,7 +100,7 @@ fn package_xml(model: Model<'_, '_>, build: &Build<'_, '_>) -> String {
         }
         packages.iter().for_each(|it| out += &format!("  <{tag}>{it}</{tag}>\n"));
     }
-    // What `ros.import` of rtt_ros imports along with this package.
+    // The packages that `ros.import` of rtt_ros imports together with this package.
     let plugins: Vec<&String> = exec_depends.iter().filter(|it| it.starts_with("rtt_")).collect();
     if !plugins.is_empty() {
         out += "\n  <export>\n    <rtt_ros>\n";
@@ -110,7 +110,7 @@ fn package_xml(model: Model<'_, '_>, build: &Build<'_, '_>) -> String {
     out + "</package>\n"
 }
 
-/// The message packages whose typekits must be there, so that ports can be topics.
+/// Returns the message packages whose typekits are needed to stream ports to topics.
 fn packages_of_ports(model: Model<'_, '_>) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
     for &(component, _) in &model.library.components {
@@ -221,7 +221,7 @@ impl Build<'_, '_> {
                  set(CMAKE_CXX_STANDARD_REQUIRED ON)\nset(CMAKE_CXX_EXTENSIONS OFF)\n";
     }
 
-    /// What the code includes and links, each as a variable of this file: a build of several packages in one has them too.
+    /// Writes the includes and libraries as variables of this file, so that several packages can be built together.
     fn dependencies(&self, out: &mut String) {
         if self.uses_rtt() {
             *out += "\nif(NOT OROCOS_TARGET AND \"$ENV{OROCOS_TARGET}\" STREQUAL \"\")\n  \
@@ -278,7 +278,7 @@ impl Build<'_, '_> {
         !self.headers.packages.is_empty()
     }
 
-    /// The messages of a workspace must be there before what includes them.
+    /// Writes the dependency of a target on the messages of the workspace, which must be generated first.
     fn after_messages(&self, out: &mut String, target: &str) {
         if self.has_messages() {
             *out +=

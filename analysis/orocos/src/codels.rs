@@ -39,7 +39,7 @@ pub(crate) fn codel_files(model: Model<'_, '_>) -> Vec<GeneratedFile> {
     files
 }
 
-/// The headers of all types that the codels and the components of a library name.
+/// Returns the headers of all types that the codels and components of a library use.
 pub(crate) fn headers_of(model: Model<'_, '_>) -> Headers {
     let Model { db, project, library, .. } = model;
     let mut headers = Headers::default();
@@ -51,10 +51,10 @@ pub(crate) fn headers_of(model: Model<'_, '_>) -> Headers {
     headers
 }
 
-/// A codel as C++ declares it.
+/// The C++ declaration of a codel.
 struct Signature<'db> {
     codel: Decl<'db>,
-    /// In the namespace of its library.
+    /// The name in the namespace of its library.
     name: String,
     result: String,
     parameters: Vec<CppParameter>,
@@ -71,7 +71,7 @@ impl<'db> Signature<'db> {
         let (db, workspace) = (model.db, model.workspace());
         let data = codel(db, of)?;
         let mut names = CppNames::of_namespace();
-        // A parameter hides a type of its own name from those that follow.
+        // A parameter hides a type of the same name from the parameters that follow.
         let types = model.parameters(of, &data.parameters);
         for (_, ty) in &types {
             if let Type::External(ty) = ty
@@ -103,7 +103,7 @@ impl<'db> Signature<'db> {
         format!("{} {}({})", self.result, self.name, parameters.join(", "))
     }
 
-    /// The same with `end` behind it, on as many lines as it needs.
+    /// Returns the prototype followed by `end`, wrapped into lines.
     fn lines(&self, end: &str) -> String {
         let one_line = self.prototype() + end;
         let Some((last, others)) = self.parameters.split_last().filter(|_| one_line.len() > WIDTH) else {
@@ -114,7 +114,7 @@ impl<'db> Signature<'db> {
         let mut parameters: Vec<String> = others.chain([format!("{} {})", last.ty, last.name)]).collect();
         let longest = parameters.iter().map(String::len).max().unwrap_or_default() + end.len();
         parameters.last_mut().into_iter().for_each(|last| *last += end);
-        // Below the first of them, where there is room; otherwise on lines of their own.
+        // Aligned with the first parameter if they fit; otherwise one per line.
         let (indent, head) = match head.len() + longest <= WIDTH {
             true => (head.len(), head),
             false => (4, head + "\n    "),
@@ -130,7 +130,7 @@ fn types_header(headers: &Headers, package: &str) -> String {
         "// {generated}\n//\n\
          // The types of the library's codels and components.\n\n#pragma once\n"
     );
-    // Those of the standard library have neither a folder nor an ending.
+    // Headers of the standard library have neither a folder nor an extension.
     let (own, standard): (Vec<&String>, Vec<&String>) =
         headers.paths.iter().partition(|path| path.contains(['/', '.']));
     for block in [standard, own] {
@@ -163,7 +163,7 @@ fn codels_header<'db>(model: Model<'_, 'db>, codels: &[Signature<'db>]) -> Strin
     out + &format!("}}  // namespace {package}\n")
 }
 
-/// The first line of a stub. What begins otherwise, the user has written.
+/// The first line of a stub. A file with another first line was written by the user.
 pub(crate) const STUB: &str =
     "// This file is yours: `mauve generate` wrote it once, and never overwrites it.";
 
@@ -199,7 +199,7 @@ fn stub<'db>(model: Model<'_, 'db>, signature: &Signature<'db>) -> String {
     out + &format!("}}\n\n}}  // namespace {package}\n")
 }
 
-/// A line of a comment, or several where it is too long for one.
+/// Returns a text as comment lines, wrapped.
 fn line_comment(mark: &str, text: &str) -> String {
     match wrapped(text.split_whitespace(), WIDTH.saturating_sub(mark.len() + 1)).as_slice() {
         [] => format!("{mark}\n"),

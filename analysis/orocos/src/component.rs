@@ -44,7 +44,7 @@ use crate::package::GeneratedFile;
 
 pub(crate) use source::ports_of_introspection;
 
-/// The classes of a library's components.
+/// Returns the class files of a library's components.
 pub(crate) fn component_files(model: Model<'_, '_>) -> Vec<GeneratedFile> {
     let components = model.library.components.iter();
     let classes = components.filter_map(|(component, name)| Class::new(model, *component, name));
@@ -92,14 +92,14 @@ struct Member<'db> {
     index: usize,
     data: &'db Feature,
     name: String,
-    /// The type of its value; of an operation, that of the result.
+    /// The type of its value; for an operation, the type of the result.
     ty: Type,
-    /// Of a constant: the property that it is frozen from.
+    /// For a constant: the property from which its value is frozen.
     property: Option<String>,
-    /// Of an input port: the variable for the result of its last `read`, where a program asks for that.
+    /// For an input port: the variable for the status of its last `read`, if a program uses it.
     status: Option<String>,
     parameters: Vec<(Direction, Type)>,
-    /// Of a property or a constant: its default.
+    /// For a property or a constant: its default.
     value: Option<Value>,
 }
 
@@ -112,26 +112,26 @@ impl Member<'_> {
 
 /// A required operation that a program sends, with one handler or without any.
 struct SentOperation<'db> {
-    /// `None` where the result is dropped.
+    /// `None` if the result is discarded.
     handler: Option<VariableId>,
     shell: Decl<'db>,
     index: usize,
     /// The variables that the owner of the operation writes its `out` and `inout` parameters to, with the numbers of these
-    /// parameters. They live as long as a call may be under way.
+    /// parameters. They live as long as a call may be running.
     ///
     /// Of two calls with the same slots, the owner writes those of the second one after all of the first one, since it
     /// executes calls in order. Nothing reads them before the second one has ended, as its handle has replaced the first
     /// one's.
     slots: Vec<(usize, Type, String)>,
-    /// Where there are `inout` parameters.
+    /// The last call, if the operation has `inout` parameters.
     last_call: Option<LastCall>,
 }
 
-/// The last call with the slots of an `inout` parameter. While it is under way, its owner may read and write them, so
-/// that no other call is sent with them. No handler shows that: it may be set anew, and there may be none.
+/// The last call with the slots of an `inout` parameter. While it is running, the provider may read and write them,
+/// so no other call is sent with them. A handler cannot track this: it may be reassigned, and there may be none.
 struct LastCall {
     handle: String,
-    /// The function that returns whether it is under way.
+    /// The function that returns whether it is running.
     is_under_way: String,
 }
 
@@ -143,7 +143,7 @@ struct StateMachine<'db> {
     values: Vec<String>,
     /// The variable that holds the current state.
     current: String,
-    /// The function that writes it to its port, where there is one.
+    /// The function that writes it to the state port, if there is one.
     show: Option<String>,
     initial: usize,
 }
@@ -151,7 +151,7 @@ struct StateMachine<'db> {
 /// A program as a member function.
 struct Routine<'db> {
     function: String,
-    /// Of an operation of the shell: the function that others call.
+    /// For a provided operation: the function that other components call.
     called: Option<String>,
     program: ProgramId,
     at: SourceId,
@@ -161,7 +161,7 @@ struct Routine<'db> {
 }
 
 struct CppParameter {
-    /// `None` where no program uses it.
+    /// `None` if no program uses it.
     index: Option<VariableId>,
     name: String,
     /// Its type and, where a program uses it, its name.
@@ -186,7 +186,7 @@ impl<'a, 'db> Class<'a, 'db> {
         names.declare(&model.library.package);
         let macros = ["MAUVE_TRACE_COMPONENT", "MAUVE_TRACE_PROGRAM", "MAUVE_TRACE_CODEL"];
         macros.iter().for_each(|it| drop(names.declare(it)));
-        // A member would hide a type of its own name.
+        // A member would hide a type of the same name.
         for external in external_types(db, model.workspace()).values() {
             let words = external.cpp.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
             words.filter(|word| !word.is_empty()).for_each(|word| drop(names.declare(word)));
@@ -378,7 +378,7 @@ impl<'a, 'db> Class<'a, 'db> {
         for operation in &data.operations {
             let name = &operation.name.name;
             let declared = self.named_member(name);
-            // It has the name of the feature.
+            // The parameter has the name of the feature.
             let function = declared.map(|member| member.name.clone());
             let result = match (&operation.result, declared) {
                 (None, Some(member)) => member.ty.clone(),
@@ -457,7 +457,7 @@ impl<'a, 'db> Class<'a, 'db> {
         }
     }
 
-    /// Notes that a condition may be always true, or never.
+    /// Records that a condition may be constant.
     fn note(&self, is_obvious: bool) {
         self.is_obvious.set(self.is_obvious.get() || is_obvious);
     }
@@ -470,7 +470,7 @@ impl<'a, 'db> Class<'a, 'db> {
         self.by_id.get(id).and_then(|index| self.programs.get(*index))
     }
 
-    /// A type in C++; everything here is generated from models of which all types are known.
+    /// Returns a type in C++. All types are known: models with unknown types are refused before.
     fn cpp(&self, ty: &Type) -> String {
         match ty {
             Type::Handle(_) => {
@@ -497,7 +497,7 @@ impl<'a, 'db> Class<'a, 'db> {
             let index = self.variable_at(it.name.id).filter(|index| self.named.contains(index));
             let name = names.declare(&it.name.name);
             let named = format!("{cpp} {name}");
-            // Compilers warn of those that nothing uses.
+            // Compilers warn about unused named parameters.
             let declared = if index.is_some() { named.clone() } else { format!("{cpp} /*{name}*/") };
             CppParameter { index, name, declared, named, is_large: is_large(&ty) }
         };

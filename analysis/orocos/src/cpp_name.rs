@@ -1,4 +1,4 @@
-//! Names that C++, RTT and its scripts can have: those of the model wherever they may be used there.
+//! Names for C++, RTT and its scripts: the names of the model unless they are reserved.
 
 use std::sync::LazyLock;
 
@@ -14,13 +14,13 @@ static RESERVED: Words = LazyLock::new(|| {
 /// Names outside of any namespace in those headers: no package can have one.
 static GLOBALS: Words = LazyLock::new(|| words(include_str!("cpp_name/globals.txt")));
 
-/// Names that generated code uses, and that nothing in the namespace of a package may hide.
+/// Names that generated code uses, and that no declaration in the namespace of a package may hide.
 static OUTER_WORDS: Words = LazyLock::new(|| words(include_str!("cpp_name/namespace.txt")));
 
 /// Members of every generated class and of its bases.
 static MEMBERS: Words = LazyLock::new(|| words(include_str!("cpp_name/members.txt")));
 
-/// Names that nothing can have in scripts.
+/// Names that are reserved in scripts.
 static SCRIPT_WORDS: Words = LazyLock::new(|| words(include_str!("cpp_name/scripts.txt")));
 
 /// Words that the parser of RTT's scripts recognises at the beginning of a statement, whatever follows them.
@@ -28,7 +28,7 @@ static STATEMENT_PREFIXES: Words = LazyLock::new(|| {
     words("true false done yield nothing program function export RootMachine StateMachine SubMachine")
 });
 
-/// Services that every script finds where no task has their name, and variables of generated scripts.
+/// Global services of scripts, which a task of the same name would hide, and variables of generated scripts.
 static GLOBAL_SERVICES: Words =
     LazyLock::new(|| words("ros print os worked imported loaded values ready starts stopped all_is_well"));
 
@@ -50,17 +50,17 @@ pub(crate) struct CppNames {
 }
 
 impl CppNames {
-    /// Of what stands in the namespace of a package.
+    /// Returns the scope of the namespace of a package.
     pub(crate) fn of_namespace() -> CppNames {
         CppNames::default().with(&OUTER_WORDS)
     }
 
-    /// Of packages, each of which is a namespace.
+    /// Returns the scope of packages: each is a global namespace.
     pub(crate) fn of_packages() -> CppNames {
         CppNames::of_namespace().with(&GLOBALS)
     }
 
-    /// Of a class that derives from `RTT::TaskContext`.
+    /// Returns the scope of a class that derives from `RTT::TaskContext`.
     pub(crate) fn of_component() -> CppNames {
         CppNames::of_namespace().with(&MEMBERS)
     }
@@ -70,13 +70,12 @@ impl CppNames {
         self
     }
 
-    /// Nothing can be declared with this name here, which means something already.
+    /// Reserves a name that is already in use.
     pub(crate) fn take(&mut self, name: &str) {
         self.taken.insert(name.to_owned());
     }
 
-    /// Nothing can be declared here that would hide what this type of the user's begins with: `ns` and `T` in
-    /// `ns::List<T*>`.
+    /// Reserves the names that the user's type refers to: `ns` and `T` in `ns::List<T*>`.
     pub(crate) fn take_type(&mut self, cpp: &str) {
         for name in cpp.split(|c: char| !c.is_ascii_alphanumeric() && c != '_' && c != ':') {
             let first = name.split("::").next().unwrap_or_default();
@@ -86,16 +85,16 @@ impl CppNames {
         }
     }
 
-    /// `name` as it can be declared here, which is then taken: itself, or with as many `_` behind it as it needs.
+    /// Returns a name that can be declared here, and reserves it: `name`, followed by `_` as often as needed.
     pub(crate) fn declare(&mut self, name: &str) -> String {
         let mut name = as_identifier(name);
-        // What becomes of one name never depends on whether there is the other.
+        // The result for a name must not depend on other names.
         let bare = name.trim_end_matches('_');
         if bare != name && (RESERVED.contains(bare) || OUTER_WORDS.contains(bare)) {
             name += "0_";
         }
         while RESERVED.contains(name.as_str()) || self.taken.contains(&name) {
-            // Two of them in a row are the compiler's own.
+            // Names with two consecutive `_` are reserved.
             name += if name.ends_with('_') { "0_" } else { "_" };
         }
         self.taken.insert(name.clone());
@@ -103,8 +102,8 @@ impl CppNames {
     }
 }
 
-/// The identifiers with two `_` in a row, or with one and a capital at their beginning, are the compiler's own; those with
-/// these prefixes are macros of the libraries that generated code rests on.
+/// Identifiers with two consecutive `_`, or with a leading `_` and a capital letter, are reserved for the compiler;
+/// those with these prefixes are macros of the libraries that generated code uses.
 pub(crate) fn as_identifier(name: &str) -> String {
     let mut name = name.to_owned();
     while name.contains("__") {
@@ -118,13 +117,13 @@ pub(crate) fn as_identifier(name: &str) -> String {
     }
 }
 
-/// What a port, a property or an operation is called at run time: its own name, unless scripts use the word themselves, or
-/// know no name that begins with `_`. Two names never become one.
+/// Returns the run-time name of a port, a property or an operation: its own name, unless it is reserved in scripts or
+/// begins with `_`. Distinct names stay distinct.
 pub(crate) fn script_name(name: &str) -> String {
     with_prefix(name, |bare| bare.starts_with('_')) + with_suffix(name)
 }
 
-/// What a task is called at run time, where also statements begin with its name.
+/// Returns the run-time name of a task, with which statements of scripts may begin.
 pub(crate) fn task_name(name: &str) -> String {
     let is_taken = |bare: &str| {
         let begins_as_a_word = STATEMENT_PREFIXES.iter().any(|word| bare.starts_with(word));
@@ -133,20 +132,20 @@ pub(crate) fn task_name(name: &str) -> String {
     with_prefix(name, is_taken) + with_suffix(name)
 }
 
-/// What is named after `name` on the disk: the name itself, unless it is that of a device. Two names never become one.
+/// Returns the file name for `name`: the name itself, unless it is a device of Windows. Distinct names stay distinct.
 pub(crate) fn file_name(name: &str) -> String {
     let bare = name.trim_end_matches('_');
     let is_device = DEVICES.iter().any(|device| bare.eq_ignore_ascii_case(device));
     if is_device { format!("{name}_") } else { name.to_owned() }
 }
 
-/// `name` with one more `mal_` before it, where it cannot be used without.
+/// Returns `name` with a further prefix `mal_` if it cannot be used without.
 fn with_prefix(name: &str, is_taken: impl Fn(&str) -> bool) -> String {
     let bare = name.trim_start_matches("mal_");
     if is_taken(bare) { format!("mal_{name}") } else { name.to_owned() }
 }
 
-/// `_`, where `name` is a word of scripts with as many of them as it has behind it already.
+/// Returns `_` if `name` without trailing `_` is reserved in scripts.
 fn with_suffix(name: &str) -> &'static str {
     if SCRIPT_WORDS.contains(name.trim_end_matches('_')) { "_" } else { "" }
 }

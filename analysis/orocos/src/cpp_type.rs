@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use mauve_hir::item_tree::{Direction, Name};
 use mauve_hir::{Integer, ModelDb, Type, Workspace, external_types};
 
-/// How a type is written in C++, from any namespace; nothing where it cannot be: see [`crate::problems`].
+/// Returns a type in C++, valid in any namespace; `None` if its C++ type is unknown: see [`crate::problems`].
 pub(crate) fn cpp_type(db: &dyn ModelDb, workspace: Workspace, ty: &Type) -> Option<String> {
     Some(match ty {
         Type::Bool => "bool".to_owned(),
@@ -54,8 +54,8 @@ pub(crate) fn parameter_type(cpp: &str, ty: &Type, direction: Direction) -> Stri
     }
 }
 
-/// The type of a parameter of an operation. What is sent by reference, RTT does not copy: it would have to live until the call
-/// is executed, in another component's time. So `in` goes by value.
+/// The type of a parameter of an operation. RTT does not copy arguments that are passed by reference: they would have
+/// to live until the other component executes the call. So `in` is passed by value.
 pub(crate) fn operation_parameter_type(cpp: &str, direction: Direction) -> String {
     match direction {
         Direction::In => cpp.to_owned(),
@@ -65,7 +65,7 @@ pub(crate) fn operation_parameter_type(cpp: &str, direction: Direction) -> Strin
 
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Headers {
-    /// As they stand between the brackets of an `#include`.
+    /// The paths as in `#include <…>`.
     pub(crate) paths: BTreeSet<String>,
     /// The message packages that they come from.
     pub(crate) packages: BTreeSet<Name>,

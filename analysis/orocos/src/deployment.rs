@@ -1,4 +1,4 @@
-//! What a deployment is once everything is known of it, for all scripts: `ops.rs`, `lua.rs`, `launch.rs` write it down.
+//! A deployment with all names and values resolved, from which `ops.rs`, `lua.rs` and `launch.rs` generate scripts.
 
 use std::collections::BTreeSet;
 
@@ -19,12 +19,13 @@ use crate::origin::{comment_lines, generated_from};
 use crate::package::GeneratedFile;
 use crate::{launch, lua, ops};
 
-/// How often an instance runs in the background where its model does not say.
+/// The period of a background activity without a period.
 ///
-/// The paper executes such a component "sporadically": whenever there is something to do. RTT runs what has no period once
-/// when it starts, and then only when something triggers it. New data on an input alone must not be what does: a state machine
-/// also waits for operations, and for what its own codels find. To run again at once, without a pause, would keep a CPU busy
-/// with nothing. So it runs again soon after each run: the pause is a period that is counted from the run before.
+/// The paper executes such a component "sporadically": when it has work to do. RTT runs a component without a period
+/// once at its start, and then only when it is triggered. New data on an input alone must not be what does: a state
+/// machine also waits for operations, and for what its own codels find. To run again at once, without a pause, would
+/// keep a CPU busy with nothing. So it runs again soon after each run: the pause is a period that is counted from the
+/// run before.
 const BACKGROUND_PERIOD: Time = Time::from_nanos(10_000_000);
 
 pub(crate) const BACKGROUND: &str = "A background activity without a period: it runs again 10 ms after it \
@@ -45,7 +46,7 @@ pub(crate) fn deployment_files(model: Model<'_, '_>) -> Vec<GeneratedFile> {
     files
 }
 
-/// A deployment, by the names that everything has at run time.
+/// A deployment, with run-time names.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Deployed {
     pub(crate) name: String,
@@ -55,13 +56,14 @@ pub(crate) struct Deployed {
     pub(crate) packages: Vec<String>,
     /// The instances, in the order of the text.
     pub(crate) tasks: Vec<Task>,
-    /// Between ports, in the order of the text: from, to, how many values it holds; none where that is the last one.
+    /// The connections between ports, in the order of the text: source, target and buffer size; `None` if it holds
+    /// the last value only.
     pub(crate) connections: Vec<([String; 2], Option<u32>)>,
     /// Required and provided operation.
     pub(crate) operations: Vec<[String; 2]>,
     /// The numbers of the tasks, those that provide operations before those that require them.
     order: Vec<usize>,
-    /// The topics, where ports are topics.
+    /// The topics, if ports are streamed.
     pub(crate) streams: Option<Streams>,
 }
 
@@ -70,8 +72,8 @@ pub(crate) struct Task {
     pub(crate) name: String,
     /// The class: `motion::Guidance`.
     pub(crate) class: String,
-    /// The properties that have other values here than their class gives them.
-    /// Their names, their values, and whether scripts can only set them from a text.
+    /// The properties whose values differ from the defaults of the class: names, values, and whether scripts can set
+    /// them only from a string.
     pub(crate) values: Vec<(String, Value, bool)>,
     pub(crate) has_values: bool,
     pub(crate) activity: Activity,
@@ -81,11 +83,11 @@ pub(crate) struct Task {
 pub(crate) struct Activity {
     /// In seconds, exact.
     pub(crate) period: String,
-    /// Is that period none of the model's?
+    /// Whether the period is the default of a background activity.
     pub(crate) assumed: bool,
-    /// 1 to 99; none in the background.
+    /// 1 to 99; `None` for a background activity.
     pub(crate) priority: Option<u32>,
-    /// A bit for each CPU that it may use; none where it may use all.
+    /// One bit for each permitted CPU; `None` if all are permitted.
     pub(crate) affinity: Option<u32>,
 }
 
@@ -128,7 +130,7 @@ pub(crate) fn streaming(topic: &str) -> String {
 
 pub(crate) struct Script {
     pub(crate) text: String,
-    /// What begins a comment.
+    /// The comment marker.
     mark: &'static str,
 }
 
@@ -150,7 +152,7 @@ impl Script {
         comment_lines(text).iter().for_each(|line| self.line(&format!("{} {line}", self.mark)));
     }
 
-    /// Writes an empty line, and what the next lines are about.
+    /// Writes an empty line and a comment about the next lines.
     pub(crate) fn section(&mut self, about: &str) {
         self.text.push('\n');
         self.comment(about);
@@ -182,7 +184,7 @@ impl Deployed {
 }
 
 impl Activity {
-    /// The words of RTT for how urgent it is: priority and scheduler.
+    /// Returns the priority and the scheduler as RTT names them.
     pub(crate) fn scheduling(&self) -> (u32, &'static str) {
         self.priority.map_or((0, "ORO_SCHED_OTHER"), |priority| (priority, "ORO_SCHED_RT"))
     }
@@ -191,19 +193,19 @@ impl Activity {
 pub(crate) const STREAMS: &str = "Streams outputs, and inputs without a connection, to topics. On a connected \
     input, a topic would be a second writer.";
 
-/// Ports that are topics of ROS: outputs, and inputs that nothing is connected to.
+/// Ports that are streamed to ROS topics: outputs, and inputs without a connection.
 ///
-/// What two write to one input is queued for each of them, and read as new twice; and whoever is in the network of ROS could
-/// drive what the model lets only one component drive.
+/// An input with two writers has a queue for each of them, and reads both values as new. Also, any ROS node could
+/// write to an input that the model connects to one component only.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Streams {
-    /// What has to be imported for their types.
+    /// The packages to import for their types.
     pub(crate) packages: BTreeSet<String>,
     /// Port and topic.
     pub(crate) topics: Vec<[String; 2]>,
-    /// The ports that show what components do.
+    /// The ports that show the state and the execution times of components.
     pub(crate) shown: Vec<[String; 2]>,
-    /// Ports whose types no message has.
+    /// Ports whose types are not messages.
     pub(crate) left_out: Vec<String>,
 }
 
@@ -305,7 +307,7 @@ fn activity<'db>(db: &'db dyn ModelDb, of: Decl<'db>, resolved: &ResolvedActivit
     let affinity = fields
         .find(|field| field.name.name == ActivityField::Affinity.keyword())
         .and_then(|field| mask(&field.value));
-    // What is not pinned by the model was analysed on certain CPUs all the same: it runs there.
+    // An activity without an affinity runs on the CPUs of the analysis.
     let affinity =
         if resolved.priority == Priority::Background { affinity } else { resolved.cpus.or(affinity) };
     let affinity = affinity.and_then(|mask| u32::try_from(mask).ok()).filter(|mask| *mask != 0);
@@ -317,7 +319,8 @@ fn activity<'db>(db: &'db dyn ModelDb, of: Decl<'db>, resolved: &ResolvedActivit
     Activity { period, assumed: resolved.period.is_none(), priority, affinity }
 }
 
-/// `0.1` for 100 ms: exact, always with a point, as what is a floating-point number in every script.
+/// Returns seconds, such as `0.1` for 100 ms: exact, and always with a point, so that all scripts parse a
+/// floating-point number.
 fn seconds(time: Time) -> String {
     let nanos = time.as_nanos();
     let text = format!("{}.{:09}", nanos / 1_000_000_000, nanos % 1_000_000_000);
@@ -364,11 +367,11 @@ fn streams<'db>(model: Model<'_, 'db>, flat: &Flat<'db>) -> Streams {
     streams
 }
 
-/// The message package whose typekit makes topics of such a type.
+/// Returns the message package whose typekit streams values of a type.
 pub(crate) fn topic_package(ty: &Type) -> Option<String> {
     match ty {
         Type::Message(package, _) => Some(package.to_string()),
-        // The wrappers of its messages carry plain numbers, texts and truth values.
+        // Its messages wrap plain numbers, strings and Booleans.
         Type::Integer(Integer::Char) => None,
         Type::Bool | Type::Integer(_) | Type::Float | Type::Double | Type::String => {
             Some("std_msgs".to_owned())

@@ -1,6 +1,6 @@
-//! Texts of a model, as literals of the languages that are generated. A text may hold anything.
+//! Escapes texts of a model as literals of the generated languages. A text may contain any character.
 
-/// A text as a literal of C++, and of nothing else.
+/// Returns a text as a C++ string literal.
 ///
 /// Octal escapes end after three digits, wherever the text goes on; `?` may begin a trigraph.
 pub(crate) fn cpp_string(text: &str) -> String {
@@ -17,8 +17,8 @@ pub(crate) fn cpp_string(text: &str) -> String {
     out + "\""
 }
 
-/// A text as a literal of the scripts of RTT. Their numeric escapes have no end but a character that is no digit, and none
-/// that gives a byte above 127: what has no escape of its own stands there as it is.
+/// Returns a text as a literal of RTT scripts. Their numeric escapes end only at a character that is not a digit, and
+/// cannot express bytes above 127, so characters without a named escape are written unescaped.
 pub(crate) fn ops_string(text: &str) -> String {
     let mut out = String::from("\"");
     for c in text.chars() {
@@ -35,7 +35,8 @@ pub(crate) fn ops_string(text: &str) -> String {
     out + "\""
 }
 
-/// A text as a literal of Lua 5.1: what is no printable ASCII by its decimal code, which ends after three digits.
+/// Returns a text as a literal of Lua 5.1: characters that are not printable ASCII become decimal escapes of three
+/// digits.
 pub(crate) fn lua_string(text: &str) -> String {
     let mut out = String::from("\"");
     for byte in text.bytes() {
@@ -48,7 +49,7 @@ pub(crate) fn lua_string(text: &str) -> String {
     out + "\""
 }
 
-/// A text in XML, in an attribute or between tags. What no XML 1.0 document can hold becomes U+FFFD.
+/// Escapes a text for XML, in an attribute or between tags. Characters that are invalid in XML 1.0 become U+FFFD.
 pub(crate) fn xml(text: &str) -> String {
     let mut out = String::new();
     for c in text.chars() {
@@ -66,13 +67,14 @@ pub(crate) fn xml(text: &str) -> String {
     out
 }
 
-/// A text in a comment: on one line, and never the end of one that `*/` or `-->` ends, nor anything that compilers warn of.
+/// Returns a text for a comment: on one line, and without sequences that end a comment, such as `*/` and `-->`, or
+/// that compilers warn about.
 pub(crate) fn comment(text: &str) -> String {
-    // Signs that turn the direction of what follows them show a reader another text than the compiler.
+    // Bidirectional control characters show the reader a different text from the one that the compiler reads.
     let is_turn =
         |c: char| matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     let mut line: String = text.chars().map(|c| if c.is_control() || is_turn(c) { ' ' } else { c }).collect();
-    // `??/` is a backslash, and one at the end of a line would join the next one to it.
+    // `??/` is a backslash, which would join the next line at the end of a line.
     for (pair, apart) in [("*/", "* /"), ("/*", "/ *"), ("--", "- -"), ("??", "? ?")] {
         while line.contains(pair) {
             line = line.replace(pair, apart);

@@ -1,6 +1,6 @@
 //! What the analysis reads of a model, as files of a package: `models/<Component>.psm.json`, a state machine with its times,
 //! and `models/<Deployment>.json`, a task set. `mauve wcrt` computes the same response times from it as from the model;
-//! [`mauve_timing::task_set`] says what stands there.
+//! [`mauve_timing::task_set`] defines the format.
 
 use mauve_diagnostics::PROSE;
 use mauve_timing::task_set::Exported;
@@ -10,7 +10,7 @@ use crate::cpp_name::file_name;
 use crate::library::Model;
 use crate::package::GeneratedFile;
 
-/// The files of a package that tell what was analysed, at all levels of the timing tables.
+/// Returns the exported analyses of a package, at all levels of the timing tables.
 pub(crate) fn export_files(model: Model<'_, '_>) -> Vec<GeneratedFile> {
     let Model { db, project, library, .. } = model;
     let components = library.components.iter().map(|&(component, _)| {

@@ -6,7 +6,7 @@ use crate::origin::{comment_lines, generated_from};
 
 pub(crate) fn launch_file(deployed: &Deployed) -> String {
     let package = &deployed.package;
-    // Names have nothing that roslaunch would substitute: the only `$(find …)` and `$(arg …)` are those here.
+    // Names contain no substitutions of roslaunch: the only `$(find …)` and `$(arg …)` are those below.
     let script = xml(&format!("-s $(find {package})/scripts/{}.ops", deployed.name));
     let description: Vec<String> =
         comment_lines(&deployed.description).iter().map(|line| xml(line)).collect();

@@ -1,4 +1,4 @@
-//! Which packages there are: one for each library that has something to generate, and what each needs of the others.
+//! The packages of a project, one for each library with generated files, and their dependencies.
 
 use std::collections::BTreeSet;
 
@@ -16,12 +16,12 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::cpp_name::{CppNames, file_name};
 use crate::cpp_type::cpp_type;
 
-/// Packages that generated ones depend on, beside those of messages, and what CMake keeps for itself: `project(CMAKE)` would
-/// set `CMAKE_VERSION`.
+/// Names that no package can have: packages that generated ones depend on, except messages, and names that CMake
+/// reserves: `project(CMAKE)` would set `CMAKE_VERSION`.
 const OTHER_PACKAGES: [&str; 8] =
     ["rtt", "ocl", "rtt_ros", "rtt_roscomm", "rtt_rosnode", "genmsg", "CMAKE", "PROJECT"];
 
-/// Something that must be put right before anything is generated.
+/// A problem that prevents generation.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
 pub struct Problem<'db> {
     /// What is wrong.
@@ -30,14 +30,14 @@ pub struct Problem<'db> {
     pub at: Location<'db>,
 }
 
-/// What prevents the generation of packages.
+/// The kinds of problems that prevent the generation of packages.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
 pub enum ProblemKind {
     /// A diagnostic of the models or of `mauve.toml` is an error; this is its message.
     Diagnostic(String),
-    /// Two names, as the models have them, give paths that differ in case only.
+    /// The paths of two names differ in case only.
     SamePath {
-        /// What has these names.
+        /// The kind of artifact with these names.
         of: Artifact,
         /// The name that is declared first.
         first: String,
@@ -50,7 +50,7 @@ pub enum ProblemKind {
     UnsupportedCpus(u64),
     /// The table of a type in `mauve.toml` does not name its type in C++.
     UnmappedType(Name),
-    /// No type in C++ is known for a type of a model, given as written there.
+    /// The C++ type of this type, as written in the model, is unknown.
     UnknownType(String),
     /// Components of libraries call codels of each other's packages.
     CyclicPackages {
@@ -61,7 +61,7 @@ pub enum ProblemKind {
     },
 }
 
-/// What has a folder or a file of its own.
+/// The artifacts that have a folder or a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, salsa::SalsaValue)]
 pub enum Artifact {
     /// A folder.
@@ -78,7 +78,7 @@ pub enum Artifact {
 pub(crate) struct Library<'db> {
     /// Its name in C++ and on the disk: namespace, folder, package.
     pub(crate) package: String,
-    /// In the order of the texts, each with its name in the namespace.
+    /// The codels in the order of the texts, each with its name in the namespace.
     pub(crate) codels: Vec<(Decl<'db>, String)>,
     pub(crate) components: Vec<(Decl<'db>, String)>,
     /// In the order of the texts.
@@ -89,28 +89,28 @@ pub(crate) struct Library<'db> {
     pub(crate) runs: BTreeSet<usize>,
 }
 
-/// The libraries of a project that something is generated for.
+/// The libraries of a project with generated packages.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub(crate) struct Libraries<'db> {
-    /// Those that others call come first.
+    /// The libraries; called libraries come before their callers.
     pub(crate) all: Vec<Library<'db>>,
-    /// Where each codel and component is: the number of its library, and its name there.
+    /// For each codel and component, the number of its library and its name in the namespace.
     places: FxHashMap<Decl<'db>, (usize, String)>,
 }
 
 impl<'db> Libraries<'db> {
-    /// The library that makes a codel or a component, and its name there.
+    /// Returns the library of a codel or a component, and its name in the namespace.
     pub(crate) fn of(&self, decl: Decl<'db>) -> Option<(&Library<'db>, &str)> {
         let (index, name) = self.places.get(&decl)?;
         Some((self.all.get(*index)?, name))
     }
 
-    /// A codel or a component as C++ names it from anywhere: `::motion::clearance`.
+    /// Returns the fully qualified C++ name of a codel or a component: `::motion::clearance`.
     pub(crate) fn qualified(&self, decl: Decl<'db>) -> Option<String> {
         self.of(decl).map(|(library, name)| format!("::{}::{name}", library.package))
     }
 
-    /// The numbers of the libraries that a deployment needs.
+    /// Returns the numbers of the libraries that a deployment needs.
     pub(crate) fn needed_by(&self, deployment: Decl<'db>) -> BTreeSet<usize> {
         let own = self.all.iter().position(|library| library.deployments.contains(&deployment));
         let mut needed: BTreeSet<usize> = own.into_iter().collect();
@@ -124,9 +124,8 @@ impl<'db> Libraries<'db> {
     }
 }
 
-/// What must be put right before anything is generated from a project: the errors in its models and its `mauve.toml`, and
-/// types that C++ does not know. A missed deadline is none of these, nor is a missing time: times are measured in what is
-/// generated.
+/// Returns the problems that prevent generation from a project: errors in its models and its `mauve.toml`, and
+/// unknown C++ types. Missed deadlines and missing times do not prevent it: times are measured in the generated code.
 pub fn problems<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Problem<'db>> {
     let workspace = project.workspace(db);
     let config = config_of(db, workspace);
@@ -150,7 +149,7 @@ pub fn problems<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Problem
     found
 }
 
-/// The libraries of a project, and why they cannot be generated.
+/// Returns the libraries of a project, and the problems that prevent their generation.
 #[salsa::tracked(returns(ref))]
 pub(crate) fn libraries<'db>(
     db: &'db dyn ModelDb,
@@ -182,7 +181,7 @@ impl<'db> Reader<'db> {
                 all.push(decl);
             }
         }
-        // What stands outside libraries takes the name that they leave.
+        // The package of declarations outside libraries gets a name that no library has.
         order.sort_by_key(Option::is_none);
         let mut names = CppNames::of_packages();
         catalogue().keys().for_each(|package| {
@@ -241,7 +240,7 @@ impl<'db> Reader<'db> {
         flat.into_iter().flatten().filter_map(|instance| instance.component).collect()
     }
 
-    /// Reports names that C++ tells apart, while a file system that ignores case does not.
+    /// Reports names that are distinct in C++, but not on a file system that ignores case.
     fn check_files(&mut self, all: &[Library<'db>]) {
         let db = self.db;
         let first = |library: &Library<'db>| {
@@ -252,7 +251,7 @@ impl<'db> Reader<'db> {
             all.iter().filter_map(|it| Some((it.package.clone(), it.package.as_str(), first(it)?)));
         self.check_case(Artifact::Package, packages);
         for library in all {
-            // Sources are called as in C++, what was analysed as in the model.
+            // Sources have the names in C++, exported analyses those of the model.
             let in_cpp = |(decl, name): &(Decl<'db>, String)| (name.clone(), decl.name(db).as_str(), *decl);
             let in_model = |decl: Decl<'db>| (file_name(decl.name(db)), decl.name(db).as_str(), decl);
             self.check_case(Artifact::Codel, library.codels.iter().map(in_cpp));
@@ -263,7 +262,7 @@ impl<'db> Reader<'db> {
         }
     }
 
-    /// `named`: what each is called on the disk, and in the model, and where that stands.
+    /// Reports names that differ in case only; `named` has each file name, the name in the model, and its location.
     fn check_case<'n>(&mut self, of: Artifact, named: impl Iterator<Item = (String, &'n str, Decl<'db>)>) {
         let mut seen: FxHashMap<String, &str> = FxHashMap::default();
         for (file, name, decl) in named {
@@ -291,7 +290,7 @@ impl<'db> Reader<'db> {
         }
     }
 
-    /// Orocos has 32 bits for the CPUs of a thread.
+    /// Reports affinities with CPUs above 32: Orocos has 32 bits for the CPUs of a thread.
     fn check_affinities(&mut self, of: Decl<'db>) {
         for activity in deployment(self.db, of).into_iter().flat_map(|data| &data.activities) {
             for field in
@@ -323,7 +322,7 @@ impl<'db> Reader<'db> {
         }
     }
 
-    /// Those that others call first; and no two that call each other, which no build system can build.
+    /// Sorts libraries so that called ones come first, and reports cyclic calls, which no build system can build.
     fn ordered(&mut self, all: Vec<Library<'db>>) -> Vec<Library<'db>> {
         let calls = |one: usize, other| all.get(one).is_some_and(|it| it.calls.contains(&other));
         let numbers = topological_order(all.len(), calls);
@@ -353,7 +352,7 @@ impl<'db> Reader<'db> {
     }
 }
 
-/// What the files of a package are generated from.
+/// The input for the files of a package.
 #[derive(Clone, Copy)]
 pub(crate) struct Model<'a, 'db> {
     pub(crate) db: &'db dyn ModelDb,
@@ -422,8 +421,8 @@ fn types<'db>(
     parameters.iter().filter_map(|it| it.ty.as_ref()).chain(ty).map(move |ty| (of, ty))
 }
 
-/// Returns the numbers below `count`, each behind those that it waits for, otherwise ascending. Where all that are left wait
-/// for each other, the first of them goes first.
+/// Returns the numbers below `count`, each after those that it waits for, otherwise ascending. In a cycle, the lowest
+/// number comes first.
 pub(crate) fn topological_order(count: usize, waits_for: impl Fn(usize, usize) -> bool) -> Vec<usize> {
     let mut left: Vec<usize> = (0..count).collect();
     let mut order = Vec::new();
@@ -440,7 +439,7 @@ fn component_is_broken(db: &dyn ModelDb, of: Decl<'_>) -> bool {
         .is_none_or(|data| data.completeness.is_incomplete() || data.shell.is_none() || data.core.is_none())
 }
 
-/// What stands outside libraries is named after the root of the project.
+/// Returns the package name for declarations outside libraries: the name of the project's root.
 fn root_name(db: &dyn ModelDb, project: Project<'_>) -> String {
     let stem = project.root(db).path(db).file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
     let name: String = stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();

@@ -1,4 +1,5 @@
-//! The same deployment for those who deploy with Lua: `rttlua -i D.lua`. It does what `ops.rs` does, in the same order.
+//! The script of a deployment in Lua: `rttlua -i D.lua`. It executes the same steps as that of `ops.rs`, in the same
+//! order.
 
 use mauve_hir::Value;
 
@@ -60,7 +61,7 @@ fn write_call(script: &mut Script, function: &str, arguments: &[&str]) {
     script.line(&format!("{function}({})", arguments.join(", ")));
 }
 
-/// A step, and what cannot be done where it fails.
+/// Writes a step, and the message if it fails.
 fn step(script: &mut Script, call: &str, what: &str) {
     write_call(script, "worked", &[call, &lua_string(what)]);
 }

@@ -1,4 +1,4 @@
-//! `.mauve-manifest.json`: what the generator wrote into a package, by which it knows later what others changed there.
+//! `.mauve-manifest.json`: the files that the generator has written into a package, to detect later changes.
 
 use std::collections::BTreeMap;
 
@@ -7,13 +7,13 @@ use sha2::{Digest as _, Sha256};
 
 use crate::package::{is_codel_path, is_generated_path};
 
-/// The file of a package that says what the generator wrote into it.
+/// The name of the manifest in a package.
 pub const MANIFEST: &str = ".mauve-manifest.json";
 
-/// Goes up when an older generator would misunderstand what a newer one writes.
+/// The format number, to be incremented when an older generator would misread a newer manifest.
 const FORMAT: u32 = 1;
 
-/// What the generator wrote into a package; paths are from the package's folder.
+/// The files that the generator has written into a package; paths are relative to the package's folder.
 ///
 /// ```json
 /// {
@@ -31,35 +31,35 @@ pub(crate) struct Manifest {
     pub(crate) codels: BTreeMap<String, CodelFile>,
 }
 
-/// What is known of a file of the user's.
+/// The record of a file of the user.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CodelFile {
-    /// The prototype that it was written for; none where nobody knows.
+    /// The prototype that it was written for; `None` if unknown.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) prototype: Option<String>,
-    /// Has the user removed the stub for that prototype, and so said that the file is right as it is?
+    /// Whether the user has removed the stub for that prototype, and so has confirmed the file.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub(crate) is_right: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) offered: Option<Offer>,
 }
 
-/// A stub beside a file of the user's, for a prototype that it was not written for.
+/// A stub next to a file of the user that was written for another prototype.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Offer {
-    /// What it is a stub of.
+    /// The prototype of the stub.
     pub(crate) prototype: String,
     pub(crate) hash: String,
 }
 
-/// Why a text is no manifest.
+/// Why a text is not a valid manifest.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ManifestError {
-    /// The text is no JSON, or has other fields: the message of the JSON parser.
+    /// The text is not JSON, or has other fields: the message of the JSON parser.
     Json(String),
-    /// The format has another number.
+    /// The format number differs.
     Format {
         /// The number in the manifest.
         found: u32,
@@ -70,7 +70,7 @@ pub enum ManifestError {
     OutsidePackage(String),
     /// The path of a file that belongs to the user is listed as generated.
     UserFile(String),
-    /// The generator makes no file with this path.
+    /// The generator does not write a file with this path.
     NotGenerated(String),
     /// This is not the path of a file of a codel.
     NotACodel(String),
@@ -89,11 +89,11 @@ impl Default for Manifest {
 }
 
 impl Manifest {
-    /// Reads a manifest. It may have come from anywhere: its paths stay in the package.
+    /// Reads a manifest. It is untrusted, so its paths are checked to stay in the package.
     ///
     /// # Errors
     ///
-    /// Why it is none.
+    /// The text is not a valid manifest.
     pub(crate) fn read(text: &str) -> Result<Manifest, ManifestError> {
         #[derive(Deserialize)]
         struct Version {
@@ -108,7 +108,8 @@ impl Manifest {
         {
             return Err(ManifestError::OutsidePackage(path.clone()));
         }
-        // Files that are listed and no longer made are removed: none of them may be the user's or unknown to the generator.
+        // Listed files that are no longer generated are removed, so a manifest must not list files of the user or
+        // unknown files.
         if let Some(path) = manifest.files.keys().find(|path| is_the_users(path)) {
             return Err(ManifestError::UserFile(path.clone()));
         }
@@ -126,18 +127,18 @@ impl Manifest {
     }
 }
 
-/// Is it a file that the generator never writes again, or never at all?
+/// Returns whether the generator writes a file at most once.
 fn is_the_users(path: &str) -> bool {
     path == "user.cmake" || path.starts_with("src/codels/")
 }
 
-/// Does a path name a file in the folder that it starts from, other than its manifest?
+/// Returns whether a path names a file in its folder, other than the manifest.
 fn is_inside(path: &str) -> bool {
     let is_name = |part: &str| !matches!(part, "" | "." | "..") && !part.contains(['\\', ':', '\0']);
     path != MANIFEST && path.split('/').all(is_name)
 }
 
-/// The hash of a text, whichever line ends a checkout gave it.
+/// Returns the hash of a text, independent of its line ends.
 pub(crate) fn hash(text: &str) -> String {
     let digest = Sha256::digest(text.replace("\r\n", "\n").as_bytes());
     digest.iter().map(|byte| format!("{byte:02x}")).collect()

@@ -26,8 +26,8 @@ use crate::deployment::{
 };
 use crate::escape::ops_string;
 
-/// What every script begins with. A package is also looked for below the name of its target: where the deployer is run beside
-/// the folder of a package, RTT takes that for what is installed of it.
+/// The first lines of every script. Packages are also imported by the path below the target's name: if the deployer
+/// runs next to the source folder of a package, RTT takes that folder for the installed package.
 const PRELUDE: &str = r#"
 require("print")
 require("os")
@@ -63,7 +63,7 @@ pub(crate) fn script(deployed: &Deployed) -> String {
     script.text
 }
 
-/// A step, and what cannot be done where it fails.
+/// Writes a step, and the message if it fails.
 fn step(script: &mut Script, indent: &str, call: &str, what: &str) {
     script.line(&format!("{indent}ready = worked({call}, {}) && ready", ops_string(what)));
 }
@@ -166,7 +166,8 @@ fn connections(script: &mut Script, deployed: &Deployed) {
     script.line("}");
 }
 
-/// The variable of a policy, which no task may be called, because a member of it would be a property of that.
+/// Returns the variable of a connection policy: a name that no task has, since its members would be parsed as
+/// properties of the task.
 fn policy(tasks: &[Task], buffer: Option<u32>) -> String {
     let mut name = buffer.map_or("last_value".to_owned(), |size| format!("last_{size}"));
     while tasks.iter().any(|task| task.name == name) {
@@ -205,7 +206,7 @@ fn streams(script: &mut Script, deployed: &Deployed) {
         script.section(STREAMS);
     }
     let topics: Vec<&[String; 2]> = streams.topics.iter().chain(&streams.shown).collect();
-    // Where the first one fails, the others would for the same reason.
+    // If the first step fails, the others fail for the same reason.
     let (first, others) = topics.split_at(topics.len().min(1));
     for topics in [first, others].into_iter().filter(|topics| !topics.is_empty()) {
         script.line("if ( ready ) then {");
@@ -253,7 +254,7 @@ fn start(script: &mut Script, deployed: &Deployed) {
 fn literal(value: &Value) -> String {
     match value {
         Value::String(text) => ops_string(text),
-        // The parser reads the sign apart from the number, which alone would be too great.
+        // The parser reads the sign separately from the number, which is too large without it.
         Value::Int(i32::MIN) => "-2147483647 - 1".to_owned(),
         other => other.text(),
     }

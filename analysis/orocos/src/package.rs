@@ -15,7 +15,7 @@ use crate::trace::trace_files;
 /// A package that can be built.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Package {
-    /// Its name, which is that of its folder.
+    /// Its name, which is also the name of its folder.
     pub name: String,
     /// Its files.
     pub files: Vec<GeneratedFile>,
@@ -24,11 +24,11 @@ pub struct Package {
 /// A file of a package.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct GeneratedFile {
-    /// From the folder of its package, with `/` between the parts, none of which is `.` or `..`.
+    /// The path relative to the package, with `/` separators and without `.` and `..`.
     pub path: String,
-    /// What stands in it.
+    /// Its content.
     pub text: String,
-    /// Whose it is.
+    /// Its owner.
     pub owner: Owner,
 }
 
@@ -46,22 +46,23 @@ impl GeneratedFile {
     }
 }
 
-/// Whose a file is.
+/// The owner of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Owner {
-    /// The generator's: it is written anew whenever it changes.
+    /// The generator, which overwrites the file when its text changes.
     Generator,
-    /// The user's: it is written once, and what it must define is the prototype of a codel.
+    /// The user: the file is written once, and must define a codel.
     User {
         /// `double clearance(const ::sensor_msgs::LaserScan& scan, double width)`
         prototype: String,
     },
 }
 
-/// Is it such a path as those of [`package`] that are the generator's? Others no manifest can list truthfully.
+/// Returns whether a path has the form of a generated file of [`package`]. A manifest that lists other paths is
+/// invalid.
 ///
-/// What a manifest lists and nothing makes any more is removed, so that what is not of these shapes never is, whoever wrote
-/// the manifest.
+/// Listed files that are no longer generated are removed, so this check limits which files a forged manifest can
+/// remove.
 pub(crate) fn is_generated_path(path: &str) -> bool {
     let ends =
         |file: &str, ends: &[&str]| ends.iter().any(|end| file.strip_suffix(*end).is_some_and(is_name));
@@ -76,7 +77,7 @@ pub(crate) fn is_generated_path(path: &str) -> bool {
     match *path.split('/').collect::<Vec<&str>>().as_slice() {
         ["CMakeLists.txt" | "package.xml"] => true,
         ["include", package, file] => is_header_of(package, file),
-        // A component may be called as one of these folders.
+        // A component may have the name of one of these folders.
         [folder, file] => {
             is_class_of(folder, file)
                 || match folder {
@@ -92,22 +93,22 @@ pub(crate) fn is_generated_path(path: &str) -> bool {
     }
 }
 
-/// Is it the path of a codel's file, which is the user's?
+/// Returns whether a path is that of a codel's file, which belongs to the user.
 pub(crate) fn is_codel_path(path: &str) -> bool {
     let name = path.strip_prefix("src/codels/").and_then(|file| file.strip_suffix(".cpp"));
     name.is_some_and(is_name)
 }
 
-/// Has it only the letters of a name in a model, which are those of a name in C++?
+/// Returns whether a text has only letters of a name, in models and in C++.
 fn is_name(text: &str) -> bool {
     !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
 }
 
-/// The packages that a deployment needs, or all of a project, those that others need first.
+/// Returns the packages that a deployment needs, or all packages of a project, in build order.
 ///
 /// # Errors
 ///
-/// What must be put right in the model first.
+/// The problems that prevent generation.
 pub fn packages<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -131,7 +132,7 @@ fn package(model: Model<'_, '_>) -> Package {
     files.extend(trace_files(model.library));
     files.extend(deployment_files(model));
     files.extend(export_files(model));
-    // The last one: what is installed is what the others make.
+    // The build files come last, since they install the other files.
     let build = build_files(model, &files);
     files.extend(build);
     Package { name: model.library.package.clone(), files }

@@ -1,8 +1,8 @@
-//! What has to be done to a folder so that it holds these packages, and nothing of the user's is lost.
+//! Plans the changes that update a folder to a set of packages, without losing files of the user.
 //!
-//! A generated file is written anew where its text is another, and removed where it is made no more, if it still has the
-//! hash that the manifest of its package has for it (`manifest.rs`). Otherwise somebody edited it, or it is not ours: that
-//! needs force. Line ends do not count, since checkouts change them.
+//! A generated file is overwritten if its text differs, and removed if it is no longer generated, provided that it
+//! still has the hash in the manifest of its package (`manifest.rs`). Otherwise somebody edited it, or it is not
+//! ours: that needs force. Line ends do not count, since checkouts change them.
 //!
 //! A folder may have come from a stranger, and its manifest may know the hash of any file. So only what says of itself that
 //! the generator wrote it is removed, with force too, and is overwritten without. Names that differ in case alone are one
@@ -20,57 +20,57 @@ use crate::origin::is_marked;
 use crate::package::{GeneratedFile, Owner, Package};
 use crate::prototype::Prototype;
 
-/// What has to be done, step by step.
+/// The steps that update a folder.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Plan {
-    /// In the order of the paths within each package. None: everything is as it should be.
+    /// The steps, sorted by path within each package; empty if all files are up to date.
     pub steps: Vec<Step>,
-    /// Generated files that somebody edited since: their paths. Unless it is forced, nothing is to be done while there are any.
+    /// The paths of generated files that were edited. Without `--force`, no step is executed while there are any.
     pub edited: Vec<String>,
-    /// Codels whose prototype changed, and whose file was not yet written anew by the user.
+    /// Codels whose prototype has changed, and whose file the user has not yet updated.
     pub changed_codels: Vec<ChangedCodel>,
-    /// Files of codels that are in the model no more: their paths. They are the user's, and stay.
+    /// The paths of codel files whose codels are no longer in the model. They belong to the user, and are kept.
     pub left_codels: Vec<String>,
-    /// Files that a manifest lists as generated, that are made no more, and that may be the user's all the same: their paths.
-    /// They stay, and the manifest lists them no more.
+    /// The paths of files that a manifest lists as generated, that are no longer generated, and that the user may
+    /// have written. They are kept, and removed from the manifest.
     pub left_files: Vec<String>,
 }
 
 impl Plan {
-    /// Is everything as it should be?
+    /// Returns whether all files are up to date.
     pub fn is_settled(&self) -> bool {
         self.steps.is_empty() && self.edited.is_empty() && self.changed_codels.is_empty()
     }
 }
 
-/// A file that is made, changed or removed.
+/// A file to create, change or remove.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Step {
-    /// From the folder of the packages, with `/` between its parts.
+    /// The path relative to the folder of the packages, with `/` separators.
     pub path: String,
-    /// What is done.
+    /// The change of the file.
     pub action: Action,
 }
 
-/// What is done to a file.
+/// A change of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Action {
-    /// It is not there, and gets this text.
+    /// Creates the file with this text.
     Create(String),
-    /// It gets this text instead of its own.
+    /// Replaces the text of the file.
     Change(String),
-    /// It goes.
+    /// Removes the file.
     Remove,
 }
 
-/// A codel whose prototype is another than that which the user's file was written for.
+/// A codel whose prototype differs from the one that the user's file was written for.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ChangedCodel {
-    /// The user's file, from the folder of the packages.
+    /// The path of the user's file, relative to the folder of the packages.
     pub path: String,
-    /// What it defines, or what it was written for; empty where nobody knows any more.
+    /// The prototype that the file defines, or was written for; empty if unknown.
     pub before: String,
-    /// What the model says now.
+    /// The prototype in the model.
     pub now: String,
 }
 
@@ -81,28 +81,28 @@ pub enum PlanError {
     Unreadable(String),
     /// The names of these two packages differ in case only.
     SameFolder(String, String),
-    /// A manifest cannot be understood.
+    /// A manifest is invalid.
     Manifest {
-        /// The path of the manifest, from the folder of the packages.
+        /// The path of the manifest, relative to the folder of the packages.
         path: String,
         /// Why.
         error: ManifestError,
     },
 }
 
-/// What has to be done so that a folder holds `packages`. `read` gives the text of a file of it, by its path there; nothing
-/// where there is none.
+/// Plans the steps that update a folder to `packages`. `read` returns the text of a file in the folder, or `None` if
+/// it does not exist.
 ///
 /// # Errors
 ///
-/// `read` fails, a manifest cannot be understood, or two packages would be one folder where a file system ignores case.
+/// `read` fails, a manifest is invalid, or two packages would have the same folder on a file system that ignores case.
 pub fn plan(
     packages: &[Package],
     read: &dyn Fn(&str) -> Result<Option<String>, String>,
 ) -> Result<Plan, PlanError> {
     let mut plan = Plan::default();
     for (index, package) in packages.iter().enumerate() {
-        // Of one project that is a problem already; several may go to one folder.
+        // Within a project this is reported as a problem; here the packages may come from several projects.
         let is_almost =
             |it: &&Package| it.name != package.name && it.name.eq_ignore_ascii_case(&package.name);
         if let Some(other) = packages.iter().take(index).find(is_almost) {
@@ -131,12 +131,12 @@ pub fn plan(
     Ok(plan)
 }
 
-/// Are two texts the same but for their line ends?
+/// Returns whether two texts are equal except for their line ends.
 fn is_same_text(a: &str, b: &str) -> bool {
     a == b || hash(a) == hash(b)
 }
 
-/// Plans for one package; paths are from its folder.
+/// Plans the steps for one package; paths are relative to its folder.
 struct Planner<'a> {
     package: &'a Package,
     read: &'a dyn Fn(&str) -> Result<Option<String>, String>,
@@ -154,7 +154,7 @@ impl Planner<'_> {
                 Owner::User { prototype } => self.codel(file, prototype)?,
             }
         }
-        // As a file system may compare them.
+        // In lower case, as some file systems compare names.
         let paths = self.package.files.iter().map(|file| file.path.as_str());
         let paths: BTreeMap<String, &str> = paths.map(|path| (path.to_ascii_lowercase(), path)).collect();
         let before = std::mem::take(&mut self.before);
@@ -184,8 +184,8 @@ impl Planner<'_> {
         Ok(())
     }
 
-    /// Is there a file at `path`, and another one at `current`, which differs from it in case only? Where a file system
-    /// ignores case, both paths give one text.
+    /// Returns whether `path` and `current`, which differ in case only, are two files. On a file system that ignores
+    /// case, both are the same file.
     fn is_another(&self, path: &str, current: &str) -> Result<bool, String> {
         let there = self.text(path)?;
         Ok(there.is_some() && there != self.text(current)?)
@@ -221,7 +221,7 @@ impl Planner<'_> {
         Ok(())
     }
 
-    /// A file that the manifest says the generator wrote, and that is made no more.
+    /// Plans for a listed file that is no longer generated.
     fn stale(&mut self, path: &str, written: &str) -> Result<(), String> {
         let Some(text) = self.text(path)? else { return Ok(()) };
         if !is_marked(path, &text) {
@@ -235,7 +235,7 @@ impl Planner<'_> {
         Ok(())
     }
 
-    /// A file that is the user's.
+    /// Plans for the file of a codel.
     fn codel(&mut self, stub: &GeneratedFile, prototype: &str) -> Result<(), String> {
         let path = stub.path.as_str();
         let known = self.before.codels.remove(path).unwrap_or_default();
@@ -251,7 +251,7 @@ impl Planner<'_> {
         Ok(())
     }
 
-    /// A file that the user has written: what is known of it now.
+    /// Plans for an existing file of the user, and returns its new record.
     fn written(
         &mut self,
         stub: &GeneratedFile,
@@ -262,13 +262,13 @@ impl Planner<'_> {
         let path = stub.path.as_str();
         let beside = offered_path(path);
         let there = self.text(&beside)?;
-        // Whoever removes the stub has seen it.
+        // The user has removed the stub, and so has confirmed the file.
         if let Some(offer) = known.offered.take_if(|_| there.is_none()) {
             known = CodelFile { prototype: Some(offer.prototype), is_right: true, offered: None };
         }
         let before = known.prototype.as_deref();
         let is_same = before.is_some_and(|before| Prototype::is_same(before, prototype));
-        // Two parameters of one type that were exchanged are the same to a compiler.
+        // A compiler does not notice two exchanged parameters of the same type.
         let moved = before.filter(|before| is_same && Prototype::has_moved(before, prototype));
         let other_in = |prototype: &str| Prototype::read(prototype)?.other_in(text);
         let other = other_in(prototype);
@@ -291,13 +291,13 @@ impl Planner<'_> {
             None => self.step(&beside, Action::Create(stub.text.clone())),
             Some(text) if is_same_text(&text, &stub.text) => {}
             Some(text) if is_ours(&text) => self.step(&beside, Action::Change(stub.text.clone())),
-            // The user is at work in it.
+            // The user has edited the stub.
             Some(_) => return Ok(known),
         }
         Ok(CodelFile { offered: Some(offer), ..known })
     }
 
-    /// Removes the stub beside a file of the user's, unless the user has edited it.
+    /// Removes the stub next to a file of the user, unless the user has edited it.
     fn withdraw(&mut self, path: &str, offered: Option<&Offer>) -> Result<(), String> {
         let beside = offered_path(path);
         if let Some(offer) = offered
@@ -309,7 +309,7 @@ impl Planner<'_> {
     }
 }
 
-/// Is a text the stub that was put beside a file of the user's, as it was put there?
+/// Returns whether a text is the unchanged stub that was written next to a file of the user.
 fn is_offered(offer: &Offer, text: &str) -> bool {
     offer.hash == hash(text) && is_stub(text)
 }

@@ -1,11 +1,10 @@
-//! Whether a file of the user's defines what a codel is declared as: compared token by token, as far as that can be seen
-//! without a compiler.
+//! Checks whether a file of the user defines the prototype of a codel, by comparing tokens, without a compiler.
 //!
 //! White space, comments and the names of parameters do not count, nor does what C++ reads as the same function: where a
 //! `const` stands, a namespace before the name, a leading `::`, `inline`, attributes. A definition that is hidden behind a
 //! macro or another name of a type is not found: then the user is asked once more than needed, and nothing is lost.
 
-/// A prototype, without what does not count.
+/// A normalised prototype.
 pub(crate) struct Prototype<'a> {
     result: Vec<&'a str>,
     name: &'a str,
@@ -31,7 +30,7 @@ impl<'a> Prototype<'a> {
         is_word(name).then(|| Prototype { result: normalised(result), name, parameters, names })
     }
 
-    /// Is this the prototype of the same function?
+    /// Returns whether two prototypes declare the same function.
     pub(crate) fn is_same(before: &str, now: &str) -> bool {
         let is_same = |(a, b): (Prototype<'_>, Prototype<'_>)| {
             (a.result, a.name, a.parameters) == (b.result, b.name, b.parameters)
@@ -39,13 +38,13 @@ impl<'a> Prototype<'a> {
         before == now || Prototype::read(before).zip(Prototype::read(now)).is_some_and(is_same)
     }
 
-    /// Do the parameters of two prototypes have the same names, in another order?
+    /// Returns whether the parameters of two prototypes have the same names in a different order.
     pub(crate) fn has_moved(before: &str, now: &str) -> bool {
         let names = Prototype::read(before).zip(Prototype::read(now));
         names.is_some_and(|(before, now)| is_in_another_order(&before.names, &now.names))
     }
 
-    /// Does a text of C++ define this function?
+    /// Returns whether a C++ text defines this function.
     pub(crate) fn is_defined_in(&self, text: &str) -> bool {
         let tokens = tokens(text);
         self.definitions(&tokens).any(|(before, found)| self.has(&found) && self.is_result_of(before))
@@ -56,8 +55,8 @@ impl<'a> Prototype<'a> {
             && self.parameters.iter().zip(found).all(|(expected, found)| is_parameter(expected, found))
     }
 
-    /// The definitions of functions of this name: what stands before the name, and the parameters. None of them stands in
-    /// the parentheses of another.
+    /// Returns the definitions of functions with this name: the tokens before the name, and the parameters.
+    /// Definitions do not overlap.
     fn definitions<'t>(
         &self,
         tokens: &'t [&'a str],
@@ -75,8 +74,8 @@ impl<'a> Prototype<'a> {
         })
     }
 
-    /// What a text defines by this name, where that is another function for certain: its parameters are of other types of the
-    /// language itself, or their names stand in another order.
+    /// Returns the prototype of a function with this name in a text that certainly differs: its parameters have other
+    /// built-in types, or their names have a different order.
     ///
     /// ```text
     /// double clearance(double range, double width)          the model
@@ -91,7 +90,7 @@ impl<'a> Prototype<'a> {
                 let named: Vec<&str> = found.iter().filter_map(|it| it.last().copied()).collect();
                 is_in_another_order(&self.names, &named).then_some(found)
             }
-            // A name could be that of any type.
+            // A name may refer to any type.
             None => definitions.iter().find(|found| {
                 let types = found.iter().map(|it| match it.split_last() {
                     Some((name, ty)) if may_be_a_name(name) && !STANDARD_TYPES.contains(name) => ty,
@@ -108,7 +107,8 @@ impl<'a> Prototype<'a> {
         })
     }
 
-    /// Does what stands before a function's name end with this result, and the namespaces of the name perhaps?
+    /// Returns whether the tokens before a function's name end with this result type, optionally followed by
+    /// namespaces.
     fn is_result_of(&self, before: &[&str]) -> bool {
         let before = before.get(before.len().saturating_sub(MOST_WORDS)..).unwrap_or_default();
         let ends_a_declaration = |token: &&str| matches!(*token, ";" | "{" | "}" | ")" | ":");
@@ -130,11 +130,11 @@ impl<'a> Prototype<'a> {
     }
 }
 
-/// A function has no more tokens in the parentheses of its parameters, and before its name: one that has is not found.
+/// The maximum numbers of tokens in the parameters, and before the name; longer functions are not found.
 const MOST_TOKENS: usize = 4096;
 const MOST_WORDS: usize = 64;
 
-/// Types of the standard library that a model knows too.
+/// Types of the standard library that correspond to types of models.
 const STANDARD_TYPES: [&str; 11] = [
     "std", "string", "size_t", "int8_t", "int16_t", "int32_t", "int64_t", "uint8_t", "uint16_t", "uint32_t",
     "uint64_t",
@@ -149,7 +149,7 @@ fn is_in_another_order(some: &[&str], others: &[&str]) -> bool {
     some != others && sorted(some) == sorted(others)
 }
 
-/// Is this parameter, which may have a name, of this type?
+/// Returns whether a parameter, with or without a name, has this type.
 fn is_parameter(expected: &[&str], found: &[&str]) -> bool {
     let unnamed = found.split_last().filter(|(name, _)| may_be_a_name(name)).map(|(_, ty)| ty);
     normalised(found) == expected || unnamed.is_some_and(|ty| normalised(ty) == expected)
@@ -165,7 +165,7 @@ fn is_word(token: &str) -> bool {
     token.starts_with(|c: char| c.is_alphabetic() || c == '_')
 }
 
-/// Where each parenthesis closes that does.
+/// Returns the index of the closing parenthesis for each opening one, if it is closed.
 fn ends_of_parentheses(tokens: &[&str]) -> Vec<Option<usize>> {
     let (mut ends, mut open) = (vec![None; tokens.len()], Vec::new());
     for (at, token) in tokens.iter().enumerate() {
@@ -182,7 +182,7 @@ fn ends_of_parentheses(tokens: &[&str]) -> Vec<Option<usize>> {
     ends
 }
 
-/// What stands between the commas.
+/// Splits parameters at the commas.
 fn parameters<'t, 'a>(tokens: &'t [&'a str]) -> Vec<&'t [&'a str]> {
     if let [] | ["void"] = tokens {
         return Vec::new();
@@ -199,11 +199,11 @@ fn parameters<'t, 'a>(tokens: &'t [&'a str]) -> Vec<&'t [&'a str]> {
     tokens.split(separates).collect()
 }
 
-/// A type without what does not count.
+/// Returns a normalised type.
 fn normalised<'a>(tokens: &[&'a str]) -> Vec<&'a str> {
     let mut out: Vec<&'a str> = Vec::new();
     let mut rest = tokens;
-    // Where one attribute does not end, none behind it does.
+    // If one attribute is not closed, none after it is.
     let mut may_end = true;
     while let [token, after @ ..] = rest {
         rest = after;
@@ -219,7 +219,7 @@ fn normalised<'a>(tokens: &[&'a str]) -> Vec<&'a str> {
                 None => may_end = false,
             }
         }
-        // From the root of all names, or from where we are: the compiler will know.
+        // A leading `::` does not matter here: the compiler resolves the name.
         let qualifies = out.last().is_some_and(|last| *last == ">" || (is_word(last) && *last != "const"));
         if *token != "::" || qualifies {
             out.push(token);
@@ -242,14 +242,14 @@ fn normalised<'a>(tokens: &[&'a str]) -> Vec<&'a str> {
         }
         unqualified.push(token);
     }
-    // What is passed by value is the function's own, whether it changes it or not.
+    // `const` on a value parameter does not change the function type.
     if is_const && is_indirect {
         unqualified.insert(0, "const");
     }
     unqualified
 }
 
-/// The tokens of C++, without comments and lines of the preprocessor.
+/// Returns the C++ tokens of a text, without comments and preprocessor lines.
 fn tokens(text: &str) -> Vec<&str> {
     let mut out = Vec::new();
     let mut rest = text;
@@ -282,7 +282,7 @@ fn tokens(text: &str) -> Vec<&str> {
     out
 }
 
-/// How long a line of the preprocessor is, with those that it goes on in.
+/// Returns the length of a preprocessor line with its continuation lines.
 fn directive(text: &str) -> usize {
     let mut length = 0;
     for line in text.split_inclusive('\n') {
@@ -294,7 +294,7 @@ fn directive(text: &str) -> usize {
     length
 }
 
-/// How long a literal in quotes is; it ends with its line at the latest.
+/// Returns the length of a quoted literal, which ends with its line at the latest.
 fn quoted(text: &str, quote: char) -> usize {
     let mut is_escaped = false;
     for (at, c) in text.char_indices().skip(1) {
@@ -309,7 +309,7 @@ fn quoted(text: &str, quote: char) -> usize {
     text.len()
 }
 
-/// How long a number is: `1'000.5e3`.
+/// Returns the length of a number: `1'000.5e3`.
 fn number(text: &str) -> usize {
     let mut all = text.char_indices().peekable();
     while let Some((at, c)) = all.next() {
@@ -323,13 +323,13 @@ fn number(text: &str) -> usize {
     text.len()
 }
 
-/// How long a raw string is, after a word of this length: `R"x(…)x"`.
+/// Returns the length of a raw string, after a prefix of this length: `R"x(…)x"`.
 fn raw_string(text: &str, word: usize) -> Option<usize> {
     let (prefix, literal) = text.split_at_checked(word)?;
     if !matches!(prefix, "R" | "LR" | "uR" | "UR" | "u8R") {
         return None;
     }
-    // At most 16 letters, as C++ has it; one that does not end takes the rest.
+    // A delimiter has at most 16 letters; an unclosed string extends to the end of the text.
     let inner = literal.strip_prefix('"')?;
     let (at, _) = inner.char_indices().take(17).find(|(_, letter)| *letter == '(')?;
     let end = format!("){}\"", inner.get(..at)?);

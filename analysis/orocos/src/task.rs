@@ -1,5 +1,5 @@
-//! What all components of a package have in common: `include/<package>/<package>-task.hpp`, a class between them and
-//! `RTT::TaskContext`.
+//! The base class of all components of a package, derived from `RTT::TaskContext`:
+//! `include/<package>/<package>-task.hpp`.
 //!
 //! | what | why |
 //! |---|---|
@@ -14,7 +14,7 @@
 use crate::library::Library;
 use crate::package::GeneratedFile;
 
-/// The header. A library without components has none.
+/// Returns the header; none for a library without components.
 pub(crate) fn task_files(library: &Library<'_>) -> Vec<GeneratedFile> {
     if library.components.is_empty() {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! The tracing of a package: spans around what its components execute, recorded by LTTng-UST.
+//! The tracing of a package: spans of its components, programs and codels, recorded by LTTng-UST.
 //!
 //! With the option `MAUVE_TRACING` every step of a component, every program and every codel is an event where it begins
 //! (`phase` 0) and one where it ends (`phase` 1), with the CPU time that its thread has used so far: the difference is an
@@ -33,7 +33,7 @@ use mauve_hir::ProgramId;
 use crate::library::Library;
 use crate::package::GeneratedFile;
 
-/// The header, the events and their provider. A library without components executes nothing, and has none.
+/// Returns the header, the events and their provider; none for a library without components.
 pub(crate) fn trace_files(library: &Library<'_>) -> Vec<GeneratedFile> {
     if library.components.is_empty() {
         return Vec::new();

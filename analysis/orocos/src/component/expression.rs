@@ -1,7 +1,7 @@
-//! Expressions in C++, evaluated as MAUVE says: from left to right, and no further than `&&` and `||` need.
+//! Expressions in C++ with MAUVE's order of evaluation: from left to right, and with short-circuiting `&&` and `||`.
 //!
-//! C++ leaves the order of most operands and arguments open. What could tell is computed before, in the order of the model,
-//! and a call among the arguments of a codel always is:
+//! C++ leaves the order of most operands and arguments unspecified. Operands whose order is observable are computed
+//! before, in the order of the model, and so is each call among the arguments of a codel:
 //!
 //! ```text
 //! ramp(pursue(ahead, reach), step, velocity)
@@ -439,7 +439,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
     fn compare_unsigned(&mut self, operator: BinaryOperator, lhs: Code, rhs: Code, ty: &Type) -> Code {
         use BinaryOperator as Op;
         let is_left = !is_unsigned(&lhs.ty);
-        // The signed operand stands twice in the result.
+        // The signed operand occurs twice in the result.
         let is_name = |code: &Code| code.text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
         let lhs = if is_name(&lhs) && is_name(&rhs) { lhs } else { self.keep(lhs, "left") };
         let rhs = if is_name(&rhs) { rhs } else { self.keep(rhs, "right") };
@@ -519,7 +519,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
 
     /// Declares a new name: `name`, `name_2`, …
     fn temporary(&mut self, name: &str) -> String {
-        // A name that C++ does not accept stays one with a number behind it.
+        // A number is appended before the name is checked: a reserved name with a number is valid.
         let name = as_identifier(name);
         let name = name.trim_end_matches('_');
         let numbers = self.scope.numbers.get(name).copied().unwrap_or(1)..;
@@ -677,7 +677,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         let sent = class.sent.iter().find(is_sent);
         let last = sent.and_then(|sent| sent.last_call.as_ref());
         let given: Vec<&'db Expr> = arguments.iter().skip(1).collect();
-        // They are evaluated also where nothing is sent.
+        // Arguments are evaluated even if no call is sent.
         let mut given = self.operands(&given, last.is_some()).into_iter();
         if let Some(last) = last {
             self.line(format!("if (!{}()) {{", last.is_under_way));
@@ -709,7 +709,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         }
     }
 
-    /// Returns the body of the function that tells whether a call is under way.
+    /// Returns the body of the function that checks whether a call is running.
     pub(super) fn ask_for_last_call(mut self, call: &LastCall, operation: &Member<'db>) -> Vec<Line> {
         let mut given = vec![call.handle.clone()];
         given.extend(self.dropped_results(operation));

@@ -196,7 +196,7 @@ fn programs(class: &Class<'_, '_>, text: &mut Text) {
 }
 
 impl<'db> Class<'_, 'db> {
-    /// The hooks of RTT that it has, with what they give.
+    /// Returns the hooks of RTT that the class overrides, with their result types.
     pub(super) fn hooks(&self) -> Vec<(&'static str, &'static str)> {
         let has = |kind| self.program(&ProgramId::Hook(kind)).is_some();
         let mut variables = self.variables_of(&self.data.variables).into_iter();

@@ -1,4 +1,4 @@
-//! Lines of at most 100 columns: longer ones go on below what they are part of.
+//! Wraps generated code to lines of at most 100 columns, aligned with the enclosing bracket.
 //!
 //! ```text
 //! found = MAUVE_TRACE_CODEL(getName(), "navigation.astar",
@@ -8,7 +8,7 @@
 use super::expression::Line;
 use crate::origin::{WIDTH, wrapped};
 
-/// A line may end behind these.
+/// Tokens after which a line may be broken.
 const BREAKS: [&str; 14] =
     [", ", "&& ", "|| ", " == ", " != ", " < ", " <= ", " > ", " >= ", " + ", " - ", " * ", " / ", " % "];
 
@@ -37,7 +37,7 @@ impl Text {
         lines.iter().for_each(|line| self.line(line.depth, &line.text));
     }
 
-    /// Lines with a comment behind each, one below the other.
+    /// Writes lines with aligned trailing comments.
     pub(super) fn commented(&mut self, depth: usize, lines: &[(String, String)]) {
         let width = |line: &str| line.chars().count();
         let widest = lines.iter().map(|(line, _)| width(line)).max().unwrap_or_default();
@@ -102,11 +102,11 @@ impl Lines {
         }
     }
 
-    /// What has no better place to go on: a literal that is too long becomes several, which C++ joins.
+    /// Breaks a text without other break points: a long literal becomes several literals, which C++ concatenates.
     fn words(&mut self, text: &str, tail: usize) {
         let (mut literal, mut escaped) = (None, false);
         for word in text.split_inclusive(' ') {
-            // A quotation mark stands behind it.
+            // Reserves a column for the closing quotation mark.
             let is_wide = self.column + word.chars().count() + tail.max(1) > WIDTH;
             if let Some(column) = literal.filter(|column| is_wide && *column + 1 < self.column) {
                 self.push("\"");
@@ -126,7 +126,7 @@ impl Lines {
         }
     }
 
-    /// `text`, of which later lines begin at `base`, with `tail` more columns behind it.
+    /// Writes `text`, with continuation lines at column `base`, and reserves `tail` columns after it.
     fn code(&mut self, text: &str, base: usize, tail: usize) {
         let width = text.chars().count();
         if self.column + width + tail <= WIDTH {
@@ -153,7 +153,7 @@ impl Lines {
             let column = self.column + head.chars().count();
             let value = head.find(" = ").map(|at| at + " = ".len());
             match value.and_then(|at| Some((head.get(..at)?, piece.get(at..)?))) {
-                // The whole value fits better on lines of its own.
+                // The value fits better on separate lines.
                 Some((target, value)) if !fits(inner, column, behind) && fits(value, base, tail) => {
                     self.push(target);
                     self.next(base);
@@ -191,7 +191,7 @@ fn fits(text: &str, column: usize, tail: usize) -> bool {
     pieces.iter().enumerate().all(fits_line)
 }
 
-/// The parts of an expression or a list, between which a line may end, each with what ends it.
+/// Splits an expression or a list after the tokens at which a line may be broken.
 fn pieces(text: &str) -> Vec<&str> {
     let mut cuts = Vec::new();
     scan(text, |at, depth| {
@@ -216,7 +216,7 @@ fn pieces(text: &str) -> Vec<&str> {
     found
 }
 
-/// `f(`, what stands in the last parentheses, and `)` with what follows.
+/// Splits a call into `f(`, the content of the last parentheses, and `)` with the rest.
 fn split(text: &str) -> Option<(&str, &str, &str)> {
     let (mut open, mut close) = (None, None);
     let mut was = 0;

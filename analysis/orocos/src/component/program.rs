@@ -85,7 +85,7 @@ impl<'db> Writer<'_, '_, 'db> {
         }
     }
 
-    /// Writes `if`, and `else if` where no statement has to stand between the two.
+    /// Writes `if`, and `else if` if no statement is needed between the two.
     fn branches(
         &mut self,
         before: &str,
@@ -125,7 +125,7 @@ impl<'db> Writer<'_, '_, 'db> {
         let Some(index) = self.class.variable_at(variable.name.id) else { return };
         let ty = self.class.type_of_variable(index);
         let value = variable.value.as_ref().map(|value| self.value(value, &ty));
-        // Its own value may name a variable that it hides.
+        // The initial value may refer to a variable that the new one hides.
         let name = self.scope.names.declare(&variable.name.name);
         let cpp = self.class.cpp(&ty);
         match value {

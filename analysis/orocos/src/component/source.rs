@@ -360,7 +360,7 @@ fn called<'db>(class: &Class<'_, 'db>, routine: &Routine<'db>, text: &mut Text) 
     });
 }
 
-/// What a program is in the model, for a comment: `state Waiting, run`.
+/// Returns the description of a program for a comment: `state Waiting, run`.
 fn described(program: &ProgramId) -> String {
     match program {
         ProgramId::Hook(kind) => kind.keyword().to_owned(),
@@ -398,7 +398,7 @@ fn state(class: &Class<'_, '_>, machine: &StateMachine<'_>, number: usize, text:
     let Some(data) = states.get(number) else { return };
     let name = || data.name.name.clone();
     call_method(class, data, MethodKind::Run, 3, text);
-    // The first transition without a guard is always taken; those behind it never are.
+    // The first transition without a guard is always taken, and those after it never are.
     let always = data.transitions.iter().position(|transition| transition.guard.is_none());
     let (taken, never) = data.transitions.split_at(always.map_or(data.transitions.len(), |it| it + 1));
     let mut before = "";
