@@ -1,5 +1,5 @@
-//! The house keeps its order: a crate imports only what the map allows, the modules of the crates that compute do not import
-//! each other in circles, and what computes says nothing in English.
+//! Checks the architecture: crates import only the crates that the map allows, modules of the analysis crates have no
+//! cyclic imports, and analysis crates contain no prose.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
@@ -34,10 +34,10 @@ const MAP: [(&str, &[&str]); 10] = [
     ("tests/fuzz", &[]),
 ];
 
-/// The crates whose modules form no circle.
+/// The crates whose modules must have no cyclic imports.
 const WITHOUT_CIRCLES: [&str; 3] = ["analysis/hir", "analysis/wcrt", "analysis/diagnostics"];
 
-/// The crates that compute, and compose no message, each with its modules that have English in literals all the same.
+/// The crates without messages, each with its modules that contain English literals for other reasons.
 ///
 /// The tables of keys document them for completion and schema; the parser of JSON asks for the words that follow *expected* in
 /// its errors. In `orocos`, `cpp_name` lists reserved words, and the others write sentences into generated files. A literal for
@@ -70,7 +70,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_owned()
 }
 
-/// The sources of a crate, by module path: `names`, `config::cpp`; without comments and tests.
+/// Returns the sources of a crate by module path (`names`, `config::cpp`), without comments and tests.
 fn sources(krate: &str) -> BTreeMap<String, String> {
     let folder = root().join(krate).join("src");
     let mut found = BTreeMap::new();
@@ -106,14 +106,14 @@ fn a_crate_imports_only_what_stands_to_its_left() {
     }
 }
 
-/// The names that a crate's front page exports, with the module that has each.
+/// Returns the names that a crate's root module exports, with their modules.
 fn exports(front: &str) -> BTreeMap<String, String> {
     let mut found = BTreeMap::new();
     for import in front.split("pub use ").skip(1) {
         let import = import.split(';').next().unwrap_or_default();
         let Some((module, names)) = import.split_once("::") else { continue };
         for name in names.trim_matches(['{', '}', ' ', '\n']).split(',') {
-            // The name behind `as`, where there is one.
+            // The name after `as`, if there is one.
             let name = name.split_whitespace().last().unwrap_or_default();
             found.insert(name.to_owned(), module.trim().to_owned());
         }
@@ -121,12 +121,12 @@ fn exports(front: &str) -> BTreeMap<String, String> {
     found
 }
 
-/// What follows `crate::` in a text: modules, or names that the front page exports.
+/// Returns the names after `crate::` in a text: modules, or names that the root module exports.
 fn imported(text: &str) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
     for rest in text.split("crate::").skip(1) {
         let names = match rest.strip_prefix('{') {
-            // The first word of each item in the braces.
+            // The first name of each item in the braces.
             Some(list) => {
                 let mut depth = 1;
                 let end = list.find(|letter| {
@@ -170,7 +170,7 @@ fn no_modules_import_each_other() {
                 of.extend(Some(name).filter(|name| modules.contains(name) && *name != top(module)));
             }
         }
-        // Modules that import nothing that is left are taken away until none is: what is left is a circle.
+        // Repeatedly removes modules without remaining imports: modules that are left form a cycle.
         loop {
             let free: Vec<String> =
                 imports.iter().filter(|(_, of)| of.is_empty()).map(|(module, _)| module.clone()).collect();
@@ -202,7 +202,7 @@ fn what_computes_says_nothing() {
                 words.windows(3).any(|three| three.iter().all(|word| is_word(word)))
             };
             let found = literals(&text).into_iter().map(|(_, literal)| literal).find(is_prose);
-            // An exception that is not needed fails as well, so that the list stays short.
+            // An unneeded exception fails too, so that the list stays short.
             let is_exception = with_english.contains(&module.as_str());
             assert_eq!(
                 found.is_some(),
