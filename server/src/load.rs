@@ -716,15 +716,23 @@ pub(crate) fn is_of_another_language(text: &str) -> bool {
     }
     let is_name = |word: &str| word.starts_with(char::is_alphabetic);
     match (tokens.next(), tokens.next(), tokens.next()) {
+        (Some(define), ..) if define.starts_with('#') => is_define(define),
         (Some("category"), Some(name), Some("{")) => is_name(name),
         (Some("associations"), Some("{"), _) => true,
-        // A line that begins with `#` is one token.
-        (Some(line), ..) => line
-            .strip_prefix('#')
-            .and_then(|line| line.split_once(':'))
-            .is_some_and(|(name, value)| is_name(name.trim_start()) && value.trim_start().starts_with('"')),
         _ => false,
     }
+}
+
+/// Returns whether a token from `#` to the end of its line is a definition of the Meta Attack Language, such as
+/// `#id: "org.example.lang"`, with at most a comment after it.
+fn is_define(token: &str) -> bool {
+    let parts = token.strip_prefix('#').and_then(|rest| rest.split_once(':'));
+    let Some((name, value)) = parts else { return false };
+    let value = value.trim_start().strip_prefix('"').and_then(|value| value.split_once('"'));
+    let ends = |rest: &str| rest.is_empty() || rest.starts_with("//");
+    name.trim().chars().all(char::is_alphanumeric)
+        && !name.trim().is_empty()
+        && value.is_some_and(|(_, rest)| ends(rest.trim_start_matches([' ', '\t'])))
 }
 
 fn model_path() -> Vec<PathBuf> {
@@ -805,6 +813,8 @@ mod tests {
             "codel category(): int",
             "category Drivers",
             "# TODO: shorten",
+            "# TODO: say \"a\" here",
+            "#id: \"a\" deployment D { architecture A }",
             "#id: \"a\"\ndeployment D { architecture A }",
             "category System { }\n  component K(S, C)",
             "category X { } deployment D { architecture A }",
