@@ -353,6 +353,7 @@ codes! {
 mod allow;
 mod cause;
 mod configuration;
+mod follow_up;
 mod mechanical;
 mod proof;
 mod table_error;
@@ -436,6 +437,7 @@ pub fn project_diagnostics<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> 
         _ => Default::default(),
     });
     found.extend(in_tables);
+    follow_up::remove_on_broken_lines(db, &mut found);
     cause::one_for_each_cause(db, found).into_boxed_slice()
 }
 
@@ -454,7 +456,7 @@ pub fn file_diagnostics<'db>(
         found.push(unreadable_file::report(Location::Range(file, end, end), problem.message()));
     }
     // Syntax errors at the end of a truncated text are not the user's.
-    for error in parse(db, file).errors().iter().filter(|_| file.problem(db).is_none()) {
+    for error in follow_up::syntax_errors(db, file).iter().filter(|_| file.problem(db).is_none()) {
         let at = Location::Range(file, error.range.start().into(), error.range.end().into());
         found.push(syntax_error::report(parse(db, file), file, error, at));
     }

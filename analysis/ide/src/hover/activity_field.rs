@@ -132,38 +132,53 @@ platform.cpus = 4
 
     #[test]
     fn an_affinity_in_words() {
-        check("affinity = 1 priority = 30", expect![[r#"
+        check(
+            "affinity = 1 priority = 30",
+            expect![[r#"
             affinity
             ---
             `affinity`: The CPUs on which the activity may run, as a bit mask: 1 is CPU 1, 2 is CPU 2, 3 is both, 4 is CPU 3. With 0, or without affinity: any CPU.
 
             CPU 1 (mask 1). Utilisation: CPU 1 at least 35.0 %.
-        "#]]);
-        check("5 priority", expect![[r#"
+        "#]],
+        );
+        check(
+            "5 priority",
+            expect![[r#"
             affinity = 5
             ---
             CPUs 1 and 3 (mask 5 = 1 + 4). Utilisation: CPU 1 at least 35.0 %.
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]
     fn the_activities_that_preempt() {
-        check("priority = 30", expect![[r#"
+        check(
+            "priority = 30",
+            expect![[r#"
             priority
             ---
             `priority`: The priority of the activity, from 1 (lowest) to 99 (highest), or `background`. An activity preempts all activities of lower priority on its CPU.
 
             Highest priority on CPU 1.
-        "#]]);
-        check("20 period = 20", expect![[r#"
+        "#]],
+        );
+        check(
+            "20 period = 20",
+            expect![[r#"
             priority = 20
             ---
             Higher or equal priority on CPU 1: laser 30, arm 20 (equal).
-        "#]]);
-        check("10 period = 40", expect![[r#"
+        "#]],
+        );
+        check(
+            "10 period = 40",
+            expect![[r#"
             priority = 10
             ---
             Higher or equal priority on CPUs 1 and 3: laser 30, pilot 20, arm 20.
-        "#]]);
+        "#]],
+        );
     }
 }
