@@ -1,7 +1,7 @@
 //! Comments that suppress a diagnostic: `// mauve: allow(CODE) reason`, on the line of the diagnostic or above it. In
 //! `mauve.toml` and in timing tables, such a comment begins with `#`.
 //!
-//! A comment changes what is shown, and nothing else: an error that is not shown prevents the analysis all the same.
+//! A comment hides a diagnostic and has no other effect: a hidden error prevents the analysis as well.
 
 use std::ops::Range;
 

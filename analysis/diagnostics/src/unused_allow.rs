@@ -1,7 +1,7 @@
 //! # unused-allow
 //!
-//! A comment `// mauve: allow(CODE) reason` suppresses nothing: there is no such diagnostic on its line, or on the line below
-//! it; or it has no reason; or its code is unknown.
+//! A comment `// mauve: allow(CODE) reason` suppresses nothing: its line and the line below have no diagnostic with that code, or
+//! the comment has no reason, or the code is unknown.
 //!
 //! ```mauve
 //! shell S { output port next: int }
@@ -14,9 +14,9 @@
 //! }
 //! ```
 //!
-//! Such a comment hides a diagnostic where it is known and accepted. It never changes a response time, or what is proved:
-//! an error that is hidden prevents the analysis all the same. `mauve check` counts what is hidden, and SARIF has it with
-//! the reason. A whole code is hidden by `[lints]` in `mauve.toml`.
+//! Such a comment hides a known and accepted diagnostic. It never changes a response time or a proof: a hidden error prevents the
+//! analysis as well. `mauve check` counts hidden diagnostics, and SARIF reports contain them with their reasons. `[lints]` in
+//! `mauve.toml` hides all diagnostics of a code.
 //!
 //! Fix: correct the code, or remove the comment.
 
@@ -35,7 +35,8 @@ pub(super) fn report<'db>(file: File, allow: &Allow) -> Diagnostic<'db> {
         let message = format!("`allow({code})` has no effect without a reason: write the reason after it");
         Diagnostic::new(&UNUSED_ALLOW, at(&allow.span), message)
     } else {
-        let message = format!("there is no `{code}` on line {} that this comment could suppress", allow.line);
+        let message =
+            format!("this comment suppresses nothing: no `{code}` on line {}, remove the comment", allow.line);
         Diagnostic::new(&UNUSED_ALLOW, at(&allow.span), message)
     };
     found.fix("Remove the comment", at(&allow.deletion), String::new())
