@@ -1,8 +1,8 @@
-//! Forms of other languages that the parser recognises where the grammar does not allow them, so that one habit of a
-//! newcomer is one error that says how MAUVE writes it.
+//! Forms of other languages that the parser recognises where the grammar does not allow them, so that each is one error
+//! that says how MAUVE writes it.
 //!
-//! A word of these tables is a name wherever the grammar allows a name. Since the parser reads the texts of these words
-//! and otherwise only the kinds of tokens, [`reads_alike`] tells which texts a reparse may exchange.
+//! A word of these tables is a name wherever the grammar allows a name. Apart from these words the parser reads only the
+//! kinds of tokens: [`reads_alike`] tells which words a reparse may exchange.
 
 use crate::SyntaxKind::{self, *};
 
@@ -65,7 +65,7 @@ pub enum Foreign {
     TypeSuffix,
 }
 
-/// What a word of another language stands for.
+/// The role of a word in other languages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Word {
     /// A binary operator.
@@ -74,7 +74,7 @@ pub(crate) enum Word {
     ElseIf,
     /// It begins a guard.
     Guard,
-    /// It stands before the target of a transition.
+    /// It comes before the target of a transition.
     Target,
     Loop,
     /// It leaves a loop, or does nothing.
@@ -87,13 +87,13 @@ pub(crate) enum Word {
     /// It opens or closes a block, or is all of one.
     Brace,
     Unit,
-    /// It stands before the shell of a core.
+    /// It comes before the shell of a core.
     ForShell,
     /// A keyword that begins an item of an architecture or a shell.
     Keyword(SyntaxKind),
 }
 
-/// The words, each with what it stands for. All begin with a lower-case letter.
+/// The words with their roles.
 const WORDS: &[(&str, Word)] = &[
     ("and", Word::Operator(AMP2)),
     ("or", Word::Operator(PIPE2)),
@@ -159,7 +159,7 @@ const SCALARS: &[&str] = &[
     "size_t", "str", "string", "uint", "unsigned", "void",
 ];
 
-/// Returns what `word` stands for in other languages: for `const` several things.
+/// Returns the roles of `word` in other languages: `const` has two.
 pub(crate) fn meanings(word: &str) -> impl Iterator<Item = Word> {
     WORDS.iter().filter(move |(other, _)| *other == word).map(|(_, meaning)| *meaning)
 }

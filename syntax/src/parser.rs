@@ -434,13 +434,13 @@ impl<'a> Parser<'a> {
             .flatten()
     }
 
-    /// What the `n`th token from the current one stands for in another language, if `meaning` knows that.
+    /// The role of the `n`th token from the current one in another language, if `meaning` accepts one.
     pub(crate) fn nth_foreign<T>(&self, n: usize, meaning: impl Fn(foreign::Word) -> Option<T>) -> Option<T> {
         let word = self.nth_text(n).filter(|_| self.nth(n) == IDENT)?;
         foreign::meanings(word).find_map(meaning)
     }
 
-    /// Does the `n`th token from the current one stand for `word` in another language?
+    /// Has the `n`th token from the current one the role `word` in another language?
     pub(crate) fn nth_is_foreign(&self, n: usize, word: foreign::Word) -> bool {
         self.nth_foreign(n, |it| (it == word).then_some(())).is_some()
     }
@@ -450,7 +450,7 @@ impl<'a> Parser<'a> {
         self.at(ERROR_CHARACTERS) && self.nth_text(0) == Some(characters)
     }
 
-    /// Do a type and then a name stand here on one line, as in C?
+    /// Is there a type and then a name on this line, as in C?
     pub(crate) fn at_type_before_name(&self) -> bool {
         let is_name = self.nth(1).is_word() && !self.nth_begins_line(1) && !self.nth_looks_like_type(1);
         is_name && self.nth_looks_like_type(0)

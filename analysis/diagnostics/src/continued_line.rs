@@ -1,6 +1,7 @@
 //! # continued-line
 //!
-//! A line that begins with `(` or `-` goes on with the value of the variable before it, which has no `;` at its end.
+//! A line begins with `(` or `-`, and the variable before it has no `;` at its end: so the line continues the value of that
+//! variable. If the line is a statement of its own, end the variable with `;`. Otherwise join the lines.
 //!
 //! ```mauve
 //! codel f(in n: int): int
@@ -22,7 +23,7 @@ code!(CONTINUED_LINE, Hint, "continued-line");
 
 /// `white`: the white space before the line, unless there is a comment.
 pub(super) fn report<'db>(at: Location<'db>, white: Option<SourceId>, name: &str) -> Diagnostic<'db> {
-    let message = format!("this line is part of the value of `{name}`: end that with `;` if it is not meant to be");
+    let message = format!("this line continues the value of `{name}`: if it is a statement of its own, end `{name}` with `;`");
     let join = white.map(|white| beside(&at, white));
     let found = Diagnostic::new(&CONTINUED_LINE, at, message);
     match join {

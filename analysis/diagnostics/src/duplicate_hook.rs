@@ -1,7 +1,7 @@
 //! # duplicate-hook
 //!
-//! A core has two programs for one hook (`configure`, `start`, `update`, `stop`, `cleanup`), or a state two for one
-//! method (`entry`, `run`, `handle`, `exit`). Write one program that does both.
+//! A core has two programs for one hook (`configure`, `start`, `update`, `stop`, `cleanup`), or a state has two for one
+//! method (`entry`, `run`, `handle`, `exit`). Merge them into one program.
 //!
 //! ```mauve
 //! shell S { }
@@ -17,5 +17,5 @@ use super::*;
 code!(DUPLICATE_HOOK, Error, "duplicate-hook");
 
 pub(super) fn report<'db>(at: Location<'db>, keyword: &str) -> Diagnostic<'db> {
-    Diagnostic::new(&DUPLICATE_HOOK, at, format!("a second `{keyword}`: write one program that does both"))
+    Diagnostic::new(&DUPLICATE_HOOK, at, format!("a second `{keyword}`: merge the two programs"))
 }

@@ -20,65 +20,69 @@ pub(super) fn message(form: Foreign, token: &SyntaxToken) -> String {
             format!("MAUVE writes `{written}` instead of `{}`", joined(token, tokens))
         }
         Foreign::Superfluous { .. } if found == "else" => match semicolon_behind_block(token) {
-            Some(_) => "this `else` belongs to no `if`: no `;` stands between the two".to_owned(),
+            Some(_) => "this `else` belongs to no `if`: remove the `;` before it".to_owned(),
             None => "this `else` belongs to no `if`".to_owned(),
         },
-        Foreign::Superfluous { tokens } => format!("`{}` has no place here", joined(token, tokens)),
+        Foreign::Superfluous { tokens } => format!("unexpected `{}`", joined(token, tokens)),
         Foreign::Keyword("input") => "expected `input` or `output` before `port`".to_owned(),
         Foreign::Keyword(keyword) => format!("expected `{keyword}` before `{found}`"),
-        Foreign::Loop if matches!(found, "break" | "continue") => {
-            format!("MAUVE has no loops, and no `{found}`")
-        }
-        Foreign::Loop => {
-            "MAUVE has no loops: write the loop in a codel, or repeat a state of a state machine, once per period".to_owned()
-        }
-        Foreign::Switch => {
-            format!("MAUVE has no `{found}`: write `if … then {{ … }} else if … then {{ … }} else {{ … }}`, or a state machine")
-        }
+        Foreign::Loop if matches!(found, "break" | "continue") => format!("MAUVE has no loops, and no `{found}`"),
         Foreign::Function if in_core(token) => {
-            "a core has no functions: declare a codel outside of it, or write an operation: `provide NAME(…) = { … }`".to_owned()
-        }
-        Foreign::Function => {
-            "MAUVE declares functions as codels, which C++ implements: `codel NAME(in PARAMETER: TYPE): RESULT`".to_owned()
+            "a core has no functions: declare a codel outside of it, or write an operation: `provide NAME(…) = { … }`"
+                .to_owned()
         }
         Foreign::CompoundAssignment => {
-            let operator = token.text();
             let target = previous_significant(token).map(|it| it.text().to_owned()).unwrap_or_default();
-            format!("MAUVE has no `{operator}=`: write `{target} = {target} {operator} …`")
+            format!("MAUVE has no `{found}=`: write `{target} = {target} {found} …`")
         }
-        Foreign::Increment => match incremented(token) {
-            Some((name, sign, _)) => format!("MAUVE has no `{sign}{sign}`: write `{name} = {name} {sign} 1;`"),
-            None => "MAUVE has no `++` and no `--`".to_owned(),
-        },
-        Foreign::TypeFirst => {
-            let name = next_significant(token).map(|it| it.text().to_owned()).unwrap_or_default();
-            let variable = if is_variable(token) { "var " } else { "" };
-            format!("the type stands behind the name: write `{variable}{name}: {}`", mauve_type(found))
+        Foreign::Increment if let Some((name, sign, _)) = incremented(token) => {
+            format!("MAUVE has no `{sign}{sign}`: write `{name} = {name} {sign} 1;`")
         }
-        Foreign::ResultFirst => format!("the type of the result stands behind the parameters: `: {}`", mauve_type(found)),
-        Foreign::Untyped => "a variable is declared with `var` and its type, as in `var n: int = 3`".to_owned(),
-        Foreign::Ternary => "MAUVE has no `? :`: write `if … then { … } else { … }`".to_owned(),
+        Foreign::TypeFirst if let Some((written, _)) = name_first(token) => {
+            format!("the type follows the name: write `{written}`")
+        }
+        Foreign::ResultFirst => format!("the type of the result follows the parameters: `: {}`", mauve_type(found)),
         Foreign::Unit if in_field(token) => {
             "numbers have no unit: the times of an activity are in milliseconds".to_owned()
         }
-        Foreign::Unit => "numbers have no unit".to_owned(),
-        Foreign::Fraction => "a decimal has digits on both sides of the point, as in `1.0` or `0.5`".to_owned(),
-        Foreign::Comma => "no commas stand between items: white space separates them".to_owned(),
-        Foreign::UnnamedTransition => {
-            "a transition has a name: `transition NAME if GUARD to STATE`".to_owned()
+        form => rule(form).to_owned(),
+    }
+}
+
+/// Returns the rule of MAUVE for a form.
+fn rule(form: Foreign) -> &'static str {
+    match form {
+        Foreign::Spelling { .. } | Foreign::Superfluous { .. } | Foreign::Keyword(_) => {
+            "MAUVE has another spelling"
         }
-        Foreign::GuardLast => "the guard stands before the target: `transition NAME if GUARD to STATE`".to_owned(),
-        Foreign::InitialLast => "`initial` stands before `state`".to_owned(),
-        Foreign::ComponentBody => {
-            "a component consists of a shell and a core: `component NAME(SHELL, CORE)`".to_owned()
+        Foreign::Loop => {
+            "MAUVE has no loops: write the loop in a codel, or repeat a state of a state machine, once per period"
         }
-        Foreign::CoreHeader => "a core has its shell in parentheses: `core NAME(SHELL) { … }`".to_owned(),
+        Foreign::Switch => {
+            "MAUVE has no `switch`: write `if … then { … } else if … then { … } else { … }`, or a state machine"
+        }
+        Foreign::Function => {
+            "MAUVE declares functions as codels, which C++ implements: `codel NAME(in PARAMETER: TYPE): RESULT`"
+        }
+        Foreign::CompoundAssignment | Foreign::Increment => "MAUVE has one assignment only: `n = n + 1;`",
+        Foreign::TypeFirst => "the type follows the name: `n: int`",
+        Foreign::ResultFirst => "the type of the result follows the parameters",
+        Foreign::Untyped => "a variable is declared with `var` and its type, as in `var n: int = 3`",
+        Foreign::Ternary => "MAUVE has no `? :`: write `if … then { … } else { … }`",
+        Foreign::Unit => "numbers have no unit",
+        Foreign::Fraction => "a decimal has digits on both sides of the point, as in `1.0` or `0.5`",
+        Foreign::Comma => "items are separated by white space, not by commas",
+        Foreign::UnnamedTransition => "a transition has a name: `transition NAME if GUARD to STATE`",
+        Foreign::GuardLast => "the guard comes before the target: `transition NAME if GUARD to STATE`",
+        Foreign::InitialLast => "`initial` comes before `state`",
+        Foreign::ComponentBody => "a component consists of a shell and a core: `component NAME(SHELL, CORE)`",
+        Foreign::CoreHeader => "a core has its shell in parentheses: `core NAME(SHELL) { … }`",
         Foreign::ActivityBody => {
-            "the fields of an activity have braces: `activity NAME { priority = … period = … }`".to_owned()
+            "the fields of an activity have braces: `activity NAME { priority = … period = … }`"
         }
-        Foreign::Braces => "the branches of an `if` have braces: `if … then { … } else { … }`".to_owned(),
+        Foreign::Braces => "the branches of an `if` have braces: `if … then { … } else { … }`",
         Foreign::TypeSuffix => {
-            "a type is one name: MAUVE has no arrays, pointers or type arguments, but messages and external types".to_owned()
+            "a type is one name: MAUVE has no arrays, pointers or type arguments, but messages and external types"
         }
     }
 }
@@ -96,84 +100,49 @@ pub(super) fn rewrite(form: Foreign, token: &SyntaxToken) -> Option<Rewrite> {
             let semicolon = semicolon_behind_block(token)?;
             Some(("Remove the `;`".to_owned(), vec![(semicolon.text_range(), String::new())]))
         }
-        Foreign::Superfluous { tokens } => Some((
-            format!("Remove `{}`", joined(token, tokens)),
-            vec![(without_gap(token, tokens), String::new())],
-        )),
-        Foreign::Keyword(keyword) => Some((
-            format!("Write `{keyword}`"),
-            vec![(TextRange::empty(range.start()), format!("{keyword} "))],
-        )),
+        Foreign::Superfluous { tokens } => {
+            let title = format!("Remove `{}`", joined(token, tokens));
+            Some((title, vec![(without_gap(token, tokens), String::new())]))
+        }
+        Foreign::Keyword(keyword) => {
+            let before = TextRange::empty(range.start());
+            Some((format!("Write `{keyword}`"), vec![(before, format!("{keyword} "))]))
+        }
         Foreign::CompoundAssignment => compound_assignment(token),
         Foreign::Increment => {
             let (name, sign, range) = incremented(token)?;
-            let written = format!("{name} = {name} {sign} 1");
-            Some((format!("Write `{written}`"), vec![(range, written)]))
+            Some(writing(range, format!("{name} = {name} {sign} 1")))
         }
-        Foreign::TypeFirst => {
-            let name = next_significant(token)?;
-            let variable = if is_variable(token) { "var " } else { "" };
-            let written = format!("{variable}{}: {}", name.text(), mauve_type(token.text()));
-            Some((format!("Write `{written}`"), vec![(range.cover(name.text_range()), written)]))
-        }
-        Foreign::ResultFirst => {
-            let name = next_significant(token)?;
-            let parameters =
-                token.parent()?.parent()?.children().find(|it| it.kind() == SyntaxKind::PARAM_LIST)?;
-            let written = format!(": {}", mauve_type(token.text()));
-            let before = span(range.start(), name.text_range().start())?;
-            let behind = TextRange::empty(parameters.text_range().end());
-            Some((format!("Write `{written}`"), vec![(before, String::new()), (behind, written)]))
-        }
+        Foreign::TypeFirst => name_first(token).map(|(written, range)| writing(range, written)),
+        Foreign::ResultFirst => result_last(token),
         Foreign::Untyped => {
             let name = next_significant(token)?;
             let value = next_significant(&next_significant(&name)?)?;
             let written = format!("var {}: {}", name.text(), type_of(&value)?);
-            Some((format!("Write `{written}`"), vec![(range.cover(name.text_range()), written)]))
+            Some(writing(range.cover(name.text_range()), written))
         }
         Foreign::Ternary => ternary(token),
         Foreign::Unit => unit(token),
-        Foreign::Fraction => {
-            let before = previous_significant(token)?;
-            let (at, title) = match before.kind() {
-                SyntaxKind::INT_NUMBER => (range.end(), format!("Write `{}.0`", before.text())),
-                _ => (range.start(), format!("Write `0.{}`", next_significant(token)?.text())),
-            };
-            Some((title, vec![(TextRange::empty(at), "0".to_owned())]))
-        }
-        Foreign::Comma => {
-            let list = token.parent()?.parent()?;
-            let errors = list.children().filter(|child| child.kind() == SyntaxKind::ERROR);
-            let commas =
-                errors.filter_map(|error| match significant_tokens(&error).collect::<Vec<_>>().as_slice() {
-                    [comma] if comma.kind() == SyntaxKind::COMMA => Some((comma.text_range(), String::new())),
-                    _ => None,
-                });
-            Some(("Remove the commas".to_owned(), commas.collect()))
-        }
+        Foreign::Fraction => fraction(token),
+        Foreign::Comma => commas(token),
         Foreign::UnnamedTransition => transition_name(token),
         Foreign::GuardLast => guard_first(token),
         Foreign::InitialLast => {
             let state = previous_significant(token)?;
-            Some((
-                "Write `initial state`".to_owned(),
-                vec![(state.text_range().cover(range), "initial state".to_owned())],
-            ))
+            Some(writing(state.text_range().cover(range), "initial state".to_owned()))
         }
-        Foreign::CoreHeader => {
-            let core = token.parent()?.parent()?;
-            let shell = core.children().find(|it| it.kind() == SyntaxKind::TYPE)?;
-            let name = previous_significant(token)?;
-            let written = format!("({})", shell.text());
-            let range = span(name.text_range().end(), shell.text_range().end())?;
-            Some((format!("Write `{written}`"), vec![(range, written)]))
-        }
+        Foreign::CoreHeader => core_header(token),
         Foreign::ActivityBody => activity_body(token),
         Foreign::Braces => braces(token),
         Foreign::Function => prototype(token),
         Foreign::ComponentBody => component(token),
         Foreign::Loop | Foreign::Switch | Foreign::TypeSuffix => None,
     }
+}
+
+/// Returns the rewrite of one range.
+fn writing(range: TextRange, written: String) -> Rewrite {
+    (format!("Write `{written}`"), vec![(range, written)])
 }
 
 /// Returns the message for the name of a value that other languages have, and how MAUVE writes the value.
@@ -316,7 +285,21 @@ pub(super) fn type_of(token: &SyntaxToken) -> Option<&'static str> {
     })
 }
 
+/// The maximum number of neighbours that a fix visits.
+const MAX_NEIGHBOURS: usize = 200;
+
 // Statements
+
+/// `1.` → `1.0`, `.5` → `0.5`
+fn fraction(point: &SyntaxToken) -> Option<Rewrite> {
+    let before = previous_significant(point)?;
+    let range = point.text_range();
+    let (at, title) = match before.kind() {
+        SyntaxKind::INT_NUMBER => (range.end(), format!("Write `{}.0`", before.text())),
+        _ => (range.start(), format!("Write `0.{}`", next_significant(point)?.text())),
+    };
+    Some((title, vec![(TextRange::empty(at), "0".to_owned())]))
+}
 
 /// `n += a` → `n = n + a`
 fn compound_assignment(token: &SyntaxToken) -> Option<Rewrite> {
@@ -431,6 +414,44 @@ fn in_braces(block: &SyntaxNode, needs_then: bool) -> Option<Vec<(TextRange, Str
 
 // Declarations
 
+/// `int n` → `n: int`, for a variable `var n: int`.
+fn name_first(ty: &SyntaxToken) -> Option<(String, TextRange)> {
+    let name = next_significant(ty)?;
+    let variable = if is_variable(ty) { "var " } else { "" };
+    let written = format!("{variable}{}: {}", name.text(), mauve_type(ty.text()));
+    Some((written, ty.text_range().cover(name.text_range())))
+}
+
+/// `codel int act(…)` → `codel act(…): int`
+fn result_last(ty: &SyntaxToken) -> Option<Rewrite> {
+    let name = next_significant(ty)?;
+    let parameters = ty.parent()?.parent()?.children().find(|it| it.kind() == SyntaxKind::PARAM_LIST)?;
+    let written = format!(": {}", mauve_type(ty.text()));
+    let before = span(ty.text_range().start(), name.text_range().start())?;
+    let behind = TextRange::empty(parameters.text_range().end());
+    Some((format!("Write `{written}`"), vec![(before, String::new()), (behind, written)]))
+}
+
+/// Removes the commas between the items of a list.
+fn commas(first: &SyntaxToken) -> Option<Rewrite> {
+    let error = first.parent()?;
+    let errors = std::iter::successors(Some(error), SyntaxNode::next_sibling).take(MAX_NEIGHBOURS);
+    let commas = errors.filter_map(|error| {
+        let comma = error.first_token().filter(|it| it.kind() == SyntaxKind::COMMA)?;
+        (error.kind() == SyntaxKind::ERROR).then(|| (comma.text_range(), String::new()))
+    });
+    Some(("Remove the commas".to_owned(), commas.collect()))
+}
+
+/// `core C: S`, `core C extends S` → `core C(S)`
+fn core_header(token: &SyntaxToken) -> Option<Rewrite> {
+    let core = token.parent()?.parent()?;
+    let shell = core.children().find(|it| it.kind() == SyntaxKind::TYPE)?;
+    let name = previous_significant(token)?;
+    let range = span(name.text_range().end(), shell.text_range().end())?;
+    Some(writing(range, format!("({})", shell.text())))
+}
+
 /// `activity pilot: priority = 1, period = 100` → `activity pilot { priority = 1 period = 100 }`
 fn activity_body(colon: &SyntaxToken) -> Option<Rewrite> {
     let activity = colon.parent_ancestors().find(|node| node.kind() == SyntaxKind::ACTIVITY)?;
@@ -465,6 +486,7 @@ fn transition_name(token: &SyntaxToken) -> Option<Rewrite> {
     let others: Vec<String> = state
         .children()
         .filter_map(Transition::cast)
+        .take(MAX_NEIGHBOURS)
         .filter_map(|it| Some(it.name()?.syntax().text().to_string()))
         .collect();
     let names = (1..=others.len() + 1).map(|number| match number {

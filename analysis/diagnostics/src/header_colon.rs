@@ -1,6 +1,6 @@
 //! # header-colon
 //!
-//! The colon behind the header of a core is in the grammar of the paper, and in no model.
+//! The published grammar has a colon behind the header of a core. Models are written without it, and it has no effect.
 //!
 //! ```mauve
 //! shell S { }
@@ -8,13 +8,13 @@
 //! core D(S) { update = { } }
 //! ```
 //!
-//! Fix: remove it.
+//! Fix: remove the colon.
 
 use super::*;
 
 code!(HEADER_COLON, Hint, "header-colon");
 
 pub(super) fn report<'db>(at: Location<'db>) -> Diagnostic<'db> {
-    let message = "a core needs no colon here".to_owned();
+    let message = "the header of a core needs no colon".to_owned();
     Diagnostic::new(&HEADER_COLON, at.clone(), message).fix("Remove the colon", at, String::new())
 }

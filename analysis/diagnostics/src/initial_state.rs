@@ -15,14 +15,14 @@
 //! }
 //! ```
 //!
-//! Fixes: mark the first state; leave one of several marked.
+//! Fixes: mark the first state as initial; keep the mark of one of several.
 
 use super::*;
 
 code!(INITIAL_STATE, Error, "initial-state");
 
 pub(super) fn none<'db>(at: Location<'db>, first: Option<&(Name, SourceId)>) -> Diagnostic<'db> {
-    let message = "no state of this machine is `initial`: mark the one in which it starts";
+    let message = "no state of this machine is `initial`: write `initial` before the state in which it starts";
     let found = Diagnostic::new(&INITIAL_STATE, at.clone(), message);
     match first {
         Some((first, start)) => {
@@ -42,7 +42,7 @@ pub(super) fn several<'db>(
     other: &str,
     initial: &[(Name, SourceId)],
 ) -> Diagnostic<'db> {
-    let message = format!("`{other}` is initial, and so is `{one}`: a machine starts in one state");
+    let message = format!("both `{one}` and `{other}` are initial: a machine starts in one state");
     let found = Diagnostic::new(&INITIAL_STATE, at.clone(), message);
     let mut found = found.related(&beside(&at, *id), "the first is here");
     // More fixes make the menu too long.

@@ -1,6 +1,7 @@
 //! # missing-else
 //!
-//! Models write every `else`, also an empty one. Without it, the `if` does nothing where its condition does not hold.
+//! The published grammar requires an `else` for each `if`, and models write it even where it is empty. Without it the `if`
+//! does nothing when its condition is false.
 //!
 //! ```mauve
 //! shell S { }
@@ -13,7 +14,7 @@
 //! }
 //! ```
 //!
-//! Fix: write the `else`.
+//! Fix: write an empty `else`.
 
 use super::*;
 

@@ -1,7 +1,7 @@
 //! # syntax-error
 //!
-//! Text that the grammar does not allow. The message says what was expected there. Where that is a sign or a keyword that is
-//! always the same, the fix writes it; for a `=` in a condition, `==`.
+//! The grammar does not allow the text. The message says what was expected there or, for a form of another language such
+//! as `and`, `while` or `n += 1`, how MAUVE writes it. The fix writes that where it is mechanical.
 //!
 //! ```mauve
 //! codel plan(in goal Pose): Path   // error
@@ -11,15 +11,17 @@
 //!   var n: int = 0
 //!   update = {
 //!     if (n = 10) then { } else { }   // error
-//!     if n = 10 then { } else { }   // error
+//!     if n == 10 and n > 3 then { } else { }   // error
+//!     n += 1;   // error
+//!     while n < 3 { n = n + 1; }   // error
 //!   }
 //! }
 //! ```
 //!
-//! A half-typed line costs that line and nothing else: the declarations around it mean what they say. But nothing is
-//! analysed that rests on what was lost. A program with a syntax error has no time, so its component has none; a
-//! deployment with one may lack an activity, so none of it is analysed. A half-typed declaration may be one whose name a
-//! program uses: a name that its own library lacks is not looked for in others meanwhile.
+//! An incomplete line affects that line only: the declarations around it are read as they are. But nothing is analysed
+//! that depends on the incomplete text. A program with a syntax error has no execution time, and neither has its component.
+//! A deployment with one may lack an activity, so it is not analysed at all. An incomplete declaration may declare a name
+//! that a program uses: until it is complete, a name that its own library lacks is not looked up in other libraries.
 
 use mauve_syntax::ast::{AstNode as _, BinaryExpr, Expr};
 use mauve_syntax::{
@@ -236,12 +238,12 @@ pub fn message(parse: &Parse, error: &SyntaxError) -> String {
             )
         }
         SyntaxErrorKind::Token(kind) => token_message(parse, error, kind),
-        SyntaxErrorKind::LateInclude => "an `include` stands before all declarations of its file".to_owned(),
+        SyntaxErrorKind::LateInclude => "an `include` comes before all declarations of its file".to_owned(),
         SyntaxErrorKind::PathWithoutQuotes => {
             "expected a path in quotes, as in `include \"file.mal\"`".to_owned()
         }
         SyntaxErrorKind::WordAfterField => {
-            "expected a field such as `period = 100`; times are milliseconds, without a unit".to_owned()
+            "expected a field such as `period = 100`; times are in milliseconds, without a unit".to_owned()
         }
         SyntaxErrorKind::ChainedComparison => {
             "comparisons do not chain: write `a < b && b < c`".to_owned()
@@ -301,11 +303,11 @@ fn token_error(error: TokenError) -> &'static str {
         TokenError::UnterminatedString => "this string is not closed: a string ends on its line with `\"`",
         TokenError::UnterminatedComment => "this comment is not closed: close it with `*/`",
         TokenError::UnknownEscape => {
-            "unknown escape in a string: only `\\\"`, `\\\\`, `\\n` and `\\t` mean something"
+            "unknown escape in a string: the escapes are `\\\"`, `\\\\`, `\\n` and `\\t`"
         }
         TokenError::Hash => "a comment begins with `//`, not with `#`",
-        TokenError::SingleQuotes => "a string stands between `\"`, not between `'`",
-        TokenError::Characters => "these characters mean nothing in MAUVE outside strings and comments",
+        TokenError::SingleQuotes => "a string is written between `\"`, not between `'`",
+        TokenError::Characters => "these characters are allowed in strings and comments only",
     }
 }
 

@@ -1,6 +1,6 @@
 //! # update-or-statemachine
 //!
-//! A core says what it does each period by `update = { … }` or by a `statemachine { … }`: by one of them, once.
+//! A core executes either `update = { … }` or a `statemachine { … }` in each period. It has exactly one of the two.
 //!
 //! ```mauve
 //! shell S { }
@@ -17,12 +17,12 @@ use super::*;
 code!(UPDATE_OR_STATEMACHINE, Error, "update-or-statemachine");
 
 pub(super) fn neither<'db>(at: Location<'db>) -> Diagnostic<'db> {
-    let message = "this core does nothing each period: write `update = { … }` or a `statemachine { … }`";
+    let message = "this core has no program for its periods: write `update = { … }` or `statemachine { … }`";
     Diagnostic::new(&UPDATE_OR_STATEMACHINE, at, message)
 }
 
 pub(super) fn both<'db>(at: Location<'db>, machines: bool) -> Diagnostic<'db> {
     let what = if machines { "a second `statemachine`" } else { "both `update` and `statemachine`" };
-    let message = format!("this core has {what}: one of them says what it does each period");
+    let message = format!("this core has {what}: only one of them can be executed each period");
     Diagnostic::new(&UPDATE_OR_STATEMACHINE, at, message)
 }

@@ -177,14 +177,14 @@ fn what_has_no_bound_or_no_meaning_is_refused() {
     check(
         "core K(S) { update = { one(); } update = { big(); } }",
         expect![[r#"
-        refused: a second `update`: write one program that does both
-    "#]],
+            refused: a second `update`: merge the two programs
+        "#]],
     );
     check(
         "core K(S) { update = { one(); } statemachine { initial state A { } } }",
         expect![[r#"
-        refused: this core has both `update` and `statemachine`: one of them says what it does each period
-    "#]],
+            refused: this core has both `update` and `statemachine`: only one of them can be executed each period
+        "#]],
     );
 }
 

@@ -46,7 +46,12 @@ pub(super) fn instance_rest(p: &mut Parser<'_>) {
         return;
     }
     name(p);
-    if expect_or_foreign(p, COLON) || p.at_name() && !p.begins_line() && !p.at_own_item() {
+    let has_equals = p.at(EQ) && p.nth(1).is_word() && !p.nth_begins_line(1);
+    if has_equals {
+        p.foreign(Foreign::Spelling { tokens: 1, written: ":" });
+        p.drop_tokens(1);
+    }
+    if has_equals || expect_or_foreign(p, COLON) || p.at_name() && !p.begins_line() && !p.at_own_item() {
         type_(p, Expected::ComponentName);
     }
 }

@@ -1,7 +1,7 @@
-//! Statements, operators and items of other languages, where the grammar allows nothing of the kind: one error each.
+//! Operators, statements and items of other languages, each of which is one error.
 //!
-//! A rule here is asked where no model without an error gets to, or by first tokens that no rule of MAUVE has. So what is
-//! without an error stays so.
+//! A rule here applies only where the grammar allows nothing else: behind an error, or at tokens with which nothing of
+//! MAUVE begins. So a model without an error keeps its tree.
 
 use super::*;
 use crate::foreign::{Foreign, Word};
@@ -30,7 +30,7 @@ impl Operator {
 //   if a = b then { } else { }
 //   x = a and (b);
 // } }
-/// The binary operator of another language that stands behind an operand.
+/// Returns the binary operator of another language behind an operand.
 pub(super) fn operator(p: &Parser<'_>) -> Option<Operator> {
     let (kind, tokens) = match (p.current(), p.nth(1)) {
         (LT, GT) => (NEQ, 2),
@@ -40,6 +40,8 @@ pub(super) fn operator(p: &Parser<'_>) -> Option<Operator> {
         (EQ, GT) if p.in_condition && !p.nth_looks_like_type(2) => (GTEQ, 2),
         (EQ, LT) if p.in_condition => (LTEQ, 2),
         (EQ, next) if p.in_condition && next != GT => (EQ2, 1),
+        // At the beginning of a line, `and (x);` may call a codel of that name.
+        (IDENT, L_PAREN) if p.begins_line() && !p.in_condition => return None,
         (IDENT, next) if begins_operand(next) && !p.nth_begins_line(1) && !p.at_item() => {
             let operator = |word| match word {
                 Word::Operator(kind) => Some(kind),
@@ -58,7 +60,7 @@ fn begins_operand(kind: SyntaxKind) -> bool {
     statement::starts_expression(kind) && !matches!(kind, THEN_KW | TO_KW)
 }
 
-/// Does `not` stand here before an operand? Before `(` it is a call.
+/// Is this `not` before an operand? `not(x)` calls a codel.
 pub(super) fn at_not(p: &Parser<'_>) -> bool {
     p.at(IDENT)
         && !p.nth_begins_line(1)
@@ -84,7 +86,7 @@ pub(super) fn point(p: &mut Parser<'_>) {
 //   x = 1. + .5;
 //   x = 33 ms;
 // } }
-/// What stands behind a number in other languages: a unit, or a point.
+/// Takes a unit or a point behind a number.
 pub(super) fn opt_behind_number(p: &mut Parser<'_>) {
     if p.at(DOT) && !p.begins_line() {
         p.foreign(Foreign::Fraction);
@@ -100,7 +102,7 @@ pub(super) fn opt_behind_number(p: &mut Parser<'_>) {
     }
 }
 
-/// `? a : b` behind an operand.
+/// Takes `? a : b` behind an operand.
 pub(super) fn opt_ternary(p: &mut Parser<'_>, condition: CompletedMarker) -> CompletedMarker {
     if !p.at_characters("?") {
         return condition;
@@ -122,7 +124,7 @@ pub(super) fn opt_ternary(p: &mut Parser<'_>, condition: CompletedMarker) -> Com
 //   while(n);
 //   act(n);
 // } }
-/// A statement that no program of MAUVE begins with.
+/// Takes a statement that begins as no statement of MAUVE does.
 pub(super) fn opt_statement(p: &mut Parser<'_>) -> bool {
     let on_line = !p.nth_begins_line(1);
     match (p.current(), p.nth(1), p.nth(2)) {
@@ -154,7 +156,7 @@ pub(super) fn opt_statement(p: &mut Parser<'_>) -> bool {
     true
 }
 
-/// `name op= value;`, the target known.
+/// Takes `name op= value;`: the analysis knows what is assigned.
 fn assignment(p: &mut Parser<'_>, form: Foreign) {
     let m = p.start();
     any_word(p, NAME_REF);
@@ -172,7 +174,7 @@ fn assignment(p: &mut Parser<'_>, form: Foreign) {
 //   let k = 5;
 //   update = { }
 // }
-/// `int n = 3`, `let n = 3`: a variable without a type that is known.
+/// Takes `int n = 3` or `let n = 3`: a variable of unknown type.
 pub(super) fn variable(p: &mut Parser<'_>) {
     let m = p.start();
     p.foreign(if p.nth_is_foreign(0, Word::Untyped) { Foreign::Untyped } else { Foreign::TypeFirst });
@@ -182,7 +184,7 @@ pub(super) fn variable(p: &mut Parser<'_>) {
     m.complete(p, VAR);
 }
 
-/// A loop or a `switch`: what its body does is lost.
+/// Returns the form of a statement that is taken with its body: a loop or a `switch`.
 fn section(word: Word) -> Option<Foreign> {
     match word {
         Word::Loop => Some(Foreign::Loop),
@@ -220,7 +222,7 @@ pub(super) fn opt_whole_statement(p: &mut Parser<'_>, before: &Checkpoint) -> bo
             let m = p.start();
             p.foreign(Foreign::Spelling { tokens: 1, written: "else if" });
             p.drop_tokens(1);
-            statement::if_rest(p);
+            statement::if_rest(p, true);
             m.complete(p, IF_STATEMENT);
         }
         Word::Brace => superfluous(p),
@@ -241,7 +243,7 @@ fn superfluous(p: &mut Parser<'_>) {
     p.drop_tokens(1);
 }
 
-/// Where a statement ends that is not read: behind its `;` or its block, or with its line.
+/// Does a statement end here: behind its `;` or its block, or with its line?
 pub(super) fn ends_statement(p: &Parser<'_>) -> bool {
     p.at(R_CURLY)
         || p.begins_line()
@@ -249,7 +251,7 @@ pub(super) fn ends_statement(p: &Parser<'_>) -> bool {
         || p.previous() == R_CURLY && !p.at(SEMICOLON)
 }
 
-/// Where a statement with a block ends, which may begin the next line.
+/// Does a statement with a block end here? The block may begin the next line.
 fn ends_section(p: &Parser<'_>) -> bool {
     let goes_on = p.at(L_CURLY) && p.begins_line()
         || p.previous() == R_CURLY && !p.begins_line() && p.nth_is_foreign(0, Word::Loop);
@@ -264,7 +266,7 @@ fn ends_section(p: &Parser<'_>) -> bool {
 // void halt(int v);
 // def act(v): pass
 // codel land(): void
-/// A declaration that no file of MAUVE has.
+/// Takes a declaration of another language.
 pub(super) fn opt_declaration(p: &mut Parser<'_>) -> bool {
     let on_line = !p.nth_begins_line(1);
     match (p.current(), p.nth(1), p.nth(2)) {
@@ -358,7 +360,7 @@ fn keyword(word: Word) -> Option<SyntaxKind> {
     }
 }
 
-/// Is `int n = 3`, or a function, an item here, where a core has variables and programs?
+/// Takes a variable or a function of another language in a core.
 pub(super) fn opt_core_item(p: &mut Parser<'_>) -> bool {
     if !p.at(IDENT) || !p.nth(1).is_word() || p.nth_begins_line(1) {
         return false;
@@ -424,7 +426,7 @@ pub(super) fn opt_architecture_item(p: &mut Parser<'_>) -> bool {
     true
 }
 
-/// `pilot { priority = 1 }`: an activity without its keyword.
+/// Takes `pilot { priority = 1 }`, an activity without its keyword.
 pub(super) fn opt_deployment_item(p: &mut Parser<'_>) -> bool {
     let is_activity = p.at(IDENT) && p.nth(1) == L_CURLY && p.nth(2).is_word();
     if is_activity {
@@ -436,7 +438,7 @@ pub(super) fn opt_deployment_item(p: &mut Parser<'_>) -> bool {
     is_activity
 }
 
-/// Takes the tokens that stand here for `expected` in other languages, and returns whether there were any.
+/// Takes the tokens that other languages write instead of `expected`, and returns whether there were any.
 pub(super) fn opt_instead_of(p: &mut Parser<'_>, expected: SyntaxKind) -> bool {
     if p.begins_line() {
         return false;
@@ -449,7 +451,6 @@ pub(super) fn opt_instead_of(p: &mut Parser<'_>, expected: SyntaxKind) -> bool {
         (ARROW, TO_KW | COMMA | GT | COLON | EQ, next) if next.is_word() || next == L_BRACK => 1,
         (EQ, COLON, EQ) => 2,
         (EQ, COLON, _) => 1,
-        (COLON, EQ, next) if next.is_word() && !p.nth_begins_line(1) => 1,
         (THEN_KW, COLON, L_CURLY) => 1,
         (COLON, ARROW, next) if next.is_word() => 1,
         _ => return false,
@@ -459,7 +460,7 @@ pub(super) fn opt_instead_of(p: &mut Parser<'_>, expected: SyntaxKind) -> bool {
     true
 }
 
-/// `()` behind the name of something that has no parameters.
+/// Takes `()`.
 pub(super) fn opt_parentheses(p: &mut Parser<'_>) {
     if p.at(L_PAREN) && p.nth(1) == R_PAREN && !p.begins_line() {
         p.foreign(Foreign::Superfluous { tokens: 2 });
@@ -472,7 +473,7 @@ pub(super) fn at_colon_before_shell(p: &Parser<'_>) -> bool {
     p.at(COLON) && p.nth(1).is_word() && !p.begins_line()
 }
 
-/// `extends`, or the colon that stands for it.
+/// Takes `extends`, or the colon that other languages write.
 pub(super) fn extends(p: &mut Parser<'_>) {
     if p.at(COLON) {
         p.foreign(Foreign::Spelling { tokens: 1, written: "extends" });
@@ -480,7 +481,7 @@ pub(super) fn extends(p: &mut Parser<'_>) {
     p.bump_as(EXTENDS_KW);
 }
 
-/// What stands between a header and its `{` in other languages: a colon, `=`, `()`, a name where there is none.
+/// Takes `:`, `=`, `()` or a name between a header and its `{`.
 pub(super) fn opt_before_list(p: &mut Parser<'_>) {
     let tokens = match (p.current(), p.nth(1), p.nth(2)) {
         (COLON | EQ, L_CURLY, _) => 1,
@@ -494,7 +495,7 @@ pub(super) fn opt_before_list(p: &mut Parser<'_>) {
     }
 }
 
-/// `()` between the keyword of a program and its `=`, or instead of that. Returns whether it was instead.
+/// Takes `()` behind the keyword of a program. Returns whether it is instead of the `=`.
 pub(super) fn opt_program_parentheses(p: &mut Parser<'_>) -> bool {
     let is_instead = p.at(L_PAREN) && p.nth(1) == R_PAREN && p.nth(2) == L_CURLY;
     if is_instead {
@@ -510,7 +511,7 @@ pub(super) fn opt_program_parentheses(p: &mut Parser<'_>) -> bool {
 // deployment D { activity a: priority = 1, period = 10
 //   activity b { }
 // }
-/// The fields of an activity behind a colon, on its line.
+/// Takes the fields of an activity behind a colon, on its line.
 pub(super) fn opt_activity_body(p: &mut Parser<'_>) -> bool {
     let is_body = p.at(COLON) && p.nth(1).is_word() && !p.nth_begins_line(1);
     if is_body {
@@ -524,7 +525,7 @@ pub(super) fn opt_activity_body(p: &mut Parser<'_>) -> bool {
     is_body
 }
 
-/// `: S`, `extends S`, `for S` behind the name of a core.
+/// Takes `: S`, `extends S` or `for S` behind the name of a core.
 pub(super) fn opt_core_header(p: &mut Parser<'_>) -> bool {
     let is_word = p.at(IDENT) && (p.nth_is_foreign(0, Word::ForShell) || p.nth_is_foreign(0, Word::Loop));
     let is_header =
@@ -544,7 +545,7 @@ pub(super) fn opt_core_header(p: &mut Parser<'_>) -> bool {
 //   input port c: Pose[]
 //   input port Pose d
 // }
-/// What may stand behind a type in other languages.
+/// Takes `[]`, `*`, `&` or `<…>` behind a type.
 pub(super) fn opt_type_suffix(p: &mut Parser<'_>) {
     match (p.current(), p.nth(1)) {
         _ if p.begins_line() => {}

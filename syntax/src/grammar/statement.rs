@@ -36,7 +36,7 @@ pub(super) fn statement(p: &mut Parser<'_>) {
     match p.current() {
         _ if foreign::opt_statement(p) => {}
         VAR_KW if next.is_word() && (p.nth(2) == COLON || !p.nth_begins_line(1)) => core::variable(p),
-        IF_KW if next != EQ => if_(p),
+        IF_KW if next != EQ => if_(p, true),
         RETURN_KW if next != EQ => return_(p),
         L_CURLY => {
             let m = p.start();
@@ -116,7 +116,7 @@ pub(super) fn starts_expression(kind: SyntaxKind) -> bool {
 //   z = 3;
 //   if b { g(); } else { }
 // } }
-fn if_(p: &mut Parser<'_>) {
+fn if_(p: &mut Parser<'_>, needs_braces: bool) {
     let m = p.start();
     if p.depth >= DEEPEST {
         p.too_deep(|p| p.at(R_CURLY) || p.previous() == R_CURLY && !p.at(ELSE_KW));
@@ -124,7 +124,7 @@ fn if_(p: &mut Parser<'_>) {
         return;
     }
     p.bump();
-    if_rest(p);
+    if_rest(p, needs_braces);
     m.complete(p, IF_STATEMENT);
 }
 
@@ -137,8 +137,8 @@ fn if_(p: &mut Parser<'_>) {
 //   if a { f(); }
 //   h();
 // } }
-/// What stands behind `if`.
-pub(super) fn if_rest(p: &mut Parser<'_>) {
+/// The condition and the branches of an `if`. `needs_braces`: branches without braces are not reported yet.
+pub(super) fn if_rest(p: &mut Parser<'_>, needs_braces: bool) {
     expression::condition(p);
     // A forgotten `then` is one mistake: the block is there.
     let has_then = p.eat(THEN_KW) || foreign::opt_instead_of(p, THEN_KW);
@@ -154,17 +154,17 @@ pub(super) fn if_rest(p: &mut Parser<'_>) {
     let has_braces = p.at(L_CURLY) || !at_branch(p);
     match has_braces {
         true => block(p),
-        false => unbraced(p, true),
+        false => unbraced(p, needs_braces),
     }
     if p.at(ELSE_KW) && !matches!(p.nth(1), EQ | L_PAREN) {
-        else_(p, has_braces);
+        else_(p, needs_braces && has_braces);
     } else if p.nth_is_foreign(0, Word::ElseIf) && !matches!(p.nth(1), EQ | L_PAREN | SEMICOLON) {
         let m = p.start();
         p.foreign(Foreign::Spelling { tokens: 1, written: "else if" });
         p.bump_as(ELSE_KW);
         p.depth += 1;
         let nested = p.start();
-        if_rest(p);
+        if_rest(p, needs_braces && has_braces);
         nested.complete(p, IF_STATEMENT);
         p.depth -= 1;
         m.complete(p, ELSE);
@@ -179,8 +179,8 @@ fn at_branch(p: &Parser<'_>) -> bool {
 }
 
 /// A branch without braces: one statement, and perhaps the word that closes it.
-fn unbraced(p: &mut Parser<'_>, is_reported: bool) {
-    if is_reported {
+fn unbraced(p: &mut Parser<'_>, needs_braces: bool) {
+    if needs_braces {
         p.foreign(Foreign::Braces);
     }
     let m = p.start();
@@ -200,16 +200,16 @@ fn unbraced(p: &mut Parser<'_>, is_reported: bool) {
     m.complete(p, BLOCK);
 }
 
-/// `else` and its branch. `has_braces`: the branch before has them, or needs them for another reason.
-fn else_(p: &mut Parser<'_>, has_braces: bool) {
+/// `else` and its branch.
+fn else_(p: &mut Parser<'_>, needs_braces: bool) {
     node(p, ELSE, |p| match p.current() {
         IF_KW => {
             p.depth += 1;
-            if_(p);
+            if_(p, needs_braces);
             p.depth -= 1;
         }
         L_CURLY => block(p),
-        _ if at_branch(p) => unbraced(p, has_braces),
+        _ if at_branch(p) => unbraced(p, needs_braces),
         _ => p.missing(Expected::BlockOrIf),
     });
 }
