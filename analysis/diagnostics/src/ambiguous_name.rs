@@ -1,7 +1,7 @@
 //! # ambiguous-name
 //!
-//! A name that several declarations have, where the text does not say which is meant. Write `library.name`, or give
-//! one of them another name. A program cannot write the library of a codel: use one of the libraries only.
+//! Several visible declarations have the name. Write `library.name`, or rename one of them. A program cannot write the
+//! library of a codel: use only one of the libraries.
 //!
 //! ```mauve
 //! library near { shell S { } }
@@ -17,7 +17,7 @@ code!(AMBIGUOUS_NAME, Error, "ambiguous-name");
 pub(super) fn report<'db>(at: Location<'db>, kind: Kind, name: &str) -> Diagnostic<'db> {
     let advice = match kind {
         // Programs have no qualified names.
-        Kind::Codel => "rename one, or `use` the library of the one that is meant alone",
+        Kind::Codel => "rename one, or use only one of their libraries",
         _ => "write the library before it, or rename one",
     };
     let message = format!("several {kind}s are called `{name}`: {advice}");

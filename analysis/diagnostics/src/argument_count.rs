@@ -1,8 +1,8 @@
 //! # argument-count
 //!
-//! A call has more arguments than what it calls takes, or fewer. `read` takes an input port and a variable, `write` an
+//! A call has too many or too few arguments. `read` takes an input port and a variable, `write` an
 //! output port and a value, `status` a port. `send` takes an operation and its `in` and `inout` arguments. `collect` takes a
-//! handler, and either nothing more or variables for all that comes back: the result, then the `out` and `inout` parameters.
+//! handler, and either no variables or one for each value that it returns: the result, then the `out` and `inout` parameters.
 //!
 //! ```mauve
 //! codel plan(in goal: int, out way: int): bool
@@ -32,12 +32,33 @@ use mauve_hir::fact::Takes;
 
 code!(ARGUMENT_COUNT, Error, "argument-count");
 
-pub(super) fn report<'db>(at: Location<'db>, name: &str, takes: &Takes, found: usize) -> Diagnostic<'db> {
-    let found = match found {
+pub(super) fn report<'db>(
+    db: &'db dyn ModelDb,
+    at: Location<'db>,
+    name: &str,
+    takes: &Takes,
+    count: usize,
+) -> Diagnostic<'db> {
+    let shown_count = match count {
         0 => "none".to_owned(),
-        found => found.to_string(),
+        count => count.to_string(),
     };
-    Diagnostic::new(&ARGUMENT_COUNT, at, format!("`{name}` takes {}, found {found}", shown(takes)))
+    let message = format!("`{name}` takes {}, found {shown_count}", shown(takes));
+    let found = Diagnostic::new(&ARGUMENT_COUNT, at.clone(), message);
+    if !matches!(takes, Takes::Port(Builtin::Read)) || count != 1 {
+        return found;
+    }
+    // `n = read(scan)`
+    let assignment = statement::assignment_at(db, &at);
+    let call = assignment.as_ref().and_then(|it| it.value.strip_prefix("read(")?.strip_suffix(')'));
+    match (&assignment, call) {
+        (Some(assignment), Some(port)) if port.chars().all(|it| it.is_alphanumeric() || it == '_') => {
+            let fixed = format!("read({port}, {})", assignment.target);
+            let message = format!("{}; `{fixed}` assigns the value", found.message);
+            assignment.replaced(Diagnostic { message, ..found }, fixed)
+        }
+        _ => found,
+    }
 }
 
 fn shown(takes: &Takes) -> String {

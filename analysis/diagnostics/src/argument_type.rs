@@ -1,7 +1,7 @@
 //! # argument-type
 //!
-//! An argument has another type than the parameter that it is for. Only `int` becomes `double` or `float` by itself, and for
-//! `out` and `inout` parameters not even that.
+//! The type of an argument differs from that of its parameter. Only an `int` converts to `double` or `float` implicitly, and
+//! only for `in` parameters.
 //!
 //! ```mauve
 //! codel drive(in speed: double, out done: bool): void

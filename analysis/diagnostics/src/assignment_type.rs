@@ -1,6 +1,7 @@
 //! # assignment-type
 //!
-//! A value goes to a variable, a property, a constant or a port of another type. Only `int` becomes `double` or `float` by itself.
+//! The type of a value differs from that of its variable, property, constant or port. Only an `int` converts to `double` or
+//! `float` implicitly.
 //!
 //! ```mauve
 //! codel stop(): void

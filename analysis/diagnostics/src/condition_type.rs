@@ -1,6 +1,6 @@
 //! # condition-type
 //!
-//! The condition of an `if`, or the guard of a transition, is neither true nor false.
+//! The condition of an `if`, or the guard of a transition, is not of type `bool`.
 //!
 //! ```mauve
 //! shell S { input port scan: int }
@@ -19,7 +19,7 @@
 //! }
 //! ```
 //!
-//! Fix: compare a number with 0, a status with the one that says that it went well.
+//! Fix: compare a number with 0, a status with `new_data` or `success`.
 
 use super::*;
 

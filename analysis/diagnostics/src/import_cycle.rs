@@ -1,7 +1,7 @@
 //! # import-cycle
 //!
-//! An architecture that imports itself, over others or directly. Its instances are not known, so nothing that deploys
-//! it is analysed.
+//! An architecture imports itself, directly or through other architectures. Its instances are unknown, so its deployments
+//! are not analysed.
 //!
 //! ```mauve
 //! architecture A { import B }   // error
@@ -13,5 +13,5 @@ use super::*;
 code!(IMPORT_CYCLE, Error, "import-cycle");
 
 pub(super) fn report<'db>(at: Location<'db>, name: &str) -> Diagnostic<'db> {
-    Diagnostic::new(&IMPORT_CYCLE, at, format!("what is imported here imports {name} in turn: remove one of the imports"))
+    Diagnostic::new(&IMPORT_CYCLE, at, format!("this architecture imports `{name}` in turn: remove one of the imports"))
 }

@@ -1,7 +1,7 @@
 //! # include-cycle
 //!
-//! A file that includes itself, over others or directly. It is harmless: each file counts once. But who reads the
-//! files cannot tell which comes first.
+//! A file includes itself, directly or through other files. Each file is read once, so the cycle has no effect; but it
+//! hides the order of the files from a reader.
 //!
 //! ```mauve
 //! include "b.mal"   // warning

@@ -1,6 +1,6 @@
 //! # inheritance-cycle
 //!
-//! A shell that extends itself, over others or directly.
+//! A shell extends itself, directly or through other shells.
 //!
 //! ```mauve
 //! shell A extends B { }   // error

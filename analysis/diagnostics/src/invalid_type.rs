@@ -1,7 +1,7 @@
 //! # invalid-type
 //!
-//! `void` is what a codel or an operation gives that gives nothing: nothing else can have that type. An interval is for
-//! numbers.
+//! `void` is the result type of a codel or an operation without a result, and no variable, parameter, port or property has
+//! this type. Only numbers have an interval.
 //!
 //! ```mauve
 //! codel stop(in now: void): void   // error
@@ -18,7 +18,7 @@ use super::*;
 code!(INVALID_TYPE, Error, "invalid-type");
 
 pub(super) fn void<'db>(at: Location<'db>) -> Diagnostic<'db> {
-    Diagnostic::new(&INVALID_TYPE, at, "nothing is of type `void`: it is for what gives no result")
+    Diagnostic::new(&INVALID_TYPE, at, "`void` is only a result type: a value needs another type")
 }
 
 pub(super) fn interval<'db>(at: Location<'db>, found: &Type) -> Diagnostic<'db> {

@@ -3,7 +3,7 @@
 //! The header of such a file is the page of `mauve explain CODE`, and the models in it are tests: exactly the lines that end
 //! with `// error` (or `warning`, `hint`) have that diagnostic.
 
-use std::path::{Component, Path};
+use std::path::{Component, Path, PathBuf};
 
 use mauve_timing::Time;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -13,8 +13,8 @@ use mauve_hir::item_tree::{FeatureKind, Kind, Name, NameRef, SourceId, TypeRef};
 use mauve_hir::{
     Config, Decl, FeatureOf, File, Location, ModelDb, Names, Project, Type, Workspace, config_file,
     config_of, declaration_facts, declarations, file_outside, include_candidates, include_rings, includes,
-    item_tree_of, line_of, names_of, not_checked, parse, project_facts, project_files, projects, root_file,
-    similar,
+    is_model, item_tree_of, line_of, names_of, not_checked, parse, project_facts, project_files, projects,
+    root_file, similar,
 };
 use mauve_wcrt::{
     Query, TimingFact, WhatIfField, facts_if, missing_time_facts, priority_facts, system_of, table_facts,
@@ -200,8 +200,7 @@ impl<'db> Diagnostic<'db> {
     }
 }
 
-/// Returns the advice for an unresolved `path`, written in `library`: a library to use, with its name, or the correction of
-/// a misspelt library.
+/// Returns the advice for an unresolved `path`, written in `library`: a library to use, with its name.
 fn advice<'db>(
     db: &'db dyn ModelDb,
     names: &Names<'db>,
@@ -213,11 +212,6 @@ fn advice<'db>(
         [name] => {
             let of = names.anywhere(kind, name).iter().find_map(|decl| decl.library(db).as_ref())?;
             library.map(|_| (format!("library `{of}` has one: add `use {of}`"), Some(of.clone())))
-        }
-        [of, name] if !names.has_library(of) => {
-            let of = similar(of, names.libraries())?;
-            let is_there = !names.in_library(Some(&of), kind, name).is_empty();
-            is_there.then(|| (format!("did you mean `{of}.{name}`?"), None))
         }
         _ => None,
     }
@@ -355,7 +349,9 @@ mod cause;
 mod configuration;
 mod follow_up;
 mod mechanical;
+mod other_kind;
 mod proof;
+mod statement;
 mod table_error;
 mod task_set_error;
 mod timing_facts;
@@ -501,6 +497,24 @@ fn missing_include<'db>(
     let (folder, name) = path.rsplit_once('/').map_or(("", path), |(folder, name)| (folder, name));
     let near = similar(name, &here);
     let near = near.map(|near| if folder.is_empty() { near } else { format!("{folder}/{near}").into() });
+    let folder = candidates.first().map(PathBuf::as_path).unwrap_or(Path::new(""));
+    let inside = workspace.files(db).keys().filter(|path| is_model(path) && path.parent() == Some(folder));
+    let inside: Vec<String> = inside.filter_map(|it| path_from(file.path(db), it)).collect();
+    if !inside.is_empty() {
+        return unresolved_include::folder(at, path, &inside);
+    }
+    let with_extension =
+        candidates.iter().any(|it| workspace.files(db).contains_key(&it.with_extension("mal")));
+    let moved = || {
+        let same = |it: &&PathBuf| it.file_name().is_some_and(|it| it == name) && *it != file.path(db);
+        let mut same = workspace.files(db).keys().filter(same);
+        let found = same.next().filter(|_| same.next().is_none())?;
+        Some(Name::from(path_from(file.path(db), found)?))
+    };
+    let near = match with_extension && Path::new(path).extension().is_none() {
+        true => Some(format!("{path}.mal").into()),
+        false => moved().or(near),
+    };
     unresolved_include::report(at, path, &searched, near)
 }
 

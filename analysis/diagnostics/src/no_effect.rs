@@ -1,7 +1,7 @@
 //! # no-effect
 //!
-//! A statement that calls nothing and assigns nothing does nothing. It may be a call that lost its name or its brackets,
-//! and with it the time that it takes: the program is not analysed.
+//! A statement without a call and without an assignment has no effect. It may be a call without its name or its
+//! parentheses, whose execution time is missing: the program is not analysed.
 //!
 //! ```mauve
 //! codel plan(in speed: int): int
@@ -20,7 +20,14 @@ use super::*;
 
 code!(NO_EFFECT, Error, "no-effect");
 
-pub(super) fn report<'db>(at: Location<'db>) -> Diagnostic<'db> {
-    let message = "this statement does nothing: call a codel, or assign a variable";
-    Diagnostic::new(&NO_EFFECT, at, message)
+pub(super) fn report<'db>(db: &'db dyn ModelDb, at: Location<'db>) -> Diagnostic<'db> {
+    let message = "this statement has no effect: call a codel, or assign a variable";
+    let found = Diagnostic::new(&NO_EFFECT, at.clone(), message);
+    match statement::comparison_at(db, &at) {
+        Some(equals) => {
+            let message = "this comparison has no effect; did you mean `=`?".to_owned();
+            Diagnostic { message, ..found }.fix("Change to `=`", equals, "=".to_owned())
+        }
+        None => found,
+    }
 }

@@ -1,7 +1,7 @@
 //! # not-assignable
 //!
-//! A program assigns to variables. Properties and constants get their values from architectures and deployments, ports are
-//! written with `write`, and what comes in through an `in` parameter belongs to the caller.
+//! A program assigns only to variables. Architectures and deployments set properties and constants, `write` writes ports, and
+//! the value of an `in` parameter belongs to the caller.
 //!
 //! ```mauve
 //! shell S { property speed: int = 1  output port way: int  provide set(in to: int): void }
@@ -23,13 +23,25 @@ use super::*;
 
 code!(NOT_ASSIGNABLE, Error, "not-assignable");
 
-pub(super) fn report<'db>(at: Location<'db>, name: &str, is: Option<FeatureKind>) -> Diagnostic<'db> {
+pub(super) fn report<'db>(
+    db: &'db dyn ModelDb,
+    at: Location<'db>,
+    name: &str,
+    is: Option<FeatureKind>,
+) -> Diagnostic<'db> {
     let is = match is {
-        None => "an `in` parameter: its value belongs to the caller",
-        Some(FeatureKind::Property) => "a property: architectures and deployments give it its value",
-        Some(FeatureKind::Constant) => "a constant",
-        Some(FeatureKind::Output) => "a port: write to it with `write(port, value)`",
-        Some(_) => "an input port: nothing is assigned to it",
+        None => "an `in` parameter: its value belongs to the caller".to_owned(),
+        Some(FeatureKind::Property) => "a property: an architecture or a deployment sets its value".to_owned(),
+        Some(FeatureKind::Constant) => "a constant: an architecture or a deployment sets its value".to_owned(),
+        Some(FeatureKind::Output) => {
+            let message = format!("`{name}` is an output port: `write({name}, value)` writes it");
+            let found = Diagnostic::new(&NOT_ASSIGNABLE, at.clone(), message);
+            return match statement::assignment_at(db, &at) {
+                Some(assignment) => assignment.replaced(found, format!("write({name}, {})", assignment.value)),
+                None => found,
+            };
+        }
+        Some(_) => "an input port: a program only reads it".to_owned(),
     };
     Diagnostic::new(&NOT_ASSIGNABLE, at, format!("`{name}` is {is}"))
 }

@@ -1,7 +1,7 @@
 //! # not-included
 //!
-//! A model in the folder that no root of `mauve.toml` includes, directly or over others. Nothing in it is checked, and no
-//! deployment in it is analysed. Include it, or name it as a root too (`roots = ["robot.mal", "bench.mal"]`).
+//! A model in the folder is not included by any root of `mauve.toml`, directly or indirectly. It is not checked, and its
+//! deployments are not analysed. Include it, or name it as a root too (`roots = ["robot.mal", "bench.mal"]`).
 //!
 //! ```mauve
 //! codel plan(): int
@@ -16,6 +16,6 @@ use super::*;
 code!(NOT_INCLUDED, Warning, "not-included");
 
 pub(super) fn report<'db>(file: File) -> Diagnostic<'db> {
-    let message = "no root includes this file: nothing in it is checked";
+    let message = "no root includes this file, so it is not checked";
     Diagnostic::new(&NOT_INCLUDED, Location::Range(file, 0, 0), message.to_owned())
 }

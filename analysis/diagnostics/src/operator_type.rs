@@ -1,7 +1,7 @@
 //! # operator-type
 //!
-//! An operator does not take these values. Numbers are calculated with and compared by order, strings are joined with `+`,
-//! conditions by `&&`, `||` and `!`, and `==` compares values of one type. The status of a port (`no_data`, `old_data`,
+//! An operator does not take values of these types. Arithmetic and comparisons take numbers, `+` also joins strings, `&&`,
+//! `||` and `!` take conditions, and `==` compares values of one type. The status of a port (`no_data`, `old_data`,
 //! `new_data`) and of a call (`failure`, `not_ready`, `success`) are different types.
 //!
 //! ```mauve

@@ -1,6 +1,6 @@
 //! # out-argument
 //!
-//! What comes back through an `out` or `inout` parameter needs a variable to go to: so does what `read` and `collect` give.
+//! The argument for an `out` or `inout` parameter is not a variable. `read` and `collect` also need variables for their values.
 //!
 //! ```mauve
 //! codel measure(out distance: double): bool
@@ -23,6 +23,6 @@ code!(OUT_ARGUMENT, Error, "out-argument");
 
 pub(super) fn report<'db>(at: Location<'db>, of: &str, parameter: &ParameterName) -> Diagnostic<'db> {
     let parameter = argument_type::shown(parameter);
-    let message = format!("`{of}` gives back `{parameter}`: this must be a variable");
+    let message = format!("`{of}` returns a value in `{parameter}`, so its argument must be a variable");
     Diagnostic::new(&OUT_ARGUMENT, at, message)
 }

@@ -9,7 +9,7 @@ pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>
     let at = fact.at.clone();
     let found = match &fact.kind {
         K::AmbiguousName { kind, name } => ambiguous_name::report(at, *kind, name),
-        K::ArgumentCount { callee, takes, found } => argument_count::report(at, callee, takes, *found),
+        K::ArgumentCount { callee, takes, found } => argument_count::report(db, at, callee, takes, *found),
         K::ArgumentType { callee, parameter, expected, found } => {
             argument_type::report(at, callee, parameter, expected, found)
         }
@@ -19,7 +19,7 @@ pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>
         K::ConditionType { found } => condition_type::report(at, found),
         K::ConnectionType { ends } => connection_type::report(at, ends),
         K::ContinuedLine { name, white } => continued_line::report(at, *white, name),
-        K::CoreBeforeShell { core } => unresolved_shell::swapped(at, core),
+        K::CoreBeforeShell { core } => unresolved_shell::swapped(db, at, core),
         K::DuplicateDefinition { what, name, first } => duplicate_definition::report(at, *what, name, first),
         K::DuplicateHook(kind) => duplicate_hook::report(at, kind.keyword()),
         K::DuplicateMethod(kind) => duplicate_hook::report(at, kind.keyword()),
@@ -37,12 +37,16 @@ pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>
         }
         K::NeverTaken { name, first, first_at } => never_taken::report(at, (name, first), first_at),
         K::NoBehaviour => update_or_statemachine::neither(at),
-        K::NoEffect => no_effect::report(at),
+        K::NoEffect => no_effect::report(db, at),
         K::NoInitialState { first } => initial_state::none(at, first.as_ref()),
-        K::NotAssignable { name, is } => not_assignable::report(at, name, *is),
-        K::NotBuiltin(function) => unresolved_codel::built_in(at, *function),
+        K::NotAssignable { name, is } => not_assignable::report(db, at, name, *is),
+        K::NotBuiltin { function, first, swapped, instead } => {
+            unresolved_codel::built_in(at, *function, first.as_ref(), swapped.as_ref(), instead.as_ref())
+        }
         K::NotCallable { name, is, hides } => unresolved_codel::not_callable(at, name, *is, *hides),
-        K::NotCalled { name, is_operation } => unresolved_variable::not_called(at, name, *is_operation),
+        K::NotCalled { name, is_operation, takes_nothing } => {
+            unresolved_variable::not_called(at, name, *is_operation, *takes_nothing)
+        }
         K::NotConstant(why) => constant_expression::not_constant(at, why),
         K::NotInDeployment { deployment, instance, near } => {
             unresolved_instance::not_in_deployment(at, deployment, instance, near.clone())
@@ -69,7 +73,9 @@ pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>
         K::OutsideInterval { name, value, interval, declared } => {
             outside_interval::report(at, name, value, interval, declared.as_ref())
         }
-        K::PortAsValue { name, kind } => unresolved_variable::port(at, name, *kind),
+        K::PortAsValue { name, kind, is_status } => {
+            unresolved_variable::port(db, at, name, *kind, *is_status)
+        }
         K::PortDirection { function, port, is } => port_direction::report(at, *function, port, *is),
         K::ReadBeforeAssignment { name, declared } => read_before_assignment::report(at, name, declared),
         K::RecursiveOperation { name } => recursive_operation::report(at, name),
@@ -123,7 +129,7 @@ pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>
         K::WrongEnd { kind, is_source, instance, name } => {
             connection_direction::one_end(at, *kind, *is_source, instance, name)
         }
-        K::WrongShell { core, shell } => wrong_shell::report(at, core.name(db), &shell.qualified(db)),
+        K::WrongShell { core, shell } => wrong_shell::report(db, project, at, *core, *shell),
     };
     // The analysis decides by the fact which errors refuse it.
     debug_assert_eq!(fact.is_error(), found.code.severity == Severity::Error, "{}", found.code.name);
@@ -146,6 +152,15 @@ fn unresolved_type<'db>(
         _ => &unresolved_shell::UNRESOLVED_SHELL,
     };
     let found = Diagnostic::new(code, at, format!("no {kind} `{ty}`"));
+    if let Some((other, near)) = other_kind::of_another_kind(db, project, of, kind, &ty.path) {
+        let article = if other == Kind::Architecture { "an" } else { "a" };
+        let message = format!(
+            "`{ty}` is {article} {other}, not {} {kind}",
+            if kind == Kind::Architecture { "an" } else { "a" }
+        );
+        return Diagnostic { message, ..found }.did_you_mean(near);
+    }
     let near = names_of(db, project).similar(db, of.library(db).as_ref(), kind, &ty.path);
+    let near = near.or_else(|| other_kind::in_right_library(db, project, of, kind, &ty.path));
     found.look_elsewhere(db, project, of, (kind, &ty.path), near)
 }

@@ -1,7 +1,8 @@
 //! # return-type
 //!
-//! A program gives something else than it should. `configure` and `start` give a bool, and true without any `return`; `stop`,
-//! `cleanup`, `update` and the programs of a state give nothing; an operation gives what its shell says, on every path.
+//! A program returns a value of a wrong type. `configure` and `start` return a `bool`, and `true` without a `return`; `stop`,
+//! `cleanup`, `update` and the programs of a state return no value; an operation returns a value of the type in its shell, on
+//! every path.
 //!
 //! ```mauve
 //! shell S { provide near(in far: double): bool  provide stop(): void }
@@ -29,8 +30,8 @@ pub(super) fn report<'db>(at: Location<'db>, of: &ProgramName, expected: &Type, 
         ProgramName::Operation(name) => format!("`{name}`"),
     };
     let expectation = match expected {
-        Type::Void => format!("{what} gives nothing"),
-        expected => format!("{what} gives {}", type_name(expected)),
+        Type::Void => format!("{what} returns no value"),
+        expected => format!("{what} returns {}", type_name(expected)),
     };
     let found = match found {
         Type::Void => "this is no value".to_owned(),
@@ -42,6 +43,6 @@ pub(super) fn report<'db>(at: Location<'db>, of: &ProgramName, expected: &Type, 
 /// Reports an operation that may end without a `return`.
 pub(super) fn missing<'db>(at: Location<'db>, name: &str, expected: &Type) -> Diagnostic<'db> {
     let expected = type_name(expected);
-    let message = format!("`{name}` gives {expected}, and not every path of it ends with a `return`");
+    let message = format!("`{name}` returns {expected}, and not every path of it ends with a `return`");
     Diagnostic::new(&RETURN_TYPE, at, message)
 }

@@ -12,7 +12,7 @@ pub fn type_name(ty: &Type) -> Cow<'_, str> {
         Type::PortStatus => "the status of a port",
         Type::CallStatus => "the status of a call",
         Type::Handle(operation) => return Cow::Owned(format!("a call of `{operation}`")),
-        ty => return ty.written().unwrap_or(Cow::Borrowed("a type that nobody knows")),
+        ty => return ty.written().unwrap_or(Cow::Borrowed("an unknown type")),
     };
     Cow::Borrowed(words)
 }

@@ -1,7 +1,7 @@
 //! # undeclared-operation
 //!
-//! A core defines an operation that its shell does not provide. Nobody can be connected to it, and a program that calls
-//! it means something else: a codel of that name, perhaps.
+//! A core defines an operation that its shell does not provide. No component can connect to it, and a call of its name in a
+//! program calls a codel instead.
 //!
 //! ```mauve
 //! shell S { provide reset(): void }

@@ -1,6 +1,6 @@
 //! # undefined-operation
 //!
-//! The shell provides an operation, and the core does not define it. Where a program calls it, the core is not analysed.
+//! The shell provides an operation that the core does not define. If a program calls it, the core is not analysed.
 //!
 //! ```mauve
 //! shell S { provide reset(): void  provide stop(): void }
@@ -15,7 +15,7 @@
 //! }
 //! ```
 //!
-//! Fix: define it, with nothing in it but a value to return.
+//! Fix: define it with an empty program, or one that only returns a value.
 
 use super::*;
 use mauve_hir::operation_skeleton;

@@ -1,7 +1,7 @@
 //! # unreadable-file
 //!
-//! A file that cannot be read, or whose text is not UTF-8. What stands before the place is read; nothing is analysed
-//! that needs what may stand behind it.
+//! A file cannot be read, or its text is not UTF-8. The text before the error is read; declarations that may depend on the
+//! rest are not analysed.
 //!
 //! A model is text: save it as UTF-8.
 

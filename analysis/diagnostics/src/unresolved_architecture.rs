@@ -8,8 +8,8 @@
 //! deployment D { architecture Robot }
 //! ```
 //!
-//! A name is looked up in its own library, then in the libraries that it uses (`use nav`). What stands outside any
-//! library sees everything.
+//! A name is looked up in its own library, then in the libraries that this library uses (`use nav`). Declarations outside
+//! libraries see all libraries.
 
 use super::*;
 

@@ -1,6 +1,6 @@
 //! # unresolved-codel
 //!
-//! A program calls something that is no codel, no operation of its own component and no built-in function (`read`,
+//! A program calls a name that is neither a codel, nor an operation of its own component, nor a built-in function (`read`,
 //! `write`, `status`, `send`, `collect`).
 //!
 //! ```mauve
@@ -66,16 +66,45 @@ fn similar_callee<'db>(
     similar(name, fitting).or_else(|| similar(name, all.iter().map(|(name, _)| *name)))
 }
 
-pub(super) fn built_in<'db>(at: Location<'db>, function: Builtin) -> Diagnostic<'db> {
-    let form = match function {
-        Builtin::Read => "read(port, variable)",
-        Builtin::Write => "write(port, value)",
-        Builtin::Status => "status(port)",
-        Builtin::Send => "send(operation, …)",
-        Builtin::Collect => "collect(handler, …)",
+pub(super) fn built_in<'db>(
+    at: Location<'db>,
+    function: Builtin,
+    first: Option<&(Name, Option<FeatureKind>)>,
+    swapped: Option<&[NameRef; 2]>,
+    instead: Option<&NameRef>,
+) -> Diagnostic<'db> {
+    let (form, takes) = match function {
+        Builtin::Read => ("read(port, variable)", "an input port"),
+        Builtin::Write => ("write(port, value)", "an output port"),
+        Builtin::Status => ("status(port)", "an input port"),
+        Builtin::Send => ("send(operation, …)", "a required operation"),
+        Builtin::Collect => ("collect(handler, …)", "a handler"),
     };
-    let message = format!("no codel of this name, and it is not the built-in function `{form}`");
-    Diagnostic::new(&UNRESOLVED_CODEL, at, message)
+    let new = |message: String| Diagnostic::new(&UNRESOLVED_CODEL, at.clone(), message);
+    if let Some([one, other]) = swapped {
+        let edits = vec![
+            (beside(&at, one.id), other.name.to_string()),
+            (beside(&at, other.id), one.name.to_string()),
+        ];
+        let found = new(format!("the arguments of `{function}` are swapped: write `{form}`"));
+        return Diagnostic { fixes: vec![Fix { title: "Swap the arguments".to_owned(), edits }], ..found };
+    }
+    let Some((name, is)) = first else {
+        return new(format!("the first argument of `{function}` is {takes}: write `{form}`"));
+    };
+    let is = match is {
+        None => "a variable",
+        Some(FeatureKind::Input) => "an input port",
+        Some(FeatureKind::Output) => "an output port",
+        Some(FeatureKind::Required) => "a required operation",
+        Some(FeatureKind::Provided) => "a provided operation",
+        Some(FeatureKind::Constant) => "a constant",
+        Some(FeatureKind::Property) => "a property",
+    };
+    let found = new(format!("`{function}` takes {takes}, and `{name}` is {is}"));
+    let Some(instead) = instead else { return found };
+    let found = Diagnostic { message: format!("{}; did you mean `{}`?", found.message, instead.name), ..found };
+    found.fix(format!("Change to `{}`", instead.name), beside(&at, instead.id), instead.name.to_string())
 }
 
 pub(super) fn not_callable<'db>(

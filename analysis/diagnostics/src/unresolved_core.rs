@@ -9,8 +9,8 @@
 //! component Good(S, LaserCore)
 //! ```
 //!
-//! A name is looked up in its own library, then in the libraries that it uses (`use nav`). What stands outside any
-//! library sees everything.
+//! A name is looked up in its own library, then in the libraries that this library uses (`use nav`). Declarations outside
+//! libraries see all libraries.
 
 use super::*;
 

@@ -17,7 +17,8 @@
 //! }
 //! ```
 //!
-//! So is a port that a chain in `mauve.toml` names. Ports are connected by `connection`, operations by `operation`; values are given by `property` and `constant`.
+//! The same holds for the ports in `[chains]` of `mauve.toml`. `connection` connects ports, `operation` connects operations,
+//! `property` and `constant` set values.
 
 use super::*;
 use mauve_hir::fact::EndKind;

@@ -1,6 +1,6 @@
 //! # unresolved-instance
 //!
-//! An activity, a connection or a value is for an instance that the architecture does not have.
+//! An activity, a connection or a value names an instance that the architecture does not have.
 //!
 //! ```mauve
 //! shell S { }
@@ -14,10 +14,10 @@
 //! }
 //! ```
 //!
-//! Where an activity names an unknown instance, the architecture may have lost it, and another instance may have its
-//! component: nothing on any CPU is analysed.
+//! If an activity names an unknown instance, the deployment is not analysed on any CPU, since the execution time of the
+//! activity is unknown.
 //!
-//! So is one that `mauve.toml` names, in `[clocks]` or `[chains]`, where no deployment of the workspace has it:
+//! The same holds for the instances in `[clocks]` and `[chains]` of `mauve.toml`, which a deployment of the workspace must have:
 //!
 //! ```mauve
 //! shell S { output port scan: int }
@@ -37,7 +37,7 @@ use super::*;
 code!(UNRESOLVED_INSTANCE, Error, "unresolved-instance");
 
 pub(super) fn report<'db>(at: Location<'db>, name: &str, architecture: &str, near: Option<Name>) -> Diagnostic<'db> {
-    let message = format!("no instance `{name}` in {architecture}");
+    let message = format!("no instance `{name}` in `{architecture}`");
     let found = Diagnostic::new(&UNRESOLVED_INSTANCE, at, message).did_you_mean(near);
     found.caused_by(Some(Cause::NoInstance(architecture.into(), name.into())))
 }

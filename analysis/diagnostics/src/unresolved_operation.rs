@@ -1,6 +1,6 @@
 //! # unresolved-operation
 //!
-//! A handler is for an operation that the core's shell requires, and the shell requires none of this name.
+//! A handler names an operation that the shell of its core does not require.
 //!
 //! ```mauve
 //! shell S { require plan(): int  provide stop(): void }

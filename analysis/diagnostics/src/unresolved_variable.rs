@@ -1,7 +1,7 @@
 //! # unresolved-variable
 //!
-//! A name in a program is no variable of the block, the operation, the state machine or the core, and no feature of the
-//! shell. Or it is a codel or an operation that is not called: then time may be missing in the program, and it is not
+//! A name in a program is neither a variable of the block, the operation, the state machine or the core, nor a property or
+//! constant of the shell. Or it is a codel or an operation without a call: the program may lack execution time, and is not
 //! analysed.
 //!
 //! ```mauve
@@ -42,18 +42,43 @@ pub(super) fn operand<'db>(at: Location<'db>, function: Builtin, name: &str, nea
     Diagnostic::new(&UNRESOLVED_VARIABLE, at, format!("no {what} `{name}`")).did_you_mean(near)
 }
 
-/// Reports a port that is used as a value.
-pub(super) fn port<'db>(at: Location<'db>, name: &str, kind: FeatureKind) -> Diagnostic<'db> {
-    let message = match kind {
-        FeatureKind::Input => format!("`{name}` is a port: `read({name}, variable)` takes its value"),
-        _ => format!("`{name}` is an output port, which has no value to take"),
-    };
-    Diagnostic::new(&UNRESOLVED_VARIABLE, at, message)
+/// Reports a port that is used as a value; `is_status`: beside a port status.
+pub(super) fn port<'db>(
+    db: &'db dyn ModelDb,
+    at: Location<'db>,
+    name: &str,
+    kind: FeatureKind,
+    is_status: bool,
+) -> Diagnostic<'db> {
+    let new = |message: String| Diagnostic::new(&UNRESOLVED_VARIABLE, at.clone(), message);
+    if kind != FeatureKind::Input {
+        return new(format!("`{name}` is an output port, which has no value to read"));
+    }
+    if is_status {
+        let found = new(format!("`{name}` is an input port: write `status({name})` for its status"));
+        return found.fix(format!("Write `status({name})`"), at.clone(), format!("status({name})"));
+    }
+    let found =
+        new(format!("`{name}` is an input port, not a value: `read({name}, variable)` copies its value"));
+    match statement::assignment_at(db, &at).filter(|it| it.value == name) {
+        Some(assignment) => assignment.replaced(found, format!("read({name}, {})", assignment.target)),
+        None => found,
+    }
 }
 
-/// Reports a codel or an operation that is used as a value.
-pub(super) fn not_called<'db>(at: Location<'db>, name: &str, is_operation: bool) -> Diagnostic<'db> {
+/// Reports a codel or an operation that is used as a value; `takes_nothing`: a codel without parameters.
+pub(super) fn not_called<'db>(
+    at: Location<'db>,
+    name: &str,
+    is_operation: bool,
+    takes_nothing: bool,
+) -> Diagnostic<'db> {
     let what = if is_operation { "an operation" } else { "a codel" };
+    if takes_nothing {
+        let message = format!("`{name}` is {what}: call it as `{name}()`");
+        let found = Diagnostic::new(&UNRESOLVED_VARIABLE, at.clone(), message);
+        return found.fix(format!("Write `{name}()`"), at, format!("{name}()"));
+    }
     let message = format!("`{name}` is {what}: call it, as in `{name}(…)`");
     Diagnostic::new(&UNRESOLVED_VARIABLE, at, message)
 }

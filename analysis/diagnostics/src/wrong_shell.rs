@@ -1,6 +1,7 @@
 //! # wrong-shell
 //!
-//! A component is a shell and a core *for that shell*, or for one that it extends.
+//! The core of a component implements another shell. A component consists of a shell and a core for this shell, or for a
+//! shell that it extends.
 //!
 //! ```mauve
 //! shell LaserShell { }
@@ -9,11 +10,33 @@
 //! component Laser(LaserShell, PilotCore)   // error
 //! component Pilot(PilotShell, PilotCore)
 //! ```
+//!
+//! Fix: name the shell of the core.
 
 use super::*;
+use mauve_hir::{component, shell_of};
 
 code!(WRONG_SHELL, Error, "wrong-shell");
 
-pub(super) fn report<'db>(at: Location<'db>, core: &str, shell: &str) -> Diagnostic<'db> {
-    Diagnostic::new(&WRONG_SHELL, at, format!("core {core} is for another shell than {shell}"))
+pub(super) fn report<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    at: Location<'db>,
+    core: Decl<'db>,
+    shell: Decl<'db>,
+) -> Diagnostic<'db> {
+    let (name, wrong) = (core.name(db), shell.name(db));
+    let own = shell_of(db, project, core);
+    let implements = own.map_or_else(|| "another shell".to_owned(), |own| format!("`{}`", own.name(db)));
+    let message = format!("core `{name}` implements {implements}, not `{wrong}`");
+    let found = Diagnostic::new(&WRONG_SHELL, at.clone(), message);
+    let Location::Source(of, _) = at else { return found };
+    let written = component(db, of).and_then(|it| it.shell.as_ref());
+    match written.zip(own.and_then(|own| other_kind::written_in(db, project, of, own))) {
+        Some((written, own)) => {
+            let title = format!("Change the shell to `{own}`");
+            found.fix(title, Location::Source(of, written.id), own.to_string())
+        }
+        None => found,
+    }
 }

@@ -436,17 +436,16 @@ fn a_name_that_means_nothing_says_where_it_may_be_found() {
     };
     expect![[r#"
         /model.mal "S" unresolved-shell: no shell `S`; library `near` has one: add `use near`
-        /parts/other.mal "" not-included: no root includes this file: nothing in it is checked
+        /parts/other.mal "" not-included: no root includes this file, so it is not checked
     "#]]
     .assert_eq(&model("library app { core K(S) { update = { f(); elsewhere(); } } }"));
     expect![[r#"
         /model.mal "elsewhere" unresolved-codel: no codel or operation `elsewhere`; parts/other.mal declares one, and is not included
-        /parts/other.mal "" not-included: no root includes this file: nothing in it is checked
     "#]].assert_eq(&model("library app { use near core K(S) { update = { f(); elsewhere(); } } }"));
     expect![[r#"
-        /model.mal "naer.S" unresolved-shell: no shell `naer.S`; did you mean `near.S`?
+        /model.mal "naer.S" unresolved-shell: no shell `naer.S`; did you mean `S`?
         /model.mal "L" unresolved-shell: `L` is a core: the shell comes first, then the core
-        /parts/other.mal "" not-included: no root includes this file: nothing in it is checked
+        /parts/other.mal "" not-included: no root includes this file, so it is not checked
     "#]]
     .assert_eq(&model(
         "core K(naer.S) { update = { f(); } }\ncomponent C(L, near.S)\ncore L(S) { update = { } }",

@@ -480,7 +480,7 @@ fn architectures() {
     for item in ["connection a.x -> d.y", "operation d.x -> a.y", "property d.p = 1"] {
         let found =
             with(&format!("architecture A {{ instance a: C1  instance b: C2  instance c: C4  {item} }}"));
-        assert_eq!(found.matches("error in architecture A: no instance `d` in A").count(), 3, "{found}");
+        assert_eq!(found.matches("error in architecture A: no instance `d` in `A`").count(), 3, "{found}");
     }
     // Anything else may have been an instance.
     for lost in [

@@ -133,7 +133,15 @@ pub enum FactKind<'db> {
     /// misspelling it may be: one that takes the first argument.
     UnresolvedCodel { core: Decl<'db>, name: Name, arguments: usize, builtin: Option<Builtin> },
     /// The first argument of a built-in function is of the wrong kind, and no codel has the name of the function.
-    NotBuiltin(Builtin),
+    NotBuiltin {
+        function: Builtin,
+        /// The first argument, if it is a variable (`None`) or a feature of this kind.
+        first: Option<(Name, Option<FeatureKind>)>,
+        /// The arguments, if the second belongs to the first place.
+        swapped: Option<[NameRef; 2]>,
+        /// The handler of the first argument, or the operation of that handler.
+        instead: Option<NameRef>,
+    },
     /// A callee is neither a codel nor an operation, but a variable, or a feature of this kind; with the definition that it
     /// shadows.
     NotCallable { name: Name, is: Option<FeatureKind>, hides: Option<Hidden> },
@@ -145,10 +153,10 @@ pub enum FactKind<'db> {
     UnresolvedVariable { name: Name, near: Option<Name> },
     /// The unresolved first argument of a built-in function.
     UnresolvedOperand { function: Builtin, name: Name, near: Option<Name> },
-    /// A port is used as a value.
-    PortAsValue { name: Name, kind: FeatureKind },
-    /// An operation, or a codel, is used as a value.
-    NotCalled { name: Name, is_operation: bool },
+    /// A port is used as a value; `is_status`: beside a port status.
+    PortAsValue { name: Name, kind: FeatureKind, is_status: bool },
+    /// An operation, or a codel, is used as a value; `takes_nothing`: a codel without parameters.
+    NotCalled { name: Name, is_operation: bool, takes_nothing: bool },
     /// The unresolved name of a shell, core, component or architecture.
     UnresolvedType { of: Decl<'db>, kind: Kind, ty: TypeRef },
     /// A variable or handler that no program reads.

@@ -17,8 +17,8 @@ use crate::fact::{
 };
 use crate::features::{FeatureOf, Features, features_of};
 use crate::item_tree::{
-    Core, Direction, Expr, FeatureKind, HookKind, Kind, Name, NameRef, Operation, Parameter, SourceId, State,
-    Statement, TypeRef, Variable,
+    Core, Direction, Expr, FeatureKind, Handler, HookKind, Kind, Name, NameRef, Operation, Parameter,
+    SourceId, State, Statement, TypeRef, Variable,
 };
 use crate::names::{Unresolved, names_of, similar};
 use crate::project::Project;
@@ -593,7 +593,9 @@ impl<'db> InferenceContext<'_, 'db> {
         }
         match binding {
             Some(Binding::Feature(feature)) if feature.kind.is_operation() => {
-                self.error(name.id, FactKind::NotCalled { name: name.name.clone(), is_operation: true });
+                let name_of = name.name.clone();
+                let kind = FactKind::NotCalled { name: name_of, is_operation: true, takes_nothing: false };
+                self.error(name.id, kind);
             }
             Some(_) => {}
             None => self.unresolved_value(name, role),
@@ -603,8 +605,11 @@ impl<'db> InferenceContext<'_, 'db> {
 
     fn unresolved_value(&mut self, NameRef { name, id }: &NameRef, role: Role) {
         match self.resolver.resolve_codel(name) {
-            Ok(_) | Err(Unresolved::Ambiguous | Unresolved::Repeated) => {
-                self.error(*id, FactKind::NotCalled { name: name.clone(), is_operation: false });
+            found @ (Ok(_) | Err(Unresolved::Ambiguous | Unresolved::Repeated)) => {
+                let data = found.ok().and_then(|of| codel(self.db, of));
+                let takes_nothing = data.is_some_and(|it| it.parameters.is_empty());
+                let kind = FactKind::NotCalled { name: name.clone(), is_operation: false, takes_nothing };
+                self.error(*id, kind);
             }
             // Another fact reports the error that may hide the declaration.
             Err(_) if (self.resolver.features.completeness & self.resolver.variables).is_incomplete() => {
@@ -646,7 +651,8 @@ impl<'db> InferenceContext<'_, 'db> {
             }
             Some(Binding::Feature(feature)) if feature.kind.is_value() => feature.ty(self.db, self.project),
             Some(Binding::Feature(feature)) if feature.kind.is_port() => {
-                let kind = FactKind::PortAsValue { name: name.name.clone(), kind: feature.kind };
+                let (name_of, is_status) = (name.name.clone(), false);
+                let kind = FactKind::PortAsValue { name: name_of, kind: feature.kind, is_status };
                 self.report(name.id, kind);
                 Type::Unknown
             }
@@ -680,10 +686,25 @@ impl<'db> InferenceContext<'_, 'db> {
                 self.computed(inner.unary(*operator), *id)
             }),
             Expr::Binary(operator, lhs, rhs, id) => {
-                let (lhs, rhs) = (self.expr(lhs), self.expr(rhs));
-                self.computed(lhs.binary(*operator, &rhs), *id)
+                let reported = self.found.facts.len();
+                let (left, right) = (self.expr(lhs), self.expr(rhs));
+                if [&left.ty, &right.ty].contains(&&Type::PortStatus) {
+                    self.compared_with_status(reported, [lhs, rhs]);
+                }
+                self.computed(left.binary(*operator, &right), *id)
             }
             Expr::Call { callee, arguments, .. } => Typed::of(self.call(callee, arguments, None)),
+        }
+    }
+
+    /// Notes that a port beside an operand of type port status, reported as a value, is one whose status is needed.
+    fn compared_with_status(&mut self, reported: usize, operands: [&Expr; 2]) {
+        let at = |id| Location::Source(self.of, id);
+        let operands = operands.map(|it| it.id().map(at));
+        for fact in self.found.facts.iter_mut().skip(reported) {
+            if let FactKind::PortAsValue { is_status, .. } = &mut fact.kind {
+                *is_status |= operands.contains(&Some(fact.at.clone()));
+            }
         }
     }
 
@@ -708,7 +729,12 @@ impl<'db> InferenceContext<'_, 'db> {
                 self.found.unresolved = true;
                 for (index, argument) in arguments.iter().enumerate() {
                     match argument {
-                        Expr::Name(name) if index == 0 && resolved.has_operand => _ = self.bind(name),
+                        Expr::Name(name)
+                            if index == 0
+                                && (resolved.has_operand || self.is_wrong_operand(callee, &error, name)) =>
+                        {
+                            _ = self.bind(name);
+                        }
                         // If `read` is misspelt, a port is correct here.
                         Expr::Name(name) => _ = self.value(name, Role::Value),
                         argument => _ = self.expr(argument),
@@ -801,7 +827,7 @@ impl<'db> InferenceContext<'_, 'db> {
                 return self.problem(NameProblem::Hidden(CoreReason::MayBeOperation(name.clone())));
             }
             CallError::Unresolved(_) => match Builtin::of_name(name) {
-                Some(builtin) => FactKind::NotBuiltin(builtin),
+                Some(builtin) => self.not_builtin(builtin, arguments),
                 None => FactKind::UnresolvedCodel {
                     core: self.of,
                     name: name.clone(),
@@ -811,6 +837,43 @@ impl<'db> InferenceContext<'_, 'db> {
             },
         };
         self.error(*id, kind);
+    }
+
+    /// Returns whether `first` is the wrong first argument of a built-in function, which is reported at the function.
+    fn is_wrong_operand(&self, callee: &NameRef, error: &CallError, first: &NameRef) -> bool {
+        matches!(error, CallError::Unresolved(Unresolved::Unknown))
+            && self.resolver.features.completeness.is_complete()
+            && Builtin::of_name(&callee.name).is_some()
+            && self.resolver.resolve_name(&first.name).is_some()
+    }
+
+    /// Returns the fact for a call of a built-in function with a wrong first argument.
+    fn not_builtin(&self, function: Builtin, arguments: &[Expr]) -> FactKind<'db> {
+        let Some(name) = first_name(arguments) else {
+            return FactKind::NotBuiltin { function, first: None, swapped: None, instead: None };
+        };
+        let first = self.resolver.resolve_name(&name.name).map(|binding| match binding {
+            Binding::Variable(_) => (name.name.clone(), None),
+            Binding::Feature(feature) => (name.name.clone(), Some(feature.kind)),
+        });
+        let swapped = match arguments {
+            [_, Expr::Name(second)] if self.resolver.is_operand(function, &second.name) => {
+                Some([name.clone(), second.clone()])
+            }
+            _ => None,
+        };
+        let handlers = &self.resolver.core.handlers;
+        let operation = |handler: &Handler| Some(handler.operation.as_ref()?.path.last()?.clone());
+        let instead = match function.operand() {
+            Operand::Handler => {
+                let mut of_it = handlers.iter().filter(|it| operation(it).as_ref() == Some(&name.name));
+                of_it.next().filter(|_| of_it.next().is_none()).map(|it| it.name.name.clone())
+            }
+            Operand::Operation => handlers.iter().find(|it| it.name.name == name.name).and_then(operation),
+            Operand::Port(_) => None,
+        };
+        let instead = instead.map(|instead| NameRef { name: instead, id: name.id });
+        FactKind::NotBuiltin { function, first, swapped, instead }
     }
 
     /// Returns the built-in function that `name` may be a misspelling of, and that takes the argument `first`.
@@ -943,7 +1006,12 @@ impl<'db> InferenceContext<'_, 'db> {
                 _ => _ = self.expr(argument),
             }
         }
-        if function == Builtin::Write { Type::Void } else { Type::PortStatus }
+        match function {
+            Builtin::Write => Type::Void,
+            // One mistake gives one diagnostic.
+            _ if !is_correct => Type::Unknown,
+            _ => Type::PortStatus,
+        }
     }
 
     /// `send(operation, in and inout arguments…)`
