@@ -47,7 +47,7 @@ pub use lexer::{Lexed, lex};
 pub use parser::{DEEPEST, List};
 pub use reparse::Tier;
 pub use rowan::{GreenNode, NodeOrToken, TextRange, TextSize, WalkEvent};
-pub use spelling::{is_nearest, similar};
+pub use spelling::{is_nearest, is_within, similar};
 pub use tree::{Parse, is_whole, token_at, token_before};
 pub use trivia::{
     begins_line, comment_above, comments_above, has_comment, is_closed_comment, is_gap, next_significant,

@@ -56,6 +56,28 @@ fn letters(word: &str) -> impl Iterator<Item = char> {
     word.chars().filter(|letter| *letter != '_').flat_map(char::to_lowercase)
 }
 
+/// Returns whether `word` becomes `other` when at most `changes` letters are added, removed, changed or swapped with their
+/// neighbour. Of words with more than 64 letters, those with similar beginnings count too.
+///
+/// ```
+/// use mauve_syntax::is_within;
+/// assert!(is_within("pilto", "pilot", 1) && is_within("pilot", "pilot", 0));
+/// assert!(!is_within("piltot", "pilot", 1));
+/// ```
+pub fn is_within(word: &str, other: &str, changes: usize) -> bool {
+    if word == other {
+        return true;
+    }
+    let is_long = word.len() > LONGEST || other.len() > LONGEST;
+    // A letter more at the beginning moves another one behind the end.
+    let allowed = if is_long { changes * 2 } else { changes };
+    if !is_long && word.len().abs_diff(other.len()) > allowed * 4 {
+        return false;
+    }
+    let word: Vec<char> = word.chars().take(LONGEST).collect();
+    Rows::default().distance(&word, other, allowed).is_some()
+}
+
 const MOST_WORDS: usize = 500;
 
 /// Of longer words only the beginning is looked at.

@@ -46,6 +46,12 @@ pub(super) fn timing_diagnostic<'db>(
             let found = unknown_timing_key::report(at, *kind, key, near.as_ref(), fixed.as_deref());
             found.caused_by(file.map(Cause::NotIncluded))
         }
+        Fact::UnknownTimingLibrary { library, keys, near, written } => {
+            unknown_timing_key::library(at, library, *keys, near.as_ref(), written)
+        }
+        Fact::WrongTableSection { key, section } => {
+            unknown_timing_key::wrong_section(at, key, section.header())
+        }
         Fact::UnknownProgram { program, near, fixed } => {
             unknown_timing_key::of_program(db, at, program, near.as_ref(), fixed.as_deref())
         }

@@ -8,8 +8,8 @@ use super::table_error::table_error_message;
 use mauve_hir::{File, ModelDb, features_of, names_of};
 use mauve_wcrt::{
     ActivityReport, IncompleteTable, LONGEST_PATTERN, NoSuchCpu, PatternError, Prose, Reason, Share,
-    TableFault, TableFilesError, TableLevels, Timed, TooLong, UnknownPriority, UnusableTime, WrongProgram,
-    file_name,
+    StrayEntry, TableFault, TableFilesError, TableLevels, Timed, TooLong, UnknownPriority, UnusableTime,
+    WrongProgram, file_name, table,
 };
 
 /// The messages of reasons in exported files.
@@ -189,13 +189,18 @@ pub(super) fn no_such_cpu(missing: NoSuchCpu) -> String {
 pub fn unusable_time<'db>(db: &'db dyn ModelDb, unusable: &UnusableTime<'db>) -> String {
     match unusable {
         UnusableTime::Stray(entry, of) => {
-            format!("`{}` in {} may be meant for {}", entry.key, file_name(db, entry.table), timed(db, of))
+            format!(
+                "{}: the unknown key `{}` may be that of {}",
+                line_of(db, entry),
+                entry.key,
+                timed(db, of)
+            )
         }
         UnusableTime::AmbiguousKey(entry) => {
-            format!("{}: the key `{}` is ambiguous", file_name(db, entry.table), entry.key)
+            format!("{}: the key `{}` is ambiguous", line_of(db, entry), entry.key)
         }
-        UnusableTime::WrongProgram(table, program) => {
-            format!("{}: {}", file_name(db, *table), wrong_program(db, program))
+        UnusableTime::WrongProgram(entry, program) => {
+            format!("{}: {}", line_of(db, entry), wrong_program(db, program))
         }
         UnusableTime::TwoTimes(of, [first, second]) => {
             let (first, second) = (file_name(db, *first), file_name(db, *second));
@@ -207,6 +212,19 @@ pub fn unusable_time<'db>(db: &'db dyn ModelDb, unusable: &UnusableTime<'db>) ->
         UnusableTime::OtherLevels(of, level, table) => {
             format!("no time for {} at {level}: {}", timed(db, of), table_levels(db, table))
         }
+    }
+}
+
+/// Returns the table and the line of an entry: `times.toml:4`.
+fn line_of(db: &dyn ModelDb, entry: &StrayEntry) -> String {
+    let name = file_name(db, entry.table);
+    let table = table(db, entry.table);
+    let mut entries = table.codels.iter().chain(&table.programs).chain(&table.components);
+    let found = entries.find(|it| it.key == entry.key);
+    let before = found.and_then(|it| entry.table.text(db).get(..it.key_span.start));
+    match before {
+        Some(before) => format!("{name}:{}", before.matches('\n').count() + 1),
+        None => name,
     }
 }
 
@@ -242,8 +260,9 @@ pub(super) fn table_fault(db: &dyn ModelDb, fault: &TableFault) -> String {
         }
         TableFault::NoProgramKey(key) => format!("`{key}` is not the key of a program"),
         TableFault::Repeated(key, first) => repeated(db, key, *first),
-        TableFault::UnknownKey(key) => format!("unknown key `{key}`"),
-        TableFault::WrongSection(key, kind) => format!("`{key}` is a {kind}: move it to [{kind}]"),
+        TableFault::ManyUnknownKeys(keys) => {
+            format!("{keys} unknown keys: this may be a table of another project")
+        }
         TableFault::OfOverhead(key) => format!("move `{key}` to [overhead]"),
     }
 }

@@ -1,6 +1,6 @@
 //! # unknown-timing-key
 //!
-//! A timing table has a time for something that no model of the workspace declares, or that several do. Keys are
+//! A key of a timing table is unknown: no model of the workspace declares what it names, or several do. Keys are
 //! `library.codel` or `codel`; `Component/update`, `Component/state.run`, `Component/state.transition.guard`,
 //! `Component/state.transition.effect`, `Component/operation`; `Component`.
 //!
@@ -15,14 +15,14 @@
 //! plna = 2   # warning
 //! ```
 //!
-//! An entry that means nothing may be a misspelt one that makes something longer. So a component with an unknown program
-//! is not analysed; nothing is, while the component of a program is unknown; an unknown component keeps the classic
-//! method from those that have no time as a whole; what is unknown keeps codels without a time from being assumed to take
-//! that of `[assume]`; an unknown codel keeps those of the same name in other libraries from being analysed; and
-//! `dispatch` and `context_switch` outside `[overhead]` say that its header was lost: nothing is analysed.
+//! Until the key is corrected, the analysis gives no response time that its entry could change: of activities that execute a
+//! codel or a program without an entry of its own whose key is similar (at most two letters differ), or is in the library that
+//! the key names. All other activities keep their response times. A key of `[overhead]` in another section leaves all of them
+//! without one.
+//!
+//! Fix: replace the key by the similar one. Where several keys name the same unknown library, that is one message.
 
 use super::*;
-use mauve_hir::ProgramKey;
 use mauve_wcrt::WrongProgram;
 
 code!(UNKNOWN_TIMING_KEY, Warning, "unknown-timing-key");
@@ -35,10 +35,6 @@ pub(super) fn report<'db>(
     near: Option<&Name>,
     fixed: Option<&str>,
 ) -> Diagnostic<'db> {
-    if ProgramKey::parse(key).is_some() {
-        let message = format!("`{key}` is the key of a program: it belongs under [program]");
-        return Diagnostic::new(&UNKNOWN_TIMING_KEY, at, message);
-    }
     unknown(at, &format!("no {kind} `{key}`"), near, fixed)
 }
 
@@ -62,7 +58,29 @@ fn unknown<'db>(at: Location<'db>, what: &str, near: Option<&Name>, fixed: Optio
     }
 }
 
+/// One diagnostic for all keys of an unknown library. `written`: where its name stands in the keys.
+pub(super) fn library<'db>(
+    at: Location<'db>,
+    library: &str,
+    keys: usize,
+    near: Option<&Name>,
+    written: &[Location<'db>],
+) -> Diagnostic<'db> {
+    let advice = near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+    let message = format!("no library `{library}`, which {keys} keys name{advice}");
+    let mut found = Diagnostic::new(&UNKNOWN_TIMING_KEY, at, message);
+    if let Some(near) = near.filter(|_| written.len() == keys) {
+        let edits = written.iter().map(|at| (at.clone(), near.to_string()));
+        found.fixes.push(Fix { title: format!("Change to `{near}`"), edits: edits.collect() });
+    }
+    found
+}
+
+pub(super) fn wrong_section<'db>(at: Location<'db>, key: &str, section: &str) -> Diagnostic<'db> {
+    Diagnostic::new(&UNKNOWN_TIMING_KEY, at, format!("`{key}` is a key of {section}: move it to that section"))
+}
+
 pub(super) fn ambiguous<'db>(at: Location<'db>, key: &str, hint: &str) -> Diagnostic<'db> {
-    let message = format!("`{key}` means several: write the library before it, as in `{hint}`");
+    let message = format!("`{key}` is ambiguous: write the library before it, as in `{hint}`");
     Diagnostic::new(&UNKNOWN_TIMING_KEY, at, message)
 }

@@ -218,7 +218,7 @@ impl<'db> Names<'db> {
     }
 
     /// Returns whether a missing file or a text with syntax errors may declare names.
-    pub(crate) fn may_miss_names(&self) -> bool {
+    pub fn may_miss_names(&self) -> bool {
         self.completeness.is_incomplete() || !self.possible_names.is_empty() || !self.unnamed.is_empty()
     }
 

@@ -69,6 +69,11 @@ pub enum TimingFactKind<'db> {
     RepeatedTime { key: String, first: Location<'db> },
     /// A key is unknown. With a similar name, and the full key that can replace it.
     UnknownTimingKey { kind: Kind, key: String, near: Option<Name>, fixed: Option<String> },
+    /// Several keys name a library that no model declares. With a similar library that has all of the names, and where the
+    /// name of the library stands in the keys.
+    UnknownTimingLibrary { library: Name, keys: usize, near: Option<Name>, written: Vec<Location<'db>> },
+    /// A key belongs to another section.
+    WrongTableSection { key: String, section: TableSection },
     /// A component does not have a program, or has several of its key.
     UnknownProgram { program: WrongProgram<'db>, near: Option<Name>, fixed: Option<String> },
     /// A key means several things: the first of them.
@@ -122,6 +127,27 @@ pub enum NoTime {
     NotALiteral,
     /// It cannot be read.
     Unreadable(TimeError),
+}
+
+/// A section of a timing table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TableSection {
+    Codel,
+    Program,
+    Component,
+    Overhead,
+}
+
+impl TableSection {
+    /// Returns its header.
+    pub fn header(self) -> &'static str {
+        match self {
+            TableSection::Codel => "[codel]",
+            TableSection::Program => "[program]",
+            TableSection::Component => "[component]",
+            TableSection::Overhead => "[overhead]",
+        }
+    }
 }
 
 /// An overloaded CPU, with the activity that contributes most.

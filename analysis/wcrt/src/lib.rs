@@ -9,6 +9,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `timetable.rs` | the timing tables, joined |
+//! | `unknown_keys.rs` | keys that name nothing, and which times they leave in question |
 //! | `psm.rs` | behaviour + times: the periodic state machine of a component |
 //! | `system.rs` | the activities of a deployment |
 //! | `task_set.rs` | a deployment at one level as `timing` analyses it, made of a model or of an exported file |
@@ -41,12 +42,13 @@ mod system;
 mod task_set;
 mod timetable;
 mod timing_facts;
+mod unknown_keys;
 mod what_if;
 
 pub use exported::{exported_component, psm_at, task_set_of};
 pub use fact::{
     Budget, DeadlineAndPriority, Expected, InterferenceReport, Missed, MissingTime, NoTime, Overload,
-    TimingFact, TimingFactKind,
+    TableSection, TimingFact, TimingFactKind,
 };
 pub use missing_times::{budgets, missing_time_facts};
 pub use new_activity::{NewActivity, missing_activities, new_activities};

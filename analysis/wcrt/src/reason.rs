@@ -6,7 +6,7 @@ pub use mauve_syntax::keywords::ActivityField;
 use mauve_timing::{Level, MachineError, NoBoundReason, TableErrorKind};
 
 use mauve_hir::fact;
-use mauve_hir::item_tree::{Kind, Name};
+use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, File, Location, MistakeKind, ModelDb, ProgramId, Project};
 
 /// So many errors are named as reasons; the diagnostics have all.
@@ -197,12 +197,12 @@ pub enum Timed<'db> {
 /// Why the entry of a time cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub enum UnusableTime<'db> {
-    /// An entry of an unknown key may be its misspelt entry.
+    /// It has no entry, and that of an unknown key may be its own.
     Stray(StrayEntry, Timed<'db>),
     /// The key of an entry that may be its own is ambiguous.
     AmbiguousKey(StrayEntry),
     /// An entry for a program that the component does not have may be that of any of its programs.
-    WrongProgram(File, WrongProgram<'db>),
+    WrongProgram(StrayEntry, WrongProgram<'db>),
     /// Two entries are for it, in these tables.
     TwoTimes(Timed<'db>, [File; 2]),
     /// Its entry in this table has an error.
@@ -257,10 +257,8 @@ pub enum TableFault {
     NoProgramKey(String),
     /// This key stands in that table already.
     Repeated(String, File),
-    /// This key of a program is unknown.
-    UnknownKey(String),
-    /// This key is of the other kind: the header of its section is missing.
-    WrongSection(String, Kind),
+    /// So many keys are unknown.
+    ManyUnknownKeys(usize),
     /// This key is one of `[overhead]`, whose header is missing.
     OfOverhead(String),
 }

@@ -6,15 +6,15 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use globset::{GlobBuilder, GlobMatcher};
-use mauve_timing::table_keys::{OVERHEAD, kind_of};
 use mauve_timing::{Entry, Level, Overhead, Table, Time, Times};
 use rustc_hash::FxHashMap;
 
-use crate::fact::{TimingFact, TimingFactKind};
+use crate::fact::{TableSection, TimingFact, TimingFactKind};
 use crate::reason::{
     IncompleteTable, PatternError, StrayEntry, TableFault, TableFilesError, TableLevels, Timed, UnusableTime,
     WrongProgram,
 };
+use crate::unknown_keys::UnknownKey;
 use mauve_hir::item_tree::{FeatureKind, HookKind, Kind, Name};
 use mauve_hir::{
     CONFIG_FILE, Decl, File, Location, Mistake, ModelDb, ProgramId, ProgramKey, Project, Workspace,
@@ -119,7 +119,7 @@ pub fn pattern_of_path(path: &str) -> String {
 
 /// An entry of one table. It has no location: a comment in a table changes no time.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-struct Slot {
+pub(crate) struct Slot {
     file: File,
     levels: Arc<[Level]>,
     /// None where the entry has an error.
@@ -129,17 +129,16 @@ struct Slot {
 /// The times of a project.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct Timetable<'db> {
-    slots: FxHashMap<Timed<'db>, Vec<Slot>>,
+    pub(crate) slots: FxHashMap<Timed<'db>, Vec<Slot>>,
     /// The entries of ambiguous keys: they may be for something that has no other entry.
     ambiguous: FxHashMap<Timed<'db>, UnusableTime<'db>>,
     /// The entries of components for programs that they do not have: such an entry may be for any of their programs.
-    wrong_programs: FxHashMap<Decl<'db>, UnusableTime<'db>>,
-    /// An entry of an unknown key: it may be for any codel that has no other time.
-    stray_codel: Option<StrayEntry>,
-    /// Those entries by the name of the codel: they may be for one of that name in another library, whatever its time.
-    strays: FxHashMap<Name, StrayEntry>,
-    /// An entry that may be for any component without a time of its own.
-    stray_component: Option<StrayEntry>,
+    pub(crate) wrong_programs: FxHashMap<Decl<'db>, UnusableTime<'db>>,
+    /// What has no entry of its own and may be named by an unknown key, with the entry of that key.
+    pub(crate) misspelt: FxHashMap<Timed<'db>, StrayEntry>,
+    /// Entries of unknown codels by the name of the codel: they may be for one of that name in another library, whatever
+    /// its time.
+    pub(crate) strays: FxHashMap<Name, StrayEntry>,
     overhead: Option<(File, Arc<[Level]>, Overhead)>,
     /// The levels of all tables, from the most probable down; none where no time depends on a level.
     pub levels: Vec<Level>,
@@ -147,7 +146,7 @@ pub struct Timetable<'db> {
     pub partial_levels: Vec<(Level, String)>,
     /// The tables in which some time depends on the level.
     with_levels: Vec<TableLevels>,
-    assume: Option<Time>,
+    pub(crate) assume: Option<Time>,
     /// Why the tables are incomplete, so that every time may be longer: nothing is analysed.
     pub incomplete: Option<IncompleteTable>,
 }
@@ -188,8 +187,14 @@ fn joined<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> (Timetable<'db>, 
     let found = table_files(db, workspace);
     let config = config_of(db, workspace);
     let times = Timetable { assume: config.assume, ..Timetable::default() };
-    let mut builder =
-        TimetableBuilder { db, project, times, facts: Vec::new(), locations: FxHashMap::default() };
+    let mut builder = TimetableBuilder {
+        db,
+        project,
+        times,
+        facts: Vec::new(),
+        locations: FxHashMap::default(),
+        unknown: Vec::new(),
+    };
     if let Some(file) = config_file(db, workspace) {
         if config.completeness.is_incomplete()
             && let Some(Mistake { kind, .. }) = config.errors.iter().min_by_key(|it| it.span.start)
@@ -204,6 +209,7 @@ fn joined<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> (Timetable<'db>, 
     for &(file, table) in &tables {
         builder.table(file, table);
     }
+    builder.unknown_keys();
     builder.report_repeated();
     let all: BTreeSet<Level> = tables.iter().flat_map(|(_, table)| table.levels.iter().copied()).collect();
     for level in all.into_iter().rev() {
@@ -215,20 +221,21 @@ fn joined<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> (Timetable<'db>, 
     (builder.times, builder.facts)
 }
 
-struct TimetableBuilder<'db> {
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    times: Timetable<'db>,
+pub(crate) struct TimetableBuilder<'db> {
+    pub(crate) db: &'db dyn ModelDb,
+    pub(crate) project: Project<'db>,
+    pub(crate) times: Timetable<'db>,
     facts: Vec<TimingFact<'db>>,
     locations: FxHashMap<Timed<'db>, Vec<(Location<'db>, String)>>,
+    pub(crate) unknown: Vec<UnknownKey<'db>>,
 }
 
 impl<'db> TimetableBuilder<'db> {
-    fn incomplete(&mut self, file: File, error: TableFault) {
+    pub(crate) fn incomplete(&mut self, file: File, error: TableFault) {
         self.times.incomplete.get_or_insert(IncompleteTable { file, error });
     }
 
-    fn report(&mut self, at: Location<'db>, kind: TimingFactKind<'db>) {
+    pub(crate) fn report(&mut self, at: Location<'db>, kind: TimingFactKind<'db>) {
         self.facts.push(TimingFact::new(at, kind));
     }
 
@@ -272,11 +279,11 @@ impl<'db> TimetableBuilder<'db> {
         }
     }
 
-    /// Enters the time of the declaration that `key` names, and returns the declaration. Reports an unknown or ambiguous key,
-    /// and notes what it may be for.
+    /// Enters the time of the declaration that `key` names, and returns the declaration. Notes an unknown key, and reports an
+    /// ambiguous one.
     fn add(
         &mut self,
-        entry: &Entry,
+        entry: &'db Entry,
         key: &str,
         kind: Kind,
         slot: Slot,
@@ -287,7 +294,15 @@ impl<'db> TimetableBuilder<'db> {
         let found = names_of(db, self.project).by_key(kind, key);
         match found {
             [] if is_known_elsewhere(db, self.project, kind, key) => {}
-            [] => self.unknown_key(entry, key, kind, at),
+            [] => {
+                let section = match kind {
+                    Kind::Codel => TableSection::Codel,
+                    _ if entry.key == key => TableSection::Component,
+                    _ => TableSection::Program,
+                };
+                let key = key.to_owned();
+                self.unknown.push(UnknownKey { entry, key, section, file, is_reported: false });
+            }
             [one] => {
                 let of = of(*one);
                 self.locations.entry(of.clone()).or_default().push((at, entry.key.clone()));
@@ -307,47 +322,7 @@ impl<'db> TimetableBuilder<'db> {
         None
     }
 
-    /// Reports a key of which nothing has the name, and notes what the entry may be for: a misspelt name, or one of another
-    /// section, whose header is missing.
-    fn unknown_key(&mut self, entry: &Entry, key: &str, kind: Kind, at: Location<'db>) {
-        let (db, file) = (self.db, at.file(self.db));
-        let names = names_of(db, self.project);
-        let is_program = entry.key != key;
-        let stray = StrayEntry { key: entry.key.clone(), table: file };
-        let last = key.rsplit('.').next().unwrap_or(key);
-        if is_program || ProgramKey::parse(key).is_some() {
-            self.incomplete(file, TableFault::UnknownKey(entry.key.clone()));
-        }
-        if kind == Kind::Component || !names.anywhere(Kind::Component, last).is_empty() {
-            self.times.stray_component = Some(stray.clone());
-        }
-        let other = if kind == Kind::Codel { Kind::Component } else { Kind::Codel };
-        if !is_program && !names.by_key(other, key).is_empty() {
-            self.incomplete(file, TableFault::WrongSection(key.to_owned(), other));
-        }
-        if kind_of(last, &OVERHEAD).is_some() {
-            self.incomplete(file, TableFault::OfOverhead(key.to_owned()));
-        }
-        if kind == Kind::Codel {
-            self.times.strays.insert(last.into(), stray.clone());
-        }
-        self.times.stray_codel = Some(stray);
-        // What is missing, which is an error of its own, may declare the name.
-        if names.may_declare(kind, key) {
-            return;
-        }
-        let declared = names.all.iter().filter(|decl| decl.kind(db) == kind);
-        // `similar` compares with no more names.
-        let declared = declared.take(500).flat_map(|decl| [decl.qualified(db).into(), decl.name(db).clone()]);
-        let near = similar(key, &declared.collect::<Vec<Name>>());
-        let rest = entry.key.get(key.len()..).unwrap_or_default();
-        let fixed = near.as_ref().map(|near| format!("{near}{rest}"));
-        let fixed = fixed.filter(|fixed| may_replace(db, file, entry, fixed));
-        let key = key.to_owned();
-        self.report(at, TimingFactKind::UnknownTimingKey { kind, key, near, fixed });
-    }
-
-    fn program(&mut self, entry: &Entry, slot: Slot, at: Location<'db>) {
+    fn program(&mut self, entry: &'db Entry, slot: Slot, at: Location<'db>) {
         let (db, file) = (self.db, slot.file);
         let Some(ProgramKey { component, program }) = ProgramKey::parse(&entry.key) else {
             self.fault(at, TableFault::NoProgramKey(entry.key.clone()));
@@ -384,12 +359,18 @@ impl<'db> TimetableBuilder<'db> {
             self.report(at, TimingFactKind::UnknownProgram { program: wrong.clone(), near, fixed });
         }
         // The entry may be that of another component of this name.
+        let stray = StrayEntry { key: entry.key.clone(), table: file };
         for namesake in namesakes {
-            self.times.wrong_programs.insert(namesake, UnusableTime::WrongProgram(file, wrong.clone()));
+            let unusable = UnusableTime::WrongProgram(stray.clone(), wrong.clone());
+            self.times.wrong_programs.insert(namesake, unusable);
+        }
+        if named.is_some() {
+            let (key, section) = (component.to_owned(), TableSection::Program);
+            self.unknown.push(UnknownKey { entry, key, section, file, is_reported: true });
         }
     }
 
-    fn programs_of(&self, component: Decl<'db>) -> Vec<ProgramId> {
+    pub(crate) fn programs_of(&self, component: Decl<'db>) -> Vec<ProgramId> {
         let core = core_of(self.db, self.project, component);
         let known = core.map(|core| behaviour_of(self.db, self.project, core));
         let programs = known.into_iter().flat_map(|it| it.programs.iter().chain(&it.operations));
@@ -432,10 +413,7 @@ impl<'db> Timetable<'db> {
             return Lookup::Unusable(UnusableTime::Stray(stray.clone(), timed));
         }
         match (self.time(&timed, level), self.assume) {
-            (Lookup::Absent, Some(time)) => match &self.stray_codel {
-                Some(stray) => Lookup::Unusable(UnusableTime::Stray(stray.clone(), timed)),
-                None => Lookup::Assumed(time),
-            },
+            (Lookup::Absent, Some(time)) => Lookup::Assumed(time),
             (found, _) => found,
         }
     }
@@ -452,11 +430,7 @@ impl<'db> Timetable<'db> {
 
     /// Returns the time of a component, for the classic method.
     pub fn component_time(&self, component: Decl<'db>, level: Level) -> Lookup<'db> {
-        let timed = Timed::Component(component);
-        match (self.time(&timed, level), &self.stray_component) {
-            (Lookup::Absent, Some(stray)) => Lookup::Unusable(UnusableTime::Stray(stray.clone(), timed)),
-            (found, _) => found,
-        }
+        self.time(&Timed::Component(component), level)
     }
 
     /// Returns an entry for which a component is not analysed, whatever the times of its codels.
@@ -488,7 +462,11 @@ impl<'db> Timetable<'db> {
 
     fn time(&self, of: &Timed<'db>, level: Level) -> Lookup<'db> {
         let slot = match self.slots.get(of).map_or(&[] as &[Slot], Vec::as_slice) {
-            [] => return self.ambiguous.get(of).cloned().map_or(Lookup::Absent, Lookup::Unusable),
+            [] => {
+                let misspelt = || Some(UnusableTime::Stray(self.misspelt.get(of)?.clone(), of.clone()));
+                let unusable = self.ambiguous.get(of).cloned().or_else(misspelt);
+                return unusable.map_or(Lookup::Absent, Lookup::Unusable);
+            }
             [slot] => slot,
             [first, second, ..] => {
                 return Lookup::Unusable(UnusableTime::TwoTimes(of.clone(), [first.file, second.file]));
@@ -514,7 +492,7 @@ fn at_level(times: &Times, levels: &[Level], level: Level) -> Option<Time> {
 
 /// Returns whether `key` can replace the key of an entry: only where that is written as one token, and where the table has no
 /// other entry of `key`.
-fn may_replace(db: &dyn ModelDb, file: File, entry: &Entry, key: &str) -> bool {
+pub(crate) fn may_replace(db: &dyn ModelDb, file: File, entry: &Entry, key: &str) -> bool {
     let table = table(db, file);
     let mut all = table.codels.iter().chain(&table.programs).chain(&table.components);
     let length = entry.key_span.len();
