@@ -397,6 +397,7 @@ library nav {
             2 [assume] (times that the tables lack)
             2 [platform] (what the programs run on)
             2 [clocks] (what is released together)
+            2 [deployment.Name] (what is accepted of a deployment)
             2 [chains] (ports that data goes through)
         "#]]
         .assert_eq(&offered(&with("[timing]\ntables = []\n$0", ""), 9));
@@ -408,6 +409,7 @@ library nav {
             0 [lints] (how bad a diagnostic is)
             0 [assume] (times that the tables lack)
             0 [clocks] (what is released together)
+            0 [deployment.Name] (what is accepted of a deployment)
             0 [chains] (ports that data goes through)
         "#]]
         .assert_eq(&offered(&with("[platform]\ncpus = 1\n[pl$0]", ""), 9));
