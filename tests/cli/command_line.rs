@@ -104,9 +104,9 @@ fn people_see_related_places_and_every_fix_once() {
         "hint[missing-else]: this `if` has no `else`\n",
         "help: Write `else { }`\n",
         "error[deadline-exceeds-period]: ",
-        "help: Set the deadline to the period, which counts already\n",
+        "help: Set the deadline to the period\n",
         "warning[equal-priorities]: ",
-        "- the one of front\n",
+        "- the priority of `front`\n",
         "2 errors, 1 warning, 1 hint; ",
     ] {
         assert!(found.out.contains(part), "{part} in {}", found.out);

@@ -176,7 +176,7 @@ fn several_files_and_what_goes_with_none() {
     );
     says(&["changed.json"], 2, "the file was changed after it was generated");
     says(&["torn.json"], 2, "EOF while parsing");
-    says(&["other.json"], 2, "it has no `format`");
+    says(&["other.json"], 2, "not a MAUVE task set: no `format`");
     // Whoever means it says so.
     let meant: String =
         changed.lines().filter(|line| !line.contains("\"digest\"")).map(|line| format!("{line}\n")).collect();
