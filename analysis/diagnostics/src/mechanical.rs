@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use mauve_hir::{File, ModelDb, Workspace, is_model};
+use mauve_hir::{File, ModelDb, Workspace, catalogue, is_model};
 use mauve_syntax::{SyntaxKind, is_nearest};
 
 use crate::{Diagnostic, Fix};
@@ -16,6 +16,7 @@ const MECHANICAL: &[&str] = &[
     "continued-line",
     "header-colon",
     "invalid-configuration",
+    "misspelt-name",
     "misspelt-name",
     "missing-else",
     "syntax-error",
@@ -64,10 +65,13 @@ impl<'db> Diagnostic<'db> {
     }
 }
 
-/// Returns the identifiers in the models of a workspace.
+/// Returns the identifiers in the models of a workspace, and the names of message packages and messages.
 fn identifiers(db: &dyn ModelDb, workspace: Workspace) -> HashSet<String> {
     let models = workspace.files(db).values().filter(|file| is_model(file.path(db)));
-    models.flat_map(|&file| identifiers_of(db, file)).cloned().collect()
+    let packages = workspace.packages(db).values().map(AsRef::as_ref).chain(catalogue().values());
+    let messages = packages.flat_map(|package| package.messages.keys().chain([&package.name]));
+    let messages = messages.map(|name| name.to_string());
+    models.flat_map(|&file| identifiers_of(db, file)).cloned().chain(messages).collect()
 }
 
 #[salsa::tracked(returns(ref))]

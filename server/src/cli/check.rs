@@ -1,4 +1,4 @@
-//! `mauve check [PATH…]`: everything that is wrong in models, with the text it stands in; then the response times.
+//! `mauve check [PATH…]`: all diagnostics of models, with excerpts; then the response times.
 
 mod fix;
 mod sarif;
@@ -31,18 +31,18 @@ pub(crate) struct Check {
     paths: Paths,
     #[command(flatten)]
     outside: Outside,
-    /// How to show what is found.
+    /// The output format.
     #[arg(long, value_enum, default_value = "human")]
     format: Format,
-    /// What counts as an error: the codes of diagnostics, separated by commas, or `warnings` for all of those. What
-    /// mauve.toml does not show (`allow`) stays so.
+    /// Report these diagnostics as errors: codes, separated by commas, or `warnings` for all warnings. A code that mauve.toml
+    /// sets to `allow` is not reported.
     #[arg(long, value_name = "CODE", value_delimiter = ',')]
     deny: Vec<Denied>,
-    /// Show all hints: where there are more than a few, they are only counted.
+    /// Show all hints; more than three are only counted otherwise.
     #[arg(long, conflicts_with = "format")]
     hints: bool,
-    /// Apply the fixes that need no choice, such as a misspelt name with one candidate, then report what is left. Writes the
-    /// files in PATH only.
+    /// Apply the fixes that need no choice, such as a misspelt name with one candidate, then report the other
+    /// diagnostics. Writes only files in PATH.
     #[arg(long)]
     fix: bool,
     /// Show what --fix would change, write nothing, and exit with 1 if there is something.
@@ -60,11 +60,11 @@ enum Format {
     Sarif,
 }
 
-/// What counts as an error.
+/// The diagnostics that `--deny` reports as errors.
 #[derive(Debug, Clone, Copy)]
 enum Denied {
     Warnings,
-    /// What has this code, also where it is a hint.
+    /// The diagnostics of this code, also if they are hints.
     One(&'static Code),
 }
 
@@ -227,7 +227,7 @@ pub(super) fn excerpt(db: &Database, here: &Path, finding: &Finding<'_>) -> Stri
     with_excerpts(db, here, title, &places, notes)
 }
 
-/// What stands at some places, under a title.
+/// Returns a title, and excerpts of the text at some places.
 pub(super) fn with_excerpts(
     db: &Database,
     here: &Path,

@@ -84,7 +84,7 @@ impl Wcrt {
         if self.paths.paths.iter().any(is_task_set) {
             if let Some(other) = self.paths.paths.iter().find(|path| !is_task_set(path)) {
                 return Err(format!(
-                    "`{}` is no task set (*.json) as the others are: analyse files and models one after the other",
+                    "`{}` is not a task set (*.json), and others in PATH are: analyse task sets and models one after the other",
                     other.display()
                 ));
             }
@@ -189,7 +189,7 @@ fn task_set(path: &Path) -> Result<(PathBuf, TaskSet, bool), String> {
     let read = || -> std::io::Result<(String, PathBuf)> {
         let path = path.canonicalize()?;
         let text = String::from_utf8(read(&path, LONGEST)?);
-        Ok((text.map_err(|_| std::io::Error::other("this is no UTF-8 text"))?, path))
+        Ok((text.map_err(|_| std::io::Error::other("this is not UTF-8 text"))?, path))
     };
     let (text, path) = read().map_err(|error| format!("cannot read `{shown}`: {error}"))?;
     let Parsed { content, is_sealed } =
@@ -197,13 +197,13 @@ fn task_set(path: &Path) -> Result<(PathBuf, TaskSet, bool), String> {
     match content {
         Exported::Deployment(set) => {
             if !is_sealed {
-                say(&format!("`{shown}` has no digest: its figures are those of whoever wrote it"));
+                say(&format!("`{shown}` has no digest: its figures are not checked against a model"));
             }
             Ok((path, set, is_sealed))
         }
         Exported::Component(component) => Err(format!(
-            "`{shown}` is the state machine of component {}: response times are those of a deployment, whose file \
-             stands beside it",
+            "`{shown}` is the state machine of component {}: analyse the file of a deployment, in the \
+             same folder",
             component.name
         )),
     }
@@ -256,7 +256,7 @@ pub(super) fn tables(all: &[Deployed<'_>]) -> Vec<String> {
     all.iter().map(|it| table(&heading(it), it)).collect()
 }
 
-/// What is said of a task set that anybody may have written.
+/// The note on a task set without a digest, which anybody may have written.
 const NO_DIGEST: &str = "no digest: the figures are those of the file's author";
 
 /// All figures at one level, or the responses at several.
@@ -283,7 +283,7 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
     if let Some(horizon) = horizon {
         let _ = writeln!(
             out,
-            "  UNSAFE: with --horizon {horizon} the first jobs' figures leave out what comes later: they are no bounds"
+            "  UNSAFE: with --horizon {horizon} the response times of first jobs leave out later interference: they are not bounds"
         );
     }
     if it.is_unsealed() {
@@ -299,7 +299,7 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
     out
 }
 
-/// Why there are no figures, and which rest on assumptions: a line each, with the levels where it is not said of all.
+/// Returns why figures are missing, and which depend on assumptions: a line each, with the levels if it does not hold at all.
 fn notes<'db>(it: &Deployed<'db>) -> Vec<String> {
     let mut notes: Vec<(String, Vec<String>)> = Vec::new();
     let mut index: HashMap<String, usize> = HashMap::new();
@@ -356,7 +356,7 @@ fn assumptions(assumed: &[(String, Time)]) -> String {
     format!("assumes {}", each.join(", "))
 }
 
-/// A row for each activity: WCET is the greatest execution time of one job. The response time of the first job stands in a
+/// A row for each activity: WCET is the greatest execution time of one job. The response time of the first job has a
 /// column of its own if it is not the greatest one for all activities.
 fn one_level(of: &Deployed<'_>, report: &Report<'_>) -> String {
     let is_first_greatest = report.activities.iter().all(|it| it.first_job == it.response);
@@ -452,8 +452,8 @@ fn verdict(of: &Deployed<'_>, activity: &ActivityReport<'_>) -> String {
 const MET: &str = "✓ met";
 const NOT_PROVED: &str = "✗ ";
 
-/// Colours the verdicts of a table, whose lines end with them: green for a deadline that is met, yellow for what is accepted or
-/// not analysed, red for what is missed or has no bound.
+/// Colours the verdicts of a table, whose lines end with them: green for a deadline that is met, yellow for an accepted or unknown
+/// response time, red for a deadline that is missed or has no bound.
 pub(super) fn coloured(table: &str) -> String {
     let mut out = String::new();
     for line in table.split_inclusive('\n') {
@@ -538,7 +538,7 @@ fn remarks(of: &Deployed<'_>, query: &Query) -> Vec<String> {
     [horizon, unsealed, errors].into_iter().flatten().collect()
 }
 
-/// A cell of CSV that is no name and no number.
+/// Returns a cell of CSV, in quotes if it needs them.
 fn quoted(cell: &str) -> String {
     if cell.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", cell.replace('"', "\"\""))

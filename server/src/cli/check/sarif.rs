@@ -104,7 +104,7 @@ fn suppression(why: &Suppression) -> impl Serialize + use<> {
     object! { kind: kind, justification: reason.clone() }
 }
 
-/// Braces stand for arguments in messages, unless they are doubled.
+/// Returns a message. SARIF reads braces as arguments unless they are doubled.
 fn message(text: &str) -> impl Serialize + use<> {
     object! { text: text.replace('{', "{{").replace('}', "}}") }
 }
