@@ -1,4 +1,4 @@
-//! What stands in an architecture: instances, and what connects them.
+//! Completion in an architecture: connections of inputs that have none first, then instances, connections and values.
 
 use std::collections::BTreeSet;
 
@@ -10,6 +10,9 @@ use mauve_hir::{
 use mauve_syntax::SyntaxKind::{self, *};
 
 use super::{Completer, Completion, CompletionKind, Subject};
+
+/// More pairs of inputs and outputs than these are not compared while the user types.
+const MOST_PAIRS: usize = 50_000;
 
 impl<'db> Completer<'_, 'db> {
     pub(super) fn architecture_item(&mut self, kinds: &[SyntaxKind], path: &[&str]) {
@@ -33,6 +36,7 @@ impl<'db> Completer<'_, 'db> {
     }
 
     fn architecture_items(&mut self) {
+        self.open_connections();
         self.skeleton("instance", "instance ${1:name}: ${2:Component}");
         self.skeleton("connection", "connection ${1:source.output} -> ${2:target.input}");
         self.skeleton("operation", "operation ${1:provider.operation} -> ${2:caller.operation}");
@@ -87,7 +91,43 @@ impl<'db> Completer<'_, 'db> {
         }
     }
 
-    /// Where a connection from a feature of this kind may lead: what takes the same, what is open first.
+    /// Offers a whole connection for each input that has none, and that exactly one output of another instance fits.
+    fn open_connections(&mut self) {
+        let Some(of) = self.decl else { return };
+        let all = self.instances(of);
+        let connected = self.connected(of);
+        let mut outputs: Vec<(&Name, &Name, Vec<Type>)> = Vec::new();
+        let mut inputs: Vec<(&Name, &Name, Decl<'db>, &Feature)> = Vec::new();
+        for (name, _, features) in &all {
+            for (port, (shell, feature)) in features {
+                match feature.kind {
+                    FeatureKind::Output => outputs.push((name, port, self.shape(*shell, feature))),
+                    FeatureKind::Input if !connected.contains(&(name.clone(), port.clone())) => {
+                        inputs.push((name, port, *shell, feature));
+                    }
+                    _ => {}
+                }
+            }
+        }
+        if inputs.len() * outputs.len() > MOST_PAIRS {
+            return;
+        }
+        for (name, port, shell, feature) in inputs {
+            let shape = self.shape(shell, feature);
+            let fits =
+                |(source, _, it): &&(&Name, &Name, Vec<Type>)| *source != name && are_alike(it, &shape);
+            let mut fitting = outputs.iter().filter(fits);
+            if let (Some((source, output, _)), None) = (fitting.next(), fitting.next()) {
+                let text = format!("connection {source}.{output} -> {name}.{port}");
+                let subject = Subject::of(self.db, shell, Some(port.clone()));
+                let item = Completion::new(CompletionKind::Skeleton, text.as_str()).note("not connected yet");
+                self.add(item.rank(0).subject(subject));
+            }
+        }
+    }
+
+    /// Offers the ends of a connection from a feature of this kind: those of the same type, the ones without a connection
+    /// first.
     fn targets_of(&mut self, of: Decl<'db>, kind: FeatureKind, path: &[&str]) {
         let wanted = if kind == FeatureKind::Output { FeatureKind::Input } else { FeatureKind::Required };
         let all = self.instances(of);
@@ -135,7 +175,8 @@ impl<'db> Completer<'_, 'db> {
         }
     }
 
-    /// What two ends of a connection must have alike: the type of a port; of an operation, all that it takes and gives.
+    /// Returns the types that both ends of a connection must have: of a port, or of the parameters and the result of an
+    /// operation.
     fn shape(&self, of: Decl<'db>, feature: &Feature) -> Vec<Type> {
         let parameters = feature.parameters.iter().map(|it| it.ty.as_ref());
         let types = parameters.chain([feature.ty.as_ref()]);
@@ -258,13 +299,15 @@ library a {{
         check(
             "co$0",
             expect![[r#"
-            1 instance (instance name: Component) ⇒ "instance ${1:name}: ${2:Component}"
-            1 connection (connection source.output -> target.input) ⇒ "connection ${1:source.output} -> ${2:target.input}"
-            1 operation (operation provider.operation -> caller.operation) ⇒ "operation ${1:provider.operation} -> ${2:caller.operation}"
-            1 property (property instance.name = 0) ⇒ "property ${1:instance.name} = ${2:0}"
-            1 constant (constant instance.name = 0) ⇒ "constant ${1:instance.name} = ${2:0}"
-            1 import (import Architecture) ⇒ "import ${1:Architecture}"
-        "#]],
+                0 connection laser.power -> drive.power (not connected yet)
+                0 connection laser.scan -> drive.right (not connected yet)
+                1 instance (instance name: Component) ⇒ "instance ${1:name}: ${2:Component}"
+                1 connection (connection source.output -> target.input) ⇒ "connection ${1:source.output} -> ${2:target.input}"
+                1 operation (operation provider.operation -> caller.operation) ⇒ "operation ${1:provider.operation} -> ${2:caller.operation}"
+                1 property (property instance.name = 0) ⇒ "property ${1:instance.name} = ${2:0}"
+                1 constant (constant instance.name = 0) ⇒ "constant ${1:instance.name} = ${2:0}"
+                1 import (import Architecture) ⇒ "import ${1:Architecture}"
+            "#]],
         );
         check(
             "instance other: $0",

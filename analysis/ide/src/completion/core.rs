@@ -1,4 +1,5 @@
-//! What stands in a core, in its state machine, and in a state.
+//! Completion in a core, in its state machine, and in a state: the operations that the shell requires or provides, and that
+//! the core lacks, first.
 
 use std::collections::BTreeSet;
 
@@ -64,7 +65,29 @@ impl Completer<'_, '_> {
         if scope.features(FeatureKind::Required).next().is_some() {
             self.skeleton("handler", "handler ${1:name}: ${2:operation};");
         }
+        self.missing_handlers();
         self.provided("provide ");
+    }
+
+    /// Offers a handler for each required operation that has none: a program needs it to collect the result.
+    fn missing_handlers(&mut self) {
+        let handlers = self.at.list.children().filter(|node| node.kind() == HANDLER);
+        let known =
+            self.others(handlers.filter_map(|it| it.descendants().filter_map(ast::NameRef::cast).last()));
+        let scope = self.scope();
+        for (name, of, feature) in scope.features(FeatureKind::Required) {
+            if known.iter().any(|known| *known == **name) {
+                continue;
+            }
+            let (parameters, result) =
+                (parameters_text(&feature.parameters), result_text(feature.ty.as_ref()));
+            let item = Completion::new(CompletionKind::Operation, format!("handler for {name}"))
+                .detail(format!("{parameters}{result}"))
+                .note("no handler yet")
+                .rank(0)
+                .subject(Subject::of(self.db, of, Some(name.clone())));
+            self.add(item.completed(false, format!("handler ${{1:{name}_handler}}: {name};")));
+        }
     }
 
     fn provided(&mut self, keyword: &str) {
@@ -241,6 +264,7 @@ library a {
     fn items_of_a_core_that_it_does_not_have_yet() {
         let text = |body: &str| format!("{SHELL}core C(S) {{ {body} }} }}");
         expect![[r#"
+            0 handler for ask(in what: int): int (no handler yet) ⇒ "handler ${1:ask_handler}: ask;"
             0 provide go(in to: int, out way: double): bool (S) ⇒ "provide go(in to: int, out way: double): bool = {\n\t$0\n}"
             1 statemachine (statemachine { initial state Idle { run = { } } }) ⇒ "statemachine {\n\tinitial state ${1:Idle} {\n\t\trun = {\n\t\t\t$0\n\t\t}\n\t}\n}"
             1 update (update = { }) ⇒ "update = {\n\t$0\n}"
