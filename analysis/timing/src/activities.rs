@@ -1,5 +1,6 @@
-//! The activities of a deployment at one level, and their response times: what a model and an exported file are both
-//! turned into. What is unknown of an activity counts as the worst: it has the highest priority, on every CPU.
+//! The activities of a deployment at one level, and their response times: the common form of a model and an exported
+//! file. Unknown properties are analysed as the worst case: an unknown priority is the highest, an unknown affinity
+//! is every CPU.
 
 use crate::task_set::Priority;
 use crate::{
@@ -10,7 +11,7 @@ use crate::{
 /// An activity of a deployment, at one level.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Activity {
-    /// For those who read the result; the analysis does not look at it.
+    /// A name for readers of the result; the analysis ignores it.
     pub name: String,
     /// Its priority.
     pub priority: Priority,
@@ -18,9 +19,9 @@ pub struct Activity {
     pub period: Option<Time>,
     /// D.
     pub deadline: Option<Time>,
-    /// The CPUs that it may use, a bit each; `None` where that is unknown.
+    /// The CPUs that it may use, one bit for each; `None` if unknown.
     pub cpus: Option<u64>,
-    /// What a job executes. [`Demand::Unknown`] where anything else of the activity cannot be used.
+    /// The demand of its jobs. [`Demand::Unknown`] if any other property of the activity is unusable.
     pub demand: Demand,
 }
 

@@ -8,21 +8,21 @@ use crate::machine::Adjacency;
 pub struct CycleMean {
     /// The total cost of the cycle.
     pub cost: Time,
-    /// How many edges, and so periods, it has; at least 1.
+    /// The number of edges, and so of periods; at least 1.
     pub length: u64,
 }
 
-/// The successor of a state on the way that gave its potential; `NONE` at a state that kept its first one.
+/// The successor of a state on the path that gave its potential; `NONE` for a state that has kept its initial one.
 const NONE: u32 = u32::MAX;
 
 /// The greatest cycle of a machine in which every state has an edge.
 ///
-/// K/L is a candidate: the mean of a cycle that is there. Potentials v with v\[s\] ≥ L·cost − K + v\[t\] on every edge
-/// (s, t) prove that no cycle has a greater mean (add the inequalities along the cycle). They are sought by raising
-/// v\[s\] as in the algorithm of Bellman and Ford. Where there is a greater cycle they do not exist, and after at most
-/// as many passes as there are states one shows in the graph of the edges that raised a potential last: a cycle in
-/// that graph closes only where it is greater than K/L. It becomes the candidate. Each candidate is greater than the
-/// one before, so the search ends; the first candidate, from the greatest edge of each state, is rarely far away.
+/// K/L is a candidate: the mean of an existing cycle. Potentials v with v\[s\] ≥ L·cost − K + v\[t\] on every edge
+/// (s, t) prove that no cycle has a greater mean (add the inequalities along the cycle). The algorithm searches for
+/// them by raising v\[s\] as in Bellman–Ford. If there is a greater cycle, they do not exist, and after at most as
+/// many passes as there are states, a cycle appears in the graph of the edges that raised a potential last: a cycle
+/// in that graph is always greater than K/L. It becomes the candidate. Each candidate is greater than the one before,
+/// so the search ends; the first candidate, from the greatest edge of each state, is usually close.
 ///
 /// i128 suffices: costs times states fit 64 bits (checked when a machine is made), L and the number of edges of a
 /// path fit 24 each.
@@ -69,7 +69,7 @@ pub(crate) fn greatest(successors: &Adjacency, interrupt: &dyn Fn()) -> CycleMea
             if let Some(cycle) = policy.trace().filter(|cycle| best.is_less_than(cycle)) {
                 break cycle;
             }
-            // Along the policy, in its order, a raised potential travels all the way in one pass.
+            // In the order of the policy, a raised potential propagates along all edges in one pass.
             for &state in &policy.order {
                 let (next, edge_cost) = (policy.next[state as usize], policy.cost[state as usize]);
                 let through = length * i128::from(edge_cost) - cost + potential[next as usize];
@@ -83,7 +83,7 @@ pub(crate) fn greatest(successors: &Adjacency, interrupt: &dyn Fn()) -> CycleMea
 struct Policy {
     next: Vec<u32>,
     cost: Vec<u64>,
-    /// The states whose potential follows from that of the next one, each after its next.
+    /// The states whose potential depends on that of the next state, each after its next state.
     order: Vec<u32>,
     cycles: Vec<Cycle>,
     /// The walk of [`trace`](Self::trace) that met the state, from 1; 0 before one does.
@@ -95,7 +95,7 @@ struct Policy {
 struct Cycle {
     cost: u64,
     length: u64,
-    /// The one of its states that is not in [`Policy::order`].
+    /// The state of the cycle that is not in [`Policy::order`].
     root: u32,
 }
 

@@ -3,7 +3,7 @@
 use crate::Time;
 use crate::cycle_mean::{self, CycleMean};
 
-/// One period of a machine: what it executes while it goes from `source` to `target`.
+/// One period of a machine, which goes from `source` to `target`.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Edge {
     /// The state at the start of the period.
@@ -16,8 +16,8 @@ pub struct Edge {
 
 /// A periodic state machine (PSM): states 0, 1, …, and at least one edge out of each.
 ///
-/// Every state may be the one in which a busy window finds the machine, so a caller leaves out the states that the
-/// initial one does not reach. Parallel edges are allowed; the greatest of them counts.
+/// A busy window may begin in any state, so the caller omits states that the initial one does not reach. Parallel
+/// edges are allowed; the one of greatest cost is used.
 ///
 /// ```
 /// use mauve_timing::{Edge, StateMachine, Time};
@@ -40,7 +40,7 @@ impl StateMachine {
     /// The most states that a machine may have, 2²⁴.
     pub const MAX_STATES: u32 = 1 << 24;
 
-    /// A machine of `states` states, 1 to [`MAX_STATES`](Self::MAX_STATES).
+    /// Creates a machine of `states` states, 1 to [`MAX_STATES`](Self::MAX_STATES).
     ///
     /// The ends of all `edges` are below `states`, and every state is the source of one.
     pub fn new(states: u32, edges: Vec<Edge>) -> Result<StateMachine, MachineError> {
@@ -69,12 +69,12 @@ impl StateMachine {
         Ok(StateMachine { states, edges })
     }
 
-    /// The machine of a classical task: one state, whose every period costs `cost`.
+    /// Creates the machine of a classical task: one state and one edge of `cost`.
     pub fn single(cost: Time) -> StateMachine {
         StateMachine { states: 1, edges: vec![Edge { source: 0, target: 0, cost }] }
     }
 
-    /// How many states there are, at least 1.
+    /// Returns the number of states, at least 1.
     pub fn states(&self) -> u32 {
         self.states
     }
@@ -84,7 +84,7 @@ impl StateMachine {
         &self.edges
     }
 
-    /// The index of the first edge of the greatest cost: what one period can cost at most.
+    /// Returns the index of the first edge of greatest cost.
     pub fn greatest_edge(&self) -> usize {
         let greatest = self.greatest_cost();
         self.edges.iter().position(|edge| edge.cost == greatest).unwrap_or_default()
@@ -95,9 +95,9 @@ impl StateMachine {
         self.edges.iter().map(|edge| edge.cost).max().unwrap_or_default()
     }
 
-    /// λ, the greatest mean cost of a cycle: what a period costs on average, in the long run and at the worst.
+    /// Returns λ, the greatest mean cost of a cycle: the worst average cost of a period in the long run.
     ///
-    /// The result is exact; with several greatest cycles, it is one of them.
+    /// The result is exact; with several greatest cycles, it is any of them.
     pub fn greatest_cycle_mean(&self) -> CycleMean {
         let greatest = self.greatest_cost();
         if self.repeats(greatest) {
@@ -117,7 +117,7 @@ impl StateMachine {
 pub enum MachineError {
     /// It has no state.
     NoState,
-    /// The edge of this index starts or ends at a state that there is not.
+    /// The edge with this index starts or ends at a state that does not exist.
     NoSuchState {
         /// The index of the edge.
         edge: usize,

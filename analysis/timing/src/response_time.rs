@@ -9,18 +9,19 @@ use crate::{
     Task, Time, TraceBound, Utilisation, Window,
 };
 
-/// The worst-case response time of each of `tasks`: a bound that no schedule exceeds, or why there is none.
+/// Returns the worst-case response time of each of `tasks`: a bound that no schedule exceeds, or the reason why there
+/// is none.
 ///
 /// A task releases a job each `period` and executes it under preemptive fixed priorities; its clock may have any
-/// phase. Jobs of one task that are late queue in order. hp(i) are the tasks at least as urgent as i, those of equal
-/// priority included both ways, that run on the same CPU. Jobs released in a window of length t, half-open, are at
-/// most ⌈t/T⌉, and ask for M(⌈t/T⌉) ([`TraceBound`]; with [`Method::Classic`], n times the greatest cost).
+/// phase. Late jobs of a task queue in order. hp(i) are the tasks of higher or equal priority on the CPU of i. A
+/// half-open window of length t contains at most ⌈t/T⌉ releases, with a demand of at most M(⌈t/T⌉) ([`TraceBound`];
+/// with [`Method::Classic`], n times the greatest cost).
 ///
-/// The first job of a window in which all tasks are released together ends at the least t > 0 with
-/// t = Mᵢ(1) + Σ over hp(i) of Mⱼ(⌈t/Tⱼ⌉), where Mᵢ(1) counts as 1 ns at least. If that is within the period, it is
-/// the response time. Otherwise every job q of the window is looked at: f(q) is the least t with
-/// t = Mᵢ(q) + Σ Mⱼ(⌈t/Tⱼ⌉), R = max f(q) − (q − 1)·T, up to the first q with f(q) ≤ q·T. (Where the CPU is loaded to
-/// exactly 100 %, there may be no such q; then up to where f repeats.)
+/// The first job of a busy window, which begins with a simultaneous release of all tasks, ends at the least t > 0
+/// with t = Mᵢ(1) + Σ over hp(i) of Mⱼ(⌈t/Tⱼ⌉), where Mᵢ(1) is at least 1 ns. If that is within the period, it is the
+/// response time. Otherwise every job q of the window is analysed: f(q) is the least t with t = Mᵢ(q) + Σ Mⱼ(⌈t/Tⱼ⌉),
+/// R = max f(q) − (q − 1)·T, up to the first q with f(q) ≤ q·T. (Where the CPU is loaded to exactly 100 %, there may
+/// be no such q; then up to where f repeats.)
 ///
 /// The order of `tasks` does not matter for any figure. `interrupt` is called now and then, at least once a task and
 /// once for every pass over hp(i); it may unwind in order to cancel. Budgets are counted in steps, so that the same
@@ -60,8 +61,8 @@ pub fn response_times(tasks: &[Task], options: &Options, interrupt: &dyn Fn()) -
             Response {
                 own: task.demand.own(options.method),
                 first_job: None,
-                // Tasks of known demand have one CPU, so that one task in the way is enough. The others are analysed
-                // below.
+                // A task of known demand has one CPU, so one unknown task that may delay it is sufficient. All others
+                // are analysed below.
                 bound: Bound::NotAnalysed { because },
                 interference: Vec::new(),
                 window: None,
@@ -93,18 +94,18 @@ pub fn response_times(tasks: &[Task], options: &Options, interrupt: &dyn Fn()) -
     Analysis { responses, cpus }
 }
 
-/// The steps that one task may take: members of hp(i) looked at.
+/// The budget of one task, in members of hp(i) that are visited.
 const BUDGET: u64 = 1 << 23;
 
-/// The steps of all tasks of a CPU, shared equally: the order of the tasks does not matter.
+/// The budget of all tasks of a CPU, shared equally, so that the order of the tasks does not matter.
 const BUDGET_OF_CPU: u64 = 1 << 28;
 
 const BRIEF_BUDGET_OF_CPU: u64 = 1 << 17;
 
-/// Each task may pass over all members at least this often.
+/// The minimum number of passes over all members for each task.
 const FEWEST_PASSES: u64 = 16;
 
-/// At most this many exact comparisons per CPU: the fractions have thousands of digits.
+/// The maximum number of exact comparisons per CPU: the fractions have thousands of digits.
 const MOST_EXACT: u32 = 8;
 
 const KEPT_ITERATIONS: usize = 32;
@@ -117,9 +118,9 @@ struct Member<'a> {
     curve: Curve<'a>,
 }
 
-/// M of one task.
+/// The demand M of one task.
 enum Curve<'a> {
-    /// n times this.
+    /// M(n) is n times this.
     Linear(u64),
     Trace(Box<TraceBound<'a>>),
 }
@@ -141,12 +142,12 @@ impl Curve<'_> {
     }
 }
 
-/// The jobs that the tasks of hp(i) release in a window, and their demand: for each member, by its place.
+/// The jobs that the tasks of hp(i) release in a window, and their demand: for each member, by its index.
 ///
-/// Along the tasks of a CPU from the most to the least urgent, windows only grow: hp(i) contains what is above it, so
-/// its fixed point is no less than theirs. So the counts of one task are a start for the next, below its fixed point,
-/// and the least fixed point is reached from there as well as from 0. Each count comes with the longest window for
-/// which it holds, so that a pass over the members is comparisons only.
+/// In order of decreasing priority, windows only grow: hp(i) contains all tasks of higher priority and their hp, so
+/// its fixed point is not less than theirs. So the counts of one task are a valid start for the next: they are below
+/// its least fixed point, which the iteration reaches from there as well as from 0. Each count is stored with the
+/// longest window for which it holds, so a pass over the members needs comparisons only.
 #[derive(Clone)]
 struct Counts {
     /// The longest window in which `jobs` are released, jobs × T; of members not in hp(i), the longest there is.
@@ -154,9 +155,9 @@ struct Counts {
     /// 0 for members that are not in hp(i).
     jobs: Vec<u64>,
     time: Vec<u64>,
-    /// Σ `time`. In 128 bits, so that the order of its terms does not matter for whether it fits 64.
+    /// Σ `time`. In 128 bits, so that the overflow of 64 bits does not depend on the order of the terms.
     total: u128,
-    /// How many members are in hp(i).
+    /// The number of members in hp(i).
     present: u64,
 }
 
@@ -188,7 +189,7 @@ impl Counts {
         self.present -= 1;
     }
 
-    /// Raises the counts to those of a window of length `window`; whether any was lower.
+    /// Raises the counts to those of a window of length `window`. Returns whether any has changed.
     fn raise(&mut self, window: u64, members: &mut [Member]) -> Result<bool, NoBoundReason> {
         let mut has_changed = false;
         let mut failure = None;
@@ -206,7 +207,7 @@ impl Counts {
                     self.time[place] = time;
                     has_changed = true;
                 }
-                // Go on: which failure is reported must not depend on the order of the members.
+                // Continue: the reported failure must not depend on the order of the members.
                 Err(reason) => failure = failure.max(Some(reason)),
             }
         }
@@ -272,13 +273,13 @@ impl<'a> Walk<'a> {
         walk
     }
 
-    /// From the most to the least urgent, the tasks for which `is_wanted`.
+    /// Analyses the tasks for which `is_wanted`, in order of decreasing priority.
     fn analyse(&mut self, is_wanted: impl Fn(usize) -> bool) {
         let mut places: Vec<usize> =
             (0..self.members.len()).filter(|&place| is_wanted(self.members[place].index)).collect();
         places.sort_by_key(|&place| std::cmp::Reverse(self.members[place].task.priority));
         let mut counts = Counts::new(self.members.len());
-        // Of all that is at least as urgent as the group, and of all that is more urgent.
+        // The utilisation of the tasks of higher or equal priority, and of those of higher priority.
         let mut utilisation = Utilisation::default();
         let mut load_above = Some(Ordering::Less);
         let priority = |walk: &Walk, place: usize| walk.members[place].task.priority;
@@ -302,7 +303,7 @@ impl<'a> Walk<'a> {
                 for &place in group {
                     self.include(&mut all, place);
                 }
-                // All of a group or none: which of them comes first must not matter.
+                // The whole group or none: the order within the group must not matter.
                 let is_close = |&&place: &&usize| {
                     utilisation.compare_roughly(Some(&self.members[place].share)).is_none()
                 };
@@ -320,8 +321,8 @@ impl<'a> Walk<'a> {
                     longest = longest.max(window.unwrap_or(0));
                     self.results.push((self.members[place].index, response));
                 }
-                // A start for the next: all of the group is above it, so its window is no shorter than theirs. (A
-                // demand that cannot be had shows again there.)
+                // The start for the next group, which has the whole group in its hp, so its windows are not shorter.
+                // (A demand that cannot be computed fails again there.)
                 let _ = all.raise(longest, &mut self.members);
                 counts = all;
             }
@@ -331,13 +332,13 @@ impl<'a> Walk<'a> {
 
     fn include(&mut self, counts: &mut Counts, place: usize) {
         let member = &mut self.members[place];
-        // M(1) is the greatest edge: it can be had.
+        // M(1) is the greatest edge, so it can always be computed.
         let cost = member.curve.demand(1).unwrap_or(u64::MAX);
         counts.include(place, member.period, cost);
     }
 
-    /// A utilisation, `without` that of one member perhaps, compared with 1; nothing where that is too much to compute, or
-    /// is not to be computed exactly.
+    /// Compares a utilisation, optionally `without` that of one member, with 1. Returns `None` if the exact
+    /// comparison is too expensive or not permitted.
     fn load(
         &mut self,
         utilisation: &Utilisation,
@@ -359,7 +360,7 @@ impl<'a> Walk<'a> {
         (of_cpu / members).max(FEWEST_PASSES * members).min(BUDGET)
     }
 
-    /// The response of the member at `place`, with the `counts` of hp(i) below its fixed point.
+    /// Returns the response of the member at `place`, starting from `counts` of hp(i) below its fixed point.
     ///
     /// `load_hp` compares the utilisation of hp(i) with 1, `load` that of hp(i) and the task itself; see [`Walk::load`].
     fn response(
@@ -382,7 +383,7 @@ impl<'a> Walk<'a> {
         // more, Σ Mⱼ(⌈t/Tⱼ⌉) ≥ t, and no t is its own demand or more plus at least 1 ns: no first job ends. Where it is
         // less than 1, the demand grows more slowly than t, and one does.
         let first_job = match load_hp {
-            Some(Ordering::Less) => self.settle(place, 1, counts, &mut budget),
+            Some(Ordering::Less) => self.fixed_point(place, 1, counts, &mut budget),
             Some(_) => Err(NoBoundReason::FullyLoaded),
             None => Err(NoBoundReason::Budget),
         };
@@ -399,7 +400,7 @@ impl<'a> Walk<'a> {
                 response.first_job = Some(Time::from_nanos(length));
                 let busiest = match load {
                     Some(Ordering::Greater) => None,
-                    // At less than the full load, the window ends.
+                    // At a utilisation of less than 1, the window ends.
                     Some(load) => {
                         let last = if load == Ordering::Equal { self.last_job(place, counts) } else { None };
                         Some(self.busiest_job(place, length, last, counts, &mut budget))
@@ -431,15 +432,16 @@ impl<'a> Walk<'a> {
         self.members[place].curve.demand(jobs)
     }
 
-    /// f(q) for q = `jobs`: raises `counts` until the window is as long as the demand.
-    fn settle(
+    /// Computes f(q) for q = `jobs` by fixed-point iteration: raises `counts` until the window is as long as the
+    /// demand.
+    fn fixed_point(
         &mut self,
         place: usize,
         jobs: u64,
         counts: &mut Counts,
         budget: &mut u64,
     ) -> Result<u64, NoBoundReason> {
-        // A job without demand ends only after all that is more urgent: it counts as 1 ns.
+        // A job without demand is preempted by jobs of higher priority too, so its demand is 1 ns.
         let own = self.own(place, jobs)?.max(1);
         loop {
             (self.interrupt)();
@@ -452,8 +454,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Where the utilisation of hp(i) and i is 1: the job up to which a window that has not ended shows all response
-    /// times. `None` where that job is not found.
+    /// At a utilisation of 1 for hp(i) and i: returns the job up to which an unfinished window contains all response
+    /// times. `None` if that job is not found.
     ///
     /// Let Mⱼ(n + cⱼ) = Mⱼ(n) + cⱼ·λⱼ for n ≥ nⱼ, and so for i, and let H be a common multiple of all cⱼ·Tⱼ and cᵢ·Tᵢ,
     /// and L = H/Tᵢ. While the window lasts, f(q) > (q − 1)·Tᵢ. So for (q − 1)·Tᵢ ≥ nⱼ·Tⱼ and q ≥ nᵢ, both sides of
@@ -477,8 +479,8 @@ impl<'a> Walk<'a> {
         first_regular.checked_add(lap / own_period)
     }
 
-    /// The job of the busy window that responds last; the first of them ends at `first`, after the next release. Jobs
-    /// after `last` are not looked at.
+    /// Returns the job of the busy window with the greatest response time. The first job ends at `first`, after the
+    /// next release. Jobs after `last` are not analysed.
     fn busiest_job(
         &mut self,
         place: usize,
@@ -496,8 +498,8 @@ impl<'a> Walk<'a> {
         let mut next_release = period;
         while length > next_release && last.is_none_or(|last| job < last) {
             job += 1;
-            length = self.settle(place, job, counts, budget)?;
-            // Not before its release: the window is longer than that already.
+            length = self.fixed_point(place, job, counts, budget)?;
+            // The job ends after its release, since the window is longer than that.
             let response = length.saturating_sub(next_release);
             if response > greatest_response {
                 greatest_response = response;
@@ -514,7 +516,7 @@ impl<'a> Walk<'a> {
         let own = self.own(place, job);
         let released = period.checked_mul(job - 1);
         let (Ok(own), Some(time)) = (own, released.and_then(|released| length.checked_sub(released))) else {
-            // Both were computed on the way here.
+            // Both were computed before.
             response.bound = Bound::NoBound(NoBoundReason::Overflow);
             return;
         };
@@ -530,12 +532,12 @@ impl<'a> Walk<'a> {
         });
     }
 
-    /// The interference in a window of `length`, which `counts` have passed.
+    /// Returns the interference in a window of `length`, which `counts` have reached or exceeded.
     fn interference_in(&mut self, length: u64, counts: &Counts, horizon: Option<Time>) -> Vec<Interference> {
         let mut interference = Vec::with_capacity(counts.present as usize);
         for (member, _) in self.members.iter_mut().zip(&counts.jobs).filter(|&(_, &jobs)| jobs > 0) {
             let jobs = jobs_released(length, member.period, horizon);
-            // It was computed on the way here.
+            // It was computed before.
             if let Ok(time) = member.curve.demand(jobs) {
                 interference.push(Interference { task: member.index, jobs, time: Time::from_nanos(time) });
             }
@@ -543,8 +545,8 @@ impl<'a> Walk<'a> {
         interference
     }
 
-    /// The fixed-point iteration of the paper, eq. 19–20, from `own` on, with the tasks of hp(i) as in `counts`: its
-    /// last values. `None` where it takes too long or does not fit.
+    /// Returns the last values of the fixed-point iteration of the paper, eq. 19–20, from `own` on, with the tasks of
+    /// hp(i) in `counts`. `None` if it exceeds the budget or 64 bits.
     fn iterations(&mut self, own: u64, counts: &Counts, horizon: Option<Time>) -> Option<Vec<Time>> {
         let own = own.max(1);
         let mut budget = self.budget();
@@ -570,7 +572,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Replaces the first job by that under the horizon of the paper.
+    /// Replaces the first job's end by that under the horizon of the paper.
     fn truncate(&mut self, response: &mut Response, place: usize, horizon: Time, counts: &Counts) {
         let own = self.own(place, 1).unwrap_or(u64::MAX);
         let iterations = self.iterations(own, counts, Some(horizon)).unwrap_or_default();
@@ -584,14 +586,14 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// A job of a busy window, from 1, and f of it.
+/// A job q of a busy window, from 1, and f(q).
 #[derive(Clone, Copy)]
 struct BusyJob {
     job: u64,
     length: u64,
 }
 
-/// `None` where it does not fit; both are greater than 0.
+/// Returns the least common multiple, or `None` on overflow; both numbers are greater than 0.
 fn least_common_multiple(a: u64, b: u64) -> Option<u64> {
     let (mut x, mut y) = (a, b);
     while y != 0 {
@@ -600,7 +602,7 @@ fn least_common_multiple(a: u64, b: u64) -> Option<u64> {
     (a / x.max(1)).checked_mul(b)
 }
 
-/// The jobs that are released in a window, up to the horizon.
+/// Returns the number of jobs that are released in a window, up to the horizon.
 fn jobs_released(window: u64, period: u64, horizon: Option<Time>) -> u64 {
     horizon.map_or(window, |horizon| window.min(horizon.as_nanos())).div_ceil(period)
 }

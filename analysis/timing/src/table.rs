@@ -62,8 +62,8 @@ pub struct Table {
     pub overhead_span: Range<usize>,
     /// What is wrong, in the order of the text.
     pub errors: Vec<TableError>,
-    /// Something is wrong with the table as a whole, and nothing of it may be used: a part that was not understood
-    /// could have been the time that raises a bound. What depends on the table is not analysed.
+    /// The table is unusable as a whole: text that is not understood may contain a time that would raise a bound.
+    /// Results that depend on the table are not analysed.
     pub lost: bool,
 }
 
@@ -83,7 +83,7 @@ pub struct Entry {
     pub value_span: Range<usize>,
 }
 
-/// What stands between two dots of a key, or of a header; there may be dots in it where it is quoted.
+/// A part of a dotted key or header; a quoted part may contain dots.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct KeyPart {
     /// Which bytes of [`Entry::key`] it is.
@@ -187,7 +187,7 @@ impl Table {
         let (document, errors) = DeTable::parse_recoverable(text);
         reader.document(document.get_ref());
         let mut table = reader.table;
-        // Of text that is not TOML, what was read is a guess, and so are all errors but the first.
+        // If the text is not TOML, the entries are guesses, and so are all errors after the first.
         if let Some(error) = errors.into_iter().min_by_key(|error| error.span().map(|span| span.start)) {
             let kind = TableErrorKind::NotToml(error.message().to_owned());
             table.lost = true;
@@ -231,7 +231,7 @@ struct Reader {
     /// How many levels there are; `None` where they were in error, so that no array can be judged.
     levels: Option<usize>,
     levels_span: Range<usize>,
-    /// What is being read is of the table as a whole.
+    /// Whether an error in the present entry makes the whole table unusable.
     loses_all: bool,
     /// The parts of each key, by where its last one begins.
     parts: HashMap<usize, Vec<KeyPart>>,

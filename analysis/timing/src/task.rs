@@ -1,4 +1,4 @@
-//! What the analysis is asked, and what it answers: tasks and options, response times and where they come from.
+//! The input and the result of the analysis: tasks and options, response times and their breakdown.
 
 use std::fmt;
 
@@ -7,9 +7,9 @@ use crate::{StateMachine, Time, Utilisation};
 /// A periodic task.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Task {
-    /// For those who read the result; the analysis does not look at it.
+    /// A name for readers of the result; the analysis ignores it.
     pub name: String,
-    /// Greater is more urgent.
+    /// A greater number is a higher priority.
     pub priority: u32,
     /// T, the time between two releases; greater than 0.
     pub period: Time,
@@ -17,22 +17,22 @@ pub struct Task {
     pub deadline: Time,
     /// The CPUs on which the task may run: bit n for CPU n; not 0.
     pub cpus: u64,
-    /// What a job executes.
+    /// The demand of its jobs.
     pub demand: Demand,
 }
 
-/// What the jobs of a task execute.
+/// The demand of the jobs of a task.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Demand {
-    /// One edge of a state machine for each job.
+    /// Each job executes one edge of a state machine.
     Machine {
         /// The machine.
         machine: StateMachine,
-        /// A declared time of any one job, for [`Method::Classic`] only: that uses the greater of it and the greatest
-        /// edge.
+        /// A declared execution time of each job, for [`Method::Classic`] only, which uses the maximum of it and the
+        /// greatest edge.
         whole: Option<Time>,
     },
-    /// An execution time is missing: this task, and what it may delay, is not analysed.
+    /// An execution time is unknown: this task, and the tasks that it may delay, are not analysed.
     Unknown,
 }
 
@@ -49,7 +49,7 @@ impl Demand {
 }
 
 impl Task {
-    /// The CPU of a task that can be analysed: its demand is known, and it has one CPU.
+    /// Returns the CPU of a task that can be analysed: its demand is known, and it has one CPU.
     pub(crate) fn known(&self) -> Option<u32> {
         let is_known =
             self.demand != Demand::Unknown && self.cpus.is_power_of_two() && self.period > Time::ZERO;
@@ -60,9 +60,10 @@ impl Task {
 /// How the demand of several jobs is bounded.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Method {
-    /// R⁻ of the paper: n jobs ask for n times the greatest one.
+    /// R⁻ of the paper: the demand of n jobs is n times the greatest one.
     Classic,
-    /// R⁺ of the paper: n jobs ask for what a path of n edges costs at most. Never above `Classic`.
+    /// R⁺ of the paper: the demand of n jobs is the maximum cost of a path of n edges. Never greater than with
+    /// `Classic`.
     Psm,
 }
 
@@ -75,7 +76,7 @@ impl fmt::Display for Method {
     }
 }
 
-/// How to analyse.
+/// The options of the analysis.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Options {
     /// How the demand of several jobs is bounded.
@@ -96,14 +97,15 @@ pub struct Analysis {
     pub cpus: Vec<CpuLoad>,
 }
 
-/// How much the tasks of a CPU ask of it in the long run.
+/// The utilisation of a CPU.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct CpuLoad {
     /// The number of the CPU: of its bit in [`Task::cpus`].
     pub cpu: u32,
     /// Σ λ/T over its tasks of known demand.
     pub utilisation: Utilisation,
-    /// Whether these are all; otherwise a task of unknown demand may run there, and `utilisation` is a lower bound.
+    /// Whether all tasks are included; otherwise a task of unknown demand may run there, and `utilisation` is a lower
+    /// bound.
     pub complete: bool,
 }
 
@@ -114,26 +116,26 @@ impl CpuLoad {
     }
 }
 
-/// The response time of one task, and where it comes from.
+/// The response time of one task, and its breakdown.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Response {
-    /// The greatest cost of one job, M(1), where the demand is known.
+    /// The greatest execution time of one job, M(1), if the demand is known.
     pub own: Option<Time>,
     /// The end of the first job of a window that starts with the release of all tasks (paper, eq. 20, not stopped at
-    /// the deadline). It is a response time only while it is within the period. `None` where it does not exist
-    /// (exactly: where the tasks of hp(i) alone ask for the whole CPU), and where it was not found.
+    /// the deadline). It is a response time only while it is within the period. `None` if it does not exist (exactly:
+    /// if the utilisation of hp(i) alone is at least 1), or was not found.
     pub first_job: Option<Time>,
     /// The response time.
     pub bound: Bound,
-    /// What each task of hp(i) executes in the window that gives the response time; where there is no response time, in
-    /// that of `first_job`; where there is none of these either, nothing. In the order of the tasks.
+    /// The interference of each task of hp(i), in the order of the tasks, in the window of the response time; without
+    /// a response time, in the window of `first_job`; without either, empty.
     pub interference: Vec<Interference>,
-    /// The window that gives the response time, where there is one.
+    /// The window of the response time, if there is one.
     pub window: Option<Window>,
 }
 
 impl Response {
-    /// Whether the `deadline` (from the release) is kept. A response time equal to it is in time.
+    /// Returns whether the `deadline` (from the release) is met. A response time equal to it meets it.
     pub fn status(&self, deadline: Time) -> Status {
         match self.bound {
             Bound::Response(time) if time <= deadline => Status::Met,
@@ -145,22 +147,22 @@ impl Response {
     }
 }
 
-/// A bound of the response time, or why there is none.
+/// A bound on the response time, or the reason why there is none.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub enum Bound {
     /// No job takes longer from its release to its end.
     Response(Time),
-    /// The task and those of hp(i) ask for more than the whole of this CPU: work may pile up for ever.
+    /// This CPU is overloaded by the task and hp(i): the backlog may grow without bound.
     Unbounded {
         /// The number of the CPU.
         cpu: u32,
     },
-    /// None was found. There may be one.
+    /// No bound was found, although one may exist.
     NoBound(NoBoundReason),
-    /// The demand of tasks that may delay this one is unknown.
+    /// The demand of the task, or of tasks that may delay it, is unknown.
     NotAnalysed {
-        /// The tasks of unknown demand that are at least as urgent and may run on the same CPU; the task itself, where
-        /// its own demand is unknown. Ascending.
+        /// The tasks of unknown demand with higher or equal priority that may run on the same CPU, and the task
+        /// itself if its demand is unknown. Ascending.
         because: Vec<usize>,
     },
 }
@@ -168,15 +170,15 @@ pub enum Bound {
 /// Why no bound was found.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum NoBoundReason {
-    /// The counted budget was used up.
+    /// The budget of steps is exhausted.
     Budget,
     /// A time exceeds 2⁶⁴ ns.
     Overflow,
-    /// The task and those of hp(i) ask for exactly the whole CPU, and no end of the window was found.
+    /// The utilisation by the task and hp(i) is exactly 1, and no end of the window was found.
     FullyLoaded,
 }
 
-/// Whether a deadline is kept.
+/// Whether a deadline is met.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Status {
     /// Every job ends at its deadline or before.
@@ -210,21 +212,21 @@ impl fmt::Display for Status {
     }
 }
 
-/// What one task of hp(i) executes in a window.
+/// The interference of one task of hp(i) in a window.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Interference {
     /// The index of the task.
     pub task: usize,
-    /// How many jobs it releases in the window.
+    /// The number of jobs that it releases in the window.
     pub jobs: u64,
     /// Their demand, M(jobs).
     pub time: Time,
 }
 
-/// Where a response time comes from: it is `length` − (`job` − 1) × period.
+/// The window of a response time, which is `length` − (`job` − 1) × period.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Window {
-    /// q, the job of the window that responds last; from 1.
+    /// q, the job of the window with the greatest response time; from 1.
     pub job: u64,
     /// The demand of the q own jobs, M(q).
     pub own: Time,

@@ -60,7 +60,7 @@ use self::json::{items, line, lines, nullable};
 use crate::table::MOST_LEVELS;
 use crate::{ActivitySet, Demand, Edge as Period, Level, Method, StateMachine, Time};
 
-/// What stands in a file.
+/// The content of a file.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Exported {
     /// What a deployment runs.
@@ -72,7 +72,7 @@ pub enum Exported {
 /// A file that was read.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Parsed {
-    /// What stands in it.
+    /// Its content.
     pub content: Exported,
     /// Has it a digest? Then it is as MAUVE wrote it.
     pub is_sealed: bool,
@@ -90,7 +90,8 @@ pub struct TaskSet {
     pub significance: Level,
     /// The CPUs that there are, a bit each.
     pub cpus: u64,
-    /// Does Linux keep 50 ms of each second from real-time tasks? Nobody said so where it is `None`, and it counts as no.
+    /// Whether Linux reserves 50 ms of each second for non-real-time tasks. `None` if the configuration does not say:
+    /// then no throttling is assumed.
     #[serde(deserialize_with = "nullable")]
     pub rt_throttling: Option<bool>,
     /// Why nothing of it can be analysed: an activity or a time may be missing.
@@ -125,7 +126,7 @@ pub struct Activity {
     /// The CPUs that it may use, a bit each; unknown where it is `None`.
     #[serde(deserialize_with = "nullable")]
     pub affinity: Option<u64>,
-    /// How urgent it is.
+    /// Its priority.
     pub priority: Priority,
     /// T.
     #[serde(deserialize_with = "nullable")]
@@ -143,14 +144,14 @@ pub struct Activity {
     pub machine: Option<Machine>,
 }
 
-/// How urgent an activity is.
+/// The priority of an activity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Priority {
-    /// Greater is more urgent, 1 to 99.
+    /// A real-time priority, 1 to 99; a greater number is a higher priority.
     RealTime(u32),
     /// Not real-time.
     Background,
-    /// It has none, or none that can be used: it may be the most urgent.
+    /// Missing or unusable: analysed as the highest priority.
     #[default]
     Unknown,
 }
@@ -186,7 +187,7 @@ pub struct Machine {
     pub initial: String,
     /// Dispatch and context switches, which every edge has.
     pub overhead: Vec<Option<Time>>,
-    /// A time of the whole component, for [`Method::Classic`] only, where one is declared.
+    /// The declared time of the component, for [`Method::Classic`] only, if there is one.
     pub component_time: Vec<Option<Time>>,
     /// The codels whose time is assumed.
     pub assumed: Vec<Assumed>,
@@ -256,8 +257,8 @@ impl Exported {
     ///
     /// # Errors
     ///
-    /// What is wrong with it, and where: it is no JSON, a key is missing or unknown, a value cannot be used, something does
-    /// not fit together, or it was changed since it was written.
+    /// The error and its location: the text is not JSON, a key is missing or unknown, a value is invalid or
+    /// inconsistent, or the file was changed since it was written.
     pub fn parse(text: &str) -> Result<Parsed, TaskSetError> {
         #[derive(Deserialize)]
         struct Head {

@@ -59,8 +59,8 @@ impl Time {
 
     /// Reads `number`, a decimal number of `unit`s: `40`, `+3`, `0.5`, `1e-3`, `1_000.25`.
     ///
-    /// The result is exact, digit by digit. What is finer than a nanosecond is treated as `rounding` says.
-    /// Digits stand on both sides of a point, and an underscore stands between two digits.
+    /// The result is exact, digit by digit. Fractions of a nanosecond are rounded as `rounding` says.
+    /// A point needs digits on both sides, and an underscore must be between two digits.
     pub fn parse(number: &str, unit: Unit, rounding: Rounding) -> Result<Time, TimeError> {
         let decimal = Decimal::read(number.trim()).ok_or(TimeError::NotANumber)?;
         if decimal.digits.is_empty() {
@@ -179,7 +179,7 @@ impl fmt::Display for Unit {
 pub enum Rounding {
     /// It rounds up: for execution times, which may only be overestimated.
     Up,
-    /// It is an error: for periods and deadlines, of which neither direction is safe.
+    /// An error: for periods and deadlines, for which rounding is unsafe in both directions.
     Exact,
 }
 

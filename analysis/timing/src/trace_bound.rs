@@ -12,8 +12,8 @@ use crate::{CycleMean, NoBoundReason, StateMachine, Time};
 /// number, since every state has an edge: no −∞ is needed for states that nothing enters.) T⁺ has the increments
 /// M(n) − M(n − 1), eq. 18. M is subadditive and never decreases.
 ///
-/// Extended on demand, O(|E|) a step. From n = 64 on, a period is looked for; once one is proved, M(n) is O(1) for
-/// every n.
+/// The bound is extended on demand, in O(|E|) per step. From n = 64 on, it searches for a period; once a period is
+/// proved, M(n) takes O(1) for every n.
 ///
 /// ```
 /// use mauve_timing::{Edge, StateMachine, Time, TraceBound};
@@ -31,30 +31,30 @@ pub struct TraceBound<'a> {
     greatest: u64,
     /// An edge of the greatest cost can be taken in every period: M(n) = n × greatest.
     greatest_repeats: bool,
-    /// M(0), M(1), …, as far as they have been needed.
+    /// M(0), M(1), …, as far as computed.
     totals: Vec<u64>,
     recurrence: Option<Recurrence>,
     period: Option<Period>,
 }
 
-/// The steps that a bound may take, counted in edges and states: some 50 ms, and 10 MB.
+/// The budget of a bound, in edges and states: about 50 ms, and 10 MB.
 const BUDGET: u64 = 1 << 24;
-/// How many of them are taken between two looks at whether to go on: some 200 µs.
+/// The number of steps between two calls of `interrupt`: about 200 µs.
 const INTERRUPT_EACH: u64 = 1 << 16;
-/// The first n at which a period is looked for.
+/// The first n at which the search for a period begins.
 const FIRST_SEARCH: u64 = 64;
-/// The longest period that is looked for.
+/// The longest period that is searched.
 const LONGEST_PERIOD: usize = 256;
-/// The vectors kept for the search hold at most as many numbers.
+/// The maximum number of values in the vectors that are kept for the search.
 const LONGEST_HISTORY: usize = 1 << 20;
 
 impl<'a> TraceBound<'a> {
-    /// The bound of `machine`. O(|E|); memory only once two periods are asked for.
+    /// Creates the bound of `machine` in O(|E|); allocates only when the demand of two periods is computed.
     pub fn new(machine: &'a StateMachine) -> TraceBound<'a> {
         TraceBound::interruptible(machine, &|| ())
     }
 
-    /// The same, where `interrupt` is called now and then during long computations; it may unwind.
+    /// Creates a bound that calls `interrupt` regularly during long computations; it may unwind.
     pub(crate) fn interruptible(machine: &'a StateMachine, interrupt: &'a dyn Fn()) -> TraceBound<'a> {
         let greatest = machine.greatest_cost();
         let greatest_repeats = machine.repeats(greatest);
@@ -72,8 +72,8 @@ impl<'a> TraceBound<'a> {
 
     /// M(n), the greatest demand of `n` consecutive periods. M(0) is 0.
     ///
-    /// `Overflow` where it comes within one edge of 2⁶⁴ ns, `Budget` where n is so large that the counted budget (which
-    /// depends on the machine only) is used up before a period is found. Then it is one for every greater n too.
+    /// `Overflow` if it comes within one edge of 2⁶⁴ ns, `Budget` if the budget (which depends on the machine only)
+    /// is exhausted before a period is found. Then it is an error for every greater n too.
     pub fn demand(&mut self, n: u64) -> Result<Time, NoBoundReason> {
         if self.greatest_repeats || n <= 1 {
             return self.greatest.checked_mul(n).map(Time::from_nanos).ok_or(NoBoundReason::Overflow);
@@ -99,7 +99,7 @@ impl<'a> TraceBound<'a> {
         cycle_mean::greatest(&recurrence.successors, self.interrupt)
     }
 
-    /// (n₀, c) such that M(n + c) = M(n) + c·λ for every n ≥ n₀; `None` where no such pair is found within the budget.
+    /// (n₀, c) such that M(n + c) = M(n) + c·λ for every n ≥ n₀; `None` if no such pair is found within the budget.
     pub(crate) fn regularity(&mut self) -> Option<(u64, u64)> {
         if self.greatest_repeats {
             return Some((0, 1));
@@ -122,7 +122,7 @@ impl<'a> TraceBound<'a> {
         if last.checked_add(self.greatest).is_none() {
             return Err(NoBoundReason::Overflow);
         }
-        // A step is too short to look each time.
+        // Steps are too short to call `interrupt` each time.
         let spent = recurrence.spent / INTERRUPT_EACH;
         self.totals.push(recurrence.step()?);
         if recurrence.spent / INTERRUPT_EACH != spent {
@@ -148,7 +148,7 @@ struct Recurrence {
     search: Search,
 }
 
-/// From y at `start` on, the vectors are kept until there are `rows` of them; then a period is looked for.
+/// From y at `start` on, keeps vectors until there are `rows`; then searches for a period.
 struct Search {
     start: u64,
     longest: usize,
@@ -161,7 +161,8 @@ impl Search {
         Search { start, longest, history: Vec::new() }
     }
 
-    /// To see that the difference over c steps stays the same for c steps more takes 2c + 1 vectors.
+    /// Returns the number of vectors to keep: 2c + 1 show that the difference over c steps is constant for c further
+    /// steps.
     fn rows(&self) -> usize {
         2 * self.longest + 1
     }
@@ -214,7 +215,7 @@ impl Recurrence {
         }
         let first = self.n + 1 - rows as u64;
         let found = (1..=self.search.longest).find_map(|length| {
-            // The last 2c + 1 of the vectors: what is irregular is at the start.
+            // The last 2c + 1 vectors, since irregular ones are at the start.
             let unused = rows - (2 * length + 1);
             let vectors = &self.search.history[unused * states..];
             Period::prove(&self.successors, vectors, first + unused as u64, length)
@@ -237,7 +238,7 @@ impl Recurrence {
 /// (s, t) gives the greatest sum yₘ₊₁\[s\] = cost + yₘ\[t\] = cost + yₘ₋꜀\[t\] + K\[t\] ≤ yₘ₊₁₋꜀\[s\] + K\[t\], where the left side
 /// is yₘ₊₁₋꜀\[s\] + K\[s\]: so K\[t\] = K\[s\], and yₘ₊₁₊꜀\[s\] ≥ cost + yₘ\[t\] + K\[t\] = yₘ₊₁\[s\] + K\[s\].
 ///
-/// K differs from state to state where parts of the machine cannot be reached again.
+/// K differs between states if parts of the machine cannot be reached again.
 struct Period {
     base: u64,
     /// For each of the c remainders of n − base: the entries (yₙ\[s\], K\[s\]) that can ever be the greatest.
@@ -269,7 +270,7 @@ impl Period {
             entries.sort_unstable_by(|a, b| b.cmp(a));
             let mut front: Vec<(u64, u64)> = Vec::new();
             for (gain, value) in entries {
-                // One that gains less must be ahead.
+                // An entry with a smaller gain must have a greater value.
                 if front.last().is_none_or(|&(ahead, _)| value > ahead) {
                     front.push((value, gain));
                 }
@@ -279,12 +280,12 @@ impl Period {
         Some(Period { base, fronts: fronts.collect() })
     }
 
-    /// From which n on the entries that gain most are the greatest, so that M gains as much; and c.
+    /// Returns the n from which on the entries with the greatest gain are the maximum, so that M has that gain; and c.
     fn regularity(&self) -> Option<(u64, u64)> {
         let length = self.fronts.len() as u64;
         let mut laps = 0;
         for front in &self.fronts {
-            // By falling gain and rising value.
+            // Sorted by decreasing gain and increasing value.
             let (&(slow_start, most), others) = front.split_first()?;
             for &(value, gain) in others {
                 laps = laps.max((value - slow_start).div_ceil(most - gain));
@@ -316,7 +317,7 @@ pub fn worst_trace(machine: &StateMachine, n: usize) -> Option<Vec<usize>> {
     if n > LONGEST || states.checked_mul(n)? > MOST_CHOICES {
         return None;
     }
-    // For each number of periods to go, the best edge out of each state.
+    // For each number of remaining periods, the best edge of each state.
     let mut choices: Vec<u32> = Vec::with_capacity(states * n);
     let mut current = vec![0u64; states];
     for _ in 0..n {

@@ -1,4 +1,4 @@
-//! The share of a CPU that tasks ask for, Σ λ/T, compared with 1 exactly.
+//! The utilisation of a CPU, Σ λ/T, with an exact comparison with 1.
 
 use std::cmp::Ordering;
 
@@ -8,9 +8,9 @@ use crate::{CycleMean, Time};
 
 /// Σ λ/T over some tasks: an exact rational number.
 ///
-/// A sum of fractions with the periods of many tasks below them has thousands of digits. So it is kept as its terms,
-/// beside a sum in fixed point that is too low by less than 2⁻⁶² for each; the digits are only computed when 1 is
-/// within that doubt.
+/// The exact sum of fractions with the periods of many tasks has thousands of digits. So the terms are kept, with a
+/// fixed-point sum that is too low by less than 2⁻⁶² for each term; the exact sum is computed only if 1 is within
+/// that error.
 ///
 /// ```
 /// use mauve_timing::{StateMachine, Time, Utilisation};
@@ -23,9 +23,9 @@ use crate::{CycleMean, Time};
 #[derive(Clone, PartialEq, Eq, Hash, Default, Debug)]
 pub struct Utilisation {
     shares: Vec<Share>,
-    /// The sum of the shares rounded down, in units of 2⁻⁶²; where it does not fit, the greatest number.
+    /// The sum of the shares rounded down, in units of 2⁻⁶², saturating.
     lower: u128,
-    /// How many shares were rounded: the sum is too low by less than as many units.
+    /// The number of rounded shares: the sum is too low by less than this number of units.
     rounded: u64,
 }
 
@@ -43,7 +43,7 @@ const ONE: u128 = 1 << FRACTION_BITS;
 
 impl Share {
     pub(crate) fn new(mean: CycleMean, period: Time) -> Share {
-        // The length is at most 2²⁴. A period of 0 does not come here; 1 keeps the division defined.
+        // The length is at most 2²⁴. A period is never 0; 1 keeps the division defined.
         let denominator = u128::from(mean.length).saturating_mul(u128::from(period.as_nanos())).max(1);
         let cost = mean.cost.as_nanos();
         let scaled = u128::from(cost) << FRACTION_BITS;
@@ -53,7 +53,7 @@ impl Share {
 }
 
 impl Utilisation {
-    /// Σ over `tasks` of λ / period, with periods > 0. The order does not matter.
+    /// Returns Σ over `tasks` of λ / period, with periods > 0. The order does not matter.
     pub fn new(tasks: impl IntoIterator<Item = (CycleMean, Time)>) -> Utilisation {
         Utilisation::sum(tasks.into_iter().map(|(mean, period)| Share::new(mean, period)))
     }
@@ -75,17 +75,18 @@ impl Utilisation {
         self.shares.push(share);
     }
 
-    /// As an `f64`, to some 10⁻¹⁵. For output only: [comparisons](Self::compare_with_one) are exact.
+    /// Returns the value as an `f64`, with an error of about 10⁻¹⁵. For output only:
+    /// [comparisons](Self::compare_with_one) are exact.
     pub fn as_f64(&self) -> f64 {
         self.lower as f64 / ONE as f64
     }
 
-    /// Whether it is more than 1: then work piles up for ever.
+    /// Returns whether it exceeds 1: then the CPU is overloaded, and the backlog grows without bound.
     pub fn exceeds_one(&self) -> bool {
         self.compare_with_one() == Ordering::Greater
     }
 
-    /// The exact comparison with 1.
+    /// Compares exactly with 1.
     pub fn compare_with_one(&self) -> Ordering {
         self.compare_roughly(None).unwrap_or_else(|| {
             let (numerator, denominator) = self.exact();
@@ -93,9 +94,9 @@ impl Utilisation {
         })
     }
 
-    /// The comparison with 1, without one of the shares perhaps, where the sum in units of 2⁻⁶² decides it.
+    /// Compares with 1, optionally without one of the shares; `None` if the fixed-point sum does not decide it.
     pub(crate) fn compare_roughly(&self, without: Option<&Share>) -> Option<Ordering> {
-        // What did not fit is far more than 1, whichever share is taken away: each fits.
+        // A saturated sum is far greater than 1, also without any single share, since each share fits.
         let (mut lower, mut doubt) = (self.lower, u128::from(self.rounded));
         if let Some(share) = without.filter(|_| lower < u128::MAX) {
             lower = lower.saturating_sub(share.lower);
@@ -109,7 +110,7 @@ impl Utilisation {
         }
     }
 
-    /// The sum without one of its shares.
+    /// Returns the sum without one of its shares.
     pub(crate) fn without(&self, share: &Share) -> Utilisation {
         let mut shares = self.shares.clone();
         if let Some(at) = shares.iter().position(|it| it == share) {
@@ -118,7 +119,7 @@ impl Utilisation {
         Utilisation::sum(shares.into_iter())
     }
 
-    /// The sum as one fraction, not reduced: its denominator is the product of the different ones.
+    /// Returns the sum as an unreduced fraction: its denominator is the product of the distinct denominators.
     fn exact(&self) -> (BigUint, BigUint) {
         let mut shares = self.shares.clone();
         shares.sort_unstable();
@@ -133,7 +134,7 @@ impl Utilisation {
     }
 }
 
-/// By halves, so that the factors of each product are of like size.
+/// Sums fractions by halves, so that the factors of each product have similar sizes.
 fn sum(fractions: &[(BigUint, BigUint)]) -> (BigUint, BigUint) {
     match fractions {
         [] => (BigUint::ZERO, BigUint::from(1u32)),

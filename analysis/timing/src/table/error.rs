@@ -31,7 +31,7 @@ pub enum TableErrorKind {
     LevelsOfKind(TomlKind),
     /// There are so many levels, more than [`MOST_LEVELS`](crate::MOST_LEVELS).
     TooManyLevels(usize),
-    /// This level stands in the array twice.
+    /// The array repeats this level.
     RepeatedLevel(Level),
     /// An item of the array is not a probability between 0 and 1.
     NotALevel,

@@ -1,6 +1,6 @@
 use crate::{Level, MachineError};
 
-/// Why a file is no task set. `mauve-diagnostics` has the message.
+/// Why a file is not a valid task set. `mauve-diagnostics` has the message.
 #[derive(Clone, PartialEq, Eq, Debug)]
 #[allow(missing_docs, reason = "the documentation of a variant says what its fields are")]
 pub enum TaskSetError {
@@ -16,7 +16,7 @@ pub enum TaskSetError {
     NoContent,
     /// The digest is not that of the content.
     OtherDigest,
-    /// A control character stands in this text.
+    /// This text contains a control character.
     ControlCharacter(String),
     /// There are so many levels, more than [`MOST_LEVELS`](crate::MOST_LEVELS).
     TooManyLevels(usize),
