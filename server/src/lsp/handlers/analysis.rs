@@ -20,7 +20,7 @@ use super::to_value;
 use crate::analysis_document::{Deployed, Significance, analysis_document, deployments, levels};
 use crate::lsp::snapshot::Snapshot;
 
-/// What is asked.
+/// The parameters of `mauve/analysis`.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct AnalysisParams {
@@ -51,7 +51,7 @@ enum AskedMethod {
     Classic,
 }
 
-/// The response times that are asked for.
+/// Returns the requested response times.
 pub(crate) fn analysis(snapshot: &Snapshot, params: &AnalysisParams) -> Result<Vec<Value>> {
     snapshot.complete()?;
     let db = &snapshot.db;
@@ -86,7 +86,7 @@ pub(crate) fn analysis(snapshot: &Snapshot, params: &AnalysisParams) -> Result<V
     documents.collect()
 }
 
-/// A level that a client names.
+/// Parses a significance level of a client.
 pub(crate) fn read_level(level: f64) -> Result<Level> {
     Level::from_f64(level).ok_or_else(|| {
         Error::invalid_params(format!("expected a significance between 0 and 1 such as 1e-4, found {level}"))

@@ -13,7 +13,7 @@ use super::generate::{self, Messages};
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
 
-/// The kinds of action that there are.
+/// The kinds of code actions that the server offers.
 pub(crate) const KINDS: &[CodeActionKind] = &[
     CodeActionKind::QUICKFIX,
     CodeActionKind::REFACTOR_EXTRACT,
@@ -40,7 +40,7 @@ fn kind(kind: ActionKind) -> CodeActionKind {
     }
 }
 
-/// What an action needs to be found again, once the user has chosen it.
+/// The data of an offered action with which it is resolved.
 #[derive(Serialize, Deserialize)]
 struct Chosen {
     document: TextDocumentIdentifier,
@@ -49,7 +49,8 @@ struct Chosen {
     fixed: Option<(Range, String)>,
 }
 
-/// What can be done about a range; what that changes is found when the user has chosen, where the client can wait.
+/// Returns the code actions for a range. Their edits are computed when the user has chosen one, if the client
+/// supports that.
 pub(crate) fn code_actions(
     snapshot: &Snapshot,
     params: &CodeActionParams,
@@ -63,7 +64,7 @@ pub(crate) fn code_actions(
     let context = &params.context;
     let is_wanted = |it: &ActionKind| match &context.only {
         Some(only) => is_among(only, &kind(*it)),
-        // At every move of a cursor, nobody looks for what concerns the whole file.
+        // Actions for the whole file are not computed at every cursor movement.
         None => !matches!(it, ActionKind::OrganizeUses | ActionKind::FixAll),
     };
     let kinds: Vec<ActionKind> = ALL_KINDS.into_iter().filter(is_wanted).collect();
@@ -128,7 +129,7 @@ fn resolve_change(snapshot: &Snapshot, action: &lsp_types::CodeAction) -> Result
         it.title == action.title && it.disabled.is_none() && first_fixed(snapshot, it) == chosen.fixed
     };
     let change = found.into_iter().find(is_it).and_then(|it| it.change);
-    // It is not offered any more: another file has changed.
+    // The action is no longer offered, since another file has changed.
     let change = change.ok_or_else(Error::content_modified)?;
     action.edit = to_proto::workspace_edit(snapshot, &change, &action.title);
     Ok(action)
@@ -139,7 +140,7 @@ fn first_fixed(snapshot: &Snapshot, action: &CodeAction<'_>) -> Option<(Range, S
     Some((first.range, action.fixed.first()?.diagnostic.code.name.to_owned()))
 }
 
-/// Nothing, where the client cannot do what the action does.
+/// Translates an action; `None` if the client does not support it.
 fn to_client(snapshot: &Snapshot, action: CodeAction<'_>, chosen: &Chosen) -> Option<lsp_types::CodeAction> {
     let capabilities = snapshot.capabilities;
     let is_later = capabilities.resolves_edits && action.disabled.is_none();
@@ -160,7 +161,7 @@ fn to_client(snapshot: &Snapshot, action: CodeAction<'_>, chosen: &Chosen) -> Op
     })
 }
 
-/// Is a kind one of these, or a special one of one of them? `refactor` asks for `refactor.inline` as well.
+/// Returns whether a kind is one of these, or a sub-kind of one: `refactor` includes `refactor.inline`.
 fn is_among(only: &[CodeActionKind], kind: &CodeActionKind) -> bool {
     only.iter().any(|asked| {
         let rest = kind.as_str().strip_prefix(asked.as_str());

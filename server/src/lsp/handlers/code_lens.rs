@@ -17,10 +17,10 @@ use super::execute_command::{GENERATE, SET_SIGNIFICANCE};
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
 
-/// The client's command that shows places.
+/// The client's command that shows locations.
 pub(crate) const SHOW_REFERENCES: &str = "mauve.showReferences";
 
-/// What a lens needs to be resolved, later.
+/// The data of a lens with which it is resolved.
 #[derive(Serialize, Deserialize)]
 struct Later {
     document: TextDocumentIdentifier,
@@ -36,7 +36,7 @@ enum Kind {
     Instances,
 }
 
-/// The lenses of a file; those that take work say later what they say.
+/// Returns the lenses of a file; expensive ones are resolved later.
 pub(crate) fn code_lenses(
     snapshot: &Snapshot,
     params: &CodeLensParams,
@@ -56,7 +56,7 @@ pub(crate) fn code_lenses(
             Some(lsp_types::CodeLens { range, command: None, data: Some(data) })
         };
         match lens.kind {
-            // Not where nothing would come of it.
+            // Only for clients that can generate packages.
             LensKind::Generate if !snapshot.capabilities.can_generate() => None,
             LensKind::Deadlines => later(Kind::Deadlines),
             LensKind::Instances => later(Kind::Instances),
@@ -74,7 +74,7 @@ pub(crate) fn code_lenses(
     Ok(Some(lenses.collect()))
 }
 
-/// A lens with what it says.
+/// Resolves a lens: adds its title and its command.
 pub(crate) fn resolve(snapshot: &Snapshot, lens: &lsp_types::CodeLens) -> Result<lsp_types::CodeLens> {
     let mut lens = lens.clone();
     let later = lens.data.as_ref().and_then(|data| Later::deserialize(data).ok());
@@ -89,7 +89,7 @@ pub(crate) fn resolve(snapshot: &Snapshot, lens: &lsp_types::CodeLens) -> Result
     };
     let found = code_lens_at(db, workspaces, file, lines.offset(at), is_it);
     let found = found.and_then(|found| resolve_code_lens(db, workspaces, file, found));
-    // What has nothing to say says so: an empty command is an error in some clients.
+    // A lens without a result gets a title, since an empty command is an error in some clients.
     let found = found.unwrap_or_else(|| Lens { title: "no real-time activities".to_owned(), action: None });
     lens.command = Some(command(snapshot, &document.uri, lens.range, found));
     Ok(lens)

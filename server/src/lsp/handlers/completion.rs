@@ -15,14 +15,14 @@ use crate::lsp::position::LineIndex;
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto::text_edits;
 
-/// What may stand at a position. What is said of each is found when somebody looks at it.
+/// Returns the completions at a position. Their documentation is computed when the client resolves an item.
 pub(crate) fn completion(
     snapshot: &Snapshot,
     params: &CompletionParams,
 ) -> Result<Option<CompletionResponse>> {
     let at = &params.text_document_position;
     let (file, lines, offset) = snapshot.at(at)?;
-    // `>` is typed to compare as well; only of `->` is it the end.
+    // `>` is also an operator: it triggers completion only as the end of `->`.
     let trigger = params.context.as_ref().and_then(|context| context.trigger_character.as_deref());
     let before = file.text(&snapshot.db).get(..offset.into()).unwrap_or_default();
     if trigger == Some(">") && !before.ends_with("->") {
@@ -75,7 +75,7 @@ fn item(
         label_details: (capabilities.label_details && has_details).then_some(details),
         kind: Some(kind(found.kind, capabilities.completion_kinds)),
         detail: some(detail),
-        // The order is ours: by how well an item fits, and then by the order of the text.
+        // Items are sorted by relevance, then by the order of the text.
         sort_text: Some(format!("{}{index:04}", found.rank)),
         filter_text: found.filter,
         insert_text_format: format,
@@ -89,7 +89,8 @@ fn item(
     }
 }
 
-/// An item with what is said of it. It is known by its names: the user types on while the list is open.
+/// Resolves an item: adds its documentation. The item is identified by names, since positions change while the user
+/// types.
 pub(crate) fn resolve(snapshot: &Snapshot, item: &CompletionItem) -> Result<CompletionItem> {
     let mut item = item.clone();
     let subject = item.data.as_ref().and_then(subject);
@@ -140,7 +141,7 @@ fn subject(data: &Value) -> Option<Subject> {
     })
 }
 
-/// The kind in the protocol; where the client does not know `all` of them, one of the first version.
+/// Returns the kind in the protocol; a kind of the first version if the client does not support `all`.
 fn kind(kind: CompletionKind, all: bool) -> CompletionItemKind {
     use CompletionKind::*;
     match kind {

@@ -1,4 +1,4 @@
-//! `textDocument/diagnostic` and `workspace/diagnostic`: what is wrong, for clients that ask instead of being told.
+//! `textDocument/diagnostic` and `workspace/diagnostic`, for clients that pull diagnostics.
 
 use std::collections::BTreeMap;
 
@@ -17,10 +17,10 @@ use crate::lsp::pulls::{Given, ResultId};
 use crate::lsp::snapshot::{Document, Failure, Snapshot, attempt};
 use crate::lsp::to_proto;
 
-/// An answer, and what it gave for each file.
+/// An answer, and its result for each file.
 pub(crate) type Diagnosed<T> = (T, BTreeMap<Url, Given>);
 
-/// What is wrong in a file.
+/// Returns the diagnostics of a file.
 pub(crate) fn document_diagnostic(
     snapshot: &Snapshot,
     params: &DocumentDiagnosticParams,
@@ -49,7 +49,8 @@ pub(crate) fn document_diagnostic(
     Ok((DocumentDiagnosticReportResult::Report(report), given))
 }
 
-/// What is wrong in every file; one of which the client knows something has a report even where nothing is left.
+/// Returns the diagnostics of all files. A file whose earlier diagnostics the client has gets a report even if none
+/// are left.
 pub(crate) fn workspace_diagnostic(
     snapshot: &Snapshot,
     params: &WorkspaceDiagnosticParams,
@@ -85,8 +86,8 @@ pub(crate) fn workspace_diagnostic(
     Ok((WorkspaceDiagnosticReportResult::Report(WorkspaceDiagnosticReport { items }), given))
 }
 
-/// What is wrong. Where that cannot be known, since something of ours is, that is what the client shows, instead of what
-/// may not hold any more.
+/// Returns the diagnostics. If the analysis panics, returns a diagnostic about that instead, which replaces outdated
+/// ones.
 fn known(snapshot: &Snapshot, look: impl Fn(&Snapshot) -> Found) -> Result<Found> {
     if !snapshot.is_stopped {
         snapshot.complete()?;
@@ -114,7 +115,8 @@ fn full_or_unchanged(
     Ok(FullDocumentDiagnosticReport { result_id: Some(result_id), items })
 }
 
-/// The error of a question that an edit has overtaken: the client asks again. For any other error it may show nothing.
+/// Returns the error for a request that an edit has cancelled, after which the client repeats it. After other errors,
+/// it may show no diagnostics.
 pub(crate) fn ask_again(error: Error) -> Error {
     if error != Error::content_modified() {
         return error;

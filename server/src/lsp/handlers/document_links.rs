@@ -1,4 +1,4 @@
-//! `textDocument/documentLink`. Where a link leads is known at once: nothing is left for `documentLink/resolve`.
+//! `textDocument/documentLink`. Links have their targets, so `documentLink/resolve` is not needed.
 
 use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::{self, DocumentLinkParams};

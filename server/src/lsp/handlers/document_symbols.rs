@@ -9,7 +9,7 @@ use tower_lsp::lsp_types::{
 use crate::lsp::position::LineIndex;
 use crate::lsp::snapshot::Snapshot;
 
-/// What a file declares: a tree, or a list for a client that knows no trees.
+/// Returns the declarations of a file: as a tree, or as a list for a client that does not support trees.
 pub(crate) fn document_symbols(
     snapshot: &Snapshot,
     params: &DocumentSymbolParams,
@@ -56,12 +56,12 @@ fn nested(snapshot: &Snapshot, lines: LineIndex<'_>, symbol: Symbol) -> Document
     }
 }
 
-/// The protocol forbids empty names.
+/// Returns the name of a symbol, or a substitute for an empty name, which the protocol forbids.
 fn shown(symbol: &Symbol) -> String {
     if symbol.name.is_empty() { "?".to_owned() } else { symbol.name.clone() }
 }
 
-/// The kind in the protocol; where the client does not know `all` of them, one of the first version.
+/// Returns the kind in the protocol; a kind of the first version if the client does not support `all`.
 pub(crate) fn kind(kind: SymbolKind, all: bool) -> lsp_types::SymbolKind {
     let kind = match kind {
         SymbolKind::Library => lsp_types::SymbolKind::MODULE,

@@ -15,25 +15,25 @@ use super::generate::{GenerateDocument, GenerateParams, generate};
 use super::rename::refused;
 use crate::lsp::snapshot::Snapshot;
 
-/// The command that sets the level.
+/// The command that sets the significance level.
 pub(crate) const SET_SIGNIFICANCE: &str = "mauve.setSignificance";
 
 /// The command that generates Orocos packages.
 pub(crate) const GENERATE: &str = "mauve.generateOrocos";
 
-/// The commands that are known.
+/// All commands.
 pub(crate) const COMMANDS: &[&str] = &[SET_SIGNIFICANCE, GENERATE];
 
-/// What is to be done.
+/// A parsed command.
 #[derive(Debug)]
 pub(crate) enum Command {
-    /// The level that is shown from now on; none: that of each `mauve.toml`.
+    /// Sets the level that is shown; `None` selects the level of each `mauve.toml`.
     SetSignificance(Option<Level>),
     Generate(Box<GenerateDocument>),
 }
 
 impl Command {
-    /// What the client is told when it is done.
+    /// Returns the result of the command for the client.
     pub(crate) fn result(&self) -> Option<Value> {
         match self {
             Command::SetSignificance(level) => level.map(|level| level.as_f64().into()),
@@ -42,11 +42,11 @@ impl Command {
     }
 }
 
-/// What a client asks for, if that can be done.
+/// Parses a command.
 ///
 /// # Errors
 ///
-/// No such command, or arguments that mean nothing, in words for the user.
+/// The command is unknown or its arguments are invalid, as a message for the user.
 pub(crate) fn read(snapshot: &Snapshot, params: &ExecuteCommandParams) -> Result<Command> {
     match params.command.as_str() {
         SET_SIGNIFICANCE => {

@@ -7,7 +7,7 @@ use tower_lsp::lsp_types::{self, FoldingRangeKind, FoldingRangeParams};
 
 use crate::lsp::snapshot::Snapshot;
 
-/// What can be folded in a document. Of more than the client takes, the outermost.
+/// Returns the folding ranges of a document; the outermost ones if the client has a limit.
 pub(crate) fn folding_ranges(
     snapshot: &Snapshot,
     params: &FoldingRangeParams,
@@ -94,7 +94,7 @@ fn whole_lines(
     found
 }
 
-/// At most so many, in their order: those that lie in the fewest others.
+/// Returns at most `most` folds, in order: those with the smallest nesting depth.
 fn outermost(mut folds: Vec<lsp_types::FoldingRange>, most: usize) -> Vec<lsp_types::FoldingRange> {
     if folds.len() <= most {
         return folds;

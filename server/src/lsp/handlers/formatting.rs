@@ -42,7 +42,7 @@ pub(crate) fn on_type_formatting(
     Ok(edits(snapshot, file, || mauve_ide::formatting_on_type(&snapshot.db, file, offset, typed)))
 }
 
-/// The edits in the client's terms; none for a text of another language with the same extension.
+/// Translates the edits; none for a text of another language with the same extension.
 fn edits(snapshot: &Snapshot, file: File, edits: impl FnOnce() -> Vec<Replacement>) -> Option<Vec<TextEdit>> {
     let is_ours = !is_of_another_language(file.text(&snapshot.db));
     is_ours.then(|| to_proto::text_edits(snapshot, file, &edits()))

@@ -120,7 +120,7 @@ pub(crate) fn generate(snapshot: &Snapshot, params: &GenerateParams) -> Result<G
     })
 }
 
-/// What an action needs to be found again, once the user has chosen it.
+/// The data of an offered action with which it is resolved.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Chosen {
     pub(crate) document: TextDocumentIdentifier,
@@ -144,7 +144,7 @@ pub(crate) fn actions(
     context: &CodeActionContext,
 ) -> Vec<CodeAction> {
     let db = &snapshot.db;
-    // What comes to nothing but a word is for those who ask for it.
+    // Disabled actions are listed only if the client requests this kind.
     let is_possible = context.only.is_some() || snapshot.capabilities.creates_files;
     if !is_model(file.path(db)) || !is_possible {
         return Vec::new();
@@ -164,14 +164,14 @@ pub(crate) fn actions(
         return Vec::new();
     }
     let is_automatic = context.trigger_kind == Some(CodeActionTriggerKind::AUTOMATIC);
-    // Once for all of them: it asks all the models, and the disk.
+    // Computed once for all actions, since it reads all models and the disk.
     let Ok(all) = request(snapshot, file) else { return Vec::new() };
     of.into_iter()
         .filter_map(|deployment| action(snapshot, document, &all, deployment, is_automatic))
         .collect()
 }
 
-/// None where nobody asked for an action that cannot be done.
+/// Returns `None` for a disabled action, unless the client requests this kind.
 fn action<'db>(
     snapshot: &'db Snapshot,
     document: &TextDocumentIdentifier,
@@ -200,30 +200,30 @@ fn action<'db>(
             let chosen = Chosen { document: document.clone(), version, generate };
             action.data = serde_json::to_value(chosen).ok();
         }
-        // It says why not, where that is so. Otherwise no disk is read before the user has chosen it.
+        // A disabled action has the reason. Otherwise the disk is read only after the user has chosen the action.
         _ => action.command = Some(command(title, &document.uri, deployment)),
     }
     Some(action)
 }
 
-/// The command that generates the packages of a deployment, or all.
+/// Returns the command that generates the packages of a deployment, or all packages.
 pub(crate) fn command(title: String, uri: &Url, deployment: Option<&str>) -> Command {
     Command { title, command: GENERATE.to_owned(), arguments: Some(vec![json!(uri), json!(deployment)]) }
 }
 
-/// What was chosen.
+/// Returns the data of a chosen action.
 pub(crate) fn chosen(action: &CodeAction) -> Option<Chosen> {
     Chosen::deserialize(action.data.as_ref().filter(|_| action.edit.is_none())?).ok()
 }
 
-/// The edit of an action that was chosen.
+/// Returns the edit of a chosen action.
 pub(crate) fn resolve(snapshot: &Snapshot, chosen: Chosen) -> Result<GenerateDocument> {
     snapshot.unchanged(&chosen.document, chosen.version)?;
     let Chosen { document: text_document, generate: Generate { deployment }, .. } = chosen;
     generate(snapshot, &GenerateParams { text_document, deployment })
 }
 
-/// The edit that does it; `asked` is the document from which it was asked for.
+/// Returns the workspace edit; `asked` is the document from which it was requested.
 fn edit(snapshot: &Snapshot, preview: &Preview, asked: &Url) -> Result<WorkspaceEdit> {
     let steps = &preview.generated.plan.steps;
     let capabilities = snapshot.capabilities;
@@ -252,7 +252,7 @@ fn edit(snapshot: &Snapshot, preview: &Preview, asked: &Url) -> Result<Workspace
             Action::Create(text) => {
                 let annotation = annotation("Create files", false);
                 builder.create(uri.clone(), Some(false), Some(false), &annotation);
-                // The only line of an empty file is replaced as well where it would stay.
+                // The only line of an empty file is replaced as well, if the client would keep it.
                 (text, Position::new(u32::from(capabilities.keeps_last_line), 0), annotation)
             }
             Action::Change(text) => {

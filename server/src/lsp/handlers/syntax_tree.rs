@@ -9,7 +9,7 @@ use tower_lsp::lsp_types::TextDocumentIdentifier;
 
 use crate::lsp::snapshot::Snapshot;
 
-/// What is asked.
+/// The parameters of `mauve/syntaxTree`.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(crate) struct SyntaxTreeParams {
