@@ -48,7 +48,7 @@ pub(crate) enum CallError {
     Undefined,
     /// The shell requires an operation of this name: a call would block.
     Required,
-    /// The name refers to a variable, or to a feature of this kind that is no operation.
+    /// The name refers to a variable, or to a feature of this kind that is not an operation.
     NotCallable(Option<FeatureKind>),
     /// The first argument of a built-in function is unresolved.
     UnresolvedOperand(Builtin),

@@ -21,7 +21,7 @@ use crate::source::{Decl, declaration_at, declaration_map, shell};
 use crate::types::{Type, type_of};
 use crate::{File, ModelDb};
 
-/// The meaning of what stands in one core.
+/// The resolved names and types in one core.
 pub struct Semantics<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -34,7 +34,7 @@ pub struct Semantics<'db> {
 }
 
 impl<'db> Semantics<'db> {
-    /// Of the core that stands around `range`; none where no core does.
+    /// Returns the semantics of the core that encloses `range`, if there is one.
     pub fn at(
         db: &'db dyn ModelDb,
         project: Project<'db>,
@@ -52,7 +52,7 @@ impl<'db> Semantics<'db> {
         Some(Semantics { db, project, core, inference: inference_of_core(db, project, core), ids })
     }
 
-    /// The number of the part that stands right at `range`.
+    /// Returns the number of the element with exactly this range.
     pub fn id(&self, range: TextRange) -> Option<SourceId> {
         self.ids.get(&range).copied()
     }
