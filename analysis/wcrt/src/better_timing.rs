@@ -1,7 +1,7 @@
 //! The search for better priorities, CPUs, periods and deadlines.
 //!
-//! The deployment is analysed with the new values as if they stood in the text ([`response_times_if`]). A change that is not
-//! analysed is not found.
+//! The search analyses the deployment with the new values ([`response_times_if`]), and proposes only changes that it
+//! has analysed.
 //!
 //! | change | of | where |
 //! |---|---|---|
@@ -38,19 +38,20 @@ const MOST_MOVES: usize = 4;
 
 const MOST_LONGER: u64 = 64;
 
-/// The greatest number that a field takes, in nanoseconds.
+/// The greatest value of a field, in nanoseconds.
 const LONGEST: u64 = i32::MAX as u64 * 1_000_000;
 
-/// What a search finds.
+/// The result of a search.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub enum BetterTiming {
     /// A change, and the values that make it.
     Change(TimingChange, Vec<WhatIfField>),
-    /// No order of priorities is found that proves every deadline: none of these activities meets its own below the others.
+    /// No order of priorities proves every deadline: none of these activities meets its deadline at the lowest
+    /// priority of the group.
     NoPriorities(Vec<Name>),
 }
 
-/// What changes in a deployment.
+/// A change of a deployment.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub enum TimingChange {
     /// The priorities of two activities are swapped.

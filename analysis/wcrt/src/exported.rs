@@ -1,4 +1,4 @@
-//! Exported task sets and state machines ([`mauve_timing::task_set`]), made of models.
+//! Exports models as task sets and state machines ([`mauve_timing::task_set`]).
 
 use mauve_timing::task_set::{Activity, Assumed, Component, Edge, Machine, NotAnalysed, Program, TaskSet};
 use mauve_timing::{Level, Time};
@@ -10,7 +10,7 @@ use crate::task_set::{Executed, psms_of};
 use crate::timetable::timetable_of;
 use mauve_hir::{Decl, ModelDb, ProgramId, Project, config_of, platform_of};
 
-/// What a deployment runs, at all levels of its project's tables, with its reasons in `prose`.
+/// Returns the task set of a deployment, at all levels of its project's tables; `prose` renders reasons.
 pub fn task_set_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -48,7 +48,7 @@ pub fn task_set_of<'db>(
     }
 }
 
-/// What a component may execute, at all levels of its project's tables, with its reasons in `prose`.
+/// Returns the state machine of a component, at all levels of its project's tables; `prose` renders reasons.
 pub fn exported_component<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -80,7 +80,7 @@ fn levels_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Level> {
     }
 }
 
-/// File names may have anything in them, and stand in reasons.
+/// Replaces line breaks, since reasons contain file names, which may contain any character.
 fn one_line(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
@@ -122,7 +122,7 @@ fn grouped(levels: &[Level], reasons: Vec<Vec<String>>, classic_only: bool) -> V
     groups.into_iter().flat_map(of_group).collect()
 }
 
-/// The machine, with the times of each level. Its states and edges are the same at all of them.
+/// Returns the machine with the times of each level. States and edges are the same at all levels.
 fn machine_of(psms: &Psms<'_>) -> Option<Machine> {
     let at_levels: Vec<Option<&Psm<'_>>> = psms.iter().map(|psm| psm.as_ref()?.as_ref().ok()).collect();
     let shape = at_levels.iter().flatten().next()?;
@@ -158,7 +158,7 @@ fn machine_of(psms: &Psms<'_>) -> Option<Machine> {
     })
 }
 
-/// The machine as it is in a model, at the level of this number; none where it has no times there.
+/// Returns the machine at the level with this index, as for a model; `None` if it has no times there.
 pub fn psm_at(machine: &Machine, column: usize) -> Option<Psm<'static>> {
     let number: std::collections::HashMap<&str, usize> =
         machine.programs.iter().map(|it| it.program.as_str()).zip(0..).collect();

@@ -72,7 +72,7 @@ pub(crate) fn psm_with<'db>(
     }
     let behaviour = behaviour_of(db, project, core);
     if !behaviour.refusals.is_empty() {
-        // A few are enough, and every activity that executes the component repeats them.
+        // A few reasons suffice, and every activity that executes the component repeats them.
         return Err(behaviour.refusals.iter().take(MOST_REASONS).map(Refusal::of_model).collect());
     }
     let features = features_of(db, project, shell);
@@ -102,7 +102,7 @@ pub(crate) fn psm_with<'db>(
     evaluator.psm()
 }
 
-/// Returns the errors in all that a component executes: a call may be missing where an error stands.
+/// Returns the errors in the declarations that a component executes: erroneous text may contain a call.
 fn errors_behind<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -137,8 +137,8 @@ struct Evaluator<'a, 'db> {
 impl<'db> Evaluator<'_, 'db> {
     fn psm(mut self) -> Result<Psm<'db>, Vec<Refusal<'db>>> {
         let behaviour = self.behaviour;
-        // Only what some edge executes needs a time: states that are never reached, and transitions behind one without
-        // a guard, never happen.
+        // Only programs of edges need a time: unreachable states, and transitions after one without a guard, are
+        // never executed.
         let mut used = vec![false; behaviour.programs.len()];
         behaviour.edges.iter().flat_map(|edge| &edge.programs).for_each(|&index| used[index] = true);
         self.operations_of(&used);
@@ -151,7 +151,7 @@ impl<'db> Evaluator<'_, 'db> {
         let overhead = self.times.overhead(self.level);
         if overhead.is_none() {
             match self.times.without_level(self.level) {
-                // That is one warning, where the level is asked for.
+                // One warning reports this for the level.
                 Some(table) => self.refuse(Reason::NoOverhead { level: self.level, table: table.clone() }),
                 None => self.refuse(Reason::TooLong(TooLong::Overhead)),
             }
@@ -241,7 +241,7 @@ impl<'db> Evaluator<'_, 'db> {
             Cost::Codel(codel) => self.codel(*codel),
             Cost::Operation(index) => self.operations.get(*index).copied().flatten(),
             Cost::Sum(costs) => {
-                // Every codel is looked at, so that all that lack a time are named at once.
+                // All codels are visited, so that all missing times are reported together.
                 let times: Vec<Option<Time>> = costs.iter().map(|cost| self.cost(cost)).collect();
                 let mut sum = Time::ZERO;
                 for time in times {
