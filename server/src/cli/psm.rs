@@ -83,8 +83,7 @@ impl Psm {
                 _ => list(&db, &found, self.format),
             };
         };
-        let is_it =
-            |it: &&Found<'_>| it.1.name(&db) == name.as_str() || it.1.qualified(&db).to_string() == *name;
+        let is_it = |it: &&Found<'_>| it.1.name(&db) == name.as_str() || it.1.qualified(&db) == *name;
         match found.iter().find(is_it) {
             Some(&(project, component, level)) => show(&db, project, component, level, self.format),
             None => {
