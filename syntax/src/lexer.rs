@@ -164,12 +164,20 @@ pub(crate) fn block_comment(lexer: &mut logos::Lexer<'_, SyntaxKind>) {
     lexer.bump(rest.find("*/").map_or(rest.len(), |at| at + 2));
 }
 
+/// Does a line behind `#` include a file, as in C?
+fn is_include(line: &str) -> bool {
+    let path = line.strip_prefix("include");
+    path.is_some_and(|path| path.starts_with([' ', '\t', '"', '<']))
+}
+
 /// Takes a comment that begins with `#`, or a string between `'`, behind the first of its characters. Both end with
 /// their line. Anything else is that character.
 fn of_another_language(lexer: &mut logos::Lexer<'_, SyntaxKind>) -> SyntaxKind {
     let rest = lexer.remainder();
     let line = rest.find(['\n', '\r']).map_or(rest, |end| rest.get(..end).unwrap_or_default());
     match lexer.slice() {
+        // The include is read as one.
+        "#" if is_include(line) => ERROR_CHARACTERS,
         "#" => {
             lexer.bump(line.len());
             ERROR_CHARACTERS

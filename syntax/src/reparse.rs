@@ -42,8 +42,8 @@ pub enum Tier {
 /// How many tokens behind the current one the parser looks at.
 const AHEAD: usize = 2;
 
-/// How many bytes behind a token the lexer may have looked at: of `1e-3` the last decides what all of it is.
-const LEXER_AHEAD: usize = 2;
+/// How many bytes behind a token the lexer may have looked at: those of `include` behind `#`, and the next.
+const LEXER_AHEAD: usize = 8;
 
 /// How many items behind an edit the parser may come to before another list is tried.
 const TRIED: usize = 3;

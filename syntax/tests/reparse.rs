@@ -39,6 +39,8 @@ const PIECES: &[&str] = &[
     "and",
     "not",
     "while",
+    "#include \"a.mal\"",
+    "#includ",
     "elif",
     "begin",
     "break",

@@ -134,11 +134,9 @@ fn token_rewrite(error: TokenError, token: &SyntaxToken) -> Option<Rewrite> {
     let text = token.text();
     let (title, written) = match error {
         TokenError::Hash => {
-            let comment = text.trim_start_matches('#');
-            match comment.strip_prefix("include ").map(str::trim).filter(|path| path.starts_with('"')) {
-                Some(path) => ("Write `include`".to_owned(), format!("include {path}")),
-                None => ("Write `//`".to_owned(), format!("//{comment}")),
-            }
+            let is_include = is_before_include(token);
+            let written = if is_include { String::new() } else { format!("//{}", text.trim_start_matches('#')) };
+            (if is_include { "Remove `#`" } else { "Write `//`" }.to_owned(), written)
         }
         TokenError::SingleQuotes => {
             let inner = text.strip_prefix('\'')?.strip_suffix('\'')?;
@@ -286,8 +284,16 @@ pub fn tree_of(parse: &Parse) -> String {
     parse.debug_dump() + &errors.collect::<String>()
 }
 
+/// Is this the `#` of `#include`?
+fn is_before_include(token: &SyntaxToken) -> bool {
+    token.text() == "#" && next_significant(token).is_some_and(|it| it.kind() == SyntaxKind::INCLUDE_KW)
+}
+
 fn token_message(parse: &Parse, error: &SyntaxError, kind: TokenError) -> String {
     let token = token_at(&parse.syntax(), error.range.start());
+    if kind == TokenError::Hash && token.as_ref().is_some_and(is_before_include) {
+        return "`include` has no `#`".to_owned();
+    }
     let unit = token.filter(|token| kind == TokenError::BadNumber && token_rewrite(kind, token).is_some());
     match unit {
         Some(number) => foreign_syntax::message(Foreign::Unit, &number),
