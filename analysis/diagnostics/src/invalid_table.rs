@@ -1,8 +1,8 @@
 //! # invalid-table
 //!
-//! A timing table has an error: it is not TOML, a section or a key is unknown, a value is no time, a shorter time stands at
-//! a stricter level, something has two times. Such a table is incomplete, and nothing is analysed until it is mended: the
-//! error may hide other entries, and a bound without them would be too low.
+//! A timing table has an error: it is not TOML, a section or a key is unknown, a value is not a time, a time is shorter at a
+//! stricter level, or two entries give the same time. Nothing is analysed until the error is corrected: it may hide other
+//! entries, and a bound without them would be too low.
 //!
 //! ```mauve
 //! codel plan(): int
@@ -31,7 +31,15 @@ pub(super) fn report<'db>(db: &'db dyn ModelDb, at: Location<'db>, fault: &Table
             .to_owned(),
         fault => timing_reasons::table_fault(db, fault),
     };
-    Diagnostic::new(&INVALID_TABLE, at, message)
+    let correction = match fault {
+        TableFault::Invalid(kind) => table_error::correction(kind),
+        _ => None,
+    };
+    let found = Diagnostic::new(&INVALID_TABLE, at.clone(), message);
+    match correction {
+        Some(text) => found.fix(format!("Change to `{text}`"), at, text),
+        None => found,
+    }
 }
 
 pub(super) fn repeated<'db>(

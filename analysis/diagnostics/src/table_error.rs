@@ -19,6 +19,10 @@ pub fn table_error_message(kind: &TableErrorKind) -> String {
         TableErrorKind::UnknownKey(name) => {
             format!("unknown section or key `{name}`: expected {}", names_of(&table_keys::KEYS))
         }
+        TableErrorKind::NoSection(name) => {
+            let section = if name.contains('/') { "[program]" } else { "[codel]" };
+            format!("`{name}` is in no section: write its header above it, such as `{section}`")
+        }
         TableErrorKind::NotASection { name, found } => {
             format!("`{name}` is {}: expected a section `[{name}]`", kind_name(*found))
         }
@@ -61,6 +65,9 @@ pub fn table_error_message(kind: &TableErrorKind) -> String {
             let plural = if *levels == 1 { "" } else { "s" };
             format!("{} for {levels} level{plural}: expected one for each of `levels`", values(*times))
         }
+        TableErrorKind::TimeWithUnit { text, unit } => {
+            format!("`{text}` has a unit: write a number of {unit}; `unit` sets the unit of the table")
+        }
         TableErrorKind::TimeOfKind { found, unit } => {
             format!("expected a number of {unit}, or one for each level; found {}", kind_name(*found))
         }
@@ -69,6 +76,32 @@ pub fn table_error_message(kind: &TableErrorKind) -> String {
             TimeError::TooLarge => format!("{text} {unit} is {}", time_error(*error)),
             _ => format!("{text} is not a time: expected a finite number of {unit}"),
         },
+    }
+}
+
+/// Returns the right text in place of the marked one, where that is known.
+pub(crate) fn correction(kind: &TableErrorKind) -> Option<String> {
+    let similar_key = |name: &str, keys: &[table_keys::Key]| {
+        mauve_syntax::similar(name, keys.iter().map(|key| key.name)).map(str::to_owned)
+    };
+    match kind {
+        TableErrorKind::UnknownKey(name) => similar_key(name, &table_keys::KEYS),
+        TableErrorKind::UnknownOverhead(name) => similar_key(name, &table_keys::OVERHEAD),
+        TableErrorKind::UnknownUnit(name) => {
+            let unit = match name.trim_end_matches(['.', 's']) {
+                "msec" | "millisec" | "millisecond" | "m" | "M" | "MS" | "Ms" => "ms",
+                "usec" | "microsec" | "microsecond" | "µ" | "μ" | "u" => "us",
+                "nsec" | "nanosec" | "nanosecond" | "n" => "ns",
+                "sec" | "second" | "S" => "s",
+                _ => return None,
+            };
+            Some(format!("\"{unit}\""))
+        }
+        TableErrorKind::TimeWithUnit { text, unit } => {
+            let number = text.strip_suffix(unit.to_string().as_str())?.trim();
+            number.parse::<f64>().is_ok().then(|| number.to_owned())
+        }
+        _ => None,
     }
 }
 
@@ -123,7 +156,7 @@ mod tests {
             expect![[r#"
                 unknown unit `min`: expected "ns", "us", "ms" or "s"
                 the levels are a number: expected an array of probabilities, such as [1e-3, 1e-4]
-                unknown section or key `programs`: expected `unit`, `levels`, `[codel]`, `[program]`, `[component]` or `[overhead]`
+                `programs` is in no section: write its header above it, such as `[codel]`
                 `codel` is a number: expected a section `[codel]`
                 `program` is an array: expected a section `[program]`
             "#]],
@@ -153,7 +186,7 @@ mod tests {
                 negative time -1: expected a number of us from 0
                 inf is not a time: expected a finite number of us
                 1e40 us is too large: the longest time is 584 years
-                expected a number of us, or one for each level; found a string
+                `5 ms` has a unit: write a number of us; `unit` sets the unit of the table
                 expected a number of us, or one for each level; found a boolean
                 expected a number of us, or one for each level; found a date
                 `k` is 0.002 ms at 1e-3 and only 0.001 ms at 1e-4: a stricter level has no shorter time

@@ -148,7 +148,10 @@ fn a_misspelt_key_makes_nothing_faster() {
                         continue;
                     };
                     kept += 1;
-                    assert!(*new >= old.unwrap(), "`{key}` makes activity {activity} faster: {new}\n{found}\n{text}");
+                    assert!(
+                        *new >= old.unwrap(),
+                        "`{key}` makes activity {activity} faster: {new}\n{found}\n{text}"
+                    );
                 }
             }
         }

@@ -714,7 +714,10 @@ fn keys_that_mean_nothing_are_not_ignored() {
         .replace("two = 2", "tow = 200")
         .replace("timing.tables", "assume.codel = \"1 ms\"\ntiming.tables");
     let found = verdicts(&format!("{ROBOT}{deployed}{assumed}"));
-    assert!(found.contains("b not-analysed: times.toml:3: the unknown key `tow` may be that of codel `two`\n"), "{found}");
+    assert!(
+        found.contains("b not-analysed: times.toml:3: the unknown key `tow` may be that of codel `two`\n"),
+        "{found}"
+    );
 }
 
 #[test]

@@ -246,13 +246,22 @@ impl Reader {
     fn document(&mut self, document: &DeTable) {
         // First what the entries are read with.
         self.loses_all = true;
+        let mut without_section = Vec::new();
         for (key, value) in document.iter() {
             match kind_of(key.get_ref(), &KEYS) {
                 Some(Kind::Unit) => self.unit(value),
                 Some(Kind::Levels) => self.levels(value),
                 Some(_) => {}
+                None if matches!(value.get_ref(), DeValue::Integer(_) | DeValue::Float(_)) => {
+                    self.table.lost = true;
+                    without_section.push(key);
+                }
                 None => self.error(key.span(), TableErrorKind::UnknownKey(key.get_ref().to_string())),
             }
+        }
+        // One header is missing, above the first of them.
+        if let Some(first) = without_section.into_iter().min_by_key(|key| key.span().start) {
+            self.error(first.span(), TableErrorKind::NoSection(first.get_ref().to_string()));
         }
         if self.table.lost {
             // One of those keys may be `levels`.
@@ -471,6 +480,10 @@ impl Reader {
                 (integer.to_string(), time)
             }
             DeValue::Float(float) => (float.to_string(), Time::parse(float.as_str(), unit, Rounding::Up)),
+            DeValue::String(text) if Time::parse_with_unit(text, Rounding::Up).is_ok() => {
+                self.error(value.span(), TableErrorKind::TimeWithUnit { text: text.to_string(), unit });
+                return None;
+            }
             other => {
                 self.error(value.span(), TableErrorKind::TimeOfKind { found: TomlKind::of(other), unit });
                 return None;

@@ -21,6 +21,8 @@ pub enum TableErrorKind {
     NotToml(String),
     /// A section or a key at the top has an unknown name.
     UnknownKey(String),
+    /// A number stands at the top, before the header of its section.
+    NoSection(String),
     /// A section has a value of another kind.
     NotASection { name: String, found: TomlKind },
     /// The unit is not a string.
@@ -53,6 +55,8 @@ pub enum TableErrorKind {
     NoLevels { times: usize },
     /// An entry has another number of times than the table has levels.
     OtherCount { times: usize, levels: usize },
+    /// A time is a string with a unit, such as `"5 ms"`.
+    TimeWithUnit { text: String, unit: Unit },
     /// A time has another kind than a number.
     TimeOfKind { found: TomlKind, unit: Unit },
     /// This number is not a time.
