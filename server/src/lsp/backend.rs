@@ -28,23 +28,23 @@ use super::pulls::Given;
 use super::settings::{SECTION, Settings};
 use super::snapshot::{Failure, Snapshot, attempt};
 
-/// A command that edits overtake is read again so often.
+/// The number of attempts of a command that edits cancel.
 const MOST_ATTEMPTS: usize = 100;
 
 /// The server as tower-lsp sees it.
 pub(crate) struct Backend {
     main_loop: mpsc::Sender<Event>,
-    /// What the client says of itself, as it says it: tower-lsp drops what it does not know.
+    /// The client's `initialize` parameters as JSON: tower-lsp drops fields that it does not know.
     raw: OnceLock<Value>,
     client: Client,
-    /// What the client can do, and what it gave as initialization options.
+    /// The client's capabilities, and the settings in its initialization options.
     session: OnceLock<(Capabilities, Settings)>,
-    /// How often the client was asked for its settings, and the number of the newest question that it has answered.
+    /// The number of requests for the client's settings, and the number of the newest answered one.
     questions: AtomicU64,
     answered: Arc<AtomicU64>,
 }
 
-/// The methods that are ours alone.
+/// Registers the methods that are not part of the protocol.
 pub(crate) fn with_custom_methods(build: LspServiceBuilder<Backend>) -> LspServiceBuilder<Backend> {
     let build = build
         .custom_method("mauve/status", Backend::status)
@@ -70,7 +70,7 @@ const LOST_FOLDERS: &str = "mauve could not understand all of the editor's messa
 const LOST_MESSAGE: &str = "mauve could not understand a message of the editor, so the texts of open files \
     are unknown: save them. If you have just opened a file, close it and open it again.";
 
-/// Methods that are ours alone, each answered by a handler.
+/// Declares methods that are not part of the protocol, each with its handler.
 macro_rules! own_methods {
     ($($method:ident($params:ty) -> $result:ty => $handler:path;)*) => {
         $(async fn $method(&self, params: $params) -> Result<$result> {
@@ -80,7 +80,7 @@ macro_rules! own_methods {
 }
 
 impl Backend {
-    /// One that tells its events to the main loop.
+    /// Creates a backend that sends its events to the main loop.
     pub(crate) fn new(client: Client, main_loop: mpsc::Sender<Event>) -> Backend {
         Backend {
             main_loop,
@@ -92,7 +92,7 @@ impl Backend {
         }
     }
 
-    /// Takes settings; with none, asks for them where the client can be asked.
+    /// Applies settings; without any, requests them from a client that supports that.
     fn configure(&self, given: Option<&Value>) {
         let Some(&(capabilities, initial)) = self.session.get() else { return };
         let (main_loop, client) = (self.main_loop.clone(), self.client.clone());
@@ -118,7 +118,7 @@ impl Backend {
                         }
                     };
                     match answer {
-                        // A newer question has a newer answer, whichever comes first.
+                        // Answers may arrive out of order: the answer to the newest request is in effect.
                         Ok(given) if answered.fetch_max(number, Ordering::SeqCst) < number => {
                             given.iter().for_each(take);
                         }
@@ -133,9 +133,9 @@ impl Backend {
 
     /// Handles a message before tower-lsp does, and returns it if tower-lsp is to handle it as well.
     ///
-    /// tower-lsp drops a notification whose parameters it does not understand. Those about documents are therefore
-    /// deserialized here, once, and their events sent; where one is malformed, or is sent as a request, the texts that it may
-    /// have changed, `lost`, are unknown.
+    /// tower-lsp drops a notification whose parameters it does not understand. Notifications about documents are
+    /// therefore deserialized here, and their events sent. If one is malformed, or is sent as a request, the texts
+    /// that it may have changed, `lost`, become unknown.
     pub(crate) fn preprocess(&self, request: Request, lost: &Lost) -> Option<Request> {
         if matches!(
             request.method(),
@@ -177,20 +177,20 @@ impl Backend {
         }
     }
 
-    /// Takes what tower-lsp drops of a message.
+    /// Reads the fields of a message that tower-lsp drops.
     fn notice(&self, request: &Request) {
         let params = request.params().unwrap_or(&Value::Null);
         if request.method() == "initialize" {
             let _ = self.raw.set(params.clone());
         }
         match request.method() {
-            // Some clients say nothing but that there is something to ask for.
+            // Some clients send no settings, only a notification that they have changed.
             "workspace/didChangeConfiguration"
                 if DidChangeConfigurationParams::deserialize(params).is_err() =>
             {
                 self.configure(None);
             }
-            // What is right of it counts.
+            // The valid settings are applied.
             "workspace/didChangeWorkspaceFolders"
                 if DidChangeWorkspaceFoldersParams::deserialize(params).is_err() =>
             {
@@ -205,7 +205,7 @@ impl Backend {
         }
     }
 
-    /// A message was lost that may have changed these texts.
+    /// Marks the texts as unknown that an invalid message may have changed.
     pub(crate) fn lost(&self, lost: &Lost) {
         let known: Vec<Url> = lost.addresses.iter().filter_map(|it| Url::parse(it).ok()).collect();
         if lost.all || known.len() < lost.addresses.len() {
@@ -221,11 +221,11 @@ impl Backend {
     }
 
     fn send(&self, event: Event) {
-        // Where the main loop has ended, so does the process.
+        // If the main loop has ended, the process ends as well.
         let _ = self.main_loop.send(event);
     }
 
-    /// There is one thing at a time that a client shows the progress of.
+    /// The server shows one progress at a time, so this cancels all work.
     async fn cancel_progress(&self, _: WorkDoneProgressCancelParams) {
         self.send(Event::Stop);
     }
@@ -261,7 +261,7 @@ impl Backend {
         .await
     }
 
-    /// Answers a request by a worker: an edit overtakes it, and the client can cancel it.
+    /// Answers a request on a worker. An edit cancels it, and the client can cancel it.
     async fn answer<T: Send + 'static>(
         &self,
         handler: impl Fn(&Snapshot) -> Result<T> + Send + 'static,
@@ -279,7 +279,7 @@ impl Backend {
             if let Err(Failure::Panicked(message)) = &answer {
                 let _ = defects.send(Event::Defect(message.clone()));
             }
-            // The answer may bring an edit, which waits for all snapshots.
+            // After the answer, the client may send an edit, which waits for all snapshots.
             drop(snapshot);
             let _ = reply.send(answer.unwrap_or_else(|failure| Err(failure.into_error())));
         })));
@@ -288,7 +288,7 @@ impl Backend {
         answer
     }
 
-    /// Has the client make an edit. Its user may take as long as he likes to look at it.
+    /// Sends an edit to the client, without a timeout: the user may preview it.
     fn make(&self, edit: WorkspaceEdit, messages: Messages) {
         let client = self.client.clone();
         tokio::spawn(async move {
@@ -342,7 +342,7 @@ async fn tell(client: &Client, messages: Messages) {
     }
 }
 
-/// Ends the work of a request whose future is dropped: that is what `$/cancelRequest` does.
+/// Cancels the work of a request whose future is dropped, which `$/cancelRequest` causes.
 #[derive(Default)]
 struct CancelOnDrop(Arc<Cancelling>);
 
@@ -361,7 +361,7 @@ impl Drop for CancelOnDrop {
     }
 }
 
-/// A question about diagnostics. The main loop hears of it, and of its end, even where its future is dropped.
+/// A request for diagnostics. The main loop is notified of its begin and its end, even if its future is dropped.
 struct Pull {
     main_loop: mpsc::Sender<Event>,
     about: Option<Url>,
@@ -394,8 +394,8 @@ impl Drop for Pull {
 
 type Handler<R> = fn(&Snapshot, &<R as RequestType>::Params) -> Result<<R as RequestType>::Result>;
 
-/// Implements the methods of the protocol: by a handler, by one for semantic tokens, by a method of [`Backend`] that does
-/// more, or by one that takes a notification.
+/// Implements the methods of the protocol: by a handler, by a handler for semantic tokens, by a method of
+/// [`Backend`], or by a method for a notification.
 macro_rules! language_server {
     (
         handlers: { $($method:ident: $request:ident => $handler:expr;)* }
@@ -432,7 +432,7 @@ macro_rules! language_server {
                 Backend::$notified(self, params);
             })*
 
-            // lsp-types has another type of result.
+            // lsp-types declares a different result type.
             async fn symbol(&self, params: WorkspaceSymbolParams) -> Result<Option<Vec<SymbolInformation>>> {
                 self.answer(move |snapshot| workspace_symbols::workspace_symbols(snapshot, &params)).await
             }
@@ -505,7 +505,7 @@ language_server! {
     }
 }
 
-/// The methods that do more than to answer by a handler.
+/// The methods that need more than a handler.
 impl Backend {
     async fn initialize(&self, params: InitializeParams) -> Result<InitializeResult> {
         let capabilities = Capabilities::of(&params, self.raw.get().unwrap_or(&Value::Null));
@@ -560,7 +560,7 @@ impl Backend {
     }
 
     fn did_change_configuration(&self, params: DidChangeConfigurationParams) {
-        // Where the client can be asked, what it sends is often empty.
+        // Clients that support requests for settings often send empty settings here.
         let can_be_asked = self.session.get().is_some_and(|(capabilities, _)| capabilities.configuration);
         self.configure(Some(&params.settings).filter(|_| !can_be_asked));
     }
@@ -603,7 +603,7 @@ impl Backend {
     async fn execute_command(&self, params: ExecuteCommandParams) -> Result<Option<Value>> {
         let params = Arc::new(params);
         let mut read = Err(Error::content_modified());
-        // What was asked for holds whatever is typed meanwhile.
+        // The result stays valid during edits.
         for _ in 0..MOST_ATTEMPTS {
             if !read.as_ref().is_err_and(|error| *error == Error::content_modified()) {
                 break;

@@ -1,4 +1,4 @@
-//! What the client can do, resolved once, and what the server says that it does.
+//! The client's capabilities, resolved once, and the server's capabilities.
 
 use serde_json::{Value, json};
 use tower_lsp::lsp_types::*;
@@ -12,7 +12,7 @@ use super::position::Encoding;
 /// Declares [`Capabilities`]: the flags, each with its path in the protocol, and the fields that are more than a flag.
 macro_rules! capabilities {
     (flags: { $($flag:ident: $path:literal,)* } others: { $($(#[$doc:meta])* $field:ident: $type:ty,)* }) => {
-        /// What matters of the client's capabilities.
+        /// The client's capabilities that affect the server.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
         pub(crate) struct Capabilities {
             $(pub(crate) $flag: bool,)*
@@ -63,17 +63,17 @@ capabilities! {
     others: {
         adjust_indentation: bool,
         change_annotations: bool,
-        /// Whether it knows actions that are more than commands.
+        /// Whether it supports code actions that are not commands.
         code_actions: bool,
-        /// Whether it knows all kinds of completion, and not only those of the protocol's first version.
+        /// Whether it supports all kinds of completion, not only those of the protocol's first version.
         completion_kinds: bool,
         completion_markdown: bool,
         creates_files: bool,
         deletes_files: bool,
         encoding: Encoding,
-        /// Whether it has the command `mauve.generateOrocos`, which it names in `experimental.commands`.
+        /// Whether it implements the command `mauve.generateOrocos`, as listed in `experimental.commands`.
         generates: bool,
-        /// Whether it keeps an empty line behind what is put into an empty file.
+        /// Whether it keeps an empty line after text that is inserted into an empty file.
         keeps_last_line: bool,
         /// Whether it shows Markdown in a hover.
         markdown: bool,
@@ -84,10 +84,10 @@ capabilities! {
         pull_diagnostics: bool,
         /// Whether it requests the edit of an action when the user has chosen it.
         resolves_edits: bool,
-        /// Whether it has the command `mauve.showReferences`, which it names in `experimental.commands`.
+        /// Whether it implements the command `mauve.showReferences`, as listed in `experimental.commands`.
         shows_references: bool,
         signature_markdown: bool,
-        /// Whether it knows all kinds of symbol, and not only those of the protocol's first version.
+        /// Whether it supports all kinds of symbol, not only those of the protocol's first version.
         symbol_kinds: bool,
         tokens: Legend,
         workspace_symbol_kinds: bool,
@@ -95,12 +95,12 @@ capabilities! {
 }
 
 impl Capabilities {
-    /// Those of a client; `raw` are its parameters as it has sent them.
+    /// Returns the capabilities of a client; `raw` are its parameters as JSON.
     pub(crate) fn of(params: &InitializeParams, raw: &Value) -> Capabilities {
         let name = params.client_info.as_ref().map_or("", |info| info.name.as_str());
         let tokens = params.capabilities.text_document.as_ref().and_then(|it| it.semantic_tokens.as_ref());
         let encodings = params.capabilities.general.as_ref().and_then(|it| it.position_encodings.as_deref());
-        // Plain data of the protocol: this never fails.
+        // Serialising plain data never fails.
         let client = serde_json::to_value(&params.capabilities).unwrap_or_default();
         let at = |path: &str| client.pointer(path).filter(|value| !value.is_null());
         let has = |path: &str, value: Value| {
@@ -144,7 +144,7 @@ impl Capabilities {
             // lsp-types looks for the refresh under another name than the protocol's.
             pull_diagnostics: at("/textDocument/diagnostic").is_some()
                 && is_true(raw.pointer("/capabilities/workspace/diagnostics/refreshSupport")),
-            // What it does not keep until then cannot be found again.
+            // A client that does not keep `data` cannot resolve the action.
             resolves_edits: is_true(at("/textDocument/codeAction/dataSupport"))
                 && has("/textDocument/codeAction/resolveSupport/properties", json!("edit")),
             shows_references: has("/experimental/commands", json!(SHOW_REFERENCES)),
@@ -159,12 +159,12 @@ impl Capabilities {
         }
     }
 
-    /// Can it be brought to generate packages?
+    /// Returns whether the client can generate packages.
     pub(crate) fn can_generate(self) -> bool {
         self.creates_files && (self.generates || self.applies_edits)
     }
 
-    /// What the server does for such a client.
+    /// Returns the server's capabilities for this client.
     pub(crate) fn of_server(self) -> ServerCapabilities {
         let work_done_progress_options = WorkDoneProgressOptions::default();
         ServerCapabilities {
@@ -172,14 +172,14 @@ impl Capabilities {
             text_document_sync: Some(TextDocumentSyncCapability::Options(TextDocumentSyncOptions {
                 open_close: Some(true),
                 change: Some(TextDocumentSyncKind::INCREMENTAL),
-                // The text comes with it: were the two copies ever to differ, they would not for longer than this.
+                // A save includes the text: if the two copies differ, this corrects the server's.
                 save: Some(SaveOptions { include_text: Some(true) }.into()),
                 ..TextDocumentSyncOptions::default()
             })),
             hover_provider: Some(HoverProviderCapability::Simple(true)),
             completion_provider: Some(CompletionOptions {
                 resolve_provider: Some(true),
-                // The end of `->` and of `::`, what stands behind an instance, and the path of an include.
+                // The last characters of `->` and `::`, the dot after an instance, and the quote of an include.
                 trigger_characters: Some([".", ":", ">", "\""].map(str::to_owned).into()),
                 completion_item: Some(CompletionOptionsCompletionItem { label_details_support: Some(true) }),
                 ..CompletionOptions::default()
@@ -254,7 +254,7 @@ impl Capabilities {
             scheme: Some("file".to_owned()),
             pattern: FileOperationPattern { glob: glob.to_owned(), matches: Some(matches), options: None },
         };
-        // Names of these files and folders stand in models and in `mauve.toml`.
+        // Models and `mauve.toml` contain names of these files and folders.
         let files = filter("**/*.{mal,toml}", FileOperationPatternKind::File);
         let folders = filter("**", FileOperationPatternKind::Folder);
         WorkspaceServerCapabilities {

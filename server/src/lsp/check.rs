@@ -1,4 +1,4 @@
-//! Everything that is wrong, in the client's terms: what is published after each change.
+//! Computes all diagnostics for the client; they are published after each change.
 
 use std::collections::{BTreeMap, HashMap};
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
@@ -13,35 +13,35 @@ use super::pulls::ResultId;
 use super::snapshot::{Document, Snapshot};
 use super::to_proto;
 
-/// What a worker found.
+/// The result of a check.
 pub(crate) struct Checked {
-    /// Is a file included that is there and has not been read? Then the rest is not to be shown before it is.
+    /// Whether an included file exists and has not been read. Then the result is not published.
     pub(crate) is_outdated: bool,
-    /// For each file with a diagnostic and each open one, with the version that was checked.
+    /// The diagnostics of each open file, and of each other file that has any, with the checked version.
     pub(crate) diagnostics: Found,
-    /// What stands for them, for a client that asks.
+    /// Their result ids, for a client that pulls diagnostics.
     pub(crate) ids: BTreeMap<Url, ResultId>,
-    /// For each open file, what its inlay hints and code lenses say, wherever they stand.
+    /// For each open file, a hash of its inlay hints and code lenses without their positions.
     pub(crate) hints: BTreeMap<Url, u64>,
-    /// For each open file of which the client colours names, its version and what stands for their meaning.
+    /// For each open file with semantic tokens, its version and a hash of the tokens.
     pub(crate) meanings: BTreeMap<Url, (i32, u64)>,
 }
 
-/// What stands for the diagnostics of a file: other ones have another.
+/// Returns the result id of a file's diagnostics: a hash.
 pub(crate) fn result_id(diagnostics: &[Diagnostic]) -> ResultId {
     let mut hasher = DefaultHasher::new();
-    // They are plain data of the protocol: this never fails.
+    // Serialising plain data never fails.
     serde_json::to_string(diagnostics).unwrap_or_default().hash(&mut hasher);
     hasher.finish()
 }
 
-/// The version of a file, where it is open, and what is wrong in it.
+/// The version of a file, if it is open, and its diagnostics.
 pub(crate) type OfFile = (Option<i32>, Vec<Diagnostic>);
 
-/// That of several files.
+/// The versions and diagnostics of several files.
 pub(crate) type Found = BTreeMap<Url, OfFile>;
 
-/// What is wrong in each file with a diagnostic, and in each open one.
+/// Returns the diagnostics of each open file, and of each other file that has any.
 pub(crate) fn diagnostics(snapshot: &Snapshot) -> Found {
     let db = &snapshot.db;
     let mut found: Found = snapshot
@@ -80,7 +80,7 @@ pub(crate) fn diagnostics(snapshot: &Snapshot) -> Found {
     found
 }
 
-/// So many diagnostics of one severity are shown of a file: nobody reads more, and each costs the client.
+/// The maximum number of diagnostics of one severity that are shown for a file: more make clients slow.
 const MOST: usize = 1000;
 
 fn more_than_most(counts: &BTreeMap<Severity, usize>) -> impl Iterator<Item = Diagnostic> {
@@ -88,7 +88,7 @@ fn more_than_most(counts: &BTreeMap<Severity, usize>) -> impl Iterator<Item = Di
     more.map(|(severity, count)| to_proto::more(*severity, count - MOST))
 }
 
-/// What is wrong in one file, in the same words; nothing where nobody knows it.
+/// Returns the diagnostics of one file, or `None` if it is in no workspace.
 pub(crate) fn diagnostics_of(snapshot: &Snapshot, url: &Url) -> Option<(Url, OfFile)> {
     let document = snapshot.documents.get(url);
     let mut found = document.map_or_else(Vec::new, |document| of_document(snapshot, document));
@@ -109,7 +109,7 @@ pub(crate) fn diagnostics_of(snapshot: &Snapshot, url: &Url) -> Option<(Url, OfF
     Some((url.clone(), (document.map(|document| document.version), found)))
 }
 
-/// What is said of an open text, whatever is wrong in it.
+/// Returns the diagnostics about the state of an open document.
 fn of_document(snapshot: &Snapshot, document: &Document) -> Vec<Diagnostic> {
     match document.is_analysed {
         _ if snapshot.is_stopped => vec![to_proto::stopped()],
@@ -118,14 +118,14 @@ fn of_document(snapshot: &Snapshot, document: &Document) -> Vec<Diagnostic> {
     }
 }
 
-/// A file that several workspaces have is right or wrong once.
+/// Adds a diagnostic, unless another workspace with the same file has added it.
 fn add(found: &mut Vec<Diagnostic>, diagnostic: Diagnostic) {
     if !found.contains(&diagnostic) {
         found.push(diagnostic);
     }
 }
 
-/// Checks everything as it is.
+/// Computes the diagnostics of all files.
 pub(crate) fn check(snapshot: &Snapshot) -> Checked {
     let db = &snapshot.db;
     let is_outdated = snapshot.is_outdated();
@@ -149,7 +149,7 @@ pub(crate) fn check(snapshot: &Snapshot) -> Checked {
                 lens.title.hash(&mut hasher);
             }
         }
-        // So that the first request for it is quick.
+        // Computed in advance, so that the first request is fast.
         mauve_hir::line_index(db, document.file);
         hints.insert(url.clone(), hasher.finish());
     }

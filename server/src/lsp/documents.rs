@@ -1,4 +1,4 @@
-//! The texts that the client has open, kept as it keeps them.
+//! The documents that the client has open: copies of the client's texts.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -13,27 +13,27 @@ use crate::load::canonical_path;
 /// An open text.
 #[derive(Debug)]
 pub(crate) struct Open {
-    /// Where it is; a name of its own where it is no file.
+    /// Its path; a unique name if it is not a file.
     pub(crate) path: PathBuf,
-    /// Is it a file on the disk, or one to be?
+    /// Whether it is a file, which may not exist yet.
     pub(crate) is_file: bool,
-    /// As the client counts.
+    /// The client's version number.
     pub(crate) version: i32,
     pub(crate) text: String,
-    /// Why the text is not to be trusted: a change was lost.
+    /// Why the text is unknown: a change could not be applied.
     pub(crate) problem: Option<String>,
-    /// When it has changed, if the database was not given it since.
+    /// The time of the last change that is not yet in the database.
     pub(crate) dirty: Option<Instant>,
 }
 
-/// All of them, by their addresses.
+/// The open documents, by their URIs.
 #[derive(Debug, Default)]
 pub(crate) struct Documents(pub(crate) BTreeMap<Url, Open>);
 
 const LOST: &str = "mauve could not understand the editor's last message about this file, so its text is unknown: save the \
                     file, or close and open it";
 
-/// Of a text with a carriage return that ends no line here; `line` counts from 1.
+/// Returns the message for a carriage return without a line feed; `line` counts from 1.
 fn lone_return(line: usize) -> String {
     format!(
         "line {line} has a carriage return without a line feed: editors disagree whether it ends a line, so the text is \
@@ -42,7 +42,7 @@ fn lone_return(line: usize) -> String {
 }
 
 impl Documents {
-    /// Takes a text. One that is open already is replaced: the client knows best.
+    /// Opens a document, replacing an open one with the same URI.
     pub(crate) fn open(&mut self, document: TextDocumentItem) {
         let TextDocumentItem { uri, version, text, .. } = document;
         let (path, is_file) = path_of(&uri);
@@ -53,7 +53,7 @@ impl Documents {
         if self.0.contains_key(&uri) {
             tracing::warn!("{uri} was already open");
         }
-        // A text that is unknown may have been noted by another spelling of its address.
+        // The URI of an unknown text may have been spelled differently.
         if let Some(address) =
             self.address(&uri).filter(|it| self.0.get(it).is_some_and(|it| it.problem.is_some()))
         {
@@ -62,7 +62,7 @@ impl Documents {
         self.0.insert(uri, Open { path, is_file, version, text, problem: None, dirty: Some(Instant::now()) });
     }
 
-    /// The address by which a text was opened: one file may be written in several ways, such as `%41` for `A`.
+    /// Returns the URI by which a document was opened: a URI has several spellings, such as `%41` for `A`.
     pub(crate) fn address(&self, uri: &Url) -> Option<Url> {
         if self.0.contains_key(uri) {
             return Some(uri.clone());
@@ -71,12 +71,12 @@ impl Documents {
         self.0.iter().find(|(_, open)| open.is_file && open.path == path).map(|(uri, _)| uri.clone())
     }
 
-    /// The text at an address, however that is written.
+    /// Returns the document with a URI in any spelling.
     pub(crate) fn get(&self, uri: &Url) -> Option<&Open> {
         self.0.get(&self.address(uri)?)
     }
 
-    /// The files whose text is unknown by one of their addresses, behind all links, and why.
+    /// Returns the files, with links resolved, whose text is unknown under one of their URIs, with the reasons.
     pub(crate) fn unknown(&self) -> BTreeMap<PathBuf, String> {
         self.0.values().filter_map(|open| Some((canonical_path(&open.path), open.problem.clone()?))).collect()
     }
@@ -100,7 +100,7 @@ impl Documents {
         }
         let Some(open) = self.get_mut(uri) else { return };
         if version <= open.version {
-            // They come in their order, whatever they are called.
+            // The changes are in order, whatever their versions.
             tracing::warn!("{uri}: version {version} after {}", open.version);
         }
         open.version = version;
@@ -114,7 +114,7 @@ impl Documents {
                 Some(range) => {
                     let (start, is_within) = offset(&open.text, range.start, encoding);
                     let (end, is_end_within) = offset(&open.text, range.end, encoding);
-                    // Editors differ in what they mean by these.
+                    // Editors treat these line ends differently.
                     if let Some(line) = line_with_lone_return(&open.text) {
                         open.problem = Some(lone_return(line));
                     } else if end < start || is_within || is_end_within {
@@ -126,7 +126,7 @@ impl Documents {
         }
     }
 
-    /// Compares the copies: the client has saved `text`.
+    /// Compares the copy with the text that the client has saved.
     pub(crate) fn saved(&mut self, uri: &Url, text: Option<String>) {
         let (Some(open), Some(text)) = (self.get_mut(uri), text) else { return };
         if open.text != text || open.problem.is_some() {
@@ -137,8 +137,9 @@ impl Documents {
         }
     }
 
-    /// Something came about a text that means nothing: from here on the text is unknown, whether it was open or not. Until it
-    /// is known, the last one stands for it, or that of the disk. A folder has no text.
+    /// Marks the text of a document as unknown after an invalid message about it, whether or not the document was
+    /// open. The last known text, or the text on the disk, is used until the client sends a valid one. Ignores
+    /// folders.
     pub(crate) fn lost(&mut self, uri: &Url) {
         let known = self.address(uri);
         if known.is_none() && path_of(uri).0.is_dir() {
@@ -155,14 +156,14 @@ impl Documents {
     }
 }
 
-/// The first line, from 1, with a carriage return that ends no line here. To some editors it ends one.
+/// Returns the first line, from 1, with a carriage return without a line feed, which ends a line in some editors.
 fn line_with_lone_return(text: &str) -> Option<usize> {
     let mut returns = text.match_indices('\r').map(|(at, _)| at);
     let at = returns.find(|at| text.as_bytes().get(at + 1) != Some(&b'\n'))?;
     Some(text.get(..at)?.matches('\n').count() + 1)
 }
 
-/// Where a text is; a name of its own where it is no file. Only texts of our language are opened without a file.
+/// Returns the path of a document, or a unique name if it is not a file. Only models are opened without a file.
 fn path_of(uri: &Url) -> (PathBuf, bool) {
     match uri.to_file_path() {
         Ok(path) => (path, true),

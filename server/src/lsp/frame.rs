@@ -1,9 +1,10 @@
 //! Messages on a byte stream: `Content-Length: N`, an empty line, N bytes of JSON.
 //!
-//! Whatever comes, reading goes on. A message that is no JSON costs an error, not the session. A message ends where its JSON
-//! ends: a client that counts characters instead of bytes is understood, and told. Where the length is neither, bytes may be
-//! missing in it: the texts that it changes are unknown. Bytes that are no message are passed over up to the next header;
-//! where none comes, the session ends with an error, so that the client starts the server again.
+//! Reading continues after invalid input: a message that is not JSON gives an error and does not end the session. A
+//! message ends where its JSON ends, so the server accepts messages of a client that counts characters instead of
+//! bytes, and warns. Where the length is neither, bytes may be missing in it: the texts that it changes are unknown.
+//! Bytes that are no message are passed over up to the next header; where none comes, the session ends with an error,
+//! so that the client starts the server again.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::io::{self, Read, Write};
@@ -12,21 +13,21 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-/// No header line is longer, and no message: whoever sends more does not speak this protocol.
+/// The maximum lengths of a header line and of a message, in bytes: longer input is not this protocol.
 const LONGEST_LINE: usize = 4096;
 const LONGEST_MESSAGE: usize = 1 << 30;
 
-/// Where the length of a message is not that of its JSON, nothing more may come: it is waited for so long.
+/// How long to wait for the rest of a message whose JSON is longer than its `Content-Length`: the rest may not come.
 const PAUSE: Duration = Duration::from_secs(1);
 
-/// Behind bytes that are no message, a header is waited for so long.
+/// How long to wait for a header after bytes that are not a message.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// The bytes of a chunk, and how many chunks are read ahead.
 const CHUNK: usize = 1 << 16;
 const CHUNKS: usize = 16;
 
-/// What was read.
+/// A result of reading.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Frame {
     Message(Value),
@@ -34,30 +35,30 @@ pub(crate) enum Frame {
     Miscounted,
     Invalid {
         why: String,
-        /// Which texts may be others now.
+        /// The texts that are unknown now.
         lost: Lost,
     },
 }
 
-/// The texts that something which was not understood may have changed.
+/// The texts that an invalid message may have changed.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct Lost {
-    /// Any that is open.
+    /// Whether all open texts are affected.
     pub(crate) all: bool,
-    /// Those at these addresses, open or not.
+    /// The URIs of affected texts, open or not.
     pub(crate) addresses: Vec<String>,
 }
 
-/// The messages that come on a stream. A thread of its own reads it, so that silence can be told from the end.
+/// The messages that come on a stream. A separate thread reads it, so that a pause can be distinguished from the end.
 pub(crate) struct Frames {
     chunks: mpsc::Receiver<io::Result<Vec<u8>>>,
-    /// What was read and belongs to no message yet.
+    /// Bytes that are not yet part of a message.
     buffer: Vec<u8>,
-    /// What comes before the next message that is read.
+    /// Frames to return before the next message is read.
     queued: VecDeque<Frame>,
     /// The value of the last `Content-Length`, until its message is read.
     length: Option<Result<usize, String>>,
-    /// When the first byte came that is no message, if no header has come since.
+    /// The time of the first byte that is not a message, if no header has followed.
     junk_since: Option<Instant>,
 }
 
@@ -120,7 +121,7 @@ impl Frames {
         loop {
             let Some(end) = self.buffer.iter().position(|byte| *byte == b'\n') else {
                 if self.buffer.len() > LONGEST_LINE {
-                    // The name of a header may have begun.
+                    // This may be the begin of a header name.
                     let junk: Vec<u8> =
                         self.buffer.drain(..self.buffer.len() - CONTENT_LENGTH.len()).collect();
                     if let Some(frame) = self.junk(&junk) {
@@ -128,7 +129,7 @@ impl Frames {
                     }
                     continue;
                 }
-                // A header that has begun goes on soon.
+                // The rest of a header follows soon.
                 let is_begun = self.length.is_some() || !self.buffer.trim_ascii().is_empty();
                 let patience = match self.junk_since {
                     Some(since) => Some(PATIENCE.saturating_sub(since.elapsed())),
@@ -157,7 +158,7 @@ impl Frames {
             let at = line.to_ascii_lowercase().rfind(CONTENT_LENGTH);
             let junk = match at {
                 Some(at) => line.get(..at).unwrap_or_default(),
-                // Any other header is passed over.
+                // Other headers are ignored.
                 None if is_header(line) => "",
                 None => line,
             };
@@ -177,7 +178,7 @@ impl Frames {
         }
     }
 
-    /// Notes bytes that are no message. They are reported where they are the first, or tell of a text.
+    /// Records bytes that are not a message. Reports the first ones, and those that name a text.
     fn junk(&mut self, bytes: &[u8]) -> Option<Frame> {
         let is_first = self.junk_since.is_none();
         self.junk_since.get_or_insert_with(Instant::now);
@@ -270,20 +271,20 @@ fn parsed(bytes: &[u8]) -> Frame {
     }
 }
 
-/// What a message that is no JSON may have changed.
+/// Returns the texts that a message which is not JSON may have changed.
 fn lost_in(bytes: &[u8]) -> Lost {
-    // Half of a surrogate pair is what JavaScript may write, and no JSON to others: what it stands in is known.
+    // JavaScript may write half of a surrogate pair, which is invalid JSON: without it, the message can be parsed.
     match serde_json::from_slice::<Value>(&without_halves(bytes)) {
         Ok(message) => lost_by(&message),
         Err(_) => Lost { all: true, addresses: addresses_in(bytes) },
     }
 }
 
-/// What a message that was not understood may have changed.
+/// Returns the texts that an invalid message may have changed.
 pub(crate) fn lost_by(message: &Value) -> Lost {
     let mut lost = Lost::default();
     for message in message.as_array().map_or(std::slice::from_ref(message), Vec::as_slice) {
-        // What JavaScript calls `undefined` is not written: an answer may have nothing but its number.
+        // JavaScript omits `undefined` values: an answer may have only its id.
         let is_answer = ["result", "error"].iter().any(|it| message.get(it).is_some())
             || message.get("id").is_some() && message.get("params").is_none();
         let may_change = match message.get("method") {
@@ -300,7 +301,7 @@ pub(crate) fn lost_by(message: &Value) -> Lost {
     lost
 }
 
-/// The addresses of texts in what is left of a message: within a text, quotes are escaped.
+/// Returns the URIs in the remains of a message. Quotes within a text are escaped, so they end no URI.
 fn addresses_in(bytes: &[u8]) -> Vec<String> {
     let key = b"\"uri\"";
     let ends = (key.len()..=bytes.len()).filter(|&end| bytes[..end].ends_with(key));
@@ -313,10 +314,10 @@ fn addresses_in(bytes: &[u8]) -> Vec<String> {
     found.into_iter().collect()
 }
 
-/// Of more texts, what is left of a message does not tell.
+/// The maximum number of URIs that are searched in the remains of a message.
 const MOST_ADDRESSES: usize = 100;
 
-/// The same, without escapes of half a surrogate pair.
+/// Returns the bytes without escapes of half a surrogate pair.
 fn without_halves(bytes: &[u8]) -> Vec<u8> {
     let half = |at: usize| -> Option<u16> {
         let escape = bytes.get(at..at + 6)?.strip_prefix(b"\\u")?;
@@ -333,7 +334,7 @@ fn without_halves(bytes: &[u8]) -> Vec<u8> {
                 at += 6;
                 continue;
             }
-            // What is escaped begins no escape.
+            // An escaped character does not begin an escape.
             _ if byte == b'\\' => 2,
             _ => 1,
         };
@@ -355,7 +356,7 @@ struct Json {
 }
 
 impl Json {
-    /// Looks at what is new in `bytes`.
+    /// Scans the new part of `bytes`.
     fn read(&mut self, bytes: &[u8]) {
         for &byte in bytes.get(self.seen..).unwrap_or_default() {
             if self.end.is_some() || self.is_broken {
@@ -369,7 +370,7 @@ impl Json {
                     self.is_text = !self.is_text;
                     self.is_broken = self.depth == 0;
                 }
-                // No line ends within a text.
+                // A JSON string contains no line break.
                 0..0x20 if self.is_text => self.is_broken = true,
                 _ if self.is_text => {}
                 b'{' | b'[' => self.depth += 1,

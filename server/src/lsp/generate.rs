@@ -1,8 +1,8 @@
-//! What `mauve generate` does to a folder, as one edit of the client's: for the code action, the command and the lens.
+//! The changes of `mauve generate` as one workspace edit, for the code action, the command and the lens.
 //!
-//! The packages go to the folder that `[generate] out` names, from the folder of `mauve.toml`; where it is not said, to
-//! `generated` there. It must be in that folder or in one of the client's, behind all links. Texts that the client has
-//! open count as what the files hold.
+//! The packages go to the folder `[generate] out`, relative to the folder of `mauve.toml`; the default is
+//! `generated`. With links resolved, it must be in that folder or in a workspace folder of the client. The texts of
+//! open documents are used instead of the files.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -25,7 +25,7 @@ use crate::generate::{
 use crate::harmless::harmless_line;
 use crate::load::canonical_path;
 
-/// The folder of the packages, where `mauve.toml` does not say it.
+/// The default folder of the packages.
 const FOLDER: &str = "generated";
 
 /// What an answered request would do to the client's files.
@@ -44,7 +44,7 @@ impl Preview {
         self.generated.out.real.join(&step.path)
     }
 
-    /// What the user must know whatever else is done: files of his, and packages, that the model has left behind.
+    /// Returns the warning about the user's files and packages that the model no longer has.
     pub(crate) fn warning(&self) -> Option<String> {
         let Generated { plan, left_packages, .. } = &self.generated;
         let changed = plan.changed_codels.iter().map(|it| match it.before.as_str() {
@@ -79,7 +79,7 @@ impl Preview {
         (!said.is_empty()).then(|| harmless_line(&said.join(" ")))
     }
 
-    /// That there is nothing to do, if there is not.
+    /// Returns the message that nothing changes, if nothing does.
     pub(crate) fn nothing(&self) -> Option<String> {
         let is_done = self.generated.plan.steps.is_empty();
         is_done.then(|| format!("The Orocos packages in {} are up to date.", self.shown_folder))
@@ -90,7 +90,7 @@ impl Preview {
 pub(crate) fn request(snapshot: &Snapshot, file: File) -> Result<GenerateRequest<'_>, String> {
     let db = &snapshot.db;
     let mut projects = projects_with(db, &snapshot.workspaces, file);
-    // A file of several workspaces counts where it stands nearest.
+    // A file of several workspaces belongs to the nearest one.
     let nearness = |workspace: Workspace| {
         let folder = workspace.folder(db);
         (file.path(db).starts_with(folder), folder.components().count())
@@ -201,7 +201,7 @@ pub(crate) fn preview(snapshot: &Snapshot, request: &GenerateRequest<'_>) -> Res
     let db = &snapshot.db;
     let before = RefCell::new(HashMap::new());
     let read = |out: &Out, path: &str| {
-        // A disk may be slow, and an edit waits for this.
+        // An edit waits for this job, and the disk may be slow.
         db.unwind_if_revision_cancelled();
         let text = match open(snapshot, &out.real.join(path)) {
             Some((_, document)) => Some(document.file.text(db).to_string()),
@@ -228,7 +228,7 @@ pub(crate) fn preview(snapshot: &Snapshot, request: &GenerateRequest<'_>) -> Res
         ));
     }
     for step in &plan.steps {
-        // The command line puts a file in the place of a link; an editor writes where the link leads.
+        // The command line replaces a link by a file; an editor writes to the target of the link.
         if target(&out.real, step)?.is_symlink() {
             return Err(format!(
                 "{shown_folder}/{} is a link, and the editor would write to its target: replace it by a file, \
@@ -237,12 +237,12 @@ pub(crate) fn preview(snapshot: &Snapshot, request: &GenerateRequest<'_>) -> Res
             ));
         }
     }
-    // A manifest lists what was written: it comes last, since whatever writes the files may be stopped.
+    // The manifest lists the written files, so it is written last: the client may stop before.
     plan.steps.sort_by_key(|step| step.path.ends_with(MANIFEST));
     Ok(Preview { generated, shown_folder, before: before.into_inner() })
 }
 
-/// A path as the user knows it: from the workspace's folder.
+/// Returns a path relative to the workspace's folder.
 fn shown(db: &dyn ModelDb, workspace: Workspace, path: &Path) -> String {
     harmless_line(&path.strip_prefix(workspace.folder(db)).unwrap_or(path).display().to_string())
 }

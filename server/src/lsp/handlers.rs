@@ -1,5 +1,5 @@
-//! A file for each method: from the protocol's words to ours, one question to `mauve-ide`, and back. They run on workers,
-//! and an edit ends them.
+//! One file for each method: translates the parameters, calls `mauve-ide`, and translates the result. Handlers run on
+//! workers, and an edit cancels them.
 
 pub(crate) mod analysis;
 pub(crate) mod code_actions;

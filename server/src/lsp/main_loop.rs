@@ -1,6 +1,6 @@
-//! The one thread that owns the database. Events come in the client's order; all that is there is taken before anything is
-//! analysed, so that a burst of edits costs one analysis. Then a worker checks everything, and what it found is published
-//! if nothing has changed meanwhile.
+//! The one thread that owns the database. Events arrive in the client's order. The loop handles all waiting events
+//! before it starts an analysis, so a burst of edits causes one analysis. Then a worker checks all files, and its
+//! result is published if nothing has changed in the meantime.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -39,7 +39,7 @@ pub(crate) enum Event {
     },
     /// The client sent `initialized`: the server may send messages.
     Initialized,
-    /// The client opened a document: its text counts, and no longer that of the disk.
+    /// The client opened a document: its text replaces the text on the disk.
     Opened(TextDocumentItem),
     Changed(DidChangeTextDocumentParams),
     /// A message about this document, open or not, was not understood, so its text is unknown; without one, all texts are.
@@ -47,7 +47,7 @@ pub(crate) enum Event {
     /// Shows a warning to the user, once.
     Warn(String),
     Saved(DidSaveTextDocumentParams),
-    /// The client closed a document: the text of the disk counts.
+    /// The client closed a document: the text on the disk is in effect again.
     Closed(Url),
     /// A walk through folders has ended, without a result if it panicked. The flag tells it from others.
     Walked(Arc<AtomicBool>, Option<Vec<(Walk, Walked)>>),
@@ -62,7 +62,7 @@ pub(crate) enum Event {
     },
     /// Shows everything at this significance level; without one, at that of each `mauve.toml`.
     Significance(Option<Level>),
-    /// The user's settings, and what was wrong with them.
+    /// The user's settings, and the errors in them.
     Configured(Settings, Vec<String>),
     Job(Job),
     Stop,
@@ -109,25 +109,25 @@ pub(crate) struct MainLoop {
     capabilities: Capabilities,
     workspaces: Arc<[Workspace]>,
     shared_documents: Arc<BTreeMap<Url, Document>>,
-    /// Open texts that no folder of the client has: opening them has changed the workspaces, closing them will.
+    /// Open documents outside the client's folders: opening and closing them changes the workspaces.
     strays: BTreeSet<Url>,
     staleness: Staleness,
     /// Jobs that wait for the end of a walk through folders.
     waiting: Vec<Job>,
-    /// What the client was given of the colours of names.
+    /// The semantic tokens that the client has received.
     tokens: Arc<Tokens>,
     publisher: Publisher,
     watcher: Watcher,
     sender: mpsc::Sender<Event>,
     workers: Handle,
     running: Arc<AtomicUsize>,
-    /// Is a check running? For a client that shows progress.
+    /// Whether a check is running, for the progress report.
     busy: watch::Sender<bool>,
 }
 
 impl MainLoop {
-    /// A server that knows nothing yet. Its own workers report to `sender`. Where it `allows_outside`, projects may read
-    /// what is none of theirs.
+    /// Creates a server without workspaces. Its workers report to `sender`. If it `allows_outside`, projects may read
+    /// files outside their folders.
     pub(crate) fn new(
         sender: mpsc::Sender<Event>,
         workers: Handle,
@@ -285,7 +285,7 @@ impl MainLoop {
         else {
             return;
         };
-        // The same file may be open by another address: then that one's text counts.
+        // The same file may be open under another URI: then that text is in effect.
         let mut is_open = false;
         for (other, known) in self.shared_documents.iter() {
             if let Some(open) = self.documents.0.get_mut(other).filter(|_| known.file == document.file) {
@@ -339,7 +339,7 @@ impl MainLoop {
     fn apply_documents(&mut self) {
         let mut dirty: Vec<(Instant, &Url)> =
             self.documents.0.iter().filter_map(|(uri, open)| Some((open.dirty?, uri))).collect();
-        // Of two addresses of one file, the one that was changed last counts.
+        // If a file is open under two URIs, the text that was changed last is in effect.
         dirty.sort();
         let mut written: BTreeMap<Url, File> = BTreeMap::new();
         let unknown = if dirty.is_empty() { BTreeMap::new() } else { self.documents.unknown() };
@@ -507,7 +507,7 @@ impl MainLoop {
                 _ => {}
             }
         }
-        // What is read rests on queries, and they on what anybody has written.
+        // Loading runs queries on untrusted texts, which may panic.
         let mut loaded = match attempt(|| self.loader.load(&mut self.db, &paths))? {
             Ok(loaded) => loaded,
             Err(wanted) => return Ok(wanted),
@@ -532,7 +532,7 @@ impl MainLoop {
                 "Files that change outside the editor may not be noticed: {error}. Restart the server after such a change."
             )),
         }
-        // Where a folder was taken away, the open texts in it are there only because they are open.
+        // Open documents of a removed folder stay, because they are open.
         let is_stray = |document: &Document| !is_in_a_folder(&self.db, &self.workspaces, document.file);
         let strays = self.shared_documents.iter().filter(|(_, document)| is_stray(document));
         self.strays.extend(strays.map(|(uri, _)| uri.clone()));
@@ -562,7 +562,7 @@ impl MainLoop {
         let running = Arc::clone(&self.running);
         running.fetch_add(1, Ordering::SeqCst);
         self.workers.spawn_blocking(move || {
-            // Jobs catch their panics themselves: this is for what comes behind.
+            // Jobs catch their own panics: this catches panics in the code around them.
             let _ = catch_unwind(AssertUnwindSafe(job));
             running.fetch_sub(1, Ordering::SeqCst);
         });
@@ -638,12 +638,12 @@ impl MainLoop {
     }
 }
 
-/// The paths of these addresses that are files or folders on the disk.
+/// Returns the paths of the URIs that are files or folders on the disk.
 fn paths(urls: Vec<Url>) -> impl Iterator<Item = PathBuf> {
     urls.into_iter().filter_map(|url| url.to_file_path().ok())
 }
 
-/// Does a workspace of the client's folders have this file?
+/// Returns whether a workspace in the client's folders contains this file.
 fn is_in_a_folder(db: &Database, workspaces: &[Workspace], file: File) -> bool {
     let whole = workspaces.iter().filter(|workspace| workspace.only(db).is_empty());
     whole.into_iter().any(|workspace| workspace.files(db).values().any(|known| *known == file))

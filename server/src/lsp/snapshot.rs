@@ -50,7 +50,7 @@ pub(crate) struct Snapshot {
     pub(crate) is_complete: bool,
     /// Whether the user has stopped the analysis of this generation.
     pub(crate) is_stopped: bool,
-    /// What the client was given of the colours of names.
+    /// The semantic tokens that the client has received.
     pub(crate) tokens: Arc<Tokens>,
     /// The number of running jobs.
     pub(crate) running: Arc<AtomicUsize>,

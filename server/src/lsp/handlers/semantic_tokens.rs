@@ -231,7 +231,7 @@ impl Legend {
         }
     }
 
-    /// What the server does for such a client.
+    /// Returns the server's capabilities for this client.
     pub(crate) fn options(self) -> Option<SemanticTokensOptions> {
         let types = (0..).zip(types()).filter(|(bit, _)| self.types >> bit & 1 == 1);
         let modifiers = (0..).zip(MODIFIERS).filter(|(bit, _)| self.modifiers >> bit & 1 == 1);
