@@ -87,7 +87,7 @@ pub(crate) fn behind_links(path: &Path) -> Result<PathBuf, String> {
         match above.canonicalize() {
             Ok(found) => {
                 let path = rest.iter().rev().fold(found, |path, part| path.join(part));
-                // From what is not there `..` leads back, to what may be a link.
+                // A `..` after a missing component leads back to a path that may be a link.
                 let leads_back = rest.contains(&Component::ParentDir);
                 return if leads_back { behind_links(&normalised(&path)) } else { Ok(path) };
             }

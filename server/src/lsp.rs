@@ -71,7 +71,7 @@ const WORKERS: usize = 16;
 /// A client that does not answer a question for so long is not waited for.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// What is said last is given so long to be read.
+/// How long to wait until the client has read the last messages.
 const FAREWELL: Duration = Duration::from_secs(1);
 
 /// Serves one client on these streams until it is done; gives the exit code, see [`transport::serve`]. Where it
@@ -136,7 +136,7 @@ pub(crate) fn run(
         serve(service, socket, Streams { incoming, outgoing, backlog, main_loop: main_loop_ended }).await
     });
     let _ = last_words.recv_timeout(FAREWELL);
-    // Whoever still computes is not waited for.
+    // Running jobs are not waited for.
     runtime.shutdown_background();
     Ok(code)
 }

@@ -49,12 +49,12 @@ impl Output {
 fn main() -> ExitCode {
     let command = cli::Arguments::parse();
     match command.run() {
-        // Whoever had the streams for himself may have them still.
+        // A command without a result may have used standard output itself, and a thread may still hold it.
         Ok(output) if output.text.is_empty() => ExitCode::from(output.code),
         Ok(output) => {
             let mut out = anstream::stdout().lock();
             match out.write_all(output.text.as_bytes()).and_then(|()| out.flush()) {
-                // Whoever reads may have read enough: a closed pipe is no error.
+                // A reader such as `head` may close the pipe early: that is not an error.
                 Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
                     let _ = writeln!(anstream::stderr(), "mauve: cannot write the result: {error}");
                     ExitCode::from(2)

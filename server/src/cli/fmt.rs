@@ -72,7 +72,7 @@ impl Fmt {
                 continue;
             }
             if is_of_another_language(&old) {
-                // It has the same extension, and that is nobody's fault.
+                // A file of another language with the same extension is not an error.
                 continue;
             }
             let new = tidy(&old, &format!("`{name}`"));

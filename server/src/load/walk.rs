@@ -41,7 +41,7 @@ impl Default for Left {
     }
 }
 
-/// What is to be looked for on the disk.
+/// A search on the disk.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Walk {
     /// The models and configurations below a folder, without what tools made and what `.gitignore` names.
@@ -76,7 +76,7 @@ pub(crate) struct Walked {
     pub(super) problems: Vec<(PathBuf, String)>,
 }
 
-/// What is known of the disk.
+/// The results of walks.
 #[derive(Debug, Default)]
 pub(super) struct Walks {
     known: BTreeMap<Walk, Arc<Walked>>,
@@ -118,7 +118,7 @@ impl Walks {
         std::mem::take(&mut self.asked).into_iter().collect()
     }
 
-    /// What is known of a walk, if anything.
+    /// Returns the result of a walk, if it is known.
     pub(super) fn known(&self, walk: &Walk) -> Option<&Walked> {
         self.known.get(walk).map(Arc::as_ref)
     }
@@ -263,7 +263,7 @@ impl Models<'_> {
         }
     }
 
-    /// What the files of a folder say of what is to be ignored; or why that is not known.
+    /// Returns the ignore rules of a folder, or why they are unknown.
     fn rules(
         &mut self,
         folder: &Path,
