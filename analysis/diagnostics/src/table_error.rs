@@ -49,7 +49,8 @@ pub fn table_error_message(kind: &TableErrorKind) -> String {
             format!("`{key}` is {before} at {first} and only {after} at {second}: {NOT_SHORTER}")
         }
         TableErrorKind::AllFalling => {
-            format!("all times are shorter at stricter levels: are `levels` in another order than the times?")
+            "all times are shorter at stricter levels: are `levels` in another order than the times?"
+                .to_owned()
         }
         TableErrorKind::RepeatedKey(key) => {
             format!("a second time for `{key}`: remove one of the two entries")

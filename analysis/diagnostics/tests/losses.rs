@@ -452,7 +452,8 @@ fn a_name_that_means_nothing_says_where_it_may_be_found() {
     ));
     expect![[r#"
         /model.mal "include" syntax-error: an `include` comes before all declarations of its file
-    "#]].assert_eq(&model("core L(S) { update = { } }\ncomponent C(L, S)\ninclude \"pa\\rts.mal\""));
+    "#]]
+    .assert_eq(&model("core L(S) { update = { } }\ncomponent C(L, S)\ninclude \"pa\\rts.mal\""));
 }
 
 #[test]
