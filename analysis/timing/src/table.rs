@@ -745,7 +745,7 @@ ok = 1
                 error at "inf": InvalidTime { text: "inf", unit: Microseconds, error: NotANumber }
                 error at "nan": InvalidTime { text: "nan", unit: Microseconds, error: NotANumber }
                 error at "1e40": InvalidTime { text: "1e40", unit: Microseconds, error: TooLarge }
-                error at "\"5 ms\"": TimeOfKind { found: String, unit: Microseconds }
+                error at "\"5 ms\"": TimeWithUnit { text: "5 ms", unit: Microseconds }
                 error at "-2": InvalidTime { text: "-2", unit: Microseconds, error: Negative }
                 error at "true": TimeOfKind { found: Boolean, unit: Microseconds }
                 error at "[1]": TimeOfKind { found: Array, unit: Microseconds }

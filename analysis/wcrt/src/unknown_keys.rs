@@ -97,16 +97,17 @@ impl<'db> TimetableBuilder<'db> {
             let nearest = near.into_iter().flat_map(|near| names.by_key(Kind::Codel, &near)).copied();
             let may_be: Vec<Decl<'db>> = match self.times.assume {
                 None => nearest.collect(),
-                Some(_) => nearest.chain(self.may_be(unknown, Kind::Codel)).collect(),
+                Some(_) => nearest.chain(self.may_be(unknown, &unknown.key, Kind::Codel)).collect(),
             };
             self.put_in_question(may_be.into_iter().map(Timed::Codel), &stray);
-            let components = names.by_key(Kind::Component, &unknown.key);
+            // A header such as `[codel.x]` is a part of the key.
+            let components = names.anywhere(Kind::Component, unknown.last());
             self.put_in_question(components.iter().copied().map(Timed::Component), &stray);
         }
         if unknown.section == TableSection::Component {
-            let components = self.may_be(unknown, Kind::Component);
+            let components = self.may_be(unknown, &unknown.key, Kind::Component);
             self.put_in_question(components.into_iter().map(Timed::Component), &stray);
-            let codels = names.by_key(Kind::Codel, &unknown.key);
+            let codels = names.anywhere(Kind::Codel, unknown.last());
             self.put_in_question(codels.iter().copied().map(Timed::Codel), &stray);
         }
         if let Some(ProgramKey { component, program }) = ProgramKey::parse(&unknown.entry.key) {
@@ -139,7 +140,7 @@ impl<'db> TimetableBuilder<'db> {
         {
             return self.put_in_question([Timed::Program(component, program.clone())], stray);
         }
-        let possible = self.may_be(unknown, Kind::Component);
+        let possible = self.may_be(unknown, component, Kind::Component);
         for other in names.all.iter().copied().filter(|decl| decl.kind(db) == Kind::Component) {
             let is_possible = possible.contains(&other) || exact.contains(&other);
             let (name, qualified) = (other.name(db), other.qualified(db));
@@ -165,17 +166,17 @@ impl<'db> TimetableBuilder<'db> {
         }
     }
 
-    /// Returns the declarations of a kind that the key may be for.
-    fn may_be(&self, unknown: &UnknownKey<'db>, kind: Kind) -> Vec<Decl<'db>> {
+    /// Returns the declarations of a kind that `key`, all of the unknown key or its component, may be for.
+    fn may_be(&self, unknown: &UnknownKey<'db>, key: &str, kind: Kind) -> Vec<Decl<'db>> {
         let db = self.db;
-        let library = unknown.library();
-        let (key, last) = (&unknown.key, unknown.last());
+        let library: Option<Name> = key.rsplit_once('.').map(|(library, _)| library.into());
+        let last = key.rsplit('.').next().unwrap_or(key);
         let near = self.near(unknown);
         let may_be = |decl: &Decl<'db>| {
             let (name, qualified) = (decl.name(db), decl.qualified(db));
             library.is_some() && *decl.library(db) == library
                 || near.as_ref().is_some_and(|near| near == name || *near == qualified.as_str())
-                || [(key.as_str(), qualified.as_str()), (key, name), (last, name)]
+                || [(key, qualified.as_str()), (key, name.as_str()), (last, name.as_str())]
                     .iter()
                     .any(|(key, name)| is_within(key, name, MOST_CHANGES))
         };
