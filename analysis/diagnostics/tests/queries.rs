@@ -85,7 +85,8 @@ fn robot() -> Vec<(PathBuf, String)> {
 }
 
 /// What any edit of a file may execute again: it looks at that file alone, or copies what others found.
-const OF_A_FILE: [&str; 11] = [
+const OF_A_FILE: [&str; 12] = [
+    "line_index",
     "allows",
     "core_interface",
     "core_scope",
