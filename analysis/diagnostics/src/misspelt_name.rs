@@ -4,8 +4,8 @@
 //! the hint `unknown-type`, since a model may use types that only its codels know.
 //!
 //! ```mauve
-//! library a {
-//!   use geometry_msg   // warning
+//! library a { use geometry_msg }   // warning
+//! library b {
 //!   use nav_msgs
 //!   codel locate(out here: Odometri): bol   // warning // warning
 //! }
@@ -21,12 +21,7 @@
 //!
 //! Fix: change the name, everywhere in its library. Where the name is right, declare it in `mauve.toml`:
 //!
-//! ```mauve
-//! library a {
-//!   use nav_msgs
-//!   codel locate(out here: Odometri): bool
-//! }
-//! //- /mauve.toml
+//! ```toml
 //! [types.Odometri]
 //! cpp = "odo::Metri"
 //! header = "odo.h"

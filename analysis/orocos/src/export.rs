@@ -199,7 +199,7 @@ deployment D { architecture A  activity front { affinity = 3 priority = 2 period
                 {
                   "format": "mauve-1",
                   "unit": "ns",
-                  "digest": "e87da77cae763a9d",
+                  "digest": "23344509fbb08950",
                   "deployment": {
                     "name": "D",
                     "levels": [0.0001],
@@ -216,7 +216,7 @@ deployment D { architecture A  activity front { affinity = 3 priority = 2 period
                         "period": 100000000,
                         "deadline": 100000000,
                         "not_analysed": [
-                          { "reason": "it may run on CPUs 1 and 2, which is not analysed yet: give it one CPU", "levels": null, "classic_only": false },
+                          { "reason": "it may run on CPUs 1 and 2; set `affinity` to one CPU", "levels": null, "classic_only": false },
                           { "reason": "no time for codel `look`", "levels": null, "classic_only": false }
                         ],
                         "doubt": null,
