@@ -3,21 +3,35 @@
 //! Nothing is analysed because an error is not reported: each of them is still an `ERROR` node in the tree, and the file keeps
 //! at least one error.
 
-use mauve_syntax::{SyntaxError, SyntaxKind, lex};
+use mauve_syntax::{SyntaxError, SyntaxKind, TextSize, lex};
 
 use super::*;
 
-/// Returns the syntax errors of a file that are not follow-ups: the first of each line; where the braces do not match, only
-/// the first, because all that is behind it may stand in another block than it seems.
+/// Returns the syntax errors of a file that are not follow-ups: the first of each line, without a `}` whose `{` is in an
+/// earlier error; where the braces do not match, only the first, because all that is behind it may stand in another block than
+/// it seems.
 pub(super) fn syntax_errors(db: &dyn ModelDb, file: File) -> Vec<SyntaxError> {
-    let errors = parse(db, file).errors();
+    let parse = parse(db, file);
+    if parse.errors().len() < 2 {
+        return parse.errors().to_vec();
+    }
+    let Some(pairs) = matching_braces(file.text(db)) else {
+        return parse.errors().iter().take(1).copied().collect();
+    };
+    let root = parse.syntax();
+    // A block whose header is not recognised.
+    let closes_an_error = |error: &SyntaxError| {
+        let open =
+            pairs.get(&error.range.start()).and_then(|open| root.token_at_offset(*open).right_biased());
+        open.and_then(|open| open.parent()).is_some_and(|parent| parent.kind() == SyntaxKind::ERROR)
+    };
     let mut last = None;
-    let errors = errors.iter().filter(|error| {
+    let mut is_first = |error: &SyntaxError| {
         let line = Some(line_of(db, file, error.range.start()));
         std::mem::replace(&mut last, line) != line
-    });
-    let most = if parse(db, file).errors().len() < 2 || braces_match(file.text(db)) { usize::MAX } else { 1 };
-    errors.take(most).copied().collect()
+    };
+    let errors = parse.errors().iter().filter(|error| !closes_an_error(error) && is_first(error));
+    errors.copied().collect()
 }
 
 /// Removes the diagnostics on lines that have a syntax error.
@@ -33,17 +47,18 @@ pub(super) fn remove_on_broken_lines<'db>(db: &'db dyn ModelDb, found: &mut Vec<
     }
 }
 
-/// Does each `{` have its `}`?
-fn braces_match(text: &str) -> bool {
+/// Returns the `{` of each `}`; `None` if the braces do not match.
+fn matching_braces(text: &str) -> Option<FxHashMap<TextSize, TextSize>> {
     let tokens = lex(text);
-    let mut open = 0usize;
+    let mut open = Vec::new();
+    let mut pairs = FxHashMap::default();
     for index in 0..tokens.len() {
+        let start = || TextSize::try_from(tokens.range(index).start).ok();
         match tokens.kind(index) {
-            SyntaxKind::L_CURLY => open += 1,
-            SyntaxKind::R_CURLY if open == 0 => return false,
-            SyntaxKind::R_CURLY => open -= 1,
+            SyntaxKind::L_CURLY => open.push(start()?),
+            SyntaxKind::R_CURLY => _ = pairs.insert(start()?, open.pop()?),
             _ => {}
         }
     }
-    open == 0
+    open.is_empty().then_some(pairs)
 }

@@ -22,6 +22,7 @@
 //! that depends on the incomplete text. A program with a syntax error has no execution time, and neither has its component.
 //! A deployment with one may lack an activity, so it is not analysed at all. An incomplete declaration may declare a name
 //! that a program uses: until it is complete, a name that its own library lacks is not looked up in other libraries.
+//! Errors that follow from an incomplete declaration, such as unresolved names that it may declare, are not reported.
 
 use mauve_syntax::ast::{AstNode as _, BinaryExpr, Expr};
 use mauve_syntax::{

@@ -297,9 +297,7 @@ impl<'db> BehaviourContext<'db> {
     }
 
     fn machine(&mut self, machine: &'db Machine) {
-        if machine.completeness.is_incomplete()
-            || machine.states.iter().any(|state| state.completeness.is_incomplete())
-        {
+        if machine.state_completeness().is_incomplete() {
             self.refuse_once(CoreReason::SyntaxError(CorePart::Machine));
         }
         self.name_problems(BodyId::MachineValues, ProgramIn::Whole);
@@ -462,7 +460,8 @@ impl<'db> BehaviourContext<'db> {
             return None;
         };
         let found = self.states.get(name).copied();
-        if found.is_none() {
+        // An error in the core may hide the state, and refuses the core.
+        if found.is_none() && (self.core.completeness & machine.state_completeness()).is_complete() {
             let near = similar(name, machine.states.iter().map(|state| &state.name.name));
             self.refuse_at(*id, FactKind::UnresolvedState { name: name.clone(), near });
         }

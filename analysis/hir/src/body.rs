@@ -130,7 +130,7 @@ pub(crate) struct CoreScope {
     pub(crate) hooks: u32,
     /// The number of states of each of its state machines.
     pub(crate) states: Vec<u32>,
-    /// Whether no error hides an item of the core or of its state machines.
+    /// Whether no error hides an item of the core or of its state machines, or the name of a variable.
     pub(crate) completeness: Completeness,
 }
 
@@ -148,6 +148,7 @@ pub(crate) struct OperationHead {
     pub(crate) name: NameRef,
     pub(crate) parameters: Vec<Parameter>,
     pub(crate) result: Option<TypeRef>,
+    pub(crate) completeness: Completeness,
 }
 
 /// Returns the [`CoreScope`] of a core: without programs, so that an edit of a program does not change it.
@@ -163,7 +164,9 @@ pub(crate) fn core_scope<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Option<Cor
         name: it.name.clone(),
         parameters: it.parameters.clone(),
         result: it.result.clone(),
+        completeness: it.signature_completeness,
     };
+    let are_named = core.shared_variables().all(|it| !it.name.name.is_empty());
     Some(CoreScope {
         shell: core.shell.clone(),
         variables: core.variables.iter().map(variable).collect(),
@@ -172,7 +175,9 @@ pub(crate) fn core_scope<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Option<Cor
         machine_variables: core.machines.iter().flat_map(|it| &it.variables).map(variable).collect(),
         hooks: core.hooks.len() as u32,
         states: core.machines.iter().map(|machine| machine.states.len() as u32).collect(),
-        completeness: core.completeness & core.machines.iter().map(|it| it.completeness).collect(),
+        completeness: core.completeness
+            & core.machines.iter().map(|it| it.completeness).collect()
+            & Completeness::of(are_named),
     })
 }
 

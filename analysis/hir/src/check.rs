@@ -153,10 +153,12 @@ impl<'db> Checker<'db> {
 fn duplicates<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Fact<'db>> {
     let mut first: FxHashMap<(&Option<Name>, Kind, &Name), Decl<'db>> = FxHashMap::default();
     let mut found = Vec::new();
-    for &decl in names_of(db, project).all.iter().filter(|decl| !decl.name(db).is_empty()) {
+    let names = names_of(db, project);
+    for &decl in names.all.iter().filter(|decl| !decl.name(db).is_empty()) {
         let kind = decl.kind(db);
         let first = *first.entry((decl.library(db), kind, decl.name(db))).or_insert(decl);
-        if first != decl {
+        // If the name of either is unknown, they may have different names.
+        if first != decl && !names.has_unnamed(decl.library(db).as_ref(), kind) {
             let (what, name) = (Defined::Declaration(kind), decl.name(db).clone());
             let kind = FactKind::DuplicateDefinition { what, name, first: Location::name_of(first) };
             found.push(Fact::new(Location::name_of(decl), kind));

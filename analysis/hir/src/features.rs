@@ -102,9 +102,7 @@ pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'d
         features.completeness &= data.completeness;
         for (index, feature) in data.features.iter().enumerate() {
             let found = FeatureOf { shell: current, index: index as u32, kind: feature.kind };
-            // A missing port or property has no effect on the demand of programs; a missing operation may have.
-            let is_hidden = feature.kind.is_operation() && feature.name.name.is_empty();
-            features.completeness &= Completeness::of(!is_hidden);
+            features.completeness &= feature.completeness;
             features.by_name.entry(feature.name.name.clone()).or_default().push(found);
         }
         for base in &data.bases {

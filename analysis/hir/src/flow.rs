@@ -17,7 +17,7 @@ use crate::fact::{Defined, Fact, FactKind, Unreachable, repeated};
 use crate::features::core_of;
 use crate::flat::flat_of;
 use crate::graph::{reachable, topological_order};
-use crate::infer::{CoreInference, VariableKind, VariableOf, inference_of_core, returns};
+use crate::infer::{CoreInference, UNKNOWN_DIRECTION, VariableKind, VariableOf, inference_of_core, returns};
 use crate::item_tree::{
     BinaryOperator, Core, Direction, Expr, HookKind, Kind, Machine, MethodKind, Name, NameRef, Operation,
     Program, SourceId, State, Statement, Transition,
@@ -48,9 +48,11 @@ pub(crate) fn flow_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: D
         found: Vec::new(),
     };
     flow.unreachable_code();
-    // The missing statements of an incomplete program, or an unresolved name, may assign or read.
+    // The missing statements of an incomplete program, an unresolved name, or an expression with an error may assign or read.
+    let is_error =
+        |fact: &Fact<'db>| fact.is_error() && !matches!(fact.kind, FactKind::DuplicateDefinition { .. });
     if data.total_completeness().is_complete() {
-        if !inference.is_unresolved() {
+        if !inference.is_unresolved() && !inference.facts().any(is_error) {
             flow.repeated = flow.repeated_variables(project);
             flow.reads_before_assignment();
             flow.unused_variables();
@@ -381,8 +383,7 @@ impl<'db> Flow<'_, 'db> {
         let count = arguments.len();
         let directions = match callee {
             Some(callee) => self.inference.directions(self.db, self.core, callee, count),
-            // An unresolved callee may read and assign its arguments.
-            None => vec![Direction::InOut; count],
+            None => vec![UNKNOWN_DIRECTION; count],
         };
         let mut outputs = Vec::new();
         for (argument, direction) in arguments.iter().zip(directions) {

@@ -455,10 +455,11 @@ impl<'db> InferenceContext<'_, 'db> {
         Some(format!("({}): {}", parameters?.join(", "), data.ty.as_ref()?))
     }
 
-    /// Returns the signature that the shell declares for an operation, and the location of the declaration.
+    /// Returns the signature that the shell declares for an operation, and the location of the declaration, if the signature
+    /// is complete.
     fn declared(&self, name: &str, kind: FeatureKind) -> Option<(Signature, Location<'db>)> {
         let feature = self.resolver.features.get(name).filter(|feature| feature.kind == kind)?;
-        let data = feature.data(self.db)?;
+        let data = feature.data(self.db).filter(|it| it.completeness.is_complete())?;
         let signature = self.signature(feature.shell, &data.parameters, data.ty.as_ref());
         Some((signature, Location::Source(feature.shell, data.name.id)))
     }
@@ -755,17 +756,21 @@ impl<'db> InferenceContext<'_, 'db> {
     ) -> Type {
         match found {
             Callee::Codel(of) => {
-                let Some(data) = codel(self.db, of) else { return Type::Unknown };
-                let signature = self.signature(of, &data.parameters, data.result.as_ref());
-                self.call_arguments(callee, signature.parameters, arguments, has_operand);
-                signature.result
+                let data = codel(self.db, of).filter(|it| it.completeness.is_complete());
+                let signature = data.map(|it| self.signature(of, &it.parameters, it.result.as_ref()));
+                let (parameters, result) = signature.map(|it| (it.parameters, it.result)).unzip();
+                self.call_arguments(callee, parameters, arguments, has_operand);
+                result.unwrap_or(Type::Unknown)
             }
             Callee::Operation(index) => {
                 let Some(operation) = self.resolver.core.operations.get(index) else { return Type::Unknown };
                 let own = self.signature(self.of, &operation.parameters, operation.result.as_ref());
-                self.call_arguments(callee, own.parameters, arguments, has_operand);
+                let is_complete = operation.completeness.is_complete();
+                self.call_arguments(callee, is_complete.then_some(own.parameters), arguments, has_operand);
                 match (&operation.result, self.declared(&callee.name, FeatureKind::Provided)) {
+                    _ if !is_complete => Type::Unknown,
                     (None, Some((declared, _))) => declared.result,
+                    (None, None) if self.resolver.features.completeness.is_incomplete() => Type::Unknown,
                     (None, None) => Type::Void,
                     (Some(_), _) => own.result,
                 }
@@ -910,18 +915,19 @@ impl<'db> InferenceContext<'_, 'db> {
         is_correct
     }
 
-    /// Checks the arguments of a call of a codel or an operation.
+    /// Checks the arguments of a call of a codel or an operation, whose `parameters` are unknown if its signature has an error.
     fn call_arguments(
         &mut self,
         callee: &NameRef,
-        parameters: Vec<(Direction, Name, Type)>,
+        parameters: Option<Vec<(Direction, Name, Type)>>,
         arguments: &[Expr],
         has_operand: bool,
     ) {
-        let takes = Takes::Arguments(parameters.len());
-        let is_correct =
-            self.check_count(callee, takes, parameters.len() == arguments.len(), arguments.len());
-        let parameters = parameters.into_iter().filter(|_| is_correct);
+        let parameters = parameters.filter(|all| {
+            let takes = Takes::Arguments(all.len());
+            self.check_count(callee, takes, all.len() == arguments.len(), arguments.len())
+        });
+        let parameters = parameters.into_iter().flatten();
         let parameters: Vec<ParameterOf> =
             parameters.map(|(direction, name, ty)| (direction, ParameterName::Named(name), ty)).collect();
         let operands = usize::from(has_operand).min(arguments.len());
@@ -1018,6 +1024,7 @@ impl<'db> InferenceContext<'_, 'db> {
     fn send(&mut self, callee: &NameRef, arguments: &[Expr]) -> Type {
         let Some((Expr::Name(operation), rest)) = arguments.split_first() else { return Type::Unknown };
         let Some((signature, _)) = self.declared(&operation.name, FeatureKind::Required) else {
+            self.arguments(&operation.name, &[], rest);
             return Type::Unknown;
         };
         if let Some(&feature) = self.resolver.features.get(&operation.name) {
@@ -1040,7 +1047,7 @@ impl<'db> InferenceContext<'_, 'db> {
         let operation = of.and_then(|it| it.operation.as_ref()?.path.last());
         let declared = operation.and_then(|name| self.declared(name, FeatureKind::Required));
         let Some((signature, _)) = declared else {
-            rest.iter().for_each(|argument| _ = self.expr(argument));
+            self.arguments(&callee.name, &[], rest);
             return Type::CallStatus;
         };
         let result = Some(signature.result).filter(|result| *result != Type::Void);
@@ -1226,12 +1233,18 @@ impl<'db> CoreInference<'db> {
         callee: Callee<'db>,
         count: usize,
     ) -> Vec<Direction> {
-        let own = |parameters: &[Parameter]| parameters.iter().map(|it| it.direction).collect();
+        let own = |parameters: &[Parameter], completeness: Completeness| match completeness {
+            Completeness::Complete => parameters.iter().map(|it| it.direction).collect(),
+            Completeness::Incomplete => vec![UNKNOWN_DIRECTION; count],
+        };
         let mut directions: Vec<Direction> = match callee {
-            Callee::Codel(of) => codel(db, of).map_or_else(Vec::new, |it| own(&it.parameters)),
-            Callee::Operation(index) => {
-                core.operations.get(index).map_or_else(Vec::new, |it| own(&it.parameters))
+            Callee::Codel(of) => {
+                codel(db, of).map_or_else(Vec::new, |it| own(&it.parameters, it.completeness))
             }
+            Callee::Operation(index) => core
+                .operations
+                .get(index)
+                .map_or_else(Vec::new, |it| own(&it.parameters, it.signature_completeness)),
             Callee::Builtin(Builtin::Read) => vec![Direction::In, Direction::Out],
             Callee::Builtin(Builtin::Collect) => {
                 std::iter::once(Direction::In).chain(std::iter::repeat_n(Direction::Out, count)).collect()
@@ -1242,6 +1255,9 @@ impl<'db> CoreInference<'db> {
         directions
     }
 }
+
+/// The direction of an argument whose parameter is unknown: the callee may read and assign it.
+pub(crate) const UNKNOWN_DIRECTION: Direction = Direction::InOut;
 
 /// The definitions of other declarations that the programs of a core use.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]

@@ -93,6 +93,8 @@ pub struct ItemTree {
     /// Whether all declarations are known, each with its library: an unrecognised text between declarations may be a
     /// declaration, and a missing brace may be the end of a library.
     pub completeness: Completeness,
+    /// The kinds of the declarations, each in a library, whose name is missing or unknown because of an error in the header.
+    pub unnamed: Vec<(Option<Name>, Kind)>,
     /// The names, each in a library, that an unrecognised text, an incomplete declaration or two merged declarations may
     /// declare; `None` for any name. A library that may declare a name hides the declarations of other libraries.
     pub possible_names: Vec<(Option<Name>, Option<Name>)>,
@@ -211,7 +213,7 @@ pub struct NameRef {
 pub struct Codel {
     pub parameters: Vec<Parameter>,
     pub result: Option<TypeRef>,
-    /// Whether it has no syntax error.
+    /// Whether it has no syntax error; otherwise its parameters and its result are unknown.
     pub completeness: Completeness,
 }
 
@@ -248,6 +250,8 @@ pub struct Feature {
     pub interval: Option<Interval>,
     /// The default value of a constant or a property.
     pub value: Option<Expr>,
+    /// Whether its name and, for an operation, its signature have no syntax error.
+    pub completeness: Completeness,
 }
 
 /// `[low; high]`, both ends included.
@@ -391,6 +395,9 @@ pub struct Operation {
     pub result: Option<TypeRef>,
     /// The signature: the text between its name and the `=`.
     pub signature: SourceId,
+    /// Whether the signature has no syntax error; otherwise its parameters and its result are unknown.
+    pub signature_completeness: Completeness,
+    /// Incomplete if the signature is.
     pub program: Program,
 }
 
@@ -411,11 +418,16 @@ pub struct Machine {
     pub variables: Vec<Variable>,
     /// Its states; lowering shares the unchanged ones.
     pub states: Vec<Arc<State>>,
-    /// Whether no error hides an item of it.
+    /// Whether no error hides an item of it, or the name of a state.
     pub completeness: Completeness,
 }
 
 impl Machine {
+    /// Returns whether all states are known: the error in a state may be the beginning of another state.
+    pub(crate) fn state_completeness(&self) -> Completeness {
+        self.completeness & self.states.iter().map(|state| state.completeness).collect()
+    }
+
     /// Returns the index of the first state of each name.
     pub(crate) fn state_indices(&self) -> FxHashMap<&Name, usize> {
         let states = self.states.iter().enumerate().rev();

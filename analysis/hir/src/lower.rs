@@ -217,6 +217,16 @@ fn has_error_child(node: &SyntaxNode) -> bool {
     node.children().any(|child| child.kind() == SyntaxKind::ERROR)
 }
 
+/// Returns whether a declaration with a block has an error before the block: its name may be another word of the header.
+fn has_error_in_header(declaration: &SyntaxNode) -> bool {
+    use SyntaxKind::{ARCHITECTURE, CORE, DEPLOYMENT, ERROR, L_CURLY, SHELL};
+    matches!(declaration.kind(), SHELL | CORE | ARCHITECTURE | DEPLOYMENT)
+        && declaration
+            .children_with_tokens()
+            .take_while(|child| child.kind() != L_CURLY)
+            .any(|child| child.kind() == ERROR)
+}
+
 struct Lowering<'a> {
     previous: &'a LoweredNodes,
     tree: ItemTree,
@@ -349,6 +359,9 @@ impl Lowering<'_> {
         if matches!(&*lowered.data, Data::Core(core) if core.is_double()) {
             self.tree.possible_names.push((library.cloned(), None));
         }
+        if name.is_none() || has_error_in_header(node) {
+            self.tree.unnamed.push((library.cloned(), kind));
+        }
         self.tree.declarations.push(Declaration {
             library: library.cloned(),
             name: name.as_ref().map(text_of).unwrap_or_default(),
@@ -446,7 +459,10 @@ impl Lowering<'_> {
             });
             value = it.initializer().map(|it| self.expr(it.expr()));
         }
-        Feature { kind, name, ty, parameters, interval, value }
+        let signature =
+            if kind.is_operation() { completeness_of(item.syntax()) } else { Completeness::Complete };
+        let completeness = signature & Completeness::of(!name.name.is_empty());
+        Feature { kind, name, ty, parameters, interval, value, completeness }
     }
 
     fn core(&mut self, core: &ast::Core) -> Core {
@@ -475,8 +491,16 @@ impl Lowering<'_> {
                     let lists = lists.into_iter().flatten().reduce(TextRange::cover);
                     let signature =
                         self.id(lists.unwrap_or(TextRange::empty(it.syntax().text_range().end())));
-                    let program = self.program(it.block(), it.syntax());
-                    let operation = Operation { name, parameters, result, signature, program };
+                    let in_lists = [
+                        it.param_list().map(|it| completeness_of(it.syntax())),
+                        it.result_type().map(|it| completeness_of(it.syntax())),
+                    ];
+                    let signature_completeness =
+                        own_completeness(it.syntax()) & in_lists.into_iter().flatten().collect();
+                    let mut program = self.program(it.block(), it.syntax());
+                    program.completeness &= signature_completeness;
+                    let operation =
+                        Operation { name, parameters, result, signature, signature_completeness, program };
                     lowered.operations.push(Arc::new(operation));
                 }
                 ast::CoreItem::Hook(it) => {
@@ -514,7 +538,9 @@ impl Lowering<'_> {
                 ast::StateMachineItem::State(it) => states.push(self.shared_state(&it)),
             }
         }
-        Machine { id, variables, states, completeness: list_completeness(machine.syntax()) }
+        let are_named = states.iter().all(|state: &Arc<State>| !state.name.name.is_empty());
+        let completeness = list_completeness(machine.syntax()) & Completeness::of(are_named);
+        Machine { id, variables, states, completeness }
     }
 
     /// Lowers a state, or returns the previous result: state machines are long, and an edit touches one state. The sources
@@ -758,17 +784,12 @@ impl Lowering<'_> {
     }
 
     fn deployment(&mut self, deployment: &ast::Deployment) -> Deployment {
-        let mut lowered = Deployment {
-            targets: deployment
-                .syntax()
-                .children()
-                .filter_map(ast::Target::cast)
-                .filter_map(|target| target.ty())
-                .map(|ty| self.type_ref(&ty))
-                .collect(),
-            completeness: list_completeness(deployment.syntax()),
-            ..Deployment::default()
-        };
+        let mut lowered =
+            Deployment { completeness: list_completeness(deployment.syntax()), ..Deployment::default() };
+        for target in deployment.syntax().children().filter_map(ast::Target::cast) {
+            lowered.completeness &= Completeness::of(target.ty().is_some());
+            lowered.targets.extend(target.ty().map(|ty| self.type_ref(&ty)));
+        }
         for item in deployment.deployment_items() {
             match item {
                 ast::DeploymentItem::Activity(it) => {

@@ -18,7 +18,7 @@ pub struct Names<'db> {
     /// For each library, the libraries and message packages that it uses.
     uses: FxHashMap<Option<Name>, Vec<Name>>,
     libraries: FxHashSet<Name>,
-    /// The libraries with a declaration without a name: it may declare any name of its kind.
+    /// See [`crate::item_tree::ItemTree::unnamed`]: such a declaration may have any name.
     unnamed: FxHashSet<(Option<Name>, Kind)>,
     /// See [`crate::item_tree::ItemTree::possible_names`].
     possible_names: FxHashSet<(Option<Name>, Option<Name>)>,
@@ -38,6 +38,7 @@ pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> 
         let is_read = Completeness::of(are_included && file.problem(db).is_none());
         names.completeness &= declarations.include_completeness & is_read;
         names.possible_names.extend(declarations.possible_names.iter().cloned());
+        names.unnamed.extend(declarations.unnamed.iter().cloned());
         names.libraries.extend(declarations.libraries.iter().filter(|name| !name.is_empty()).cloned());
         // An outdated text may lack any declaration.
         if declarations.completeness.is_incomplete() || matches!(file.problem(db), Some(Problem::Unknown(_)))
@@ -52,9 +53,7 @@ pub fn names_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Names<'db> 
                 continue;
             }
             names.all.push(decl);
-            if name.is_empty() {
-                names.unnamed.insert((library, decl.kind(db)));
-            } else {
+            if !name.is_empty() {
                 names.in_any_library.entry((decl.kind(db), name.clone())).or_default().push(decl);
                 names.by_name.entry((library, decl.kind(db), name)).or_default().push(decl);
             }
@@ -215,6 +214,11 @@ impl<'db> Names<'db> {
     /// Returns the libraries of the project, in no particular order.
     pub fn libraries(&self) -> impl Iterator<Item = &Name> {
         self.libraries.iter()
+    }
+
+    /// Returns whether the name of a declaration of this kind in `library` is unknown.
+    pub(crate) fn has_unnamed(&self, library: Option<&Name>, kind: Kind) -> bool {
+        !self.unnamed.is_empty() && self.unnamed.contains(&(library.cloned(), kind))
     }
 
     /// Returns whether a missing file or a text with syntax errors may declare names.

@@ -99,6 +99,7 @@ pub struct Declarations<'db> {
     /// In the order of the item tree.
     pub all: Vec<Decl<'db>>,
     pub completeness: Completeness,
+    pub unnamed: Vec<(Option<Name>, Kind)>,
     pub possible_names: Vec<(Option<Name>, Option<Name>)>,
     pub include_completeness: Completeness,
     pub libraries: Vec<Name>,
@@ -115,11 +116,12 @@ pub fn declarations<'db>(db: &'db dyn ModelDb, file: File) -> Declarations<'db> 
     };
     let all: Vec<Decl<'db>> = tree.declarations.iter().zip(nths).map(declare).collect();
     let index = all.iter().enumerate().map(|(index, &decl)| (decl, index)).collect();
-    let ItemTree { completeness, include_completeness, possible_names, libraries, .. } = tree;
+    let ItemTree { completeness, include_completeness, unnamed, possible_names, libraries, .. } = tree;
     Declarations {
         all,
         completeness: *completeness,
         include_completeness: *include_completeness,
+        unnamed: unnamed.clone(),
         possible_names: possible_names.clone(),
         libraries: libraries.clone(),
         index,

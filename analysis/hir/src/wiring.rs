@@ -56,13 +56,14 @@ impl<'db> Checker<'db> {
         self.two_writers(flat);
     }
 
-    /// Returns the endpoints of a connection, if they resolve, and the source of its target.
+    /// Returns the endpoints of a connection, if they resolve to features without syntax errors, and the source of its target.
     fn ends(&self, flat: &Flat<'db>, connection: &Connection) -> Option<([End<'db>; 2], SourceId)> {
         let end = |end: &Option<Endpoint>| {
             let names = end.as_ref()?.names()?;
             let feature = *flat.feature(self.db, self.project, &names)?;
             let name = format!("{}.{}", names.0, names.1);
-            Some(End { name, feature, data: feature.data(self.db)? })
+            let data = feature.data(self.db).filter(|it| it.completeness.is_complete())?;
+            Some(End { name, feature, data })
         };
         let id = connection.target.as_ref()?.feature.as_ref()?.id;
         Some(([end(&connection.source)?, end(&connection.target)?], id))

@@ -15,7 +15,7 @@ use mauve_hir::item_tree::{
 };
 use mauve_hir::{
     Decl, Features, Flat, FlatInstance, Link, Location, ModelDb, Project, architecture, core_interface,
-    core_of, deployment, errors_in, flat_of, names_of, platform_of, similar, too_large,
+    core_of, declarations, deployment, errors_in, flat_of, names_of, platform_of, similar, too_large,
     whole_number as whole_number_of,
 };
 
@@ -222,8 +222,10 @@ impl<'db> Reader<'db> {
                 continue;
             }
             let at = Location::name_of(self.of);
-            // Where an activity is unknown, it may be this one.
-            if !misspelt.contains(&instance.name) && !is_renamed && self.found.not_analysed.is_empty() {
+            // Where an activity is unknown, it may be this one; also in a text outside all declarations.
+            let are_known = self.found.not_analysed.is_empty()
+                && declarations(self.db, self.of.file(self.db)).completeness.is_complete();
+            if !misspelt.contains(&instance.name) && !is_renamed && are_known {
                 let instance = instance.name.clone();
                 self.report(at.clone(), TimingFactKind::MissingActivity { of: self.of, instance });
             }
