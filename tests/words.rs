@@ -3,7 +3,6 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
-use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -93,75 +92,6 @@ const AVOIDED: &[Avoided] = &[
     avoid("is|are there twice", "duplicate"),
     avoid("settle|settles", "reach a fixed point"),
     avoid("surroundings", "the context, by name"),
-];
-
-/// The files that still have avoided wordings. An entry that is not needed fails as well, so that the list only shrinks.
-const EXCEPTIONS: &[&str] = &[
-    "README.md",
-    "analysis/diagnostics/src/ambiguous_name.rs",
-    "analysis/diagnostics/src/configuration.rs",
-    "analysis/diagnostics/src/connection_direction.rs",
-    "analysis/diagnostics/src/constant_expression.rs",
-    "analysis/diagnostics/src/deadline_exceeds_period.rs",
-    "analysis/diagnostics/src/deadline_missed.rs",
-    "analysis/diagnostics/src/duplicate_definition.rs",
-    "analysis/diagnostics/src/duplicate_field.rs",
-    "analysis/diagnostics/src/import_cycle.rs",
-    "analysis/diagnostics/src/include_cycle.rs",
-    "analysis/diagnostics/src/invalid_configuration.rs",
-    "analysis/diagnostics/src/invalid_field.rs",
-    "analysis/diagnostics/src/invalid_table.rs",
-    "analysis/diagnostics/src/lost_write.rs",
-    "analysis/diagnostics/src/missing_activity.rs",
-    "analysis/diagnostics/src/missing_field.rs",
-    "analysis/diagnostics/src/never_taken.rs",
-    "analysis/diagnostics/src/not_strongly_connected.rs",
-    "analysis/diagnostics/src/priority_inversion.rs",
-    "analysis/diagnostics/src/read_before_assignment.rs",
-    "analysis/diagnostics/src/return_type.rs",
-    "analysis/diagnostics/src/stale_data.rs",
-    "analysis/diagnostics/src/table_error.rs",
-    "analysis/diagnostics/src/task_set_error.rs",
-    "analysis/diagnostics/src/timing_reasons.rs",
-    "analysis/diagnostics/src/too_large.rs",
-    "analysis/diagnostics/src/types.rs",
-    "analysis/diagnostics/src/unconnected_input.rs",
-    "analysis/diagnostics/src/undeclared_operation.rs",
-    "analysis/diagnostics/src/unknown_timing_key.rs",
-    "analysis/diagnostics/src/unknown_type.rs",
-    "analysis/diagnostics/src/unreachable_code.rs",
-    "analysis/diagnostics/src/unreachable_state.rs",
-    "analysis/diagnostics/src/unreadable_file.rs",
-    "analysis/diagnostics/src/unresolved_architecture.rs",
-    "analysis/diagnostics/src/unresolved_codel.rs",
-    "analysis/diagnostics/src/unresolved_component.rs",
-    "analysis/diagnostics/src/unresolved_core.rs",
-    "analysis/diagnostics/src/unresolved_instance.rs",
-    "analysis/diagnostics/src/unresolved_shell.rs",
-    "analysis/diagnostics/src/unresolved_variable.rs",
-    "analysis/ide/src/code_actions/qualified_name.rs",
-    "analysis/ide/src/code_actions/update.rs",
-    "analysis/ide/src/completion/deployment.rs",
-    "analysis/ide/src/explanation.rs",
-    "analysis/ide/src/graph.rs",
-    "analysis/ide/src/hover/details.rs",
-    "analysis/ide/src/hover/words.rs",
-    "analysis/ide/src/inlay_hints.rs",
-    "analysis/ide/src/inlay_hints/programs.rs",
-    "analysis/ide/src/rename.rs",
-    "analysis/ide/src/rename/check.rs",
-    "server/src/cli/new.rs",
-    "tests/spec/01-files-and-libraries.md",
-    "tests/spec/02-types-and-values.md",
-    "tests/spec/03-codels.md",
-    "tests/spec/04-shells.md",
-    "tests/spec/05-cores.md",
-    "tests/spec/08-architectures.md",
-    "tests/spec/09-deployments.md",
-    "tests/spec/10-configuration-and-tables.md",
-    "tests/spec/11-diagnostics.md",
-    "tests/spec/12-generated-code.md",
-    "tests/spec/README.md",
 ];
 
 /// A text that users read: its file below the root of the repository, the line where it begins, and what it says.
@@ -288,22 +218,16 @@ fn findings(avoided: &Avoided, words: &[(usize, String)]) -> Vec<usize> {
 #[test]
 fn texts_for_users_are_plain() {
     let mut found = Vec::new();
-    let mut with_findings = BTreeSet::new();
     for (path, line, text) in texts_in_sources().into_iter().chain(documents()) {
         let words = words(&text, line);
         for avoided in AVOIDED {
             for line in findings(avoided, &words) {
                 let file = path.to_string_lossy().replace('\\', "/");
-                if !EXCEPTIONS.contains(&file.as_str()) {
-                    found.push(format!("{file}:{line}: \"{}\": {}", avoided.words, avoided.instead));
-                }
-                with_findings.insert(file);
+                found.push(format!("{file}:{line}: \"{}\": {}", avoided.words, avoided.instead));
             }
         }
     }
     assert!(found.is_empty(), "{} wordings to replace:\n{}", found.len(), found.join("\n"));
-    let unneeded: Vec<_> = EXCEPTIONS.iter().filter(|file| !with_findings.contains(**file)).collect();
-    assert!(unneeded.is_empty(), "these files are plain, and need no exception: {unneeded:#?}");
 }
 
 #[test]

@@ -34,7 +34,7 @@ pub(super) fn report<'db>(at: Location<'db>, of: &ProgramName, expected: &Type, 
         expected => format!("{what} returns {}", type_name(expected)),
     };
     let found = match found {
-        Type::Void => "this is no value".to_owned(),
+        Type::Void => "this has no value".to_owned(),
         found => format!("this is {}", type_name(found)),
     };
     Diagnostic::new(&RETURN_TYPE, at, format!("{expectation}, and {found}"))
