@@ -1,19 +1,19 @@
-//! The typed view of the tree: a struct for each node of `mauve.ungram`, its parts by name.
+//! The typed view of the tree: a struct for each node of `mauve.ungram`, with an accessor for each child.
 //!
-//! Everything may be missing, since the text may be half typed: each accessor gives an `Option`, and
-//! [`is_whole`](crate::is_whole) tells whether something was lost.
+//! Any child may be missing in an incomplete text: each accessor returns an `Option`, and [`is_whole`](crate::is_whole)
+//! tells whether a node is complete.
 
 use crate::keywords::Direction;
 use crate::{SyntaxKind, SyntaxNode, SyntaxToken, significant_tokens};
 
 pub use crate::generated::nodes::*;
 
-/// A node of a known kind, or of one of several.
+/// A typed view of a node of one kind, or of one of several kinds.
 pub trait AstNode: Sized {
-    /// Can a node of this kind be seen so?
+    /// Returns whether this view exists for nodes of a kind.
     fn can_cast(kind: SyntaxKind) -> bool;
 
-    /// The typed view of `node`, if it is one.
+    /// Returns the typed view of `node`, if its kind is right.
     fn cast(node: SyntaxNode) -> Option<Self>;
 
     /// The node itself.
@@ -40,7 +40,7 @@ pub(crate) fn token(parent: &SyntaxNode, kind: SyntaxKind) -> Option<SyntaxToken
 }
 
 impl Literal {
-    /// The one token that a literal is.
+    /// Returns the token of a literal.
     pub fn token(&self) -> Option<SyntaxToken> {
         first_token(self.syntax())
     }
@@ -61,7 +61,7 @@ impl BinaryExpr {
 }
 
 impl Param {
-    /// Which way its value goes: `in` where nothing says so.
+    /// Returns the direction of a parameter; `in` by default.
     pub fn direction(&self) -> Direction {
         let keyword = first_token(self.syntax());
         keyword.and_then(|token| Direction::from_kind(token.kind())).unwrap_or(Direction::In)
@@ -83,13 +83,13 @@ impl Method {
 }
 
 impl Include {
-    /// The path between the quotes, escapes resolved; none while it is not closed.
+    /// Returns the path between the quotes, with resolved escapes; none if the string is unclosed.
     pub fn path(&self) -> Option<String> {
         self.string_token().map(|token| unescape(token.text()))
     }
 }
 
-/// The meaning of a string literal: the text between its quotes with `\"`, `\\`, `\n` and `\t` resolved.
+/// Returns the value of a string literal: the text between its quotes, with `\"`, `\\`, `\n` and `\t` resolved.
 ///
 /// ```
 /// assert_eq!(mauve_syntax::ast::unescape(r#""a\"b\\""#), "a\"b\\");
@@ -114,7 +114,7 @@ pub fn unescape(literal: &str) -> String {
 }
 
 impl Type {
-    /// The parts of the name, as they stand: `geometry_msgs::Pose` has two.
+    /// Returns the segments of the name: `geometry_msgs::Pose` has two.
     pub fn segments(&self) -> impl Iterator<Item = NameRef> {
         self.name_refs()
     }

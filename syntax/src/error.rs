@@ -1,4 +1,4 @@
-//! What the grammar does not allow, as facts: who shows them writes the sentences.
+//! Syntax errors as data; `mauve-diagnostics` has the messages.
 
 use rowan::TextRange;
 
@@ -9,9 +9,9 @@ use crate::parser::List;
 /// An error in a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SyntaxError {
-    /// The token that is wrong, or the empty range behind the token that something must follow.
+    /// The wrong token, or an empty range after the token that a missing element should follow.
     pub range: TextRange,
-    /// What is wrong there.
+    /// The kind of error.
     pub kind: SyntaxErrorKind,
 }
 
@@ -20,22 +20,22 @@ pub struct SyntaxError {
 pub enum SyntaxErrorKind {
     /// Something is missing.
     Expected {
-        /// What is missing.
+        /// The missing element.
         expected: Expected,
-        /// The kind of the token at the range; none where the line or the text ends.
+        /// The kind of the token at the range; none at the end of a line or of the text.
         found: Option<SyntaxKind>,
-        /// The keyword that is spelt like the token.
+        /// A keyword with a similar spelling.
         similar: Option<&'static str>,
     },
-    /// A token that is none.
+    /// An invalid token.
     Token(TokenError),
     /// A form of another language.
     Foreign(Foreign),
-    /// An `include` behind a declaration.
+    /// An `include` after a declaration.
     LateInclude,
     /// An `include` whose path has no quotes.
     PathWithoutQuotes,
-    /// A word behind the value of a field of an activity, such as a unit.
+    /// A word after the value of a field of an activity, such as a unit.
     WordAfterField,
     /// `a < b < c`
     ChainedComparison,
@@ -43,13 +43,13 @@ pub enum SyntaxErrorKind {
     MessageField,
     /// `scan[3]` in a program.
     ArrayElement,
-    /// More than [`DEEPEST`](crate::DEEPEST) levels in one another.
+    /// More than [`DEEPEST`](crate::DEEPEST) nested levels.
     TooDeep,
     /// A text of more than [`LONGEST_TEXT`](crate::LONGEST_TEXT) bytes.
     TooLong,
 }
 
-/// What is wrong inside a token.
+/// An error inside a token.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the names say it")]
 pub enum TokenError {
@@ -62,13 +62,13 @@ pub enum TokenError {
     Characters,
 }
 
-/// What the grammar expects at a token.
+/// An element that the grammar expects at a token.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the names say it")]
 pub enum Expected {
     /// A token of this kind.
     Token(SyntaxKind),
-    /// What stands behind `else`.
+    /// A block or an `if`, after `else`.
     BlockOrIf,
     /// An item of this list.
     Item(List),

@@ -1,8 +1,8 @@
-//! Forms of other languages that the parser recognises where the grammar does not allow them, so that each is one error
-//! that says how MAUVE writes it.
+//! Forms of other languages. The parser recognises them where the grammar does not allow them, and reports each as one
+//! error that shows the form in MAUVE.
 //!
-//! A word of these tables is a name wherever the grammar allows a name. Apart from these words the parser reads only the
-//! kinds of tokens: [`reads_alike`] tells which words a reparse may exchange.
+//! A word of these tables is a name wherever the grammar allows a name. The parser reads no other words, only kinds of
+//! tokens: [`reads_alike`] tells whether a reparse may exchange two words.
 
 use crate::SyntaxKind::{self, *};
 
@@ -13,21 +13,21 @@ pub enum Foreign {
     Spelling {
         /// The number of tokens.
         tokens: u8,
-        /// How MAUVE writes them.
+        /// The spelling in MAUVE.
         written: &'static str,
     },
-    /// These tokens mean nothing here: `()` behind the name of a shell.
+    /// Tokens that have no function here: `()` after the name of a shell.
     Superfluous {
         /// The number of tokens.
         tokens: u8,
     },
     /// An item without the keyword that begins it: `a.b -> c.d`.
     Keyword(&'static str),
-    /// `for`, `while`, `break` and their like.
+    /// `for`, `while`, `break` and similar.
     Loop,
-    /// `switch` and its like.
+    /// `switch` and similar.
     Switch,
-    /// A function with another keyword, or with its result first.
+    /// A function with another keyword, or with its result type first.
     Function,
     /// `n += 1`
     CompoundAssignment,
@@ -45,7 +45,7 @@ pub enum Foreign {
     Unit,
     /// `1.` or `.5`
     Fraction,
-    /// Commas between the items of a list: the first of them.
+    /// The first comma between the items of a list.
     Comma,
     /// A transition without a name.
     UnnamedTransition,
@@ -173,7 +173,7 @@ pub(crate) fn looks_like_type(word: &str) -> bool {
         || word.starts_with(|letter: char| letter.is_ascii_uppercase())
 }
 
-/// Returns whether the parser does the same whichever of the two words stands at a place.
+/// Returns whether the parser treats two words in the same way.
 pub(crate) fn reads_alike(one: &str, other: &str) -> bool {
     let is_plain = |word| meanings(word).next().is_none();
     is_plain(one) && is_plain(other) && looks_like_type(one) == looks_like_type(other)

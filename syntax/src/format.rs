@@ -1,27 +1,27 @@
-//! White space as it should be: a tree in, the replacements out that make its text a tidy one.
+//! Computes the edits that format the white space of a tree.
 //!
-//! **Only white space changes**: no token, no comment, no `;`. So formatting is a choice for each gap between two tokens
-//! or comments, and the tree stays the same but for its white space.
+//! **Only white space changes**: no token, no comment, no `;`. The formatter chooses the white space of each gap
+//! between two tokens or comments, so a formatted text has the same tree apart from white space.
 //!
-//! What is chosen:
-//! - Two spaces for each block around. Inside a line one space, none where none belongs: `f(a, b): T`, `a.b -> [4] c.d`,
-//!   `x = -y + 1;`. Two spaces between neighbours in a line that no `;` or `}` sets apart.
-//! - A block that was written in one line stays in one, unless it ends beyond column 120. In any other, each item begins
-//!   a line, and the closing brace has one. `{` and `else` follow on the line of what they belong to; an empty block is
+//! Rules:
+//! - Two spaces of indentation for each enclosing block. Inside a line one space, or none by convention: `f(a, b): T`,
+//!   `a.b -> [4] c.d`, `x = -y + 1;`. Two spaces between neighbours on a line that no `;` or `}` separates.
+//! - A block on one line stays on one line, unless it ends beyond column 120. In any other block, each item begins a
+//!   line, and the closing brace has its own line. `{` and `else` stay on the line of their owner; an empty block is
 //!   `{}`.
-//! - Any other line break is the author's: what continues an item stands behind the parenthesis that is open there; two
-//!   spaces in where that one ends its line; four where there is none.
-//! - One blank line is kept where there are some, none at the beginning or the end of a block or of the file.
-//! - A comment stays in its line, or on its own; then it is indented like what follows. Trailing `//` comments of lines
-//!   in a row stand in one column, as near as can be or where the author has put them all, and so does one that goes on
-//!   below.
-//! - The activities of a deployment that take one line each are a table: its columns are as wide as they need to be.
-//! - Line breaks are those of most lines. A byte order mark stays. The file ends with a line break.
+//! - Other line breaks are kept. A continuation line is aligned with the first token after the open parenthesis; it is
+//!   indented by two spaces if the parenthesis ends its line, and by four spaces without a parenthesis.
+//! - Blank lines are reduced to one, and removed at the beginning and the end of a block or of the file.
+//! - A comment stays on its line. A comment on its own line is indented like the next item. Trailing `//` comments of
+//!   consecutive lines are aligned in one column: the author's column if they share one, otherwise the smallest
+//!   possible column. A comment below them continues their column.
+//! - The activities of a deployment that take one line each are a table: its columns are as wide as necessary.
+//! - Line breaks have the form of the majority. A byte order mark stays. The file ends with a line break.
 //!
-//! **Errors are formatted around**: where the parser was lost, it recovers by where lines begin, and only the author
-//! knows what he was about to write. In an `ERROR` node, between the tokens beside it, and in a block that is not closed,
-//! all stays as it is. Elsewhere no line is broken or joined unless what stands on both sides of the break is whole: there
-//! the parser does not care.
+//! **Text with errors is not formatted**: behind an error, the parser recovers at the beginnings of lines, and the
+//! intended structure is unknown. In an `ERROR` node, between the tokens beside it, and in an unclosed block, all white
+//! space is kept. Elsewhere a line is broken or joined only where the nodes on both sides have no error: there the
+//! parser ignores line breaks.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -31,22 +31,22 @@ use rowan::{NodeOrToken, TextRange, TextSize, WalkEvent};
 use crate::SyntaxKind::{self, *};
 use crate::{Parse, SyntaxNode, is_closed_comment};
 
-/// How far a line may go that is one block.
+/// The maximal width of a line that is one block.
 const WIDTH: usize = 120;
 
-/// How many tokens the parser looks at behind the first one of a line.
+/// The number of tokens after the first one of a line that the parser examines.
 const LOOK_AHEAD: usize = 2;
 
-/// A piece of a text that is to be replaced; of the formatter, white space by white space.
+/// The replacement of a range of a text; the formatter replaces white space by white space.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Replacement {
-    /// What is replaced; empty where something is put in.
+    /// The replaced range; empty for an insertion.
     pub range: TextRange,
-    /// What is to stand there.
+    /// The new text of the range.
     pub text: String,
 }
 
-/// What formats a whole file: in the order of the text, no two overlapping, none that changes nothing.
+/// Returns the replacements that format a whole file: in text order, without overlaps, and each with an effect.
 ///
 /// ```
 /// let parse = mauve_syntax::parse("codel f( a:int ):int\n");
@@ -58,7 +58,7 @@ pub fn format(parse: &Parse) -> Vec<Replacement> {
     Layout::new(&parse.syntax(), &text).replacements()
 }
 
-/// The text, formatted. It is a fixed point: formatted again, it is the same.
+/// Returns the formatted text. Formatting is idempotent.
 ///
 /// ```
 /// let text = "shell S{input port goal:Pose;provide park( ):bool}";
@@ -66,15 +66,15 @@ pub fn format(parse: &Parse) -> Vec<Replacement> {
 /// assert_eq!(mauve_syntax::format::formatted(text), tidy);
 /// ```
 pub fn formatted(text: &str) -> String {
-    // One that is too long is not read.
+    // A text that is too long is not parsed.
     if text.len() > crate::LONGEST_TEXT {
         return text.to_owned();
     }
     applied(text, &format(&crate::parse(text)))
 }
 
-/// Those replacements of [`format`](fn@format) that lie in the lines of `range`. A range that ends where a line begins
-/// does not touch that line.
+/// Returns the replacements of [`format`](fn@format) in the lines of `range`. A range that ends at the beginning of a
+/// line does not include that line.
 pub fn format_range(parse: &Parse, range: TextRange) -> Vec<Replacement> {
     let text = parse.syntax().text().to_string();
     let lines = lines_of(&text, range);
@@ -83,10 +83,11 @@ pub fn format_range(parse: &Parse, range: TextRange) -> Vec<Replacement> {
     found
 }
 
-/// What is to be done when `typed` has been typed, right before `offset`: nothing but for `}`, `;` and line breaks.
+/// Returns the on-type formatting edits after `typed` was typed right before `offset`; none except for `}`, `;` and
+/// line breaks.
 ///
-/// `}` formats the item that ends with its block, `;` the item that it ends, a line break the line that it ends; and it
-/// gives the new line its indentation, which is the only replacement behind `offset`.
+/// `}` formats the item that ends with its block, `;` the item that it ends, and a line break the line that it ends. A
+/// line break also indents the new line: this is the only replacement behind `offset`.
 pub fn format_on_type(parse: &Parse, offset: TextSize, typed: char) -> Vec<Replacement> {
     let text = parse.syntax().text().to_string();
     let at = usize::from(offset).min(text.len());
@@ -102,12 +103,12 @@ pub fn format_on_type(parse: &Parse, offset: TextSize, typed: char) -> Vec<Repla
             };
             let Some(first) = layout.first_of_item(last) else { return Vec::new() };
             let lines = lines_of(&text, range(layout.pieces[first].start..at));
-            // What follows on the line is not what was finished.
+            // The rest of the line is not finished.
             found.retain(|it| lines.contains_range(it.range) && it.range.end() <= offset);
         }
         '\n' | '\r' => {
             let line = text.get(..at).map_or("", |before| before.trim_end_matches(['\n', '\r']));
-            // White space at the end of what was there is often a line break's first half.
+            // White space at the end of the finished line may be the first half of a line break.
             let finished = lines_of(&text, range(line.len()..line.len()));
             found.retain(|it| finished.contains_range(it.range));
             let rest = text.get(at..).unwrap_or_default();
@@ -121,7 +122,7 @@ pub fn format_on_type(parse: &Parse, offset: TextSize, typed: char) -> Vec<Repla
     found
 }
 
-/// The text with these replacements, which are in its order and do not overlap.
+/// Returns the text after the replacements, which are in text order and do not overlap.
 pub fn applied(text: &str, replacements: &[Replacement]) -> String {
     let mut out = String::with_capacity(text.len() + text.len() / 8);
     let mut end = 0;
@@ -134,7 +135,8 @@ pub fn applied(text: &str, replacements: &[Replacement]) -> String {
     out
 }
 
-/// From the beginning of the first line of a range to the end of its last, without the line break there.
+/// Returns the range from the beginning of the first line of `lines` to the end of the last one, without its line
+/// break.
 fn lines_of(text: &str, lines: TextRange) -> TextRange {
     let (start, end) = (usize::from(lines.start()).min(text.len()), usize::from(lines.end()).min(text.len()));
     let begins = |at: usize| at == 0 || matches!(text.as_bytes()[at - 1], b'\n' | b'\r');
@@ -152,16 +154,16 @@ fn range(of: Range<usize>) -> TextRange {
     TextRange::new(TextSize::new(of.start as u32), TextSize::new(of.end as u32))
 }
 
-/// A token that is no white space, and what decides about the gap before it. The last piece is the end of the text.
+/// A token or comment, with the properties that determine the gap before it. The last piece is the end of the text.
 struct Piece<'a> {
     kind: SyntaxKind,
     text: &'a str,
     start: usize,
     parent: SyntaxKind,
     depth: usize,
-    /// The list that an item begins in here, and whether the line may be broken before it.
+    /// The list of the item that begins here, and whether a line break before it is allowed.
     item: Option<(usize, bool)>,
-    /// The list whose brace this is, and for a closing one, whether the line may be broken before it.
+    /// The list that this brace opens or closes, and for a closing brace, whether a line break before it is allowed.
     brace: Option<(usize, bool)>,
     is_separator: bool,
     keep: Keep,
@@ -176,17 +178,17 @@ impl Piece<'_> {
         self.kind.is_comment()
     }
 
-    /// Is it a comment that goes on to the end of the text?
+    /// Returns whether this is a comment that continues to the end of the text.
     fn is_unclosed(&self) -> bool {
         self.kind == BLOCK_COMMENT && !is_closed_comment(self.text)
     }
 }
 
-/// What is left of a gap as it is.
+/// The part of a gap that is kept.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Keep {
     Nothing,
-    /// All up to its last line break: an error stands before it.
+    /// The part up to the last line break: an error is before it.
     Breaks,
     All,
 }
@@ -195,64 +197,64 @@ enum Keep {
 struct List {
     kind: SyntaxKind,
     outer: usize,
-    /// The first piece of what the block belongs to, and its braces.
+    /// The first piece of the owner of the block, and the braces of the block.
     owner: usize,
     open: usize,
     close: usize,
-    /// Has it no error, in itself and in what it belongs to?
+    /// Whether the list and its owner have no error.
     whole: bool,
-    /// Has the last of its items that was seen no error?
+    /// Whether the last item so far has no error.
     last_whole: bool,
     lines: bool,
 }
 
 impl List {
-    /// The list in a node whose opening brace is the piece `open`.
+    /// Returns the list of a node whose opening brace is the piece `open`.
     fn new(frame: &Frame, outer: usize, open: usize) -> List {
         let Frame { kind, first: owner, whole, .. } = *frame;
         List { kind, outer, owner, open, close: usize::MAX, whole, last_whole: true, lines: false }
     }
 }
 
-/// What is to stand before a piece.
+/// The white space before a piece.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Gap {
     AsIs,
-    /// As it is, but for what follows the last line break.
+    /// The same line breaks, and new indentation after the last one.
     Indented(usize),
     Spaces(usize),
-    /// A line break, a blank line where wanted, and spaces.
+    /// A line break, an optional blank line, and spaces.
     Line {
         blank: bool,
         indent: usize,
     },
 }
 
-/// A parenthesis that is open where a line begins.
+/// A parenthesis that is open at the beginning of a line.
 struct Paren {
-    /// Where a line that goes on begins, and where one with the closing parenthesis.
+    /// The columns of a continuation line, and of a line with the closing parenthesis.
     inside: usize,
     closing: usize,
 }
 
-/// A comment in a row of trailing ones.
+/// A comment in a sequence of trailing comments.
 struct Trailing {
     piece: usize,
-    /// The first column where it may begin, and the one where it does.
+    /// The smallest possible column, and the chosen one.
     least: usize,
     column: usize,
-    /// Does it follow its line at once?
+    /// Whether no white space precedes it.
     tight: bool,
 }
 
 struct Layout<'a> {
     text: &'a str,
-    /// Where the first gap begins: behind a byte order mark.
+    /// The offset of the first gap: after a byte order mark.
     origin: usize,
     line_break: &'static str,
     pieces: Vec<Piece<'a>>,
     lists: Vec<List>,
-    /// Where each piece would begin its line.
+    /// The indentation of each piece if it began a line.
     indents: Vec<usize>,
     gaps: Vec<Gap>,
 }
@@ -270,7 +272,7 @@ impl<'a> Layout<'a> {
         layout
     }
 
-    /// The white space before a piece, as it is.
+    /// Returns the present white space before a piece.
     fn white(&self, piece: usize) -> &'a str {
         let start = piece.checked_sub(1).map_or(self.origin, |previous| self.pieces[previous].end());
         self.text.get(start..self.pieces[piece].start).unwrap_or_default()
@@ -304,8 +306,8 @@ impl<'a> Layout<'a> {
                 continue;
             }
             let start = piece.start - old.len();
-            // The end of a line, what breaks it, and the beginning of the next one are each by itself: a range of lines
-            // may want only some of them.
+            // The end of a line, its line break and the beginning of the next line are separate replacements: a range
+            // of lines may include only some of them.
             match (old.find(['\n', '\r']), new.find(['\n', '\r'])) {
                 (Some(old_head), Some(new_head)) => {
                     let (old_tail, new_tail) = (last_line(old), last_line(&new));
@@ -320,14 +322,14 @@ impl<'a> Layout<'a> {
         found
     }
 
-    /// How most lines end, of those that will.
+    /// Returns the most frequent line break among those that are kept.
     fn most_line_breaks(&self) -> &'static str {
         let (mut windows, mut all) = (0, 0);
         for (piece, gap) in self.gaps.iter().enumerate() {
             let white = self.white(piece);
             let kept = match gap {
                 Gap::Spaces(_) => "",
-                // However many there are.
+                // Any number of line breaks.
                 Gap::Line { .. } => white.find('\n').and_then(|at| white.get(..=at)).unwrap_or_default(),
                 Gap::AsIs | Gap::Indented(_) => white,
             };
@@ -337,7 +339,7 @@ impl<'a> Layout<'a> {
         if windows * 2 > all { "\r\n" } else { "\n" }
     }
 
-    /// Chooses each gap by what stands around it.
+    /// Chooses each gap from the pieces around it.
     fn lay_out(&mut self) {
         let mut pen = Pen { column: 0, indent: 0, parens: Vec::new() };
         let mut previous = None;
@@ -352,7 +354,8 @@ impl<'a> Layout<'a> {
         }
     }
 
-    /// The gaps before the token `next`, of which the `first` follows the token `previous`; comments stand between them.
+    /// Lays out the gaps before the token `next`. The piece `first` is the first one after the token `previous`; the
+    /// pieces between are comments.
     fn region(&mut self, pen: &mut Pen, previous: Option<usize>, first: usize, next: usize) {
         let token = &self.pieces[next];
         if token.item.is_some() || token.brace.is_some() {
@@ -364,7 +367,7 @@ impl<'a> Layout<'a> {
         let between = previous.map_or(0, |it| self.pieces[it].end())..token.start;
         let broken = breaks(self.text.get(between).unwrap_or_default()) > 0;
 
-        // A line break that was not there.
+        // Inserts a line break.
         let (list, may_break) = token.item.or(token.brace.filter(|_| closes)).unwrap_or((0, false));
         let force = may_break
             && !broken
@@ -373,7 +376,7 @@ impl<'a> Layout<'a> {
             && self.lists[list].lines
             && (closes || self.is_known(next));
         let forced = if closes { next } else { first };
-        // And one that is not to be there.
+        // Removes a line break.
         let is_empty = closes && opened.is_some();
         let follows = token.item.is_none()
             && (token.kind == L_CURLY && token.brace.is_some()
@@ -389,7 +392,7 @@ impl<'a> Layout<'a> {
             let choice = match self.pieces[gap].keep {
                 Keep::All => Gap::AsIs,
                 Keep::Breaks if count == 0 => Gap::AsIs,
-                // What goes on behind an error is part of it.
+                // A continuation after an error is part of the error.
                 Keep::Breaks if token.item.is_none() && !closes => Gap::AsIs,
                 Keep::Breaks => Gap::Indented(here),
                 Keep::Nothing if gap == 0 => Gap::Spaces(0),
@@ -408,7 +411,7 @@ impl<'a> Layout<'a> {
         self.open(pen, next);
     }
 
-    /// Does no error stand among the tokens by which the parser knows what begins in a line?
+    /// Returns whether no error is among the tokens that tell the parser which item begins a line.
     fn is_known(&self, first: usize) -> bool {
         let mut tokens = 0;
         for piece in self.pieces.iter().skip(first + 1) {
@@ -427,7 +430,7 @@ impl<'a> Layout<'a> {
         piece.is_some_and(|it| self.pieces[it].kind == kind)
     }
 
-    /// Where a token begins if it begins a line, and where comments above it do.
+    /// Returns the indentation of a token that begins a line, and that of the comments above it.
     fn indent(&self, pen: &Pen, token: usize) -> (usize, usize) {
         let piece = &self.pieces[token];
         let block = piece.depth * 2;
@@ -445,7 +448,7 @@ impl<'a> Layout<'a> {
         }
     }
 
-    /// How many spaces stand before a piece that follows on its line.
+    /// Returns the number of spaces before a piece that does not begin a line.
     fn spaces(&self, piece: usize) -> usize {
         let Some(previous) = piece.checked_sub(1) else { return 0 };
         let (left, right) = (&self.pieces[previous], &self.pieces[piece]);
@@ -475,7 +478,7 @@ impl<'a> Layout<'a> {
             (_, L_PAREN) if right.parent != PAREN_EXPR => 0,
             _ => 1,
         };
-        // No two tokens may become one.
+        // Two tokens must not become one.
         if wanted == 0 && was > 0 && !stay_apart(left.text, right.text) { 1 } else { wanted }
     }
 
@@ -504,7 +507,7 @@ impl<'a> Layout<'a> {
         pen.column = if last > 0 { 0 } else { pen.column } + width(&text[last..]);
     }
 
-    /// What a token opens or closes.
+    /// Opens or closes the list of a brace or a parenthesis.
     fn open(&mut self, pen: &mut Pen, token: usize) {
         let piece = &self.pieces[token];
         match piece.kind {
@@ -523,7 +526,7 @@ impl<'a> Layout<'a> {
             L_CURLY => {
                 if let Some((list, _)) = piece.brace {
                     let it = &self.lists[list];
-                    // What breaks here breaks all around.
+                    // A line break here requires one in all enclosing blocks.
                     let may_break = it.whole && self.lists[it.outer].lines;
                     let breaks = it.lines || may_break && !self.fits(pen.column, it.open..it.close);
                     self.lists[list].lines = breaks;
@@ -533,9 +536,9 @@ impl<'a> Layout<'a> {
         }
     }
 
-    /// Does a block end within the width when it stays in a line, and its opening brace ends at `column`?
+    /// Returns whether a block on one line ends within the width if its opening brace ends at `column`.
     fn fits(&self, mut column: usize, block: Range<usize>) -> bool {
-        // An empty one has nothing to break.
+        // An empty block has no line breaks.
         if block.start + 1 >= block.end {
             return true;
         }
@@ -548,9 +551,9 @@ impl<'a> Layout<'a> {
         true
     }
 
-    /// Makes a table of the activities of each deployment that take a line each.
+    /// Aligns the one-line activities of each deployment as a table.
     fn align_activities(&mut self) {
-        // For each row, the pieces before which its cells end, but for the last one.
+        // For each row, the pieces that end its cells, except for the last cell.
         let mut rows: Vec<(usize, Vec<&str>, Vec<usize>)> = Vec::new();
         for (index, list) in self.lists.iter().enumerate().filter(|(_, it)| it.kind == ACTIVITY && it.whole) {
             let Some((deployment, _)) = self.pieces[list.owner].item else { continue };
@@ -565,7 +568,7 @@ impl<'a> Layout<'a> {
                 names.push(self.pieces[field].text);
                 ends.push(field);
             }
-            // The first field follows its brace.
+            // The first field is not aligned: it follows its brace.
             if ends.len() > 2 {
                 ends.remove(2);
             }
@@ -593,7 +596,7 @@ impl<'a> Layout<'a> {
         }
     }
 
-    /// How wide the pieces from `first` to before `end` are in their line.
+    /// Returns the width of the pieces `first..end` on their line.
     fn cell_width(&self, first: usize, end: usize) -> usize {
         let gap = |piece: usize| match self.gaps[piece] {
             Gap::Spaces(count) if piece > first => count,
@@ -602,7 +605,7 @@ impl<'a> Layout<'a> {
         (first..end).map(|piece| gap(piece) + width(self.pieces[piece].text)).sum()
     }
 
-    /// Puts the trailing comments of lines in a row into one column.
+    /// Aligns the trailing comments of consecutive lines in one column.
     fn align_comments(&mut self) {
         let mut pen = Pen { column: 0, indent: 0, parens: Vec::new() };
         let mut line = 0;
@@ -636,7 +639,7 @@ impl<'a> Layout<'a> {
                         tight: self.white(piece).len() < 2,
                     });
                 }
-                // It goes on with what the one above it says.
+                // It continues the comment above it.
                 Gap::Line { blank: false, .. } if follows && column == was_at => {
                     row.push(Trailing { piece, least: 0, column, tight: false });
                 }
@@ -649,7 +652,7 @@ impl<'a> Layout<'a> {
 
     fn align_row(&mut self, row: &mut Vec<Trailing>) {
         let mut column = row.iter().map(|it| it.least).max().unwrap_or(0);
-        // The author has a column for them, farther away.
+        // The author's column is wider.
         if let Some(first) = row.first()
             && row.iter().all(|it| it.column == first.column && !it.tight)
         {
@@ -664,16 +667,16 @@ impl<'a> Layout<'a> {
         }
     }
 
-    /// Where a piece begins in its line, as it is.
+    /// Returns the present column of a piece.
     fn column_of(&self, piece: usize) -> usize {
         let before = self.text.get(self.origin..self.pieces[piece].start).unwrap_or_default();
         width(&before[last_line(before)..])
     }
 
-    /// The first piece of the innermost item that the piece belongs to.
+    /// Returns the first piece of the innermost item that contains the piece.
     fn first_of_item(&self, piece: usize) -> Option<usize> {
         let last = match self.pieces[piece] {
-            // From where the item begins that has the block, which may have others before.
+            // The owner of a block is the beginning of its item, which may contain other blocks.
             Piece { kind: R_CURLY, brace: Some((list, _)), .. } => self.lists[list].owner,
             _ => piece,
         };
@@ -681,11 +684,12 @@ impl<'a> Layout<'a> {
         (0..=last).rev().find(|&it| self.pieces[it].item.is_some() && self.pieces[it].depth <= depth)
     }
 
-    /// Where the text of a line begins that has this white space only before it; nothing where that is not known.
+    /// Returns the column for the text of a line that has only this white space before it; none if the column is
+    /// unknown.
     fn indent_at(&self, white: Range<usize>) -> Option<usize> {
         let next = self.pieces.iter().position(|piece| piece.start >= white.start)?;
         let before = next.checked_sub(1).map(|previous| &self.pieces[previous]);
-        // Inside a comment or a string nothing is known.
+        // Inside a comment or a string the column is unknown.
         if before.is_some_and(|before| before.end() > white.start || before.is_unclosed()) {
             return None;
         }
@@ -693,7 +697,7 @@ impl<'a> Layout<'a> {
         if piece.start == white.end && piece.kind != EOF {
             return (piece.keep != Keep::All).then(|| self.indents[next]);
         }
-        // An empty line: how it goes on is not written yet.
+        // The line is empty, so its text is unknown.
         let blocks = self.lists.iter().skip(1).filter(|list| list.open < next && next <= list.close).count();
         let token = self.pieces[..next].iter().rposition(|piece| !piece.is_comment());
         let goes_on = token.is_some_and(|token| CONTINUED.contains(&self.pieces[token].kind));
@@ -722,7 +726,7 @@ impl<'a> Layout<'a> {
 const CONTINUED: [SyntaxKind; 16] =
     [EQ, ARROW, COMMA, EQ2, NEQ, LT, LTEQ, GT, GTEQ, PLUS, MINUS, STAR, SLASH, PERCENT, AMP2, PIPE2];
 
-/// Where the text is, while it is laid out.
+/// The state of the layout at the current piece.
 struct Pen {
     column: usize,
     indent: usize,
@@ -731,14 +735,14 @@ struct Pen {
 
 struct Reader<'a> {
     text: &'a str,
-    /// Where errors stand; none is inside another.
+    /// The ranges of errors; they are not nested.
     errors: Vec<TextRange>,
     pieces: Vec<Piece<'a>>,
     lists: Vec<List>,
-    /// What the next gap keeps, at least.
+    /// The minimal part of the next gap that is kept.
     keep: Keep,
     item: Option<(usize, bool)>,
-    /// The lists that are open around, the innermost last.
+    /// The enclosing lists, the innermost last.
     open: Vec<usize>,
 }
 
@@ -795,13 +799,13 @@ impl<'a> Reader<'a> {
                     let Some(frame) = frames.pop() else { continue };
                     self.item = None;
                     if frame.kind == ERROR && frame.first < self.pieces.len() {
-                        // With the comments above.
+                        // Includes the comments above.
                         let above = self.pieces[..frame.first].iter().rposition(|piece| !piece.is_comment());
                         self.keep_all(above.map_or(0, |above| above + 1)..self.pieces.len());
                         self.keep = self.keep.max(Keep::Breaks);
                     }
                     if let Some(list) = frame.list.filter(|_| frame.kind != SOURCE_FILE) {
-                        // It is not closed: what belongs to it is not known.
+                        // The block is not closed, so its end is unknown.
                         self.keep_all(self.lists[list].open + 1..self.pieces.len());
                         self.lists[list].close = self.pieces.len();
                         self.open.pop();
@@ -816,7 +820,7 @@ impl<'a> Reader<'a> {
                 WalkEvent::Leave(NodeOrToken::Token(_)) => {}
             }
         }
-        // A line break there would be part of the comment.
+        // A line break here would become part of the comment.
         if self.pieces.last().is_some_and(Piece::is_unclosed) {
             self.keep = Keep::All;
         }
@@ -878,7 +882,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Does no error stand in this range, nor at its ends?
+    /// Returns whether no error is in this range or at its ends.
     fn is_whole(&self, range: TextRange) -> bool {
         let next = self.errors.partition_point(|error| error.start() <= range.end());
         next.checked_sub(1)
@@ -905,7 +909,7 @@ fn width(text: &str) -> usize {
     text.chars().count()
 }
 
-/// Are two tokens still two when nothing stands between them?
+/// Returns whether two adjacent tokens remain two tokens without white space between them.
 fn stay_apart(left: &str, right: &str) -> bool {
     let lexed = crate::lex(&format!("{left}{right}"));
     lexed.len() == 2 && lexed.range(0).len() == left.len()
@@ -1149,7 +1153,7 @@ what  is   this
 
     #[test]
     fn no_line_is_broken_where_the_parser_would_be_misled() {
-        // Where `architecture A` began a line, it would be one that is declared.
+        // `architecture A` at the beginning of a line would be a declaration.
         check(
             "deployment D { architecture A\n{ } }",
             expect![[r#"
@@ -1177,12 +1181,12 @@ what  is   this
         let parse = crate::parse(text);
         let second = applied(text, &format_range(&parse, range(8..9)));
         assert_eq!(second, "use  a\nuse b\nuse  c\n");
-        // Whole lines, as editors select them.
+        // Editors select complete lines.
         let two = applied(text, &format_range(&parse, range(0..14)));
         assert_eq!(two, "use a\nuse b\nuse  c\n");
     }
 
-    /// What stands there when the character before `|` was typed.
+    /// Checks the text after on-type formatting of the character before `|`.
     fn typed(text: &str, expected: &str) {
         let at = text.find('|').unwrap_or_default();
         let text = text.replacen('|', "", 1);
@@ -1193,20 +1197,20 @@ what  is   this
 
     #[test]
     fn while_typing() {
-        // The item that ends, and nothing around it.
+        // Formats the item that ends, and no text around it.
         typed("core C(S) {\nvar  a:int;|\nvar  b:int\n}", "core C(S) {\n  var a: int;\nvar  b:int\n}");
         typed(
             "core C(S) {\nupdate={\nf( a );\n}|\nstop={}\n}",
             "core C(S) {\n  update = {\n    f(a);\n  }\nstop={}\n}",
         );
-        // A new line is as far in as what will stand in it.
+        // A new line is indented like its future text.
         typed("core C(S) {\nvar  b:int\n|\n}", "core C(S) {\n  var b: int\n  \n}");
         typed("core C(S) {\n  update = {\n|", "core C(S) {\n  update = {\n    ");
         typed("core C(S) {\n  update = {\n|}\n}", "core C(S) {\n  update = {\n  }\n}");
         typed("codel f(in a: int,\n|): bool", "codel f(in a: int,\n        ): bool");
         typed("codel f(\n|", "codel f(\n  ");
         typed("core C(S) {\n  var a: int =\n|\n}", "core C(S) {\n  var a: int =\n      \n}");
-        // Not in a comment.
+        // No formatting in a comment.
         typed("/* a\n|\n*/", "/* a\n\n*/");
         typed("// a;|", "// a;");
     }

@@ -1,7 +1,8 @@
-//! The rules: tokens in, events out. A rule named `foo` always makes a node or an error; `opt_foo` may make nothing.
+//! The rules of the grammar, from tokens to events. A rule `foo` always makes a node or an error; `opt_foo` may make
+//! none.
 //!
-//! The comment above a rule that begins with `test` and a name is parsed by a test, and its tree compared with
-//! `test_data/<name>.txt`: `test` must have no error, `test_err` must have one.
+//! A test parses the comment above a rule that begins with `test` and a name, and compares the tree with
+//! `test_data/<name>.txt`: `test` has no error, `test_err` has at least one.
 
 mod architecture;
 mod core;
@@ -31,7 +32,7 @@ pub(crate) fn source_file(p: &mut Parser<'_>) {
     let (mut declared, mut late) = (false, false);
     while !p.at_end() {
         if p.at(INCLUDE_KW) {
-            // The first that stands too late is the mistake.
+            // Only the first late one is reported.
             include(p, declared && !late);
             late |= declared;
         } else {
@@ -168,7 +169,7 @@ fn component(p: &mut Parser<'_>) {
 
 // Nodes, names, types and lists, which every rule uses
 
-/// Makes a node of the current token and of what `rest` reads behind that token.
+/// Makes a node of the current token and the tokens that `rest` takes after it.
 fn node(p: &mut Parser<'_>, kind: SyntaxKind, rest: impl FnOnce(&mut Parser<'_>)) {
     let m = p.start();
     p.bump();
@@ -191,7 +192,7 @@ fn word(p: &mut Parser<'_>, kind: SyntaxKind, what: Expected) {
     }
 }
 
-/// The current word as a name, also where it begins a line as an item does.
+/// Takes the current word as a name, also if it begins a line like an item.
 fn any_word(p: &mut Parser<'_>, kind: SyntaxKind) {
     let m = p.start();
     p.bump_as(IDENT);
@@ -235,7 +236,7 @@ fn declared_type(p: &mut Parser<'_>) {
     }
 }
 
-/// `int n` instead of `n: int`: nothing is known of the type, so that nothing is said of it either.
+/// Takes `int n` instead of `n: int`: the type is unknown, so no other error is reported.
 fn opt_type_before_name(p: &mut Parser<'_>) -> bool {
     let is_one = p.at_type_before_name();
     if is_one {
@@ -246,7 +247,7 @@ fn opt_type_before_name(p: &mut Parser<'_>) -> bool {
     is_one
 }
 
-/// Takes `kind`, or what stands for it in other languages, or reports that it is missing.
+/// Takes `kind` or its form in other languages, or reports that it is missing.
 fn expect_or_foreign(p: &mut Parser<'_>, kind: SyntaxKind) -> bool {
     p.at(kind) && p.expect(kind) || foreign::opt_instead_of(p, kind) || p.expect(kind)
 }
@@ -254,21 +255,21 @@ fn expect_or_foreign(p: &mut Parser<'_>, kind: SyntaxKind) -> bool {
 // test_err type_without_its_colon
 // codel plan(in goal Pose, out way: Path) bool
 fn colon_type(p: &mut Parser<'_>) {
-    // A forgotten colon is one mistake: what follows on the line is the type, unless it begins or names the next item.
+    // A missing colon is one mistake: the next word on the line is the type, unless it begins or names the next item.
     let is_type = |p: &Parser<'_>| p.at_name() && !p.begins_line() && !p.at_own_item() && p.nth(1) != L_CURLY;
     if expect_or_foreign(p, COLON) || is_type(p) {
         type_(p, Expected::Type);
     }
 }
 
-/// `{ item … }`. Items may be separated by `;`.
+/// Takes `{ item … }`. Items may be separated by `;`.
 fn list(p: &mut Parser<'_>, kind: List) {
     if !p.at(L_CURLY) {
         foreign::opt_before_list(p);
     }
     if !p.eat(L_CURLY) {
         p.missing(Expected::Token(L_CURLY));
-        // What stands between a header and its list is part of that mistake.
+        // Text between a header and its list is part of the same mistake.
         p.drop_until(|p| matches!(p.current(), L_CURLY | R_CURLY | SEMICOLON) || p.begins_line());
         if !p.eat(L_CURLY) {
             return;
@@ -280,7 +281,7 @@ fn list(p: &mut Parser<'_>, kind: List) {
     p.expect(R_CURLY);
 }
 
-/// The items of a list that is open: up to where it is `done`, and whether it was, or to where the list ends.
+/// Takes the items of an open list, up to `done` or to the end of the list. Returns whether it was `done`.
 pub(crate) fn items(p: &mut Parser<'_>, kind: List, done: impl Fn(&Parser<'_>) -> bool) -> bool {
     loop {
         if done(p) {
@@ -304,7 +305,7 @@ fn has_fields(kind: List) -> bool {
 
 // test_err commas_between_items
 // deployment D { activity a { period = 10, priority = 3, deadline = 5 } }
-/// Items behind commas, up to one that has none behind it: one mistake.
+/// Takes items that commas separate, as one mistake.
 fn commas(p: &mut Parser<'_>, kind: List) {
     p.foreign(Foreign::Comma);
     while p.at(COMMA) {
@@ -330,7 +331,7 @@ fn item(p: &mut Parser<'_>, kind: List) {
     }
 }
 
-/// `one, two, …` up to `close`, which is left to the caller.
+/// Takes `one, two, …` up to `close`, which the caller takes.
 fn separated(p: &mut Parser<'_>, close: SyntaxKind, what: Expected, one: impl Fn(&mut Parser<'_>) -> bool) {
     while !p.at_end() && !p.at(close) {
         if !one(p) {
@@ -340,7 +341,7 @@ fn separated(p: &mut Parser<'_>, close: SyntaxKind, what: Expected, one: impl Fn
             }
         }
         if !p.eat(COMMA) {
-            // A forgotten comma is one mistake: what follows on the line is the next one.
+            // A missing comma is one mistake: the next word on the line is the next element.
             let next = p.current().is_word() || matches!(p.current(), INT_NUMBER | FLOAT_NUMBER | STRING);
             if !next || p.begins_line() {
                 break;
@@ -354,13 +355,13 @@ fn separated(p: &mut Parser<'_>, close: SyntaxKind, what: Expected, one: impl Fn
     }
 }
 
-/// What fits nowhere in a list: one error, up to the next thing that does, or the next line.
+/// Takes unexpected text in a list as one error, up to the next item or the next line.
 fn unknown(p: &mut Parser<'_>, list: List) {
     let words = list.item_keywords().iter().flat_map(|words| words.split(' '));
     let similar = p.word().and_then(|word| similar(word, words));
     let expected = Expected::Item(list);
     p.skip(SyntaxErrorKind::Expected { expected, found: Some(p.current()), similar }, |p| {
-        // Outside all braces one stray `}` is one mistake, with all that it leaves without a place.
+        // Outside all braces, a stray `}` is one mistake with the misplaced items after it.
         let outside = !p.is_in(List::Library) && list == List::Library;
         p.at_item()
             || p.at_start_of(list)

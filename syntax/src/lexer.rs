@@ -1,4 +1,4 @@
-//! Text → tokens. Every byte is in exactly one token.
+//! Splits a text into tokens. Each byte belongs to exactly one token.
 
 use logos::Logos;
 
@@ -9,15 +9,15 @@ use crate::is_closed_comment;
 /// The tokens of a text, trivia included.
 pub struct Lexed {
     kinds: Vec<SyntaxKind>,
-    /// Where each token starts, and [`BEGINS_LINE`]; one more than there are tokens, the last is where that ends.
+    /// The start of each token, with [`BEGINS_LINE`]. The additional last element is the end of the text.
     starts: Vec<u32>,
     errors: Vec<(u32, TokenError)>,
 }
 
-/// Set on the start of a token that is no trivia and the first such of its line. (Texts are shorter than 2³¹ bytes.)
+/// A flag on the start of the first significant token of a line. (Texts are shorter than 2³¹ bytes.)
 const BEGINS_LINE: u32 = 1 << 31;
 
-/// Cuts `text` into tokens.
+/// Splits `text` into tokens.
 ///
 /// ```
 /// let lexed = mauve_syntax::lex("period = 100 // ms");
@@ -28,10 +28,10 @@ pub fn lex(text: &str) -> Lexed {
     lex_from(text, 0, text.len() / 3, |_, _| false)
 }
 
-/// The tokens of `text` from `from`, where one begins, to the first that is `enough`, by its kind and its start: each is
-/// what [`lex`] finds there, but whether the first begins its line is known at the start of the text only.
+/// Returns the tokens of `text` from `from`, the start of a token, to the first one that is `enough`, judged by its
+/// kind and start. [`lex`] finds the same tokens; only for `from` > 0, it is unknown whether the first one begins its line.
 ///
-/// `expected` is how many there may be.
+/// `expected` is the expected number of tokens.
 #[inline]
 pub(crate) fn lex_from(
     text: &str,
@@ -56,7 +56,7 @@ pub(crate) fn lex_from(
     }
     let mut end;
     loop {
-        // Half of all tokens are white space: found by hand they cost no step of the automaton.
+        // Half of all tokens are white space: a manual scan is faster than the automaton.
         let at = lexer.span().end;
         let (white, breaks) = white_space(&text.as_bytes()[at..]);
         if white > 0 {
@@ -70,7 +70,7 @@ pub(crate) fn lex_from(
         let start = lexer.span().start as u32;
         let kind = match token {
             Ok(kind) => kind,
-            // Neighbouring stray characters are one token, and one error.
+            // Consecutive stray characters are one token, with one error.
             Err(()) if kinds.last() == Some(&ERROR_CHARACTERS) => continue,
             Err(()) => of_another_language(&mut lexer),
         };
@@ -105,22 +105,22 @@ pub(crate) fn lex_from(
 }
 
 impl Lexed {
-    /// How many tokens there are.
+    /// Returns the number of tokens.
     pub fn len(&self) -> usize {
         self.kinds.len()
     }
 
-    /// Is there no token at all?
+    /// Returns whether there are no tokens.
     pub fn is_empty(&self) -> bool {
         self.kinds.is_empty()
     }
 
-    /// What the token is; [`SyntaxKind::EOF`] past the last.
+    /// Returns the kind of a token; [`SyntaxKind::EOF`] after the last one.
     pub fn kind(&self, index: usize) -> SyntaxKind {
         self.kinds.get(index).copied().unwrap_or(EOF)
     }
 
-    /// The bytes of the token; empty, at the end of the text, past the last.
+    /// Returns the range of a token in bytes; after the last one, an empty range at the end of the text.
     pub fn range(&self, index: usize) -> std::ops::Range<usize> {
         let start = self.start(index);
         start..self.start(index + 1).max(start)
@@ -130,7 +130,7 @@ impl Lexed {
         (self.starts.get(index).or(self.starts.last()).copied().unwrap_or(0) & !BEGINS_LINE) as usize
     }
 
-    /// Is this token the first of its line that is no trivia? So is the end of the text.
+    /// Returns whether a token is the first significant one of its line. The end of the text is.
     pub(crate) fn begins_line(&self, index: usize) -> bool {
         index >= self.len() || self.starts.get(index).is_none_or(|start| start & BEGINS_LINE != 0)
     }
@@ -144,7 +144,7 @@ impl Lexed {
     }
 }
 
-/// How many bytes of white space `bytes` begin with, and whether a line breaks in them.
+/// Returns the length of the white space at the beginning of `bytes`, and whether it contains a line break.
 #[inline]
 fn white_space(bytes: &[u8]) -> (usize, bool) {
     let mut breaks = false;
@@ -158,25 +158,25 @@ fn white_space(bytes: &[u8]) -> (usize, bool) {
     (bytes.len(), breaks)
 }
 
-/// Called by the lexer at `/*`: takes everything up to the first `*/`, or to the end.
+/// Takes a block comment after its `/*`, up to the first `*/` or to the end.
 pub(crate) fn block_comment(lexer: &mut logos::Lexer<'_, SyntaxKind>) {
     let rest = lexer.remainder();
     lexer.bump(rest.find("*/").map_or(rest.len(), |at| at + 2));
 }
 
-/// Does a line behind `#` include a file, as in C?
+/// Returns whether the rest of a line after `#` includes a file, as in C.
 fn is_include(line: &str) -> bool {
     let path = line.strip_prefix("include");
     path.is_some_and(|path| path.starts_with([' ', '\t', '"', '<']))
 }
 
-/// Takes a comment that begins with `#`, or a string between `'`, behind the first of its characters. Both end with
-/// their line. Anything else is that character.
+/// Takes a comment that begins with `#`, or a string between `'`, after its first character. Both end with the line.
+/// Otherwise takes only this character.
 fn of_another_language(lexer: &mut logos::Lexer<'_, SyntaxKind>) -> SyntaxKind {
     let rest = lexer.remainder();
     let line = rest.find(['\n', '\r']).map_or(rest, |end| rest.get(..end).unwrap_or_default());
     match lexer.slice() {
-        // The include is read as one.
+        // The parser reads an include.
         "#" if is_include(line) => ERROR_CHARACTERS,
         "#" => {
             lexer.bump(line.len());

@@ -1,8 +1,8 @@
-//! The syntax of MAUVE: text in, lossless tree out.
+//! The syntax of MAUVE: parses a text into a lossless tree.
 //!
-//! [`parse`] never fails and never loses a byte: the text of the tree is the text that was parsed, whatever it was.
-//! What is missing or fits nowhere is an [`SyntaxKind::ERROR`] node in the tree, at the place, and a [`SyntaxError`]
-//! beside it, so that whoever reads a part of the tree can ask whether anything was lost in it ([`is_whole`]).
+//! [`parse`] never fails and never loses a byte: the text of the tree is the parsed text. Missing and unexpected text
+//! is an [`SyntaxKind::ERROR`] node in the tree, with a [`SyntaxError`] at its position. [`is_whole`] tells whether a
+//! node has no error in it.
 //!
 //! ```
 //! let parse = mauve_syntax::parse("deployment D { architecture A  activity pilot { priority = 1 period = 100 } }");
@@ -12,19 +12,19 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `mauve.ungram` | the tree: nodes and what stands in them, and the sets of keywords; `generated/` is made from it |
-//! | `lexer.rs` | text → tokens, by logos |
-//! | `grammar/` | tokens → events, a function for each rule, by hand |
+//! | `mauve.ungram` | the tree: nodes and their children, and the sets of keywords; `generated/` is generated from it |
+//! | `lexer.rs` | splits a text into tokens, with logos |
+//! | `grammar/` | the handwritten parser: a function for each rule, from tokens to events |
 //! | `foreign.rs` | the forms of other languages that the parser recognises |
-//! | `parser.rs` | what those functions are written with: markers, recovery, the cap on depth |
-//! | `tree.rs` | events and tokens → rowan's tree, with the white space back in its place |
-//! | `reparse.rs` | an edit of a text → an edit of its tree |
+//! | `parser.rs` | the state of the parser for these functions: markers, recovery, the depth limit |
+//! | `tree.rs` | builds rowan's tree from events and tokens, with white space |
+//! | `reparse.rs` | reparses an edited text |
 //! | `ast.rs` | the typed view |
-//! | `format.rs` | white space as it should be |
+//! | `format.rs` | formats white space |
 //! | `trivia.rs` | white space and comments between tokens, and the comment above a declaration |
-//! | `spelling.rs` | what a misspelt word may be |
+//! | `spelling.rs` | finds the intended word of a misspelling |
 //!
-//! This crate knows no database, no editor protocol and no analysis of any kind.
+//! This crate does not depend on the database, an editor protocol or any analysis.
 
 pub mod ast;
 mod error;
@@ -70,17 +70,17 @@ impl rowan::Language for Mauve {
     }
 }
 
-/// A node of the tree, with its place in the file.
+/// A node of the tree, with its position in the file.
 pub type SyntaxNode = rowan::SyntaxNode<Mauve>;
-/// A token of the tree, with its place in the file.
+/// A token of the tree, with its position in the file.
 pub type SyntaxToken = rowan::SyntaxToken<Mauve>;
 /// A node or a token.
 pub type SyntaxElement = rowan::SyntaxElement<Mauve>;
 
-/// The longest text that is parsed, in bytes: places in a tree are 32-bit numbers.
+/// The maximal length of a text that is parsed, in bytes: offsets in a tree are 32-bit numbers.
 pub const LONGEST_TEXT: usize = u32::MAX as usize / 2;
 
-/// Parses a whole file. Any text gives a tree, and the tree's text is that text.
+/// Parses a file. Any text gives a tree with the same text.
 ///
 /// A text of more than [`LONGEST_TEXT`] bytes gives an empty tree with one error.
 pub fn parse(text: &str) -> Parse {

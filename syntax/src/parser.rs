@@ -1,4 +1,4 @@
-//! What the grammar's rules are written with: look-ahead, markers, errors, recovery and the cap on depth.
+//! The parser that the grammar's rules use: look-ahead, markers, errors, recovery and the depth limit.
 
 use rowan::{TextRange, TextSize};
 
@@ -9,8 +9,8 @@ use crate::keywords::{ARCHITECTURE_ITEMS, DEPLOYMENT_ITEMS};
 use crate::lexer::Lexed;
 use crate::tree::comment_error;
 
-/// How deep blocks, parentheses, operators and `else if` may stand in one another. A tree is dropped recursively, and
-/// everything that walks it recurses: a stack overflow is not caught.
+/// The deepest nesting of blocks, parentheses, operators and `else if`. A tree is dropped recursively, and all
+/// traversals recurse: a stack overflow cannot be caught.
 pub const DEEPEST: u32 = 256;
 
 /// The parser: non-trivia tokens in, events out.
@@ -18,26 +18,26 @@ pub(crate) struct Parser<'a> {
     text: &'a str,
     lexed: &'a Lexed,
     kinds: Vec<SyntaxKind>,
-    /// For each of `kinds`, its number in `lexed`.
+    /// For each of `kinds`, its index in `lexed`.
     tokens: Vec<u32>,
-    /// The token of `lexed` that the tree begins with.
+    /// The first token of `lexed` that is part of the tree.
     first: usize,
     position: usize,
     events: Vec<Event>,
     errors: Vec<SyntaxError>,
-    /// The token at which the last error stands: there a second one would be the same mistake.
+    /// The token of the last error. A second error there is the same mistake, and is not reported.
     last_error: Option<usize>,
-    /// How many errors were found, those included that are the same mistake as one before.
+    /// The number of errors, including suppressed ones.
     found: usize,
     next_lex_error: usize,
-    /// What lists we are in, the innermost last.
+    /// The open lists, the innermost last.
     lists: Vec<List>,
     pub(crate) depth: u32,
-    /// In a condition `=` compares.
+    /// In a condition, `=` is a comparison.
     pub(crate) in_condition: bool,
 }
 
-/// A place to which the parser can go back.
+/// A state of the parser to which it can return.
 pub(crate) struct Checkpoint {
     pub(crate) position: usize,
     events: usize,
@@ -47,18 +47,18 @@ pub(crate) struct Checkpoint {
     next_lex_error: usize,
 }
 
-/// What a rule did, for the tree to be built from.
+/// An action of a rule, from which the tree is built.
 #[derive(Debug)]
 pub(crate) enum Event {
-    /// A node starts; `parent` is the distance to the `Start` of a node that was put around it later.
+    /// A node starts. `parent` is the distance to the `Start` of a node that was wrapped around it later.
     Start { kind: SyntaxKind, parent: Option<u32> },
     /// The innermost open node ends.
     Finish,
-    /// The next token, seen as `kind`.
+    /// The next token, with the kind `kind`.
     Token { kind: SyntaxKind },
     /// The trivia at the end of the file.
     Rest,
-    /// Nothing: a start that the tree has already taken.
+    /// A start that was already added to the tree.
     Taken,
 }
 
@@ -68,7 +68,7 @@ pub(crate) struct Events {
     pub(crate) errors: Vec<SyntaxError>,
 }
 
-/// The kinds of list. The first tokens of an item say to which of them it belongs.
+/// The kinds of list. The first tokens of an item determine its list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the names say it")]
 pub enum List {
@@ -85,7 +85,7 @@ pub enum List {
 }
 
 impl List {
-    /// The list that stands in a node of this kind.
+    /// Returns the kind of the list in a node of this kind.
     pub(crate) fn of(kind: SyntaxKind) -> Option<List> {
         match kind {
             SOURCE_FILE => Some(List::File),
@@ -102,7 +102,7 @@ impl List {
         }
     }
 
-    /// The keywords that begin an item, in the order in which a message has them; none where an item needs no keyword.
+    /// Returns the keywords that begin an item, in the order of the message; none if items begin without a keyword.
     pub fn item_keywords(self) -> &'static [&'static str] {
         match self {
             List::File | List::Library => {
@@ -158,8 +158,8 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// A parser that has read everything before the token at `offset`, is in `lists`, the innermost last, and `depth`
-    /// deep, and has reported nothing at this token. `lexed` begins with the token before, or with the text.
+    /// Returns a parser at the token at `offset`, with the open `lists`, the innermost last, and the depth `depth`. It
+    /// has reported no error at this token. `lexed` begins with the previous token, or with the text.
     pub(crate) fn resume(
         text: &'a str,
         lexed: &'a Lexed,
@@ -208,7 +208,7 @@ impl<'a> Parser<'a> {
         self.position.checked_sub(1).and_then(|position| self.kinds.get(position)).copied().unwrap_or(EOF)
     }
 
-    /// Is the current token the first of its line?
+    /// Returns whether the current token is the first one of its line.
     #[inline]
     pub(crate) fn begins_line(&self) -> bool {
         self.nth_begins_line(0)
@@ -222,9 +222,9 @@ impl<'a> Parser<'a> {
         self.range_of(self.position).start().into()
     }
 
-    /// Does an item of the list begin here, by its first tokens?
+    /// Returns whether an item of the list begins here, judged by its first tokens.
     ///
-    /// `whole` asks for more of them: enough to be sure even where the list that stands inside has items of its own.
+    /// `whole` requires more of these tokens: enough to exclude items of lists nested in this one.
     fn item_of(&self, list: List, whole: bool) -> bool {
         let next = self.nth(1);
         let named = |follows: &[SyntaxKind]| next.is_word() && follows.contains(&self.nth(2));
@@ -291,12 +291,12 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Does this line begin an item of one of the lists that the innermost one stands in? Then that one was not closed.
+    /// Returns whether this line begins an item of an enclosing list; the innermost list is then unclosed.
     pub(crate) fn at_outer_item(&self) -> bool {
         self.at_item() && !self.at_own_item()
     }
 
-    /// Does this line begin an item, of any list that we are in? Then it is no name, type or expression.
+    /// Returns whether this line begins an item of any open list; it is then no name, type or expression.
     pub(crate) fn at_item(&self) -> bool {
         self.begins_line()
             && self.current().is_word()
@@ -308,22 +308,22 @@ impl<'a> Parser<'a> {
             }
     }
 
-    /// Can the word here be a name? Any word is one, unless it begins an item on a new line.
+    /// Returns whether this word can be a name: any word can, unless it begins an item on a new line.
     pub(crate) fn at_name(&self) -> bool {
         self.current().is_word() && !self.at_item()
     }
 
-    /// Does an item of the innermost list begin here, wherever in its line?
+    /// Returns whether an item of the innermost list begins here, at any position in the line.
     pub(crate) fn at_own_item(&self) -> bool {
         self.lists.last().is_some_and(|&list| self.item_of(list, false))
     }
 
-    /// Does an item of `list` begin here, wherever in its line?
+    /// Returns whether an item of `list` begins here, at any position in the line.
     pub(crate) fn at_start_of(&self, list: List) -> bool {
         self.item_of(list, false)
     }
 
-    /// Opens a list, until [`Parser::leave`].
+    /// Opens a list; [`Parser::leave`] closes it.
     pub(crate) fn enter(&mut self, list: List) {
         self.lists.push(list);
     }
@@ -348,7 +348,7 @@ impl<'a> Parser<'a> {
         self.bump_as(self.current());
     }
 
-    /// Takes the current token, seen as `kind`: a word as a name.
+    /// Takes the current token with the kind `kind`, for example a word as a name.
     pub(crate) fn bump_as(&mut self, kind: SyntaxKind) {
         if self.at_end() {
             return;
@@ -362,7 +362,7 @@ impl<'a> Parser<'a> {
         if let Some(error) = broken {
             self.next_lex_error += 1;
             if error == TokenError::UnterminatedString {
-                // What it hides, such as the `)` behind it, would be a second error for the same mistake.
+                // The string may hide tokens such as `)`: a missing one would be a second error for the same mistake.
                 self.last_error = Some(self.position);
             }
         }
@@ -381,7 +381,7 @@ impl<'a> Parser<'a> {
         found
     }
 
-    /// Takes `kind`, or reports that it is missing here.
+    /// Takes a token of the kind `kind`, or reports that it is missing.
     pub(crate) fn expect(&mut self, kind: SyntaxKind) -> bool {
         let found = self.eat(kind);
         if !found {
@@ -390,23 +390,23 @@ impl<'a> Parser<'a> {
         found
     }
 
-    /// Whatever an unterminated comment at the end of the file hides was lost.
+    /// An unterminated comment at the end of the file may hide items, so the tree is incomplete.
     pub(crate) fn unterminated_comment(&mut self) {
         if comment_error(self.lexed).is_some() {
             self.mark();
         }
     }
 
-    /// The white space and comments at the end of the file.
+    /// Takes the white space and comments at the end of the file.
     pub(crate) fn rest(&mut self) {
         self.events.push(Event::Rest);
     }
 
     // Errors
 
-    /// Reports that something is missing here, and marks it in the tree.
+    /// Reports a missing element, and marks the position in the tree.
     pub(crate) fn missing(&mut self, expected: Expected) {
-        // Behind the last token, where the user would type it, when this one belongs to another line.
+        // After the previous token, where the user would type it, if the current token is on another line.
         if self.position > 0 && (self.at_end() || self.begins_line()) {
             let end = self.range_of(self.position - 1).end();
             let kind = SyntaxErrorKind::Expected { expected, found: None, similar: None };
@@ -419,7 +419,7 @@ impl<'a> Parser<'a> {
         self.mark();
     }
 
-    /// The current token as it stands, where it is a word or a number, and short.
+    /// Returns the text of the current token if it is a short word or number.
     pub(crate) fn word(&self) -> Option<&'a str> {
         let kind = self.current();
         let range: std::ops::Range<usize> = self.range_of(self.position).into();
@@ -427,30 +427,30 @@ impl<'a> Parser<'a> {
         text.filter(|_| kind.is_word() || matches!(kind, INT_NUMBER | FLOAT_NUMBER))
     }
 
-    /// The text of the `n`th token from the current one, where it is an identifier or no token of the language.
+    /// Returns the text of the `n`th token after the current one if it is an identifier or not a token of the language.
     fn nth_text(&self, n: usize) -> Option<&'a str> {
         matches!(self.nth(n), IDENT | ERROR_CHARACTERS)
             .then(|| self.text.get(std::ops::Range::<usize>::from(self.range_of(self.position + n))))
             .flatten()
     }
 
-    /// The role of the `n`th token from the current one in another language, if `meaning` accepts one.
+    /// Returns the role of the `n`th token after the current one in another language, if `meaning` accepts one.
     pub(crate) fn nth_foreign<T>(&self, n: usize, meaning: impl Fn(foreign::Word) -> Option<T>) -> Option<T> {
         let word = self.nth_text(n).filter(|_| self.nth(n) == IDENT)?;
         foreign::meanings(word).find_map(meaning)
     }
 
-    /// Has the `n`th token from the current one the role `word` in another language?
+    /// Returns whether the `n`th token after the current one has the role `word` in another language.
     pub(crate) fn nth_is_foreign(&self, n: usize, word: foreign::Word) -> bool {
         self.nth_foreign(n, |it| (it == word).then_some(())).is_some()
     }
 
-    /// Are these the characters at the current token, which is no token of the language?
+    /// Returns whether the current token, which is not a token of the language, has these characters.
     pub(crate) fn at_characters(&self, characters: &str) -> bool {
         self.at(ERROR_CHARACTERS) && self.nth_text(0) == Some(characters)
     }
 
-    /// Is there a type and then a name on this line, as in C?
+    /// Returns whether a type and then a name follow on this line, as in C.
     pub(crate) fn at_type_before_name(&self) -> bool {
         let is_name = self.nth(1).is_word() && !self.nth_begins_line(1) && !self.nth_looks_like_type(1);
         is_name && self.nth_looks_like_type(0)
@@ -471,7 +471,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Goes back to a place in the same list, and takes back what was done since.
+    /// Returns to a checkpoint in the same list, and discards all events and errors since then.
     pub(crate) fn rewind(&mut self, to: &Checkpoint) {
         self.position = to.position;
         self.events.truncate(to.events);
@@ -481,12 +481,12 @@ impl<'a> Parser<'a> {
         self.next_lex_error = to.next_lex_error;
     }
 
-    /// Was anything wrong since then?
+    /// Returns whether an error was found since then.
     pub(crate) fn has_failed_since(&self, before: &Checkpoint) -> bool {
         self.found > before.found
     }
 
-    /// What `look` sees from there.
+    /// Returns the result of `look` at a checkpoint.
     pub(crate) fn from<T>(&mut self, there: &Checkpoint, look: impl Fn(&Parser<'_>) -> T) -> T {
         let here = std::mem::replace(&mut self.position, there.position);
         let seen = look(self);
@@ -494,7 +494,7 @@ impl<'a> Parser<'a> {
         seen
     }
 
-    /// How many tokens were taken since then.
+    /// Returns the number of tokens taken since then.
     pub(crate) fn taken_since(&self, before: &Checkpoint) -> usize {
         self.position - before.position
     }
@@ -505,7 +505,7 @@ impl<'a> Parser<'a> {
         self.mark();
     }
 
-    /// Reports a form of another language at the token `position`, which was taken already.
+    /// Reports a form of another language at `position`, a token that was already taken.
     pub(crate) fn foreign_at(&mut self, position: usize, form: Foreign) {
         self.found += 1;
         let range = self.range_of(position);
@@ -521,7 +521,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Takes `count` tokens into an error node: they are part of what was reported.
+    /// Takes `count` tokens into an error node: they belong to an error that was already reported.
     pub(crate) fn drop_tokens(&mut self, count: usize) {
         if count == 0 {
             return;
@@ -534,7 +534,7 @@ impl<'a> Parser<'a> {
         marker.complete(self, ERROR);
     }
 
-    /// Takes what fits nowhere, up to where `stop` says, as part of what was reported; perhaps nothing.
+    /// Takes tokens, possibly none, up to `stop` as part of an error that was already reported.
     pub(crate) fn drop_until(&mut self, stop: impl Fn(&Parser<'_>) -> bool) {
         if self.at_end() || stop(self) {
             return;
@@ -544,13 +544,13 @@ impl<'a> Parser<'a> {
         self.skip_rest(stop);
     }
 
-    /// Reports an error at the current token, which stays.
+    /// Reports an error at the current token, and does not take the token.
     pub(crate) fn error(&mut self, kind: SyntaxErrorKind) {
         self.report(self.range_of(self.position), kind);
         self.mark();
     }
 
-    /// Something was lost in the node that is open: whoever reads it must know.
+    /// Marks the open node as incomplete.
     fn mark(&mut self) {
         let marker = self.start();
         marker.complete(self, ERROR);
@@ -567,7 +567,7 @@ impl<'a> Parser<'a> {
             self.errors.push(SyntaxError { range, kind: SyntaxErrorKind::Token(error) });
             return;
         }
-        // Behind an unterminated comment nothing is left to find: it is the one mistake.
+        // After an unterminated comment, a missing element is the same mistake.
         let swallowed = self.at_end() && comment_error(self.lexed).is_some();
         if !swallowed {
             self.errors.push(SyntaxError { range, kind });
@@ -582,8 +582,8 @@ impl<'a> Parser<'a> {
         TextRange::new(TextSize::new(range.start as u32), TextSize::new(range.end as u32))
     }
 
-    /// Skips tokens that fit nowhere, into one error node: up to where `stop` says, but at least one token, and
-    /// whole `{ … }`, `( … )`, `[ … ]`.
+    /// Skips unexpected tokens into one error node: up to `stop`, but at least one token, and always complete pairs `{
+    /// … }`, `( … )`, `[ … ]`.
     pub(crate) fn skip(&mut self, kind: SyntaxErrorKind, stop: impl Fn(&Parser<'_>) -> bool) {
         self.report(self.range_of(self.position), kind);
         self.skip_rest(stop);
@@ -603,11 +603,11 @@ impl<'a> Parser<'a> {
                 break;
             }
         }
-        // The next thing may be wrong on its own account.
+        // A mistake after the skipped tokens is a separate one.
         marker.complete(self, ERROR);
     }
 
-    /// Takes one token, or all from an opening bracket to the one that closes it, flat.
+    /// Takes one token, or all tokens from an opening bracket to its closing one, without nested nodes.
     fn skip_balanced(&mut self) {
         let mut open = 0usize;
         let mut has_braces = false;
@@ -619,12 +619,12 @@ impl<'a> Parser<'a> {
                 _ => {}
             }
             let from = self.position;
-            // What is wrong inside skipped tokens is part of what was reported.
+            // Errors inside skipped tokens are part of the reported error.
             self.last_error = Some(from);
             self.bump();
             if self.at_end() {
                 if open > 0 {
-                    // The brackets that stay open are part of what was already reported.
+                    // An unclosed bracket is part of the reported error.
                     self.last_error = Some(self.position);
                 }
                 return;
@@ -632,20 +632,20 @@ impl<'a> Parser<'a> {
             if open == 0 || self.position == from {
                 return;
             }
-            // Half-typed text: a declaration that begins a line is not part of what is skipped.
+            // Incomplete text: a declaration that begins a line is not skipped.
             if self.begins_line() && (self.item_of(List::File, true) || !has_braces && self.at_item()) {
                 return;
             }
         }
     }
 
-    /// Too deep: the rest of the construct as flat tokens in one error node.
+    /// Takes the rest of a construct that is too deep as tokens of one error node.
     pub(crate) fn too_deep(&mut self, stop: impl Fn(&Parser<'_>) -> bool) {
         self.skip(SyntaxErrorKind::TooDeep, stop);
     }
 }
 
-/// A node that has started, to be completed.
+/// A node that has started and must be completed.
 pub(crate) struct Marker {
     position: usize,
 }
@@ -660,7 +660,7 @@ impl Marker {
     }
 }
 
-/// A node that is complete, and can still be wrapped.
+/// A complete node, which can still be wrapped.
 pub(crate) struct CompletedMarker {
     position: usize,
 }

@@ -1,17 +1,17 @@
-//! A text was edited: what the edit cannot have touched is taken from the tree before it.
+//! Reparses an edited text, and reuses subtrees that the edit cannot affect.
 //!
-//! **The tree and the errors are exactly those of a full parse.** The parser is a function of what it has come to know:
-//! the lists it is in, how deep it is, whether it has reported something at the current token; and of the tokens from
-//! the one before the current one on, of which it never looks at more than the current one and [`AHEAD`] further ones.
-//! So where all of that is the same as it was in the old text, what it does is the same, until it sees another token.
+//! **The tree and the errors are exactly those of a full parse.** The parser is a function of its state (the open
+//! lists, the depth, and whether it has reported an error at the current token) and of the tokens from the previous one
+//! on; it examines at most the current token and [`AHEAD`] further ones. So with an equal state and equal tokens, it
+//! does the same in both texts until it examines a changed token.
 //!
-//! - [`Tier::Token`]: only the text of one token is another. The parser looks at kinds of tokens and at the beginnings
-//!   of lines, never at a text, but for the words of an error that it reports at that token, and for words of other
-//!   languages (`foreign.rs`).
-//! - [`Tier::Trivia`]: white space and comments between two tokens, of which the second begins a line as it did.
-//! - [`Tier::Items`]: some items of one list are parsed again: from one whose first tokens were not touched, to one
-//!   behind the edit before which the parser comes into the state that it was in.
-//! - [`Tier::Whole`]: everything is.
+//! - [`Tier::Token`]: only the text of one token changed. The parser examines kinds of tokens and beginnings of lines.
+//!   It reads the text of a token only for an error at that token, and for words of other languages (`foreign.rs`).
+//! - [`Tier::Trivia`]: white space and comments between two tokens changed; the second token begins a line in both
+//!   texts, or in neither.
+//! - [`Tier::Items`]: some items of one list are parsed again: from an item whose first tokens did not change, to an
+//!   item behind the edit where the parser reaches the state that it had in the old text.
+//! - [`Tier::Whole`]: the whole text is parsed again.
 
 use rowan::{GreenNode, GreenToken, Language as _, NodeOrToken, TextRange, TextSize};
 
@@ -24,32 +24,32 @@ use crate::parser::{List, Parser};
 use crate::tree::{self, Parse, comment_error};
 use crate::{Mauve, SyntaxNode, SyntaxToken, parse};
 
-/// How much of a tree was made again.
+/// The part of a tree that was rebuilt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Tier {
-    /// Nothing: the texts are equal.
+    /// No part: the texts are equal.
     Nothing,
     /// One token.
     Token,
     /// The white space and comments between two tokens.
     Trivia,
-    /// Some neighbouring items of one list.
+    /// Some consecutive items of one list.
     Items,
-    /// All of it.
+    /// The whole tree.
     Whole,
 }
 
-/// How many tokens behind the current one the parser looks at.
+/// The number of tokens after the current one that the parser examines.
 const AHEAD: usize = 2;
 
-/// How many bytes behind a token the lexer may have looked at: those of `include` behind `#`, and the next.
+/// The number of bytes after a token that the lexer may have read: `include` after `#`, and the next byte.
 const LEXER_AHEAD: usize = 8;
 
-/// How many items behind an edit the parser may come to before another list is tried.
+/// The number of items behind an edit that are tried before another list is tried.
 const TRIED: usize = 3;
 
 impl Parse {
-    /// What [`parse`] makes of `new`, in less time; this is what it made of `old`.
+    /// Returns the parse of `new`, and reuses subtrees of this one, the parse of `old`.
     ///
     /// ```
     /// let (old, new) = ("use std_msgs use nav_msgs", "use std_msgs use geometry_msgs");
@@ -60,7 +60,7 @@ impl Parse {
         self.reparse_by(old, new).0
     }
 
-    /// [`Parse::reparse`], and how much had to be made again.
+    /// Does the same as [`Parse::reparse`], and returns the rebuilt part as well.
     pub fn reparse_by(&self, old: &str, new: &str) -> (Parse, Tier) {
         let is_of_old = usize::from(self.green.text_len()) == old.len();
         if !is_of_old || new.len() > crate::LONGEST_TEXT {
@@ -84,7 +84,7 @@ struct Edit {
 }
 
 impl Edit {
-    /// The least edit that makes `new` of `old`; nothing, where they are equal.
+    /// Returns the smallest edit that changes `old` to `new`; none if they are equal.
     fn between(old: &str, new: &str) -> Option<Edit> {
         if old == new {
             return None;
@@ -101,13 +101,13 @@ impl Edit {
         Some(Edit { start, old_end: old.len() - after, new_end: new.len() - after })
     }
 
-    /// Where something behind the edit has come to.
+    /// Returns the new offset of a position behind the edit.
     fn shifted(&self, offset: usize) -> usize {
         offset - self.old_end + self.new_end
     }
 }
 
-/// Compared by the thousand, which the processor does many at a time.
+/// Texts are compared in chunks of this size, each of them with one `memcmp`.
 const CHUNK: usize = 1024;
 
 fn common_prefix(a: &[u8], b: &[u8]) -> usize {
@@ -129,13 +129,13 @@ struct Before<'a> {
     edit: Edit,
 }
 
-/// A token of the old tree before which the parser had reported nothing yet, and at which it looked for the next item.
+/// A token of the old tree where the parser looked for the next item, and had reported no error.
 struct Boundary {
     offset: usize,
     begins_line: bool,
-    /// Where the token before it starts, if there is one.
+    /// The offset of the previous token, if any.
     previous: Option<usize>,
-    /// The number of the child of the list that it begins.
+    /// The index of the list's child that begins with it.
     index: usize,
 }
 
@@ -144,8 +144,8 @@ impl Before<'_> {
 
     fn token(&self) -> Option<Parse> {
         let Edit { start, old_end, new_end } = self.edit;
-        // From a token that the lexer had finished before it saw the edit, or that holds it, to the next one behind it
-        // that is no trivia.
+        // From a token that the lexer had finished before it read the edit, or that contains the edit, to the next
+        // significant token behind it.
         let from = self.finished()?;
         let lexed = |text, end| lex_from(text, from, 16, |kind, start| start >= end && !kind.is_trivia());
         let (old, new) = (lexed(self.old, old_end), lexed(self.new, new_end));
@@ -181,7 +181,7 @@ impl Before<'_> {
         Some(self.parse_of(green, range, Vec::new()))
     }
 
-    /// Where a token starts that the lexer had finished before it saw the edit, or that holds it.
+    /// Returns the start of the token that the lexer had finished before it read the edit, or that contains the edit.
     fn finished(&self) -> Option<usize> {
         match self.edit.start.checked_sub(LEXER_AHEAD) {
             Some(at) => Some(self.root.covering_element(empty(at)).into_token()?.text_range().start().into()),
@@ -201,7 +201,7 @@ impl Before<'_> {
         let before = before.into_iter().find(|token| !token.kind().is_trivia());
         let (last, end) = before.as_ref().map_or((0, 0), |token| bounds(token.text_range()));
         let from = last.min(self.finished()?);
-        // Where there is no trivia yet, it is the parser that knows where it would stand.
+        // Without trivia in the old text, only the parser knows their position in the tree.
         let next = match &before {
             Some(token) => token.next_token(),
             None => self.root.first_token(),
@@ -218,7 +218,7 @@ impl Before<'_> {
         if end > start || old_end > behind || !is_in_one_row || !self.errors(end..behind + 1).is_empty() {
             return None;
         }
-        // To the token behind, with it.
+        // Up to and including the next token.
         let lexed = |text, end| {
             let mut is_behind = false;
             lex_from(text, from, 16, |kind, start| {
@@ -237,7 +237,7 @@ impl Before<'_> {
         for (_, range, _) in expected.iter_mut().filter(|(_, range, _)| range.start >= behind) {
             *range = self.edit.shifted(range.start)..self.edit.shifted(range.end);
         }
-        // What is not closed, or means nothing, is an error of the text.
+        // An unclosed comment and stray characters are errors of the text.
         if solid(&new) != expected || !old.errors().is_empty() || !new.errors().is_empty() {
             return None;
         }
@@ -277,7 +277,7 @@ impl Before<'_> {
         let until = self.first_behind(list, from.offset)?;
         let new_offset = |until: &Boundary| self.edit.shifted(until.offset);
         let last = new_offset(until.last()?);
-        // The parser must see the same tokens behind as in the whole text.
+        // The parser must examine the same tokens after the items as in the whole text.
         let mut behind = 0;
         let lexed = lex_from(self.new, from.previous.unwrap_or(0), 256, |kind, start| {
             behind += usize::from(start >= last && !kind.is_trivia());
@@ -287,7 +287,7 @@ impl Before<'_> {
         lists.reverse();
         let mut parser = Parser::resume(self.new, &lexed, from.offset, lists, depth(list));
         let root = parser.start();
-        // Whether it has just reported something is all the same: in the old text there was nothing to report here.
+        // An error at the previous token makes no difference: the old text has no error here.
         let arrived = |parser: &Parser<'_>| {
             let is_here = |until: &&Boundary| {
                 new_offset(until) == parser.offset() && until.begins_line == parser.begins_line()
@@ -300,14 +300,14 @@ impl Before<'_> {
         let until = arrived(&parser)?;
         parser.rest();
         root.complete(&mut parser, SOURCE_FILE);
-        // What the end of the text lacks is reported by others than this list.
+        // The rules of enclosing lists report what is missing at the end of the text.
         if comment_error(&lexed).is_some() {
             return None;
         }
         let part = tree::build(self.new, &lexed, parser.finish());
         let green = list.green();
         let replaced = green.children().take(until.index).skip(from.index);
-        // Where an `include` may stand depends on all that stands before it.
+        // The allowed positions of an `include` depend on all preceding items.
         let is_include = |kind| kind == Mauve::kind_to_raw(INCLUDE);
         if kind == List::File && replaced.chain(part.green.children()).any(|child| is_include(child.kind())) {
             return None;
@@ -319,7 +319,7 @@ impl Before<'_> {
         Some(self.parse_of(green, from.offset..until.offset, part.errors.to_vec()))
     }
 
-    /// The last item of `list` whose first tokens the edit does not touch.
+    /// Returns the last item of `list` whose first tokens the edit does not touch.
     fn last_before(&self, list: &SyntaxNode) -> Option<Boundary> {
         let open = opening(list)?;
         let start = self.edit.start;
@@ -330,7 +330,7 @@ impl Before<'_> {
                 return None;
             }
             if child.kind() != ERROR && child.as_node().is_some() && self.are_ahead(offset) {
-                // With what stands before it, which is the same in both texts.
+                // Includes the previous token, which is the same in both texts.
                 let boundary = self.boundary(offset, child.index());
                 if boundary.is_some() {
                     return boundary;
@@ -341,7 +341,7 @@ impl Before<'_> {
         None
     }
 
-    /// Does the edit touch none of the tokens that the parser looks at from the one at `offset`?
+    /// Returns whether the edit touches none of the tokens that the parser examines at `offset`.
     fn are_ahead(&self, offset: usize) -> bool {
         let mut left = AHEAD + 1;
         let lexed = lex_from(self.new, offset, 8, |kind, start| {
@@ -351,7 +351,7 @@ impl Before<'_> {
         left == 0 && lexed.range(lexed.len()).start + LEXER_AHEAD <= self.edit.start
     }
 
-    /// The first few places behind the edit where an item of `list` begins or the list ends.
+    /// Returns the first few positions behind the edit where an item of `list` begins or the list ends.
     fn first_behind(&self, list: &SyntaxNode, from: usize) -> Option<Vec<Boundary>> {
         let open = opening(list)?;
         let mut found = Vec::new();
@@ -381,7 +381,7 @@ impl Before<'_> {
         Some(found)
     }
 
-    /// The token at `offset`, unless something was reported there, or was not because it had been already.
+    /// Returns the token at `offset`, unless an error was reported there, or was suppressed as a second one.
     fn boundary(&self, offset: usize, index: usize) -> Option<Boundary> {
         let mut begins_line = false;
         let mut at = offset;
@@ -390,13 +390,13 @@ impl Before<'_> {
                 begins_line = true;
                 break None;
             }
-            // The token that ends here; or a mark of something that is missing here.
+            // The token that ends here, or the mark of a missing token.
             let token = self.root.covering_element(empty(at)).into_token()?;
             at = token.text_range().start().into();
             match token.kind() {
-                // What it hides is not reported.
+                // Errors in the text that it hides are suppressed.
                 UNTERMINATED_STRING => return None,
-                // One behind another between items is not reported.
+                // Only the first comma between items is reported.
                 COMMA => return None,
                 LINE_COMMENT => {}
                 kind if kind.is_trivia() => begins_line |= token.text().contains(['\n', '\r']),
@@ -420,7 +420,8 @@ impl Before<'_> {
         errors.get(first..last).unwrap_or_default()
     }
 
-    /// A tree with its errors: those that started in `replaced` are now `errors`, and those behind it are shifted.
+    /// Returns a tree with its errors: `errors` replaces those that started in `replaced`, and those behind it are
+    /// shifted.
     fn parse_of(
         &self,
         green: GreenNode,
@@ -437,7 +438,7 @@ impl Before<'_> {
     }
 }
 
-/// Where the first item of a list may stand.
+/// Returns the offset where the first item of a list may begin.
 fn opening(list: &SyntaxNode) -> Option<usize> {
     if list.kind() == SOURCE_FILE {
         return Some(0);
@@ -446,7 +447,7 @@ fn opening(list: &SyntaxNode) -> Option<usize> {
     Some(open.text_range().end().into())
 }
 
-/// The parser's `depth` in a list: blocks, and `else if`.
+/// Returns the parser's `depth` in a list: the number of enclosing blocks and `else if`.
 fn depth(list: &SyntaxNode) -> u32 {
     let is_deeper = |node: &SyntaxNode| match node.kind() {
         BLOCK => true,

@@ -1,7 +1,7 @@
-//! What a misspelt word may be.
+//! Finds the intended word of a misspelling.
 
-/// The one of `words` that `word` may be a misspelling of. Of very many only the first are looked at: a missing file
-/// must not make every name in its place slow.
+/// Returns the word of `words` of which `word` may be a misspelling. Of very many words, only the first are compared:
+/// with a missing file, each of its names is looked up here.
 ///
 /// ```
 /// use mauve_syntax::similar;
@@ -56,20 +56,20 @@ fn letters(word: &str) -> impl Iterator<Item = char> {
     word.chars().filter(|letter| *letter != '_').flat_map(char::to_lowercase)
 }
 
-/// Returns whether `word` becomes `other` when at most `changes` letters are added, removed, changed or swapped with their
-/// neighbour. Of words with more than 64 letters, those with similar beginnings count too.
+/// Returns whether at most `changes` changes turn `word` into `other`: a letter is added, removed or replaced, or two
+/// neighbours are swapped. Words with more than 64 letters are also similar if their beginnings are.
 ///
 /// ```
 /// use mauve_syntax::is_within;
 /// assert!(is_within("pilto", "pilot", 1) && is_within("pilot", "pilot", 0));
-/// assert!(!is_within("piltot", "pilot", 1));
+/// assert!(!is_within("piltto", "pilot", 1));
 /// ```
 pub fn is_within(word: &str, other: &str, changes: usize) -> bool {
     if word == other {
         return true;
     }
     let is_long = word.len() > LONGEST || other.len() > LONGEST;
-    // A letter more at the beginning moves another one behind the end.
+    // An additional letter at the beginning moves one beyond the end.
     let allowed = if is_long { changes * 2 } else { changes };
     if !is_long && word.len().abs_diff(other.len()) > allowed * 4 {
         return false;
@@ -80,10 +80,10 @@ pub fn is_within(word: &str, other: &str, changes: usize) -> bool {
 
 const MOST_WORDS: usize = 500;
 
-/// Of longer words only the beginning is looked at.
+/// Only the beginnings of longer words are compared.
 const LONGEST: usize = 64;
 
-/// More than any word is away from another.
+/// Greater than any distance.
 const FAR: usize = usize::MAX / 2;
 
 /// The last three rows of a table of distances between the beginnings of two words.
@@ -96,15 +96,14 @@ struct Rows {
 }
 
 impl Rows {
-    /// How many letters must be added, removed, changed or swapped with their neighbour to make one word the other;
-    /// `None` where it is more than `allowed`.
+    /// Returns the smallest number of changes that turn one word into the other; `None` if it exceeds `allowed`.
     fn distance(&mut self, word: &[char], other: &str, allowed: usize) -> Option<usize> {
         self.other.clear();
         self.other.extend(other.chars().take(LONGEST));
         if self.other.len().abs_diff(word.len()) > allowed {
             return None;
         }
-        // What both begin and end with needs no change.
+        // A common prefix or suffix needs no change.
         let same = word.iter().zip(&self.other).take_while(|(x, y)| x == y).count();
         self.other.drain(..same);
         let word = &word[same..];
@@ -120,7 +119,7 @@ impl Rows {
             self.row.clear();
             self.row.resize(width, FAR);
             self.row[0] = i + 1;
-            // Further from the diagonal there are more changes than are allowed.
+            // Cells outside this band need more changes than allowed.
             let band = i.saturating_sub(allowed)..(i + allowed + 1).min(self.other.len());
             for j in band {
                 let y = self.other[j];

@@ -1,4 +1,4 @@
-//! Events and tokens → the tree, with white space and comments back in their places.
+//! Builds the tree from events and tokens, and inserts white space and comments.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use crate::lexer::Lexed;
 use crate::parser::{Event, Events};
 use crate::{Mauve, SyntaxKind, SyntaxNode, SyntaxToken};
 
-/// A tree and what is wrong with its text.
+/// A tree, and the errors of its text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Parse {
     pub(crate) green: GreenNode,
@@ -27,17 +27,17 @@ impl Parse {
         crate::ast::SourceFile(self.syntax())
     }
 
-    /// The tree as a value, without places.
+    /// The tree as a value, without positions.
     pub fn green(&self) -> &GreenNode {
         &self.green
     }
 
-    /// The errors in the order of the text.
+    /// The errors in text order.
     pub fn errors(&self) -> &[SyntaxError] {
         &self.errors
     }
 
-    /// The tree as text, one node or token a line.
+    /// Returns the tree as text, with one node or token per line.
     ///
     /// ```
     /// let parse = mauve_syntax::parse("use std_msgs");
@@ -68,7 +68,7 @@ impl Parse {
     }
 }
 
-/// Was nothing lost in `node`: has it no `ERROR` anywhere in it?
+/// Returns whether `node` is complete: no `ERROR` is in it.
 ///
 /// ```
 /// use mauve_syntax::{is_whole, parse};
@@ -100,7 +100,7 @@ pub(crate) fn build(text: &str, lexed: &Lexed, events: Events) -> Parse {
         match std::mem::replace(&mut events[index], Event::Taken) {
             Event::Taken => {}
             Event::Start { kind, parent } => {
-                // A node that was wrapped later: its wrappers start first, the last of them outermost.
+                // A node that was wrapped later: its wrappers start first, and the last one is the outermost.
                 outer.push(kind);
                 let mut next = parent.map(|distance| index + distance as usize);
                 while let Some(at) = next {
@@ -112,8 +112,8 @@ pub(crate) fn build(text: &str, lexed: &Lexed, events: Events) -> Parse {
                     next = parent.map(|distance| at + distance as usize);
                 }
                 for kind in outer.drain(..).rev() {
-                    // White space and comments stand before a node, never first in it: but the root holds all, and
-                    // what is missing is marked right behind what it should follow.
+                    // White space and comments are placed before a node, never first in it. Exceptions: the root
+                    // contains everything, and the mark of a missing element follows the previous token directly.
                     if !matches!(kind, SyntaxKind::SOURCE_FILE | SyntaxKind::ERROR)
                         || matches!(events.get(index + 1), Some(Event::Token { .. }))
                             && kind == SyntaxKind::ERROR
@@ -155,11 +155,11 @@ impl Sink<'_> {
     }
 }
 
-/// The error of an unterminated comment, which no rule of the grammar ever sees.
+/// Returns the error of an unterminated comment, which no rule of the grammar receives.
 pub(crate) fn comment_error(lexed: &Lexed) -> Option<SyntaxError> {
     let (index, error) = lexed.errors().last()?;
     let range = lexed.range(*index as usize);
-    // Only its opening: marking all that it swallowed would hide where it starts.
+    // The range of the opening only: an error over the rest of the text would hide where the comment starts.
     let start = TextSize::new(range.start as u32);
     (*error == TokenError::UnterminatedComment).then(|| SyntaxError {
         range: TextRange::at(start, TextSize::new(2)),
@@ -167,9 +167,9 @@ pub(crate) fn comment_error(lexed: &Lexed) -> Option<SyntaxError> {
     })
 }
 
-/// The token that has the byte at `offset`; none at the end of the text.
+/// Returns the token that contains the byte at `offset`; none at the end of the text.
 ///
-/// By halves: rowan's `token_at_offset` walks over all siblings, and a list may have very many.
+/// A binary search: rowan's `token_at_offset` visits all siblings, and a list may have very many.
 ///
 /// ```
 /// let root = mauve_syntax::parse("codel f(): int").syntax();
@@ -181,7 +181,7 @@ pub fn token_at(root: &SyntaxNode, offset: TextSize) -> Option<SyntaxToken> {
     root.text_range().contains_range(byte).then(|| root.covering_element(byte).into_token()).flatten()
 }
 
-/// The token that ends at `offset`, or has it within.
+/// Returns the token that ends at `offset` or contains it.
 pub fn token_before(root: &SyntaxNode, offset: TextSize) -> Option<SyntaxToken> {
     token_at(root, offset.checked_sub(1.into())?)
 }

@@ -1,11 +1,11 @@
-//! White space and comments: tokens without them, the lines that they separate, and the comment above a declaration.
+//! White space and comments: the tokens between them, lines, and the comment above a declaration.
 
 use crate::tree::{token_at, token_before};
 use crate::{NodeOrToken, SyntaxKind, SyntaxNode, SyntaxToken};
 
 /// Returns the token before `token`.
 ///
-/// Rowan's `prev_token` ends at a node without text, such as the mark of something that is missing.
+/// Rowan's `prev_token` stops at a node without text, such as the mark of a missing element.
 ///
 /// ```
 /// let root = mauve_syntax::parse("codel f(in a: ) : int").syntax();
@@ -16,7 +16,7 @@ pub fn previous_token(token: &SyntaxToken) -> Option<SyntaxToken> {
     token.prev_token().or_else(|| token_before(&root_of(token)?, token.text_range().start()))
 }
 
-/// Returns the token behind `token`, where rowan's `next_token` ends too early as well.
+/// Returns the token after `token`. Rowan's `next_token` stops at a node without text.
 pub fn next_token(token: &SyntaxToken) -> Option<SyntaxToken> {
     token.next_token().or_else(|| token_at(&root_of(token)?, token.text_range().end()))
 }
@@ -30,12 +30,12 @@ pub fn previous_significant(token: &SyntaxToken) -> Option<SyntaxToken> {
     std::iter::successors(previous_token(token), previous_token).find(|it| !it.kind().is_trivia())
 }
 
-/// Returns the nearest token behind `token` that is neither white space nor a comment.
+/// Returns the nearest token after `token` that is neither white space nor a comment.
 pub fn next_significant(token: &SyntaxToken) -> Option<SyntaxToken> {
     std::iter::successors(next_token(token), next_token).find(|it| !it.kind().is_trivia())
 }
 
-/// Returns the tokens right in `node`, without white space and comments.
+/// Returns the direct child tokens of `node`, without white space and comments.
 ///
 /// ```
 /// let root = mauve_syntax::parse("codel /* fast */ f(): int").syntax();
@@ -48,7 +48,7 @@ pub fn significant_tokens(node: &SyntaxNode) -> impl Iterator<Item = SyntaxToken
     tokens.filter(|token| !token.kind().is_trivia())
 }
 
-/// Does white space alone stand before `token` on its line?
+/// Returns whether only white space precedes `token` on its line.
 pub fn begins_line(token: &SyntaxToken) -> bool {
     previous_token(token).is_none_or(|before| {
         before.kind() == SyntaxKind::WHITESPACE
@@ -56,32 +56,33 @@ pub fn begins_line(token: &SyntaxToken) -> bool {
     })
 }
 
-/// Is `token` white space without an empty line?
+/// Returns whether `token` is white space without an empty line.
 pub fn is_gap(token: &SyntaxToken) -> bool {
     token.kind() == SyntaxKind::WHITESPACE && token.text().matches('\n').count() < 2
 }
 
-/// Is there a comment in `node`?
+/// Returns whether `node` contains a comment.
 pub fn has_comment(node: &SyntaxNode) -> bool {
     node.descendants_with_tokens().any(|it| it.kind().is_comment())
 }
 
-/// Does a text that begins with `/*` end with the `*/` that closes it?
+/// Returns whether a text that begins with `/*` ends with the `*/` that closes it.
 pub fn is_closed_comment(text: &str) -> bool {
     text.len() >= 4 && text.ends_with("*/")
 }
 
-/// Returns the comments right above `node`, the nearest first: each begins its line, and no empty line is between.
+/// Returns the comments directly above `node`, the nearest first: each one begins its line, without empty lines between
+/// them.
 pub fn comments_above(node: &SyntaxNode) -> impl Iterator<Item = SyntaxToken> + use<> {
     let first = node.first_token();
     let before = std::iter::successors(first.as_ref().and_then(previous_token), previous_token);
-    // A comment behind something else belongs to that.
+    // A comment after another token belongs to that token.
     before
         .take_while(|token| is_gap(token) || token.kind().is_comment() && begins_line(token))
         .filter(|token| token.kind().is_comment())
 }
 
-/// Returns the lines of the comments right above a declaration, without what marks them as comments.
+/// Returns the lines of the comments directly above a declaration, without the comment markers.
 ///
 /// ```
 /// let root = mauve_syntax::parse("// Finds a way.\n// Slowly.\ncodel plan(): int").syntax();
@@ -109,7 +110,7 @@ mod tests {
 
     #[test]
     fn no_token_is_passed_over() {
-        // Where something is missing, a node without text stands between two tokens.
+        // A missing element is a node without text between two tokens.
         for text in
             ["codel f(in a: ): int", "core C(S) { update = { x = ; y = f(a,); } }", "shell { input", " "]
         {

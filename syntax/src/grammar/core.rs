@@ -99,7 +99,7 @@ pub(super) fn state_machine_item(p: &mut Parser<'_>) {
 
 fn state(p: &mut Parser<'_>) {
     let m = p.start();
-    // An `initial` alone on its line is half typed: it must not change what the state on the next line means.
+    // An `initial` alone on its line is incomplete: the state on the next line is not initial.
     if p.eat(INITIAL_KW) && p.at_item() {
         p.missing(Expected::Token(STATE_KW));
     } else if p.expect(STATE_KW) || p.at(IDENT) && p.nth(1) == L_CURLY {
@@ -153,7 +153,7 @@ fn transition(p: &mut Parser<'_>) {
     });
 }
 
-/// Does the guard or the target stand here, where the name should?
+/// Returns whether the guard or the target is at the position of the name.
 fn at_nameless(p: &Parser<'_>) -> bool {
     let is_guard = p.nth_is_foreign(0, Word::Guard);
     match p.nth(1) {

@@ -43,7 +43,7 @@ pub(super) fn activity_rest(p: &mut Parser<'_>) {
 //   activity
 //   property x.y = 1
 // }
-/// `word = expression`: which words mean something, and what values, is checked where the names are.
+/// Takes `word = expression`. Name resolution checks the field and its value.
 // test_err units
 // deployment D { architecture A  activity a { period = 10 ms priority = 3 deadline = 5.5 ms } }
 pub(super) fn field(p: &mut Parser<'_>) {
@@ -52,14 +52,14 @@ pub(super) fn field(p: &mut Parser<'_>) {
         return;
     }
     let m = p.start();
-    // A field may begin its line: no item of another list stands here.
+    // A field may begin its line: items of other lists are not allowed here.
     any_word(p, NAME_REF);
     let has_value = expect_or_foreign(p, EQ);
     if has_value {
         expression(p);
     }
     m.complete(p, FIELD);
-    // A unit, or the name of a half-typed field: the activity has lost something.
+    // A unit, or the name of an incomplete field: the activity is incomplete.
     if has_value && p.current().is_word() && p.nth(1) != EQ && !p.begins_line() {
         p.skip(SyntaxErrorKind::WordAfterField, |_| true);
     }

@@ -21,7 +21,7 @@ pub(super) fn expression(p: &mut Parser<'_>) {
     height_of(p, found);
 }
 
-/// The condition of an `if` or a transition, in which `=` can only be meant to compare.
+/// Takes the condition of an `if` or a transition, in which `=` is reported as a comparison.
 pub(super) fn condition(p: &mut Parser<'_>) {
     p.in_condition = true;
     expression(p);
@@ -36,7 +36,7 @@ fn height_of(p: &mut Parser<'_>, found: Option<(CompletedMarker, u32)>) -> u32 {
     found.map_or(0, |(_, height)| height)
 }
 
-/// How tightly an operator binds, from 1.
+/// Returns the precedence of an operator, from 1.
 fn strength(kind: SyntaxKind) -> u8 {
     match kind {
         PIPE2 => 1,
@@ -51,7 +51,8 @@ fn strength(kind: SyntaxKind) -> u8 {
 
 const COMPARISON: u8 = 4;
 
-/// An expression of operators that bind at least as `weakest`, and the height of its tree; nothing where none begins.
+/// Takes operators with a precedence of at least `weakest`, and returns the node and the height of its tree; none if no
+/// expression begins here.
 // test_err comparisons_do_not_chain
 // core C(S) { update = { x = a < b < c; } }
 fn operators(p: &mut Parser<'_>, weakest: u8) -> Option<(CompletedMarker, u32)> {
@@ -66,7 +67,7 @@ fn operators(p: &mut Parser<'_>, weakest: u8) -> Option<(CompletedMarker, u32)> 
         if strength == COMPARISON && weakest == COMPARISON + 1 {
             return Some((lhs, height));
         }
-        // Each operator lifts all that stands left of it by a level.
+        // Each operator adds a level above its left operand.
         if p.depth + height >= DEEPEST {
             let m = lhs.precede(p);
             p.too_deep(ends_expression);
@@ -147,7 +148,7 @@ fn is_literal(kind: SyntaxKind) -> bool {
         || matches!(kind, INT_NUMBER | FLOAT_NUMBER | BAD_NUMBER | STRING | UNTERMINATED_STRING)
 }
 
-/// `( one, two, … )`; the height of the tree in it.
+/// Takes `( one, two, … )`, and returns the height of its tree.
 fn arguments(p: &mut Parser<'_>) -> u32 {
     let height = std::cell::Cell::new(0);
     node(p, ARGUMENT_LIST, |p| {
@@ -182,7 +183,7 @@ fn opt_access(p: &mut Parser<'_>) {
     }
 }
 
-/// Where the rest of an expression that is too deep ends.
+/// Returns whether the rest of an expression that is too deep ends here.
 pub(super) fn ends_expression(p: &Parser<'_>) -> bool {
     matches!(p.current(), SEMICOLON | COMMA | R_PAREN | R_BRACK | R_CURLY | THEN_KW | TO_KW)
         || p.at_item()

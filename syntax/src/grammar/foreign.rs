@@ -1,20 +1,20 @@
-//! Operators, statements and items of other languages, each of which is one error.
+//! Operators, statements and items of other languages. Each one is a single error.
 //!
-//! A rule here applies only where the grammar allows nothing else: behind an error, or at tokens with which nothing of
-//! MAUVE begins. So a model without an error keeps its tree.
+//! These rules are tried only after a parse error, or at tokens that begin no item or statement of MAUVE, so valid
+//! models parse as before.
 
 use super::*;
 use crate::foreign::{Foreign, Word};
 use crate::parser::Checkpoint;
 
-/// An operator of another language: what it is in MAUVE, and its number of tokens.
+/// An operator of another language: the operator of MAUVE, and the number of tokens.
 pub(super) struct Operator {
     pub(super) kind: SyntaxKind,
     tokens: u8,
 }
 
 impl Operator {
-    /// Reports the operator, and takes its first token as the one of MAUVE.
+    /// Reports the operator, and takes its first token as the operator of MAUVE.
     pub(super) fn take(&self, p: &mut Parser<'_>) {
         p.foreign(Foreign::Spelling { tokens: self.tokens, written: self.kind.text().unwrap_or_default() });
         p.bump_as(self.kind);
@@ -36,7 +36,7 @@ pub(super) fn operator(p: &Parser<'_>) -> Option<Operator> {
         (LT, GT) => (NEQ, 2),
         (EQ2, EQ) => (EQ2, 2),
         (NEQ, EQ) => (NEQ, 2),
-        // In a guard it may be an arrow to a state.
+        // In a guard, `=>` may be an arrow to a state.
         (EQ, GT) if p.in_condition && !p.nth_looks_like_type(2) => (GTEQ, 2),
         (EQ, LT) if p.in_condition => (LTEQ, 2),
         (EQ, next) if p.in_condition && next != GT => (EQ2, 1),
@@ -60,7 +60,7 @@ fn begins_operand(kind: SyntaxKind) -> bool {
     statement::starts_expression(kind) && !matches!(kind, THEN_KW | TO_KW)
 }
 
-/// Is this `not` before an operand? `not(x)` calls a codel.
+/// Returns whether this is `not` before an operand. `not(x)` is a call of a codel.
 pub(super) fn at_not(p: &Parser<'_>) -> bool {
     p.at(IDENT)
         && !p.nth_begins_line(1)
@@ -69,12 +69,12 @@ pub(super) fn at_not(p: &Parser<'_>) -> bool {
         && p.nth_is_foreign(0, Word::Not)
 }
 
-/// `not`, as `!`.
+/// Takes `not` as `!`.
 pub(super) fn not(p: &mut Parser<'_>) {
     Operator { kind: BANG, tokens: 1 }.take(p);
 }
 
-/// `.5`
+/// Takes `.5`.
 pub(super) fn point(p: &mut Parser<'_>) {
     p.foreign(Foreign::Fraction);
     p.drop_tokens(2);
@@ -86,7 +86,7 @@ pub(super) fn point(p: &mut Parser<'_>) {
 //   x = 1. + .5;
 //   x = 33 ms;
 // } }
-/// Takes a unit or a point behind a number.
+/// Takes a unit or a decimal point after a number.
 pub(super) fn opt_behind_number(p: &mut Parser<'_>) {
     if p.at(DOT) && !p.begins_line() {
         p.foreign(Foreign::Fraction);
@@ -124,7 +124,7 @@ pub(super) fn opt_ternary(p: &mut Parser<'_>, condition: CompletedMarker) -> Com
 //   while(n);
 //   act(n);
 // } }
-/// Takes a statement that begins as no statement of MAUVE does.
+/// Takes a statement whose beginning is not that of a statement of MAUVE.
 pub(super) fn opt_statement(p: &mut Parser<'_>) -> bool {
     let on_line = !p.nth_begins_line(1);
     match (p.current(), p.nth(1), p.nth(2)) {
@@ -156,7 +156,7 @@ pub(super) fn opt_statement(p: &mut Parser<'_>) -> bool {
     true
 }
 
-/// Takes `name op= value;`: the analysis knows what is assigned.
+/// Takes `name op= value;`: the analysis knows the assigned variable.
 fn assignment(p: &mut Parser<'_>, form: Foreign) {
     let m = p.start();
     any_word(p, NAME_REF);
@@ -198,13 +198,13 @@ fn foreign_section(p: &mut Parser<'_>) {
     p.skip_foreign(form, ends_section);
 }
 
-/// Is this `--n`, which does nothing in MAUVE?
+/// Returns whether this is `--n`, which has no effect in MAUVE.
 pub(super) fn is_decrement(p: &mut Parser<'_>, before: &Checkpoint) -> bool {
     let is_one = |p: &Parser<'_>| p.at(MINUS) && p.nth(1) == MINUS && p.nth(2).is_word();
     p.taken_since(before) == 3 && p.from(before, is_one)
 }
 
-/// Reads a statement that went wrong again, as one error, if it is known from other languages.
+/// Reads a failed statement again as one error, if it is a form of another language.
 pub(super) fn opt_whole_statement(p: &mut Parser<'_>, before: &Checkpoint) -> bool {
     let form = p.from(before, |p| match (p.current(), p.nth(1), p.nth(2)) {
         (IDENT, ..) if p.nth_foreign(0, section).is_some() => Some(Word::Loop),
@@ -231,7 +231,7 @@ pub(super) fn opt_whole_statement(p: &mut Parser<'_>, before: &Checkpoint) -> bo
     true
 }
 
-/// A word that opens or closes a block in other languages, and is neither assigned nor called.
+/// Returns whether this is a word that opens or closes a block in other languages, and is neither assigned nor called.
 pub(super) fn at_brace(p: &Parser<'_>) -> bool {
     let next = p.nth(1);
     p.nth_is_foreign(0, Word::Brace)
@@ -243,7 +243,7 @@ fn superfluous(p: &mut Parser<'_>) {
     p.drop_tokens(1);
 }
 
-/// Does a statement end here: behind its `;` or its block, or with its line?
+/// Returns whether a statement ends here: after its `;` or its block, or with its line.
 pub(super) fn ends_statement(p: &Parser<'_>) -> bool {
     p.at(R_CURLY)
         || p.begins_line()
@@ -251,7 +251,7 @@ pub(super) fn ends_statement(p: &Parser<'_>) -> bool {
         || p.previous() == R_CURLY && !p.at(SEMICOLON)
 }
 
-/// Does a statement with a block end here? The block may begin the next line.
+/// Returns whether a statement with a block ends here. The block may begin the next line.
 fn ends_section(p: &Parser<'_>) -> bool {
     let goes_on = p.at(L_CURLY) && p.begins_line()
         || p.previous() == R_CURLY && !p.begins_line() && p.nth_is_foreign(0, Word::Loop);
@@ -342,7 +342,7 @@ pub(super) fn opt_shell_item(p: &mut Parser<'_>) -> bool {
             p.drop_tokens(usize::from(behind));
         }
         None => {
-            // Neither direction is known, so the item is none.
+            // The direction is unknown, so the item is skipped.
             p.skip_foreign(Foreign::Keyword("input"), ends_declaration);
             m.complete(p, ERROR);
             return true;
@@ -468,7 +468,7 @@ pub(super) fn opt_parentheses(p: &mut Parser<'_>) {
     }
 }
 
-/// `shell Laser: Base`
+/// Returns whether this is the colon of `shell Laser: Base`.
 pub(super) fn at_colon_before_shell(p: &Parser<'_>) -> bool {
     p.at(COLON) && p.nth(1).is_word() && !p.begins_line()
 }
@@ -495,7 +495,7 @@ pub(super) fn opt_before_list(p: &mut Parser<'_>) {
     }
 }
 
-/// Takes `()` behind the keyword of a program. Returns whether it is instead of the `=`.
+/// Takes `()` after the keyword of a program. Returns whether it replaces the `=`.
 pub(super) fn opt_program_parentheses(p: &mut Parser<'_>) -> bool {
     let is_instead = p.at(L_PAREN) && p.nth(1) == R_PAREN && p.nth(2) == L_CURLY;
     if is_instead {
@@ -511,7 +511,7 @@ pub(super) fn opt_program_parentheses(p: &mut Parser<'_>) -> bool {
 // deployment D { activity a: priority = 1, period = 10
 //   activity b { }
 // }
-/// Takes the fields of an activity behind a colon, on its line.
+/// Takes the fields of an activity after a colon, on its line.
 pub(super) fn opt_activity_body(p: &mut Parser<'_>) -> bool {
     let is_body = p.at(COLON) && p.nth(1).is_word() && !p.nth_begins_line(1);
     if is_body {
@@ -525,7 +525,7 @@ pub(super) fn opt_activity_body(p: &mut Parser<'_>) -> bool {
     is_body
 }
 
-/// Takes `: S`, `extends S` or `for S` behind the name of a core.
+/// Takes `: S`, `extends S` or `for S` after the name of a core.
 pub(super) fn opt_core_header(p: &mut Parser<'_>) -> bool {
     let is_word = p.at(IDENT) && (p.nth_is_foreign(0, Word::ForShell) || p.nth_is_foreign(0, Word::Loop));
     let is_header =
@@ -545,7 +545,7 @@ pub(super) fn opt_core_header(p: &mut Parser<'_>) -> bool {
 //   input port c: Pose[]
 //   input port Pose d
 // }
-/// Takes `[]`, `*`, `&` or `<…>` behind a type.
+/// Takes `[]`, `*`, `&` or `<…>` after a type.
 pub(super) fn opt_type_suffix(p: &mut Parser<'_>) {
     match (p.current(), p.nth(1)) {
         _ if p.begins_line() => {}

@@ -67,8 +67,8 @@ pub(super) fn statement(p: &mut Parser<'_>) {
 //   y = (3 + ;
 //   z = 1;
 // } }
-/// The `;` of a statement. What went wrong before it is one mistake with all that stands before it. Returns whether the
-/// statement was none: then its tokens are in other nodes.
+/// Takes the `;` of a statement. An error before it is one mistake with all text before the `;`. Returns whether the
+/// text was not a statement: then its tokens are in other nodes.
 fn end_of_statement(p: &mut Parser<'_>, before: &Checkpoint) -> bool {
     let has_failed = p.has_failed_since(before);
     if p.at(SEMICOLON) && !has_failed && !foreign::is_decrement(p, before) {
@@ -137,10 +137,11 @@ fn if_(p: &mut Parser<'_>, needs_braces: bool) {
 //   if a { f(); }
 //   h();
 // } }
-/// The condition and the branches of an `if`. `needs_braces`: branches without braces are not reported yet.
+/// Takes the condition and the branches of an `if`. Without `needs_braces`, branches without braces were already
+/// reported.
 pub(super) fn if_rest(p: &mut Parser<'_>, needs_braces: bool) {
     expression::condition(p);
-    // A forgotten `then` is one mistake: the block is there.
+    // A missing `then` is one mistake: the block is present.
     let has_then = p.eat(THEN_KW) || foreign::opt_instead_of(p, THEN_KW);
     if !has_then && (p.at(L_CURLY) || !at_branch(p)) {
         p.missing(Expected::Token(THEN_KW));
@@ -171,14 +172,14 @@ pub(super) fn if_rest(p: &mut Parser<'_>, needs_braces: bool) {
     }
 }
 
-/// Does the branch of an `if` begin here, on its line, without braces?
+/// Returns whether the branch of an `if` begins here, on its line, without braces.
 fn at_branch(p: &Parser<'_>) -> bool {
     let is_statement =
         matches!(p.nth(1), EQ | L_PAREN) || p.at(RETURN_KW) || p.nth_is_foreign(0, Word::Brace);
     !p.begins_line() && p.current().is_word() && is_statement
 }
 
-/// A branch without braces: one statement, and perhaps the word that closes it.
+/// Takes a branch without braces: one statement, and optionally the word that closes it.
 fn unbraced(p: &mut Parser<'_>, needs_braces: bool) {
     if needs_braces {
         p.foreign(Foreign::Braces);
@@ -200,7 +201,7 @@ fn unbraced(p: &mut Parser<'_>, needs_braces: bool) {
     m.complete(p, BLOCK);
 }
 
-/// `else` and its branch.
+/// Takes `else` and its branch.
 fn else_(p: &mut Parser<'_>, needs_braces: bool) {
     node(p, ELSE, |p| match p.current() {
         IF_KW => {
@@ -229,7 +230,7 @@ fn return_(p: &mut Parser<'_>) {
 fn assignment(p: &mut Parser<'_>) {
     let before = p.checkpoint();
     let m = p.start();
-    // The first word of a statement: it begins its line, and is a name all the same.
+    // The first word of a statement is a name, although it begins its line.
     any_word(p, NAME_REF);
     p.bump();
     expression(p);
