@@ -65,7 +65,10 @@ fn an_able_editor_gets_snippets_details_and_documentation() {
     let list = client.call("textDocument/completion", behind(&deployment, "    act")).unwrap();
     let activity = item(&list, "activity gmapping");
     assert_eq!(activity["insertTextFormat"], 2);
-    assert_eq!(activity["textEdit"]["newText"], "activity gmapping { priority = ${1:1} period = ${2:100} }");
+    assert_eq!(
+        activity["textEdit"]["newText"],
+        "activity gmapping { affinity = ${1:2} priority = ${2:1} period = ${3:100} }"
+    );
     assert_eq!(client.shut_down(), Some(0));
 }
 
