@@ -548,7 +548,7 @@ fn mauve_toml_does_not_choose_a_folder_elsewhere() {
         assert_eq!(it.everything(), before);
     }
     assert_eq!(it.json(0, &["robot", "--out", "elsewhere"])["written"], true);
-    // Nor one in which nobody looks, and which tools obey.
+    // `out` may not be a hidden folder either: tools execute files there.
     fs::create_dir_all(it.0.join("robot/.git/hooks")).unwrap();
     symlink(".git", it.0.join("robot/seen")).unwrap();
     for out in [".git/hooks", ".github", "a/.b/c", "seen", "seen/hooks"] {

@@ -1,16 +1,16 @@
-//! What may stand where the cursor is: by the grammar first, and of that only what fits.
+//! Completion at the cursor: the grammar determines the kinds of items, then names and types select among them.
 //!
-//! | file | offers |
+//! | file | content |
 //! |---|---|
-//! | `position.rs` | nothing: where the cursor is, in text that is hardly ever correct |
-//! | `declaration.rs` | declarations, and what begins them; `use` |
+//! | `position.rs` | the position of the cursor in incomplete text |
+//! | `declaration.rs` | declarations, their keywords, and `use` |
 //! | `include.rs` | the paths of models |
-//! | `names.rs` | types, messages, and what is declared, with the `use` that it needs |
-//! | `shell.rs`, `core.rs` | what stands in a shell; in a core, its state machine and its states |
+//! | `names.rs` | types, messages and declarations, with the necessary `use` |
+//! | `shell.rs`, `core.rs` | items of a shell; of a core, its state machine and its states |
 //! | `program.rs` | statements and expressions |
-//! | `architecture.rs`, `deployment.rs` | instances, and what is said of them |
+//! | `architecture.rs`, `deployment.rs` | instances and their settings |
 //! | `toml.rs` | keys and values of `mauve.toml` and of timing tables |
-//! | `documentation.rs` | what is said of an item once it is looked at |
+//! | `documentation.rs` | the documentation of a selected item |
 
 mod architecture;
 mod core;
@@ -38,51 +38,51 @@ use crate::program::Scope;
 use crate::project::projects_with;
 use position::{Position, without_path};
 
-/// More than these are not shown at once: the next letter finds others.
+/// The maximal number of items in one answer: the next letter finds others.
 const MOST_ITEMS: usize = 400;
 
-/// What may stand at a place.
+/// The items at a position.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Completions {
-    /// The best first.
+    /// The best item first.
     pub items: Vec<Completion>,
-    /// May another letter bring items that are not among these?
+    /// Whether another letter may bring other items.
     pub incomplete: bool,
 }
 
-/// Something that may stand at a place.
+/// An item that may be inserted at a position.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Completion {
-    /// What the user sees and chooses.
+    /// The text in the list.
     pub label: String,
-    /// What it is.
+    /// The kind of the item.
     pub kind: CompletionKind,
-    /// What goes on with the label: `: double`, `(in scan: LaserScan): bool`. May be empty.
+    /// The text after the label: `: double`, `(in scan: LaserScan): bool`. May be empty.
     pub detail: String,
-    /// Where it is from, or what is special about it. May be empty.
+    /// The origin or a property of the item. May be empty.
     pub note: String,
-    /// What it replaces: the word around the cursor, on one line.
+    /// The replaced range: the word around the cursor, on one line.
     pub replaced: TextRange,
-    /// What it puts there.
+    /// The inserted text.
     pub insert: String,
-    /// The same with places to fill in, in the syntax of the protocol's snippets.
+    /// The same text with placeholders, in the syntax of the protocol's snippets.
     pub snippet: Option<String>,
-    /// What is compared with what the user types, where that is not the label.
+    /// The text that is compared with the typed word, if it is not the label.
     pub filter: Option<String>,
-    /// 0 is what fits best.
+    /// 0 is the best rank.
     pub rank: u8,
-    /// What else it changes in the file: a `use`.
+    /// Other changes to the file: a `use`.
     pub more: Vec<Replacement>,
-    /// What it stands for, for [`documentation()`].
+    /// The subject of its documentation, for [`documentation()`].
     pub subject: Option<Subject>,
 }
 
-/// What an item is.
+/// The kind of an item.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[allow(missing_docs)]
 pub enum CompletionKind {
     Keyword,
-    /// Several words, or lines, with places to fill in.
+    /// Several words or lines with placeholders.
     Skeleton,
     BuiltInType,
     Message,
@@ -153,7 +153,7 @@ impl Completion {
         self
     }
 
-    /// Adds a snippet, unless what it adds follows the cursor already.
+    /// Adds a snippet, unless its text already follows the cursor.
     pub(crate) fn completed(self, is_followed: bool, snippet: String) -> Completion {
         if is_followed { self } else { self.snippet(snippet) }
     }
@@ -164,7 +164,7 @@ impl Completion {
     }
 }
 
-/// A snippet without places to fill in: what is proposed for them stays, and a step of indentation is two spaces.
+/// Returns a snippet without placeholders: their default texts stay, and a step of indentation is two spaces.
 fn plain(snippet: &str) -> String {
     let mut out = String::with_capacity(snippet.len());
     let mut rest = snippet;
@@ -182,7 +182,7 @@ fn plain(snippet: &str) -> String {
     (out + rest).replace('\t', "  ")
 }
 
-/// What may stand at `offset`, in any of the projects that have the file.
+/// Returns the completions at `offset`, in all projects that contain the file.
 ///
 /// ```
 /// use mauve_hir::{Database, Workspace};
@@ -204,7 +204,7 @@ pub fn completions(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offse
         return toml::completions(db, workspaces, &projects, file, offset);
     }
     if projects.is_empty() {
-        // A file that no root includes is the root of itself.
+        // A file that no root includes is its own root.
         let home = workspaces.iter().find(|it| it.file(db, file.path(db)) == Some(file));
         projects.extend(home.map(|&workspace| Project::new(db, workspace, file)));
     }
@@ -230,7 +230,7 @@ fn finish(mut found: Completions, replaced: TextRange, prefix: &str) -> Completi
         found.items.retain(|item| may_be(prefix, item.filter.as_ref().unwrap_or(&item.label)));
         found.incomplete = true;
     }
-    // What was met first stays first, of one rank.
+    // A stable sort: items of one rank keep their order.
     found.items.sort_by_key(|item| item.rank);
     found.items.truncate(MOST_ITEMS);
     for item in &mut found.items {
@@ -239,7 +239,7 @@ fn finish(mut found: Completions, replaced: TextRange, prefix: &str) -> Completi
     found
 }
 
-/// Are the letters of `typed` in `name`, in this order?
+/// Returns whether `name` contains the letters of `typed`, in this order.
 pub(crate) fn may_be(typed: &str, name: &str) -> bool {
     let mut letters = name.chars().map(|letter| letter.to_ascii_lowercase());
     typed.chars().all(|typed| letters.any(|letter| letter == typed.to_ascii_lowercase()))
@@ -295,7 +295,7 @@ impl<'a, 'db> Completer<'a, 'db> {
         self.add(Completion::new(CompletionKind::Skeleton, keyword).snippet(snippet).note(shown));
     }
 
-    /// Returns the texts of these names, but for the one at the cursor.
+    /// Returns the texts of these names, except the one at the cursor.
     fn others<N: AstNode>(&self, names: impl Iterator<Item = N>) -> Vec<String> {
         let others = names.filter(|name| name.syntax().text_range() != self.at.word);
         others.map(|name| name.syntax().text().to_string()).collect()
@@ -312,8 +312,8 @@ mod testing {
     use crate::fixture::Fixture;
     use std::fmt::Write as _;
 
-    /// The first items at the cursor that stand at `most` below the best, each with its rank, and what it inserts where that
-    /// is not its label.
+    /// Returns the first items at the cursor whose rank is at most the best one plus `most`, each with its rank, and
+    /// its inserted text if that is not the label.
     pub(super) fn offered(fixture: &str, most: u8) -> String {
         let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
         let mut out = String::new();
@@ -335,7 +335,7 @@ mod testing {
         out
     }
 
-    /// The labels of everything that is offered.
+    /// Returns the labels of all items.
     pub(super) fn labels(fixture: &str) -> Vec<String> {
         let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
         completions(&db, &[workspace], file, offset).items.into_iter().map(|item| item.label).collect()

@@ -1,5 +1,5 @@
-//! What is wrong with a deployment, its priorities, its timing tables and its response times, as facts: names, figures
-//! and locations. The messages, severities and fixes are in `mauve-diagnostics`.
+//! Facts about errors in a deployment, its priorities, its timing tables and its response times: names, figures and
+//! locations. The messages, severities and fixes are in `mauve-diagnostics`.
 
 #![allow(missing_docs, reason = "the documentation of an item says what its fields are")]
 
@@ -23,7 +23,7 @@ impl<'db> TimingFact<'db> {
     }
 }
 
-/// What is wrong. Each variant belongs to one code.
+/// The kind of a fact. Each variant belongs to one code.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub enum TimingFactKind<'db> {
     /// A deployment has no `architecture`.
@@ -40,7 +40,7 @@ pub enum TimingFactKind<'db> {
     DuplicateField { of: Decl<'db>, id: SourceId, field: ActivityField, instance: Name, first: Location<'db> },
     /// No activity has a field of this name.
     UnknownField(Name),
-    /// An activity has no priority. With one that is free on its CPU, and where its period stands.
+    /// An activity has no priority. With a free priority on its CPU, and the location of its period.
     MissingPriority { of: Decl<'db>, activity: (Name, SourceId), free: u32, period: Option<SourceId> },
     /// An activity has no period. With the location of the value of its priority.
     MissingPeriod { of: Decl<'db>, activity: (Name, SourceId), priority: Option<SourceId> },
@@ -60,12 +60,12 @@ pub enum TimingFactKind<'db> {
         other_at: Location<'db>,
         free: Option<u32>,
     },
-    /// A component runs before the one of the same period that writes what it reads.
+    /// A component runs before another one of the same period that writes its input.
     StaleData { reader: Name, writer: Name, port: Name, writer_at: Location<'db> },
 
     /// A table has an error.
     InvalidTable(TableFault),
-    /// A table has a time for what has one already.
+    /// A table repeats a time.
     RepeatedTime { key: String, first: Location<'db> },
     /// A key is unknown. With a similar name, and the full key that can replace it.
     UnknownTimingKey { kind: Kind, key: String, near: Option<Name>, fixed: Option<String> },

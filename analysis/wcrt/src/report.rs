@@ -1,4 +1,4 @@
-//! What is asked of the analysis, and its result: the response times of a deployment, of a model or of an exported file.
+//! Queries and reports: the response times of a deployment, of a model or of an exported file.
 
 use std::cmp::Reverse;
 
@@ -10,7 +10,7 @@ use crate::reason::{Refusal, Share, UnknownPriority};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, Location, ModelDb, Project, Workspace, config_of};
 
-/// What is asked of the analysis.
+/// A query to the analysis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Query {
     /// The significance level.

@@ -20,14 +20,14 @@ const MADE_BY_TOOLS: [&str; 4] = ["build", "devel", "install", "log"];
 const MOST_FOR_MODELS: usize = 500_000;
 const MOST_FOR_TABLES: usize = 20_000;
 
-/// No folder of models is further below.
+/// The maximal depth of folders of models.
 const DEEPEST: usize = 100;
 
-/// A `.gitignore` that is longer is not read, nor more of all of them: a pattern takes much more room than its text.
+/// The maximal length of a `.gitignore`, and of all of them together: a pattern takes much more memory than its text.
 const LONGEST_IGNORE: u64 = 1 << 16;
 const MOST_IGNORED: u64 = 1 << 20;
 
-/// What may still be looked at.
+/// The remaining numbers of files and folders that may be searched.
 #[derive(Debug)]
 pub(crate) struct Left {
     models: usize,
@@ -44,16 +44,16 @@ impl Default for Left {
 /// A search on the disk.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Walk {
-    /// The models and configurations below a folder, without what tools made and what `.gitignore` names.
+    /// The models and configurations below a folder, except generated files and those that `.gitignore` names.
     Models {
         folder: PathBuf,
         depth: Option<usize>,
-        /// Is what belongs to a configuration further below left to it?
+        /// Whether the files of a nested configuration are excluded.
         is_own: bool,
     },
-    /// The files that a pattern of `[timing] tables` names.
+    /// The files that match a pattern of `[timing] tables`.
     Tables {
-        /// Where the pattern begins to be one.
+        /// The folder before the first wildcard of the pattern.
         from: PathBuf,
         depth: Option<usize>,
         /// The configuration's folder, and the pattern.
@@ -63,16 +63,16 @@ pub(crate) enum Walk {
     },
 }
 
-/// What was found.
+/// The result of a walk.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Walked {
-    /// All folders that were looked through.
+    /// All searched folders.
     pub(super) folders: Vec<PathBuf>,
-    /// Models or tables, whether they can be read or not.
+    /// The models or tables, including unreadable ones.
     pub(super) files: Vec<PathBuf>,
-    /// The configurations, that of the first folder too.
+    /// The configurations, including that of the first folder.
     pub(super) configs: Vec<PathBuf>,
-    /// What was not looked through, and why.
+    /// The folders that were not searched, and why.
     pub(super) problems: Vec<(PathBuf, String)>,
 }
 
@@ -80,15 +80,15 @@ pub(crate) struct Walked {
 #[derive(Debug, Default)]
 pub(super) struct Walks {
     known: BTreeMap<Walk, Arc<Walked>>,
-    /// The walks that were asked for since the last reset.
+    /// The requested walks since the last reset.
     asked: BTreeSet<Walk>,
-    /// Whether walks are run by the caller, and not where they are asked for.
+    /// Whether the caller runs the walks later.
     pub(super) is_deferred: bool,
     left: Left,
 }
 
 impl Walks {
-    /// Returns the result of a walk; nothing where walks are deferred and this one was not run yet.
+    /// Returns the result of a walk; none if walks are deferred and this one has not run.
     pub(super) fn walked(&mut self, walk: Walk) -> Option<Arc<Walked>> {
         self.asked.insert(walk.clone());
         if let Some(known) = self.known.get(&walk) {
@@ -102,7 +102,7 @@ impl Walks {
         Some(walked)
     }
 
-    /// What was asked for and is not known.
+    /// Returns the requested walks without a result.
     pub(super) fn wanted(&self) -> Vec<Walk> {
         self.asked.iter().filter(|walk| !self.known.contains_key(*walk)).cloned().collect()
     }
@@ -111,7 +111,7 @@ impl Walks {
         self.known.insert(walk, walked.into());
     }
 
-    /// Discards all results, and returns the walks that were asked for.
+    /// Discards all results, and returns the requested walks.
     pub(super) fn reset(&mut self) -> Vec<Walk> {
         self.known.clear();
         self.left = Left::default();
@@ -125,8 +125,8 @@ impl Walks {
 }
 
 impl Walk {
-    /// Looks at the disk until `is_cancelled`: what is found then is not all. Takes from what is `left`, for whoever
-    /// walks several times.
+    /// Searches the disk until `is_cancelled`; a cancelled walk is incomplete. Subtracts from `left`, the limits of a
+    /// caller that runs several walks.
     pub(crate) fn run(&self, left: &mut Left, is_cancelled: &dyn Fn() -> bool) -> Walked {
         match self {
             Walk::Models { folder, depth, is_own } => {
@@ -146,13 +146,13 @@ fn note(problems: &Problems, path: &Path, why: String) {
     problems.lock().unwrap_or_else(PoisonError::into_inner).push((path.to_owned(), why));
 }
 
-/// Files that name what is not to be looked at; what the first names counts more.
+/// The files with ignore rules; the first one has precedence.
 const IGNORING: [&str; 2] = [".ignore", ".gitignore"];
 
-/// What the files of a folder and of those above say of what is to be ignored, in the order of [`IGNORING`].
+/// The ignore rules of a folder and of those above, in the order of [`IGNORING`].
 struct Rules {
     own: [Gitignore; 2],
-    /// Does a repository begin here? What stands above it says nothing of what git ignores in it.
+    /// Whether a repository begins here: the Git rules of folders above do not apply in it.
     is_repository: bool,
     above: Option<Rc<Rules>>,
 }
@@ -179,9 +179,9 @@ struct Models<'a> {
     found: Walked,
     left: &'a mut Left,
     is_cancelled: &'a dyn Fn() -> bool,
-    /// What the user has git ignore everywhere.
+    /// The user's global Git ignore rules.
     everywhere: Gitignore,
-    /// Is what belongs to a configuration further below left to it?
+    /// Whether the files of a nested configuration are excluded.
     is_own: bool,
 }
 
@@ -202,7 +202,7 @@ impl Models<'_> {
         self.found
     }
 
-    /// Looks through a folder, and `deeper` below it; whoever walks without a depth is told where that is not all.
+    /// Reads a folder and `deeper` levels below; an unlimited walk reports where it stops early.
     fn folder(&mut self, folder: &Path, deeper: usize, is_all: bool, depth: usize, above: Option<Rc<Rules>>) {
         let problem = |why: String| (folder.to_owned(), why);
         let rules = match self.rules(folder, above) {
@@ -257,7 +257,7 @@ impl Models<'_> {
                     _ => {}
                 }
             } else if is_model(&path) && !path.is_dir() {
-                // Also what cannot be read, is a pipe, or leads nowhere: that is said.
+                // Includes unreadable files, pipes and broken links, which are reported.
                 self.found.files.push(path);
             }
         }
@@ -274,7 +274,7 @@ impl Models<'_> {
             let path = folder.join(name);
             let bytes = match read(&path, LONGEST_IGNORE.min(self.left.ignored)) {
                 Ok(bytes) => bytes,
-                // A missing file or a broken link ignores nothing.
+                // A missing file or a broken link has no rules.
                 Err(error) if error.kind() == ErrorKind::NotFound => continue,
                 Err(error) => {
                     let why = format!("this folder is not searched: cannot read its `{name}`: {error}");
@@ -284,7 +284,7 @@ impl Models<'_> {
             self.left.ignored -= bytes.len() as u64;
             let mut rules = GitignoreBuilder::new(folder);
             for line in String::from_utf8_lossy(&bytes).lines() {
-                // An invalid line ignores nothing.
+                // An invalid line is no rule.
                 let _ = rules.add_line(None, line);
             }
             *own = rules.build().unwrap_or_else(|_| Gitignore::empty());

@@ -1,5 +1,5 @@
-//! A session on paper: one JSON object a line, with what was said, by whom, and when. A recorded session is a bug report:
-//! `mauve replay` says it all again.
+//! Records a session: one JSON object per line, with the message, its sender and its time. A recorded session is a bug
+//! report: `mauve replay` sends it again.
 //!
 //! ```json
 //! {"seconds":0.0123,"from":"client","message":{"jsonrpc":"2.0","id":1,"method":"initialize","params":{}}}
@@ -27,13 +27,13 @@ pub(crate) enum Side {
 /// A line of the record.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct Line<M = Value> {
-    /// Since the session began.
+    /// The time since the session began.
     pub(crate) seconds: f64,
     pub(crate) from: Side,
     pub(crate) message: M,
 }
 
-/// Writes what both sides say to a file.
+/// Writes the messages of both sides to a file.
 #[derive(Clone)]
 pub(crate) struct Mirror {
     begin: Instant,
@@ -41,8 +41,8 @@ pub(crate) struct Mirror {
 }
 
 impl Mirror {
-    /// A record at `path`, behind what is there already: an editor starts a server again that has ended by a defect, and
-    /// that session is the one to be looked at. It has the texts of the models, so only the user may read it.
+    /// Opens a record and appends to it, since an editor restarts a server after a crash, and the crashed session is
+    /// the relevant one. The record contains the texts of the models, so only the user may read it.
     pub(crate) fn create(path: &Path) -> std::io::Result<Mirror> {
         Ok(Mirror {
             begin: Instant::now(),
@@ -50,7 +50,7 @@ impl Mirror {
         })
     }
 
-    /// Writes a line at once: a session may end at any time. One that cannot be written is not worth the session.
+    /// Writes a line immediately: a session may end at any time. An error does not end the session.
     pub(crate) fn record(&self, from: Side, message: &Value) {
         let line = Line { seconds: self.begin.elapsed().as_secs_f64(), from, message };
         let Ok(text) = serde_json::to_string(&line) else { return };

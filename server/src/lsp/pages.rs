@@ -1,4 +1,4 @@
-//! The pages of the diagnostics as files, so that an editor can open the one behind a code.
+//! The pages of the diagnostics as files, so that an editor can open the page of a code.
 
 use std::fs::File;
 use std::io::{self, ErrorKind, Write as _};
@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use mauve_diagnostics::{codes, page};
 use tower_lsp::lsp_types::Url;
 
-/// The address of the page of a diagnostic; nothing where there is no place for such files.
+/// Returns the address of the page of a diagnostic; none if there is no folder for the pages.
 pub(crate) fn address(code: &str) -> Option<Url> {
     static FOLDER: OnceLock<Option<PathBuf>> = OnceLock::new();
     let folder =
@@ -16,7 +16,7 @@ pub(crate) fn address(code: &str) -> Option<Url> {
     Url::from_file_path(folder.as_ref()?.join(format!("{code}.md"))).ok()
 }
 
-/// Writes the pages of this version to the user's cache. Another server may do the same: they are the same.
+/// Writes the pages of this version to the user's cache. Other servers of this version write the same pages.
 fn written() -> io::Result<PathBuf> {
     let variable = |name| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
     let cache = variable("XDG_CACHE_HOME").or_else(|| variable("LOCALAPPDATA"));
@@ -31,7 +31,7 @@ fn written() -> io::Result<PathBuf> {
     Ok(folder)
 }
 
-/// Writes a page where there is another one. What a link in its place leads to is none of ours.
+/// Writes a page if its text differs; replaces a link instead of following it.
 fn write(path: &Path, page: &str) -> io::Result<()> {
     if !path.is_symlink() && std::fs::read_to_string(path).is_ok_and(|there| there == page) {
         return Ok(());
@@ -41,7 +41,7 @@ fn write(path: &Path, page: &str) -> io::Result<()> {
         _ => {}
     }
     match File::create_new(path).and_then(|mut file| file.write_all(page.as_bytes())) {
-        // Another server was faster.
+        // Another server wrote it first.
         Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(()),
         written => written,
     }

@@ -1,24 +1,24 @@
-//! Offsets and positions: a text's bytes against the client's lines and columns, in the encoding that both agreed on.
+//! Converts between offsets in a text and the client's lines and columns, in the negotiated encoding.
 //!
-//! A line ends at `\n`; a `\r` before it belongs to the line's end. Every position from a client is taken: one behind a
-//! line's end means that end, one behind the text the text's.
+//! A line ends at `\n`; a `\r` before it belongs to the end of the line. Positions from a client are clamped: to the
+//! end of the line, or to the end of the text.
 
 use mauve_hir::{Database, File};
 use mauve_syntax::{TextRange, TextSize};
 use tower_lsp::lsp_types::{Position, PositionEncodingKind, Range};
 
-/// What a column counts.
+/// The unit of columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) enum Encoding {
     Utf8,
-    /// Halves of surrogate pairs, as JavaScript does; what every client must know.
+    /// UTF-16 code units, as in JavaScript; all clients support them.
     #[default]
     Utf16,
     Utf32,
 }
 
 impl Encoding {
-    /// The best of those that a client knows: bytes are free.
+    /// Returns the most efficient encoding that the client supports: UTF-8 needs no conversion.
     pub(crate) fn negotiated(known: Option<&[PositionEncodingKind]>) -> Encoding {
         let knows = |kind| known.is_some_and(|known| known.contains(&kind));
         if knows(PositionEncodingKind::UTF8) {
@@ -30,7 +30,7 @@ impl Encoding {
         }
     }
 
-    /// Its name in the protocol.
+    /// Returns the name in the protocol.
     pub(crate) fn kind(self) -> PositionEncodingKind {
         match self {
             Encoding::Utf8 => PositionEncodingKind::UTF8,
@@ -48,14 +48,14 @@ impl Encoding {
     }
 }
 
-/// The position of the end of `text`.
+/// Returns the position of the end of `text`.
 pub(crate) fn end_of(text: &str, encoding: Encoding) -> Position {
     let last = text.rsplit('\n').next().unwrap_or_default();
     let column = last.chars().map(|letter| encoding.width(letter)).sum();
     Position::new(text.matches('\n').count() as u32, column)
 }
 
-/// Where `position` is in `text`; and whether that is within a character, then it is where that begins.
+/// Returns the offset of `position`, and whether it is inside a character; then the offset is that of the character.
 pub(crate) fn offset(text: &str, position: Position, encoding: Encoding) -> (usize, bool) {
     let mut start = 0;
     for _ in 0..position.line {
@@ -71,7 +71,8 @@ pub(crate) fn offset(text: &str, position: Position, encoding: Encoding) -> (usi
     (start + offset, column < position.character && !is_end)
 }
 
-/// Where a column is in the first line of `text`; never behind the line's end, nor within a character.
+/// Returns the offset of a column in the first line of `text`, clamped to the end of the line and to the beginning of a
+/// character.
 fn offset_in_line(text: &str, column: u32, encoding: Encoding) -> usize {
     let mut left = column;
     for (offset, letter) in text.char_indices() {
@@ -85,7 +86,7 @@ fn offset_in_line(text: &str, column: u32, encoding: Encoding) -> usize {
     text.len()
 }
 
-/// A text, its lines, and what its columns count.
+/// A text with its lines and the unit of its columns.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LineIndex<'a> {
     text: &'a str,

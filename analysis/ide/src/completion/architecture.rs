@@ -1,4 +1,4 @@
-//! Completion in an architecture: connections of inputs that have none first, then instances, connections and values.
+//! Completion in an architecture: first connections of unconnected inputs, then instances, connections and values.
 
 use std::collections::BTreeSet;
 
@@ -11,7 +11,7 @@ use mauve_syntax::SyntaxKind::{self, *};
 
 use super::{Completer, Completion, CompletionKind, Subject};
 
-/// More pairs of inputs and outputs than these are not compared while the user types.
+/// The maximal number of pairs of inputs and outputs that are compared during typing.
 const MOST_PAIRS: usize = 50_000;
 
 impl<'db> Completer<'_, 'db> {
@@ -49,7 +49,7 @@ impl<'db> Completer<'_, 'db> {
         let (db, project) = (self.db, self.project);
         let instances = flat_of(db, project, of).instances.iter();
         let instance = |it: &mauve_hir::FlatInstance<'db>| {
-            // Where a text is damaged, so is what its names mean; not for whoever looks for one.
+            // Names of an incomplete text are offered, although they do not resolve.
             let (declared, index) = it.declared;
             let written = || architecture(db, declared)?.instances.get(index)?.component.as_ref();
             let component = it
@@ -91,7 +91,7 @@ impl<'db> Completer<'_, 'db> {
         }
     }
 
-    /// Offers a whole connection for each input that has none, and that exactly one output of another instance fits.
+    /// Offers a connection for each unconnected input that has exactly one matching output of another instance.
     fn open_connections(&mut self) {
         let Some(of) = self.decl else { return };
         let all = self.instances(of);
@@ -126,8 +126,7 @@ impl<'db> Completer<'_, 'db> {
         }
     }
 
-    /// Offers the ends of a connection from a feature of this kind: those of the same type, the ones without a connection
-    /// first.
+    /// Offers the targets of a connection from a feature of this kind: those of the same type, unconnected ones first.
     fn targets_of(&mut self, of: Decl<'db>, kind: FeatureKind, path: &[&str]) {
         let wanted = if kind == FeatureKind::Output { FeatureKind::Input } else { FeatureKind::Required };
         let all = self.instances(of);
@@ -192,7 +191,7 @@ impl<'db> Completer<'_, 'db> {
         links.filter(|link| !is_here(link)).map(|link| link.target.clone()).collect()
     }
 
-    /// `property i.p = value`, `constant i.c = value`, in an architecture and in a deployment of `of`.
+    /// Offers `property i.p = value` and `constant i.c = value`, in an architecture and in a deployment of `of`.
     pub(super) fn setting(&mut self, of: Decl<'db>, kinds: &[SyntaxKind], path: &[&str]) {
         let kind = match kinds.first() {
             Some(PROPERTY_KW) => FeatureKind::Property,

@@ -1,5 +1,4 @@
-//! Completion in a core, in its state machine, and in a state: the operations that the shell requires or provides, and that
-//! the core lacks, first.
+//! Completion in a core, its state machine and its states: first the operations of the shell that the core lacks.
 
 use std::collections::BTreeSet;
 
@@ -29,7 +28,7 @@ impl Completer<'_, '_> {
         }
     }
 
-    /// `var x: T = value`, up to where the cursor is. In a block, a statement may follow.
+    /// Completes `var x: T = value` up to the cursor. In a block, a statement may follow.
     pub(super) fn variable(&mut self, kinds: &[SyntaxKind], path: &[&str]) {
         match kinds {
             [VAR_KW, _, COLON] => self.types(path, false),
@@ -150,7 +149,7 @@ impl Completer<'_, '_> {
         let kinds = self.at.kinds();
         match kinds.as_slice() {
             [] => {
-                // A transition may go on in the next line.
+                // A transition may continue on the next line.
                 self.transition_goes_on(&self.at.before);
                 self.state_items();
             }

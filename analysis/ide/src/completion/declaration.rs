@@ -1,4 +1,4 @@
-//! What stands in a file and in a library: declarations.
+//! Completion of declarations in a file and in a library.
 
 use std::collections::BTreeSet;
 
@@ -10,7 +10,7 @@ use mauve_syntax::ast::{self, AstNode as _};
 use super::{Completer, Completion, CompletionKind, may_be};
 
 impl Completer<'_, '_> {
-    /// A declaration, or a part of one before its `{`.
+    /// Completes a declaration, or its header before the `{`.
     pub(super) fn declaration(&mut self, kinds: &[SyntaxKind], path: &[&str]) {
         match kinds {
             [] if path.is_empty() => self.declarations(),
@@ -62,7 +62,7 @@ impl Completer<'_, '_> {
             .filter_map(ast::Use::cast)
             .filter_map(|it| Some(it.name_ref()?.syntax().text().to_string()))
             .collect();
-        // What another block of the library uses is used here too, and may be said again.
+        // A package that another block of the library uses is in scope here too; a repeated `use` is allowed.
         let elsewhere: BTreeSet<&Name> = names.visible(own.as_ref()).filter(|_| own.is_some()).collect();
         let libraries: BTreeSet<&Name> = names.libraries().collect();
         let packages = self.packages();

@@ -1,6 +1,6 @@
-//! What is said of an item once it is looked at: how it is declared, and the comment above that; the fields of a message.
+//! The documentation of a selected item: its declaration and the comment above it, or the fields of a message.
 //!
-//! An item is known by names, and not by a place: while the list is open, the user types on.
+//! An item is identified by names, not by a position: the user may type while the list is open.
 
 use std::path::PathBuf;
 
@@ -11,27 +11,27 @@ use mauve_syntax::SyntaxNode;
 
 use crate::hover::{declaration_in, fields, shown};
 
-/// What an item stands for.
+/// The subject of an item's documentation.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Subject {
-    /// A declaration, or something in one.
+    /// A declaration, or a member of one.
     Declaration {
-        /// The file in which it stands.
+        /// The file of the declaration.
         path: PathBuf,
-        /// What it is.
+        /// Its kind.
         kind: Kind,
-        /// The library around it.
+        /// Its library.
         library: Option<Name>,
         /// Its name.
         name: Name,
-        /// The feature, state or instance in it that is meant; none: all of it.
+        /// The feature, state or instance in it; none for the declaration itself.
         member: Option<Name>,
     },
     /// A message.
     Message {
         /// Its package.
         package: Name,
-        /// Its name there.
+        /// Its name in the package.
         name: Name,
     },
 }
@@ -48,7 +48,7 @@ impl Subject {
     }
 }
 
-/// What is known of it, in Markdown, as it is declared now; nothing where it is not any more.
+/// Returns the documentation in Markdown, from the present declaration; none if the declaration no longer exists.
 pub fn documentation(db: &dyn ModelDb, workspaces: &[Workspace], subject: &Subject) -> Option<String> {
     match subject {
         Subject::Message { package: of, name } => {

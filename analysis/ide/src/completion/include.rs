@@ -1,4 +1,4 @@
-//! The paths of the models that an `include` may name.
+//! Completion of the path of an `include`.
 
 use std::path::Path;
 
@@ -38,7 +38,7 @@ pub(super) fn paths(
             if !is_quoted {
                 item.insert = format!("\"{shown}\"");
             }
-            // What is included already is hardly meant, but where the cursor is in its very path.
+            // Paths that are already included come last.
             item.rank = if included.contains(&other) { 3 } else { u8::from(shown.starts_with("..")) };
             item.replaced = replaced;
             found.items.push(item);

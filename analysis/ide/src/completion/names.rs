@@ -1,4 +1,4 @@
-//! Types, messages and declarations by their names, with the `use` that each needs where the cursor is.
+//! Completion of types, messages and declarations by name, with the necessary `use`.
 
 use std::collections::BTreeSet;
 
@@ -13,11 +13,11 @@ use mauve_syntax::{SyntaxNode, TextRange, TextSize, comments_above, previous_tok
 use super::{Completer, Completion, CompletionKind, Subject};
 use crate::program::{parameters_text, result_text};
 
-/// Of what needs a `use`, no more is shown.
+/// The maximal number of offered items that need a `use`.
 const MOST_TO_USE: usize = 50;
 
 impl<'db> Completer<'_, 'db> {
-    /// The type of a value, behind `path`; where it is what something gives, also `void`.
+    /// Offers types of a value after `path`; for a result, also `void`.
     pub(super) fn types(&mut self, path: &[&str], is_result: bool) {
         let workspace = self.project.workspace(self.db);
         if let Some((of, rest)) = path.split_first() {
@@ -43,7 +43,7 @@ impl<'db> Completer<'_, 'db> {
         for package in used.iter().filter_map(|name| package(self.db, workspace, name)) {
             for name in package.messages.keys() {
                 let item = message(package, name);
-                // Of two messages of one name, the first package's is meant.
+                // Of two messages of one name, the name resolves to that of the first package.
                 let is_hidden = !seen.insert(name);
                 let qualified = format!("{}.{name}", package.name);
                 self.add(if is_hidden { item.insert(qualified).rank(2) } else { item });
@@ -65,7 +65,7 @@ impl<'db> Completer<'_, 'db> {
         }
     }
 
-    /// Messages of packages that the library does not use: choosing one uses it.
+    /// Offers messages of packages that the library does not use, with the `use`.
     fn unused_messages(&mut self, used: &[Name]) {
         let workspace = self.project.workspace(self.db);
         let mut count = 0;
@@ -81,7 +81,7 @@ impl<'db> Completer<'_, 'db> {
         }
     }
 
-    /// What is declared of this kind, behind `path`: what is seen here, and what would be with a `use`.
+    /// Offers declarations of this kind after `path`: those in scope, and those that a `use` brings into scope.
     pub(super) fn declared(&mut self, kind: Kind, path: &[&str]) {
         let names = names_of(self.db, self.project);
         let own = self.library.clone();
@@ -101,7 +101,7 @@ impl<'db> Completer<'_, 'db> {
         let (mut seen, mut count) = (BTreeSet::new(), 0);
         for decl in names.of_kind(self.db, kind) {
             let (library, name) = (decl.library(self.db), decl.name(self.db));
-            // Nothing extends or imports itself.
+            // A declaration cannot extend or import itself.
             if name.is_empty() || Some(decl) == self.decl {
                 continue;
             }
@@ -110,7 +110,7 @@ impl<'db> Completer<'_, 'db> {
                 let is_hidden =
                     !is_own && (!names.in_library(own.as_ref(), kind, name).is_empty() || !seen.insert(name));
                 match is_hidden {
-                    // A codel has no other name.
+                    // A codel has no qualified name.
                     true if kind == Kind::Codel => {}
                     true => {
                         let qualified = decl.qualified(self.db);
@@ -128,7 +128,7 @@ impl<'db> Completer<'_, 'db> {
             }
         }
         if kind != Kind::Codel {
-            // Those that have something of this kind: all of it, but what is meant nowhere here.
+            // Libraries with a declaration of this kind, other than the present declaration.
             let fitting = names.of_kind(self.db, kind).filter(|it| Some(*it) != self.decl);
             let libraries: BTreeSet<&Name> = fitting.filter_map(|it| it.library(self.db).as_ref()).collect();
             for name in libraries.into_iter().filter(|&name| Some(name) != own.as_ref()) {
@@ -178,7 +178,7 @@ impl<'db> Completer<'_, 'db> {
         self.add(item);
     }
 
-    /// Puts `use of` behind the last `use` of the block around the cursor, or at its head.
+    /// Returns the edit that inserts `use of` after the last `use` of the block around the cursor, or at its beginning.
     fn use_edit(&self, of: &str) -> Replacement {
         let word = self.at.word.start();
         let library = self.at.around(LIBRARY);
@@ -247,7 +247,8 @@ mod tests {
                 .map(|line| format!("{line}\n"))
                 .collect::<String>(),
         );
-        // Without a `use` in the block it begins one; on one line it stays there; outside libraries it stands at the top.
+        // In a block without a `use`, the new one is the first; a one-line block stays on one line; outside libraries,
+        // the new one is the first of the file.
         for (text, expected) in [
             (
                 "library a {\n  shell S { input port p: Joy$0 }\n}\n",

@@ -1,4 +1,4 @@
-//! Where the cursor is in the grammar, by the tree and the tokens before it: what is being typed is hardly ever correct.
+//! The position of the cursor in the grammar, from the tree and the preceding tokens: the text is usually incomplete.
 
 use mauve_syntax::SyntaxKind::{self, *};
 use mauve_syntax::{
@@ -6,32 +6,32 @@ use mauve_syntax::{
     previous_significant, previous_token,
 };
 
-/// A place at which something may be typed.
+/// A position in the grammar.
 pub(crate) struct Position {
-    /// The word around the cursor, or nothing at the cursor.
+    /// The word around the cursor, or the empty range at the cursor.
     pub(crate) word: TextRange,
     /// The word up to the cursor.
     pub(crate) prefix: String,
-    /// What stands before the word.
+    /// The token before the word.
     pub(crate) left: Option<SyntaxToken>,
-    /// What stands behind the word; [`EOF`] at the end of the text.
+    /// The kind of the token after the word; [`EOF`] at the end of the text.
     pub(crate) right: SyntaxKind,
-    /// The argument that stands behind the word and its `(`, or the `)`; none where no `(` follows at once.
+    /// The first token of the argument after the word and its `(`, or the `)`; none if no `(` follows directly.
     pub(crate) first_argument: Option<SyntaxToken>,
-    /// The innermost list of items around the cursor: of a file, a library, a shell, …, a block.
+    /// The innermost list of items around the cursor: a file, a library, a shell, …, a block.
     pub(crate) list: SyntaxNode,
-    /// The tokens before the word of the item, in that list, that is being typed; none where an item may begin.
+    /// The tokens of the incomplete item, in that list, before the word; none if an item may begin.
     pub(crate) item: Vec<SyntaxToken>,
-    /// The tokens of an item before the cursor's line, where it may go on or another one begin.
+    /// The tokens of an item before the cursor's line, if it may continue or another one may begin.
     pub(crate) before: Vec<SyntaxToken>,
-    /// May an item begin here, although one stands before it on the line?
+    /// Whether an item may begin here, although another one precedes it on the line.
     pub(crate) may_begin: bool,
-    /// The item that ends right before the cursor with a brace.
+    /// The item whose closing brace is directly before the cursor.
     pub(crate) closed: Option<SyntaxNode>,
 }
 
 impl Position {
-    /// The position of `offset`; none in comments, strings and numbers.
+    /// Returns the position of `offset`; none in comments, strings and numbers.
     pub(crate) fn at(root: &SyntaxNode, offset: TextSize) -> Option<Position> {
         let around: Vec<SyntaxToken> = root.token_at_offset(offset).collect();
         if around.iter().any(|token| is_closed_to(token, offset)) {
@@ -40,7 +40,7 @@ impl Position {
         Some(Position::in_any_token(root, offset))
     }
 
-    /// The position of `offset`, also where nothing is to be completed.
+    /// Returns the position of `offset`, also in comments, strings and numbers.
     pub(crate) fn in_any_token(root: &SyntaxNode, offset: TextSize) -> Position {
         let around: Vec<SyntaxToken> = root.token_at_offset(offset).collect();
         let word = around.iter().find(|it| it.kind().is_word() && it.text_range().start() < offset);
@@ -122,13 +122,13 @@ fn is_closed_to(token: &SyntaxToken, offset: TextSize) -> bool {
     }
 }
 
-/// The last token, but for white space and comments, that ends at `offset` or before it; `token` is near.
+/// Returns the last significant token that ends at or before `offset`; `token` is near it.
 pub(crate) fn before(token: SyntaxToken, offset: TextSize) -> Option<SyntaxToken> {
     std::iter::successors(Some(token), previous_token)
         .find(|token| token.text_range().end() <= offset && !token.kind().is_trivia())
 }
 
-/// The first token, but for white space and comments, that begins at `offset` or behind it.
+/// Returns the first significant token that begins at or after `offset`.
 pub(crate) fn behind(token: SyntaxToken, offset: TextSize) -> Option<SyntaxToken> {
     std::iter::successors(Some(token), next_token)
         .find(|token| token.text_range().start() >= offset && !token.kind().is_trivia())
@@ -151,7 +151,7 @@ fn list_around(root: &SyntaxNode, left: &SyntaxToken) -> SyntaxNode {
     nodes.find(|node| is_list(node.kind()) && is_open(node)).unwrap_or_else(|| root.clone())
 }
 
-/// May this be the last token of an item that ends with no mark of its own?
+/// Returns whether this may be the last token of an item that has no closing token.
 fn may_end_item(token: &SyntaxToken) -> bool {
     ends_operand(token.kind()) || matches!(token.kind(), BAD_NUMBER | UNTERMINATED_STRING | R_BRACK)
 }
@@ -160,7 +160,7 @@ pub(crate) fn ends_operand(kind: SyntaxKind) -> bool {
     matches!(kind, IDENT | INT_NUMBER | FLOAT_NUMBER | STRING | R_PAREN) || kind.is_literal_keyword()
 }
 
-/// `a.b::` at the end of `tokens`: what stands before it, and its parts.
+/// Returns the segments of a path `a.b::` at the end of `tokens`, and the tokens before it.
 pub(crate) fn without_path(tokens: &[SyntaxToken]) -> (&[SyntaxToken], Vec<&str>) {
     let mut rest = tokens;
     let mut path = Vec::new();
@@ -177,11 +177,11 @@ pub(crate) fn without_path(tokens: &[SyntaxToken]) -> (&[SyntaxToken], Vec<&str>
 pub(crate) struct Call {
     pub(crate) callee: SyntaxToken,
     pub(crate) arguments: SyntaxNode,
-    /// Which argument it is, from 0.
+    /// The index of the argument, from 0.
     pub(crate) index: usize,
 }
 
-/// The innermost call of which an argument may stand behind `left`.
+/// Returns the innermost call that may have an argument after `left`.
 pub(crate) fn call_around(left: &SyntaxToken) -> Option<Call> {
     let mut commas: Vec<(SyntaxNode, usize)> = Vec::new();
     let mut depth = 0_usize;
@@ -203,7 +203,7 @@ pub(crate) fn call_around(left: &SyntaxToken) -> Option<Call> {
                 }
             }
             COMMA if depth == 0 => {
-                // Within brackets it is none between arguments, and an error.
+                // In brackets, a comma does not separate arguments: it is an error.
                 let list = token.parent()?;
                 match commas.iter_mut().find(|(of, _)| *of == list) {
                     Some((_, count)) => *count += 1,
@@ -211,7 +211,7 @@ pub(crate) fn call_around(left: &SyntaxToken) -> Option<Call> {
                 }
             }
             SEMICOLON | L_CURLY | R_CURLY | EQ | COLON | ARROW => return None,
-            // But for the literals, a keyword stands in no argument.
+            // Of the keywords, only literals occur in arguments.
             kind if kind.is_word() && kind != IDENT && !kind.is_literal_keyword() => return None,
             _ => {}
         }

@@ -1,4 +1,4 @@
-//! Statements, and the operands of expressions.
+//! Completion of statements and operands of expressions.
 
 use mauve_hir::item_tree::{Direction, FeatureKind, Kind, Name};
 use mauve_hir::{Builtin, Operand, Type, VariableKind, VariableOf};
@@ -18,7 +18,7 @@ impl<'db> Completer<'_, 'db> {
         match kinds {
             [] if path.is_empty() => self.statements(),
             [VAR_KW, _, COLON, ..] => self.variable(kinds, path),
-            // A program does not look into a message.
+            // A program cannot access the fields of a message.
             _ if !path.is_empty() => {}
             [IF_KW, .., last] if ends_operand(*last) && self.is_condition() => self.then(),
             [.., ELSE_KW] => {
@@ -67,7 +67,7 @@ impl<'db> Completer<'_, 'db> {
             };
             self.add(item);
         }
-        // What is assigned to is a variable, and nothing else.
+        // Only a variable can be assigned.
         if self.at.right == EQ {
             return;
         }
@@ -94,7 +94,7 @@ impl<'db> Completer<'_, 'db> {
             }
             return;
         }
-        // What has arguments already is called.
+        // A word with arguments is a call.
         if self.at.first_argument.is_some() && !expected.is_output && expected.feature.is_none() {
             self.callables(scope, expected, false);
             return;
@@ -139,7 +139,7 @@ impl<'db> Completer<'_, 'db> {
         self.callables(scope, expected, false);
     }
 
-    /// What can be called: in a statement everything, in an expression what gives a value.
+    /// Offers callees: all in a statement, those with a result in an expression.
     fn callables(&mut self, scope: &Scope<'db>, expected: &Expected, is_statement: bool) {
         let from = self.found.len();
         self.declared(Kind::Codel, &[]);
@@ -174,7 +174,7 @@ impl<'db> Completer<'_, 'db> {
                     Operand::Operation => has(FeatureKind::Required),
                     Operand::Handler => scope.handlers().next().is_some(),
                 };
-            // A status that nobody looks at means nothing, nor does a call that no handler has.
+            // An unused status or an unassigned call has no effect.
             let is_idle = is_statement && matches!(builtin, Builtin::Status | Builtin::Send);
             if makes_sense && !is_idle {
                 let mut callable = scope.built_in(builtin, None);
@@ -326,7 +326,7 @@ core C(S) { handler asking: ask  update = { asking = $0; } }";
             0 asking: ask (handler) ⇒ "asking = send(ask, $1);$0"
         "#]],
         );
-        // What stands there is not doubled.
+        // Existing text is not duplicated.
         check(
             "lo$0();",
             1,
@@ -442,7 +442,7 @@ core C(S) { handler asking: ask  update = { asking = $0; } }";
             0 count: int (variable of the core)
         "#]],
         );
-        // No more is taken.
+        // There is no further argument.
         check("read(scan, echo, $0", 9, expect![[""]]);
     }
 

@@ -1,4 +1,4 @@
-//! What stands in a shell.
+//! Completion in a shell.
 
 use mauve_hir::item_tree::FeatureKind;
 use mauve_hir::{Type, built_in_type};
@@ -17,7 +17,7 @@ impl Completer<'_, '_> {
             [INPUT_KW | OUTPUT_KW, _, _, COLON] => self.types(path, false),
             [CONSTANT_KW | PROPERTY_KW, _, COLON] => {
                 self.types(path, false);
-                // Only a number has an interval; and hardly any message is a property.
+                // Only numbers have an interval; properties are rarely messages.
                 let has_interval = self.at.right == L_BRACK;
                 let is_number = |name: &str| built_in_type(name).is_some_and(|ty| ty.is_number());
                 self.found.retain(|it| {
@@ -70,7 +70,7 @@ impl Completer<'_, '_> {
             (&CallStatus::ALL.map(CallStatus::keyword), Type::CallStatus),
         ] {
             let fits = is_known && expected.takes(&ty);
-            // A status is compared, and hardly ever anything else.
+            // A status is usually only compared.
             if fits || ty == Type::Bool && !is_known {
                 for word in words {
                     let rank = if !fits { 2 } else { u8::from(ty == Type::Bool) };

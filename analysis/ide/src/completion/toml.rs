@@ -1,4 +1,5 @@
-//! Keys and values of `mauve.toml` and of timing tables. What is typed is hardly ever TOML: lines are read, and no more.
+//! Keys and values of `mauve.toml` and of timing tables. The text is usually not valid TOML during typing, so it is
+//! read line by line.
 
 use std::collections::BTreeSet;
 
@@ -86,10 +87,10 @@ enum What {
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Location {
     what: What,
-    /// The section around the cursor; empty before the first.
+    /// The section around the cursor; empty before the first one.
     section: String,
     sections: BTreeSet<String>,
-    /// The keys that stand in the section on other lines.
+    /// The keys on other lines of the section.
     given: BTreeSet<String>,
     start: usize,
     end: usize,
@@ -98,7 +99,7 @@ struct Location {
 }
 
 impl Location {
-    /// None in comments, and in numbers.
+    /// Returns the location of `offset`; none in comments and numbers.
     fn at(text: &str, offset: usize) -> Option<Location> {
         let (mut section, mut open_key, mut depth) = (String::new(), String::new(), 0_i32);
         let mut here: Option<Location> = None;
@@ -189,7 +190,7 @@ impl Location {
     }
 }
 
-/// Returns the letters that stand in no string.
+/// Returns the letters outside strings.
 fn outside_strings(line: &str) -> impl Iterator<Item = (usize, char)> {
     let mut in_string = false;
     line.char_indices().filter(move |(_, letter)| {
@@ -311,7 +312,7 @@ impl Toml<'_, '_> {
         items
     }
 
-    /// The models, or the tables, by their paths from the configuration's folder.
+    /// Offers the models, or the tables, by their paths relative to the configuration's folder.
     fn files(&self, models: bool) -> Vec<Completion> {
         let mut paths = BTreeSet::new();
         for workspace in
@@ -333,7 +334,7 @@ impl Toml<'_, '_> {
         paths.into_iter().map(file).collect()
     }
 
-    /// The instances of all architectures, or the ports that they write.
+    /// Offers the instances of all architectures, or the ports that they write.
     fn instances(&self, ports: bool) -> Vec<Completion> {
         let db = self.db;
         let mut found: BTreeSet<Name> = BTreeSet::new();
