@@ -10,11 +10,11 @@ use crate::model::*;
 /// What a random model contains.
 #[derive(Debug, Clone, Copy)]
 pub struct Options {
-    /// The number of components that stand alone. They are in one library `machines`, compute with values that C++ has
+    /// The number of standalone components. They are in one library `machines`, compute with values that C++ has
     /// too, hide names by others, and may have warnings. None: a project without warnings, which has several files
     /// and libraries, messages, shells with bases, and a deployed system.
     pub components: Option<usize>,
-    /// The greatest number of statements of a block, in components that stand alone.
+    /// The greatest number of statements of a block, in standalone components.
     pub statements: usize,
     /// May the right operand of `&&` and `||` be a condition that joins a constant and a call? The analysis counts the
     /// call for both values of the condition.
@@ -28,7 +28,7 @@ impl Options {
     pub const PROJECT: Options =
         Options { components: None, statements: 5, constant_operands: true, unreachable_code: true };
 
-    /// Components that stand alone.
+    /// Standalone components.
     pub const fn components(count: usize) -> Options {
         Options { components: Some(count), ..Options::PROJECT }
     }
@@ -79,7 +79,7 @@ const PACKAGES: [&str; 4] = ["geometry_msgs", "std_msgs", "sensor_msgs", "nav_ms
 const EXTERNAL: [&str; 2] = ["Device", "Grid"];
 /// With values that can be written down.
 const SCALARS: [&str; 6] = ["int", "int", "double", "double", "bool", "string"];
-/// The types of components that stand alone.
+/// The types of standalone components.
 const PLAIN: [&str; 9] = ["int", "int", "double", "double", "bool", "string", "uint8", "float", "int"];
 /// Names, also those that are keywords elsewhere.
 const WORDS: [&str; 30] = [
@@ -245,7 +245,7 @@ impl Maker {
         self.random.below(100) < percent
     }
 
-    /// Whether components that stand alone are made. Only they may have warnings.
+    /// Whether standalone components are made. Only they may have warnings.
     fn stands_alone(&self) -> bool {
         self.options.components.is_some()
     }
@@ -293,7 +293,7 @@ impl Maker {
         all.filter(|name| self.stands_alone() && !scope.block.contains(name)).cloned().collect()
     }
 
-    /// One of some variables; of components that stand alone, often one that was named just before: what is computed
+    /// One of some variables; of standalone components, often one that was named just before: what is computed
     /// first shows where a statement both reads and changes a variable.
     fn pick(&mut self, mut names: Vec<String>) -> String {
         if self.stands_alone() {
@@ -376,7 +376,7 @@ impl Maker {
         model
     }
 
-    /// A library of components that stand alone.
+    /// A library of standalone components.
     fn components(mut self, count: usize) -> Model {
         let codels = self.codels(&[]);
         let mut all: Vec<Declaration> = codels.iter().cloned().map(Declaration::Codel).collect();
@@ -685,7 +685,7 @@ impl Maker {
         // What is set before all else, by `configure` or `start`: no value that is computed earlier may need it.
         let mut setting: Block = Vec::new();
         let mut before = scope.clone();
-        // Of components that stand alone, initial values have no calls, and some variables have no first value.
+        // Of standalone components, initial values have no calls, and some variables have no first value.
         let sets = !self.stands_alone() || self.chance(50);
         let calls = if self.stands_alone() { std::mem::take(&mut before.calls) } else { Vec::new() };
         for ty in wanted {

@@ -10,7 +10,7 @@ use mauve_hir::fact::FactKind;
 use mauve_hir::item_tree::{Kind, Name, SourceId};
 use mauve_hir::{Decl, File, Location};
 
-/// Something wrong, at a location.
+/// A fact, with its location.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct TimingFact<'db> {
     pub at: Location<'db>,
@@ -46,9 +46,9 @@ pub enum TimingFactKind<'db> {
     MissingPeriod { of: Decl<'db>, activity: (Name, SourceId), priority: Option<SourceId> },
     /// A field has an invalid value.
     InvalidField(ActivityField, Expected),
-    /// An affinity names a CPU that there is not.
+    /// An affinity names a CPU that does not exist.
     NoSuchCpu(NoSuchCpu),
-    /// A deadline is later than the period. With the period as it is written, and its location.
+    /// A deadline is later than the period. With the period as written, and its location.
     DeadlineExceedsPeriod { deadline: Time, period: Time, written: Name, period_at: Location<'db> },
     /// Several activities have one priority on one CPU: this one, and the others with the locations of their priorities.
     EqualPriorities { instance: Name, priority: u32, others: Vec<(Name, Location<'db>)> },
@@ -69,27 +69,27 @@ pub enum TimingFactKind<'db> {
     RepeatedTime { key: String, first: Location<'db> },
     /// A key is unknown. With a similar name, and the full key that can replace it.
     UnknownTimingKey { kind: Kind, key: String, near: Option<Name>, fixed: Option<String> },
-    /// Several keys name a library that no model declares. With a similar library that has all of the names, and where the
-    /// name of the library stands in the keys.
+    /// Several keys name a library that no model declares. With a similar library that has all of the names, and the
+    /// locations of the library's name in the keys.
     UnknownTimingLibrary { library: Name, keys: usize, near: Option<Name>, written: Vec<Location<'db>> },
     /// A key belongs to another section.
     WrongTableSection { key: String, section: TableSection },
-    /// A component does not have a program, or has several of its key.
+    /// A component does not have a program, or has several with this key.
     UnknownProgram { program: WrongProgram<'db>, near: Option<Name>, fixed: Option<String> },
-    /// A key means several things: the first of them.
+    /// A key is ambiguous. With the first definition.
     AmbiguousTimingKey { key: String, first: Decl<'db> },
 
-    /// A table has no times at the level that is shown.
+    /// A table has no times at the level of the report.
     NoTimesAtLevel(Level, TableLevels),
     /// No codel has a time: the number of codels without one, and the other deployments that execute some of them.
     NoTimes { codels: usize, others: Vec<Decl<'db>> },
-    /// A codel has no time. With what it may take.
+    /// A codel has no time. With its possible time.
     MissingTime(MissingTime<'db>, Option<Budget<'db>>),
     /// A CPU is overloaded: the response times of some of its activities are unbounded.
     Overloaded(Overload<'db>),
     /// A deadline is not proved.
     DeadlineMissed { instance: Name, deadline: Time, missed: Missed<'db> },
-    /// An activity is not analysed for reasons that nothing else reports.
+    /// An activity is not analysed for reasons that no other fact reports.
     NotAnalysed { instance: Name, reasons: Vec<Refusal<'db>> },
 }
 
@@ -101,7 +101,7 @@ pub struct DeadlineAndPriority {
     pub deadline: Time,
 }
 
-/// What a field takes.
+/// The values of a field.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Expected {
     /// A bit for each CPU.
@@ -114,7 +114,7 @@ pub enum Expected {
     Time(NoTime),
 }
 
-/// Why a value is no time in milliseconds.
+/// The reason why a value is not a time in milliseconds.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum NoTime {
     /// An integer that exceeds INT.
@@ -161,24 +161,24 @@ pub struct Overload<'db> {
     /// The activity with the greatest utilisation among those.
     pub greatest: Name,
     pub share: Option<Share>,
-    /// Where that activity alone overloads the CPU: the greatest time of one of its jobs, its period, and the table that the
-    /// greatest part of the time is from.
+    /// If that activity alone overloads the CPU: the greatest time of one of its jobs, its period, and the table with
+    /// the greatest part of the time.
     pub alone: Option<(Time, Time, Option<File>)>,
     /// The activities without a bound.
     pub unbounded: Vec<(Name, Location<'db>)>,
 }
 
-/// Why a deadline is not proved.
+/// The reason why a deadline is not proved.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub enum Missed<'db> {
-    /// The response time exceeds it. With the greatest interference, and, where a later job of a busy window responds last,
-    /// the number and the end of that job.
+    /// The response time exceeds it. With the greatest interference, and, if a later job of a busy window has the
+    /// latest response, the number and the end of that job.
     Late { response: Time, heaviest: Option<InterferenceReport>, window: Option<(u64, Time)> },
-    /// There is no response time.
+    /// The response time is unknown or unbounded.
     NoBound(Vec<Refusal<'db>>),
 }
 
-/// What one activity executes in another's window: how many jobs it releases there, and their demand.
+/// The interference of one activity in another one's window: the number of jobs released there, and their demand.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct InterferenceReport {
     pub instance: Name,
@@ -186,14 +186,14 @@ pub struct InterferenceReport {
     pub time: Time,
 }
 
-/// What a codel without a time may take: the greatest time with which a brief analysis proves every deadline of the
-/// deployment, when the other codels without a time take nothing. A large deployment may get none.
+/// The possible time of a codel without one: the greatest time with which a brief analysis proves every deadline of the
+/// deployment if the other codels without a time take 0. A large deployment may get none.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct Budget<'db> {
     pub codel: Decl<'db>,
-    /// `None` where a deadline is missed already when it takes nothing.
+    /// `None` if a deadline is missed even with 0.
     pub time: Option<Time>,
-    /// Whether no other codel lacks a time: otherwise the time is an upper limit, and no promise.
+    /// Whether no other codel lacks a time: otherwise the time is only an upper limit.
     pub alone: bool,
 }
 

@@ -9,7 +9,7 @@ use mauve_hir::fact;
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, File, Location, MistakeKind, ModelDb, ProgramId, Project};
 
-/// So many errors are named as reasons; the diagnostics have all.
+/// The maximal number of errors that are named as reasons; the diagnostics have all errors.
 pub(crate) const MOST_REASONS: usize = 8;
 
 /// Why something is not analysed, or has no response time, and the location of the reason; none in an exported file.
@@ -33,7 +33,7 @@ impl<'db> Refusal<'db> {
 /// A reason.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub enum Reason<'db> {
-    /// The model has an error, or what it refers to is incomplete.
+    /// The model has an error, or refers to something incomplete.
     Model(fact::Reason<'db>),
     /// This architecture or deployment has that error.
     ErrorIn(Decl<'db>, fact::Reason<'db>),
@@ -42,7 +42,7 @@ pub enum Reason<'db> {
 
     /// A deployment has a syntax error: an activity may be missing in it.
     DamagedDeployment(Decl<'db>),
-    /// Two deployments of one library have the name.
+    /// Two deployments of one library have this name.
     DeclaredTwice(Decl<'db>),
     /// The architecture of a deployment is unknown.
     NoArchitecture(Decl<'db>),
@@ -106,13 +106,13 @@ pub enum Reason<'db> {
     ComponentTime(UnusableTime<'db>),
     /// The overhead has no time at a level, for which this table has none.
     NoOverhead { level: Level, table: TableLevels },
-    /// A time exceeds what can be represented.
+    /// A time exceeds the maximal representable time.
     TooLong(TooLong),
-    /// The states and edges of a component make no state machine.
+    /// The states and edges of a component do not form a state machine.
     NoMachine(MachineError),
 
-    /// Activities that may delay this one are not analysed: the index of the first, and the instances, each once. With what is
-    /// unknown of them where they seem to have a lower priority.
+    /// Activities that may delay this one are not analysed: the index of the first, and the instances, each once. With
+    /// their unknown property if they seem to have a lower priority.
     DelayedBy { first: usize, instances: Vec<Name>, unknown_priority: Option<UnknownPriority> },
     /// The CPU of this bit is overloaded by the activities of this priority or a higher one: their utilisation.
     Overloaded { cpu: u64, priority: u32, utilisation: Share },
@@ -160,7 +160,7 @@ pub enum TooLong {
     Program,
 }
 
-/// Why the priority of an activity counts as unknown although one is written, or why those of several do.
+/// The reason why the written priority of an activity, or of several, counts as unknown.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum UnknownPriority {
     /// Its instance has two activities.
@@ -175,15 +175,15 @@ pub enum UnknownPriority {
     NoSuchCpu,
     /// An exported file states it in these words.
     Stated(Name),
-    /// One activity has no priority that can be used.
+    /// One activity has no valid priority.
     One,
-    /// Several activities have no priority that can be used.
+    /// Several activities have no valid priority.
     Several,
-    /// Several activities have no priority, or no CPU, that can be used.
+    /// Several activities have no valid priority or CPU.
     SeveralOrCpus,
 }
 
-/// What an entry of a timing table is for.
+/// The subject of an entry of a timing table.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
 pub enum Timed<'db> {
     /// A codel.
@@ -218,7 +218,7 @@ pub struct StrayEntry {
     pub table: File,
 }
 
-/// The key of a program, behind `Component/`, that the component does not have or, where `is_repeated`, has several times.
+/// The key of a program, after `Component/`, that the component does not have or, if `is_repeated`, has several times.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct WrongProgram<'db> {
     pub component: Decl<'db>,
@@ -240,35 +240,35 @@ pub struct IncompleteTable {
     pub error: TableFault,
 }
 
-/// An error that leaves every time unknown. No location stands here: a comment in a table changes no time.
+/// An error that leaves every time unknown. It has no location: a comment in a table changes no time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum TableFault {
     /// The configuration has this error.
     Configuration(MistakeKind),
-    /// The configuration names tables that are not there.
+    /// The configuration names missing tables.
     Files(TableFilesError),
     /// The table cannot be read, for this reason.
     Unreadable(String),
     /// The table has this error.
     Invalid(TableErrorKind),
-    /// The overhead stands in this table already.
+    /// This table already has the overhead.
     SecondOverhead(File),
     /// This key is not that of a program.
     NoProgramKey(String),
-    /// This key stands in that table already.
+    /// That table already has this key.
     Repeated(String, File),
-    /// So many keys are unknown.
+    /// The number of unknown keys exceeds the limit.
     ManyUnknownKeys(usize),
     /// This key is one of `[overhead]`, whose header is missing.
     OfOverhead(String),
 }
 
-/// What is wrong with `[timing] tables`.
+/// An error in `[timing] tables`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum TableFilesError {
     /// This pattern is invalid.
     Pattern(String, PatternError),
-    /// No file has the name.
+    /// There is no file of this name.
     NoSuchFile(String),
     /// A table cannot be read.
     Unreadable(String),
@@ -276,10 +276,10 @@ pub enum TableFilesError {
     NotAllKnown(String),
 }
 
-/// Why a text is no pattern of `[timing] tables`.
+/// The reason why a text is not a pattern of `[timing] tables`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum PatternError {
-    /// It chooses between names.
+    /// It has alternatives.
     Choice,
     /// It is longer than a path.
     TooLong,

@@ -15,7 +15,7 @@ use mauve_hir::{Decl, Location, ModelDb, Project, Workspace, config_of};
 pub struct Query {
     /// The significance level.
     pub level: Level,
-    /// How the demand of several jobs is bounded.
+    /// The method that bounds the demand of several jobs.
     pub method: Method,
     /// Unsafe, for comparison with the paper only; see [`Options::horizon`].
     pub horizon: Option<Time>,
@@ -26,13 +26,14 @@ impl Query {
         Options { method: self.method, horizon: self.horizon, is_brief }
     }
 
-    /// Returns the query of what is shown and checked: the level of [`level_shown`], by the most precise method.
+    /// Returns the query of the displayed and checked report: the level of [`level_shown`], with the most precise
+    /// method.
     pub fn shown<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Query {
         Query { level: level_shown(db, project.workspace(db)), method: Method::Psm, horizon: None }
     }
 }
 
-/// Returns the significance level that is shown: the one that the user chose, otherwise that of `mauve.toml`.
+/// Returns the significance level of the report: the user's choice, otherwise that of `mauve.toml`.
 pub fn level_shown(db: &dyn ModelDb, workspace: Workspace) -> Level {
     workspace.significance(db).unwrap_or_else(|| config_of(db, workspace).level())
 }
@@ -77,13 +78,13 @@ pub struct ActivityReport<'db> {
     pub first_job: Option<Time>,
     /// The greatest time from a release to the end of its job.
     pub response: Option<Time>,
-    /// What that means.
+    /// The status of the response time.
     pub verdict: Verdict,
-    /// What is executed before it in the window that gives the response time.
+    /// The interference in the window that determines the response time.
     pub interference: Vec<InterferenceReport>,
     /// The window that gives the response time.
     pub window: Option<Window>,
-    /// Why there is no response time: its own reasons, then those of the deployment.
+    /// The reasons for a missing response time: its own, then those of the deployment.
     pub reasons: Vec<Refusal<'db>>,
     /// Codels whose time is assumed, in its own component, with it.
     pub assumed: Vec<(String, Time)>,

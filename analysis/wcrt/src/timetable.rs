@@ -28,7 +28,7 @@ pub fn table(db: &dyn ModelDb, file: File) -> Table {
     Table::parse(file.text(db))
 }
 
-/// The tables that the configuration names, in the order of their paths; and what is wrong with those names.
+/// The tables of the configuration, in the order of their paths, and the errors in their patterns.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct TableFiles {
     /// The tables.
@@ -85,7 +85,7 @@ pub fn table_pattern(folder: &Path, pattern: &str) -> Result<GlobMatcher, Patter
     if pattern.len() > LONGEST_PATTERN {
         return Err(PatternError::TooLong);
     }
-    // The folder is a path and no pattern, whatever letters it has.
+    // The folder is a path, not a pattern: its special characters are escaped.
     let escaped = PathBuf::from(globset::escape(&folder.to_string_lossy()));
     let absolute = normalised(&escaped.join(pattern));
     let absolute = absolute.to_string_lossy();
@@ -94,10 +94,10 @@ pub fn table_pattern(folder: &Path, pattern: &str) -> Result<GlobMatcher, Patter
     Ok(glob.map_err(|error| PatternError::Invalid(error.to_string()))?.compile_matcher())
 }
 
-/// In bytes: no system has longer paths.
+/// The maximal length in bytes: no system has longer paths.
 pub const LONGEST_PATTERN: usize = 4096;
 
-/// Returns whether a pattern chooses between names, so that a missing table goes unnoticed. (`[x]` is the letter `x`.)
+/// Returns whether a pattern has alternatives, so that a missing table remains unnoticed. (`[x]` is the letter `x`.)
 fn has_choice(pattern: &str) -> bool {
     let mut letters = pattern.chars();
     while let Some(letter) = letters.next() {
@@ -112,7 +112,7 @@ fn has_choice(pattern: &str) -> bool {
     false
 }
 
-/// Returns the pattern of `[timing] tables` that names one path and no other.
+/// Returns the pattern of `[timing] tables` that matches only this path.
 pub fn pattern_of_path(path: &str) -> String {
     globset::escape(path)
 }
@@ -134,10 +134,10 @@ pub struct Timetable<'db> {
     ambiguous: FxHashMap<Timed<'db>, UnusableTime<'db>>,
     /// The entries of components for programs that they do not have: such an entry may be for any of their programs.
     pub(crate) wrong_programs: FxHashMap<Decl<'db>, UnusableTime<'db>>,
-    /// What has no entry of its own and may be named by an unknown key, with the entry of that key.
+    /// Subjects without an entry that an unknown key may refer to, with the entry of that key.
     pub(crate) misspelt: FxHashMap<Timed<'db>, StrayEntry>,
-    /// Entries of unknown codels by the name of the codel: they may be for one of that name in another library, whatever
-    /// its time.
+    /// Entries of unknown codels by the name of the codel: they may belong to a codel of that name in another library,
+    /// even if it has a time.
     pub(crate) strays: FxHashMap<Name, StrayEntry>,
     overhead: Option<(File, Arc<[Level]>, Overhead)>,
     /// The levels of all tables, from the most probable down; none where no time depends on a level.
@@ -170,7 +170,7 @@ pub fn timetable_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Timetab
     joined(db, project).0.clone()
 }
 
-/// Returns what is wrong in the tables, in no particular order.
+/// Returns the errors in the tables, in no particular order.
 pub fn table_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> &'db [TimingFact<'db>] {
     &joined(db, project).1
 }

@@ -2,7 +2,7 @@
 //!
 //! | file | is |
 //! |---|---|
-//! | `mod.rs` | components that stand alone, and values |
+//! | `mod.rs` | standalone components, and values |
 //! | `interpreter.rs` | executes programs in a `World` |
 //! | `run.rs` | the world of a run with random inputs: what a component does, line by line |
 //! | `periods.rs` | the world of every path through a period: what each transition costs |
@@ -44,7 +44,7 @@ pub enum Value {
     Unknown,
 }
 
-/// A component that stands alone.
+/// A standalone component.
 #[derive(Debug, Clone)]
 #[allow(missing_docs, reason = "the words of the grammar")]
 pub struct Component {
@@ -88,7 +88,7 @@ pub fn random_library(seed: u64, components: usize) -> Library {
 }
 
 impl Library {
-    /// Returns the components of a model that stand alone.
+    /// Returns the standalone components of a model.
     pub fn of(model: &Model, seed: u64) -> Library {
         let mut random = Random::of_seed(!seed >> 1);
         let declarations = &model.files[0].libraries[0].1;
