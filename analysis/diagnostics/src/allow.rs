@@ -7,6 +7,9 @@ use std::ops::Range;
 
 use mauve_hir::{File, ModelDb, is_model, line_of};
 
+/// The codes that no comment suppresses: behind such an error, a whole deployment may be unknown.
+pub(crate) const NEVER_SUPPRESSED: [&str; 3] = ["invalid-table", "syntax-error", "unreadable-file"];
+
 /// A comment that suppresses the diagnostics of one code on one line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Allow {

@@ -659,6 +659,9 @@ fn findings<'db>(
 fn comment_at<'db>(db: &'db dyn ModelDb, diagnostic: &Diagnostic<'db>) -> Option<(usize, &'db str)> {
     let file = diagnostic.at.file(db);
     let allows = allow::allows(db, file);
+    if allow::NEVER_SUPPRESSED.contains(&diagnostic.code.name) {
+        return None;
+    }
     let may_suppress = |it: &Allow| code_named(&it.code) == Some(diagnostic.code) && !it.reason.is_empty();
     if !allows.iter().any(may_suppress) {
         return None;

@@ -10,13 +10,12 @@ use crate::{Diagnostic, Fix};
 /// The codes whose only fix writes what the text means already, or corrects a name to the only similar one.
 ///
 /// Fixes that invent a value (`missing-field`), choose between two texts (`operation-definition`) or delete declarations
-/// (`unused-variable`) are left to the user.
+/// (`unused-variable`) are left to the user. So are those of `mauve.toml` (`invalid-configuration`): a corrected entry may accept a
+/// missed deadline, or hide a diagnostic.
 const MECHANICAL: &[&str] = &[
     "connection-direction",
     "continued-line",
     "header-colon",
-    "invalid-configuration",
-    "misspelt-name",
     "misspelt-name",
     "missing-else",
     "syntax-error",

@@ -16,7 +16,8 @@
 //!
 //! Such a comment hides a known and accepted diagnostic. It never changes a response time or a proof: a hidden error prevents the
 //! analysis as well. `mauve check` counts hidden diagnostics, and SARIF reports contain them with their reasons. `[lints]` in
-//! `mauve.toml` hides all diagnostics of a code.
+//! `mauve.toml` hides all diagnostics of a code. `syntax-error`, `unreadable-file` and `invalid-table` cannot be suppressed, because
+//! a deployment may be unknown behind them.
 //!
 //! Fix: correct the code, or remove the comment.
 
@@ -31,6 +32,9 @@ pub(super) fn report<'db>(file: File, allow: &Allow) -> Diagnostic<'db> {
     let found = if code_named(code).is_none() {
         let near = mauve_syntax::similar(code, codes().map(|code| code.name)).map(Name::from);
         Diagnostic::new(&UNUSED_ALLOW, at(&allow.code_span), format!("no diagnostic `{code}`")).did_you_mean(near)
+    } else if allow::NEVER_SUPPRESSED.contains(&code.as_str()) {
+        let message = format!("`{code}` cannot be suppressed: correct it");
+        Diagnostic::new(&UNUSED_ALLOW, at(&allow.span), message)
     } else if reason.is_empty() {
         let message = format!("`allow({code})` has no effect without a reason: write the reason after it");
         Diagnostic::new(&UNUSED_ALLOW, at(&allow.span), message)

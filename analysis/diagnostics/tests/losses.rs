@@ -652,3 +652,22 @@ fn a_lost_call_that_shows_as_an_error_refuses_its_core() {
         assert!(stands_here != elsewhere.contains(&code.name), "{}", code.name);
     }
 }
+
+#[test]
+fn the_time_of_something_that_was_renamed_is_not_ignored() {
+    let model = "library app { codel slow(): int\nshell S { }\ncore C(S) { update = { slow(); } }\ncomponent Driver(S, C)\n\
+                 architecture R { instance p: Driver }\n\
+                 deployment D { architecture R  activity p { priority = 5 period = 30 } } }\n\
+                 //- /mauve.toml\ntiming.tables = [\"t.toml\"]\nassume.codel = \"5 ms\"\n//- /t.toml\n";
+    for (method, table) in [
+        (Method::Psm, "[codel]\nslow = 20\n[program]\n\"Pilot/update\" = 35\n"),
+        (Method::Psm, "[codel]\nslow = 20\n[program]\n\"app.Pilot/update\" = 35\n"),
+        (Method::Psm, "[codel]\nis_blocked = 35\n"),
+        (Method::Psm, "[codel]\n\"app.is_blocked\" = 35\n"),
+        (Method::Classic, "[codel]\nslow = 20\n[component]\nPilot = 35\n"),
+        (Method::Classic, "[codel]\nslow = 20\n[component]\n\"app.Pilot\" = 35\n"),
+    ] {
+        let found = verdicts_with(&format!("{model}{table}"), method, LEVEL);
+        assert!(found.starts_with("p not-analysed"), "{table}{found}");
+    }
+}

@@ -703,8 +703,17 @@ fn keys_that_mean_nothing_are_not_ignored() {
         c not-analysed: times.toml:7: the unknown key `C2/updaet` may be that of `C4/update`; `a` and `b` may preempt it and are not analysed
     "#]]
     .assert_eq(&with("[program]\n\"C2/update\" = 1\n\"C2/updaet\" = 50\n"));
-    // Of an unknown one, whose name is similar to none: it can be that of no program.
-    assert_eq!(with("[program]\n\"Renamed/update\" = 50\n"), "a met 1 ms\nb met 3 ms\nc met 7 ms\n");
+    // That of an unknown component may be that of any component without an entry, which was renamed; of another library, of none.
+    let found = with("[program]\n\"Renamed/update\" = 50\n");
+    assert_eq!(
+        found.matches("not-analysed: times.toml:6: the unknown key `Renamed/update` may be").count(),
+        3,
+        "{found}"
+    );
+    let entries = "\"C1/update\" = 1\n\"C2/update\" = 2\n\"C4/update\" = 4\n";
+    let found = with(&format!("[program]\n{entries}\"Renamed/update\" = 50\n"));
+    assert_eq!(found, "a met 1 ms\nb met 3 ms\nc met 7 ms\n");
+    assert_eq!(with("[program]\n\"other.Renamed/update\" = 50\n"), found);
     // Misspelt, it is that of a component without an entry of its own.
     let found = with("[program]\n\"C2/update\" = 2\n\"C1/update\" = 1\n\"D4/update\" = 50\n");
     let reason = "c not-analysed: times.toml:8: the unknown key `D4/update` may be that of `C4/update`\n";
@@ -938,8 +947,8 @@ fn the_classic_method_takes_the_greater_of_component_and_edge() {
     // An unknown component may be any that has no time of its own.
     expect![[r#"
         a met 2 ms
-        b met 4 ms
-        c met 8 ms
+        b not-analysed: times.toml:7: the unknown key `Nothing` may be that of component `C2`
+        c not-analysed: times.toml:7: the unknown key `Nothing` may be that of component `C4`; `b` may preempt it and is not analysed
     "#]]
     .assert_eq(&with("C1 = 2\nNothing = 9\n"));
 }

@@ -6,7 +6,8 @@
 //!
 //! - a codel, a component or a program whose key is at most [`MOST_CHANGES`] letters away, or whose name is: the key may be
 //!   misspelt, in its library, its component or its program; and what the message suggests instead;
-//! - the codels and programs of the library that the key names: one of them may have been renamed;
+//! - the codels, components and programs of the library that the key names, or of all libraries if it names none: one of them
+//!   may have been renamed;
 //! - what has exactly this key, where the entry stands in the wrong section;
 //! - programs of a state machine with exactly the key of this program, in any component: the component may have been renamed;
 //! - a codel of this name in another library, also with an entry of its own: a call may refer to it by mistake.
@@ -174,7 +175,8 @@ impl<'db> TimetableBuilder<'db> {
         let near = self.near(unknown);
         let may_be = |decl: &Decl<'db>| {
             let (name, qualified) = (decl.name(db), decl.qualified(db));
-            library.is_some() && *decl.library(db) == library
+            library.is_none()
+                || *decl.library(db) == library
                 || near.as_ref().is_some_and(|near| near == name || *near == qualified.as_str())
                 || [(key, qualified.as_str()), (key, name.as_str()), (last, name.as_str())]
                     .iter()
