@@ -1,6 +1,6 @@
-//! The scripts and launch files of deployments, in the hands of the programs that read them: Lua, roslaunch, xmllint.
+//! Executes the scripts and launch files of deployments with Lua, roslaunch and xmllint.
 //!
-//! Orocos itself is not among them. What is installed must be: lua5.1, python3-roslaunch and libxml2-utils of Debian.
+//! Orocos is not required. Required Debian packages: lua5.1, python3-roslaunch and libxml2-utils.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -25,7 +25,7 @@ fn generated_from(folder: &Path) -> Vec<Package> {
     generated(folder.to_owned(), texts_in(folder))
 }
 
-/// A deployment that has whatever is awkward.
+/// A deployment with names and values that need escapes.
 fn arm() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../analysis/orocos/tests/arm")
 }
@@ -45,7 +45,7 @@ fn output(command: &mut Command) -> Output {
     command.output().unwrap_or_else(|error| panic!("{command:?} does not run: {error}"))
 }
 
-/// What a Lua script has done with the stand-in for RTT, and what it says where it fails.
+/// Returns the calls of a Lua script to the substitute for RTT, and the message of its error.
 fn run_lua(folder: &Path, script: &str, failing: &str) -> (Vec<Call>, Option<String>) {
     write(folder, &[("script.lua", script)]);
     let checked = output(Command::new("luac5.1").arg("-p").arg(folder.join("script.lua")));
@@ -74,7 +74,7 @@ fn call(line: &str) -> Call {
     Call { function, arguments: fields.map(of).collect() }
 }
 
-/// What a script for the deployer does, with all numbers as Lua has them.
+/// Returns the calls of a deployer script, with all numbers formatted as in Lua.
 fn run_ops(script: &str, failing: &str) -> Vec<Call> {
     let fails = |call: &Call| format!("{} {}", call.function, call.text(0)) == failing;
     let mut calls = run(script, fails).unwrap_or_else(|why| panic!("{why}\n{script}"));
@@ -123,7 +123,7 @@ fn orocos_lua_stops_where_something_fails() {
     assert!(seen > 15, "{seen}");
 }
 
-/// A folder with packages, and a stand-in for `rtt_ros` whose launch file has the arguments of the real one.
+/// A folder with packages, and a substitute for `rtt_ros` whose launch file has the arguments of the real one.
 fn ros_packages(name: &str, packages: &[Package]) -> PathBuf {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), name);
     let manifest = |name: &str| {
@@ -152,7 +152,7 @@ fn ros_packages(name: &str, packages: &[Package]) -> PathBuf {
     folder
 }
 
-/// What roslaunch says of a launch file.
+/// Returns the output of roslaunch for a launch file.
 fn roslaunch(folder: &Path, arguments: &[&str]) -> String {
     let mut command = Command::new("roslaunch");
     command.args(arguments).current_dir(folder).env("ROS_PACKAGE_PATH", folder);
@@ -180,7 +180,7 @@ fn orocos_launch_files_start_the_deployer_with_the_script() {
         let script = here(&format!("{package}/scripts/{deployment}.ops"));
         let expected = format!("{} -l info -s {script} -- __name:=deployer", here("rtt_ros/deployer"));
         assert!(started.contains(&expected), "{started}");
-        // What is said on the launch line comes to the deployer, and topics go where the namespace is.
+        // The deployer receives the arguments of the launch line; topics are in the namespace.
         let said = [
             "namespace:=/left",
             "start:=false",

@@ -1,12 +1,12 @@
-//! The README and the tutorial, followed as a reader follows them, in an empty home: each block of code is a file that is
-//! written, a command that is run, what that prints, or a change of a file. A block that is none of these is a failure.
+//! Follows the README and the tutorial in an empty home folder: each block of code is a new file, a command, the output
+//! of a command, or a change of a file. Any other block fails the test.
 //!
 //! | block | the test |
 //! |---|---|
 //! | `sh` | runs it in the folder that the last one left; it may fail only where its output follows |
-//! | `text` | compares it with what the commands before it printed; a line `…` stands for any lines |
+//! | `text` | compares it with the output of the previous commands; a line `…` matches any lines |
 //! | `mauve`, `toml`, `cpp` after a line with the name of a file and a colon | writes that file |
-//! | `diff` after such a line | changes that file: the lines without `+` must be there, next to each other |
+//! | `diff` after such a line | changes that file: the lines without `+` must be consecutive lines of the file |
 
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
@@ -42,7 +42,7 @@ struct Reader {
     folder: PathBuf,
     path: OsString,
     skipped: Option<&'static str>,
-    /// What the last commands printed, and whether they succeeded.
+    /// The output of the last commands, and whether they succeeded.
     printed: Option<(String, bool)>,
 }
 
@@ -177,7 +177,7 @@ fn blocks(page: &str) -> Vec<Block> {
     blocks
 }
 
-/// Does a text match lines of which `…` stands for any lines?
+/// Returns whether a text matches lines in which `…` matches any lines.
 fn matches(expected: &[String], found: &[String]) -> bool {
     match expected.split_first() {
         None => found.is_empty(),

@@ -1,7 +1,7 @@
-//! The real editors, as their users have them: Neovim without a screen, the workbench of VS Code in a browser. Each is driven
-//! by the scripts in `tests/editors/`, which say what they look at.
+//! Runs real editors: Neovim without a screen, and the workbench of VS Code in a browser. The scripts in
+//! `tests/editors/` drive them and list their checks.
 //!
-//! `tests/run` installs the editors; without them these tests fail, and say so.
+//! `tests/run` installs the editors; without them these tests fail with a message.
 
 #![allow(clippy::panic)]
 
@@ -14,7 +14,7 @@ const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
 /// One after the other: two cores are few for two editors, and those of VS Code build the extension in its folder.
 static EDITOR: Mutex<()> = Mutex::new(());
 
-/// Runs a script of `tests/editors/`; gives what it said, and whether it went well.
+/// Runs a script of `tests/editors/`; returns its output, and whether it succeeded.
 fn run(script: &str, arguments: &[&str]) -> (String, bool) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/editors").join(script);
     let output = Command::new(&path).args(arguments).stdin(Stdio::null()).output();

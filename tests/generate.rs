@@ -1,5 +1,5 @@
-//! `mauve generate` on real folders: only what changes is written, what is the user's stays, and whatever goes wrong leaves
-//! everything as it was.
+//! `mauve generate` on real folders: it writes only changed files, keeps the user's files, and after an error leaves
+//! all files unchanged.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 #![cfg(unix)]
@@ -70,7 +70,7 @@ impl Project {
         mauve(MAUVE, &self.0, &all)
     }
 
-    /// What is printed on standard output and standard error.
+    /// Runs a command, and returns its standard output and standard error.
     fn expect(&self, code: i32, arguments: &[&str]) -> String {
         let run = self.run(arguments);
         assert_eq!(run.code, code, "{arguments:?}: {}{}", run.out, run.err);
@@ -108,7 +108,7 @@ impl Project {
     }
 }
 
-/// Everything in a folder. Of folders only what is in them counts.
+/// Returns the contents of a folder. A folder itself has no entry.
 fn everything(folder: &Path) -> BTreeMap<PathBuf, Entry> {
     let mut found = BTreeMap::new();
     let mut open = vec![folder.to_owned()];
@@ -255,7 +255,7 @@ fn a_codel_that_the_user_wrote_stays_whatever_the_model_does() {
     assert_eq!(it.json(0, &[])["folders"][0]["left_packages"], json!(["motion", "robot"]));
 }
 
-/// What a compiler would not see, and what only the linker would.
+/// Errors that only a compiler or only the linker would find.
 #[test]
 fn what_a_codels_file_defines_is_compared_with_the_model() {
     let it = Project::generated("defines");
@@ -362,7 +362,7 @@ fn files_that_no_manifest_knows() {
         );
         assert_eq!(it.everything(), before);
     }
-    // A file of the user's stands where one is to be generated.
+    // A file of the user has the path of a generated file.
     it.put(manifest, &known);
     it.put("out/motion/mine.txt", "mine\n");
     it.put("here/motion/CMakeLists.txt", "mine\n");
@@ -400,7 +400,7 @@ fn a_manifest_from_elsewhere_takes_nothing_of_the_users() {
         assert_eq!(it.text(mine), "mine\n");
         assert_eq!(it.expect(0, &[]), "3 packages in out: nothing changed\n", "it is said once");
     }
-    // What is made is not overwritten without force either.
+    // A generated file that was edited is not overwritten without `--force` either.
     let path = "out/motion/CMakeLists.txt";
     let (made, text) = (it.text(path), it.text(manifest));
     let known = text.split("\"CMakeLists.txt\": \"").nth(1).unwrap().split('"').next().unwrap();
@@ -448,7 +448,7 @@ fn a_model_with_errors_generates_nothing() {
     let problem = problem.clone().find(|it| it["message"].as_str().unwrap().contains("clearence")).unwrap();
     assert_eq!((&problem["range"]["start"]["line"], &document["folders"]), (&11.into(), &json!([])));
     assert_eq!(it.everything(), before);
-    // What has no code of its own is shown in the same way.
+    // An error without a code is shown in the same way.
     it.change("robot.mal", "clearence(gain)", "clearance(gain)");
     let said = it.expect(1, &[]);
     assert!(
@@ -647,8 +647,7 @@ fn links_lead_nobody_out_of_the_folder() {
     );
     assert_eq!(it.everything(), before);
     fs::remove_file(it.0.join(CODEL)).unwrap();
-    // A codel that is elsewhere in the folder is only read; and a link to the folder itself is what was asked
-    // for.
+    // A codel elsewhere in the folder is only read; a link to the folder itself is allowed.
     fs::rename(it.0.join("mine.cpp"), it.0.join("out/mine.cpp")).unwrap();
     symlink("../../../mine.cpp", it.0.join(CODEL)).unwrap();
     fs::rename(it.0.join("out"), it.0.join("real")).unwrap();
@@ -664,7 +663,7 @@ fn a_file_that_cannot_be_written_in_full_leaves_everything_as_it_was() {
     it.change("robot.mal", "clearance(gain)", "clearance(gain, gain)");
     let before = it.everything();
     let limited = |blocks: usize, out: &str| {
-        // What would kill the process is an error of its own then, as on a full disk.
+        // The signal that would kill the process is then an error, as on a full disk.
         let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" generate --out {out}");
         let mut command = Command::new("sh");
         command.args(["-c", &script, MAUVE]).current_dir(&it.0).stdin(Stdio::null()).output().unwrap()

@@ -40,11 +40,11 @@ library robot {
 /// So often two names change places.
 const EXCHANGES: usize = 10_000;
 
-/// So many of them come at once: a link stands there for less than it takes to look at it and to write.
+/// The number of exchanges in a burst: a link exists for less time than a check and a write take.
 const BURST: usize = 200;
 
-/// What is known of a file or a folder: its text, the file it is, the time of its last change, its mode. A file
-/// that was in a folder for a moment changes the time of the folder.
+/// The properties of a file or a folder: its text, its inode, the time of its last change, its mode. A temporary file
+/// in a folder changes the time of the folder.
 type Entry = (Vec<u8>, u64, (i64, i64), u32);
 
 fn everything(folder: &Path) -> BTreeMap<PathBuf, Entry> {
@@ -135,7 +135,7 @@ fn race(name: &str, inner: &str) {
     assert!(made.load(Ordering::Relaxed) >= EXCHANGES);
     assert!(done > 0, "{refused} runs were refused, and no other one was made");
     assert_eq!(everything(&top.join("outside")), before, "{done} runs were done, {refused} were refused");
-    // What was refused left nothing behind.
+    // Refused runs leave no files.
     let last = run();
     assert_eq!(last.code, 0, "{}", last.err);
     let check = mauve(MAUVE, &robot, &["generate", "--check"]);

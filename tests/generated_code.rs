@@ -2,7 +2,7 @@
 //! clang, one by one, all at once, and in a workspace of catkin.
 //!
 //! RTT is the stand-in `rtt-shim/`, or the one at `MAUVE_RTT_PREFIX`; messages, catkin and its tools are Debian's. `tests/run`
-//! installs them; without them these tests fail, and say so.
+//! installs them; without them these tests fail with a message.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
@@ -15,13 +15,13 @@ use mauve_orocos::{Package, packages};
 use mauve_tests::orocos::{build, configure};
 use mauve_tests::{fixture, models, scratch, texts_moved};
 
-/// What every build is given: no warning is let pass, and nothing is optimised, unless the build has a type.
+/// The flags of all builds: warnings are errors, and there is no optimisation, unless the build has a type.
 const FLAGS: &str = "-O0 -Wall -Wextra -Werror";
 
 /// One after the other: each of them keeps all processors busy.
 static BUILD: Mutex<()> = Mutex::new(());
 
-/// The packages of the first project among these texts, and what they are written into.
+/// Writes the packages of the first project among these texts into a folder.
 fn generate(texts: Vec<(PathBuf, String)>, folder: &Path) -> Vec<Package> {
     let db = Database::default();
     let workspace = Workspace::of_texts(&db, "/".into(), texts);
@@ -64,7 +64,7 @@ fn folder(name: &str) -> PathBuf {
     scratch(env!("CARGO_TARGET_TMPDIR"), &format!("generated_code/{name}"))
 }
 
-/// Runs it to its end; gives all that it says.
+/// Runs a command, and returns all of its output.
 fn run(command: &mut Command) -> String {
     let output = command.output();
     let output = output.unwrap_or_else(|error| {
@@ -77,7 +77,7 @@ fn run(command: &mut Command) -> String {
 
 /// How something is built.
 struct Build<'a> {
-    /// Where builds and what they install are put.
+    /// The folder of builds and installations.
     folder: &'a Path,
     compilers: (&'a str, &'a str),
     /// For CMake.
@@ -261,7 +261,7 @@ fn orocos_packages_build_as_packages_of_catkin() {
         };
         assert!(said.contains("Using CATKIN_DEVEL_PREFIX"), "{said}");
         assert_installed(&build, &packages, &SMALL_INSTALLED);
-        // What catkin says of a package is not what CMake alone would.
+        // The configuration of catkin differs from that of CMake alone.
         let config = folder.join("prefix/share/kinematics/cmake/kinematicsConfig.cmake");
         let config = std::fs::read_to_string(config).unwrap();
         assert!(config.contains("kinematics_FOUND_CATKIN_PROJECT TRUE"), "{config}");
@@ -351,7 +351,8 @@ fn orocos_nothing_breaks_out() {
     }
 }
 
-/// What catkin's own reader says of a `package.xml`: name, maintainer, licence, dependencies; and its warnings.
+/// Returns the contents of a `package.xml` according to catkin's reader: name, maintainer, licence, dependencies; and
+/// its warnings.
 fn manifest(path: &Path) -> String {
     let program = "import sys; from catkin_pkg.package import parse_package; w = []; \
         p = parse_package(sys.argv[1], warnings=w); \
@@ -385,7 +386,7 @@ fn orocos_manifests_are_read_by_catkin() {
         assert_eq!(lines[1], package.name);
         assert_eq!(lines[3], "A & B ') message(FATAL_ERROR) (']]> /ENV{HOME}/ <a+b@c-d.org>");
         assert_eq!(lines[4], "</license><evil a=\"&lt;\"/> -- ${CMAKE_COMMAND} $(id)\\");
-        // What catkin says of capitals, which a library may have.
+        // The warning of catkin about capitals, which a library may have.
         let has_capitals = package.name.contains(|c: char| c.is_ascii_uppercase());
         assert_eq!(lines.len(), 7 + usize::from(has_capitals), "{said}");
     }

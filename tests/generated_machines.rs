@@ -22,7 +22,7 @@ fn setting(name: &str) -> Option<u64> {
     Some(text.parse().unwrap_or_else(|_| panic!("{name}={text} is no number")))
 }
 
-/// What CMake needs beside what is generated: codels and trace points write down what happens.
+/// The CMake code in addition to the generated one: codels and trace points record the execution.
 const USER_CMAKE: &str = "\
 target_compile_options(machines-components PRIVATE -Wall -Wextra -Werror)
 target_include_directories(machines-components BEFORE PRIVATE ${RIG_TRACE})
@@ -97,7 +97,7 @@ fn text_of(library: &Library, component: &Component) -> String {
     Library { codels: library.codels.clone(), components: vec![component.clone()] }.text()
 }
 
-/// What the runs of all components together have to show, so that nothing is proved by doing nothing.
+/// Events that must occur in the runs of all components together, so that the test covers them.
 const SEEN: [&str; 21] = [
     ": configure, ",
     ": start, ",

@@ -1,5 +1,5 @@
-//! A deployment in the deployer of a real Orocos, under both of its script languages: what its components say is what the
-//! model says. Then with faults: nothing half started, and who reads the log is told why.
+//! Runs a deployment in the deployer of a real Orocos, with both of its script languages: the output of its components
+//! is that of the model. Then with faults: no component starts, and the log has the reason.
 //!
 //! What all generated components have in common is looked at with the stand-in for Orocos, too. Orocos is in no package registry:
 //! the others run where `MAUVE_RTT_PREFIX` names a folder with RTT and OCL, and `tests/run` says
@@ -40,7 +40,7 @@ fn generate(name: &str) -> PathBuf {
         let files = package.files.iter().map(|file| {
             let text = match file.owner {
                 Owner::Generator => file.text.clone(),
-                // All of them stand in the first one.
+                // All stubs are in the first one.
                 Owner::User { .. } => codels.take().unwrap_or_default(),
             };
             (format!("{}/{}", package.name, file.path), text)
@@ -74,9 +74,9 @@ fn gcc() -> &'static Path {
     FOLDER.get_or_init(|| installed(COMPILERS[0]))
 }
 
-/// What a deployer has done.
+/// The result of a deployer.
 struct Run {
-    /// What components say, by who says it.
+    /// The output of components, by component.
     said: BTreeMap<String, Vec<String>>,
     /// All of it, with the log.
     log: String,
@@ -141,7 +141,7 @@ impl<'a> Deployer<'a> {
             && !done(&said())
             && deployer.try_wait().unwrap().is_none()
         {
-            // The deployer is another program: only its output tells what it does.
+            // The deployer is another process: only its output tells its state.
             std::thread::sleep(Duration::from_millis(50));
         }
         // A signal ends a deployer in order only when its scripts have ended.
@@ -162,7 +162,7 @@ impl<'a> Deployer<'a> {
         };
         let log = said();
         let mut by_name: BTreeMap<String, Vec<String>> = BTreeMap::new();
-        // The prompt of Lua stands before some lines.
+        // Some lines begin with the prompt of Lua.
         let lines = log.lines().map(|line| line.trim_start_matches("> "));
         for line in lines.filter_map(|line| line.strip_prefix("@ ")) {
             let (who, what) = line.split_once(' ').unwrap();
@@ -172,12 +172,13 @@ impl<'a> Deployer<'a> {
     }
 }
 
-/// Has somebody said so many lines?
+/// Returns whether a component has written a number of lines.
 fn many(who: &'static str, count: usize) -> impl Fn(&str) -> bool {
     move |log| log.lines().filter(|line| line.starts_with(&format!("@ {who} "))).count() >= count
 }
 
-/// What the model says that everybody says, as long as what was seen: it interprets nothing but these few lines.
+/// Returns the expected output of a component, as long as the observed one. It interprets only these few lines of the
+/// model.
 fn expected(who: &str, count: usize) -> Vec<String> {
     let label = "a \"b\" \\ c";
     match who {
@@ -328,7 +329,7 @@ fn orocos_deployer_says_what_is_missing() {
             let run = Deployer { environment: &environment, ..Deployer::new(gcc(), script) }.run(&over);
             assert!(run.log.contains(says) && run.log.contains("Nothing runs."), "{}", run.log);
             assert_eq!((run.code, run.count("taker")), (Some(255), 0), "{}", run.log);
-            // What has started before is stopped again.
+            // Components that have started are stopped again.
             assert!(run.count("watcher") < 5, "{}", run.log);
             assert!(!run.said["giver"].iter().any(|line| line.starts_with("tick")), "{}", run.log);
         }
@@ -379,7 +380,7 @@ fn orocos_deployer_survives_a_codel_that_throws() {
     }
 }
 
-/// What their threads have, who may call them and when, values that scripts cannot set, what they show.
+/// Checks threads, permitted callers, values that scripts cannot set, and displayed values.
 #[test]
 fn orocos_components_have_the_same_in_common() {
     for compiler in COMPILERS {

@@ -10,7 +10,7 @@ use std::process::{Command, Stdio};
 
 const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
 
-/// Runs the checks with a server; gives what they said, and whether it went well.
+/// Runs the checks with a server; returns their output, and whether they succeeded.
 fn run(server: &str, arguments: &[&str]) -> (String, bool) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/protocol/run");
     let output = Command::new(&path).arg(server).args(arguments).stdin(Stdio::null()).output();
@@ -35,7 +35,7 @@ fn protocol_nothing_passes_without_a_server() {
 
 #[test]
 fn protocol_nothing_passes_with_another_program() {
-    // It lives, reads what it is told, and says it back.
+    // `cat` runs, reads all messages, and echoes them.
     let (said, fine) = run("/bin/cat", &["-k", "initialize"]);
     assert!(!fine && !said.contains(" passed"), "{said}");
 }

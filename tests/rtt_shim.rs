@@ -1,4 +1,4 @@
-//! The stand-in for Orocos RTT does what RTT was seen to do: `rtt-shim/README.md`.
+//! The substitute for Orocos RTT has the observed behaviour of RTT: `rtt-shim/README.md`.
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 

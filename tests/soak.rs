@@ -41,7 +41,7 @@ const SHRINKING: Duration = Duration::from_secs(180);
 /// [`PATIENCE`] while fewer steps are looked for.
 const PATIENCE_OF_SHRINKING: Duration = Duration::from_millis(350);
 
-/// What is typed in, as a whole or letter by letter.
+/// The pieces of text that are typed, at once or letter by letter.
 const PIECES: [&str; 22] = [
     " ",
     "\n",
@@ -90,11 +90,11 @@ const FILES: [&str; 15] = [
 ];
 /// A link to the first.
 const LINK: &str = "p3dx/link.mal";
-/// A text that is no file.
+/// A text without a file.
 const UNTITLED: &str = "untitled:Untitled-1";
 
-/// What a server may answer in place of a result: the text was changed, the client has cancelled, nothing is there to be
-/// asked (another file, a name that cannot be had), the server has cancelled.
+/// Permitted errors: the text was changed, the client has cancelled, the question has no subject (another file, an
+/// invalid name), the server has cancelled.
 const LEGITIMATE: [i64; 5] = [-32801, -32800, -32602, -32803, -32802];
 
 #[test]
@@ -113,11 +113,11 @@ struct Open {
     text: Text,
     /// The step in which it was changed last: of two addresses of one file, that one counts.
     touched: usize,
-    /// What takes the last edits back, the newest last.
+    /// The edits that undo the last ones, the newest last.
     undo: Vec<(Range<usize>, String)>,
 }
 
-/// What the client and the disk have: all that a fresh server needs to know.
+/// The state of the client and the disk: enough to start a fresh server.
 #[derive(Debug, Clone)]
 struct State {
     open: BTreeMap<usize, Open>,
@@ -233,7 +233,7 @@ fn slope(points: &[(f64, f64)]) -> f64 {
     if spread > 0.0 { together / spread } else { 0.0 }
 }
 
-/// Takes steps away as long as what is left fails too; says where the session that is left is recorded.
+/// Removes steps while the remaining ones still fail; returns where the remaining session is recorded.
 fn shrink(session: &mut Session, checkpoint: &State, mut steps: Vec<usize>, fault: &str) -> String {
     let begin = Instant::now();
     let top = session.top.clone();
@@ -332,7 +332,8 @@ impl Session {
         (self.unread, self.asked, self.answers) = (0, HashMap::new(), HashMap::new());
     }
 
-    /// Takes these steps, and waits for all answers; then compares the server with a fresh one. Says what is wrong.
+    /// Executes these steps, and waits for all answers; then compares the server with a fresh one. Returns the
+    /// difference.
     fn run(&mut self, steps: impl IntoIterator<Item = usize>, is_compared: bool) -> Result<(), String> {
         let run = catch_unwind(AssertUnwindSafe(|| {
             let mut last = 0;
@@ -349,7 +350,7 @@ impl Session {
         })
     }
 
-    /// One step. What it does is told by its number and what is there, so that it can be taken without those before.
+    /// Executes a step. Its number and the state determine it, so that it can be executed without the previous steps.
     fn step(&mut self, step: usize) -> Result<(), String> {
         let mut random = Random(mixed(self.seed ^ (step as u64) << 20));
         match random.below(100) {
@@ -403,7 +404,7 @@ impl Session {
         open.touched = step;
         let mut changes = Vec::new();
         match kind {
-            // What was broken is mended, so that there is something to analyse.
+            // Repairs the text, so that the analysis has a result.
             0..=2 => {
                 let all = 0..open.text.text.len();
                 let mut change = open.replace(all, &original);
@@ -647,7 +648,7 @@ impl Session {
         match random.below(4) {
             0 => {
                 self.client.stop_reading();
-                // A server that nobody reads does not read for ever.
+                // A server whose output is not read stops reading.
                 self.unread = 1 + random.below(50);
                 Ok(())
             }
@@ -656,7 +657,7 @@ impl Session {
         }
     }
 
-    /// Hears until nothing has come for so long; says what is wrong with it.
+    /// Reads messages until none has arrived for this time; returns an error in them.
     fn hear(&mut self, quiet: Duration) -> Result<(), String> {
         for message in self.client.take(quiet) {
             if message.get("method").is_some() {
@@ -737,7 +738,7 @@ impl Session {
     }
 }
 
-/// The first answer in which two servers differ, or what they publish.
+/// Returns the first answer or publication in which two servers differ.
 fn difference(client: &mut Client, fresh: &mut Client, questions: &[(&Method, Location)]) -> Option<String> {
     let answers = |client: &mut Client| -> Vec<Value> {
         questions.iter().map(|(method, place)| answer(client, method, place)).collect()
@@ -751,7 +752,7 @@ fn difference(client: &mut Client, fresh: &mut Client, questions: &[(&Method, Lo
         .or_else(|| differing(&published(client), &published(fresh)).map(|found| format!("published{found}")))
 }
 
-/// Does the answer depend on the place in the text?
+/// Returns whether the answer depends on the position in the text.
 fn is_of_place(method: &Method) -> bool {
     match method.asked {
         Asked::With(other, _) => Method::named(other).is_some_and(is_of_place),
@@ -823,7 +824,7 @@ fn published(client: &Client) -> Value {
     all
 }
 
-/// Where two answers differ first, and what stands there.
+/// Returns the first position where two answers differ, and the values there.
 fn differing(seen: &Value, expected: &Value) -> Option<String> {
     let within =
         |name: String, seen, expected| differing(seen, expected).map(|found| format!("/{name}{found}"));
@@ -857,7 +858,8 @@ fn is_numbers(value: &Value) -> bool {
 }
 
 impl Open {
-    /// Replaces a part of the text; gives what the server is told, and whether a line ends where it ended.
+    /// Replaces a range of the text; returns the change for the server, and whether the line still ends at the same
+    /// position.
     fn replace(&mut self, range: Range<usize>, new: &str) -> Value {
         let (start, mut end) = (self.text.position(range.start), self.text.position(range.end));
         let rest = &self.text.text[range.end..];
@@ -958,7 +960,7 @@ fn on_disk(top: &Path) -> BTreeMap<PathBuf, OnDisk> {
 fn put_back(top: &Path, disk: &BTreeMap<PathBuf, OnDisk>) {
     let _ = std::fs::remove_dir_all(top);
     std::fs::create_dir_all(top).unwrap();
-    // A folder stands before what is in it.
+    // A folder precedes its contents.
     for (path, entry) in disk {
         match entry {
             OnDisk::Folder => std::fs::create_dir(path).unwrap(),

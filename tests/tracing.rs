@@ -1,7 +1,7 @@
-//! A robot that is traced: its packages are generated and built, it runs with real threads, LTTng records it, babeltrace2
-//! reads that. What its codels say of themselves is compared with it.
+//! Traces a robot: builds its generated packages, runs it with real threads, records it with LTTng, reads the trace
+//! with babeltrace2, and compares it with the records of the codels.
 //!
-//! `tests/run` installs what is needed; without it these tests fail, and say so.
+//! `tests/run` installs the tools; without them these tests fail with a message.
 
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
@@ -68,7 +68,7 @@ fn build_robot(folder: &Path, options: &[&str]) {
     }
 }
 
-/// What a codel says of itself: the thread that called it, its name, its argument or CPU time.
+/// The record of a codel: the thread that called it, its name, its argument or CPU time.
 type Call = (u64, String, u64);
 
 /// Runs the robot, on one CPU with a program that wants it too, until all of its programs have run.
@@ -113,7 +113,7 @@ fn run_robot(recorder: &Recorder) -> Vec<Call> {
     calls
 }
 
-/// What a program span is of, as in [`PROGRAMS`].
+/// Returns the program of a span, as in [`PROGRAMS`].
 fn program(span: &Span) -> String {
     ["component", "state", "transition", "program"].map(|field| span.begin.field(field)).join(" ")
 }

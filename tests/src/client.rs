@@ -12,12 +12,12 @@ use serde_json::{Value, json};
 /// No answer takes longer, unless it does not come.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// A running server, and what it has said.
+/// A running server, and the messages that it has sent.
 pub struct Client {
     process: Child,
     input: Option<ChildStdin>,
     messages: mpsc::Receiver<(Instant, Value)>,
-    /// Is the server's output read?
+    /// Whether the server's output is read.
     gate: Arc<(Mutex<bool>, Condvar)>,
     /// Heard, and not asked for yet.
     waiting: VecDeque<(Instant, Value)>,
@@ -26,9 +26,9 @@ pub struct Client {
     published: HashMap<String, Value>,
     /// How many diagnostics and refresh requests were received.
     received: u64,
-    /// What the user has set, for a server that asks.
+    /// The user's settings, for a server that requests them.
     pub settings: Value,
-    /// Are the server's questions answered as they come? Otherwise the test does that.
+    /// Whether requests of the server are answered immediately; otherwise the test answers them.
     pub answers_itself: bool,
 }
 
@@ -98,7 +98,7 @@ impl Client {
         client
     }
 
-    /// The first words of a session; gives what the server can do.
+    /// Begins a session; returns the capabilities of the server.
     pub fn initialize(&mut self, folder: Option<&Path>, capabilities: &Value) -> Value {
         let folders = folder.map(|folder| json!([{"uri": address(folder), "name": "models"}]));
         let result = self.call(
@@ -115,7 +115,7 @@ impl Client {
     /// Writes bytes as they are.
     pub fn write(&mut self, bytes: &[u8]) {
         let Some(input) = &mut self.input else { return };
-        // Where the server has ended, whoever waits for an answer notices.
+        // If the server has ended, the reader of the answer reports it.
         let _ = input.write_all(bytes).and_then(|()| input.flush());
     }
 
@@ -130,7 +130,7 @@ impl Client {
         self.send(&json!({"jsonrpc": "2.0", "method": method, "params": params}));
     }
 
-    /// Sends a request; gives its number.
+    /// Sends a request; returns its id.
     pub fn request(&mut self, method: &str, params: Value) -> u64 {
         self.next_id += 1;
         self.send(&json!({"jsonrpc": "2.0", "id": self.next_id, "method": method, "params": params}));
@@ -170,7 +170,7 @@ impl Client {
         }
     }
 
-    /// What comes within `time`, if anything.
+    /// Returns the next message within `time`, if any.
     fn hear(&mut self, time: Duration) -> Option<(Instant, Value)> {
         let (at, message) = self.messages.recv_timeout(time).ok()?;
         if self.answers_itself && message.get("method").is_some() && message.get("id").is_some() {
@@ -241,7 +241,7 @@ impl Client {
         }
     }
 
-    /// Forgets what was heard and not asked for.
+    /// Discards the received messages that answer no request.
     pub fn forget(&mut self) {
         self.waiting.clear();
     }
@@ -304,7 +304,7 @@ impl Client {
         without_hints(&found["params"]["diagnostics"])
     }
 
-    /// Waits for the diagnostics of this version of a text; gives when they came.
+    /// Waits for the diagnostics of this version of a text; returns their time of arrival.
     pub fn wait_for_diagnostics(&mut self, text: &Text) -> Instant {
         let is_it = |it: &Value| is_publication(it, &text.uri) && it["params"]["version"] == text.version;
         self.wait("diagnostics", is_it).0
@@ -330,7 +330,7 @@ impl Client {
                     return hints.iter().map(|hint| (line(hint), label(hint))).collect();
                 }
                 Err(error) if error["code"] == -32801 => {}
-                // There are no hints for a text that is not the analysed one.
+                // A text that is not analysed has no hints.
                 Err(error) if error.to_string().contains("under another URI") => return Vec::new(),
                 Err(error) => panic!("no hints: {error}"),
             }
@@ -358,7 +358,7 @@ impl Client {
         found.unwrap_or_else(|hint| panic!("the hint stays {hint:?}"));
     }
 
-    /// Waits until what is published is as expected; gives it.
+    /// Waits until the published diagnostics are as expected; returns them.
     pub fn wait_for_published(
         &mut self,
         is_it: impl Fn(&HashMap<String, Value>) -> bool,
@@ -371,7 +371,7 @@ impl Client {
         found.unwrap_or_else(|published| panic!("published is {published:?}"))
     }
 
-    /// Reads nothing more of what the server says, but for what is on its way.
+    /// Stops reading the server's output, except for messages already on their way.
     pub fn stop_reading(&mut self) {
         self.set_gate(false);
     }
@@ -418,7 +418,7 @@ impl Client {
         line.trim().trim_end_matches(" kB").parse().ok()
     }
 
-    /// Ends the session as a client does; gives the exit code.
+    /// Ends the session as a client does; returns the exit code.
     pub fn shut_down(mut self) -> Option<i32> {
         let _ = self.call("shutdown", Value::Null);
         self.notify("exit", Value::Null);
@@ -450,7 +450,7 @@ pub fn wait_for_watcher<T, E>(time: Duration, mut check: impl FnMut() -> Result<
     }
 }
 
-/// What columns count.
+/// The unit of columns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum Columns {
@@ -488,9 +488,9 @@ pub struct Text {
     pub uri: String,
     /// Counts the edits.
     pub version: i64,
-    /// What is in it.
+    /// Its contents.
     pub text: String,
-    /// What its columns count.
+    /// The unit of its columns.
     pub columns: Columns,
 }
 
@@ -526,14 +526,14 @@ impl Text {
         edits
     }
 
-    /// What a request about the place of the first `at` needs.
+    /// Returns the parameters of a request at the first `at`.
     pub fn at(&self, at: &str) -> Value {
         let Some(offset) = self.text.find(at) else { panic!("no `{at}` in {}", self.text) };
         json!({"textDocument": {"uri": self.uri}, "position": self.position(offset)})
     }
 }
 
-/// What a good editor can do.
+/// The capabilities of a modern editor.
 fn good_editor() -> Value {
     json!({
         "general": {"positionEncodings": ["utf-16"]},
@@ -552,12 +552,12 @@ pub fn address(path: &Path) -> String {
     format!("file://{}", path.display())
 }
 
-/// Is this the answer to request `id`?
+/// Returns whether this is the answer to request `id`.
 pub fn is_answer(message: &Value, id: u64) -> bool {
     message.get("method").is_none() && message["id"] == id
 }
 
-/// Are these the diagnostics of a file?
+/// Returns whether these are the diagnostics of a file.
 pub fn is_publication(message: &Value, uri: &str) -> bool {
     message["method"] == "textDocument/publishDiagnostics" && message["params"]["uri"] == uri
 }
@@ -580,7 +580,7 @@ fn read(output: &mut impl std::io::BufRead) -> Option<Value> {
     serde_json::from_slice(&bytes).ok()
 }
 
-/// Errors and warnings: hints say what may be better, and no test rests on what is good.
+/// Errors and warnings without hints: hints suggest improvements, and tests do not depend on them.
 fn without_hints(diagnostics: &Value) -> Vec<Value> {
     let all = diagnostics.as_array().map_or(&[] as &[Value], Vec::as_slice);
     all.iter().filter(|it| it["severity"] != 4).cloned().collect()

@@ -1,4 +1,4 @@
-//! Runs the binary and reads what it says.
+//! Runs the binary and reads its output.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

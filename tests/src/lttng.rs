@@ -1,7 +1,7 @@
-//! Records what traced programs execute: a session daemon of its own, for as long as it takes, and babeltrace2 to read it.
+//! Records the execution of traced programs: a separate session daemon, and babeltrace2 as the reader.
 //!
-//! Needs `lttng-tools` and `babeltrace2`. No kernel module, and no root: for root everything runs as `nobody`, since root has
-//! but one daemon for all of the system.
+//! Needs `lttng-tools` and `babeltrace2`, but neither a kernel module nor root: root has one daemon for the whole
+//! system, so under root everything runs as `nobody`.
 
 use std::collections::BTreeMap;
 use std::os::unix::fs::MetadataExt as _;
@@ -37,7 +37,7 @@ pub struct Event {
 /// From the event where something began to the one where it ended, both of one thread.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Span {
-    /// What began.
+    /// The event of the beginning.
     pub begin: Event,
     /// In how many other spans.
     pub depth: usize,
@@ -51,7 +51,7 @@ impl Recorder {
     /// Starts a daemon, and waits until it answers.
     pub fn start() -> Recorder {
         static COUNT: AtomicU32 = AtomicU32::new(0);
-        // Sockets have short paths, and `nobody` must come in: not every folder of cargo's would do.
+        // Paths of sockets must be short, and `nobody` needs access: a folder of cargo may be unsuitable.
         let number = COUNT.fetch_add(1, Ordering::Relaxed);
         let folder = std::env::temp_dir().join(format!("mauve-lttng-{}-{number}", std::process::id()));
         let home = folder.join("home");
@@ -104,7 +104,7 @@ impl Recorder {
         self.must(&["start"]);
     }
 
-    /// Ends it; what it recorded, in the order of time.
+    /// Ends the recording; returns the recorded events in the order of time.
     pub fn stop(&self) -> Vec<Event> {
         self.must(&["stop"]);
         self.must(&["destroy"]);
@@ -139,7 +139,7 @@ impl Recorder {
 }
 
 impl Drop for Recorder {
-    /// Ends the daemon, which ends what it started.
+    /// Ends the daemon, which ends its child processes.
     fn drop(&mut self) {
         if let Some(mut daemon) = self.daemon.take() {
             let _ = Command::new("kill").arg(daemon.id().to_string()).status();
@@ -211,7 +211,7 @@ impl Event {
 ///
 /// # Errors
 ///
-/// Where begins and ends are no brackets, or where the CPU time of a thread goes back.
+/// Begins and ends are not nested, or the CPU time of a thread decreases.
 pub fn spans(events: &[Event]) -> Result<Vec<Span>, String> {
     let mut spans: Vec<Option<Span>> = Vec::new();
     // For each thread the numbers of its open spans, and its CPU time.

@@ -1,5 +1,5 @@
-//! The requests of the protocol, for whoever drives a server with all of them: what says that a server answers one, and
-//! what it is asked with. A request that a server does not answer is left out, and said to be.
+//! The requests of the protocol, for tests that send all of them: the capability of each one, and its parameters.
+//! Requests that a server does not answer are omitted and listed.
 
 use serde_json::{Value, json};
 
@@ -10,18 +10,18 @@ use crate::client::{Client, Text};
 pub struct Method {
     /// Its name.
     pub name: &'static str,
-    /// Where the server's capabilities say that it answers it: a JSON pointer. They have no place for what is MAUVE's own.
+    /// A JSON pointer to its entry in the server's capabilities. Requests of MAUVE have no entry.
     pub provider: &'static str,
-    /// What it is asked with.
+    /// Its parameters.
     pub asked: Asked,
 }
 
-/// What a request is asked with.
+/// The parameters of a request.
 #[derive(Debug, Clone, Copy)]
 pub enum Asked {
     /// A place.
     At(fn(&Location) -> Value),
-    /// What another request has answered there, perhaps several times.
+    /// Parts of the answer to another request, possibly several.
     With(&'static str, fn(&Location, &Value) -> Vec<Value>),
 }
 
@@ -34,7 +34,7 @@ pub struct Location {
     pub position: Value,
     /// A range.
     pub range: Value,
-    /// A word: another name, or what is looked for.
+    /// A word: a new name, or a search text.
     pub word: String,
 }
 
@@ -52,7 +52,7 @@ impl Location {
 }
 
 impl Method {
-    /// Does a server with these capabilities answer it?
+    /// Returns whether a server with these capabilities answers it.
     fn is_answered_by(&self, client: &mut Client, capabilities: &Value) -> bool {
         if self.provider == OWN {
             return client.call(self.name, json!({})).err().is_none_or(|error| error["code"] != -32601);
@@ -231,8 +231,8 @@ fn and(mut one: Value, other: Value) -> Value {
     one
 }
 
-/// A client that can do everything: what VS Code and Neovim announce between them, and what they do not know yet. It takes
-/// diagnostics as they come, or `asks` for them; it counts columns in the first of `encodings` that the server knows.
+/// A client with all capabilities: those of VS Code and Neovim, and newer ones. Diagnostics are published, or requested
+/// if it `asks`; columns are in the first of `encodings` that the server supports.
 pub fn able_client(asks: bool, encodings: &[&str]) -> Value {
     let markup = json!(["markdown", "plaintext"]);
     let refresh = json!({"refreshSupport": true});

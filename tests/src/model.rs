@@ -1,8 +1,8 @@
-//! A model as a value: what a generator makes, what seeds a mistake changes, and the texts that it stands for.
+//! A model as a value: a generator makes it, a test seeds a mistake in it, and it is written as texts.
 //!
-//! It is the grammar without its meaning: names and types are texts, and any of them may be wrong. What stands between
-//! marks ([`marked`]) in a name, a type or an expression is where something is expected: [`Model::written`] takes the marks
-//! out and says where they were.
+//! It has the grammar without semantics: names and types are texts, and any of them may be wrong. Marks ([`marked`]) in
+//! a name, a type or an expression enclose an expected location: [`Model::written`] removes the marks and returns their
+//! locations.
 
 use std::fmt::{self, Display, Formatter, Write as _};
 use std::ops::Range;
@@ -21,7 +21,8 @@ pub struct Model {
     pub crlf: bool,
 }
 
-/// A model file: its includes, and its libraries in the order of the text; none is what stands outside any library.
+/// A model file: its includes, and its libraries in text order; a library without a name has the declarations outside
+/// libraries.
 #[derive(Clone, Debug, Default)]
 pub struct File {
     /// Absolute.
@@ -244,7 +245,7 @@ pub struct Architecture {
     pub settings: Vec<Setting>,
 }
 
-/// A connection of ports or operations; of ports perhaps with a buffer, as it is written in its brackets.
+/// A connection of ports or operations; one of ports may have a buffer, with the text between its brackets.
 #[derive(Clone, Debug)]
 #[allow(missing_docs, reason = "the words of the grammar")]
 pub struct Link {
@@ -288,10 +289,10 @@ pub fn marked(text: &str) -> String {
     format!("{OPEN}{text}{CLOSE}")
 }
 
-/// The texts of a model, and what is marked in them.
+/// The texts of a model, and the marked locations.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Written {
-    /// Paths and texts: the models, the first of which is the root, then `mauve.toml` and the tables.
+    /// Paths and texts: the models, beginning with the root, then `mauve.toml` and the tables.
     pub files: Vec<(String, String)>,
     /// Paths, and bytes of the texts.
     pub marks: Vec<(String, Range<usize>)>,
@@ -303,7 +304,7 @@ impl Model {
         self.written().files.into_iter().map(|(path, text)| (path.into(), text)).collect()
     }
 
-    /// Its texts, and what is marked in them.
+    /// Returns its texts, and the marked locations.
     pub fn written(&self) -> Written {
         let models = self.files.iter().map(|file| {
             let mut writer =
@@ -340,7 +341,7 @@ impl Model {
 }
 
 impl Expr {
-    /// An expression of which only the text is of interest.
+    /// Returns an expression that is only a text.
     pub fn literal(ty: &str, text: impl Into<String>) -> Expr {
         Expr { ty: ty.to_owned(), form: Form::Literal(text.into()) }
     }
@@ -418,7 +419,7 @@ impl Display for Signature {
 struct Writer {
     text: String,
     depth: usize,
-    /// What ends an item.
+    /// The end of an item.
     end: &'static str,
 }
 
@@ -556,7 +557,7 @@ impl Writer {
         }
     }
 
-    /// On the line of the brace before it; an `if` that stands there alone has no braces around.
+    /// On the line of the preceding brace; a lone `if` there has no braces around it.
     fn otherwise(&mut self, otherwise: Option<&Block>) {
         let Some(otherwise) = otherwise else { return };
         self.text.truncate(self.text.trim_end().len());

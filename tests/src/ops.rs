@@ -1,9 +1,9 @@
-//! The scripts of Orocos' deployer, read strictly, and executed as far as a test can see.
+//! Reads the scripts of Orocos' deployer strictly, and executes their effects that a test can observe.
 //!
-//! It takes what a generated script may have and nothing else, and knows the traps of RTT's parser: statements end with their
-//! line, so that a comment behind one is a mistake; each is parsed when those before it have been executed, and may only name
-//! what is there then; texts have the escapes of C but for numbers, which have no end there; words of the parser are no
-//! names, and some of them are taken for themselves wherever a statement begins so.
+//! It accepts only forms of generated scripts, and has the traps of RTT's parser. A statement ends with its line, so a
+//! comment after it is an error. A statement is parsed after the execution of the previous ones, and may only name
+//! existing objects. Texts have the escapes of C, except numeric ones, which have no end there. Keywords of the parser
+//! are not names; some of them are recognised as prefixes of any word at the beginning of a statement.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -19,8 +19,8 @@ pub enum Literal {
     Bool(bool),
 }
 
-/// What a script does, in the order in which it does it: a function of the deployer or of a task, `load`, or `set` for a
-/// property; the connection policy is its type and its size. `failed` is the end of a script that names what is not there.
+/// An action of a script, in order: a function of the deployer or of a task, `load`, or `set` for a property; the
+/// connection policy is its type and its size. `failed` is the end of a script that names a missing object.
 #[derive(Clone, Debug, PartialEq)]
 #[allow(missing_docs, reason = "a call")]
 pub struct Call {
@@ -96,7 +96,7 @@ const WORDS: [&str; 50] = [
     "Deployer",
 ];
 
-/// Read as themselves at the beginning of a statement, whatever follows.
+/// Recognised at the beginning of a statement, even as a prefix of a longer word.
 const PREFIXES: [&str; 10] = [
     "true",
     "false",
@@ -110,11 +110,11 @@ const PREFIXES: [&str; 10] = [
     "RootMachine",
 ];
 
-/// Executes a script; `fails` says which calls do, which are executed all the same.
+/// Executes a script; `fails` tells which calls fail; these are executed too.
 ///
 /// # Errors
 ///
-/// What is wrong, after the number of the line.
+/// The error, after the number of the line.
 pub fn run(script: &str, fails: impl Fn(&Call) -> bool) -> Result<Vec<Call>, String> {
     let mut machine = Machine {
         fails: &fails,
@@ -160,12 +160,12 @@ struct Machine<'a> {
     /// Those that could not be loaded: a script that names one ends there.
     lost: BTreeSet<String>,
     has_failed: bool,
-    /// Has an import failed? Then nothing can be said of what is missing later.
+    /// Whether an import has failed: a missing object is then no error.
     has_lost_package: bool,
     flags: BTreeMap<String, bool>,
     /// Type and size.
     policies: BTreeMap<String, (Option<String>, i32)>,
-    /// Is there a block around, and is it still executed?
+    /// The enclosing block, if any, and whether it is still executed.
     block: Option<bool>,
 }
 
@@ -257,7 +257,7 @@ fn number(text: &str) -> Result<Literal, String> {
     }
 }
 
-/// A name that may stand behind a point, or in a text.
+/// Returns a name that may follow a point, or be in a text.
 fn checked(name: &str) -> Result<&str, String> {
     let is_name = name.starts_with(|c: char| c.is_ascii_alphabetic())
         && name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
@@ -445,7 +445,7 @@ impl Machine<'_> {
         }
     }
 
-    /// Does what is called succeed?
+    /// Returns whether the call succeeds.
     fn call(&mut self, tokens: &[Token]) -> Result<bool, String> {
         use Literal::{Double, Int, Text, Unsigned};
         use Token::{Literal as Value, Name, Sign};
@@ -598,7 +598,7 @@ impl Machine<'_> {
         if self.block == Some(false) || self.has_failed {
             return true;
         }
-        // The script says so by naming what is there only where all has worked.
+        // The script reports a failure by naming an object that exists only after success.
         if call.function == "getPeriod" {
             return true;
         }

@@ -1,4 +1,4 @@
-//! Builds packages of components with CMake, against the stand-in for RTT or the one of `MAUVE_RTT_PREFIX`.
+//! Builds packages of components with CMake, against the substitute for RTT or the RTT at `MAUVE_RTT_PREFIX`.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -8,17 +8,17 @@ use crate::files_in;
 /// With which generated code has to compile.
 pub const COMPILERS: [&str; 2] = ["g++", "clang++"];
 
-/// Where RTT is: the stand-in, unless `MAUVE_RTT_PREFIX` says where a real one is.
+/// Returns the folder of RTT: `MAUVE_RTT_PREFIX`, otherwise the substitute.
 pub fn rtt() -> PathBuf {
     std::env::var_os("MAUVE_RTT_PREFIX").map_or_else(shim, PathBuf::from)
 }
 
-/// The folder of the stand-in.
+/// Returns the folder of the substitute.
 pub fn shim() -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/rtt-shim"))
 }
 
-/// Is there a real RTT? Then a pass is one on Orocos.
+/// Returns whether RTT is a real one: the tests then pass with Orocos.
 pub fn is_real() -> bool {
     rtt() != shim()
 }
@@ -30,7 +30,7 @@ pub fn component_library(folder: &Path, name: &str) -> PathBuf {
     found.unwrap_or_else(|| panic!("no {file} below {}", folder.display()))
 }
 
-/// Runs it to its end, and gives what it writes.
+/// Runs a command, and returns its output.
 ///
 /// # Errors
 ///
@@ -42,7 +42,7 @@ pub fn try_run(command: &mut Command) -> Result<String, String> {
     if status.success() { Ok(out.into_owned()) } else { Err(format!("{command:?}: {status}\n{out}\n{err}")) }
 }
 
-/// Runs it to its end, and gives what it writes; the test fails where it does.
+/// Runs a command, and returns its output; the test fails if the command fails.
 pub fn run(command: &mut Command) -> String {
     try_run(command).unwrap_or_else(|failure| panic!("{failure}"))
 }

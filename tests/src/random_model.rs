@@ -1,13 +1,13 @@
 //! The generator of random models without errors.
 //!
-//! They are made as [`Model`]s, so that a test can put a mistake in and know where it stands.
+//! They are [`Model`]s, so that a test can seed a mistake and know its location.
 
 use std::collections::{BTreeMap, HashSet};
 
 use crate::Random;
 use crate::model::*;
 
-/// What a random model contains.
+/// The contents of a random model.
 #[derive(Debug, Clone, Copy)]
 pub struct Options {
     /// The number of standalone components. They are in one library `machines`, compute with values that C++ has
@@ -120,7 +120,7 @@ const RESERVED_CODELS: [&str; 20] = [
 ];
 const RESERVED_STATES: [&str; 8] =
     ["Waiting", "Moving", "entry", "state", "default", "Blind", "run", "initial"];
-/// Codels that return a value of the type of the variable that they change: they show what is computed first.
+/// Codels that return a value of the type of the variable that they change: they reveal the order of evaluation.
 const CHANGING: [(&str, &str); 3] = [("count", "int"), ("shift", "double"), ("join", "string")];
 const VERBS: [&str; 12] = [
     "plan",
@@ -146,19 +146,19 @@ const NOUNS: [&str; 10] =
 struct Known {
     name: String,
     ty: String,
-    /// Has it a value?
+    /// Whether it has a value.
     readable: bool,
     writable: bool,
 }
 
-/// What a program may name.
+/// The names in scope of a program.
 #[derive(Clone, Default)]
 struct Scope {
     variables: Vec<Known>,
     /// Codels and operations of one's own.
     calls: Vec<Signature>,
     inputs: Vec<Port>,
-    /// What may still be written in this program, once.
+    /// The ports that this program may still write, once each.
     outputs: Vec<Port>,
     /// Handlers and their operations.
     handlers: Vec<(String, Signature)>,
@@ -168,13 +168,13 @@ struct Scope {
     shared: Vec<String>,
     /// The core's own operations.
     own: Vec<String>,
-    /// What a `return` before the program's end returns.
+    /// The result of an early `return`.
     returns: Returns,
 }
 
 #[derive(Clone, Default)]
 enum Returns {
-    /// There is none.
+    /// No early `return`.
     #[default]
     Never,
     Nothing,
@@ -198,7 +198,7 @@ impl Scope {
         (self.inputs, self.outputs) = (inputs, outputs);
     }
 
-    /// What the last statement of `body` may name: without what other variables of `body` hide.
+    /// Returns the names in scope of the last statement of `body`: without those that variables of `body` hide.
     fn after(&self, body: &Block) -> Scope {
         let mut scope = self.clone();
         for statement in body {
@@ -293,8 +293,8 @@ impl Maker {
         all.filter(|name| self.stands_alone() && !scope.block.contains(name)).cloned().collect()
     }
 
-    /// One of some variables; of standalone components, often one that was named just before: what is computed
-    /// first shows where a statement both reads and changes a variable.
+    /// Returns one of some variables; in standalone components, often one that was named just before: the order of
+    /// evaluation is visible if a statement both reads and changes a variable.
     fn pick(&mut self, mut names: Vec<String>) -> String {
         if self.stands_alone() {
             let recent: Vec<String> = names.iter().filter(|it| self.recent.contains(it)).cloned().collect();
@@ -546,7 +546,7 @@ impl Maker {
             all.provided.extend(own.provided.iter().cloned());
             declarations.push(Declaration::Shell(own));
         }
-        // What another component provides, and can be asked for without waiting.
+        // Operations that another component provides and that can be called without waiting.
         if self.chance(60) {
             let provided: Vec<Signature> =
                 self.built.iter().flat_map(|it| it.features.provided.clone()).collect();
@@ -578,7 +578,7 @@ impl Maker {
             shell.values.push(value);
         }
         for _ in 0..1 + self.random.below(4) {
-            // What components exchange: often of a type that has been given out already.
+            // Components exchange values, often of a type that is already used.
             let outputs = self.built.iter().flat_map(|it| it.features.ports.iter()).filter(|it| !it.is_input);
             let known: Vec<String> = outputs.map(|port| plain(&port.ty).to_owned()).collect();
             let is_input = self.chance(50);
@@ -598,7 +598,7 @@ impl Maker {
         }
     }
 
-    /// Has the library a codel that makes a value of this type?
+    /// Returns whether the library has a codel that makes a value of this type.
     fn can_make(&self, ty: &str, types: &[&'static str]) -> bool {
         SCALARS.contains(&ty)
             || types.contains(&ty)
@@ -682,7 +682,7 @@ impl Maker {
         wanted.extend(codels.iter().flat_map(|it| &it.parameters).map(|it| plain(&it.ty).to_owned()));
         wanted.push(self.scalar());
         wanted.push(self.scalar());
-        // What is set before all else, by `configure` or `start`: no value that is computed earlier may need it.
+        // Values that `configure` or `start` set first: no value that is computed earlier may depend on them.
         let mut setting: Block = Vec::new();
         let mut before = scope.clone();
         // Of standalone components, initial values have no calls, and some variables have no first value.
@@ -910,7 +910,7 @@ impl Maker {
         let mut machine = Machine { keyword: "statemachine".to_owned(), ..Machine::default() };
         // Its variables may hide those of the core.
         hidden.extend(scope.shared.iter().filter(|_| self.stands_alone() && self.chance(20)).cloned());
-        // Their initial values do not name what they hide.
+        // Their initial values do not use the names that they hide.
         let mut before = before.clone();
         before.variables.retain(|it| !hidden.contains(&it.name));
         for _ in 0..self.random.below(4) {
@@ -975,7 +975,7 @@ impl Maker {
 
     // Programs.
 
-    /// Some statements; what they declare is out of scope behind them, what they write is written.
+    /// Returns some statements; their declarations are out of scope after them, their writes are recorded.
     fn block(&mut self, scope: &mut Scope, size: usize, depth: usize) -> Block {
         let mut inner = Scope { block: Vec::new(), ..scope.clone() };
         let mut block = Block::new();
@@ -1195,7 +1195,7 @@ impl Maker {
         Some(binary(ty, left, "+", right))
     }
 
-    /// What is computed of a variable of type `float` or `uint8`, without another type.
+    /// Returns an expression with a variable of type `float` or `uint8`, without another type.
     fn of_small_type(&mut self, scope: &Scope, ty: &str) -> Option<Expr> {
         let known = scope.of(ty, |it| it.readable);
         let left = if known.is_empty() { return None } else { variable(&self.pick(known), ty) };
@@ -1316,7 +1316,7 @@ impl Maker {
         let built = self.built.clone();
         self.taken.clear();
         let mut architectures: Vec<Architecture> = Vec::new();
-        // What has been instantiated, in the order in which it was: who provides comes before who requires.
+        // The instances in order: a provider comes before a caller.
         let mut instances: Vec<(String, Built, bool)> = Vec::new();
         let mut written: HashSet<(String, String)> = HashSet::new();
         let parts = if self.chance(50) { 2 } else { 1 };
@@ -1551,7 +1551,7 @@ fn numbered(word: &str, number: usize) -> String {
     if number == 0 { word.to_owned() } else { format!("{word}{number}") }
 }
 
-/// Has the type values that can be written down?
+/// Returns whether the type has literals.
 fn is_simple(ty: &str) -> bool {
     matches!(ty, "int" | "double" | "bool" | "string" | "float" | "uint8" | "int16")
 }

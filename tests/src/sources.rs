@@ -7,7 +7,7 @@ pub fn without_tests(text: &str) -> &str {
 
 /// Returns the string literals of a Rust source, each with the line where it begins, counted from 1.
 ///
-/// Escapes become what they mean; comments and character literals are skipped. The scanner handles the sources of this
+/// Escapes are resolved; comments and character literals are skipped. The scanner handles the sources of this
 /// workspace, not all of Rust: it has no nested block comments.
 pub fn literals(text: &str) -> Vec<(usize, String)> {
     let mut found = Vec::new();

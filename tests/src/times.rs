@@ -1,4 +1,4 @@
-//! What a benchmark over the real binary has measured: median, 95th percentile and the greatest.
+//! The results of a benchmark over the real binary: median, 95th percentile and maximum.
 
 use std::time::Duration;
 
@@ -7,7 +7,7 @@ use std::time::Duration;
 pub struct Times(Vec<Duration>);
 
 impl Times {
-    /// What stands above the rows.
+    /// The header of the table.
     pub const HEAD: &str = "in ms                                                               median       p95  greatest      of";
 
     /// One more.

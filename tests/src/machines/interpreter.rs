@@ -14,7 +14,7 @@ pub(super) enum Stop {
 
 pub(super) type Step<T> = Result<T, Stop>;
 
-/// A program of a component; what it does not have is empty.
+/// A program of a component; missing parts are empty.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Key<'a> {
     /// The state that has it.
@@ -25,11 +25,11 @@ pub(super) struct Key<'a> {
     pub(super) keyword: &'a str,
 }
 
-/// What surrounds the programs of a component.
+/// The environment of the programs of a component.
 pub(super) trait World {
     /// The value of a literal.
     fn literal(&self, value: Value) -> Value;
-    /// What a variable holds when `value` has been assigned to it.
+    /// Returns the value of a variable after the assignment of `value`.
     fn stored(&self, value: Value) -> Value;
     /// The result of an operator that is undefined for its operands.
     fn undefined(&self) -> Step<Value>;
@@ -63,7 +63,8 @@ struct Held<'a> {
 struct Frame<'a> {
     /// Parameters and local variables, the innermost last.
     variables: Vec<Held<'a>>,
-    /// Whether the variables of the state machine hide those of the core. Outside of the machine, they stand behind them.
+    /// Whether the variables of the state machine hide those of the core. Outside of the machine, those of the core
+    /// hide them.
     in_machine: bool,
 }
 
@@ -77,7 +78,7 @@ pub(super) struct Interpreter<'a, W> {
 }
 
 impl<'a, W: World> Interpreter<'a, W> {
-    /// Its variables hold what is known before the component is configured.
+    /// Its variables have their values from before the component is configured.
     pub(super) fn new(world: W, component: &'a Component, codels: &'a [Signature]) -> Interpreter<'a, W> {
         let held = |it: &'a Variable| {
             let value = it.value.as_ref().and_then(constant).unwrap_or_else(|| Value::nothing(&it.ty));
@@ -108,7 +109,7 @@ impl<'a, W: World> Interpreter<'a, W> {
         Ok(())
     }
 
-    /// Executes the hook, where there is one. Returns what it returns.
+    /// Executes the hook, if it exists, and returns its result.
     pub(super) fn hook(&mut self, keyword: &str) -> Step<Option<Value>> {
         let Some(program) = self.component.hook(keyword) else { return Ok(None) };
         self.program(Key { keyword, ..Key::default() }, &program.body, &mut Frame::default())
@@ -149,7 +150,7 @@ impl<'a, W: World> Interpreter<'a, W> {
         Ok(fires)
     }
 
-    /// Executes an operation of the component. What its parameters return is in `arguments` then.
+    /// Executes an operation of the component. Afterwards, `arguments` has the values of its output parameters.
     pub(super) fn operation(
         &mut self,
         operation: &'a Operation,

@@ -1,14 +1,14 @@
-//! What random components do, by an interpreter that follows the reference of the language.
+//! The behaviour of random components, by an interpreter that follows the reference of the language.
 //!
-//! | file | is |
+//! | file | content |
 //! |---|---|
 //! | `mod.rs` | standalone components, and values |
 //! | `interpreter.rs` | executes programs in a `World` |
-//! | `run.rs` | the world of a run with random inputs: what a component does, line by line |
-//! | `periods.rs` | the world of every path through a period: what each transition costs |
+//! | `run.rs` | the world of a run with random inputs: the actions of a component, line by line |
+//! | `periods.rs` | the world of every path through a period: the cost of each transition |
 //! | `rig.rs` | the C++ around generated packages: codels, and the program that runs the components |
 //!
-//! None of it knows the analyser or the generator.
+//! These files depend neither on the analyser nor on the generator.
 
 mod interpreter;
 mod periods;
@@ -51,16 +51,16 @@ pub struct Component {
     pub name: String,
     pub shell: Shell,
     pub core: Core,
-    /// What happens to it in a run.
+    /// The events of its run.
     pub scenario: Scenario,
 }
 
-/// What happens to a component in a run.
+/// The events of a component's run.
 #[derive(Debug, Clone)]
 pub struct Scenario {
     /// The seed of its inputs and of what codels return.
     pub seed: u64,
-    /// What each property and constant is set to, first and later.
+    /// The values of each property and constant, at first and later.
     pub values: Vec<(Value, Value)>,
     /// Of each input its buffer, 0 without one, below 0 if it is not connected.
     pub buffers: Vec<i64>,

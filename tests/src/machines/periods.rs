@@ -1,5 +1,5 @@
-//! What each period of a component costs at most, by executing every path: conditions of integer and Boolean literals have
-//! their values, and any other condition is true or false.
+//! The maximal cost of each period of a component, by executing every path: conditions of integer and Boolean literals
+//! have their values, and any other condition is true or false.
 
 use std::collections::{BTreeMap, BTreeSet};
 

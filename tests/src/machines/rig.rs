@@ -1,4 +1,4 @@
-//! The C++ around a generated package: codels that write down what they are given, and the program that runs the components.
+//! The C++ around a generated package: codels that record their arguments, and the program that runs the components.
 
 use std::fmt::Write as _;
 

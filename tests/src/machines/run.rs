@@ -1,4 +1,5 @@
-//! What a component does in a run with random inputs, line by line: `tests/orocos/rig` does the same with the generated one.
+//! The actions of a component in a run with random inputs, line by line: `tests/orocos/rig` prints those of the
+//! generated one.
 
 use std::collections::VecDeque;
 
@@ -87,7 +88,7 @@ enum Answer {
     Refusal,
 }
 
-/// What the rig does, and what it records.
+/// The actions of the rig, and its record.
 struct Rig<'a> {
     it: &'a Component,
     lines: Vec<String>,
@@ -245,7 +246,7 @@ impl<'a> Run<'a> {
         Ok(true)
     }
 
-    /// What the component's engine does in a period.
+    /// Executes a period as the component's engine does.
     fn step(&mut self) -> Step<()> {
         let it = self.it;
         while let Some(index) = self.rig().queue.pop_front() {
@@ -333,7 +334,7 @@ impl Rig<'_> {
         }
     }
 
-    /// What the other component does with the calls of required operations.
+    /// Answers the calls of required operations as the other component does.
     fn serve(&mut self) {
         while let Some(call) = self.waiting.pop_front() {
             let signature = &self.it.shell.required[self.calls[call].required];
