@@ -80,11 +80,18 @@ fn a_comment_suppresses_the_diagnostics_of_its_code_on_one_line() {
     );
     let found = run("above", &allowed, TIMES, &["check"]);
     assert!(
-        found.out.contains("no errors, no warnings, 1 suppressed; 1 of 2 deadlines is not proved\n"),
+        found.out.contains(
+            "no errors, no warnings, 1 suppressed; 1 of 2 deadlines is not proved (1 message suppressed)\n"
+        ),
         "{}",
         found.out
     );
-    assert!(found.out.contains("✗ missed\n") && found.code == 0, "{}", found.out);
+    assert!(found.out.contains("✗ missed\n"), "{}", found.out);
+    // A comment changes no proof; an acceptance and `[lints]` do.
+    assert_eq!(found.code, 1, "{}", found.out);
+    assert_eq!(run("accepted", &allowed, &format!("{TIMES}{ACCEPTED}"), &["check"]).code, 0);
+    let lowered = format!("{TIMES}lints.deadline-missed = \"warn\"\n");
+    assert_eq!(run("lowered", &allowed, &lowered, &["check"]).code, 0);
     // Not without a reason, and not for another code.
     for comment in ["// mauve: allow(deadline-missed)", "// mauve: allow(lost-write) the bench shows 8 ms"] {
         let robot = allowed.replace("// mauve: allow(deadline-missed) the bench shows 8 ms", comment);

@@ -1,7 +1,8 @@
 //! Comments that suppress a diagnostic: `// mauve: allow(CODE) reason`, on the line of the diagnostic or above it. In
 //! `mauve.toml` and in timing tables, such a comment begins with `#`.
 //!
-//! A comment hides a diagnostic and has no other effect: a hidden error prevents the analysis as well.
+//! A comment hides a diagnostic and has no other effect: a hidden error prevents the analysis as well, and `mauve check` fails
+//! while a deadline is not proved.
 
 use std::ops::Range;
 

@@ -28,7 +28,7 @@ pub mod reasons;
 mod render;
 
 pub use configuration::time_error as time_error_message;
-pub use proof::{is_lowered, missing_proof};
+pub use proof::{is_lowered, is_missing_proof, missing_proof};
 pub use render::render;
 pub use syntax_error::{message as syntax_error_message, tree_of};
 pub use table_error::table_error_message;

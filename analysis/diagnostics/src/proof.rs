@@ -33,6 +33,11 @@ pub fn missing_proof(activity: &ActivityReport<'_>) -> Option<&'static Code> {
     }
 }
 
+/// Returns whether a diagnostic of this code reports that a deadline is not proved.
+pub fn is_missing_proof(code: &Code) -> bool {
+    [&DEADLINE_MISSED, &MISSING_TIME, &NOT_ANALYSED].contains(&code)
+}
+
 /// Returns whether `[lints]` sets a severity below an error for this code. The severity that a code has without an entry does
 /// not count: a missing proof fails `mauve check` unless the user says otherwise.
 pub fn is_lowered(config: &mauve_hir::Config, code: &Code) -> bool {

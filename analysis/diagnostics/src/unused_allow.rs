@@ -15,9 +15,10 @@
 //! ```
 //!
 //! Such a comment hides a known and accepted diagnostic. It never changes a response time or a proof: a hidden error prevents the
-//! analysis as well. `mauve check` counts hidden diagnostics, and SARIF reports contain them with their reasons. `[lints]` in
-//! `mauve.toml` hides all diagnostics of a code. `syntax-error`, `unreadable-file` and `invalid-table` cannot be suppressed, because
-//! a deployment may be unknown behind them.
+//! analysis as well, and `mauve check` still fails while a deadline is not proved (`[deployment.NAME] accept` in `mauve.toml`
+//! accepts one). `mauve check` counts hidden diagnostics, and SARIF reports contain them with their reasons. `[lints]` in
+//! `mauve.toml` hides all diagnostics of a code. `syntax-error`, `unreadable-file` and `invalid-table`
+//! cannot be suppressed, because a deployment may be unknown behind them.
 //!
 //! Fix: correct the code, or remove the comment.
 

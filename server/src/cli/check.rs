@@ -152,12 +152,12 @@ impl Check {
                 found += &lowered(&db, &workspaces, &findings, &suppressed);
                 let pages =
                     if shown.is_empty() { "" } else { "`mauve explain CODE` explains a diagnostic.\n" };
-                parts.push(format!("{found}; {}\n{pages}", deadlines(&deployed)));
+                parts.push(format!("{found}; {}\n{pages}", deadlines(&deployed, &suppressed)));
                 parts.join("\n")
             }
         };
         let is_written = written.is_none_or(|(_, is_complete)| is_complete);
-        let is_wrong = errors > 0 || is_proof_missing(&deployed, &suppressed);
+        let is_wrong = errors > 0 || is_proof_missing(&deployed);
         let code = if is_written { u8::from(is_wrong) } else { 2 };
         Ok(Output::verbatim(text, code))
     }
