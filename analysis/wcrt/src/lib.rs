@@ -9,7 +9,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `timetable.rs` | the timing tables, joined |
-//! | `unknown_keys.rs` | keys that name nothing, and which times they leave in question |
+//! | `timetable/unknown_keys.rs` | unknown keys of timing tables, and the times that they may be for |
 //! | `psm.rs` | behaviour + times: the periodic state machine of a component |
 //! | `system.rs` | the activities of a deployment |
 //! | `task_set.rs` | a deployment at one level as `timing` analyses it, made of a model or of an exported file |
@@ -42,7 +42,6 @@ mod system;
 mod task_set;
 mod timetable;
 mod timing_facts;
-mod unknown_keys;
 mod what_if;
 
 pub use exported::{exported_component, psm_at, task_set_of};

@@ -1,5 +1,7 @@
 //! The execution times of a project: its timing tables, joined, with the names in them resolved.
 
+mod unknown_keys;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -14,13 +16,13 @@ use crate::reason::{
     IncompleteTable, PatternError, StrayEntry, TableFault, TableFilesError, TableLevels, Timed, UnusableTime,
     WrongProgram,
 };
-use crate::unknown_keys::UnknownKey;
 use mauve_hir::item_tree::{FeatureKind, HookKind, Kind, Name};
 use mauve_hir::{
     CONFIG_FILE, Decl, File, Location, Mistake, ModelDb, ProgramId, ProgramKey, Project, Workspace,
     all_roots, behaviour_of, config_file, config_of, core_of, features_of, is_core_for, names_of, normalised,
     shell_of, similar,
 };
+use unknown_keys::UnknownKey;
 
 /// Reads a table.
 #[salsa::tracked(returns(ref))]

@@ -1,20 +1,20 @@
-//! Keys of timing tables that name nothing: which times they leave in question, and what is reported.
+//! Unknown keys of timing tables: the times that they leave in question, and their facts.
 //!
-//! An entry with an unknown key gives a time to nothing. It can only change what it names after a correction. So it leaves in
-//! question what may be named by its correction and has no entry of its own: where such a thing has an entry, the correction
-//! gives a second time for it, which is an error. In question are
+//! An entry with an unknown key has no effect; after a correction of the key, it gives the time of another subject. So the
+//! possible subjects of the corrected key are in question if they have no entry. A subject with an entry would have a second
+//! time after the correction, which is an error. In question are
 //!
-//! - a codel, a component or a program whose key is at most [`MOST_CHANGES`] letters away, or whose name is: the key may be
-//!   misspelt, in its library, its component or its program; and what the message suggests instead;
+//! - a codel, a component or a program whose key or name is at most [`MOST_CHANGES`] letters away: the key may be misspelt,
+//!   in its library, its component or its program; and the suggestion of the message;
 //! - the codels, components and programs of the library that the key names, or of all libraries if it names none: one of them
 //!   may have been renamed;
-//! - what has exactly this key, where the entry stands in the wrong section;
+//! - a subject with exactly this key, if the entry is in the wrong section;
 //! - programs of a state machine with exactly the key of this program, in any component: the component may have been renamed;
 //! - a codel of this name in another library, also with an entry of its own: a call may refer to it by mistake.
 //!
-//! Everything else keeps its time: no correction of the key can name it.
+//! All other subjects keep their times: no correction of the key can name them.
 //!
-//! In question means: a codel without an entry does not have the time of `[assume]`, a program does not have the sum of its
+//! Consequences: a codel without an entry does not have the time of `[assume]`, a program does not have the sum of its
 //! codels, a component has no response time by the classic method. A codel without an entry and without `[assume]` has no
 //! time anyway; the codel nearest to a misspelt key is in question, so that the key is one mistake and not two.
 
@@ -23,9 +23,9 @@ use std::collections::BTreeMap;
 use mauve_timing::Entry;
 use mauve_timing::table_keys::{OVERHEAD, kind_of};
 
+use super::{TimetableBuilder, may_replace};
 use crate::fact::{TableSection, TimingFactKind};
 use crate::reason::{StrayEntry, TableFault, Timed, UnusableTime, WrongProgram};
-use crate::timetable::{TimetableBuilder, may_replace};
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{
     Decl, File, Location, ProgramId, ProgramKey, declarations, names_of, project_files, similar,
