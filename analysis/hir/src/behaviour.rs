@@ -101,7 +101,7 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
     }
     context.core();
     let mut found = context.found;
-    // A project keeps these for as long as it is open.
+    // A project keeps these while it is open.
     found.states.shrink_to_fit();
     found.edges.shrink_to_fit();
     found.edges.iter_mut().for_each(|edge| edge.programs.shrink_to_fit());

@@ -136,7 +136,7 @@ pub fn shell_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>)
     names_of(db, project).resolve_type(db, of, Kind::Shell, written_shell(db, of)).ok()
 }
 
-/// Returns the shell of a component or a core as it is written.
+/// Returns the shell of a component or a core as written.
 pub(crate) fn written_shell<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Option<&'db TypeRef> {
     match of.kind(db) {
         Kind::Core => core_interface(db, of).as_ref()?.shell.as_ref(),

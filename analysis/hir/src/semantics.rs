@@ -1,4 +1,4 @@
-//! From a position in a text to its meaning: the only door for editor features, which resolve no name themselves.
+//! Maps a position in a text to its semantics. Editor features use only this module to resolve names.
 
 use std::collections::BTreeMap;
 
@@ -27,9 +27,9 @@ pub struct Semantics<'db> {
     project: Project<'db>,
     /// The core.
     pub core: Decl<'db>,
-    /// What is known of its programs.
+    /// The inferred types, names and calls of its programs.
     pub inference: CoreInference<'db>,
-    /// The source map, backwards.
+    /// The inverse source map.
     ids: FxHashMap<TextRange, SourceId>,
 }
 
@@ -45,7 +45,7 @@ impl<'db> Semantics<'db> {
         Semantics::of_core(db, project, core)
     }
 
-    /// Of a core.
+    /// Returns the semantics of a core.
     pub fn of_core(db: &'db dyn ModelDb, project: Project<'db>, core: Decl<'db>) -> Option<Semantics<'db>> {
         let ranges = declaration_map(db, core)?.ranges().enumerate();
         let ids = ranges.map(|(id, range)| (range, SourceId(id as u32))).collect();
@@ -57,17 +57,17 @@ impl<'db> Semantics<'db> {
         self.ids.get(&range).copied()
     }
 
-    /// What a name of a value refers to.
+    /// Returns the binding of a name.
     pub fn binding(&self, name: &ast::NameRef) -> Option<Binding<'db>> {
         self.inference.binding(self.id(name.syntax().text_range())?)
     }
 
-    /// What a call calls.
+    /// Returns the callee of a call.
     pub fn callee(&self, call: &ast::CallExpr) -> Option<Callee<'db>> {
         self.inference.callee(self.id(call.name_ref()?.syntax().text_range())?)
     }
 
-    /// The type of an expression without brackets around it, or of a variable by one of its names.
+    /// Returns the type of an expression without brackets around it, or of a variable by one of its names.
     pub fn type_of(&self, expression: &SyntaxNode) -> Option<&'db Type> {
         let id = self.id(expression.text_range())?;
         let types = |group| expression_types(self.db, self.project, self.core, group).get(&id);
@@ -87,7 +87,7 @@ impl<'db> Semantics<'db> {
         for node in list.ancestors() {
             match node.kind() {
                 BLOCK | STATE_MACHINE | CORE => {
-                    // A program sees all variables of its core and machine, and those above it in its own block.
+                    // All variables of the core and the machine are in scope, and of a block the preceding ones.
                     let is_block = node.kind() == BLOCK;
                     let is_seen = |child: &SyntaxNode| !is_block || child.text_range().end() <= end;
                     all.extend(node.children().filter(is_seen).filter_map(|child| match ast::Handler::cast(
@@ -105,7 +105,7 @@ impl<'db> Semantics<'db> {
                 _ => {}
             }
         }
-        // The variables of the state machine are seen in all programs.
+        // The variables of the state machine are in scope in all programs.
         if list.ancestors().any(|node| node.kind() == CORE) {
             all.extend(self.inference.variables().filter(|(_, it)| it.kind == VariableKind::Machine));
         }
@@ -128,7 +128,7 @@ impl<'db> Semantics<'db> {
         Some(if gives_bool { Type::Bool } else { Type::Void })
     }
 
-    /// The type of the result of an operation that the core defines, by the location of its name.
+    /// Returns the result type of an operation that the core defines, by the location of its name.
     fn result_of(&self, name: SourceId) -> Option<Type> {
         let scope = core_scope(self.db, self.core).as_ref()?;
         let operation = scope.operations.iter().find(|it| it.name.id == name)?;
@@ -144,7 +144,7 @@ impl<'db> Semantics<'db> {
         Some(features_of(self.db, self.project, shell))
     }
 
-    /// Resolves a call of `name` with `first` for its first argument, as written where `visible` is in scope.
+    /// Resolves a call of `name` with `first` as its first argument, in a place where `visible` is in scope.
     fn resolve_call(
         &self,
         visible: &VisibleScope<'db>,
@@ -169,7 +169,7 @@ impl<'db> Semantics<'db> {
 /// The features of a shell and of its base shells by name, each with the shell that declares it.
 pub type FeaturesByName<'db> = BTreeMap<Name, (Decl<'db>, &'db Feature)>;
 
-/// What a call in half-typed text most likely calls.
+/// The most likely callee of a call in incomplete text.
 #[derive(Debug, Clone, Copy)]
 pub enum LikelyCallee<'db> {
     /// A codel.
@@ -182,8 +182,8 @@ pub enum LikelyCallee<'db> {
 
 /// The names in scope at one point of a core or of a shell, for an editor.
 ///
-/// The text there is half typed, so that much is incomplete. The analysis refuses a name that a missing declaration may
-/// hide; an editor takes the declaration that is there.
+/// The text is usually incomplete. The analysis refuses a name that a missing declaration may hide; an editor uses the
+/// existing declaration.
 pub struct VisibleScope<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -196,12 +196,12 @@ pub struct VisibleScope<'db> {
     /// The result type of the program; none outside programs.
     pub result: Option<Type>,
     semantics: Option<Semantics<'db>>,
-    /// Whether the point is in the state machine, whose variables hide what is called.
+    /// Whether the point is in the state machine, whose variables hide callees.
     in_machine: bool,
 }
 
 impl<'db> VisibleScope<'db> {
-    /// Returns the names in scope in `list`, a node of `decl`, where a block's variables behind `end` are not in scope.
+    /// Returns the names in scope in `list`, a node of `decl`; a block's variables behind `end` are not in scope.
     pub fn at(
         db: &'db dyn ModelDb,
         project: Project<'db>,
@@ -230,7 +230,7 @@ impl<'db> VisibleScope<'db> {
         self.variables.iter().map(|(_, it)| *it).find(|it| it.name.name == *name)
     }
 
-    /// Returns the core where it defines the operation `name`.
+    /// Returns the core if it defines the operation `name`.
     pub fn definer_of(&self, name: &str) -> Option<Decl<'db>> {
         let core = self.semantics.as_ref()?.core;
         let operations = &core_scope(self.db, core).as_ref()?.operations;
@@ -251,8 +251,8 @@ impl<'db> VisibleScope<'db> {
         Some(type_of(self.db, self.project, self.decl?, Some(&TypeRef { path, id: SourceId(0) })))
     }
 
-    /// Returns what a call of `name` with `first` for its first argument most likely calls: what the resolver finds, else
-    /// an operation that the core does not define yet, a codel of a library that is not used, a built-in function.
+    /// Returns the most likely callee of `name` with `first` as its first argument: the result of the resolver,
+    /// otherwise an operation that the core does not define yet, a codel of an unused library, or a built-in function.
     pub fn resolve_call(&self, name: &str, first: Option<&str>) -> Option<LikelyCallee<'db>> {
         let semantics = self.semantics.as_ref()?;
         match semantics.resolve_call(self, &name.into(), first.map(Name::from).as_ref())?.callee {

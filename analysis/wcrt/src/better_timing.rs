@@ -60,7 +60,7 @@ pub enum TimingChange {
     PrioritiesByDeadline,
     /// Priorities are those that Audsley's algorithm finds.
     OptimalPriorities,
-    /// The deadline becomes the period, as it is written, in milliseconds.
+    /// The deadline becomes the period as written, in milliseconds.
     PeriodAsDeadline(Name),
     /// The period becomes the deadline.
     DeadlineAsPeriod(Time),

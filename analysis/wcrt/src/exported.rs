@@ -71,8 +71,8 @@ pub fn exported_component<'db>(
 
 type Psms<'db> = Vec<Executed<'db, 'db>>;
 
-/// Returns the levels of the project's tables; where no time depends on a level, that of `mauve.toml`, whatever an editor
-/// shows.
+/// Returns the levels of the project's tables; if no time depends on a level, that of `mauve.toml`, and not the one
+/// that an editor shows.
 fn levels_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Level> {
     match timetable_of(db, project).levels.as_slice() {
         [] => vec![config_of(db, project.workspace(db)).level()],

@@ -21,7 +21,7 @@
 //! | `new_activity.rs` | values for an activity that is missing |
 //! | `better_timing.rs` | the search for better priorities, CPUs and periods |
 //! | `exported.rs` | task sets and state machines for files, made of models |
-//! | `fact.rs`, `reason.rs` | what is wrong, and why something has no response time: names and figures |
+//! | `fact.rs`, `reason.rs` | errors, and reasons for a missing response time: names and figures |
 //!
 //! A timing table with an error, an activity without a priority, a core that is not analysed: where something unknown may
 //! delay an activity, the activity is *not analysed* either, with the reason ([`Refusal`]).

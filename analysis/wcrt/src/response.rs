@@ -46,7 +46,7 @@ pub fn response_times_if<'db>(
     report(&deployed, query, &|| db.unwind_if_revision_cancelled())
 }
 
-/// Returns what is wrong with the activities of a deployment that has these values in them.
+/// Returns the facts about the activities of a deployment after a change to these values.
 pub fn facts_if<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,

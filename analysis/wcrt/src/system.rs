@@ -28,7 +28,7 @@ pub struct System<'db> {
     pub cpus: u64,
     /// Why nothing is analysed: an activity may be missing, or a time that makes every bound longer.
     pub not_analysed: Vec<Refusal<'db>>,
-    /// What is wrong in the deployment.
+    /// The facts about the deployment.
     pub facts: Vec<TimingFact<'db>>,
 }
 
@@ -39,7 +39,7 @@ pub struct ResolvedActivity<'db> {
     pub instance: Name,
     /// The name of its component as the architecture writes it.
     pub component_name: Name,
-    /// Its component, where that is known.
+    /// Its component, if it is known.
     pub component: Option<Decl<'db>>,
     /// The name of the instance in its activity; the deployment where there is no activity.
     pub at: Location<'db>,
@@ -60,7 +60,7 @@ pub struct ResolvedActivity<'db> {
 }
 
 impl<'db> ResolvedActivity<'db> {
-    /// Returns the component whose state machine it executes, where that is known; none in the background.
+    /// Returns the component whose state machine it executes, if it is known; none in the background.
     pub(crate) fn executed(&self) -> Option<Decl<'db>> {
         self.component.filter(|_| self.priority != Priority::Background)
     }
@@ -186,7 +186,7 @@ impl<'db> Reader<'db> {
             let name = &activity.instance.name;
             let first = first_of.insert(name, activity);
             let instance = flat.instance(name);
-            // An instance that the damaged architecture may have is no second mistake.
+            // The incomplete architecture may have this instance: that is no second mistake.
             if instance.is_none() && flat.refusals.is_empty() {
                 let near = similar(name, flat.instances.iter().map(|instance| &instance.name));
                 let at = self.at(activity.instance.id);

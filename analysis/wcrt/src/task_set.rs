@@ -64,7 +64,7 @@ impl<'db> Deployed<'db> {
     }
 }
 
-/// What an activity executes; none in the background, and where the component is unknown.
+/// The state machine that an activity executes; none in the background, and if the component is unknown.
 pub(crate) type Executed<'a, 'db> = Option<&'a Result<Psm<'db>, Vec<Refusal<'db>>>>;
 
 pub(crate) fn psms_of<'db>(
@@ -73,7 +73,7 @@ pub(crate) fn psms_of<'db>(
     system: &System<'db>,
     level: Level,
 ) -> Vec<Executed<'db, 'db>> {
-    // Where the tables are incomplete, every time may be longer.
+    // If the tables are incomplete, every time may be longer.
     let timed = incomplete_tables(db, project).is_none();
     let executed = |it: &ResolvedActivity<'db>| it.executed().filter(|_| timed);
     system.activities.iter().map(|it| Some(psm_of(db, project, executed(it)?, level))).collect()

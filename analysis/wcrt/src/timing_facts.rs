@@ -1,4 +1,4 @@
-//! What is wrong with the response times of a deployment: missed deadlines and overloaded CPUs.
+//! Facts about the response times of a deployment: missed deadlines and overloaded CPUs.
 
 use mauve_timing::{Level, Status};
 
@@ -10,7 +10,8 @@ use crate::response::response_times;
 use crate::system::{Priority, system_of};
 use mauve_hir::{Decl, Location, ModelDb, Project};
 
-/// Returns missed deadlines, overloaded CPUs, and what is not analysed for a reason that no other diagnostic reports.
+/// Returns missed deadlines, overloaded CPUs, and activities that are not analysed for a reason that no other fact
+/// reports.
 pub fn timing_facts<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
