@@ -42,6 +42,9 @@
 //! work = 220
 //! ```
 //!
+//! Where the execution time of an activity alone exceeds its deadline, no priority helps: shorten a codel, or lengthen the
+//! deadline.
+//!
 //! A bound is safe, not exact: a job may never take so long. Raise the priority of the activity, lengthen the period of what
 //! preempts it, move one of them to another CPU, or shorten a codel. `mauve wcrt --explain INSTANCE` shows the interference.
 
@@ -58,6 +61,9 @@ pub(super) fn report<'db>(
     missed: &Missed<'db>,
 ) -> Diagnostic<'db> {
     let message = match missed {
+        Missed::Alone { own } => format!(
+            "`{name}` misses its deadline: its own execution time of {own} exceeds the deadline of {deadline}"
+        ),
         Missed::Late { response, heaviest, window } => {
             let of_what = window.map_or_else(String::new, |(job, length)| {
                 format!(" in the busy window of {length}, {job} jobs of `{name}`")

@@ -532,9 +532,10 @@ pub fn declaration_diagnostics<'db>(
     }
     found.extend(declaration_facts(db, project, decl).iter().map(|fact| render(db, project, fact)));
     if let Some(system) = system {
-        let facts = priority_facts(db, project, decl, &system.activities);
-        found.extend(timing_diagnostics(db, project, &facts));
         let facts = timing_facts(db, project, decl, Query::shown(db, project));
+        let mut of_priorities = priority_facts(db, project, decl, &system.activities);
+        of_priorities.retain(|fact| !proof::is_moot(fact, &facts));
+        found.extend(timing_diagnostics(db, project, &of_priorities));
         let timed = facts.iter().zip(timing_diagnostics(db, project, &facts));
         found.extend(timed.map(|(fact, diagnostic)| Diagnostic {
             accepted: proof::acceptance(db, project, decl, fact),

@@ -3,7 +3,7 @@
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, ModelDb, Project, accepted};
 use mauve_timing::Status;
-use mauve_wcrt::{ActivityReport, Reason, Timed, TimingFact, TimingFactKind, UnusableTime, Verdict};
+use mauve_wcrt::{ActivityReport, Missed, Reason, Timed, TimingFact, TimingFactKind, UnusableTime, Verdict};
 
 use crate::deadline_missed::DEADLINE_MISSED;
 use crate::missing_time::MISSING_TIME;
@@ -42,6 +42,17 @@ pub fn is_missing_proof(code: &Code) -> bool {
 /// not count: a missing proof fails `mauve check` unless the user says otherwise.
 pub fn is_lowered(config: &mauve_hir::Config, code: &Code) -> bool {
     severity_set(config, code).is_some_and(|severity| severity != Some(Severity::Error))
+}
+
+/// Returns whether a fact reports the priority of an activity that misses its deadline with any priority.
+pub(crate) fn is_moot(fact: &TimingFact<'_>, of_timing: &[TimingFact<'_>]) -> bool {
+    let TimingFactKind::NotDeadlineMonotonic { activity, .. } = &fact.kind else { return false };
+    of_timing.iter().any(|it| match &it.kind {
+        TimingFactKind::DeadlineMissed { instance, missed: Missed::Alone { .. }, .. } => {
+            *instance == activity.instance
+        }
+        _ => false,
+    })
 }
 
 /// Returns why the user accepts what a fact reports, if it reports missing proofs, all of accepted activities.

@@ -171,6 +171,8 @@ pub struct Overload<'db> {
 /// The reason why a deadline is not proved.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub enum Missed<'db> {
+    /// The execution time of the activity alone exceeds it.
+    Alone { own: Time },
     /// The response time exceeds it. With the greatest interference, and, if a later job of a busy window has the
     /// latest response, the number and the end of that job.
     Late { response: Time, heaviest: Option<InterferenceReport>, window: Option<(u64, Time)> },

@@ -104,6 +104,9 @@ fn overloads<'db>(
 
 fn missed<'db>(activity: &ActivityReport<'db>) -> Missed<'db> {
     let Some(response) = activity.response else { return Missed::NoBound(activity.reasons.clone()) };
+    if let Some(own) = activity.own.filter(|&own| activity.deadline.is_some_and(|deadline| own > deadline)) {
+        return Missed::Alone { own };
+    }
     // The window of a later job is longer than its response time.
     let later = activity.window.as_ref().filter(|window| window.job > 1);
     Missed::Late {
