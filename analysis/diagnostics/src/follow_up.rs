@@ -3,13 +3,13 @@
 //! Nothing is analysed because an error is not reported: each of them is still an `ERROR` node in the tree, and the file keeps
 //! at least one error.
 
-use mauve_syntax::{SyntaxError, SyntaxKind, TextSize, lex};
+use mauve_syntax::{SyntaxError, SyntaxKind, SyntaxNode, SyntaxToken, TextSize, lex, previous_significant};
 
 use super::*;
 
-/// Returns the syntax errors of a file that are not follow-ups: the first of each line, without a `}` whose `{` is in an
-/// earlier error; where the braces do not match, only the first, because all that is behind it may stand in another block than
-/// it seems.
+/// Returns the syntax errors of a file that are not follow-ups: the first of each line, without a `}` or an `else` of a block
+/// whose header has an error; where the braces do not match, only the first, because all that is behind it may stand in another
+/// block than it seems.
 pub(super) fn syntax_errors(db: &dyn ModelDb, file: File) -> Vec<SyntaxError> {
     let parse = parse(db, file);
     if parse.errors().len() < 2 {
@@ -19,19 +19,31 @@ pub(super) fn syntax_errors(db: &dyn ModelDb, file: File) -> Vec<SyntaxError> {
         return parse.errors().iter().take(1).copied().collect();
     };
     let root = parse.syntax();
-    // A block whose header is not recognised.
-    let closes_an_error = |error: &SyntaxError| {
-        let open =
-            pairs.get(&error.range.start()).and_then(|open| root.token_at_offset(*open).right_biased());
-        open.and_then(|open| open.parent()).is_some_and(|parent| parent.kind() == SyntaxKind::ERROR)
-    };
-    let mut last = None;
-    let mut is_first = |error: &SyntaxError| {
-        let line = Some(line_of(db, file, error.range.start()));
-        std::mem::replace(&mut last, line) != line
-    };
-    let errors = parse.errors().iter().filter(|error| !closes_an_error(error) && is_first(error));
+    let mut lines = FxHashSet::default();
+    let errors = parse.errors().iter().filter(|error| {
+        let open = block_before(&root, &pairs, error.range.start());
+        let is_broken = |open: SyntaxToken| {
+            open.parent().is_some_and(|parent| parent.kind() == SyntaxKind::ERROR)
+                || lines.contains(&line_of(db, file, open.text_range().start()))
+        };
+        !open.is_some_and(is_broken) && lines.insert(line_of(db, file, error.range.start()))
+    });
     errors.copied().collect()
+}
+
+/// Returns the `{` of the block that the `}` at `offset` closes, or that the `else` at `offset` continues.
+fn block_before(
+    root: &SyntaxNode,
+    pairs: &FxHashMap<TextSize, TextSize>,
+    offset: TextSize,
+) -> Option<SyntaxToken> {
+    let token = root.token_at_offset(offset).right_biased()?;
+    let close = match token.kind() {
+        SyntaxKind::R_CURLY => token,
+        SyntaxKind::ELSE_KW => previous_significant(&token)?,
+        _ => return None,
+    };
+    root.token_at_offset(*pairs.get(&close.text_range().start())?).right_biased()
 }
 
 /// Removes the diagnostics on lines that have a syntax error.

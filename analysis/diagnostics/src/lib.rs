@@ -530,7 +530,8 @@ pub fn declaration_diagnostics<'db>(
     if let Some(system) = system {
         found.extend(timing_diagnostics(db, project, &system.facts));
     }
-    found.extend(declaration_facts(db, project, decl).iter().map(|fact| render(db, project, fact)));
+    let reported = declaration_facts(db, project, decl).iter().filter(|fact| !fact.is_follow_up);
+    found.extend(reported.map(|fact| render(db, project, fact)));
     if let Some(system) = system {
         let facts = timing_facts(db, project, decl, Query::shown(db, project));
         let mut of_priorities = priority_facts(db, project, decl, &system.activities);

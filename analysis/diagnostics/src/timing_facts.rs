@@ -11,7 +11,9 @@ pub(super) fn timing_diagnostic<'db>(
 ) -> Diagnostic<'db> {
     let at = at.clone();
     match kind {
-        Fact::Unresolved(kind) => render(db, project, &mauve_hir::fact::Fact { at, kind: kind.clone() }),
+        Fact::Unresolved(kind) => {
+            render(db, project, &mauve_hir::fact::Fact { at, kind: kind.clone(), is_follow_up: false })
+        }
         Fact::NoTarget => deployment_target::none(at),
         Fact::SecondTarget => deployment_target::second(at),
         Fact::DuplicateActivity { instance, first } => duplicate_activity::report(at, instance, first),

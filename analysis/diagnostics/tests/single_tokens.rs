@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use common::{LEVEL, deployments};
+use common::{LEVEL, deployments, sample};
 use mauve_diagnostics::{Severity, workspace_diagnostics};
 use mauve_hir::{Database, Workspace};
 use mauve_syntax::lex;
@@ -25,12 +25,20 @@ fn in_the_project_of_mauve_new() {
         ("timing.toml", include_str!("../../../server/src/cli/new/timing.toml")),
     ];
     let files = files.map(|(path, text)| (Path::new("/").join(path), text.to_owned()));
-    assert_eq!(with_several_messages(Path::new("/"), &files), "");
+    assert_eq!(with_several_messages(Path::new("/"), &files, 1), "");
 }
 
-/// Returns each deletion and duplication of a token of the models after which there are several errors and warnings, with
-/// their messages.
-fn with_several_messages(folder: &Path, texts: &[(PathBuf, String)]) -> String {
+#[test]
+fn in_the_sample_robot() {
+    let several = with_several_messages(&mauve_tests::models().join("p3dx"), &sample(), 5);
+    let count = several.lines().filter(|line| !line.starts_with(' ')).count();
+    // This bound may only shrink.
+    assert!(count <= 7, "{count} tokens with several messages:\n{several}");
+}
+
+/// Returns the deletions and duplications of a token of the models after which there are several errors and warnings, with
+/// their messages. Only every `step`th token is changed.
+fn with_several_messages(folder: &Path, texts: &[(PathBuf, String)], step: usize) -> String {
     let mut db = Database::default();
     let workspace = Workspace::of_texts(&db, folder.to_owned(), texts.iter().cloned());
     assert_eq!(messages(&db, workspace), Vec::<String>::new());
@@ -40,7 +48,7 @@ fn with_several_messages(folder: &Path, texts: &[(PathBuf, String)]) -> String {
     for (path, text) in texts.iter().filter(|(path, _)| path.extension().is_some_and(|it| it == "mal")) {
         let file = workspace.file(&db, path).unwrap();
         let tokens = lex(text);
-        for index in (0..tokens.len()).filter(|&index| !tokens.kind(index).is_trivia()) {
+        for index in (0..tokens.len()).filter(|&index| !tokens.kind(index).is_trivia()).step_by(step) {
             let range = tokens.range(index);
             let (before, token, after) = (&text[..range.start], &text[range.clone()], &text[range.end..]);
             let line = before.matches('\n').count() + 1;

@@ -23,7 +23,7 @@ use crate::item_tree::{
 use crate::names::{names_of, similar};
 use crate::program_id::ProgramId;
 use crate::project::Project;
-use crate::source::{Decl, Location, core};
+use crate::source::{Decl, Location, core, declarations};
 
 /// The programs that a core executes in each period.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
@@ -175,6 +175,10 @@ impl<'db> BehaviourContext<'db> {
             }
             // A syntax error may hide the behaviour.
             ([], None) if self.core.completeness.is_incomplete() => {}
+            // The core may end too early.
+            ([], None) if declarations(self.db, self.of.file(self.db)).completeness.is_incomplete() => {
+                self.refuse_once(CoreReason::SyntaxError(CorePart::Core));
+            }
             ([], None) => self.refuse(Fact::new(Location::name_of(self.of), FactKind::NoBehaviour)),
             ([.., last], None) => self.refuse_at(last.id, FactKind::TwoBehaviours { machines: true }),
             ([machine, ..], Some(_)) => {

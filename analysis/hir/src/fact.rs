@@ -25,11 +25,13 @@ pub struct Fact<'db> {
     pub at: Location<'db>,
     /// The kind.
     pub kind: FactKind<'db>,
+    /// Whether it may follow from a syntax error: it prevents the analysis, but is not reported.
+    pub is_follow_up: bool,
 }
 
 impl<'db> Fact<'db> {
     pub(crate) fn new(at: Location<'db>, kind: FactKind<'db>) -> Fact<'db> {
-        Fact { at, kind }
+        Fact { at, kind, is_follow_up: false }
     }
 
     /// Returns whether it is an error, on which no analysis may depend, instead of a warning or a hint. Kinds that are not

@@ -50,8 +50,11 @@ pub struct Features<'db> {
     pub shells: Vec<Decl<'db>>,
     /// Whether the shell extends itself, directly or indirectly.
     pub cycle: bool,
-    /// Whether all features are known: incomplete if a feature or a base shell may be missing, or if a name is ambiguous.
+    /// Whether all features are known, except ports and properties without a name, which have no effect on the demand of
+    /// programs: incomplete if a feature or a base shell may be missing, or if a name is ambiguous.
     pub completeness: Completeness,
+    /// Whether all ports and properties have a name.
+    pub value_completeness: Completeness,
     /// Whether a missing file or a text with syntax errors may declare a base shell.
     pub has_hidden_base: bool,
 }
@@ -64,9 +67,15 @@ impl<'db> Features<'db> {
             shells: Vec::new(),
             cycle: false,
             completeness: Completeness::Incomplete,
+            value_completeness: Completeness::Incomplete,
             has_hidden_base: false,
         };
         &UNKNOWN
+    }
+
+    /// Returns whether all names of features are known.
+    pub(crate) fn name_completeness(&self) -> Completeness {
+        self.completeness & self.value_completeness
     }
 
     /// Returns the feature of that name.
@@ -102,7 +111,10 @@ pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'d
         features.completeness &= data.completeness;
         for (index, feature) in data.features.iter().enumerate() {
             let found = FeatureOf { shell: current, index: index as u32, kind: feature.kind };
-            features.completeness &= feature.completeness;
+            match feature.kind.is_operation() {
+                true => features.completeness &= feature.completeness,
+                false => features.value_completeness &= feature.completeness,
+            }
             features.by_name.entry(feature.name.name.clone()).or_default().push(found);
         }
         for base in &data.bases {

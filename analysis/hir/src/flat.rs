@@ -5,7 +5,7 @@ use rustc_hash::FxHashMap;
 
 use crate::ModelDb;
 use crate::completeness::Completeness;
-use crate::fact::{Checker, Defined, EndKind, FactKind, Reason, Refusal};
+use crate::fact::{Checker, Defined, EndKind, Fact, FactKind, Reason, Refusal};
 use crate::features::{FeatureOf, Features, core_of, features_of, is_core_for, shell_of};
 use crate::graph::closure;
 use crate::item_tree::{Connection, Endpoint, FeatureKind, Instance, Kind, Name, NameRef, Setting};
@@ -267,7 +267,10 @@ impl<'db> Checker<'db> {
         }
         let fitting = features.by_name.iter().filter(|(_, found)| found.iter().any(|it| kind.takes(it.kind)));
         let near = similar(&name, fitting.map(|(name, _)| name));
-        self.report(*id, FactKind::UnresolvedFeature { expected, name, instance, shell, near });
+        let kind = FactKind::UnresolvedFeature { expected, name, instance, shell, near };
+        // A port or property without a name may be this one.
+        let is_follow_up = expected != EndKind::Operation && features.value_completeness.is_incomplete();
+        self.found.push(Fact { is_follow_up, ..Fact::new(self.at(*id), kind) });
     }
 }
 

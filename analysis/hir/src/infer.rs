@@ -613,7 +613,9 @@ impl<'db> InferenceContext<'_, 'db> {
                 self.error(*id, kind);
             }
             // Another fact reports the error that may hide the declaration.
-            Err(_) if (self.resolver.features.completeness & self.resolver.variables).is_incomplete() => {
+            Err(_)
+                if (self.resolver.features.name_completeness() & self.resolver.variables).is_incomplete() =>
+            {
                 self.problem(NameProblem::Hidden(CoreReason::MayBeDeclared(name.clone())));
             }
             Err(_) => {
@@ -829,6 +831,13 @@ impl<'db> InferenceContext<'_, 'db> {
             }
             // Another fact reports the shell that may declare the operation.
             CallError::Unresolved(_) if self.resolver.features.completeness.is_incomplete() => {
+                return self.problem(NameProblem::Hidden(CoreReason::MayBeOperation(name.clone())));
+            }
+            // So is a port without a name, which may be the operand.
+            CallError::Unresolved(_)
+                if Builtin::of_name(name).is_some()
+                    && self.resolver.features.value_completeness.is_incomplete() =>
+            {
                 return self.problem(NameProblem::Hidden(CoreReason::MayBeOperation(name.clone())));
             }
             CallError::Unresolved(_) => match Builtin::of_name(name) {

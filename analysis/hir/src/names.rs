@@ -154,17 +154,22 @@ impl<'db> Names<'db> {
         // A name that a missing file or an unnamed declaration may declare is not looked up in other libraries, and its
         // absence is not reported.
         let own = |decl: &Decl<'db>| decl.library(db).as_ref() == library;
-        let may_be = |name: &Name| {
-            let own = library.cloned();
-            self.unnamed.contains(&(own.clone(), kind))
-                || self.possible_names.contains(&(own.clone(), None))
-                || self.possible_names.contains(&(own, Some(name.clone())))
+        let may_be_in = |library: Option<&Name>, name: &Name| {
+            let of = library.cloned();
+            self.has_unnamed(library, kind)
+                || self.possible_names.contains(&(of.clone(), None))
+                || self.possible_names.contains(&(of, Some(name.clone())))
         };
+        let may_be_visible = |name: &Name| self.visible(library).any(|it| may_be_in(Some(it), name));
         let hidden = match path {
             [name] if name.is_empty() || found.iter().any(own) => false,
-            [name] => self.completeness.is_incomplete() || may_be(name),
-            [of, _] if found.is_empty() => {
-                self.completeness.is_incomplete() || self.unnamed.contains(&(Some(of.clone()), kind))
+            [name] => {
+                self.completeness.is_incomplete()
+                    || may_be_in(library, name)
+                    || found.is_empty() && may_be_visible(name)
+            }
+            [of, name] => {
+                found.is_empty() && (self.completeness.is_incomplete() || may_be_in(Some(of), name))
             }
             _ => false,
         };

@@ -188,7 +188,7 @@ impl<'db> Resolver<'db> {
                 || self.features.get(name).is_some()
                 || !matches!(self.resolve_codel(name), Err(Unresolved::Unknown))
         };
-        (self.features.completeness & self.variables).is_complete()
+        (self.features.name_completeness() & self.variables).is_complete()
             && !is_declared(name)
             && !is_declared(first)
     }

@@ -3,7 +3,7 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
-use crate::fact::{Checker, FactKind};
+use crate::fact::{Checker, Fact, FactKind};
 use crate::features::FeatureOf;
 use crate::flat::{Flat, deployed, flat_of, imports_of};
 use crate::infer::signature;
@@ -111,6 +111,9 @@ impl<'db> Checker<'db> {
         let may_be_set = |(instance, name): &(Name, Name)| {
             unresolved.iter().any(|(of, other)| of == instance || other == name)
         };
+        // A setting with a syntax error may be the missing one.
+        let settings_are_known = (data.completeness & flat.link_completeness).is_complete()
+            && data.settings.iter().all(|it| it.endpoint.as_ref().and_then(Endpoint::names).is_some());
         let connected: FxHashSet<&(Name, Name)> = flat.links.iter().map(|link| &link.target).collect();
         // An incomplete or invalid connection may be the missing one.
         let links_are_valid = flat.link_completeness.is_complete()
@@ -145,7 +148,8 @@ impl<'db> Checker<'db> {
                     }
                     _ => continue,
                 };
-                self.report_at(at.clone(), kind);
+                let is_follow_up = matches!(kind, FactKind::MissingValue { .. }) && !settings_are_known;
+                self.found.push(Fact { is_follow_up, ..Fact::new(at.clone(), kind) });
             }
             if !unconnected.is_empty() {
                 let instance = instance.name.clone();

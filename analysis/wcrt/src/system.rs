@@ -129,7 +129,7 @@ impl<'db> Reader<'db> {
             [target] => {
                 let found = names.resolve_type(db, of, Kind::Architecture, Some(target));
                 let unresolved = |why| unresolved_type(of, Kind::Architecture, Some(target), why);
-                if let Some(Fact { at, kind }) = found.as_ref().err().and_then(unresolved) {
+                if let Some(Fact { at, kind, .. }) = found.as_ref().err().and_then(unresolved) {
                     self.report(at, TimingFactKind::Unresolved(kind));
                 }
                 found.ok()
