@@ -20,7 +20,7 @@
 //! ```
 //!
 //! Where the utilisation of a CPU exceeds 100 %, the response times of some of its activities are unbounded. That is one
-//! message for the CPU, at the activity that contributes most. Where this activity alone needs more than its period, one of
+//! message for the CPU, at the unbounded activity with the highest priority. Where one activity alone needs more than its period, one of
 //! its times is probably in another unit than its table says.
 //!
 //! ```mauve
@@ -82,7 +82,7 @@ pub(super) fn report<'db>(
     Diagnostic::new(&DEADLINE_MISSED, at, message)
 }
 
-/// One diagnostic for an overloaded CPU, at the activity that contributes most.
+/// One diagnostic for an overloaded CPU.
 pub(super) fn overloaded<'db>(
     db: &'db dyn ModelDb,
     at: Location<'db>,

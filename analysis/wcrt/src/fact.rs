@@ -150,7 +150,8 @@ impl TableSection {
     }
 }
 
-/// An overloaded CPU, with the activity that contributes most.
+/// An overloaded CPU, with the activity that contributes most. Its location is that of this activity if it alone overloads the CPU,
+/// otherwise that of the activity without a bound that has the highest priority.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct Overload<'db> {
     /// The CPU, as its bit.

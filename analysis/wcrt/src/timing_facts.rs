@@ -46,7 +46,7 @@ pub fn timing_facts<'db>(
     found
 }
 
-/// Returns a fact for each overloaded CPU, at the activity that contributes most to the overload.
+/// Returns a fact for each overloaded CPU.
 fn overloads<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -60,10 +60,11 @@ fn overloads<'db>(
             let &Reason::Overloaded { cpu, priority, utilisation } = reason else { continue };
             let unbounded = (report.instance.clone(), at.clone());
             match found.iter_mut().find(|(overload, _)| overload.cpu == cpu) {
-                Some((overload, _)) => {
+                Some((overload, highest)) => {
                     overload.unbounded.push(unbounded);
                     if priority > overload.priority {
                         (overload.priority, overload.utilisation) = (priority, utilisation);
+                        *highest = Some(at.clone());
                     }
                 }
                 None => {
@@ -92,8 +93,8 @@ fn overloads<'db>(
         let contributing = reports.iter().filter(contributes);
         let Some(greatest) = contributing.max_by(|a, b| share(a).total_cmp(&share(b))) else { continue };
         (overload.greatest, overload.share) = (greatest.instance.clone(), greatest.share);
-        (*at, overload.alone) = (greatest.at.clone(), None);
         if let Some((own, period)) = greatest.own.zip(greatest.period).filter(|_| share(greatest) > 1.0) {
+            *at = greatest.at.clone();
             let table = greatest.component.and_then(|it| table_of_greatest_time(db, project, it, level));
             overload.alone = Some((own, period, table));
         }
