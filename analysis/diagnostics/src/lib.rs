@@ -295,6 +295,7 @@ codes! {
     unknown_field::UNKNOWN_FIELD;
     invalid_field::INVALID_FIELD;
     deadline_exceeds_period::DEADLINE_EXCEEDS_PERIOD;
+    unused_deadline::UNUSED_DEADLINE;
     deadline_missed::DEADLINE_MISSED;
     missing_time::MISSING_TIME;
     not_analysed::NOT_ANALYSED;

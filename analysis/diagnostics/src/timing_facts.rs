@@ -27,6 +27,7 @@ pub(super) fn timing_diagnostic<'db>(
         }
         Fact::MissingPeriod { of, activity, priority } => missing_field::period(*of, activity, *priority),
         Fact::InvalidField(field, expected) => invalid_field::report(at, *field, expected),
+        Fact::BackgroundDeadline { of, id, instance } => unused_deadline::report(*of, *id, instance),
         Fact::NoSuchCpu(missing) => invalid_field::no_such_cpu(at, *missing),
         Fact::DeadlineExceedsPeriod { deadline, period, written, period_at } => {
             deadline_exceeds_period::report(at, *deadline, (*period, written, period_at))

@@ -311,6 +311,13 @@ impl<'db> Reader<'db> {
             self.field(&mut found, &mut fields, field);
         }
         let has_wrong_field = found.refusals.len() > of_instance;
+        if let Some(deadline) = fields.written.get(&ActivityField::Deadline)
+            && found.priority == Priority::Background
+            && !has_wrong_field
+        {
+            let (of, id, instance) = (self.of, deadline.name.id, found.instance.clone());
+            self.report(self.at(id), TimingFactKind::BackgroundDeadline { of, id, instance });
+        }
         if activity.completeness.is_incomplete() && found.refusals.is_empty() {
             found.refuse(Reason::DamagedActivity, at.clone());
         }

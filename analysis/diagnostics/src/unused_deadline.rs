@@ -1,0 +1,30 @@
+//! # unused-deadline
+//!
+//! A background activity has a deadline. The analysis ignores it: a background activity runs when no real-time activity does,
+//! and has no response time.
+//!
+//! ```mauve
+//! shell S { }
+//! core C(S) { update = { } }
+//! component Log(S, C)
+//! architecture A { instance log: Log }
+//! deployment D {
+//!   architecture A
+//!   activity log { priority = background  deadline = 50 }   // warning
+//! }
+//! ```
+//!
+//! Fix: remove the deadline. If the deadline must be met, give the activity a priority from 1 to 99 and a period.
+
+use super::*;
+
+code!(UNUSED_DEADLINE, Warning, "unused-deadline");
+
+pub(super) fn report<'db>(of: Decl<'db>, id: SourceId, instance: &str) -> Diagnostic<'db> {
+    let message = format!(
+        "the analysis ignores the deadline of `{instance}`: its priority is `background`; for a deadline, write a priority \
+         from 1 to 99"
+    );
+    let found = Diagnostic::new(&UNUSED_DEADLINE, Location::Source(of, id), message);
+    found.remove("Remove the deadline".to_owned(), of, id)
+}
