@@ -49,6 +49,7 @@
 //! preempts it, move one of them to another CPU, or shorten a codel. `mauve wcrt --explain INSTANCE` shows the interference.
 
 use super::*;
+use mauve_timing::THROTTLING;
 use mauve_wcrt::{Missed, Overload, file_name};
 
 code!(DEADLINE_MISSED, Error, "deadline-missed");
@@ -68,10 +69,18 @@ pub(super) fn report<'db>(
             let of_what = window.map_or_else(String::new, |(job, length)| {
                 format!(" in the busy window of {length}, {job} jobs of `{name}`")
             });
-            let heaviest = heaviest.as_ref().map_or_else(String::new, |it| {
-                let jobs = if it.jobs == 1 { "job" } else { "jobs" };
-                format!("; largest interference: `{}`, {} ({} {jobs}){of_what}", it.instance, it.time, it.jobs)
-            });
+            let heaviest = match heaviest {
+                None => String::new(),
+                Some(it) if it.instance == THROTTLING => format!(
+                    "; real-time throttling adds {}{of_what}: set `kernel.sched_rt_runtime_us=-1` and \
+                     `[platform] rt_throttling = false`",
+                    it.time
+                ),
+                Some(it) => {
+                    let jobs = if it.jobs == 1 { "job" } else { "jobs" };
+                    format!("; largest interference: `{}`, {} ({} {jobs}){of_what}", it.instance, it.time, it.jobs)
+                }
+            };
             format!("`{name}` misses its deadline: response time {response} > {deadline}{heaviest}")
         }
         Missed::NoBound(reasons) => {

@@ -124,6 +124,9 @@ impl Activity {
     }
 }
 
+/// The name of the task that stands for real-time throttling among the interference: no instance has a space in its name.
+pub const THROTTLING: &str = "real-time throttling";
+
 /// One task for each CPU, with the highest priority: what throttling takes.
 fn throttling(tasks: &[Task]) -> Vec<Task> {
     let cpus =
@@ -131,7 +134,7 @@ fn throttling(tasks: &[Task]) -> Vec<Task> {
     (0..64)
         .filter(|bit| cpus & (1 << bit) != 0)
         .map(|bit| Task {
-            name: "real-time throttling".to_owned(),
+            name: THROTTLING.to_owned(),
             priority: u32::MAX,
             period: THROTTLING_PERIOD,
             deadline: THROTTLING_PERIOD,

@@ -45,7 +45,7 @@ mod time;
 mod trace_bound;
 mod utilisation;
 
-pub use activities::{Activity, ActivitySet, SetAnalysis};
+pub use activities::{Activity, ActivitySet, SetAnalysis, THROTTLING};
 pub use cycle_mean::CycleMean;
 pub use machine::{Edge, MachineError, StateMachine};
 pub use response_time::response_times;
