@@ -50,7 +50,7 @@ pub(super) fn report<'db>(
         Some(Budget { time: Some(time), .. }) => {
             format!("; all deadlines are met up to {time} if the other codels without a time take 0 ms")
         }
-        Some(Budget { time: None, .. }) => "; a deadline is missed even if it takes 0 ms".to_owned(),
+        Some(Budget { time: None, .. }) => "; a deadline is missed with any time".to_owned(),
         None => String::new(),
     };
     let verb = if names.len() == 1 { "is" } else { "are" };

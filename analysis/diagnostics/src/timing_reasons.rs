@@ -71,7 +71,7 @@ pub fn timing_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String 
         Reason::UnusableField(field) => format!("its {} cannot be used", field.keyword()),
         Reason::NoSuchCpu(missing) => no_such_cpu(*missing),
         Reason::SeveralCpus { cpus, given } => {
-            let may = if *given { "it may run on" } else { "it has no affinity and may run on" };
+            let may = if *given { "it may run on" } else { "without an affinity, or with `affinity = 0`, it may run on" };
             format!("{may} {}; set `affinity` to one CPU", cpu_names(*cpus))
         }
         Reason::ServesOperation(name) => {
@@ -165,9 +165,7 @@ fn unknown_priority(why: &UnknownPriority) -> String {
         UnknownPriority::SeveralInstances => "whose name several instances have",
         UnknownPriority::PriorityAsPeriod => "whose priority may be intended as its period",
         UnknownPriority::AffinityAsPriority => "whose affinity may be intended as its priority",
-        UnknownPriority::NoSuchCpu => {
-            "whose CPU is unknown and whose affinity may be intended as its priority"
-        }
+        UnknownPriority::NoSuchCpu => "whose affinity is invalid and which may therefore run on this CPU",
         UnknownPriority::Stated(text) => text,
         UnknownPriority::One => "whose priority is unknown",
         UnknownPriority::Several => "whose priorities are unknown",

@@ -305,7 +305,7 @@ fn cpus() {
         ),
         expect![[r#"
             a met 1 ms
-            b not-analysed: it has no affinity and may run on CPUs 1 and 2; set `affinity` to one CPU
+            b not-analysed: without an affinity, or with `affinity = 0`, it may run on CPUs 1 and 2; set `affinity` to one CPU
             c not-analysed: `b` may preempt it and is not analysed
         "#]],
     );
@@ -328,9 +328,9 @@ fn cpus() {
         "affinity = 2 priority = 1 period = 10",
     );
     expect![[r#"
-        a not-analysed: `b`, whose CPU is unknown and whose affinity may be intended as its priority, may preempt it and is not analysed
+        a not-analysed: `b`, whose affinity is invalid and which may therefore run on this CPU, may preempt it and is not analysed
         b not-analysed: affinity names CPU 3, and mauve.toml has CPUs 1 and 2
-        c not-analysed: `b`, whose CPU is unknown and whose affinity may be intended as its priority, may preempt it and is not analysed
+        c not-analysed: `b`, whose affinity is invalid and which may therefore run on this CPU, may preempt it and is not analysed
     "#]]
     .assert_eq(&verdicts(&format!("{ROBOT}{on_four}{platform}")));
     // Whether it is the more urgent one is not certain of any: each value may be another field's.
@@ -341,8 +341,8 @@ fn cpus() {
     );
     expect![[r#"
         a not-analysed: `b` and `c`, whose priorities or CPUs are unknown, may preempt it and are not analysed
-        b not-analysed: affinity names CPU 2, and mauve.toml has CPU 1; `c`, whose CPU is unknown and whose affinity may be intended as its priority, may preempt it and is not analysed
-        c not-analysed: affinity names CPU 2, and mauve.toml has CPU 1; `b`, whose CPU is unknown and whose affinity may be intended as its priority, may preempt it and is not analysed
+        b not-analysed: affinity names CPU 2, and mauve.toml has CPU 1; `c`, whose affinity is invalid and which may therefore run on this CPU, may preempt it and is not analysed
+        c not-analysed: affinity names CPU 2, and mauve.toml has CPU 1; `b`, whose affinity is invalid and which may therefore run on this CPU, may preempt it and is not analysed
     "#]]
     .assert_eq(&verdicts(&format!("{ROBOT}{deployed}{}", TIMES.replace("timing.", "platform.cpus = 1\ntiming."))));
     // Without any affinity: as many CPUs as the platform has.
