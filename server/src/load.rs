@@ -233,7 +233,12 @@ impl Loader {
                 homes.insert(self.home(&folder, &folders));
             }
             if homes.is_empty() {
-                problems.push(format!("no model (*.mal) and no {CONFIG_FILE} in `{}`", path.display()));
+                let above = folder.ancestors().skip(1).find(|above| self.has_config(above));
+                let above = above.map_or_else(String::new, |above| {
+                    format!("; {CONFIG_FILE} is in `{}`: run the command there", above.display())
+                });
+                problems
+                    .push(format!("no model (*.mal) and no {CONFIG_FILE} in `{}`{above}", path.display()));
             }
             homes.into_iter().for_each(|home| add(home, None));
         }

@@ -355,7 +355,7 @@ fn wcrt_as_csv_and_explained() {
     let missed = run_in("late", &LATE, &["wcrt", "--explain", "back"]);
     assert!(
         missed.out.contains(
-            "iterations: the 2nd exceeds the deadline, 9 ms after the start of the window\n  5 ms → 10 ms\n"
+            "iterations: iteration 2 exceeds the deadline (9 ms after the start of the busy window)\n  5 ms → 10 ms\n"
         ),
         "{}",
         missed.out
@@ -376,7 +376,7 @@ fn wcrt_as_csv_and_explained() {
     for part in [
         "missed: response time 118 ms",
         "job 5 of the busy window has the largest response time: it ends 518 ms after",
-        "the 4th exceeds the deadline, 500 ms after the start of the window\n  310 ms → 440 ms → 492 ms → 518 ms\n",
+        "iteration 4 exceeds the deadline (500 ms after the start of the busy window)\n  310 ms → 440 ms → 492 ms → 518 ms\n",
     ] {
         assert!(explained.out.contains(part), "{part} in {}", explained.out);
     }
@@ -456,6 +456,8 @@ fn what_does_not_exist_is_said_and_exits_with_2() {
     let empty = run_in("empty", &[("notes.txt", "")], &["check"]);
     assert_eq!(empty.code, 2);
     assert!(empty.err.contains("no model (*.mal)"), "{}", empty.err);
+    let above = run_in("above", &[("mauve.toml", ""), ("notes/notes.txt", "")], &["check", "notes"]);
+    assert!(above.code == 2 && above.err.contains("; mauve.toml is in `"), "{}", above.err);
 }
 
 #[test]

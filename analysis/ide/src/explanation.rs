@@ -193,8 +193,8 @@ fn crossed_deadline(out: &mut String, activity: &ActivityReport<'_>) {
     {
         let _ = writeln!(
             out,
-            "\nfixed-point iterations: the {} exceeds the deadline, {deadline} after the start of the window",
-            ordinal(crossed + 1)
+            "\nfixed-point iterations: iteration {} exceeds the deadline ({deadline} after the start of the busy window)",
+            crossed + 1
         );
         let mut shown: Vec<String> = window.iterations.iter().map(Time::to_string).collect();
         if let Some(more) = shown.len().checked_sub(SHOWN_ITERATIONS + 1).filter(|more| *more > 0) {
@@ -261,15 +261,4 @@ fn trace(out: &mut String, psm: &Psm<'_>) {
         let (source, target) = (state(edge.source), state(edge.target));
         let _ = writeln!(out, "  {:>12}  {source} → {target}{times}", edge.cost.to_string());
     }
-}
-
-fn ordinal(number: usize) -> String {
-    let ending = match (number % 10, number % 100) {
-        (_, 11..=13) => "th",
-        (1, _) => "st",
-        (2, _) => "nd",
-        (3, _) => "rd",
-        _ => "th",
-    };
-    format!("{number}{ending}")
 }

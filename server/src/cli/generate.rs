@@ -197,10 +197,14 @@ fn warn_of_deadlines(
         let query = Query::shown(db, project);
         let deployed = Deployed::of_model(db, project, deployment, std::iter::once(query));
         if !deployed.schedulable() {
+            let accepted = match deployed.accepted_count() {
+                0 => String::new(),
+                count => format!(" ({count} accepted)"),
+            };
             let Proved { proved, all, .. } = Proved::of(&[deployed]);
             let name = deployment.qualified(db);
             say(&format!(
-                "warning: {} not proved (`mauve wcrt` shows why)",
+                "warning: {} not proved{accepted} (`mauve wcrt` shows why)",
                 match (all - proved, all) {
                     (_, 1) => format!("the deadline of {name} is"),
                     (1, all) => format!("1 of the {all} deadlines of {name} is"),

@@ -293,7 +293,7 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
         let _ = writeln!(out, "  not proved: the project has {}", counted(it.errors, "error"));
     }
     if it.rt_throttling().is_none() {
-        out += "  assumes real-time throttling off: say whether it is, in mauve.toml, [platform] rt_throttling\n";
+        out += "  assumption: real-time throttling is off; set `[platform] rt_throttling` in mauve.toml\n";
     }
     out.extend(notes(it));
     out
@@ -514,7 +514,7 @@ fn csv(all: &[Deployed<'_>]) -> String {
                     activity.verdict.name().to_owned(),
                     quoted(&assumed.join(" ")),
                     root.clone(),
-                    quoted(&remark(it.db, &of_all, activity)),
+                    quoted(&remark(it, &of_all, activity)),
                 ];
                 let _ = writeln!(out, "{}", cells.join(","));
             }
@@ -524,8 +524,9 @@ fn csv(all: &[Deployed<'_>]) -> String {
 }
 
 /// Why a row has no figures, or why they are not what they seem to be: nothing, for most.
-fn remark<'db>(db: &'db Database, of_all: &[String], activity: &ActivityReport<'db>) -> String {
-    let mut remarks = reasons_of(db, activity);
+fn remark(of: &Deployed<'_>, of_all: &[String], activity: &ActivityReport<'_>) -> String {
+    let mut remarks = reasons_of(of.db, activity);
+    remarks.extend(of.acceptance(activity).map(|reason| format!("accepted: {reason}")));
     remarks.extend_from_slice(of_all);
     remarks.join("; ")
 }
