@@ -63,6 +63,16 @@ pub enum Foreign {
     Braces,
     /// An array, a pointer or a type with arguments.
     TypeSuffix,
+    /// `connection a.b -> c.d, e.f`
+    SecondReader,
+    /// `const Pose& goal` as a parameter of a codel.
+    Reference,
+    /// A parameter that is a type only: `reset(bool)`.
+    NamelessParameter,
+    /// `codel bool read(Imu& imu)`: the whole signature has the form of C++.
+    Signature,
+    /// `(int) n`
+    Cast,
 }
 
 /// The role of a word in other languages.
@@ -82,6 +92,10 @@ pub(crate) enum Word {
     Switch,
     /// It begins a variable that has no type.
     Untyped,
+    /// It begins a type that is not changed.
+    Const,
+    /// It is all of an empty list of parameters.
+    NoParameters,
     /// It begins a function.
     Function,
     /// It opens or closes a block, or is all of one.
@@ -148,9 +162,14 @@ const WORDS: &[(&str, Word)] = &[
     ("implements", Word::ForShell),
     ("connect", Word::Keyword(CONNECTION_KW)),
     ("link", Word::Keyword(CONNECTION_KW)),
+    ("namespace", Word::Keyword(LIBRARY_KW)),
+    ("package", Word::Keyword(LIBRARY_KW)),
+    ("module", Word::Keyword(LIBRARY_KW)),
     ("param", Word::Keyword(PROPERTY_KW)),
     ("parameter", Word::Keyword(PROPERTY_KW)),
     ("const", Word::Keyword(CONSTANT_KW)),
+    ("const", Word::Const),
+    ("void", Word::NoParameters),
 ];
 
 /// Types that are written in lower case.
@@ -173,8 +192,21 @@ pub(crate) fn looks_like_type(word: &str) -> bool {
         || word.starts_with(|letter: char| letter.is_ascii_uppercase())
 }
 
+/// Returns whether `word` is a type without fields in many languages: `int`, `double`.
+pub(crate) fn is_scalar(word: &str) -> bool {
+    SCALARS.contains(&word)
+}
+
+/// Returns the keyword that `word` writes with capital letters: `State`.
+pub(crate) fn in_lower_case(word: &str) -> Option<SyntaxKind> {
+    let has_capital = word.len() <= 20 && word.contains(|letter: char| letter.is_ascii_uppercase());
+    let kind = has_capital.then(|| crate::lex(&word.to_ascii_lowercase()).kind(0))?;
+    (kind.is_word() && kind != IDENT).then_some(kind)
+}
+
 /// Returns whether the parser treats two words in the same way.
 pub(crate) fn reads_alike(one: &str, other: &str) -> bool {
-    let is_plain = |word| meanings(word).next().is_none();
-    is_plain(one) && is_plain(other) && looks_like_type(one) == looks_like_type(other)
+    let is_plain = |word| meanings(word).next().is_none() && in_lower_case(word).is_none();
+    let is_alike = looks_like_type(one) == looks_like_type(other) && is_scalar(one) == is_scalar(other);
+    is_plain(one) && is_plain(other) && is_alike
 }

@@ -112,10 +112,7 @@ fn signature(p: &mut Parser<'_>, kind: SyntaxKind) {
     node(p, kind, |p| {
         // `codel int act(…)`
         if p.at(IDENT) && p.nth(1).is_word() && p.nth(2) == L_PAREN && !p.nth_begins_line(1) {
-            p.foreign(Foreign::ResultFirst);
-            p.drop_tokens(1);
-            name(p);
-            parameters(p);
+            foreign::result_first(p);
             return;
         }
         name(p);
@@ -131,6 +128,7 @@ fn parameters(p: &mut Parser<'_>) {
         return;
     }
     node(p, PARAM_LIST, |p| {
+        foreign::opt_no_parameters(p);
         separated(p, R_PAREN, Expected::Parameter, parameter);
         p.expect(R_PAREN);
     });
@@ -145,7 +143,9 @@ fn parameter(p: &mut Parser<'_>) -> bool {
     if matches!(p.current(), IN_KW | OUT_KW | INOUT_KW) && p.nth(1).is_word() {
         p.bump();
     }
-    declared_type(p);
+    if !foreign::opt_parameter(p) {
+        declared_type(p);
+    }
     m.complete(p, PARAM);
     true
 }
@@ -317,6 +317,7 @@ fn commas(p: &mut Parser<'_>, kind: List) {
 }
 
 fn item(p: &mut Parser<'_>, kind: List) {
+    foreign::opt_item_keyword(p, kind);
     match kind {
         List::File if p.at(LIBRARY_KW) => library(p),
         List::File | List::Library => declaration(p),

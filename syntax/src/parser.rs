@@ -445,6 +445,11 @@ impl<'a> Parser<'a> {
         self.nth_foreign(n, |it| (it == word).then_some(())).is_some()
     }
 
+    /// Returns whether the `n`th token after the current one marks a reference or a pointer: `&`, `*`.
+    pub(crate) fn nth_is_reference(&self, n: usize) -> bool {
+        matches!(self.nth(n), STAR | AMP2) || self.nth(n) == ERROR_CHARACTERS && self.nth_text(n) == Some("&")
+    }
+
     /// Returns whether the current token, which is not a token of the language, has these characters.
     pub(crate) fn at_characters(&self, characters: &str) -> bool {
         self.at(ERROR_CHARACTERS) && self.nth_text(0) == Some(characters)
@@ -458,6 +463,23 @@ impl<'a> Parser<'a> {
 
     pub(crate) fn nth_looks_like_type(&self, n: usize) -> bool {
         self.nth(n) == IDENT && self.nth_text(n).is_some_and(foreign::looks_like_type)
+    }
+
+    /// Returns whether the `n`th token after the current one is a type such as `int`.
+    pub(crate) fn nth_is_scalar(&self, n: usize) -> bool {
+        self.nth(n) == IDENT && self.nth_text(n).is_some_and(foreign::is_scalar)
+    }
+
+    /// Returns the keyword that the current word writes with capital letters.
+    pub(crate) fn in_lower_case(&self) -> Option<SyntaxKind> {
+        foreign::in_lower_case(self.nth_text(0).filter(|_| self.at(IDENT))?)
+    }
+
+    /// Treats the current word, which was reported, as the keyword `kind`.
+    pub(crate) fn read_as(&mut self, kind: SyntaxKind) {
+        if let Some(current) = self.kinds.get_mut(self.position) {
+            *current = kind;
+        }
     }
 
     pub(crate) fn checkpoint(&self) -> Checkpoint {

@@ -17,14 +17,16 @@
 //!
 //! While such an `operation` is wrong, its provider is unknown, so the instances that provide operations are not analysed.
 //!
-//! Fix, where both ends are in the wrong order: swap them.
+//! Fix, where both ends are in the wrong order: swap them, unless another connection has this target already.
 
 use super::*;
 use mauve_hir::fact::EndKind;
+use mauve_syntax::SyntaxKind;
 
 code!(CONNECTION_DIRECTION, Error, "connection-direction");
 
 pub(super) fn swapped<'db>(
+    db: &'db dyn ModelDb,
     at: Location<'db>,
     kind: EndKind,
     source: &[NameRef; 2],
@@ -35,7 +37,23 @@ pub(super) fn swapped<'db>(
     let swapped = source.iter().zip(target).flat_map(|(one, other)| [(one, other), (other, one)]);
     let edits = swapped.map(|(replaced, by)| (beside(&at, replaced.id), by.name.to_string())).collect();
     let fix = Fix { title: "Swap the ends".to_owned(), edits };
-    Diagnostic { fixes: vec![fix], ..Diagnostic::new(&CONNECTION_DIRECTION, at, message) }
+    let [instance, feature] = source;
+    let is_connected = is_target(db, &at, &format!("{}.{}", instance.name, feature.name));
+    let fixes = if is_connected { Vec::new() } else { vec![fix] };
+    Diagnostic { fixes, ..Diagnostic::new(&CONNECTION_DIRECTION, at, message) }
+}
+
+/// Returns whether a connection of the same architecture already has the target `endpoint`: swapped ends would connect it
+/// twice.
+fn is_target(db: &dyn ModelDb, at: &Location<'_>, endpoint: &str) -> bool {
+    let Some(architecture) = statement::ancestor(db, at, SyntaxKind::ARCHITECTURE) else { return false };
+    architecture.children().any(|connection| {
+        let ends = connection.children().filter(|it| it.kind() == SyntaxKind::ENDPOINT);
+        let is_connection =
+            matches!(connection.kind(), SyntaxKind::CONNECTION | SyntaxKind::OPERATION_CONNECTION);
+        is_connection
+            && ends.skip(1).any(|end| end.text() == endpoint)
+    })
 }
 
 /// Reports a connection with one wrong endpoint.

@@ -16,6 +16,9 @@ pub(super) fn message(form: Foreign, token: &SyntaxToken) -> String {
         Foreign::Spelling { written: "==", tokens: 1 } if found == "=" => {
             "`=` assigns: a condition compares with `==`".to_owned()
         }
+        Foreign::Spelling { written, tokens: 1 } if found != written && found.eq_ignore_ascii_case(written) => {
+            format!("keywords are lower case: write `{written}`")
+        }
         Foreign::Spelling { tokens, written } => {
             format!("MAUVE writes `{written}` instead of `{}`", joined(token, tokens))
         }
@@ -23,6 +26,7 @@ pub(super) fn message(form: Foreign, token: &SyntaxToken) -> String {
             Some(_) => "this `else` belongs to no `if`: remove the `;` before it".to_owned(),
             None => "this `else` belongs to no `if`".to_owned(),
         },
+        Foreign::Superfluous { .. } if found == "void" => "a signature without parameters has `()`".to_owned(),
         Foreign::Superfluous { tokens } => format!("unexpected `{}`", joined(token, tokens)),
         Foreign::Keyword("input") => "expected `input` or `output` before `port`".to_owned(),
         Foreign::Keyword(keyword) => format!("expected `{keyword}` before `{found}`"),
@@ -42,6 +46,13 @@ pub(super) fn message(form: Foreign, token: &SyntaxToken) -> String {
             format!("the type follows the name: write `{written}`")
         }
         Foreign::ResultFirst => format!("the type of the result follows the parameters: `: {}`", mauve_type(found)),
+        Foreign::NamelessParameter => format!("a parameter has a name: `in NAME: {}`", mauve_type(found)),
+        Foreign::Reference if let Some((written, _)) = reference(token) => {
+            format!("the type follows the name: write `{written}`")
+        }
+        Foreign::Unit if let Some((name, written, _)) = period_of_rate(token) => {
+            format!("unknown field `{name}`: write `{written}`")
+        }
         Foreign::Unit if in_field(token) => {
             "numbers have no unit: the times of an activity are in milliseconds".to_owned()
         }
@@ -81,6 +92,15 @@ fn rule(form: Foreign) -> &'static str {
             "the fields of an activity have braces: `activity NAME { priority = … period = … }`"
         }
         Foreign::Braces => "the branches of an `if` have braces: `if … then { … } else { … }`",
+        Foreign::SecondReader => "a connection has one reader: write a second connection",
+        Foreign::Reference => {
+            "MAUVE has no references or pointers: write `in NAME: TYPE`, or `inout NAME: TYPE` if the codel changes the value"
+        }
+        Foreign::NamelessParameter => "a parameter has a name: `in NAME: TYPE`",
+        Foreign::Signature => {
+            "write the parameters and the result as in `codel NAME(in PARAMETER: TYPE): RESULT`"
+        }
+        Foreign::Cast => "MAUVE has no casts: a codel converts a value",
         Foreign::TypeSuffix => {
             "a type is one name: MAUVE has no arrays, pointers or type arguments, but messages and external types"
         }
@@ -136,7 +156,14 @@ pub(super) fn rewrite(form: Foreign, token: &SyntaxToken) -> Option<Rewrite> {
         Foreign::Braces => braces(token),
         Foreign::Function => prototype(token),
         Foreign::ComponentBody => component(token),
-        Foreign::Loop | Foreign::Switch | Foreign::TypeSuffix => None,
+        Foreign::SecondReader => second_connection(token),
+        Foreign::Reference => reference(token).map(|(written, range)| writing(range, written)),
+        Foreign::Loop
+        | Foreign::Switch
+        | Foreign::TypeSuffix
+        | Foreign::NamelessParameter
+        | Foreign::Signature
+        | Foreign::Cast => None,
     }
 }
 
@@ -342,27 +369,52 @@ fn ternary(token: &SyntaxToken) -> Option<Rewrite> {
 
 /// `33 ms` → `33`, and for a time of an activity `2 s` → `2000`.
 fn unit(token: &SyntaxToken) -> Option<Rewrite> {
+    if let Some((_, written, range)) = period_of_rate(token) {
+        return Some(writing(range, written));
+    }
     let number = previous_significant(token)?;
-    let written = without_unit(number.text(), token.text(), in_field(token))?;
+    let written = without_unit(number.text(), token.text(), field_name(token).as_deref())?;
     let range = number.text_range().cover(token.text_range());
     Some((format!("Write `{written}`"), vec![(range, written)]))
 }
 
-/// Returns the number of `number` and its `unit`; if it is a time, in milliseconds.
-pub(super) fn without_unit(number: &str, unit: &str, is_time: bool) -> Option<String> {
-    let factor = match unit {
-        _ if !is_time => return Some(number.to_owned()),
-        "ms" => return Some(number.to_owned()),
-        "s" | "sec" => 1e3,
-        "us" => 1e-3,
-        "ns" => 1e-6,
-        "min" => 6e4,
-        "Hz" => return number.parse().ok().filter(|it: &f64| *it > 0.0).map(|it| (1e3 / it).to_string()),
+/// `rate = 10 Hz` → `period = 100`. Returns the name of the field, the new text and the range of the field.
+fn period_of_rate(unit: &SyntaxToken) -> Option<(String, String, TextRange)> {
+    let name = field_name(unit).filter(|name| matches!(name.as_str(), "rate" | "frequency" | "freq"))?;
+    let field = unit.parent_ancestors().find(|node| node.kind() == SyntaxKind::FIELD)?;
+    let number = previous_significant(unit)?;
+    let milliseconds = match unit.text() {
+        "Hz" => without_unit(number.text(), "Hz", Some("period"))?,
         _ => return None,
     };
-    let value: f64 = number.parse().ok()?;
-    let exact = (value * factor * 1e6).round() / 1e6;
-    Some(exact.to_string())
+    let range = span(field.text_range().start(), unit.text_range().end())?;
+    Some((name, format!("period = {milliseconds}"), range))
+}
+
+/// Returns the name of the field of an activity whose value contains `token`.
+pub(super) fn field_name(token: &SyntaxToken) -> Option<String> {
+    let field = token.parent_ancestors().find(|node| node.kind() == SyntaxKind::FIELD)?;
+    Some(field.first_child()?.text().to_string())
+}
+
+/// Returns the number of `number` and its `unit`; in the field `period` or `deadline`, in milliseconds.
+///
+/// Returns nothing where the number of milliseconds is not exact, or where the field has no time.
+pub(super) fn without_unit(number: &str, unit: &str, field: Option<&str>) -> Option<String> {
+    let Some(field) = field else { return Some(number.to_owned()) };
+    let value: f64 = number.parse().ok().filter(|it: &f64| *it > 0.0 && *it < 1e9)?;
+    let milliseconds = match (field, unit) {
+        ("period" | "deadline", "ms") => return Some(number.to_owned()),
+        ("period" | "deadline", "s" | "sec") => value * 1e3,
+        ("period" | "deadline", "us") => value / 1e3,
+        ("period" | "deadline", "ns") => value / 1e6,
+        ("period" | "deadline", "min") => value * 6e4,
+        ("period", "Hz") => 1e3 / value,
+        _ => return None,
+    };
+    let exact = (milliseconds * 1e6).round() / 1e6;
+    let is_exact = exact > 0.0 && (milliseconds - exact).abs() <= milliseconds * 1e-12;
+    is_exact.then(|| exact.to_string())
 }
 
 /// Writes the braces of all branches of an `if`, and its `then`.
@@ -420,6 +472,44 @@ fn name_first(ty: &SyntaxToken) -> Option<(String, TextRange)> {
     let variable = if is_variable(ty) { "var " } else { "" };
     let written = format!("{variable}{}: {}", name.text(), mauve_type(ty.text()));
     Some((written, ty.text_range().cover(name.text_range())))
+}
+
+/// `const Pose& goal` → `in goal: Pose`. Other references have no rewrite: the codel reads or changes the value.
+fn reference(first: &SyntaxToken) -> Option<(String, TextRange)> {
+    let error = first.parent().filter(|it| it.kind() == SyntaxKind::ERROR)?;
+    let tokens: Vec<SyntaxToken> = significant_tokens(&error).collect();
+    let [word, ty @ .., name] = tokens.as_slice() else { return None };
+    let ty = match ty.split_last() {
+        Some((last, rest)) if last.text() == "&" => rest,
+        _ => ty,
+    };
+    let is_type = |it: &SyntaxToken| it.kind().is_word() || it.kind() == SyntaxKind::COLON2;
+    let has_direction = previous_significant(word).is_some_and(|it| it.kind().is_word());
+    let fits = word.text() == "const" && name.kind().is_word() && !ty.is_empty() && ty.iter().all(is_type);
+    let ty: String = ty.iter().map(SyntaxToken::text).collect();
+    let written = format!("in {}: {}", name.text(), mauve_type(&ty));
+    (fits && !has_direction).then(|| (written, error.text_range()))
+}
+
+/// `connection a.b -> c.d, e.f` → `connection a.b -> c.d connection a.b -> e.f`
+fn second_connection(comma: &SyntaxToken) -> Option<Rewrite> {
+    let connection = comma.parent_ancestors().find(|node| node.kind() == SyntaxKind::CONNECTION)?;
+    let source = connection.children().find(|it| it.kind() == SyntaxKind::ENDPOINT)?.text().to_string();
+    let has_keyword = connection.first_token()?.text() == "connection";
+    let has_buffer = connection.children().any(|it| it.kind() == SyntaxKind::BUFFER);
+    let commas =
+        connection.children().filter(|it| it.kind() == SyntaxKind::ERROR && !it.text_range().is_empty());
+    let written: Option<Vec<_>> = commas
+        .map(|error| {
+            let all: Vec<SyntaxToken> = significant_tokens(&error).collect();
+            let [comma, instance, dot, port] = all.as_slice() else { return None };
+            let target = [instance, dot, port].map(SyntaxToken::text).concat();
+            let range = span(comma.text_range().start(), port.text_range().end())?;
+            (comma.kind() == SyntaxKind::COMMA).then(|| (range, format!(" connection {source} -> {target}")))
+        })
+        .collect();
+    let written = written.filter(|_| has_keyword && !has_buffer)?;
+    Some(("Write a second connection".to_owned(), written))
 }
 
 /// `codel int act(…)` → `codel act(…): int`

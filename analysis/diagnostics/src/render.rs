@@ -82,7 +82,9 @@ pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>
         K::ReservedName { name, is } => reserved_name::report(at, name, *is),
         K::ReturnType { of, expected, found } => return_type::report(at, of, expected, found),
         K::SeveralInitialStates { first, second, all } => initial_state::several(at, first, second, all),
-        K::SwappedEnds { kind, source, target } => connection_direction::swapped(at, *kind, source, target),
+        K::SwappedEnds { kind, source, target } => {
+            connection_direction::swapped(db, at, *kind, source, target)
+        }
         K::TooLarge { with } => too_large::report(db, *with),
         K::TwoBehaviours { machines } => update_or_statemachine::both(at, *machines),
         K::TwoWriters { of, first, second } => two_writers::report(at, *of, first, second),

@@ -21,7 +21,12 @@ impl Assignment {
     }
 }
 
-fn ancestor<'db>(db: &'db dyn ModelDb, at: &Location<'db>, kind: SyntaxKind) -> Option<SyntaxNode> {
+/// Returns the innermost node of this kind around a location.
+pub(super) fn ancestor<'db>(
+    db: &'db dyn ModelDb,
+    at: &Location<'db>,
+    kind: SyntaxKind,
+) -> Option<SyntaxNode> {
     let root = parse(db, at.file(db)).syntax();
     let token = token_at(&root, at.range(db).start())?;
     token.parent_ancestors().find(|node| node.kind() == kind)

@@ -147,9 +147,9 @@ fn token_rewrite(error: TokenError, token: &SyntaxToken) -> Option<Rewrite> {
         TokenError::BadNumber => {
             let digits = text.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
             let unit = text.get(digits.len()..)?;
-            let is_time = token.parent_ancestors().any(|node| node.kind() == SyntaxKind::FIELD);
+            let field = foreign_syntax::field_name(token);
             let is_number = digits.ends_with(|letter: char| letter.is_ascii_digit()) && !unit.is_empty();
-            let written = foreign_syntax::without_unit(digits, unit, is_time).filter(|_| is_number && digits != "0")?;
+            let written = foreign_syntax::without_unit(digits, unit, field.as_deref()).filter(|_| is_number && digits != "0")?;
             (format!("Write `{written}`"), written)
         }
         TokenError::UnknownEscape => {
@@ -193,6 +193,9 @@ fn port_call(dot: &SyntaxToken) -> Option<(TextRange, String)> {
     let (port, method) = (previous_significant(dot)?, next_significant(dot)?);
     let open = next_significant(&method).filter(|open| open.kind() == SyntaxKind::L_PAREN)?;
     if !["read", "write", "status"].contains(&method.text()) {
+        return None;
+    }
+    if !port.kind().is_word() {
         return None;
     }
     let next = next_significant(&open)?;
@@ -271,10 +274,12 @@ fn message_field(parse: &Parse, error: &SyntaxError) -> String {
         None if behind.is_some_and(|it| it.kind() == SyntaxKind::L_PAREN) => {
             "MAUVE has no methods: a program calls codels, as in `plan(goal)`".to_owned()
         }
-        None => {
-            let name = name.unwrap_or_default();
-            format!("a program does not look into a message: a codel that takes `{name}` reads its fields")
-        }
+        None => match name.filter(|name| name != ")") {
+            Some(name) => format!(
+                "a program cannot read the fields of a message: write a codel that takes `{name}` and returns the value"
+            ),
+            None => "a program cannot read the fields of a message: write a codel that returns the value".to_owned(),
+        },
     }
 }
 

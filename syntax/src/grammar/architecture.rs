@@ -16,12 +16,9 @@ pub(super) fn architecture_item(p: &mut Parser<'_>) {
     match p.current() {
         IMPORT_KW => node(p, IMPORT, |p| type_(p, Expected::ArchitectureName)),
         INSTANCE_KW => instance(p),
+        CONNECTION_KW if foreign::opt_connection_operation(p) => {}
         CONNECTION_KW => connection(p),
-        OPERATION_KW => node(p, OPERATION_CONNECTION, |p| {
-            endpoint(p);
-            expect_or_foreign(p, ARROW);
-            endpoint(p);
-        }),
+        OPERATION_KW => node(p, OPERATION_CONNECTION, operation_rest),
         PROPERTY_KW | CONSTANT_KW => setting(p),
         _ if foreign::opt_architecture_item(p) => {}
         _ => unknown(p, List::Architecture),
@@ -65,6 +62,12 @@ pub(super) fn connection_rest(p: &mut Parser<'_>) {
     connection_target(p);
 }
 
+pub(super) fn operation_rest(p: &mut Parser<'_>) {
+    endpoint(p);
+    expect_or_foreign(p, ARROW);
+    endpoint(p);
+}
+
 pub(super) fn connection_target(p: &mut Parser<'_>) {
     expect_or_foreign(p, ARROW);
     if p.at(L_BRACK) {
@@ -74,6 +77,7 @@ pub(super) fn connection_target(p: &mut Parser<'_>) {
         });
     }
     endpoint(p);
+    foreign::opt_second_reader(p);
 }
 
 pub(super) fn setting(p: &mut Parser<'_>) {

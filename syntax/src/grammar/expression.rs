@@ -94,6 +94,7 @@ fn operand(p: &mut Parser<'_>) -> Option<(CompletedMarker, u32)> {
     if !(starts_expression(p.current()) || is_fraction) || p.at_item() {
         return None;
     }
+    foreign::opt_cast(p);
     let m = p.start();
     if p.depth >= DEEPEST && !(p.current().is_word() && p.nth(1) != L_PAREN) && !is_literal(p.current()) {
         p.too_deep(ends_expression);
@@ -132,6 +133,7 @@ fn operand(p: &mut Parser<'_>) -> Option<(CompletedMarker, u32)> {
             name_ref(p, Expected::Name);
             if p.at(L_PAREN) {
                 let height = arguments(p);
+                opt_access(p);
                 (m.complete(p, CALL_EXPR), height + 2)
             } else {
                 opt_access(p);

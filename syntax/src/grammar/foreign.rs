@@ -426,6 +426,121 @@ pub(super) fn opt_architecture_item(p: &mut Parser<'_>) -> bool {
     true
 }
 
+// test_err connections_of_other_languages
+// architecture A {
+//   connection a.b -> c.d, e.f, g.h
+//   connection operation a.b -> c.d
+// }
+/// Takes `, c.d` after the reader of a connection.
+pub(super) fn opt_second_reader(p: &mut Parser<'_>) {
+    let is_endpoint = p.nth(1).is_word() && p.nth(2) == DOT && p.nth(3).is_word();
+    if p.at(COMMA) && is_endpoint && !p.nth_begins_line(0) && !matches!(p.nth(4), ARROW | EQ) {
+        p.foreign(Foreign::SecondReader);
+        let is_next = |p: &Parser<'_>| p.at(COMMA) && p.nth(1).is_word() && p.nth(2) == DOT;
+        while is_next(p) && p.nth(3).is_word() {
+            p.drop_tokens(4);
+        }
+    }
+}
+
+/// Takes `connection operation a.b -> c.d` as the connection of an operation.
+pub(super) fn opt_connection_operation(p: &mut Parser<'_>) -> bool {
+    let is_operation = p.nth(1) == OPERATION_KW && p.nth(2).is_word() && p.nth(3) == DOT;
+    if is_operation {
+        let m = p.start();
+        p.foreign(Foreign::Spelling { tokens: 2, written: "operation" });
+        p.drop_tokens(1);
+        p.bump();
+        architecture::operation_rest(p);
+        m.complete(p, OPERATION_CONNECTION);
+    }
+    is_operation
+}
+
+// test_err keywords_of_other_languages
+// namespace lib {
+//   Codel f(): int
+// }
+// Shell S { Input port a: int }
+/// Takes the first word of an item as the keyword that it stands for: `State`, `namespace`.
+pub(super) fn opt_item_keyword(p: &mut Parser<'_>, list: List) {
+    let next = p.nth(1);
+    let is_item = next.is_word() && !p.nth_begins_line(1)
+        || list == List::Core && matches!(next, EQ | L_CURLY)
+        || list == List::State && next == EQ;
+    if !p.at(IDENT) || !is_item || matches!(list, List::Block | List::Activity) {
+        return;
+    }
+    let begins_item = |kind: SyntaxKind| {
+        let words = list.item_keywords().iter().filter_map(|words| words.split(' ').next());
+        kind.text().is_some_and(|text| words.into_iter().any(|word| word == text))
+    };
+    let is_library = |kind: &SyntaxKind| list == List::File && *kind == LIBRARY_KW && p.nth(2) == L_CURLY;
+    let other = p.nth_foreign(0, keyword).filter(is_library);
+    if let Some(kind) = p.in_lower_case().filter(|kind| begins_item(*kind)).or(other) {
+        p.foreign(Foreign::Spelling { tokens: 1, written: kind.text().unwrap_or_default() });
+        p.read_as(kind);
+    }
+}
+
+// test_err parameters_of_other_languages
+// codel a(void): bool
+// codel b(const nav::Pose& goal, Pose &now, bool): bool
+// codel bool c(const Pose& goal)
+// codel bool d(in n: int)
+/// Takes `void` in `(void)`.
+pub(super) fn opt_no_parameters(p: &mut Parser<'_>) {
+    if p.nth(1) == R_PAREN && p.nth_is_foreign(0, Word::NoParameters) {
+        p.foreign(Foreign::Superfluous { tokens: 1 });
+        p.drop_tokens(1);
+    }
+}
+
+/// Takes a parameter of C++: `const Pose& goal`, or a type without a name.
+pub(super) fn opt_parameter(p: &mut Parser<'_>) -> bool {
+    let is_const = p.nth_is_foreign(0, Word::Const) && p.nth(1).is_word();
+    let mut tokens = usize::from(is_const) + 1;
+    while p.nth(tokens) == COLON2 && p.nth(tokens + 1).is_word() {
+        tokens += 2;
+    }
+    let form = match p.nth(tokens) {
+        _ if p.nth_is_reference(tokens) => Foreign::Reference,
+        next if is_const && (next.is_word() || next == LT) => Foreign::Reference,
+        COMMA | R_PAREN if tokens > 1 || p.nth_looks_like_type(0) => Foreign::NamelessParameter,
+        _ => return false,
+    };
+    p.skip_foreign(form, |p| matches!(p.current(), COMMA | R_PAREN) || p.begins_line());
+    true
+}
+
+/// Takes `bool act(…)`: a signature with its result first.
+pub(super) fn result_first(p: &mut Parser<'_>) {
+    let before = p.checkpoint();
+    p.foreign(Foreign::ResultFirst);
+    p.drop_tokens(1);
+    name(p);
+    let parameters_begin = p.checkpoint();
+    parameters(p);
+    if p.has_failed_since(&parameters_begin) {
+        // One message for the whole signature.
+        p.rewind(&before);
+        p.foreign(Foreign::Signature);
+        p.drop_tokens(1);
+        name(p);
+        p.drop_until(|p| p.begins_line() || p.at_item() || matches!(p.current(), SEMICOLON | R_CURLY));
+    }
+}
+
+/// Takes `(int)` before an operand.
+pub(super) fn opt_cast(p: &mut Parser<'_>) {
+    let is_value = p.nth(3) == L_PAREN || p.nth(3).is_word() || matches!(p.nth(3), INT_NUMBER | FLOAT_NUMBER);
+    let is_operand = is_value && begins_operand(p.nth(3)) && !p.nth_begins_line(3);
+    if p.at(L_PAREN) && p.nth_is_scalar(1) && p.nth(2) == R_PAREN && is_operand {
+        p.foreign(Foreign::Cast);
+        p.drop_tokens(3);
+    }
+}
+
 /// Takes `pilot { priority = 1 }`, an activity without its keyword.
 pub(super) fn opt_deployment_item(p: &mut Parser<'_>) -> bool {
     let is_activity = p.at(IDENT) && p.nth(1) == L_CURLY && p.nth(2).is_word();
