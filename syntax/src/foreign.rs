@@ -73,6 +73,24 @@ pub enum Foreign {
     Signature,
     /// `(int) n`
     Cast,
+    /// `affinity = [2]` or `affinity = {1, 2}`
+    CpuList,
+    /// `operation plan()` in a shell.
+    ShellOperation,
+    /// `transition go [ready] -> There`
+    TransitionForm,
+    /// `property rate: int in [1, 400]`
+    Interval,
+    /// `instance laser: Laser(rate = 2)`
+    InstanceValues,
+    /// `use a, b`
+    Packages,
+    /// `use robot.mal`
+    UsedFile,
+    /// `from a import b`
+    ImportFrom,
+    /// `const int n = 3;` in a program.
+    ConstantVariable,
 }
 
 /// The role of a word in other languages.
@@ -96,6 +114,13 @@ pub(crate) enum Word {
     Const,
     /// It is all of an empty list of parameters.
     NoParameters,
+    /// It begins the use of a library.
+    Using,
+    From,
+    /// The second word of `state machine`.
+    Machine,
+    /// The end of the name of a file.
+    FileEnding,
     /// It begins a function.
     Function,
     /// It opens or closes a block, or is all of one.
@@ -169,6 +194,15 @@ const WORDS: &[(&str, Word)] = &[
     ("parameter", Word::Keyword(PROPERTY_KW)),
     ("const", Word::Keyword(CONSTANT_KW)),
     ("const", Word::Const),
+    ("using", Word::Using),
+    ("from", Word::From),
+    ("machine", Word::Machine),
+    ("mal", Word::FileEnding),
+    ("configureHook", Word::Keyword(CONFIGURE_KW)),
+    ("startHook", Word::Keyword(START_KW)),
+    ("updateHook", Word::Keyword(UPDATE_KW)),
+    ("stopHook", Word::Keyword(STOP_KW)),
+    ("cleanupHook", Word::Keyword(CLEANUP_KW)),
     ("void", Word::NoParameters),
 ];
 

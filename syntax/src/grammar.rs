@@ -52,7 +52,10 @@ pub(crate) fn source_file(p: &mut Parser<'_>) {
 fn declaration(p: &mut Parser<'_>) {
     match p.current() {
         INCLUDE_KW => include(p, true),
-        USE_KW => node(p, USE, |p| name_ref(p, Expected::PackageName)),
+        USE_KW => node(p, USE, |p| {
+            name_ref(p, Expected::PackageName);
+            foreign::opt_behind_use(p);
+        }),
         CODEL_KW => signature(p, CODEL),
         SHELL_KW => shell::shell(p),
         CORE_KW => core::core(p),

@@ -105,9 +105,17 @@ impl List {
     /// Returns the keywords that begin an item, in the order of the message; none if items begin without a keyword.
     pub fn item_keywords(self) -> &'static [&'static str] {
         match self {
-            List::File | List::Library => {
-                &["library", "use", "codel", "shell", "core", "component", "architecture", "deployment"]
-            }
+            List::File | List::Library => &[
+                "include",
+                "library",
+                "use",
+                "codel",
+                "shell",
+                "core",
+                "component",
+                "architecture",
+                "deployment",
+            ],
             List::Shell => &["constant", "property", "input port", "output port", "require", "provide"],
             List::Core => &[
                 "var",

@@ -100,6 +100,21 @@ fn rule(form: Foreign) -> &'static str {
         Foreign::Signature => {
             "write the parameters and the result as in `codel NAME(in PARAMETER: TYPE): RESULT`"
         }
+        Foreign::CpuList => "expected a bit mask of CPUs: 1 is CPU 1, 2 is CPU 2, 3 is both",
+        Foreign::ShellOperation => {
+            "write `provide` or `require` instead of `operation`: a shell provides an operation to others, or requires it"
+        }
+        Foreign::TransitionForm => "a transition is written as `transition NAME if GUARD to STATE`",
+        Foreign::Interval => "an interval has the form `[LOWEST; HIGHEST]`",
+        Foreign::InstanceValues => "an instance has no values: write `property INSTANCE.PROPERTY = VALUE`",
+        Foreign::Packages => "`use` takes one name: write one `use` for each",
+        Foreign::UsedFile => {
+            "`use` takes a library or a message package: write `include \"FILE.mal\"` for a file"
+        }
+        Foreign::ImportFrom => {
+            "MAUVE writes `use PACKAGE` for a library or a message package, and `include \"FILE.mal\"` for a file"
+        }
+        Foreign::ConstantVariable => "a variable is declared with `var` and its type, as in `var n: int = 3`",
         Foreign::Cast => "MAUVE has no casts: a codel converts a value",
         Foreign::TypeSuffix => {
             "a type is one name: MAUVE has no arrays, pointers or type arguments, but messages and external types"
@@ -158,7 +173,21 @@ pub(super) fn rewrite(form: Foreign, token: &SyntaxToken) -> Option<Rewrite> {
         Foreign::ComponentBody => component(token),
         Foreign::SecondReader => second_connection(token),
         Foreign::Reference => reference(token).map(|(written, range)| writing(range, written)),
-        Foreign::Loop
+        Foreign::Interval => interval(token),
+        Foreign::Packages => packages(token),
+        Foreign::UsedFile => used_file(token),
+        Foreign::ConstantVariable => {
+            let ty = next_significant(token)?;
+            let name = next_significant(&ty)?;
+            let written = format!("var {}: {}", name.text(), mauve_type(ty.text()));
+            Some(writing(range.cover(name.text_range()), written))
+        }
+        Foreign::CpuList
+        | Foreign::ShellOperation
+        | Foreign::TransitionForm
+        | Foreign::InstanceValues
+        | Foreign::ImportFrom
+        | Foreign::Loop
         | Foreign::Switch
         | Foreign::TypeSuffix
         | Foreign::NamelessParameter
@@ -177,6 +206,9 @@ pub(super) fn value(name: &str) -> Option<(String, Option<&'static str>)> {
     let written = match name {
         "True" | "TRUE" => "true",
         "False" | "FALSE" => "false",
+        "newData" | "NewData" | "NEW_DATA" => "new_data",
+        "oldData" | "OldData" | "OLD_DATA" => "old_data",
+        "noData" | "NoData" | "NO_DATA" => "no_data",
         "null" | "NULL" | "nullptr" | "nil" | "None" | "undefined" => {
             return Some((
                 format!("MAUVE has no `{name}`: a port without a value has the status `no_data`"),
@@ -192,6 +224,9 @@ pub(super) fn value(name: &str) -> Option<(String, Option<&'static str>)> {
 pub(super) fn function(name: &str) -> Option<(String, Option<&'static str>)> {
     match name {
         "not" => Some(("MAUVE writes `!` instead of `not`".to_owned(), Some("!"))),
+        "publish" => {
+            Some(("MAUVE writes `write(PORT, VALUE)` to send a value to an output port".to_owned(), None))
+        }
         "print" | "printf" | "println" | "sleep" | "delay" | "wait" | "abs" | "min" | "max" | "sqrt"
         | "sin" | "cos" => Some((
             format!("MAUVE has no function `{name}`: declare a codel `{name}`, which C++ implements"),
@@ -285,6 +320,14 @@ fn is_variable(token: &SyntaxToken) -> bool {
     let variable = token.parent().and_then(|error| error.parent());
     let variable = variable.filter(|node| node.kind() == SyntaxKind::VAR);
     variable.is_some_and(|node| significant_tokens(&node).all(|token| token.kind() != SyntaxKind::VAR_KW))
+}
+
+/// Is this the component of an instance without `instance`?
+fn is_instance(token: &SyntaxToken) -> bool {
+    let instance = token.parent().and_then(|error| error.parent());
+    let instance = instance.filter(|node| node.kind() == SyntaxKind::INSTANCE);
+    instance
+        .is_some_and(|node| significant_tokens(&node).all(|token| token.kind() != SyntaxKind::INSTANCE_KW))
 }
 
 /// Returns the name of a type of another language in MAUVE.
@@ -469,9 +512,40 @@ fn in_braces(block: &SyntaxNode, needs_then: bool) -> Option<Vec<(TextRange, Str
 /// `int n` → `n: int`, for a variable `var n: int`.
 fn name_first(ty: &SyntaxToken) -> Option<(String, TextRange)> {
     let name = next_significant(ty)?;
-    let variable = if is_variable(ty) { "var " } else { "" };
-    let written = format!("{variable}{}: {}", name.text(), mauve_type(ty.text()));
+    let keyword = match is_variable(ty) {
+        true => "var ",
+        false if is_instance(ty) => "instance ",
+        false => "",
+    };
+    let written = format!("{keyword}{}: {}", name.text(), mauve_type(ty.text()));
     Some((written, ty.text_range().cover(name.text_range())))
+}
+
+/// `in [1, 400]` → `[1; 400]`
+fn interval(first: &SyntaxToken) -> Option<Rewrite> {
+    let error = first.parent().filter(|it| it.kind() == SyntaxKind::ERROR)?;
+    let text = error.text().to_string();
+    let bounds = text.trim_start_matches("in").trim().strip_prefix('[')?.strip_suffix(']')?;
+    let (low, high) = bounds.split_once([',', ';'])?;
+    let is_number = |bound: &str| bound.trim().parse::<f64>().is_ok();
+    let written = format!("[{}; {}]", low.trim(), high.trim());
+    (is_number(low) && is_number(high)).then(|| writing(error.text_range(), written))
+}
+
+/// `use a, b` → `use a use b`
+fn packages(first: &SyntaxToken) -> Option<Rewrite> {
+    let next = |comma: &SyntaxToken| next_significant(&next_significant(comma)?);
+    let commas = std::iter::successors(Some(first.clone()), next);
+    let commas = commas.take(MAX_NEIGHBOURS).take_while(|it| it.kind() == SyntaxKind::COMMA);
+    Some(("Write `use`".to_owned(), commas.map(|it| (it.text_range(), " use".to_owned())).collect()))
+}
+
+/// `use robot.mal` → `include "robot.mal"`
+fn used_file(dot: &SyntaxToken) -> Option<Rewrite> {
+    let name = previous_significant(dot)?;
+    let keyword = previous_significant(&name)?;
+    let range = span(keyword.text_range().start(), next_significant(dot)?.text_range().end())?;
+    Some(writing(range, format!("include \"{}.mal\"", name.text())))
 }
 
 /// `const Pose& goal` → `in goal: Pose`. Other references have no rewrite: the codel reads or changes the value.

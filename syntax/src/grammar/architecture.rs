@@ -50,6 +50,7 @@ pub(super) fn instance_rest(p: &mut Parser<'_>) {
     }
     if has_equals || expect_or_foreign(p, COLON) || p.at_name() && !p.begins_line() && !p.at_own_item() {
         type_(p, Expected::ComponentName);
+        foreign::opt_instance_values(p);
     }
 }
 

@@ -34,7 +34,7 @@ pub(super) fn core_item(p: &mut Parser<'_>) {
         PROVIDE_KW => operation_definition(p),
         CONFIGURE_KW | START_KW | UPDATE_KW | STOP_KW | CLEANUP_KW => program(p, HOOK),
         STATEMACHINE_KW => node(p, STATE_MACHINE, |p| list(p, List::StateMachine)),
-        _ if foreign::opt_core_item(p) => {}
+        _ if foreign::opt_state_machine(p) || foreign::opt_core_item(p) => {}
         _ => unknown(p, List::Core),
     }
 }
@@ -137,6 +137,9 @@ fn transition(p: &mut Parser<'_>) {
         match at_nameless(p) {
             true => p.foreign(Foreign::UnnamedTransition),
             false => name(p),
+        }
+        if foreign::opt_transition_form(p) {
+            return;
         }
         opt_guard(p);
         let to_state = expect_or_foreign(p, TO_KW) || p.at(IDENT) && !p.begins_line();

@@ -55,7 +55,7 @@ pub(super) fn field(p: &mut Parser<'_>) {
     // A field may begin its line: items of other lists are not allowed here.
     any_word(p, NAME_REF);
     let has_value = expect_or_foreign(p, EQ);
-    if has_value {
+    if has_value && !foreign::opt_cpu_list(p) {
         expression(p);
     }
     m.complete(p, FIELD);

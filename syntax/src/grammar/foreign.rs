@@ -145,6 +145,20 @@ pub(super) fn opt_statement(p: &mut Parser<'_>) -> bool {
             p.skip_foreign(Foreign::Switch, ends_statement);
         }
         (IDENT, INT_NUMBER, _) if on_line && p.nth_foreign(0, section).is_some() => foreign_section(p),
+        (IDENT, ty, name)
+            if p.nth_is_foreign(0, Word::Const)
+                && on_line
+                && ty.is_word()
+                && name.is_word()
+                && matches!(p.nth(3), EQ | SEMICOLON) =>
+        {
+            let m = p.start();
+            p.foreign(Foreign::ConstantVariable);
+            p.drop_tokens(2);
+            super::name(p);
+            shell::opt_initializer(p);
+            m.complete(p, VAR);
+        }
         (IDENT, next, behind) if next.is_word() && on_line => match behind {
             _ if p.nth_foreign(0, section).is_some() => foreign_section(p),
             EQ | SEMICOLON => variable(p),
@@ -284,6 +298,18 @@ pub(super) fn opt_declaration(p: &mut Parser<'_>) -> bool {
             name_ref(p, Expected::PackageName);
             m.complete(p, USE);
         }
+        (IDENT, ..) if on_line && p.nth_is_foreign(0, Word::Using) && p.nth(1).is_word() => {
+            let m = p.start();
+            let has_namespace = u8::from(p.nth(2).is_word() && !p.nth_begins_line(2));
+            p.foreign(Foreign::Spelling { tokens: 1 + has_namespace, written: "use" });
+            p.drop_tokens(usize::from(has_namespace));
+            p.bump_as(USE_KW);
+            name_ref(p, Expected::PackageName);
+            m.complete(p, USE);
+        }
+        (IDENT, ..) if on_line && p.nth_is_foreign(0, Word::From) => {
+            p.skip_foreign(Foreign::ImportFrom, |p| p.begins_line());
+        }
         (IDENT, next, L_PAREN) if next.is_word() && on_line => {
             p.skip_foreign(Foreign::Function, ends_declaration);
         }
@@ -312,6 +338,16 @@ pub(super) fn opt_shell_item(p: &mut Parser<'_>) -> bool {
         _ => None,
     };
     let is_on_line = |p: &Parser<'_>| p.nth(1).is_word() && !p.nth_begins_line(1);
+    if p.at(OPERATION_KW) && is_on_line(p) && p.nth(2) == L_PAREN {
+        let m = p.start();
+        p.foreign(Foreign::ShellOperation);
+        p.drop_tokens(1);
+        name(p);
+        parameters(p);
+        colon_type(p);
+        m.complete(p, ERROR);
+        return true;
+    }
     if let Some(keyword) =
         p.nth_foreign(0, keyword).filter(|it| is_on_line(p) && matches!(it, PROPERTY_KW | CONSTANT_KW))
     {
@@ -415,6 +451,11 @@ pub(super) fn opt_architecture_item(p: &mut Parser<'_>) -> bool {
                 m.complete(p, CONNECTION);
             }
         }
+        (IDENT, name, _) if name.is_word() && on_line && p.at_type_before_name() => {
+            let m = p.start();
+            opt_type_before_name(p);
+            m.complete(p, INSTANCE);
+        }
         (word, COLON, component) if word.is_word() && component.is_word() => {
             let m = p.start();
             p.foreign(Foreign::Keyword("instance"));
@@ -466,7 +507,7 @@ pub(super) fn opt_connection_operation(p: &mut Parser<'_>) -> bool {
 pub(super) fn opt_item_keyword(p: &mut Parser<'_>, list: List) {
     let next = p.nth(1);
     let is_item = next.is_word() && !p.nth_begins_line(1)
-        || list == List::Core && matches!(next, EQ | L_CURLY)
+        || list == List::Core && matches!(next, EQ | L_CURLY | L_PAREN)
         || list == List::State && next == EQ;
     if !p.at(IDENT) || !is_item || matches!(list, List::Block | List::Activity) {
         return;
@@ -475,12 +516,96 @@ pub(super) fn opt_item_keyword(p: &mut Parser<'_>, list: List) {
         let words = list.item_keywords().iter().filter_map(|words| words.split(' ').next());
         kind.text().is_some_and(|text| words.into_iter().any(|word| word == text))
     };
-    let is_library = |kind: &SyntaxKind| list == List::File && *kind == LIBRARY_KW && p.nth(2) == L_CURLY;
-    let other = p.nth_foreign(0, keyword).filter(is_library);
+    let fits = |kind: &SyntaxKind| match kind {
+        LIBRARY_KW => list == List::File && p.nth(2) == L_CURLY,
+        CONFIGURE_KW | START_KW | UPDATE_KW | STOP_KW | CLEANUP_KW => list == List::Core && next != L_CURLY,
+        _ => false,
+    };
+    let other = p.nth_foreign(0, keyword).filter(fits);
     if let Some(kind) = p.in_lower_case().filter(|kind| begins_item(*kind)).or(other) {
         p.foreign(Foreign::Spelling { tokens: 1, written: kind.text().unwrap_or_default() });
         p.read_as(kind);
     }
+}
+
+// test_err items_of_other_languages
+// use a, b
+// using namespace c
+// from d import e
+// use robot.mal
+// shell S { operation plan(): bool  property rate: int in [1, 400] = 2 }
+// core C(S) {
+//   state machine { initial state A { transition go [x] -> A } }
+//   update = { const int m = 3; }
+// }
+// architecture A { Laser front  instance back: Laser(rate = 2) }
+// deployment D { activity front { affinity = [2] } }
+/// Takes the packages after a comma in a `use`, or the end of the name of a file.
+pub(super) fn opt_behind_use(p: &mut Parser<'_>) {
+    if p.begins_line() {
+        return;
+    }
+    if p.at(COMMA) && p.nth(1).is_word() {
+        p.foreign(Foreign::Packages);
+        while p.at(COMMA) && p.nth(1).is_word() {
+            p.drop_tokens(1);
+            name_ref(p, Expected::PackageName);
+        }
+    } else if p.at(DOT) && p.nth_is_foreign(1, Word::FileEnding) {
+        p.foreign(Foreign::UsedFile);
+        p.drop_tokens(2);
+    }
+}
+
+/// Takes `[ready] -> There` or `: if …` after the name of a transition.
+pub(super) fn opt_transition_form(p: &mut Parser<'_>) -> bool {
+    let is_form = !p.begins_line() && matches!(p.current(), L_BRACK | COLON);
+    if is_form {
+        p.skip_foreign(Foreign::TransitionForm, |p| p.at(R_CURLY) || p.begins_line() || p.at(SEMICOLON));
+    }
+    is_form
+}
+
+/// Takes the list of CPUs that other languages write as an affinity.
+pub(super) fn opt_cpu_list(p: &mut Parser<'_>) -> bool {
+    let is_list = matches!(p.current(), L_BRACK | L_CURLY) && !p.begins_line();
+    if is_list {
+        p.skip_foreign(Foreign::CpuList, |_| true);
+    }
+    is_list
+}
+
+/// Takes `in [1, 400]` or `[1, 400]` after the type of a property.
+pub(super) fn opt_interval(p: &mut Parser<'_>) -> bool {
+    let has_in = usize::from(p.at(IN_KW));
+    let first = has_in + 1 + usize::from(p.nth(has_in + 1) == MINUS);
+    let is_interval = p.nth(has_in) == L_BRACK && !p.begins_line();
+    let is_foreign = is_interval && (has_in == 1 || p.nth(first + 1) == COMMA);
+    if is_foreign {
+        p.skip_foreign(Foreign::Interval, |p| p.previous() == R_BRACK || p.begins_line());
+    }
+    is_foreign
+}
+
+/// Takes values after the component of an instance.
+pub(super) fn opt_instance_values(p: &mut Parser<'_>) {
+    if matches!(p.current(), L_PAREN | L_CURLY) && !p.begins_line() {
+        p.skip_foreign(Foreign::InstanceValues, |_| true);
+    }
+}
+
+/// Takes `machine` between `state` and the list of a state machine.
+pub(super) fn opt_state_machine(p: &mut Parser<'_>) -> bool {
+    let is_machine = p.at(STATE_KW) && p.nth_is_foreign(1, Word::Machine) && p.nth(2) == L_CURLY;
+    if is_machine {
+        let m = p.start();
+        p.foreign(Foreign::Spelling { tokens: 2, written: "statemachine" });
+        p.drop_tokens(1);
+        p.bump_as(STATEMACHINE_KW);
+        list(p, List::StateMachine);
+        m.complete(p, STATE_MACHINE);
+    }
+    is_machine
 }
 
 // test_err parameters_of_other_languages

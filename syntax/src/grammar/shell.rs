@@ -54,7 +54,7 @@ fn property(p: &mut Parser<'_>) {
 
 pub(super) fn property_rest(p: &mut Parser<'_>) {
     declared_type(p);
-    if p.at(L_BRACK) {
+    if !foreign::opt_interval(p) && p.at(L_BRACK) {
         interval(p);
     }
     opt_initializer(p);
