@@ -425,6 +425,10 @@ fn unit(token: &SyntaxToken) -> Option<Rewrite> {
 fn period_of_rate(unit: &SyntaxToken) -> Option<(String, String, TextRange)> {
     let name = field_name(unit).filter(|name| matches!(name.as_str(), "rate" | "frequency" | "freq"))?;
     let field = unit.parent_ancestors().find(|node| node.kind() == SyntaxKind::FIELD)?;
+    let others = field.parent()?.children().filter(|it| it.kind() == SyntaxKind::FIELD);
+    if others.take(MAX_NEIGHBOURS).filter_map(|it| it.first_child()).any(|name| name.text() == "period") {
+        return None;
+    }
     let number = previous_significant(unit)?;
     let milliseconds = match unit.text() {
         "Hz" => without_unit(number.text(), "Hz", Some("period"))?,
