@@ -276,7 +276,7 @@ fn a_program_of_a_table_replaces_its_codels() {
     .assert_eq(&with("\"C/help\" = 1\n"));
     // A program that the component does not have may be a misspelt one.
     expect![[r#"
-        refused: times.toml: C has no program `A.rnu`
+        refused: times.toml:8: C has no program `A.rnu`
     "#]]
     .assert_eq(&with("\"C/A.rnu\" = 100\n"));
 }
@@ -296,7 +296,7 @@ fn an_operation_with_the_name_of_a_hook_has_its_key() {
     assert_eq!(machine(&states, "configure"), "A stay A: 32 ms\n");
     let both = format!("{operations} start = {{ big(); }} update = {{ start(); }}");
     assert_eq!(machine(&both, "start"), "update stay update: 1 ms\n");
-    assert_eq!(machine(&both, "update"), "refused: times.toml: C has several programs `update`\n");
+    assert_eq!(machine(&both, "update"), "refused: times.toml:8: C has several programs `update`\n");
 }
 
 #[test]

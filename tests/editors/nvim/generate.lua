@@ -348,7 +348,7 @@ check('without the plugin', function()
   vim.cmd('silent wall')
   code, said = checked(folder)
   -- But for the stub, which the user has not seen yet.
-  equal({ 1, true }, { code, said:find('nothing to be changed; 1 codel', 1, true) ~= nil }, said)
+  equal({ 1, true }, { code, said:find('the prototype of 1 codel has changed', 1, true) ~= nil }, said)
 end)
 
 checking.done()
