@@ -7,7 +7,12 @@ use mauve_timing::TimeError;
 pub(super) fn mistake(kind: &MistakeKind) -> String {
     match kind {
         MistakeKind::Unreadable(problem) => problem.clone(),
-        MistakeKind::NotToml(error) => error.clone(),
+        MistakeKind::NotToml(error) => format!("not TOML: {error}"),
+        MistakeKind::UnknownSection { section, .. } | MistakeKind::OutsideSections(section)
+            if is_of_table(section) =>
+        {
+            format!("`{section}` belongs in a timing table, which `[timing] tables` names")
+        }
         MistakeKind::UnknownSection { section, expected } => {
             format!("unknown section `[{section}]`: expected {}", alternatives(expected))
         }
@@ -24,6 +29,11 @@ pub(super) fn mistake(kind: &MistakeKind) -> String {
         }
         MistakeKind::WrongValue { key, expected } => format!("`{key}` {}", expected_value(key, *expected)),
     }
+}
+
+/// Returns whether this is a section or a key of timing tables.
+fn is_of_table(name: &str) -> bool {
+    mauve_timing::table_keys::KEYS.iter().any(|key| key.name == name)
 }
 
 /// Returns the valid values of a key, as a predicate of the key.
@@ -57,7 +67,9 @@ fn expected_value(key: &str, expected: ExpectedValue) -> String {
             "is a table of instances, each with a reason that is not empty, such as { planner = \"measured by hand\" }"
         }
         ExpectedValue::Ports => "is a list of ports, such as [\"hokuyo.scan\", \"guidance.command\"]",
-        ExpectedValue::Severity => "in [lints] is \"allow\", \"hint\", \"warn\" or \"error\"",
+        ExpectedValue::Severity => {
+            "has an invalid severity: expected \"allow\", \"hint\", \"warn\" or \"error\""
+        }
     };
     text.to_owned()
 }

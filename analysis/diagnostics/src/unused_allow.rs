@@ -30,7 +30,10 @@ code!(UNUSED_ALLOW, Warning, "unused-allow");
 pub(super) fn report<'db>(file: File, allow: &Allow) -> Diagnostic<'db> {
     let Allow { code, reason, .. } = allow;
     let at = |span: &std::ops::Range<usize>| Location::Range(file, span.start as u32, span.end as u32);
-    let found = if code_named(code).is_none() {
+    let found = if code.contains(',') {
+        let message = format!("a comment suppresses one code: write a comment for each of `{code}`");
+        Diagnostic::new(&UNUSED_ALLOW, at(&allow.code_span), message)
+    } else if code_named(code).is_none() {
         let near = mauve_syntax::similar(code, codes().map(|code| code.name)).map(Name::from);
         Diagnostic::new(&UNUSED_ALLOW, at(&allow.code_span), format!("no diagnostic `{code}`")).did_you_mean(near)
     } else if allow::NEVER_SUPPRESSED.contains(&code.as_str()) {
