@@ -115,6 +115,24 @@ fn people_see_related_places_and_every_fix_once() {
 }
 
 #[test]
+fn a_related_place_in_another_file_has_its_path() {
+    let files = [
+        (
+            "a.mal",
+            "include \"b.mal\"\narchitecture A { instance p: P }\ndeployment D { architecture A  activity p { priority = 1 period = 10 } }\n",
+        ),
+        (
+            "b.mal",
+            "codel g(): int\ncodel f(): int\nshell S { }\ncore C(S) { update = { f(); g(); } }\ncomponent P(S, C)\n",
+        ),
+        ("mauve.toml", "timing.tables = [\"t.toml\"]\n"),
+        ("t.toml", "codel.g = 1\n"),
+    ];
+    let found = run_in("two_files", &files, &["check"]);
+    assert!(found.out.contains(" --> b.mal:2:7\n") && found.out.contains(" --> a.mal:3:"), "{}", found.out);
+}
+
+#[test]
 fn what_is_denied_is_an_error() {
     let files = [("a.mal", "shell S { }\ncore K(S) { update = { if true then { } } }\n")];
     let plain = run_in("deny", &files, &["check"]);

@@ -54,7 +54,7 @@ fn one_mistake_gives_one_message_and_its_fix_mends_the_model() {
         }
     }
     assert!(failures.is_empty(), "{}\n{} failures", failures.join("\n"), failures.len());
-    assert!(mistakes >= 1, "{mistakes} mistakes");
+    assert!(mistakes >= 300, "{mistakes} mistakes");
 }
 
 fn pages() -> Vec<PathBuf> {

@@ -271,7 +271,17 @@ pub(super) fn with_excerpts(
         group = group.element(note);
     }
     let renderer = if std::io::stdout().is_terminal() { Renderer::styled() } else { Renderer::plain() };
-    harmless_but_for_styles(&(renderer.render(&[group]) + "\n"))
+    harmless_but_for_styles(&with_arrows(&(renderer.render(&[group]) + "\n")))
+}
+
+/// Replaces the marker `:::` of a second file, which is read as a command in a CI job.
+fn with_arrows(excerpts: &str) -> String {
+    let marker = |line: &str| {
+        let rest = line.trim_start();
+        let indent = line.len() - rest.len();
+        rest.strip_prefix("::: ").map(|rest| format!("{:indent$}--> {rest}", ""))
+    };
+    excerpts.split_inclusive('\n').map(|line| marker(line).unwrap_or_else(|| line.to_owned())).collect()
 }
 
 /// Does the message quote what the fix would write, so that its title says no more?
