@@ -30,12 +30,12 @@ pub enum Kind {
 pub static KEYS: [Key; 6] = [
     Key { name: "unit", kind: Kind::Unit, summary: "", documentation: "The unit of all times in this table." },
     Key { name: "levels", kind: Kind::Levels, summary: "",
-        documentation: "The significance levels that the columns of the arrays below are for: with which probability one \
-                        execution takes longer than its time. Not needed where every time is one number." },
+        documentation: "The significance levels of the columns of the arrays below: the probability that one execution takes \
+                        longer than its time. Not needed if every time is one number." },
     Key { name: "codel", summary: "times of codels",
         kind: Kind::Entries(|it| &mut it.codels, r#"{ "navigation.astar": [290, 297, 310], "navigation.dist": 1 }"#),
-        documentation: "By library and codel, such as \"navigation.astar\"; the codel alone, outside libraries or where that \
-                        is clear." },
+        documentation: "By library and codel, such as \"navigation.astar\"; by the codel alone, outside libraries or if its \
+                        name is unique." },
     Key { name: "program", summary: "times of whole programs",
         kind: Kind::Entries(|it| &mut it.programs, r#"{ "Hokuyo/update": [40, 43, 44] }"#),
         documentation: "Whole programs, in place of the sums of their codels: \"Hokuyo/update\", \
@@ -43,9 +43,9 @@ pub static KEYS: [Key; 6] = [
                         an operation." },
     Key { name: "component", summary: "times of whole components, for the classic method",
         kind: Kind::Entries(|it| &mut it.components, r#"{ "Navigation": 299 }"#),
-        documentation: "Whole components, for the classic method, where that is longer than their programs." },
-    Key { name: "overhead", summary: "what each job costs beside its program", kind: Kind::Overhead,
-        documentation: "What the platform takes for each period of each activity: dispatch + 2 × context_switch." },
+        documentation: "Whole components, for the classic method, if they take longer than their programs." },
+    Key { name: "overhead", summary: "the overhead of each job", kind: Kind::Overhead,
+        documentation: "The overhead of each period of each activity: dispatch + 2 × context_switch." },
 ];
 
 /// The keys of `[overhead]`.
