@@ -13,7 +13,7 @@ use std::cmp::Reverse;
 use std::collections::BTreeSet;
 use std::fmt;
 
-use mauve_diagnostics::{Diagnostic, Finding, cpu_names, diagnostics_if};
+use mauve_diagnostics::{Diagnostic, Finding, cpu_names, declaration_diagnostics, diagnostics_if};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, Location, ModelDb, Project, declaration_at, deployment};
 use mauve_syntax::ast::{self, AstNode as _};
@@ -277,7 +277,7 @@ fn outcome_of<'db>(
     let now = response_times(db, project, of, query);
     let then = response_times_if(db, project, of, query, &fields);
     let key = |it: Diagnostic<'db>| (it.code.name, it.at);
-    let before: Vec<_> = diagnostics_if(db, project, of, &[]).into_iter().map(key).collect();
+    let before: Vec<_> = declaration_diagnostics(db, project, of).iter().cloned().map(key).collect();
     let mut after: Vec<_> = diagnostics_if(db, project, of, &fields).into_iter().map(key).collect();
     let new_warnings = after.iter().filter(|it| !before.contains(it)).map(|(code, _)| *code).collect();
     let late = then.activities.iter().filter(|it| !it.verdict.is_met());
