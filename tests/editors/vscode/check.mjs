@@ -122,8 +122,8 @@ async function check() {
       lines.every((line) => /^activity (control|navigation) /.test(line)),
   );
   await page.keyboard.press("Control+Shift+m");
-  await expect("both in Problems, as deadline-missed", problems, (rows) =>
-    ["control", "navigation"].every((name) => rows.some((row) => row.includes("deadline-missed") && row.includes(name))),
+  await expect("the deadline of control and the overload in Problems, as deadline-missed", problems, (rows) =>
+    ["`control`", "CPU 1 overloaded"].every((text) => rows.some((row) => row.includes("deadline-missed") && row.includes(text))),
   );
   if (screenshot !== undefined) {
     // Without the file explorer, there is room for the longest hint.
