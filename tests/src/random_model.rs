@@ -1422,7 +1422,7 @@ impl Maker {
         }
     }
 
-    /// The shorter the deadline, the more urgent; what serves others is not real-time.
+    /// The shorter the deadline, the higher the priority; activities that serve others are not real-time.
     fn activities(&mut self, instances: &[(String, Built, bool)], cpus: usize) -> Vec<Activity> {
         let mut rows: Vec<(usize, usize, usize, String, bool)> = Vec::new();
         for (name, _, serves) in instances {
@@ -1444,7 +1444,7 @@ impl Maker {
             field("priority", if background { "background".to_owned() } else { priority.to_string() });
             if !background || self.chance(50) {
                 field("period", period_text);
-                if deadline != period || self.chance(50) {
+                if (deadline != period || self.chance(50)) && !background {
                     field("deadline", deadline.to_string());
                 }
             }
