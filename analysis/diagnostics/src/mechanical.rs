@@ -10,8 +10,8 @@ use crate::{Diagnostic, Fix};
 /// The codes whose only fix writes what the text means already, or corrects a name to the only similar one.
 ///
 /// Fixes that invent a value (`missing-field`), choose between two texts (`operation-definition`) or delete declarations
-/// (`unused-variable`) are left to the user. So are those of `mauve.toml` (`invalid-configuration`): a corrected entry may accept a
-/// missed deadline, or hide a diagnostic.
+/// (`unused-variable`) are left to the user. So are all in `mauve.toml` and in tables: a corrected entry may accept a missed
+/// deadline, or hide a diagnostic.
 const MECHANICAL: &[&str] = &[
     "connection-direction",
     "continued-line",
@@ -39,7 +39,9 @@ impl<'db> Diagnostic<'db> {
     /// second candidate among the names of the workspace.
     pub fn mechanical_fix(&self, db: &'db dyn ModelDb, workspace: Workspace) -> Option<&Fix<'db>> {
         let [fix] = self.fixes.as_slice() else { return None };
-        let is_mechanical = MECHANICAL.contains(&self.code.name) && !self.is_guess(db, workspace, fix);
+        let is_in_model = is_model(self.at.file(db).path(db));
+        let is_mechanical =
+            is_in_model && MECHANICAL.contains(&self.code.name) && !self.is_guess(db, workspace, fix);
         is_mechanical.then_some(fix)
     }
 
