@@ -167,3 +167,14 @@ fn fixes_of_all_mistakes_add_no_error_and_a_second_run_changes_nothing() {
     }
     eprintln!("{applied} mistakes are fixed without asking");
 }
+
+#[test]
+fn no_fix_accepts_a_deadline_that_nobody_accepted() {
+    let model = "codel f(): int\nshell S { }\ncore K(S) { update = { f(); } }\ncomponent P(S, K)\n\
+                 architecture A { instance motor1: P }\n\
+                 deployment D { architecture A  activity motor1 { priority = 1 period = 10 } }\n";
+    let config = "assume.codel = \"20 ms\"\n[deployment.D]\naccept = { motor3 = \"measured by hand\" }\n";
+    let folder = folder("accept", &[("robot.mal", model), ("mauve.toml", config)]);
+    assert_eq!(check(&folder, &["--fix"]).code, 1);
+    assert_eq!(text(&folder, "mauve.toml"), config);
+}
