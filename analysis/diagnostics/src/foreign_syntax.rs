@@ -78,7 +78,9 @@ fn rule(form: Foreign) -> &'static str {
         Foreign::CompoundAssignment | Foreign::Increment => "MAUVE has one assignment only: `n = n + 1;`",
         Foreign::TypeFirst => "the type follows the name: `n: int`",
         Foreign::ResultFirst => "the type of the result follows the parameters",
-        Foreign::Untyped => "a variable is declared with `var` and its type, as in `var n: int = 3`",
+        Foreign::Untyped | Foreign::ConstantVariable => {
+            "a variable is declared with `var` and its type, as in `var n: int = 3`"
+        }
         Foreign::Ternary => "MAUVE has no `? :`: write `if … then { … } else { … }`",
         Foreign::Unit => "numbers have no unit",
         Foreign::Fraction => "a decimal has digits on both sides of the point, as in `1.0` or `0.5`",
@@ -114,7 +116,6 @@ fn rule(form: Foreign) -> &'static str {
         Foreign::ImportFrom => {
             "MAUVE writes `use PACKAGE` for a library or a message package, and `include \"FILE.mal\"` for a file"
         }
-        Foreign::ConstantVariable => "a variable is declared with `var` and its type, as in `var n: int = 3`",
         Foreign::Cast => "MAUVE has no casts: a codel converts a value",
         Foreign::TypeSuffix => {
             "a type is one name: MAUVE has no arrays, pointers or type arguments, but messages and external types"

@@ -49,30 +49,33 @@ impl<'db> Diagnostic<'db> {
     fn is_guess(&self, db: &'db dyn ModelDb, workspace: Workspace, fix: &Fix<'db>) -> bool {
         let file = self.at.file(db);
         let [(at, near)] = fix.edits.as_slice() else { return false };
-        if !self.message.contains(&format!("did you mean `{near}`?")) || !is_model(file.path(db)) {
+        if !self.message.contains(&format!("did you mean `{near}`?")) {
             return false;
         }
         let word = file.text(db).get(std::ops::Range::<usize>::from(at.range(db))).unwrap_or_default();
         // An include is corrected in its last segment; its quotes stay.
-        let last =
-            |path: &str| path.trim_matches('"').rsplit(['/', '.']).next().unwrap_or_default().to_owned();
         if self.code.name == "unresolved-include" {
             let names = workspace.files(db).keys().filter_map(|path| path.file_name()?.to_str());
-            let name = |path: &str| path.trim_matches('"').rsplit('/').next().unwrap_or_default().to_owned();
-            return !is_nearest(&name(word), &name(near), names);
+            return !is_nearest(last_segment(word, &['/']), last_segment(near, &['/']), names);
         }
-        let names = identifiers(db, workspace);
-        !is_nearest(&last(word), &last(near), names.iter().map(String::as_str))
+        let separators = ['/', '.'];
+        let (word, near) = (last_segment(word, &separators), last_segment(near, &separators));
+        !is_nearest(word, near, identifiers(db, workspace))
     }
 }
 
+/// Returns the last segment of a path, which may have quotes.
+fn last_segment<'a>(path: &'a str, separators: &[char]) -> &'a str {
+    path.trim_matches('"').rsplit(separators).next().unwrap_or_default()
+}
+
 /// Returns the identifiers in the models of a workspace, and the names of message packages and messages.
-fn identifiers(db: &dyn ModelDb, workspace: Workspace) -> HashSet<String> {
+fn identifiers<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> impl Iterator<Item = &'db str> {
     let models = workspace.files(db).values().filter(|file| is_model(file.path(db)));
     let packages = workspace.packages(db).values().map(AsRef::as_ref).chain(catalogue().values());
     let messages = packages.flat_map(|package| package.messages.keys().chain([&package.name]));
-    let messages = messages.map(|name| name.to_string());
-    models.flat_map(|&file| identifiers_of(db, file)).cloned().chain(messages).collect()
+    let words = models.flat_map(|&file| identifiers_of(db, file)).map(String::as_str);
+    words.chain(messages.map(|name| name.as_str()))
 }
 
 #[salsa::tracked(returns(ref))]

@@ -2,14 +2,14 @@
 //!
 //! A round applies the fixes that do not overlap; the next round has the others, and what the first one revealed. A fix after
 //! which the models have more errors than before is left out. All rounds take place in memory: a file is written once, and
-//! only a file that `mauve fmt` would write with the same arguments, or the `mauve.toml` of a named folder.
+//! only a file that `mauve fmt` would write with the same arguments.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use mauve_diagnostics::{errors_of_text, workspace_diagnostics};
-use mauve_hir::{Database, File, ModelDb, Workspace};
+use mauve_hir::{Database, File, Workspace};
 use mauve_ide::Change;
 use salsa::Setter as _;
 
@@ -39,7 +39,7 @@ pub(super) struct Fixed {
 ///
 /// One of the paths cannot be read.
 pub(super) fn fix(db: &mut Database, workspaces: &[Workspace], paths: &[PathBuf]) -> Result<Fixed, String> {
-    let writable = Writable::of(paths)?;
+    let (writable, _) = models_in(paths)?;
     let mut before: BTreeMap<PathBuf, (File, Arc<str>)> = BTreeMap::new();
     let mut fixes = 0;
     let mut trials = MOST_TRIALS;
@@ -96,39 +96,16 @@ impl Fixed {
     }
 }
 
-/// The files that may be written.
-struct Writable {
-    models: BTreeSet<PathBuf>,
-    /// The named folders, and those of named configurations.
-    folders: Vec<PathBuf>,
-}
-
-impl Writable {
-    fn of(paths: &[PathBuf]) -> Result<Writable, String> {
-        let (models, _) = models_in(paths)?;
-        let real = paths.iter().filter_map(|path| path.canonicalize().ok());
-        let folder = |path: PathBuf| match path.is_dir() {
-            true => Some(path),
-            false => path.parent().filter(|_| path.ends_with("mauve.toml")).map(Path::to_owned),
-        };
-        Ok(Writable { models, folders: real.filter_map(folder).collect() })
-    }
-
-    fn has(&self, db: &dyn ModelDb, file: File) -> bool {
-        let path = file.path(db);
-        let is_config = || path.ends_with("mauve.toml") && self.folders.iter().any(|it| path.starts_with(it));
-        file.problem(db).is_none() && !file.is_outside(db) && (self.models.contains(path) || is_config())
-    }
-}
-
 /// Returns the changes of the mechanical fixes, in the order of the diagnostics.
-fn changes(db: &Database, workspaces: &[Workspace], writable: &Writable) -> Vec<Change> {
+fn changes(db: &Database, workspaces: &[Workspace], writable: &BTreeSet<PathBuf>) -> Vec<Change> {
+    let may_write =
+        |file: File| file.problem(db).is_none() && !file.is_outside(db) && writable.contains(file.path(db));
     let mut found = Vec::new();
     for &workspace in workspaces {
         for finding in workspace_diagnostics(db, workspace) {
             let Some(fix) = finding.diagnostic.mechanical_fix(db, workspace) else { continue };
             let Some(change) = Change::of_fix(db, fix) else { continue };
-            if change.files.iter().all(|of| writable.has(db, of.file)) {
+            if change.files.iter().all(|of| may_write(of.file)) {
                 found.push(change.with_line_ends(db));
             }
         }
