@@ -11,12 +11,12 @@ use std::sync::Arc;
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
     CONFIG_FILE, Database, File, ModelDb, Package, Problem, Workspace, config_file, config_of,
-    include_candidates, includes, is_model, item_tree_of, named_packages, normalised,
+    include_candidates, includes, is_model, named_packages, normalised,
 };
 use mauve_syntax::keywords::DECLARATIONS;
 use mauve_timing::Level;
 use mauve_wcrt::table_pattern;
-use salsa::Setter;
+use salsa::{Durability, Setter};
 
 use crate::disk::{Boundary, LONGEST, is_hidden, text_of};
 use packages::Places;
@@ -311,8 +311,12 @@ impl Loader {
         problem: Option<Problem>,
     ) -> File {
         let canonical = canonical_path(path);
-        self.edited.insert(canonical.clone());
-        put(db, &mut self.files, canonical, text, problem, false)
+        let is_new = self.edited.insert(canonical.clone());
+        if is_new && let Some(file) = self.files.get(&canonical) {
+            // Edits are likely from now on, also if the text is that of the disk.
+            file.set_text_with(db, text.into(), Durability::LOW);
+        }
+        put(db, &mut self.files, canonical, text, problem, Durability::LOW)
     }
 
     /// Returns the workspace of a text that is no file on the disk.
@@ -340,6 +344,7 @@ impl Loader {
         let files = Arc::new(files);
         let workspace = Workspace::builder(folder, files, model_path(), only, Vec::new(), Arc::default())
             .significance(self.significance)
+            .durability(Durability::HIGH)
             .new(db);
         self.workspaces.insert(key, workspace);
         workspace
@@ -383,7 +388,10 @@ impl Loader {
     /// be loaded again, since no project may read the file from the disk.
     pub(crate) fn closed(&mut self, db: &mut Database, file: File) -> bool {
         let canonical = file.path(db).clone();
-        self.edited.remove(&canonical);
+        if self.edited.remove(&canonical) {
+            let text = file.text(db).clone();
+            file.set_text_with(db, text, Durability::HIGH);
+        }
         self.changed(db, &canonical);
         !self.read.contains_key(&canonical)
     }
@@ -408,7 +416,7 @@ impl Loader {
                 problem = Some("this file has grown too long, and is not read".to_owned());
             }
         }
-        write(db, file, &text, problem.map(Problem::Cut))
+        write(db, file, &text, problem.map(Problem::Cut), Durability::HIGH)
     }
 
     fn is_file(&self, canonical: &Path) -> bool {
@@ -496,7 +504,7 @@ impl Loader {
         for (folder, why) in found.problems {
             // This placeholder represents the unread models of the folder.
             let path = folder.join("*.mal");
-            let file = put(db, &mut self.files, path.clone(), "", Some(Problem::Cut(why)), false);
+            let file = put(db, &mut self.files, path.clone(), "", Some(Problem::Cut(why)), Durability::HIGH);
             files.insert(path, file);
         }
         for path in &requested.models {
@@ -553,7 +561,20 @@ impl Loader {
             }
             _ => match self.boundary.refusal(&canonical).filter(|_| canonical.exists()) {
                 // Such a file has no text, and is known by the path that leads to it.
-                Some(why) => put(db, &mut self.outside, path.to_owned(), "", Some(Problem::Cut(why)), true),
+                Some(why) => {
+                    let problem = Some(Problem::Cut(why));
+                    match self.outside.get(path).copied() {
+                        Some(file) => {
+                            write(db, file, "", problem, Durability::HIGH);
+                            file
+                        }
+                        None => {
+                            let file = File::outside(db, path.to_owned(), problem);
+                            self.outside.insert(path.to_owned(), file);
+                            file
+                        }
+                    }
+                }
                 None => self.read_file(db, canonical),
             },
         };
@@ -576,7 +597,8 @@ impl Loader {
                 ));
             }
         }
-        let file = put(db, &mut self.files, canonical.clone(), &text, problem.map(Problem::Cut), false);
+        let file =
+            put(db, &mut self.files, canonical.clone(), &text, problem.map(Problem::Cut), Durability::HIGH);
         self.read.insert(canonical, (text.len() as u64, file));
         file
     }
@@ -591,7 +613,7 @@ impl Loader {
         let mut seen: BTreeSet<PathBuf> = models.clone().map(|file| file.path(db).clone()).collect();
         let mut open: Vec<File> = models.collect();
         while let Some(file) = open.pop() {
-            for include in item_tree_of(db, file).includes.clone().iter().flatten() {
+            for include in file.outline(db).includes.clone().iter().flatten() {
                 let candidates = include_candidates(db, workspace, file, include);
                 let found = candidates.iter().position(|path| self.is_file(path));
                 // A candidate that comes first may be created later.
@@ -677,7 +699,7 @@ fn nearer(db: &dyn ModelDb, workspace: Workspace) -> Vec<PathBuf> {
     let known = workspace.files(db);
     let files = known.values().filter(|file| file.path(db).extension().is_none_or(|it| it != "toml"));
     let includes =
-        files.flat_map(|&file| item_tree_of(db, file).includes.iter().flatten().map(move |it| (file, it)));
+        files.flat_map(|&file| file.outline(db).includes.iter().flatten().map(move |it| (file, it)));
     let nearer = includes.flat_map(|(file, include)| {
         let candidates = include_candidates(db, workspace, file, include);
         candidates.into_iter().take_while(|path| !known.contains_key(path))
@@ -760,15 +782,15 @@ fn put(
     path: PathBuf,
     text: &str,
     problem: Option<Problem>,
-    is_outside: bool,
+    durability: Durability,
 ) -> File {
     match files.get(&path) {
         Some(&file) => {
-            write(db, file, text, problem);
+            write(db, file, text, problem, durability);
             file
         }
         None => {
-            let file = File::builder(path.clone(), text.into(), problem).is_outside(is_outside).new(db);
+            let file = File::with_durability(db, path.clone(), text.into(), problem, durability);
             files.insert(path, file);
             file
         }
@@ -776,10 +798,16 @@ fn put(
 }
 
 /// Sets a text if it has changed, since setting an input cancels all queries. Returns whether it has.
-fn write(db: &mut Database, file: File, text: &str, problem: Option<Problem>) -> bool {
+fn write(
+    db: &mut Database,
+    file: File,
+    text: &str,
+    problem: Option<Problem>,
+    durability: Durability,
+) -> bool {
     let (is_text, is_problem) = (**file.text(db) != *text, *file.problem(db) != problem);
     if is_text {
-        file.set_text(db).to(text.into());
+        file.set_text_with(db, text.into(), durability);
     }
     if is_problem {
         file.set_problem(db).to(problem);

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use criterion::{Criterion, criterion_group, criterion_main};
 use mauve_diagnostics::workspace_diagnostics;
 use mauve_hir::{Database, Workspace};
-use salsa::Setter as _;
 
 fn benches(c: &mut Criterion) {
     let project: Vec<(PathBuf, String)> = mauve_tests::generated_project(200, 10_000)
@@ -41,7 +40,7 @@ fn benches(c: &mut Criterion) {
         group.bench_function(name, |b| {
             b.iter(|| {
                 edited = !edited;
-                file.set_text(&mut db).to(if edited { std::sync::Arc::clone(&new) } else { old.clone() });
+                file.set_text(&mut db, if edited { std::sync::Arc::clone(&new) } else { old.clone() });
                 workspace_diagnostics(&db, workspace).len()
             });
         });

@@ -53,14 +53,3 @@ pub(super) fn one_for_each_cause<'db>(
     kept.extend(folded);
     kept
 }
-
-/// Returns the files that are not included and whose declarations are missing, each with whether that is an error.
-pub(super) fn missing_files(db: &dyn ModelDb, workspace: Workspace) -> FxHashMap<File, bool> {
-    let mut missing: FxHashMap<File, bool> = FxHashMap::default();
-    for diagnostic in projects(db, workspace).iter().flat_map(|&project| project_diagnostics(db, project)) {
-        if let Some(Cause::NotIncluded(file)) = diagnostic.cause {
-            *missing.entry(file).or_default() |= diagnostic.code.severity == Severity::Error;
-        }
-    }
-    missing
-}

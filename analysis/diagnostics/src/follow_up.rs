@@ -46,17 +46,29 @@ fn block_before(
     root.token_at_offset(*pairs.get(&close.text_range().start())?).right_biased()
 }
 
+/// Returns the lines of a file that have a reported syntax error.
+#[salsa::tracked(returns(ref))]
+fn broken_lines(db: &dyn ModelDb, workspace: Workspace, file: File) -> FxHashSet<usize> {
+    let found = file_diagnostics(db, workspace, file).iter();
+    let errors = found.filter(|it| *it.code == syntax_error::SYNTAX_ERROR);
+    errors.map(|it| line_of(db, file, it.at.range(db).start())).collect()
+}
+
 /// Removes the diagnostics on lines that have a syntax error.
-pub(super) fn remove_on_broken_lines<'db>(db: &'db dyn ModelDb, found: &mut Vec<Diagnostic<'db>>) {
-    let mut broken: FxHashSet<(File, usize)> = FxHashSet::default();
-    let line = |it: &Diagnostic<'db>| {
+pub(super) fn remove_on_broken_lines<'db>(
+    db: &'db dyn ModelDb,
+    workspace: Workspace,
+    found: &mut Vec<Diagnostic<'db>>,
+) {
+    found.retain(|it| {
         let file = it.at.file(db);
-        (file, line_of(db, file, it.at.range(db).start()))
-    };
-    broken.extend(found.iter().filter(|it| *it.code == syntax_error::SYNTAX_ERROR).map(line));
-    if !broken.is_empty() {
-        found.retain(|it| *it.code == syntax_error::SYNTAX_ERROR || !broken.contains(&line(it)));
-    }
+        let is_table = || file.path(db).extension().is_some_and(|extension| extension == "toml");
+        if *it.code == syntax_error::SYNTAX_ERROR || is_table() {
+            return true;
+        }
+        let broken = broken_lines(db, workspace, file);
+        broken.is_empty() || !broken.contains(&line_of(db, file, it.at.range(db).start()))
+    });
 }
 
 /// Returns the `{` of each `}`; `None` if the braces do not match.

@@ -13,8 +13,8 @@ use mauve_hir::item_tree::{FeatureKind, Kind, Name, NameRef, SourceId, TypeRef};
 use mauve_hir::{
     Config, Decl, FeatureOf, File, Location, ModelDb, Names, Project, Type, Workspace, config_file,
     config_of, declaration_facts, declarations, file_outside, include_candidates, include_rings, includes,
-    is_model, item_tree_of, line_of, names_of, not_checked, parse, project_facts, project_files, projects,
-    root_file, similar,
+    is_model, line_of, names_of, not_checked, parse, project_facts, project_files, projects, root_file,
+    similar, unused_facts,
 };
 use mauve_wcrt::{
     Query, TimingFact, WhatIfField, facts_if, missing_time_facts, priority_facts, system_of, table_facts,
@@ -159,7 +159,7 @@ impl<'db> Diagnostic<'db> {
             return self;
         };
         let line = format!("include \"{path}\"");
-        let text = match item_tree_of(db, into).includes.is_empty() {
+        let text = match into.outline(db).includes.is_empty() {
             true => format!("{line}\n"),
             false => format!("\n{line}"),
         };
@@ -348,6 +348,7 @@ codes! {
 mod allow;
 mod cause;
 mod configuration;
+mod findings;
 mod follow_up;
 mod mechanical;
 mod other_kind;
@@ -360,6 +361,10 @@ mod timing_reasons;
 mod types;
 
 use cause::Cause;
+pub use findings::{
+    Finding, Findings, Suppression, checked_files, errors_of, errors_of_text, file_findings,
+    project_diagnostics, workspace_diagnostics, workspace_findings,
+};
 use timing_facts::timing_diagnostic;
 use timing_reasons::enumerated;
 pub use timing_reasons::{PROSE, cpu_names, reasons_of, timing_reason, unusable_time};
@@ -408,36 +413,6 @@ pub fn page(name: &str) -> Option<String> {
     )
 }
 
-/// Returns all diagnostics of a project, including those of its timing, in no particular order.
-#[salsa::tracked(returns(ref))]
-pub fn project_diagnostics<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Box<[Diagnostic<'db>]> {
-    let mut found: Vec<Diagnostic<'db>> = Vec::new();
-    for &file in project_files(db, project) {
-        found.extend(file_diagnostics(db, project.workspace(db), file).iter().cloned());
-        for &decl in declarations(db, file).all.iter().filter(|decl| decl.kind(db) == Kind::Use) {
-            found.extend(declaration_diagnostics(db, project, decl).iter().cloned());
-        }
-    }
-    let names = names_of(db, project);
-    found.extend(project_facts(db, project).iter().map(|fact| render(db, project, fact)));
-    for &decl in &names.all {
-        // Without facts, there is no need for a query result.
-        if decl.kind(db) == Kind::Deployment || !declaration_facts(db, project, decl).is_empty() {
-            found.extend(declaration_diagnostics(db, project, decl).iter().cloned());
-        }
-    }
-    let missing = missing_time_facts(db, project, Query::shown(db, project));
-    found.extend(timing_diagnostics(db, project, missing));
-    let mut in_tables = timing_diagnostics(db, project, table_facts(db, project));
-    in_tables.sort_by_key(|it| match it.at {
-        Location::Range(file, start, _) => (file.path(db).clone(), start, it.message.clone()),
-        _ => Default::default(),
-    });
-    found.extend(in_tables);
-    follow_up::remove_on_broken_lines(db, &mut found);
-    cause::one_for_each_cause(db, found).into_boxed_slice()
-}
-
 /// Returns the diagnostics of a file: of its text, its syntax and its includes.
 #[salsa::tracked(returns(ref))]
 pub fn file_diagnostics<'db>(
@@ -457,12 +432,13 @@ pub fn file_diagnostics<'db>(
         let at = Location::Range(file, error.range.start().into(), error.range.end().into());
         found.push(syntax_error::report(parse(db, file), file, error, at));
     }
-    let tree = item_tree_of(db, file);
     let cycles = include_rings(db, workspace);
     let in_cycle = |target: File| cycles.get(&file).is_some_and(|cycle| cycles.get(&target) == Some(cycle));
     let mut cycle = false;
     let errors = parse(db, file).errors();
-    for (index, (path, target)) in tree.includes.iter().zip(includes(db, workspace, file)).enumerate() {
+    for (index, (path, target)) in
+        file.outline(db).includes.iter().zip(includes(db, workspace, file)).enumerate()
+    {
         let at = Location::Include(file, index as u32);
         let refused = target.filter(|target| is_elsewhere(*target)).and_then(|it| it.problem(db).as_ref());
         if let Some(problem) = refused {
@@ -563,223 +539,4 @@ fn timing_diagnostics<'db>(
     facts: &[TimingFact<'db>],
 ) -> Vec<Diagnostic<'db>> {
     facts.iter().map(|fact| timing_diagnostic(db, project, fact)).collect()
-}
-
-/// Returns the number of errors in the models, the tables and the configuration of a project, without missed deadlines and
-/// with their default severity. With an error, no deployment of the project is proved.
-pub fn errors_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> usize {
-    let config = config_diagnostics(db, project.workspace(db));
-    let all = project_diagnostics(db, project).iter().chain(&config);
-    all.filter(|diagnostic| diagnostic.code.is_of_text()).count()
-}
-
-/// Returns the sum of [`errors_of`] all projects of a workspace, counting each error once.
-pub fn errors_of_text(db: &dyn ModelDb, workspace: Workspace) -> usize {
-    let found = all_findings(db, workspace, |_| true);
-    found.iter().filter(|(diagnostic, _)| diagnostic.code.is_of_text()).count()
-}
-
-/// A diagnostic with its severity, and its project if the projects of the workspace differ.
-#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-pub struct Finding<'db> {
-    /// The diagnostic.
-    pub diagnostic: Diagnostic<'db>,
-    /// Its severity according to `mauve.toml`.
-    pub severity: Severity,
-    /// The first project that has it; `None` if all projects with the file have it.
-    pub only_in: Option<Project<'db>>,
-}
-
-/// Why a finding is not shown.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Suppression {
-    /// A comment at its location has this reason.
-    Comment(String),
-    /// `mauve.toml` accepts the missing proof for this reason.
-    Accepted(String),
-}
-
-/// The findings of a workspace, sorted by file and location: those that are shown, and those that the user suppresses.
-#[derive(Debug, Default)]
-pub struct Findings<'db> {
-    /// Those that are shown.
-    pub shown: Vec<Finding<'db>>,
-    /// The others, each with the reason.
-    pub suppressed: Vec<(Finding<'db>, Suppression)>,
-}
-
-/// Returns the findings of a workspace that are shown, each once, sorted by file and location.
-pub fn workspace_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Finding<'db>> {
-    findings(db, workspace, |_| true).shown
-}
-
-/// Returns the findings of a workspace, with those that comments and `mauve.toml` suppress.
-pub fn workspace_findings<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Findings<'db> {
-    findings(db, workspace, |_| true)
-}
-
-/// Returns the findings of a workspace in one file that are shown. Renders only these; the diagnostics of the projects are
-/// cached.
-pub fn diagnostics_of_file<'db>(db: &'db dyn ModelDb, workspace: Workspace, file: File) -> Vec<Finding<'db>> {
-    findings(db, workspace, |of| of == file).shown
-}
-
-fn findings<'db>(
-    db: &'db dyn ModelDb,
-    workspace: Workspace,
-    is_wanted: impl Fn(File) -> bool,
-) -> Findings<'db> {
-    let config = config_of(db, workspace);
-    let severity = |code: &Code| severity_set(config, code).unwrap_or(Some(code.severity));
-    let mut found = Findings::default();
-    let mut used: FxHashSet<(File, usize)> = FxHashSet::default();
-    for (mut diagnostic, only_in) in all_findings(db, workspace, &is_wanted) {
-        let comment = comment_at(db, &diagnostic);
-        used.extend(comment.map(|(index, _)| (diagnostic.at.file(db), index)));
-        let Some(severity) = severity(diagnostic.code) else { continue };
-        let accepted = diagnostic.accepted.take().map(Suppression::Accepted);
-        let suppression = accepted.or(comment.map(|(_, reason)| Suppression::Comment(reason.to_owned())));
-        let finding = Finding { diagnostic, severity, only_in };
-        match suppression {
-            Some(why) => found.suppressed.push((finding, why)),
-            None => found.shown.push(finding),
-        }
-    }
-    if let Some(severity) = severity(&unused_allow::UNUSED_ALLOW) {
-        let unused = unused_allows(db, workspace, is_wanted, &used);
-        found.shown.extend(unused.map(|diagnostic| Finding { diagnostic, severity, only_in: None }));
-    }
-    let key = |finding: &Finding<'db>| {
-        let at = &finding.diagnostic.at;
-        (at.file(db).path(db).clone(), at.range(db).start(), finding.diagnostic.code.name)
-    };
-    found.shown.sort_by_cached_key(key);
-    found.suppressed.sort_by_cached_key(|(finding, _)| key(finding));
-    found
-}
-
-/// Returns the index and the reason of the comment that suppresses a diagnostic.
-fn comment_at<'db>(db: &'db dyn ModelDb, diagnostic: &Diagnostic<'db>) -> Option<(usize, &'db str)> {
-    let file = diagnostic.at.file(db);
-    let allows = allow::allows(db, file);
-    if allow::NEVER_SUPPRESSED.contains(&diagnostic.code.name) {
-        return None;
-    }
-    let may_suppress = |it: &Allow| code_named(&it.code) == Some(diagnostic.code) && !it.reason.is_empty();
-    if !allows.iter().any(may_suppress) {
-        return None;
-    }
-    let line = line_of(db, file, diagnostic.at.range(db).start());
-    let index = allows.iter().position(|it| may_suppress(it) && it.line == line)?;
-    allows.get(index).map(|it| (index, it.reason.as_str()))
-}
-
-/// Returns the diagnostics of the comments in wanted files that are not in `used`.
-fn unused_allows<'db>(
-    db: &'db dyn ModelDb,
-    workspace: Workspace,
-    is_wanted: impl Fn(File) -> bool,
-    used: &FxHashSet<(File, usize)>,
-) -> impl Iterator<Item = Diagnostic<'db>> {
-    let models = projects(db, workspace).iter().flat_map(|&project| project_files(db, project)).copied();
-    let tables = mauve_wcrt::table_files(db, workspace).files.iter().copied();
-    let all: FxHashSet<File> = models.chain(tables).chain(config_file(db, workspace)).collect();
-    let wanted = all.into_iter().filter(move |&file| is_wanted(file));
-    let allows = wanted.flat_map(|file| allow::allows(db, file).iter().enumerate().map(move |it| (file, it)));
-    let unused = allows.filter(|(file, (index, _))| !used.contains(&(*file, *index)));
-    unused.map(|(file, (_, allow))| unused_allow::report(file, allow))
-}
-
-/// Returns the diagnostics in the files that `is_wanted` selects, whatever severity `mauve.toml` gives them; with
-/// [`Finding::only_in`].
-fn all_findings<'db>(
-    db: &'db dyn ModelDb,
-    workspace: Workspace,
-    is_wanted: impl Fn(File) -> bool,
-) -> Vec<(Diagnostic<'db>, Option<Project<'db>>)> {
-    let projects = projects(db, workspace);
-    let mut found: Vec<(Diagnostic<'db>, Vec<Project<'db>>)> = Vec::new();
-    let mut index: FxHashMap<(File, u32, &'static str, String), usize> = FxHashMap::default();
-    for &project in projects {
-        for diagnostic in project_diagnostics(db, project) {
-            let file = diagnostic.at.file(db);
-            if !is_wanted(file) {
-                continue;
-            }
-            let start = diagnostic.at.range(db).start().into();
-            let key = (file, start, diagnostic.code.name, diagnostic.message.clone());
-            let at = *index.entry(key).or_insert(found.len());
-            match found.get_mut(at) {
-                Some((_, owners)) if owners.last() == Some(&project) => {}
-                Some((_, owners)) => owners.push(project),
-                None => found.push((diagnostic.clone(), vec![project])),
-            }
-        }
-    }
-    let has_file = |project: &Project<'db>, file: File| {
-        let is_table = mauve_wcrt::table_files(db, workspace).files.contains(&file);
-        is_table || project_files(db, *project).contains(&file)
-    };
-    let mut findings = Vec::new();
-    for (diagnostic, owners) in found {
-        let file = diagnostic.at.file(db);
-        let everywhere = projects.iter().filter(|project| has_file(project, file)).count() <= owners.len();
-        let only_in = owners.first().copied().filter(|_| !everywhere);
-        // A declaration that one project does not use may be used by another.
-        let is_used =
-            diagnostic.code.unused && diagnostic.code.severity == Severity::Hint && only_in.is_some();
-        if !is_used {
-            findings.push((diagnostic, only_in));
-        }
-    }
-    let of_config = config_diagnostics(db, workspace).into_iter();
-    let not_included = not_checked(db, workspace);
-    if !not_included.is_empty() {
-        // A missing include is reported once: where a name is missing, otherwise in the file.
-        let missing = cause::missing_files(db, workspace);
-        let in_file = |cause: &Option<Cause>| match cause {
-            Some(Cause::NotIncluded(file)) => {
-                missing.get(file) == Some(&false) && not_included.contains(file)
-            }
-            _ => false,
-        };
-        findings.retain(|(diagnostic, _)| !in_file(&diagnostic.cause));
-        let reported = not_included.into_iter().filter(|file| missing.get(file) != Some(&true));
-        findings
-            .extend(reported.filter(|file| is_wanted(*file)).map(|file| (not_included::report(file), None)));
-    }
-    let all = of_config.filter(|diagnostic| is_wanted(diagnostic.at.file(db)));
-    findings.extend(all.map(|diagnostic| (diagnostic, None)));
-    findings
-}
-
-/// Returns the diagnostics of `mauve.toml`.
-fn config_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Diagnostic<'db>> {
-    let Some(file) = config_file(db, workspace) else { return Vec::new() };
-    let config = config_of(db, workspace);
-    let at = |span: &std::ops::Range<usize>| Location::Range(file, span.start as u32, span.end as u32);
-    let mut found: Vec<Diagnostic<'db>> = Vec::new();
-    for mauve_hir::Mistake { kind, span, near } in &config.errors {
-        let report = invalid_configuration::report(at(span), configuration::mistake(kind));
-        found.push(report.did_you_mean(near.clone()));
-    }
-    for (name, (_, span)) in config.lints.iter().filter(|(name, _)| code_named(name).is_none()) {
-        let near = mauve_syntax::similar(name, codes().map(|code| code.name)).map(Name::from);
-        let message = format!("no diagnostic `{name}` (`mauve explain all` lists them)");
-        found.push(invalid_configuration::report(at(span), message).did_you_mean(near));
-    }
-    for (error, span) in &mauve_wcrt::table_files(db, workspace).errors {
-        found.push(invalid_configuration::report(at(span), timing_reasons::table_files_error(error)));
-    }
-    for (path, span) in &config.roots {
-        if root_file(db, workspace, path).is_none() {
-            found.push(invalid_configuration::report(at(span), format!("no file `{path}` in this folder")));
-        }
-    }
-    for mauve_hir::Chain { name, span, .. } in &config.chains {
-        found.push(not_analysed::chain(at(span), name));
-    }
-    let named = mauve_hir::check_configuration(db, workspace);
-    found.extend(named.iter().map(|(project, fact)| render(db, *project, fact)));
-    found
 }

@@ -18,7 +18,6 @@ use mauve_hir::{Database, Workspace};
 use mauve_tests::{Random, char_boundary};
 use mauve_timing::{Level, Method, Time};
 use mauve_wcrt::{Query, response_times};
-use salsa::Setter as _;
 
 /// What is put in, or in the place of a token.
 const JUNK: [&str; 16] =
@@ -161,7 +160,7 @@ fn damage(folder: &Path, texts: &[(PathBuf, String)], analysed: usize) {
             (damaged, what) = (twice, format!("{what}, {more}"));
         }
         let file = workspace.file(&db, path).unwrap();
-        file.set_text(&mut db).to(damaged.as_str().into());
+        file.set_text(&mut db, damaged.as_str().into());
         let found = workspace_diagnostics(&db, workspace);
         let now = responses(&db, workspace);
         if damage % 16 == 0 {
@@ -198,7 +197,7 @@ fn damage(folder: &Path, texts: &[(PathBuf, String)], analysed: usize) {
                 }
             }
         }
-        file.set_text(&mut db).to(text.as_str().into());
+        file.set_text(&mut db, text.as_str().into());
     }
     assert!(
         lost > damages / 4 && kept > damages / 8,

@@ -21,7 +21,6 @@ use mauve_wcrt::{
     Query, Report, Verdict, exported_component, psm_of, response_times, response_times_of, task_set_of,
     timetable_of,
 };
-use salsa::Setter as _;
 use serde_json::{Value, json};
 
 /// What was compared.
@@ -174,14 +173,14 @@ fn damaged_models() {
             let (path, text) = random.of(texts);
             let damaged = damage_once(text, &mut random);
             let file = workspace.file(&db, path).unwrap();
-            file.set_text(&mut db).to(damaged.as_str().into());
+            file.set_text(&mut db, damaged.as_str().into());
             check(
                 &db,
                 workspace,
                 &format!("model {number}, damage {damage} in {}", path.display()),
                 &mut counted,
             );
-            file.set_text(&mut db).to(text.as_str().into());
+            file.set_text(&mut db, text.as_str().into());
         }
     }
     assert!(counted.responses > 100 && counted.not_analysed > 100, "{counted:?}");

@@ -12,7 +12,6 @@ use std::path::PathBuf;
 use mauve_diagnostics::workspace_diagnostics;
 use mauve_hir::{Database, Location, Workspace};
 use mauve_tests::{Random, char_boundary, random_model, texts_in};
-use salsa::Setter as _;
 
 /// What is put in: words of the language, and what makes the rest of a text something else.
 const JUNK: [&str; 60] = [
@@ -110,7 +109,7 @@ fn mutants_neither_panic_nor_lose_a_byte() {
             }
             let anew = check_tree(&mutant);
             let file = workspace.file(&db, path).unwrap();
-            file.set_text(&mut db).to(mutant.as_str().into());
+            file.set_text(&mut db, mutant.as_str().into());
             // The database makes it from the tree before.
             let tree = mauve_hir::parse(&db, file);
             assert!(*tree == anew, "mutant {done} of seed {seed}: another tree than parsed anew:\n{mutant}");
@@ -118,7 +117,7 @@ fn mutants_neither_panic_nor_lose_a_byte() {
             assert!(checked.is_ok(), "mutant {done} of seed {seed}, {}:\n{mutant}", path.display());
             // Most of the time what is wrong is mended; else it gathers.
             if random.below(4) > 0 {
-                file.set_text(&mut db).to(text.as_str().into());
+                file.set_text(&mut db, text.as_str().into());
             }
         }
     }

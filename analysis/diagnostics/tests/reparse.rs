@@ -6,7 +6,6 @@ use std::path::PathBuf;
 
 use mauve_hir::{Database, File, item_tree_of, parse, source_map};
 use mauve_tests::{Random, models};
-use salsa::Setter as _;
 
 const PIECES: [&str; 12] =
     ["x", " ", "\n", "{", "}", "(", ";", "\"", "/*", "state S { }", "run = { f(); }", "// "];
@@ -30,7 +29,7 @@ fn edits_of_two_files_by_turns() {
             1 => text.replace_range(at..at + text[at..].find(' ').unwrap_or(0), ""),
             _ => text.insert_str(at, PIECES[random.below(PIECES.len())]),
         }
-        files[which].set_text(&mut db).to(text.clone().into());
+        files[which].set_text(&mut db, text.clone().into());
         // A reader in a worker, or nobody, asks first.
         if random.below(2) == 0 {
             let reader = db.clone();

@@ -15,7 +15,6 @@ use mauve_hir::{Database, Workspace};
 use mauve_syntax::lex;
 use mauve_timing::{Method, Time};
 use mauve_wcrt::{Query, response_times};
-use salsa::Setter as _;
 
 #[test]
 fn in_the_project_of_mauve_new() {
@@ -56,7 +55,7 @@ fn with_several_messages(folder: &Path, texts: &[(PathBuf, String)], step: usize
                 ("deleted", format!("{before}{after}")),
                 ("duplicated", format!("{before}{token} {token}{after}")),
             ] {
-                file.set_text(&mut db).to(changed.as_str().into());
+                file.set_text(&mut db, changed.as_str().into());
                 let found = messages(&db, workspace);
                 let what = format!("{}:{line}: {token:?} {what}", path.display());
                 if found.len() > 1 {
@@ -71,7 +70,7 @@ fn with_several_messages(folder: &Path, texts: &[(PathBuf, String)], step: usize
                 }
             }
         }
-        file.set_text(&mut db).to(text.as_str().into());
+        file.set_text(&mut db, text.as_str().into());
     }
     out
 }

@@ -25,7 +25,6 @@ use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange};
 use mauve_tests::{Random, random_model};
 use mauve_timing::{Level, Method, Time};
 use mauve_wcrt::{Query, response_times, system_of};
-use salsa::Setter as _;
 
 /// Two architectures of one library, in two deployments; operations with arguments, values of every type, calls in calls;
 /// what no table has is assumed to take next to nothing.
@@ -240,7 +239,7 @@ fn damage_times(folder: &Path, texts: &[(PathBuf, String)], seed: u64, damages: 
         let (damaged, what) = damage_once(texts, &mut random);
         for (path, text) in texts.iter().zip(&damaged).filter(|((_, old), new)| old != *new) {
             let file = workspace.file(&db, &path.0).unwrap();
-            file.set_text(&mut db).to(text.as_str().into());
+            file.set_text(&mut db, text.as_str().into());
         }
         let now = responses(&db, workspace);
         let fallen = now.iter().filter(|(activity, response)| {
@@ -288,7 +287,7 @@ fn damage_times(folder: &Path, texts: &[(PathBuf, String)], seed: u64, damages: 
             texts.iter().zip(&damaged).filter(|((_, old), new)| old != *new).map(|(old, _)| old)
         {
             let file = workspace.file(&db, path).unwrap();
-            file.set_text(&mut db).to(text.as_str().into());
+            file.set_text(&mut db, text.as_str().into());
         }
     }
     println!(

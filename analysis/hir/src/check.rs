@@ -16,6 +16,7 @@ use crate::size::too_large;
 use crate::source::{Decl, Location, component, shell};
 
 /// Returns the facts about the declarations of a project together: duplicates, and the size limit.
+#[salsa::tracked(returns(ref))]
 pub fn project_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Fact<'db>> {
     let mut found = duplicates(db, project);
     found.extend(

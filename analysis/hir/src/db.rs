@@ -4,25 +4,32 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use mauve_syntax::Parse;
 use mauve_timing::Level;
 use rustc_hash::FxHashMap;
+use salsa::{Database as _, DatabaseKeyIndex, Durability, Setter as _};
 
-use crate::item_tree::{ItemTree, Name};
+use crate::item_tree::{ItemTree, Name, Outline};
 use crate::lower::{LoweredNodes, SourceMap, lower};
 use crate::msg::Package;
 
 /// A text file: a model, a timing table or a `mauve.toml`.
-#[salsa::input(debug)]
+///
+/// Its outline is an input of its own, of high durability: after an edit that leaves it as it is, salsa does not verify the
+/// queries that depend on outlines only, such as the names of a project. Only [`File::set_text`] sets the two, so that they
+/// always agree.
+#[salsa::input(debug, constructor = with_outline)]
 pub struct File {
     /// The absolute path.
     #[returns(ref)]
     pub path: PathBuf,
-    /// The content, up to the first byte that is not UTF-8.
     #[returns(ref)]
-    pub text: Arc<str>,
+    content: Arc<str>,
+    /// The declarations without their content; those of a table or a configuration are unknown.
+    #[returns(ref)]
+    own_outline: Arc<Outline>,
     /// Why the text differs from the content of the file.
     #[returns(ref)]
     pub problem: Option<Problem>,
@@ -30,6 +37,73 @@ pub struct File {
     #[default]
     #[returns(copy)]
     pub is_outside: bool,
+}
+
+impl File {
+    /// Creates a file that is likely to be edited.
+    pub fn new(db: &dyn ModelDb, path: PathBuf, text: Arc<str>, problem: Option<Problem>) -> File {
+        File::with_durability(db, path, text, problem, Durability::LOW)
+    }
+
+    /// Creates a file. The durability of its text is low if edits are likely.
+    pub fn with_durability(
+        db: &dyn ModelDb,
+        path: PathBuf,
+        text: Arc<str>,
+        problem: Option<Problem>,
+        durability: Durability,
+    ) -> File {
+        let kept = has_outline(&path).then(|| Kept::new(text.clone(), None));
+        let outline = kept.as_ref().map_or_else(Outline::unknown, Kept::outline);
+        let file = File::builder(path, text, outline, problem)
+            .durability(Durability::HIGH)
+            .content_durability(durability)
+            .new(db);
+        if let Some(kept) = kept {
+            db.trees().keep(file, kept);
+        }
+        file
+    }
+
+    /// Returns the content, up to the first byte that is not UTF-8.
+    pub fn text(self, db: &dyn ModelDb) -> &Arc<str> {
+        self.content(db)
+    }
+
+    /// Creates a file outside the workspace that is not read, because of a problem.
+    pub fn outside(db: &dyn ModelDb, path: PathBuf, problem: Option<Problem>) -> File {
+        File::builder(path, Arc::default(), Arc::default(), problem)
+            .is_outside(true)
+            .durability(Durability::HIGH)
+            .new(db)
+    }
+
+    /// Returns the declarations without their content; unknown for a table or a configuration.
+    pub fn outline(self, db: &dyn ModelDb) -> &Arc<Outline> {
+        self.own_outline(db)
+    }
+
+    /// Sets the text of a file that is likely to be edited again, which cancels all queries.
+    pub fn set_text(self, db: &mut dyn ModelDb, text: Arc<str>) {
+        self.set_text_with(db, text, Durability::LOW);
+    }
+
+    /// Sets the text, which cancels all queries. The durability is low if further edits are likely.
+    pub fn set_text_with(self, db: &mut dyn ModelDb, text: Arc<str>, durability: Durability) {
+        if has_outline(self.path(db)) {
+            let outline = db.trees().kept(self, &text).outline();
+            if *self.own_outline(db) != outline {
+                self.set_own_outline(db).with_durability(Durability::HIGH).to(outline);
+            }
+        }
+        self.set_content(db).with_durability(durability).to(text);
+    }
+}
+
+/// Returns whether a file of this path may be a model: no project includes other files, and a project that includes them is
+/// incomplete.
+fn has_outline(path: &Path) -> bool {
+    path.extension().is_none_or(|extension| extension != "toml")
 }
 
 /// Why the text of a file is not its content.
@@ -87,37 +161,58 @@ pub trait ModelDb: salsa::Database {
     fn trees(&self) -> &Trees;
 }
 
-/// The previous tree of each file and its lowered nodes, for incremental parsing and lowering. The cache is not an input of
-/// any query: it changes only the time that a query takes, never its result.
+/// The newest tree of each file and its lowered nodes, for incremental parsing and lowering. The cache is not an input of any
+/// query: it changes only the time that a query takes, never its result.
 #[derive(Clone, Default)]
-pub struct Trees {
-    parsed: ByFile<(Arc<str>, Parse)>,
-    lowered: ByFile<Arc<LoweredNodes>>,
+pub struct Trees(Arc<Mutex<FxHashMap<File, Kept>>>);
+
+/// What is kept of a text.
+#[derive(Clone)]
+pub(crate) struct Kept {
+    text: Arc<str>,
+    pub(crate) parse: Parse,
+    pub(crate) lowered: Arc<(ItemTree, SourceMap)>,
+    nodes: Arc<LoweredNodes>,
 }
 
-type ByFile<T> = Arc<Mutex<FxHashMap<File, T>>>;
-
-impl Trees {
-    pub(crate) fn parse(&self, file: File, text: &Arc<str>) -> Parse {
-        // The lock is held only for the map's operations, not while a tree is parsed or freed: a panic leaves no partial entry.
-        let lock = || self.parsed.lock().unwrap_or_else(PoisonError::into_inner);
-        let previous = lock().get(&file).cloned();
-        let parse = match &previous {
-            Some((old, parse)) => parse.reparse(old, text),
-            None => mauve_syntax::parse(text),
+impl Kept {
+    /// Parses and lowers a text, and reuses what the previous one has in common with it.
+    fn new(text: Arc<str>, previous: Option<&Kept>) -> Kept {
+        let parse = match previous {
+            Some(kept) => kept.parse.reparse(&kept.text, &text),
+            None => mauve_syntax::parse(&text),
         };
-        let replaced = lock().insert(file, (text.clone(), parse.clone()));
-        drop(replaced);
-        parse
+        let nodes = previous.map(|kept| kept.nodes.clone()).unwrap_or_default();
+        let (tree, map, nodes) = lower(&parse.file(), !parse.errors().is_empty(), &nodes);
+        Kept { text, parse, lowered: Arc::new((tree, map)), nodes: Arc::new(nodes) }
     }
 
-    pub(crate) fn lower(&self, file: File, parse: &Parse) -> (ItemTree, SourceMap) {
-        let lock = || self.lowered.lock().unwrap_or_else(PoisonError::into_inner);
-        let previous = lock().get(&file).cloned().unwrap_or_default();
-        let (tree, map, lowered) = lower(&parse.file(), !parse.errors().is_empty(), &previous);
-        let replaced = lock().insert(file, Arc::new(lowered));
+    fn outline(&self) -> Arc<Outline> {
+        self.lowered.0.outline.clone()
+    }
+}
+
+impl Trees {
+    /// Returns the tree of this text of a file, and its lowered nodes.
+    pub(crate) fn kept(&self, file: File, text: &Arc<str>) -> Kept {
+        let previous = self.lock().get(&file).cloned();
+        if let Some(kept) = previous.as_ref().filter(|kept| Arc::ptr_eq(&kept.text, text)) {
+            return kept.clone();
+        }
+        let kept = Kept::new(text.clone(), previous.as_ref());
+        self.keep(file, kept.clone());
+        kept
+    }
+
+    fn keep(&self, file: File, kept: Kept) {
+        let replaced = self.lock().insert(file, kept);
+        // The lock is not held while a tree is freed.
         drop(replaced);
-        (tree, map)
+    }
+
+    /// The lock is held only for the map's operations, not while a text is parsed: a panic leaves no partial entry.
+    fn lock(&self) -> MutexGuard<'_, FxHashMap<File, Kept>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -126,7 +221,7 @@ impl Trees {
 #[derive(Clone, Default)]
 pub struct Database {
     storage: salsa::Storage<Self>,
-    executed: Option<Arc<Mutex<Vec<String>>>>,
+    log: Option<Arc<Mutex<Keys>>>,
     trees: Trees,
 }
 
@@ -156,15 +251,10 @@ impl Workspace {
         texts: impl IntoIterator<Item = (PathBuf, String)>,
     ) -> Workspace {
         let file = |(path, text): (PathBuf, String)| (path.clone(), File::new(db, path, text.into(), None));
-        Workspace::new(
-            db,
-            folder,
-            Arc::new(texts.into_iter().map(file).collect()),
-            Vec::new(),
-            Vec::new(),
-            Vec::new(),
-            Arc::default(),
-        )
+        let files = Arc::new(texts.into_iter().map(file).collect());
+        Workspace::builder(folder, files, Vec::new(), Vec::new(), Vec::new(), Arc::default())
+            .durability(Durability::HIGH)
+            .new(db)
     }
 
     /// Returns the file at `path`.
@@ -173,27 +263,50 @@ impl Workspace {
     }
 }
 
+/// The log of a database, by the names of the queries.
+#[derive(Debug, Default)]
+pub struct Log {
+    /// The executed queries, in order.
+    pub executed: Vec<String>,
+    /// The queries whose results salsa has verified to be unchanged, in order.
+    pub verified: Vec<String>,
+}
+
+/// A [`Log`] in the making.
+#[derive(Default)]
+struct Keys {
+    executed: Vec<DatabaseKeyIndex>,
+    verified: Vec<DatabaseKeyIndex>,
+}
+
 impl Database {
-    /// Returns a database that logs the queries that it executes, for tests and for `mauve analysis-stats`.
+    /// Returns a database that logs its queries, for tests and for `mauve analysis-stats`.
     pub fn with_log() -> Database {
-        let executed: Arc<Mutex<Vec<String>>> = Arc::default();
-        let log = executed.clone();
+        let log: Arc<Mutex<Keys>> = Arc::default();
+        let kept = log.clone();
         let storage = salsa::Storage::new(Some(Box::new(move |event: salsa::Event| {
-            if let salsa::EventKind::WillExecute { database_key } = event.kind
-                && let Ok(mut log) = log.lock()
-            {
-                log.push(format!("{database_key:?}"));
+            let Ok(mut log) = log.lock() else { return };
+            match event.kind {
+                salsa::EventKind::WillExecute { database_key } => log.executed.push(database_key),
+                salsa::EventKind::DidValidateMemoizedValue { database_key } => {
+                    log.verified.push(database_key)
+                }
+                _ => {}
             }
         })));
-        Database { storage, executed: Some(executed), trees: Trees::default() }
+        Database { storage, log: Some(kept), trees: Trees::default() }
     }
 
-    /// Returns the names of the queries executed since the last call, in order; empty without [`Database::with_log`].
-    pub fn take_log(&self) -> Vec<String> {
-        let Some(executed) = &self.executed else { return Vec::new() };
-        let Ok(mut log) = executed.lock() else { return Vec::new() };
-        let name = |key: String| key.split('(').next().unwrap_or_default().to_owned();
-        std::mem::take(&mut *log).into_iter().map(name).collect()
+    /// Returns the log since the last call; empty without [`Database::with_log`].
+    pub fn take_log(&self) -> Log {
+        let Some(log) = &self.log else { return Log::default() };
+        let keys = log.lock().map(|mut log| std::mem::take(&mut *log)).unwrap_or_default();
+        let names = |keys: Vec<DatabaseKeyIndex>| {
+            let name =
+                |key: DatabaseKeyIndex| self.ingredient_debug_name(key.ingredient_index()).into_owned();
+            keys.into_iter().map(name).collect()
+        };
+        Log { executed: names(keys.executed), verified: names(keys.verified) }
     }
 }
 

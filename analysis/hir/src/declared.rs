@@ -4,11 +4,11 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::completeness::Completeness;
-use crate::fact::{Checker, Defined, FactKind, Reserved, repeated};
+use crate::fact::{Checker, Defined, Fact, FactKind, Reserved, repeated};
 use crate::features::{FeatureOf, core_of, features_of, is_core_for, shell_of};
 use crate::flat::{flat_of, target_of};
 use crate::infer::uses_of;
-use crate::item_tree::{Data, Feature, Kind, Name, NameRef, Parameter, SourceId, TypeRef};
+use crate::item_tree::{Data, Kind, Name, NameRef, Parameter, SourceId, TypeRef};
 use crate::messages::used_packages;
 use crate::names::names_of;
 use crate::project::Project;
@@ -65,13 +65,6 @@ impl<'db> Checker<'db> {
                 }
             }
         }
-        self.unused();
-        if let Data::Shell(shell) = data {
-            for feature in unread(db, project, of).iter().filter_map(|&index| shell.features.get(index)) {
-                let (kind, name) = (feature.kind, feature.name.name.clone());
-                self.report(feature.name.id, FactKind::UnusedProperty { kind, name });
-            }
-        }
     }
 
     /// Returns whether an unresolved type is an error of its own: not if a missing file may declare it, or if its name is
@@ -100,20 +93,6 @@ impl<'db> Checker<'db> {
         if !types::is_known_package(db, project, name) && names_of(db, project).completeness.is_complete() {
             self.report_at(Location::name_of(self.of), FactKind::UnknownPackage { name: name.clone() });
         }
-    }
-
-    fn unused(&mut self) {
-        let (db, of) = (self.db, self.of);
-        let (kind, name) = (of.kind(db), of.name(db));
-        if name.is_empty() || matches!(kind, Kind::Use | Kind::Deployment) || !is_unused(db, self.project, of)
-        {
-            return;
-        }
-        let fact = match kind {
-            Kind::Codel => FactKind::UnusedCodel { codel: of },
-            kind => FactKind::UnusedDeclaration { kind, name: name.clone() },
-        };
-        self.report_at(Location::name_of(of), fact);
     }
 }
 
@@ -259,34 +238,41 @@ fn usage_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Usage<'db> {
     usage
 }
 
-/// Returns whether a declaration is unused. A query for each declaration, so that a new use invalidates only the facts of the
-/// used declaration.
-#[salsa::tracked(returns(copy))]
-fn is_unused<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> bool {
-    let usage = usage_of(db, project);
-    usage.completeness.is_complete()
-        && match (of.kind(db), &usage.deployed) {
-            (Kind::Codel, _) => !usage.codels.contains(&of),
-            (Kind::Shell | Kind::Core | Kind::Component | Kind::Architecture, Some(deployed)) => {
-                !deployed.contains(&of)
-            }
-            _ => false,
-        }
-}
-
-/// Returns the properties and constants of a shell that no core reads, by their indices.
+/// Returns the facts about unused declarations, properties and constants of a project. Not among the facts of the declarations:
+/// an edit of one program may change the uses of any declaration, and would concern the facts of all of them.
 #[salsa::tracked(returns(ref))]
-fn unread<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<usize> {
+pub fn unused_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Fact<'db>> {
     let usage = usage_of(db, project);
-    let Some(data) =
-        shell(db, of).filter(|_| usage.completeness.is_complete() && usage.with_core.contains(&of))
-    else {
+    if usage.completeness.is_incomplete() {
         return Vec::new();
+    }
+    let is_unused = |of: &Decl<'db>| match (of.kind(db), &usage.deployed) {
+        (Kind::Codel, _) => !usage.codels.contains(of),
+        (Kind::Shell | Kind::Core | Kind::Component | Kind::Architecture, Some(deployed)) => {
+            !deployed.contains(of)
+        }
+        _ => false,
     };
-    let features = data.features.iter().enumerate();
-    let values = features.filter(|(_, it)| it.kind.is_value() && !it.name.name.is_empty());
-    let is_unread = |&(index, it): &(usize, &Feature)| {
-        !usage.features.contains(&FeatureOf { shell: of, index: index as u32, kind: it.kind })
-    };
-    values.filter(is_unread).map(|(index, _)| index).collect()
+    let mut found = Vec::new();
+    for &of in &names_of(db, project).all {
+        let name = of.name(db);
+        if !name.is_empty() && is_unused(&of) {
+            let kind = match of.kind(db) {
+                Kind::Codel => FactKind::UnusedCodel { codel: of },
+                kind => FactKind::UnusedDeclaration { kind, name: name.clone() },
+            };
+            found.push(Fact::new(Location::name_of(of), kind));
+        }
+        let has_core = usage.with_core.contains(&of);
+        let Some(data) = has_core.then(|| shell(db, of)).flatten() else { continue };
+        for (index, feature) in data.features.iter().enumerate() {
+            let NameRef { name, id } = &feature.name;
+            let known = FeatureOf { shell: of, index: index as u32, kind: feature.kind };
+            if feature.kind.is_value() && !name.is_empty() && !usage.features.contains(&known) {
+                let kind = FactKind::UnusedProperty { kind: feature.kind, name: name.clone() };
+                found.push(Fact::new(Location::Source(of, *id), kind));
+            }
+        }
+    }
+    found
 }

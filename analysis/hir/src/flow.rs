@@ -57,7 +57,7 @@ pub(crate) fn flow_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: D
             flow.reads_before_assignment();
             flow.unused_variables();
         }
-        flow.lost_writes(buffered_ports(db, project));
+        flow.lost_writes(project);
         flow.no_path_back(project);
     }
     flow.found
@@ -475,7 +475,7 @@ impl<'db> Flow<'_, 'db> {
         self.found.extend(found);
     }
 
-    fn lost_writes(&mut self, buffered: &FxHashSet<(Decl<'db>, Name)>) {
+    fn lost_writes(&mut self, project: Project<'db>) {
         let mut lost = Vec::new();
         let nothing = Ports::default();
         for operation in &self.core.operations {
@@ -489,8 +489,10 @@ impl<'db> Flow<'_, 'db> {
         }
         lost.sort();
         lost.dedup();
+        // The connections matter only to a core with such writes.
+        let buffered = (!lost.is_empty()).then(|| buffered_ports(self.db, project));
         for (id, port) in lost {
-            if !buffered.contains(&(self.of, port.clone())) {
+            if !buffered.is_some_and(|buffered| buffered.contains(&(self.of, port.clone()))) {
                 self.report(id, FactKind::LostWrite { port: port.clone() });
             }
         }

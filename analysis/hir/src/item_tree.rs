@@ -84,6 +84,16 @@ pub struct SourceId(pub u32);
 /// The declarations of a file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ItemTree {
+    /// The declarations without their content.
+    pub outline: Arc<Outline>,
+    /// The content of each declaration.
+    pub data: Vec<Arc<Data>>,
+}
+
+/// The declarations of a file without their content: the names that other files see. An edit in a declaration does not change
+/// it.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Outline {
     /// The paths of the `include` lines; `None` if the path is missing.
     pub includes: Vec<Option<String>>,
     /// The names of its `library` blocks.
@@ -102,7 +112,15 @@ pub struct ItemTree {
     pub include_completeness: Completeness,
 }
 
-/// A declaration, with the key that other declarations refer to.
+impl Outline {
+    /// Returns the outline of a text that may declare anything.
+    pub(crate) fn unknown() -> Arc<Outline> {
+        let completeness = Completeness::Incomplete;
+        Arc::new(Outline { completeness, include_completeness: completeness, ..Outline::default() })
+    }
+}
+
+/// The key of a declaration, by which other declarations refer to it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Declaration {
     /// The library that contains it; `None` outside libraries.
@@ -110,7 +128,44 @@ pub struct Declaration {
     /// Its name; empty if missing.
     pub name: Name,
     pub kind: Kind,
-    pub data: Arc<Data>,
+    pub expansion: Expansion,
+}
+
+/// What a declaration adds to the size of a project.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Expansion {
+    /// The number of its own features, connections, settings or activities, rounded up: one more of them rarely changes it.
+    pub own: usize,
+    /// The paths of the declarations that it includes.
+    pub included: Vec<Vec<Name>>,
+    /// The paths of the components of its instances.
+    pub instances: Vec<Vec<Name>>,
+}
+
+impl Expansion {
+    /// Counts are rounded up to multiples of this one.
+    const UNIT: usize = 8;
+
+    pub(crate) fn of(data: &Data) -> Expansion {
+        fn paths<'a>(types: impl IntoIterator<Item = &'a TypeRef>) -> Vec<Vec<Name>> {
+            types.into_iter().map(|it| it.path.clone()).collect()
+        }
+        let (own, included) = match data {
+            Data::Shell(it) => (it.features.len(), paths(&it.bases)),
+            Data::Architecture(it) => {
+                let own = it.connections.len() + it.operations.len() + it.settings.len();
+                (own, paths(it.imports.iter().flatten()))
+            }
+            Data::Component(it) => (0, paths(&it.shell)),
+            Data::Deployment(it) => (it.activities.len(), paths(&it.targets)),
+            Data::Use | Data::Codel(_) | Data::Core(_) => return Expansion::default(),
+        };
+        let instances = match data {
+            Data::Architecture(it) => paths(it.instances.iter().filter_map(|it| it.component.as_ref())),
+            _ => Vec::new(),
+        };
+        Expansion { own: own.next_multiple_of(Expansion::UNIT), included, instances }
+    }
 }
 
 /// The kinds of declaration; each is a namespace.

@@ -86,7 +86,8 @@ pub use config::{
 };
 pub use configured::{accepted, check as check_configuration};
 pub use cost::{Cost, operations_in};
-pub use db::{Database, File, ModelDb, Problem, Trees, Workspace, normalised};
+pub use db::{Database, File, Log, ModelDb, Problem, Trees, Workspace, normalised};
+pub use declared::unused_facts;
 pub use features::{FeatureOf, Features, bases_of, core_of, features_of, is_core_for, shell_of};
 pub use flat::{Flat, FlatInstance, deployed, first_target_of, flat_of, target_of};
 pub use infer::{CoreInference, Uses, VariableKind, VariableOf, inference_of_core, returns, uses_of};

@@ -86,7 +86,8 @@ pub(crate) fn lower(
 ) -> (ItemTree, SourceMap, LoweredNodes) {
     let mut lowering = Lowering {
         previous,
-        tree: ItemTree::default(),
+        outline: Outline::default(),
+        data: Vec::new(),
         map: SourceMap::default(),
         lowered: LoweredNodes::default(),
         ranges: Vec::new(),
@@ -96,7 +97,8 @@ pub(crate) fn lower(
     if has_errors {
         lowering.possible_names(file.syntax(), None);
     }
-    (lowering.tree, lowering.map, lowering.lowered)
+    let tree = ItemTree { outline: Arc::new(lowering.outline), data: lowering.data };
+    (tree, lowering.map, lowering.lowered)
 }
 
 /// Returns whether all items of the list `node`, and its end, are known.
@@ -229,7 +231,8 @@ fn has_error_in_header(declaration: &SyntaxNode) -> bool {
 
 struct Lowering<'a> {
     previous: &'a LoweredNodes,
-    tree: ItemTree,
+    outline: Outline,
+    data: Vec<Arc<Data>>,
     map: SourceMap,
     lowered: LoweredNodes,
     /// The ranges of the current declaration.
@@ -245,7 +248,7 @@ impl Lowering<'_> {
                 ast::Item::Include(it) => self.include(&it),
                 ast::Item::Library(it) => {
                     let name = it.name().map(|name| text_of(name.syntax())).unwrap_or_default();
-                    self.tree.libraries.push(name.clone());
+                    self.outline.libraries.push(name.clone());
                     self.items(it.items(), Some(&name));
                 }
                 ast::Item::Use(it) => {
@@ -287,22 +290,22 @@ impl Lowering<'_> {
             if matches!(child.kind(), SyntaxKind::ERROR | SyntaxKind::USE)
                 && tokens_of(&child).iter().any(|token| token.kind() == SyntaxKind::STRING)
             {
-                self.tree.include_completeness = Completeness::Incomplete;
+                self.outline.include_completeness = Completeness::Incomplete;
             }
             match child.kind() {
                 SyntaxKind::ERROR => match tokens_of(&child).as_slice() {
-                    [] => self.tree.completeness = Completeness::Incomplete,
-                    [word, ..] if !begins_line(word) => self.tree.completeness = Completeness::Incomplete,
+                    [] => self.outline.completeness = Completeness::Incomplete,
+                    [word, ..] if !begins_line(word) => self.outline.completeness = Completeness::Incomplete,
                     // An incomplete line: its name is unknown.
                     [word] if DECLARATIONS.iter().any(|keyword| keyword.starts_with(word.text())) => {
                         let is_include =
                             ["include", "library"].iter().any(|keyword| keyword.starts_with(word.text()));
-                        self.tree.include_completeness &= Completeness::of(!is_include);
+                        self.outline.include_completeness &= Completeness::of(!is_include);
                         found.push(None);
                     }
                     tokens => match unknown_section(tokens) {
                         Some(names) => found.extend(names.into_iter().map(Some)),
-                        None => self.tree.completeness = Completeness::Incomplete,
+                        None => self.outline.completeness = Completeness::Incomplete,
                     },
                 },
                 SyntaxKind::LIBRARY => {
@@ -322,11 +325,11 @@ impl Lowering<'_> {
         }
         found.sort();
         found.dedup();
-        self.tree.possible_names.extend(found.into_iter().map(|name| (library.cloned(), name)));
+        self.outline.possible_names.extend(found.into_iter().map(|name| (library.cloned(), name)));
     }
 
     fn include(&mut self, include: &ast::Include) {
-        self.tree.includes.push(include.path());
+        self.outline.includes.push(include.path());
         let range = include.string_token().map_or(include.syntax().text_range(), |token| token.text_range());
         self.map.includes.push(range);
     }
@@ -357,17 +360,18 @@ impl Lowering<'_> {
         }
         // Two cores have merged: the name of the second is unknown.
         if matches!(&*lowered.data, Data::Core(core) if core.is_double()) {
-            self.tree.possible_names.push((library.cloned(), None));
+            self.outline.possible_names.push((library.cloned(), None));
         }
         if name.is_none() || has_error_in_header(node) {
-            self.tree.unnamed.push((library.cloned(), kind));
+            self.outline.unnamed.push((library.cloned(), kind));
         }
-        self.tree.declarations.push(Declaration {
+        self.outline.declarations.push(Declaration {
             library: library.cloned(),
             name: name.as_ref().map(text_of).unwrap_or_default(),
             kind,
-            data: lowered.data.clone(),
+            expansion: Expansion::of(&lowered.data),
         });
+        self.data.push(lowered.data.clone());
         self.map.declarations.push(DeclarationMap { range, ranges: lowered.ranges.clone() });
         self.lowered.declarations.insert(address(node), lowered);
     }
@@ -855,9 +859,9 @@ fn text_of(name: &SyntaxNode) -> Name {
 }
 
 /// Returns, for each declaration of the tree, the number of earlier declarations with its kind, library and name.
-pub(crate) fn occurrences(tree: &ItemTree) -> Vec<u32> {
+pub(crate) fn occurrences(outline: &Outline) -> Vec<u32> {
     let mut seen: FxHashMap<(Kind, Option<&Name>, &Name), u32> = FxHashMap::default();
-    let declarations = tree.declarations.iter();
+    let declarations = outline.declarations.iter();
     declarations
         .map(|it| {
             let count = seen.entry((it.kind, it.library.as_ref(), &it.name)).or_default();

@@ -105,12 +105,11 @@ pub fn named_packages(db: &dyn ModelDb, workspace: Workspace) -> BTreeSet<Name> 
 
 #[salsa::tracked(returns(ref))]
 fn named_in(db: &dyn ModelDb, file: File) -> BTreeSet<Name> {
-    let mut names = BTreeSet::new();
-    for declaration in &item_tree_of(db, file).declarations {
-        if declaration.kind == Kind::Use && !declaration.name.is_empty() {
-            names.insert(declaration.name.clone());
-        }
-        let types = declaration.data.types().into_iter().map(|(ty, _)| ty);
+    let declared = file.outline(db).declarations.iter();
+    let used = declared.filter(|it| it.kind == Kind::Use && !it.name.is_empty()).map(|it| it.name.clone());
+    let mut names: BTreeSet<Name> = used.collect();
+    for data in &item_tree_of(db, file).data {
+        let types = data.types().into_iter().map(|(ty, _)| ty);
         names.extend(types.filter(|ty| ty.path.len() > 1).filter_map(|ty| ty.path.first().cloned()));
     }
     names
@@ -318,10 +317,10 @@ mod tests {
         db.take_log();
         install(&mut db, workspace, &[("std_msgs", "Mine"), ("other_msgs", "Other")]);
         assert_eq!(user(&db, workspace), 1);
-        assert_eq!(db.take_log(), ["installed"]);
+        assert_eq!(db.take_log().executed, ["installed"]);
         install(&mut db, workspace, &[("std_msgs", "Another")]);
         assert_eq!(user(&db, workspace), 1);
-        assert_eq!(db.take_log(), ["installed", "user"]);
+        assert_eq!(db.take_log().executed, ["installed", "user"]);
     }
 
     #[test]

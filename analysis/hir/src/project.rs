@@ -11,7 +11,6 @@ use crate::completeness::Completeness;
 use crate::config::{self, Config, ExternalType};
 use crate::graph::closure;
 use crate::item_tree::Name;
-use crate::source::item_tree_of;
 use crate::{File, ModelDb, Workspace, normalised};
 
 /// A root file and the files that it includes, directly or indirectly.
@@ -82,7 +81,7 @@ pub fn includes(db: &dyn ModelDb, workspace: Workspace, file: File) -> Vec<Optio
         let candidates = include_candidates(db, workspace, file, include);
         candidates.iter().find_map(|path| files.get(path)).copied()
     };
-    item_tree_of(db, file).includes.iter().map(|include| include.as_ref().and_then(find)).collect()
+    file.outline(db).includes.iter().map(|include| include.as_ref().and_then(find)).collect()
 }
 
 /// Returns whether the path has the extension of a model.

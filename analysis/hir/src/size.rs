@@ -5,10 +5,10 @@ use rustc_hash::FxHashMap;
 
 use crate::ModelDb;
 use crate::graph::closure;
-use crate::item_tree::{Data, Kind, TypeRef};
+use crate::item_tree::{Kind, Name};
 use crate::names::names_of;
 use crate::project::Project;
-use crate::source::{Decl, data};
+use crate::source::{Decl, expansion_of};
 
 /// The maximum number of features, instances and connections in all shells, architectures and deployments of a project,
 /// including inherited and imported ones.
@@ -19,39 +19,11 @@ const PAIRS_PER_UNIT: usize = 16;
 
 /// Returns the declaration with which the project exceeds the size limit.
 ///
-/// Edits of values and comments do not change the result.
+/// It depends on the outlines of the files only: most queries depend on it.
 #[salsa::tracked(returns(copy))]
 pub fn too_large<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Option<Decl<'db>> {
     let mut sizes = Sizes { db, project, remaining: MAX_SIZE, features: FxHashMap::default() };
     names_of(db, project).all.iter().copied().find(|&decl| sizes.add(decl).is_none())
-}
-
-/// The number of a declaration's own items, and the declarations that it includes or instantiates.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-struct Shape {
-    own: usize,
-    included: Vec<TypeRef>,
-    instances: Vec<TypeRef>,
-}
-
-#[salsa::tracked(returns(ref))]
-fn shape_of<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Shape {
-    let Some(data) = data(db, decl).as_deref() else { return Shape::default() };
-    let (own, included) = match data {
-        Data::Shell(it) => (it.features.len(), it.bases.clone()),
-        Data::Architecture(it) => {
-            let own = it.connections.len() + it.operations.len() + it.settings.len();
-            (own, it.imports.iter().flatten().cloned().collect())
-        }
-        Data::Component(it) => (0, it.shell.iter().cloned().collect()),
-        Data::Deployment(it) => (it.activities.len(), it.targets.clone()),
-        Data::Use | Data::Codel(_) | Data::Core(_) => return Shape::default(),
-    };
-    let instances = match data {
-        Data::Architecture(it) => it.instances.iter().filter_map(|it| it.component.clone()).collect(),
-        _ => Vec::new(),
-    };
-    Shape { own, included, instances }
 }
 
 struct Sizes<'db> {
@@ -68,21 +40,21 @@ impl<'db> Sizes<'db> {
         match decl.kind(self.db) {
             Kind::Shell | Kind::Architecture => {
                 for of in self.all_of(decl, decl.kind(self.db))? {
-                    let shape = shape_of(self.db, of);
-                    self.take(shape.own + shape.instances.len())?;
+                    let expansion = expansion_of(self.db, of);
+                    self.take(expansion.own + expansion.instances.len())?;
                 }
             }
             Kind::Deployment => {
                 let target = self.resolved(decl, Kind::Architecture).next();
                 let mut instances = 0;
                 for of in target.map_or(Some(Vec::new()), |target| self.all_of(target, Kind::Architecture))? {
-                    for component in &shape_of(self.db, of).instances {
+                    for component in &expansion_of(self.db, of).instances {
                         instances += 1;
                         let features = self.features(of, component)?;
                         self.take(2 * (1 + features))?;
                     }
                 }
-                let activities = shape_of(self.db, decl).own.max(instances);
+                let activities = expansion_of(self.db, decl).own.max(instances);
                 self.take(activities.saturating_mul(activities) / PAIRS_PER_UNIT)?;
             }
             _ => {}
@@ -104,13 +76,14 @@ impl<'db> Sizes<'db> {
 
     fn resolved(&self, of: Decl<'db>, kind: Kind) -> impl Iterator<Item = Decl<'db>> + use<'db> {
         let (db, names) = (self.db, names_of(self.db, self.project));
-        shape_of(db, of).included.iter().filter_map(move |it| names.resolve_type(db, of, kind, Some(it)).ok())
+        let library = of.library(db).as_ref();
+        expansion_of(db, of).included.iter().filter_map(move |it| names.resolve(db, library, kind, it).ok())
     }
 
     /// Returns the number of features of a component that `of` instantiates.
-    fn features(&mut self, of: Decl<'db>, component: &TypeRef) -> Option<usize> {
-        let names = names_of(self.db, self.project);
-        let Ok(component) = names.resolve_type(self.db, of, Kind::Component, Some(component)) else {
+    fn features(&mut self, of: Decl<'db>, component: &[Name]) -> Option<usize> {
+        let (db, names) = (self.db, names_of(self.db, self.project));
+        let Ok(component) = names.resolve(db, of.library(db).as_ref(), Kind::Component, component) else {
             return Some(0);
         };
         if let Some(&features) = self.features.get(&component) {
@@ -118,7 +91,8 @@ impl<'db> Sizes<'db> {
         }
         let mut features = 0;
         if let Some(shell) = self.resolved(component, Kind::Shell).next() {
-            features = self.all_of(shell, Kind::Shell)?.into_iter().map(|it| shape_of(self.db, it).own).sum();
+            features =
+                self.all_of(shell, Kind::Shell)?.into_iter().map(|it| expansion_of(self.db, it).own).sum();
         }
         self.features.insert(component, features);
         Some(features)

@@ -11,7 +11,7 @@ use mauve_syntax::{
 use rustc_hash::FxHashMap;
 
 use crate::completeness::Completeness;
-use crate::item_tree::{Data, Declaration, ItemTree, Kind, Name, SourceId, TypeRef};
+use crate::item_tree::{Data, Declaration, Expansion, ItemTree, Kind, Name, Outline, SourceId, TypeRef};
 use crate::lower::{DeclarationMap, SourceMap, occurrences};
 use crate::{File, ModelDb};
 
@@ -46,13 +46,12 @@ impl<'db> Decl<'db> {
 /// Parses a file. salsa does not compare the result: each new text gives a new tree.
 #[salsa::tracked(returns(ref), no_eq)]
 pub fn parse(db: &dyn ModelDb, file: File) -> Parse {
-    db.trees().parse(file, file.text(db))
+    db.trees().kept(file, file.text(db)).parse
 }
 
 #[salsa::tracked(returns(ref), no_eq)]
-fn lowered(db: &dyn ModelDb, file: File) -> (ItemTree, SourceMap) {
-    let parse = parse(db, file);
-    db.trees().lower(file, parse)
+fn lowered(db: &dyn ModelDb, file: File) -> Arc<(ItemTree, SourceMap)> {
+    db.trees().kept(file, file.text(db)).lowered
 }
 
 /// Returns the declarations of a file, without ranges: comments and blank lines do not change the result.
@@ -93,10 +92,10 @@ pub fn declaration_at<'db>(db: &'db dyn ModelDb, file: File, range: TextRange) -
     declarations(db, file).all.get(index).copied()
 }
 
-/// The declarations of a file, with the fields of its [`ItemTree`] that need no content.
+/// The declarations of a file, with other fields of its [`Outline`].
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct Declarations<'db> {
-    /// In the order of the item tree.
+    /// In the order of the text.
     pub all: Vec<Decl<'db>>,
     pub completeness: Completeness,
     pub unnamed: Vec<(Option<Name>, Kind)>,
@@ -109,14 +108,14 @@ pub struct Declarations<'db> {
 /// Returns the declarations of a file, without their content: a changed period does not change the result.
 #[salsa::tracked(returns(ref))]
 pub fn declarations<'db>(db: &'db dyn ModelDb, file: File) -> Declarations<'db> {
-    let tree = item_tree_of(db, file);
-    let nths = occurrences(tree);
+    let outline = file.outline(db);
+    let nths = occurrences(outline);
     let declare = |(it, nth): (&Declaration, u32)| {
         Decl::new(db, file, it.kind, it.library.clone(), it.name.clone(), nth)
     };
-    let all: Vec<Decl<'db>> = tree.declarations.iter().zip(nths).map(declare).collect();
+    let all: Vec<Decl<'db>> = outline.declarations.iter().zip(nths).map(declare).collect();
     let index = all.iter().enumerate().map(|(index, &decl)| (decl, index)).collect();
-    let ItemTree { completeness, include_completeness, unnamed, possible_names, libraries, .. } = tree;
+    let Outline { completeness, include_completeness, unnamed, possible_names, libraries, .. } = &**outline;
     Declarations {
         all,
         completeness: *completeness,
@@ -136,7 +135,14 @@ fn index_of<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<usize> {
 #[salsa::tracked(returns(ref))]
 pub fn data<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<Arc<Data>> {
     let index = index_of(db, decl)?;
-    Some(item_tree_of(db, decl.file(db)).declarations.get(index)?.data.clone())
+    item_tree_of(db, decl.file(db)).data.get(index).cloned()
+}
+
+/// Returns what a declaration adds to the size of a project.
+pub(crate) fn expansion_of<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> &'db Expansion {
+    static NOTHING: Expansion = Expansion { own: 0, included: Vec::new(), instances: Vec::new() };
+    let declaration = index_of(db, decl).and_then(|it| decl.file(db).outline(db).declarations.get(it));
+    declaration.map_or(&NOTHING, |it| &it.expansion)
 }
 
 /// A location that a diagnostic points at, independent of edits elsewhere.

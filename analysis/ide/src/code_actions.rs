@@ -22,7 +22,7 @@ mod uses;
 use std::cell::OnceCell;
 use std::rc::Rc;
 
-use mauve_diagnostics::{Finding, diagnostics_of_file};
+use mauve_diagnostics::{Finding, file_findings};
 use mauve_hir::{Decl, File, Location, ModelDb, Project, Workspace, parse};
 use mauve_syntax::ast::AstNode;
 use mauve_syntax::format::Replacement;
@@ -169,10 +169,10 @@ impl<'db> Actions<'_, 'db> {
             for &workspace in self.workspaces {
                 // Each workspace reports it once.
                 let others = found.len();
-                for finding in diagnostics_of_file(self.db, workspace, self.question.file) {
+                for finding in &file_findings(self.db, workspace, self.question.file).shown {
                     let mut others = found.iter().take(others);
                     if !others.any(|it| it.diagnostic == finding.diagnostic) {
-                        found.push(finding);
+                        found.push(finding.clone());
                     }
                 }
             }

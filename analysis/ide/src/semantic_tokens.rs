@@ -282,7 +282,6 @@ mod tests {
     use crate::fixture::{Fixture, broken, sample_models};
     use expect_test::{Expect, expect};
     use mauve_hir::Database;
-    use salsa::Setter as _;
 
     const MODIFIERS: [TokenModifier; 9] = [
         TokenModifier::Declaration,
@@ -423,7 +422,7 @@ include \"a.mal\"
     }
 
     fn set(db: &mut Database, file: File, text: &str) {
-        file.set_text(db).to(text.into());
+        file.set_text(db, text.into());
     }
 
     #[test]

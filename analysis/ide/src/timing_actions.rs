@@ -424,7 +424,6 @@ mod tests {
     use mauve_hir::{Database, Workspace, names_of, projects};
     use mauve_tests::Random;
     use mauve_wcrt::ActivityReport;
-    use salsa::Setter as _;
 
     /// The first file of a robot with a component for each instance: `(name, cost)`.
     fn robot(costs: &[(&str, &str)], deployment: &str, config: &str) -> String {
@@ -825,7 +824,7 @@ mod tests {
         let first = found(&db);
         assert_eq!(found(&db), first);
         let other = workspace.file(&db, "/other.mal".as_ref()).unwrap();
-        other.set_text(&mut db).to("shell Other { /* é */ }".into());
+        other.set_text(&mut db, "shell Other { /* é */ }".into());
         assert_eq!(found(&db), first);
     }
 

@@ -114,8 +114,9 @@ impl<'db> Search<'_, 'db> {
 
     fn file(&mut self, db: &'db dyn ModelDb, file: File) {
         self.libraries(db, file);
-        let tree = item_tree_of(db, file);
-        for (declaration, &decl) in tree.declarations.iter().zip(&declarations(db, file).all) {
+        let outline = file.outline(db).declarations.iter();
+        let data = &item_tree_of(db, file).data;
+        for ((declaration, data), &decl) in outline.zip(data).zip(&declarations(db, file).all) {
             let library = declaration.library.as_ref().map_or("", |library| library.as_str());
             if declaration.kind == Kind::Use {
                 continue;
@@ -123,19 +124,19 @@ impl<'db> Search<'_, 'db> {
             self.add(declaration.name.as_str(), kind_of(declaration.kind), [library, ""], || {
                 Location::name_of(decl)
             });
-            self.parts(decl, &declaration.data, [library, declaration.name.as_str()]);
+            self.parts(decl, data, [library, declaration.name.as_str()]);
         }
     }
 
     fn libraries(&mut self, db: &'db dyn ModelDb, file: File) {
-        let tree = item_tree_of(db, file);
+        let outline = file.outline(db);
         let fits = |name: &str| !name.is_empty() && score(&self.words, name, ["", ""]).is_some();
-        if !tree.libraries.iter().any(|name| fits(name)) {
+        if !outline.libraries.iter().any(|name| fits(name)) {
             return;
         }
         for (_, name) in libraries(db, file) {
             let range = name.text_range();
-            let known = tree.libraries.iter().find(|known| name.text() == known.as_str());
+            let known = outline.libraries.iter().find(|known| name.text() == known.as_str());
             if let Some(known) = known {
                 let place = Location::Range(file, range.start().into(), range.end().into());
                 self.add(known.as_str(), SymbolKind::Library, ["", ""], || place);

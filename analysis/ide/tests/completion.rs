@@ -11,7 +11,6 @@ use mauve_hir::{Database, File, Workspace};
 use mauve_ide::{CompletionKind, Completions, completions, signature_help};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize};
 use mauve_tests::{Random, models, texts_moved};
-use salsa::Setter as _;
 
 /// Operations and handlers, which the sample robot does not have.
 const OPERATIONS: &str = r#"
@@ -98,7 +97,7 @@ fn operations() -> Sample {
 impl Sample {
     /// What completion offers; every edit of it, and every signature, is within its text.
     fn ask(&mut self, file: File, text: &str, offset: usize) -> Completions {
-        file.set_text(&mut self.db).to(text.into());
+        file.set_text(&mut self.db, text.into());
         let offset = TextSize::new(offset as u32);
         let found = completions(&self.db, &[self.workspace], file, offset);
         for item in &found.items {
@@ -175,7 +174,7 @@ fn not_offered(mut sample: Sample) -> (usize, Vec<String>) {
                 }
             }
         }
-        file.set_text(&mut sample.db).to(text.as_str().into());
+        file.set_text(&mut sample.db, text.as_str().into());
     }
     (count, missing)
 }
@@ -219,7 +218,7 @@ fn what_is_offered_first_fits() {
                     );
                     let brackets = if is_call && item.snippet.is_some() { "()" } else { "" };
                     let with = format!("{}{}{brackets}{}", &text[..start], item.label, &text[end..]);
-                    file.set_text(&mut sample.db).to(with.into());
+                    file.set_text(&mut sample.db, with.into());
                     for found in workspace_diagnostics(&sample.db, sample.workspace) {
                         let code = found.diagnostic.code.name;
                         let is_unfit = code.starts_with("unresolved-")
@@ -251,7 +250,7 @@ fn what_is_offered_first_fits() {
                     }
                 }
             }
-            file.set_text(&mut sample.db).to(text.as_str().into());
+            file.set_text(&mut sample.db, text.as_str().into());
         }
     }
     assert!(wrong.is_empty(), "{} of {count}:\n{}", wrong.len(), wrong.join("\n"));

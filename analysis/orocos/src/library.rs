@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use mauve_diagnostics::{Severity, diagnostics_of_file, project_diagnostics, severity_set};
+use mauve_diagnostics::{Severity, file_findings, project_diagnostics, severity_set};
 use mauve_hir::item_tree::{Direction, Kind, Name, Parameter, TypeRef};
 use mauve_hir::{
     Callee, Config, Decl, FeatureOf, Location, ModelDb, Project, Type, Workspace, catalogue, codel,
@@ -129,10 +129,10 @@ impl<'db> Libraries<'db> {
 pub fn problems<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Problem<'db>> {
     let workspace = project.workspace(db);
     let config = config_of(db, workspace);
-    let own = project_diagnostics(db, project).iter().cloned();
+    let own = project_diagnostics(db, project).cloned();
     let configured = config_file(db, workspace).into_iter();
     let configured =
-        configured.flat_map(|file| diagnostics_of_file(db, workspace, file)).map(|it| it.diagnostic);
+        configured.flat_map(|file| &file_findings(db, workspace, file).shown).map(|it| it.diagnostic.clone());
     let mut found: Vec<Problem<'db>> = Vec::new();
     let mut seen: FxHashSet<Problem<'db>> = FxHashSet::default();
     for diagnostic in own.chain(configured) {

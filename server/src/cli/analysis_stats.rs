@@ -73,7 +73,7 @@ fn stages(db: &Database, workspaces: &[Workspace]) -> String {
         }),
         measured("item trees", &|| {
             files.iter().for_each(|&file| _ = parse(db, file));
-            let declarations = files.iter().map(|&file| item_tree_of(db, file).declarations.len());
+            let declarations = files.iter().map(|&file| item_tree_of(db, file).data.len());
             counted(declarations.sum(), "declaration")
         }),
         measured("names", &|| format!("{} names in {}", names().count(), counted(projects.len(), "project"))),
@@ -95,7 +95,7 @@ fn stages(db: &Database, workspaces: &[Workspace]) -> String {
             format!("{} in declarations", found.sum::<usize>())
         }),
         measured("diagnostics", &|| {
-            let found = projects.iter().map(|&it| project_diagnostics(db, it).len());
+            let found = projects.iter().map(|&it| project_diagnostics(db, it).count());
             format!("{} in projects", found.sum::<usize>())
         }),
         measured("places", &|| {

@@ -11,7 +11,6 @@ use std::sync::Arc;
 use mauve_diagnostics::{errors_of_text, workspace_diagnostics};
 use mauve_hir::{Database, File, Workspace};
 use mauve_ide::Change;
-use salsa::Setter as _;
 
 use super::super::{diff, say, shown};
 use crate::disk::text_of;
@@ -156,7 +155,7 @@ fn apply(db: &mut Database, change: &Change) -> Vec<(File, Arc<str>)> {
     let texts: Vec<(File, Arc<str>, String)> =
         files.map(|file| (file, file.text(db).clone(), change.applied(db, file))).collect();
     let set = |(file, old, new): (File, Arc<str>, String)| {
-        file.set_text(db).to(new.into());
+        file.set_text(db, new.into());
         (file, old)
     };
     texts.into_iter().map(set).collect()
@@ -164,7 +163,7 @@ fn apply(db: &mut Database, change: &Change) -> Vec<(File, Arc<str>)> {
 
 fn restore(db: &mut Database, texts: &[(File, Arc<str>)]) {
     for (file, text) in texts {
-        file.set_text(db).to(text.clone());
+        file.set_text(db, text.clone());
     }
 }
 

@@ -1,0 +1,323 @@
+//! The findings of a workspace: the diagnostics of all its projects, each once, with its severity; shown or suppressed.
+//!
+//! ```text
+//! facts of a declaration ─→ diagnostics_in (a file) ─┬────────────→ file_findings ─→ the file's list in an editor
+//! facts of the project ───→ of_project ──────────────┴→ gathered ─↗
+//! ```
+//!
+//! The queries are those of a file, so that an edit renders, sorts and compares only what stands in the files that it concerns.
+
+use super::*;
+
+/// A diagnostic with its severity, and its project if the projects of the workspace differ.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct Finding<'db> {
+    /// The diagnostic.
+    pub diagnostic: Diagnostic<'db>,
+    /// Its severity according to `mauve.toml`.
+    pub severity: Severity,
+    /// The first project that has it; `None` if all projects with the file have it.
+    pub only_in: Option<Project<'db>>,
+}
+
+/// Why a finding is not shown.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub enum Suppression {
+    /// A comment at its location has this reason.
+    Comment(String),
+    /// `mauve.toml` accepts the missing proof for this reason.
+    Accepted(String),
+}
+
+/// Findings, sorted by file and location: those that are shown, and those that the user suppresses.
+#[derive(Debug, Clone, Default, PartialEq, Eq, salsa::SalsaValue)]
+pub struct Findings<'db> {
+    /// Those that are shown.
+    pub shown: Vec<Finding<'db>>,
+    /// The others, each with the reason.
+    pub suppressed: Vec<(Finding<'db>, Suppression)>,
+}
+
+/// Returns all diagnostics of a project, including those of its timing, in no particular order.
+pub fn project_diagnostics<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+) -> impl Iterator<Item = &'db Diagnostic<'db>> {
+    let own = project_files(db, project).iter().flat_map(move |&file| own_diagnostics(db, project, file));
+    own.chain(gathered(db, project).values().flatten())
+}
+
+/// Returns the number of errors in the models, the tables and the configuration of a project, without missed deadlines and
+/// with their default severity. With an error, no deployment of the project is proved.
+pub fn errors_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> usize {
+    let config = config_diagnostics(db, project.workspace(db));
+    let all = project_diagnostics(db, project).chain(&config);
+    all.filter(|diagnostic| diagnostic.code.is_of_text()).count()
+}
+
+/// Returns the sum of [`errors_of`] all projects of a workspace, counting each error once.
+pub fn errors_of_text(db: &dyn ModelDb, workspace: Workspace) -> usize {
+    let all = checked_files(db, workspace).iter().flat_map(|&file| diagnostics_at(db, workspace, file));
+    all.filter(|(diagnostic, _)| diagnostic.code.is_of_text()).count()
+}
+
+/// Returns the findings of a workspace that are shown, each once, sorted by file and location.
+pub fn workspace_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Finding<'db>> {
+    let all = checked_files(db, workspace).iter().flat_map(|&file| &file_findings(db, workspace, file).shown);
+    all.cloned().collect()
+}
+
+/// Returns the findings of a workspace, with those that comments and `mauve.toml` suppress.
+pub fn workspace_findings<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Findings<'db> {
+    let mut all = Findings::default();
+    for &file in checked_files(db, workspace) {
+        let Findings { shown, suppressed } = file_findings(db, workspace, file);
+        all.shown.extend_from_slice(shown);
+        all.suppressed.extend_from_slice(suppressed);
+    }
+    all
+}
+
+/// Returns the files that may have findings, sorted by their paths: the models of the projects, those that no root includes, the
+/// tables and the configuration.
+#[salsa::tracked(returns(ref))]
+pub fn checked_files(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
+    let models = projects_by_file(db, workspace).keys().chain(models_not_included(db, workspace)).copied();
+    let tables = mauve_wcrt::table_files(db, workspace).files.iter().copied();
+    let mut all: Vec<File> = models.chain(tables).chain(config_file(db, workspace)).collect();
+    all.sort_by_cached_key(|file| file.path(db).clone());
+    all.dedup();
+    all
+}
+
+/// Returns the findings in a file of a workspace.
+#[salsa::tracked(returns(ref))]
+pub fn file_findings<'db>(db: &'db dyn ModelDb, workspace: Workspace, file: File) -> Findings<'db> {
+    let config = config_of(db, workspace);
+    let severity = |code: &Code| severity_set(config, code).unwrap_or(Some(code.severity));
+    let mut found = Findings::default();
+    let mut used: FxHashSet<usize> = FxHashSet::default();
+    for (mut diagnostic, only_in) in diagnostics_at(db, workspace, file) {
+        let comment = comment_at(db, &diagnostic);
+        used.extend(comment.map(|(index, _)| index));
+        let Some(severity) = severity(diagnostic.code) else { continue };
+        let accepted = diagnostic.accepted.take().map(Suppression::Accepted);
+        let suppression = accepted.or(comment.map(|(_, reason)| Suppression::Comment(reason.to_owned())));
+        let finding = Finding { diagnostic, severity, only_in };
+        match suppression {
+            Some(why) => found.suppressed.push((finding, why)),
+            None => found.shown.push(finding),
+        }
+    }
+    if let Some(severity) = severity(&unused_allow::UNUSED_ALLOW)
+        && !models_not_included(db, workspace).contains(&file)
+    {
+        let allows = allow::allows(db, file).iter().enumerate();
+        let unused = allows.filter(|(index, _)| !used.contains(index));
+        let unused = unused.map(|(_, allow)| unused_allow::report(file, allow));
+        found.shown.extend(unused.map(|diagnostic| Finding { diagnostic, severity, only_in: None }));
+    }
+    let key = |finding: &Finding<'db>| {
+        let diagnostic = &finding.diagnostic;
+        (diagnostic.at.range(db).start(), diagnostic.code.name)
+    };
+    found.shown.sort_by_cached_key(key);
+    found.suppressed.sort_by_cached_key(|(finding, _)| key(finding));
+    found
+}
+
+/// Returns the diagnostics of a file of a project and of its declarations, some of which may be at other files.
+#[salsa::tracked(returns(ref))]
+fn diagnostics_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> Box<[Diagnostic<'db>]> {
+    let mut found = file_diagnostics(db, project.workspace(db), file).to_vec();
+    for &decl in &declarations(db, file).all {
+        // Without facts, there is no need for a query result.
+        if decl.kind(db) == Kind::Deployment || !declaration_facts(db, project, decl).is_empty() {
+            found.extend(declaration_diagnostics(db, project, decl).iter().cloned());
+        }
+    }
+    follow_up::remove_on_broken_lines(db, project.workspace(db), &mut found);
+    found.into_boxed_slice()
+}
+
+/// Returns whether [`gathered`] has a diagnostic of [`diagnostics_in`] this file.
+fn is_gathered(db: &dyn ModelDb, diagnostic: &Diagnostic<'_>, file: File) -> bool {
+    diagnostic.cause.is_some() || diagnostic.at.file(db) != file
+}
+
+fn own_diagnostics<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    file: File,
+) -> impl Iterator<Item = &'db Diagnostic<'db>> {
+    diagnostics_in(db, project, file).iter().filter(move |it| !is_gathered(db, it, file))
+}
+
+/// Returns the diagnostics that depend on several files: of the facts of the project, of times that are missing, of tables.
+#[salsa::tracked(returns(ref))]
+fn of_project<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Box<[Diagnostic<'db>]> {
+    let facts = project_facts(db, project).iter().chain(unused_facts(db, project));
+    let mut found: Vec<Diagnostic<'db>> = facts.map(|fact| render(db, project, fact)).collect();
+    let missing = missing_time_facts(db, project, Query::shown(db, project));
+    found.extend(timing_diagnostics(db, project, missing));
+    let mut in_tables = timing_diagnostics(db, project, table_facts(db, project));
+    in_tables.sort_by_key(|it| match it.at {
+        Location::Range(file, start, _) => (file.path(db).clone(), start, it.message.clone()),
+        _ => Default::default(),
+    });
+    found.extend(in_tables);
+    follow_up::remove_on_broken_lines(db, project.workspace(db), &mut found);
+    found.into_boxed_slice()
+}
+
+/// Returns, by their files, the diagnostics of a project that are not known from their file alone: those of [`of_project`], those
+/// in other files than their declarations, and one for each cause that several files may have.
+#[salsa::tracked(returns(ref))]
+fn gathered<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHashMap<File, Vec<Diagnostic<'db>>> {
+    let in_files = project_files(db, project).iter().flat_map(|&file| {
+        diagnostics_in(db, project, file).iter().filter(move |diagnostic| is_gathered(db, diagnostic, file))
+    });
+    let all = in_files.chain(of_project(db, project)).cloned().collect();
+    let mut by_file: FxHashMap<File, Vec<Diagnostic<'db>>> = FxHashMap::default();
+    for diagnostic in cause::one_for_each_cause(db, all) {
+        by_file.entry(diagnostic.at.file(db)).or_default().push(diagnostic);
+    }
+    by_file
+}
+
+/// Returns the projects that contain each model.
+#[salsa::tracked(returns(ref))]
+fn projects_by_file<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> FxHashMap<File, Vec<Project<'db>>> {
+    let mut found: FxHashMap<File, Vec<Project<'db>>> = FxHashMap::default();
+    for &project in projects(db, workspace) {
+        for &file in project_files(db, project) {
+            found.entry(file).or_default().push(project);
+        }
+    }
+    found
+}
+
+/// Returns the models that no root includes.
+#[salsa::tracked(returns(ref))]
+fn models_not_included(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
+    not_checked(db, workspace)
+}
+
+/// Returns the files that are not included and whose declarations are missing, each with whether that is an error.
+#[salsa::tracked(returns(ref))]
+fn missing_files(db: &dyn ModelDb, workspace: Workspace) -> FxHashMap<File, bool> {
+    let gathered =
+        projects(db, workspace).iter().flat_map(|&project| gathered(db, project).values().flatten());
+    let mut missing: FxHashMap<File, bool> = FxHashMap::default();
+    for diagnostic in gathered {
+        if let Some(Cause::NotIncluded(file)) = diagnostic.cause {
+            *missing.entry(file).or_default() |= diagnostic.code.severity == Severity::Error;
+        }
+    }
+    missing
+}
+
+/// Returns the diagnostics in a file, each once for all projects, whatever severity `mauve.toml` gives them; with
+/// [`Finding::only_in`].
+fn diagnostics_at<'db>(
+    db: &'db dyn ModelDb,
+    workspace: Workspace,
+    file: File,
+) -> Vec<(Diagnostic<'db>, Option<Project<'db>>)> {
+    // A table belongs to all projects. No project contains the configuration, but diagnostics of each may be there.
+    let containing = projects_by_file(db, workspace).get(&file).map(Vec::as_slice);
+    let is_table = containing.is_none() && mauve_wcrt::table_files(db, workspace).files.contains(&file);
+    let having = if is_table { projects(db, workspace) } else { containing.unwrap_or_default() };
+    let mut found: Vec<(Diagnostic<'db>, Vec<Project<'db>>)> = Vec::new();
+    let mut index: FxHashMap<(u32, &'static str, String), usize> = FxHashMap::default();
+    for &project in containing.unwrap_or(projects(db, workspace)) {
+        let own = containing.is_some().then(|| own_diagnostics(db, project, file));
+        let gathered = gathered(db, project).get(&file).into_iter().flatten();
+        for diagnostic in own.into_iter().flatten().chain(gathered) {
+            let start = diagnostic.at.range(db).start().into();
+            let key = (start, diagnostic.code.name, diagnostic.message.clone());
+            let at = *index.entry(key).or_insert(found.len());
+            match found.get_mut(at) {
+                Some((_, owners)) if owners.last() == Some(&project) => {}
+                Some((_, owners)) => owners.push(project),
+                None => found.push((diagnostic.clone(), vec![project])),
+            }
+        }
+    }
+    let mut findings = Vec::new();
+    for (diagnostic, owners) in found {
+        let only_in = owners.first().copied().filter(|_| owners.len() < having.len());
+        // A declaration that one project does not use may be used by another.
+        let is_used =
+            diagnostic.code.unused && diagnostic.code.severity == Severity::Hint && only_in.is_some();
+        if !is_used {
+            findings.push((diagnostic, only_in));
+        }
+    }
+    let not_included = models_not_included(db, workspace);
+    if !not_included.is_empty() {
+        // A missing include is reported once: where a name is missing, otherwise in the file.
+        let missing = missing_files(db, workspace);
+        let in_file = |cause: &Option<Cause>| match cause {
+            Some(Cause::NotIncluded(file)) => {
+                missing.get(file) == Some(&false) && not_included.contains(file)
+            }
+            _ => false,
+        };
+        findings.retain(|(diagnostic, _)| !in_file(&diagnostic.cause));
+        if not_included.contains(&file) && missing.get(&file) != Some(&true) {
+            findings.push((not_included::report(file), None));
+        }
+    }
+    if config_file(db, workspace) == Some(file) {
+        findings.extend(config_diagnostics(db, workspace).into_iter().map(|diagnostic| (diagnostic, None)));
+    }
+    findings
+}
+
+/// Returns the index and the reason of the comment that suppresses a diagnostic.
+fn comment_at<'db>(db: &'db dyn ModelDb, diagnostic: &Diagnostic<'db>) -> Option<(usize, &'db str)> {
+    let file = diagnostic.at.file(db);
+    let allows = allow::allows(db, file);
+    if allow::NEVER_SUPPRESSED.contains(&diagnostic.code.name) {
+        return None;
+    }
+    let may_suppress = |it: &Allow| code_named(&it.code) == Some(diagnostic.code) && !it.reason.is_empty();
+    if !allows.iter().any(may_suppress) {
+        return None;
+    }
+    let line = line_of(db, file, diagnostic.at.range(db).start());
+    let index = allows.iter().position(|it| may_suppress(it) && it.line == line)?;
+    allows.get(index).map(|it| (index, it.reason.as_str()))
+}
+
+/// Returns the diagnostics of `mauve.toml`.
+fn config_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Diagnostic<'db>> {
+    let Some(file) = config_file(db, workspace) else { return Vec::new() };
+    let config = config_of(db, workspace);
+    let at = |span: &std::ops::Range<usize>| Location::Range(file, span.start as u32, span.end as u32);
+    let mut found: Vec<Diagnostic<'db>> = Vec::new();
+    for mauve_hir::Mistake { kind, span, near } in &config.errors {
+        let report = invalid_configuration::report(at(span), configuration::mistake(kind));
+        found.push(report.did_you_mean(near.clone()));
+    }
+    for (name, (_, span)) in config.lints.iter().filter(|(name, _)| code_named(name).is_none()) {
+        let near = mauve_syntax::similar(name, codes().map(|code| code.name)).map(Name::from);
+        let message = format!("no diagnostic `{name}` (`mauve explain all` lists them)");
+        found.push(invalid_configuration::report(at(span), message).did_you_mean(near));
+    }
+    for (error, span) in &mauve_wcrt::table_files(db, workspace).errors {
+        found.push(invalid_configuration::report(at(span), timing_reasons::table_files_error(error)));
+    }
+    for (path, span) in &config.roots {
+        if root_file(db, workspace, path).is_none() {
+            found.push(invalid_configuration::report(at(span), format!("no file `{path}` in this folder")));
+        }
+    }
+    for mauve_hir::Chain { name, span, .. } in &config.chains {
+        found.push(not_analysed::chain(at(span), name));
+    }
+    let named = mauve_hir::check_configuration(db, workspace);
+    found.extend(named.iter().map(|(project, fact)| render(db, *project, fact)));
+    found
+}
