@@ -7,6 +7,7 @@ mod values;
 pub(crate) use programs::components_of;
 
 use std::collections::{BTreeMap, HashMap};
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
 use mauve_diagnostics::{cpu_names, timing_reason};
 use mauve_hir::item_tree::{Kind, Name};
@@ -94,20 +95,7 @@ pub fn inlay_hints(
     let declared = declared.filter(|(_, map)| map.range.intersect(range).is_some());
     for (&decl, _) in declared {
         for &project in &projects {
-            let mut hints = Vec::new();
-            match decl.kind(db) {
-                Kind::Deployment => {
-                    of_deployment(db, project, decl, range, kinds, &mut hints);
-                    if kinds.values {
-                        values::of_values(db, project, decl, &mut hints);
-                    }
-                }
-                Kind::Architecture if kinds.values => values::of_values(db, project, decl, &mut hints),
-                Kind::Core if kinds.program_times => {
-                    programs::of_core(db, project, decl, range, &mut hints);
-                }
-                _ => {}
-            }
+            let hints = of_declaration(db, project, decl, range, kinds);
             for hint in hints.into_iter().filter(|hint| range.contains_inclusive(hint.offset)) {
                 let key = (hint.offset, hint.label.clone());
                 found.entry(key).or_insert_with(|| (hint, Vec::new())).1.push(project);
@@ -123,6 +111,49 @@ pub fn inlay_hints(
         hint
     });
     hints.collect()
+}
+
+/// Returns the hints of a declaration, those in `range` and perhaps others.
+fn of_declaration<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    decl: Decl<'db>,
+    range: TextRange,
+    kinds: HintKinds,
+) -> Vec<InlayHint> {
+    let mut hints = Vec::new();
+    match decl.kind(db) {
+        Kind::Deployment => {
+            of_deployment(db, project, decl, range, kinds, &mut hints);
+            if kinds.values {
+                values::of_values(db, project, decl, &mut hints);
+            }
+        }
+        Kind::Architecture if kinds.values => values::of_values(db, project, decl, &mut hints),
+        Kind::Core if kinds.program_times => programs::of_core(db, project, decl, range, &mut hints),
+        _ => {}
+    }
+    hints
+}
+
+/// Returns a value that changes whenever the label of a hint in a file changes, whatever its position. The labels of cores are
+/// not built for it again.
+pub fn hash_of_hints(db: &dyn ModelDb, workspaces: &[Workspace], file: File, kinds: HintKinds) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    let all = TextRange::up_to(TextSize::of(&**file.text(db)));
+    for project in projects_with(db, workspaces, file) {
+        for &decl in &declarations(db, file).all {
+            if decl.kind(db) == Kind::Core {
+                if kinds.program_times {
+                    programs::hash_of_labels(db, project, decl).hash(&mut hasher);
+                }
+                continue;
+            }
+            let hints = of_declaration(db, project, decl, all, kinds);
+            hints.iter().for_each(|hint| hint.label.hash(&mut hasher));
+        }
+    }
+    hasher.finish()
 }
 
 fn of_deployment<'db>(

@@ -90,7 +90,7 @@ pub use graph::{Graph, GraphEdge, GraphNode, GraphsOf, draw_graph, graph, select
 pub use hierarchy::HierarchyItem;
 pub use hover::{Hover, hover};
 pub use implementation::implementation;
-pub use inlay_hints::{HintKinds, InlayHint, inlay_hints};
+pub use inlay_hints::{HintKinds, InlayHint, hash_of_hints, inlay_hints};
 pub use levels::known_levels;
 pub use machine_view::{MachineEdge, MachineState, MachineView, component_at, state_machine};
 pub use project::projects_with;

@@ -1,17 +1,17 @@
-//! Computes all diagnostics for the client; they are published after each change.
+//! Computes the diagnostics for the client, which are published after each change, and whether its hints and tokens are outdated.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::sync::{Arc, OnceLock};
 
-use mauve_diagnostics::{Severity, diagnostics_of_file, workspace_diagnostics};
-use mauve_hir::{File, is_model};
+use mauve_diagnostics::{Severity, checked_files, file_findings};
+use mauve_hir::{File, ModelDb, Workspace, is_model};
 use mauve_ide::{CodeLens, LensKind};
-use mauve_syntax::{TextRange, TextSize};
-use tower_lsp::lsp_types::{Diagnostic, TextDocumentIdentifier, Url};
+use tower_lsp::lsp_types::{Diagnostic, NumberOrString, TextDocumentIdentifier, Url};
 
 use super::pulls::ResultId;
 use super::snapshot::{Document, Snapshot};
-use super::to_proto;
+use super::to_proto::{self, DiagnosticStyle};
 
 /// The result of a check.
 pub(crate) struct Checked {
@@ -19,24 +19,51 @@ pub(crate) struct Checked {
     pub(crate) is_outdated: bool,
     /// The diagnostics of each open file, and of each other file that has any, with the checked version.
     pub(crate) diagnostics: Found,
-    /// Their result ids, for a client that pulls diagnostics.
-    pub(crate) ids: BTreeMap<Url, ResultId>,
+}
+
+/// What the hints and the tokens of the open files are now.
+pub(crate) struct Compared {
     /// For each open file, a hash of its inlay hints and code lenses without their positions.
     pub(crate) hints: BTreeMap<Url, u64>,
     /// For each open file with semantic tokens, its version and a hash of the tokens.
     pub(crate) meanings: BTreeMap<Url, (i32, u64)>,
 }
 
-/// Returns the result id of a file's diagnostics: a hash.
-pub(crate) fn result_id(diagnostics: &[Diagnostic]) -> ResultId {
-    let mut hasher = DefaultHasher::new();
-    // Serialising plain data never fails.
-    serde_json::to_string(diagnostics).unwrap_or_default().hash(&mut hasher);
-    hasher.finish()
+/// The diagnostics of a file. A copy is cheap.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Items(Arc<(Vec<Diagnostic>, OnceLock<ResultId>)>);
+
+impl Items {
+    /// Returns the diagnostics.
+    pub(crate) fn list(&self) -> &[Diagnostic] {
+        &self.0.0
+    }
+
+    /// Returns the result id of the diagnostics: a hash.
+    pub(crate) fn id(&self) -> ResultId {
+        *self.0.1.get_or_init(|| {
+            let mut hasher = DefaultHasher::new();
+            // Serialising plain data never fails.
+            serde_json::to_string(self.list()).unwrap_or_default().hash(&mut hasher);
+            hasher.finish()
+        })
+    }
+}
+
+impl From<Vec<Diagnostic>> for Items {
+    fn from(list: Vec<Diagnostic>) -> Items {
+        Items(Arc::new((list, OnceLock::new())))
+    }
+}
+
+impl PartialEq for Items {
+    fn eq(&self, other: &Items) -> bool {
+        Arc::ptr_eq(&self.0, &other.0) || self.list() == other.list()
+    }
 }
 
 /// The version of a file, if it is open, and its diagnostics.
-pub(crate) type OfFile = (Option<i32>, Vec<Diagnostic>);
+pub(crate) type OfFile = (Option<i32>, Items);
 
 /// The versions and diagnostics of several files.
 pub(crate) type Found = BTreeMap<Url, OfFile>;
@@ -44,37 +71,35 @@ pub(crate) type Found = BTreeMap<Url, OfFile>;
 /// Returns the diagnostics of each open file, and of each other file that has any.
 pub(crate) fn diagnostics(snapshot: &Snapshot) -> Found {
     let db = &snapshot.db;
-    let mut found: Found = snapshot
-        .documents
-        .iter()
-        .map(|(url, document)| (url.clone(), (Some(document.version), of_document(snapshot, document))))
-        .collect();
+    let documents = snapshot.documents.iter();
+    let of_document = |(url, document): (&Url, &Document)| {
+        let items = of_document(snapshot, document);
+        (url.clone(), (Some(document.version), items.unwrap_or_default()))
+    };
+    let mut found: Found = documents.clone().map(of_document).collect();
     if snapshot.is_stopped {
         return found;
     }
-    let mut counts: HashMap<File, BTreeMap<Severity, usize>> = HashMap::new();
+    let mut files: HashMap<File, Vec<Items>> = HashMap::new();
     for &workspace in snapshot.workspaces.iter() {
-        for finding in workspace_diagnostics(db, workspace) {
-            let file = finding.diagnostic.at.file(db);
-            let count = counts.entry(file).or_default().entry(finding.severity).or_default();
-            *count += 1;
-            if *count > MOST {
-                continue;
-            }
-            let diagnostic = to_proto::diagnostic(snapshot, &finding);
-            for url in snapshot.urls(file) {
-                if snapshot.documents.get(&url).is_none_or(|document| document.is_analysed) {
-                    add(&mut found.entry(url).or_default().1, diagnostic.clone());
-                }
+        for &file in checked_files(db, workspace) {
+            let items = translated(db, workspace, file, snapshot.diagnostic_style());
+            if !items.list().is_empty() {
+                files.entry(file).or_default().push(items.clone());
             }
         }
     }
-    for (file, counts) in counts.into_iter().filter(|(_, counts)| counts.values().any(|count| *count > MOST))
-    {
-        for url in snapshot.urls(file) {
-            if let Some((_, found)) = found.get_mut(&url).filter(|(_, found)| !found.is_empty()) {
-                found.extend(more_than_most(&counts));
+    let mut open: HashMap<File, Vec<(&Url, &Document)>> = HashMap::new();
+    documents.for_each(|(url, document)| open.entry(document.file).or_default().push((url, document)));
+    for (file, items) in files {
+        let items = with_open_uris(snapshot, merged(items));
+        match open.get(&file) {
+            Some(documents) => {
+                for (url, document) in documents.iter().filter(|(_, document)| document.is_analysed) {
+                    found.insert((*url).clone(), (Some(document.version), items.clone()));
+                }
             }
+            None => found.extend(to_proto::url_of(db, file).map(|url| (url, (None, items)))),
         }
     }
     found
@@ -83,64 +108,98 @@ pub(crate) fn diagnostics(snapshot: &Snapshot) -> Found {
 /// The maximum number of diagnostics of one severity that are shown for a file: more make clients slow.
 const MOST: usize = 1000;
 
-fn more_than_most(counts: &BTreeMap<Severity, usize>) -> impl Iterator<Item = Diagnostic> {
-    let more = counts.iter().filter(|(_, count)| **count > MOST);
-    more.map(|(severity, count)| to_proto::more(*severity, count - MOST))
+/// Returns the diagnostics in a file of a workspace. salsa keeps them, so that an edit translates those of the files that it
+/// concerns.
+#[salsa::tracked]
+fn translated(db: &dyn ModelDb, workspace: Workspace, file: File, style: DiagnosticStyle) -> Items {
+    let mut counts: BTreeMap<Severity, usize> = BTreeMap::new();
+    let mut list = Vec::new();
+    for finding in &file_findings(db, workspace, file).shown {
+        let count = counts.entry(finding.severity).or_default();
+        *count += 1;
+        if *count <= MOST {
+            list.push(to_proto::diagnostic(db, style, finding));
+        }
+    }
+    let more = counts.into_iter().filter(|(_, count)| *count > MOST);
+    list.extend(more.map(|(severity, count)| to_proto::more(severity, count - MOST)));
+    list.into()
+}
+
+/// Returns the diagnostics of a file that is in several workspaces, each once.
+fn merged(mut of_workspaces: Vec<Items>) -> Items {
+    if of_workspaces.len() == 1 {
+        return of_workspaces.pop().unwrap_or_default();
+    }
+    let mut seen = HashSet::new();
+    let mut list = Vec::new();
+    for diagnostic in of_workspaces.iter().flat_map(Items::list) {
+        let code = match &diagnostic.code {
+            Some(NumberOrString::String(code)) => code.as_str(),
+            _ => "",
+        };
+        let start = diagnostic.range.start;
+        if seen.insert((start.line, start.character, code, diagnostic.message.as_str())) {
+            list.push(diagnostic.clone());
+        }
+    }
+    list.into()
+}
+
+/// Replaces the URIs of related locations by those under which the client has the files open.
+fn with_open_uris(snapshot: &Snapshot, items: Items) -> Items {
+    if snapshot.other_uris.is_empty() {
+        return items;
+    }
+    let mut list = items.list().to_vec();
+    list.iter_mut().for_each(|diagnostic| snapshot.use_open_uris(diagnostic));
+    list.into()
 }
 
 /// Returns the diagnostics of one file, or `None` if it is in no workspace.
 pub(crate) fn diagnostics_of(snapshot: &Snapshot, url: &Url) -> Option<(Url, OfFile)> {
     let document = snapshot.documents.get(url);
-    let mut found = document.map_or_else(Vec::new, |document| of_document(snapshot, document));
+    let mut items = document.and_then(|document| of_document(snapshot, document));
     if !snapshot.is_stopped && document.is_none_or(|document| document.is_analysed) {
         let (file, _) = snapshot.file(&TextDocumentIdentifier::new(url.clone())).ok()?;
-        let mut counts: BTreeMap<Severity, usize> = BTreeMap::new();
-        for &workspace in snapshot.workspaces.iter() {
-            for finding in diagnostics_of_file(&snapshot.db, workspace, file) {
-                let count = counts.entry(finding.severity).or_default();
-                *count += 1;
-                if *count <= MOST {
-                    add(&mut found, to_proto::diagnostic(snapshot, &finding));
-                }
-            }
-        }
-        found.extend(more_than_most(&counts));
+        let style = snapshot.diagnostic_style();
+        let workspaces = snapshot.workspaces.iter();
+        let of_workspaces =
+            workspaces.map(|&workspace| translated(&snapshot.db, workspace, file, style).clone());
+        items = Some(with_open_uris(snapshot, merged(of_workspaces.collect())));
     }
-    Some((url.clone(), (document.map(|document| document.version), found)))
+    Some((url.clone(), (document.map(|document| document.version), items.unwrap_or_default())))
 }
 
 /// Returns the diagnostics about the state of an open document.
-fn of_document(snapshot: &Snapshot, document: &Document) -> Vec<Diagnostic> {
+fn of_document(snapshot: &Snapshot, document: &Document) -> Option<Items> {
     match document.is_analysed {
-        _ if snapshot.is_stopped => vec![to_proto::stopped()],
-        true => Vec::new(),
-        false => vec![to_proto::another_text()],
-    }
-}
-
-/// Adds a diagnostic, unless another workspace with the same file has added it.
-fn add(found: &mut Vec<Diagnostic>, diagnostic: Diagnostic) {
-    if !found.contains(&diagnostic) {
-        found.push(diagnostic);
+        _ if snapshot.is_stopped => Some(vec![to_proto::stopped()].into()),
+        true => None,
+        false => Some(vec![to_proto::another_text()].into()),
     }
 }
 
 /// Computes the diagnostics of all files.
 pub(crate) fn check(snapshot: &Snapshot) -> Checked {
-    let db = &snapshot.db;
     let is_outdated = snapshot.is_outdated();
     let diagnostics = diagnostics(snapshot);
-    let ids = diagnostics.iter().filter(|_| snapshot.capabilities.pull_diagnostics);
-    let ids = ids.map(|(url, (_, found))| (url.clone(), result_id(found))).collect();
+    // Computed in advance, so that they are ready when the main loop publishes them.
+    if snapshot.capabilities.pull_diagnostics {
+        diagnostics.values().for_each(|(_, items)| _ = items.id());
+    }
+    Checked { is_outdated, diagnostics }
+}
+
+/// Computes what the hints and the tokens of the open files are.
+pub(crate) fn compare(snapshot: &Snapshot) -> Compared {
+    let db = &snapshot.db;
     let mut hints = BTreeMap::new();
     let models = snapshot.documents.iter().filter(|(_, document)| is_model(document.file.path(db)));
     for (url, document) in models.filter(|_| !snapshot.is_stopped) {
         let mut hasher = DefaultHasher::new();
-        let all = TextRange::up_to(TextSize::of(&**document.file.text(db)));
         let kinds = snapshot.settings.hints;
-        for hint in mauve_ide::inlay_hints(db, &snapshot.workspaces, document.file, all, kinds) {
-            hint.label.hash(&mut hasher);
-        }
+        mauve_ide::hash_of_hints(db, &snapshot.workspaces, document.file, kinds).hash(&mut hasher);
         let is_lens_shown = snapshot.capabilities.lens_refresh && snapshot.settings.lenses;
         let lenses = is_lens_shown.then(|| mauve_ide::code_lenses(db, &snapshot.workspaces, document.file));
         let is_found_out = |lens: &CodeLens| matches!(lens.kind, LensKind::Deadlines | LensKind::Instances);
@@ -159,5 +218,5 @@ pub(crate) fn check(snapshot: &Snapshot) -> Checked {
         Some((url, (document.version, meanings)))
     };
     let meanings = snapshot.tokens.asked().into_iter().filter_map(meaning).collect();
-    Checked { is_outdated, diagnostics, ids, hints, meanings }
+    Compared { hints, meanings }
 }

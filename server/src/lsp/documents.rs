@@ -1,7 +1,7 @@
 //! The documents that the client has open: copies of the client's texts.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use tower_lsp::lsp_types::{TextDocumentContentChangeEvent, TextDocumentItem, Url};
@@ -169,6 +169,11 @@ fn path_of(uri: &Url) -> (PathBuf, bool) {
         Ok(path) => (path, true),
         Err(()) => (PathBuf::from(format!("{uri}.mal")), false),
     }
+}
+
+/// Returns the URI of a document that is not a file, from its unique name.
+pub(crate) fn uri_of_document(name: &Path) -> Option<Url> {
+    Url::parse(name.to_str()?.strip_suffix(".mal")?).ok()
 }
 
 #[cfg(test)]

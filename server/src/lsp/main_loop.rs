@@ -20,13 +20,14 @@ use tower_lsp::lsp_types::{
 };
 
 use super::capabilities::Capabilities;
-use super::check::{Checked, check};
+use super::check::{Checked, Compared, check, compare};
 use super::documents::Documents;
 use super::publisher::{Publisher, Refresh};
 use super::pulls::Given;
 use super::settings::Settings;
 use super::snapshot::{Document, Failure, Snapshot, attempt};
 use super::staleness::{MAX_LOADS_FOR_WATCHES, Staleness};
+use super::to_proto::url_of;
 use super::tokens::Tokens;
 use super::watcher::Watcher;
 use crate::load::{Left, Loaded, Loader, Walk, Walked, canonical_path};
@@ -78,7 +79,10 @@ pub(crate) enum Event {
     HintsGiven(Option<u64>),
     /// An edit cancelled the request for the semantic tokens of this version of a document.
     TokensCancelled(Url, i32),
+    /// A check of this generation found diagnostics.
     Checked(u64, Result<Checked, Failure>),
+    /// It also computed what the hints and tokens are.
+    Compared(u64, Result<Compared, Failure>),
 }
 
 impl Event {
@@ -109,6 +113,8 @@ pub(crate) struct MainLoop {
     capabilities: Capabilities,
     workspaces: Arc<[Workspace]>,
     shared_documents: Arc<BTreeMap<Url, Document>>,
+    /// See [`Snapshot::other_uris`].
+    other_uris: Arc<BTreeMap<Url, Url>>,
     /// Open documents outside the client's folders: opening and closing them changes the workspaces.
     strays: BTreeSet<Url>,
     staleness: Staleness,
@@ -144,6 +150,7 @@ impl MainLoop {
             capabilities: Capabilities::default(),
             workspaces: Arc::new([]),
             shared_documents: Arc::default(),
+            other_uris: Arc::default(),
             strays: BTreeSet::new(),
             staleness: Staleness::default(),
             waiting: Vec::new(),
@@ -252,6 +259,12 @@ impl MainLoop {
             Event::Checked(generation, checked) => {
                 self.apply_changes();
                 self.checked(generation, checked);
+            }
+            Event::Compared(generation, compared) => {
+                self.apply_changes();
+                if generation == self.staleness.generation() {
+                    self.compared(compared);
+                }
             }
         }
     }
@@ -370,6 +383,10 @@ impl MainLoop {
             }
         }
         if is_new {
+            let known =
+                |(uri, document): (&Url, &Document)| Some((url_of(&self.db, document.file)?, uri.clone()));
+            let others = shared.iter().filter_map(known).filter(|(of_path, _)| !shared.contains_key(of_path));
+            self.other_uris = Arc::new(others.collect());
             self.shared_documents = Arc::new(shared);
             self.staleness.bump_generation();
         }
@@ -546,6 +563,7 @@ impl MainLoop {
             workspaces: Arc::clone(&self.workspaces),
             folders: self.folders.clone().into(),
             documents: Arc::clone(&self.shared_documents),
+            other_uris: Arc::clone(&self.other_uris),
             capabilities: self.capabilities,
             settings: self.settings,
             generation: self.staleness.generation(),
@@ -574,8 +592,14 @@ impl MainLoop {
             (self.staleness.generation(), self.snapshot(), self.sender.clone());
         self.spawn(move || {
             let checked = attempt(|| check(&snapshot));
-            drop(snapshot);
+            let is_published = checked.as_ref().is_ok_and(|checked| !checked.is_outdated);
             let _ = sender.send(Event::Checked(generation, checked));
+            // Diagnostics do not wait for it.
+            if is_published {
+                let compared = attempt(|| compare(&snapshot));
+                drop(snapshot);
+                let _ = sender.send(Event::Compared(generation, compared));
+            }
         });
     }
 
@@ -594,15 +618,27 @@ impl MainLoop {
 
     /// Publishes a check of the current generation, unless the workspaces are to be loaded again first.
     fn publish(&mut self, checked: Checked) {
-        let Checked { is_outdated, diagnostics, ids, hints, meanings } = checked;
+        let Checked { is_outdated, diagnostics } = checked;
         if is_outdated {
             if self.staleness.load_for_check() {
                 return;
             }
             tracing::error!("a file that is included cannot be read");
         }
-        let are_hints_outdated = self.staleness.publish();
-        if self.publisher.publish(diagnostics, &ids, hints) || are_hints_outdated {
+        self.publisher.publish(diagnostics);
+        if self.staleness.publish() {
+            self.refresh_hints();
+        }
+    }
+
+    /// Requests refreshes of hints and tokens that differ from the client's.
+    fn compared(&mut self, compared: Result<Compared, Failure>) {
+        let Compared { hints, meanings } = match compared {
+            Ok(compared) => compared,
+            Err(Failure::Panicked(message)) => return self.panicked(&message),
+            Err(Failure::Overtaken | Failure::Cancelled) => return self.staleness.request_check(),
+        };
+        if self.publisher.are_hints_changed(hints) {
             self.refresh_hints();
         }
         if self.tokens.is_outdated(&meanings) && self.capabilities.token_refresh {

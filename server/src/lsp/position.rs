@@ -3,12 +3,12 @@
 //! A line ends at `\n`; a `\r` before it belongs to the end of the line. Positions from a client are clamped: to the
 //! end of the line, or to the end of the text.
 
-use mauve_hir::{Database, File};
+use mauve_hir::{File, ModelDb};
 use mauve_syntax::{TextRange, TextSize};
 use tower_lsp::lsp_types::{Position, PositionEncodingKind, Range};
 
 /// The unit of columns.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, salsa::SalsaValue)]
 pub(crate) enum Encoding {
     Utf8,
     /// UTF-16 code units, as in JavaScript; all clients support them.
@@ -95,7 +95,7 @@ pub(crate) struct LineIndex<'a> {
 }
 
 impl LineIndex<'_> {
-    pub(crate) fn new(db: &Database, file: File, encoding: Encoding) -> LineIndex<'_> {
+    pub(crate) fn new(db: &dyn ModelDb, file: File, encoding: Encoding) -> LineIndex<'_> {
         LineIndex { text: file.text(db), lines: mauve_hir::line_index(db, file), encoding }
     }
 

@@ -10,8 +10,8 @@ use tower_lsp::Client;
 use tower_lsp::lsp_types::{MessageType, Url};
 
 use super::PATIENCE;
-use super::check::{Found, result_id};
-use super::pulls::{Pulls, ResultId};
+use super::check::{Found, Items};
+use super::pulls::Pulls;
 use super::to_proto;
 use crate::harmless::harmless;
 
@@ -73,7 +73,7 @@ impl Publisher {
 
     /// Switches to pulled diagnostics for open files.
     pub(crate) fn pull(&mut self) {
-        self.pulls = Some(Pulls::new(result_id(&[])));
+        self.pulls = Some(Pulls::new(Items::default().id()));
     }
 
     /// Records that the client pulls the diagnostics of a version of a file, or of all files; then none are published.
@@ -84,9 +84,9 @@ impl Publisher {
             if all && !self.pulls_all {
                 self.pulls_all = true;
                 let told: Found = std::mem::take(&mut self.published);
-                pulls.found_before(told.iter().map(|(url, (_, found))| (url.clone(), result_id(found))));
+                pulls.found_before(told.iter().map(|(url, (_, items))| (url.clone(), items.id())));
                 self.outbox.put(|waiting| {
-                    waiting.diagnostics.extend(told.into_keys().map(|url| (url, (None, Vec::new()))));
+                    waiting.diagnostics.extend(told.into_keys().map(|url| (url, (None, Items::default()))));
                 });
             }
         }
@@ -100,13 +100,13 @@ impl Publisher {
     }
 
     /// Removes the pulled files from `found`, and requests a refresh if their diagnostics are new.
-    fn pulled(&mut self, found: &mut Found, ids: &BTreeMap<Url, ResultId>) {
+    fn pulled(&mut self, found: &mut Found) {
         let Some(pulls) = &mut self.pulls else { return };
         let all = self.pulls_all;
         let is_asked = |version: &Option<i32>| all || version.is_some();
         let asked = found.iter().filter(|(_, (version, _))| is_asked(version));
         let asked =
-            asked.map(|(url, (version, _))| (url.clone(), (*version, ids.get(url).copied()))).collect();
+            asked.map(|(url, (version, items))| (url.clone(), (*version, Some(items.id())))).collect();
         found.retain(|_, (version, _)| !is_asked(version));
         if pulls.checked(asked) {
             self.refresh(Refresh::Diagnostics);
@@ -114,31 +114,29 @@ impl Publisher {
     }
 
     /// Publishes the differences from the last diagnostics: changed diagnostics, new versions, and empty lists for
-    /// files that are not in `found`; `ids` are the result ids. Returns whether the inlay hints of an open file have
-    /// changed.
-    pub(crate) fn publish(
-        &mut self,
-        mut found: Found,
-        ids: &BTreeMap<Url, ResultId>,
-        hints: BTreeMap<Url, u64>,
-    ) -> bool {
-        self.pulled(&mut found, ids);
+    /// files that are not in `found`.
+    pub(crate) fn publish(&mut self, mut found: Found) {
+        self.pulled(&mut found);
         let gone: Vec<Url> = self.published.keys().filter(|url| !found.contains_key(*url)).cloned().collect();
-        let gone = gone.into_iter().map(|url| (url, (None, Vec::new())));
+        let gone = gone.into_iter().map(|url| (url, (None, Items::default())));
         let new: Found = found
             .iter()
             .filter(|(url, found)| self.published.get(*url) != Some(*found))
             .map(|(url, found)| (url.clone(), found.clone()))
             .chain(gone)
             .collect();
-        found.retain(|_, (version, diagnostics)| version.is_some() || !diagnostics.is_empty());
+        found.retain(|_, (version, items)| version.is_some() || !items.list().is_empty());
         self.published = found;
-        // The client's diagnostics before the first check are unknown.
-        let is_another = |(url, hash): (&Url, &u64)| self.hints.get(url) != Some(hash);
-        let refresh = hints.iter().any(is_another);
-        self.hints = hints;
         self.outbox.put(|waiting| waiting.diagnostics.extend(new));
-        refresh
+    }
+
+    /// Records the hashes of the inlay hints and code lenses. Returns whether those of an open file have changed.
+    pub(crate) fn are_hints_changed(&mut self, hints: BTreeMap<Url, u64>) -> bool {
+        // The client's hints before the first check are unknown.
+        let is_another = |(url, hash): (&Url, &u64)| self.hints.get(url) != Some(hash);
+        let is_changed = hints.iter().any(is_another);
+        self.hints = hints;
+        is_changed
     }
 
     /// Records that the client has closed a file: its displayed diagnostics are unknown from now on.
@@ -153,11 +151,10 @@ impl Publisher {
 
     /// Replaces outdated diagnostics by a message that the analysis has failed.
     pub(crate) fn panicked(&mut self, open: BTreeMap<Url, i32>, message: &str) {
-        let diagnostic = to_proto::defect(message);
-        let id = result_id(std::slice::from_ref(&diagnostic));
-        let ids = open.keys().map(|url| (url.clone(), id)).collect();
-        let known = |(url, version)| (url, (Some(version), vec![diagnostic.clone()]));
-        self.publish(open.into_iter().map(known).collect(), &ids, BTreeMap::new());
+        let items = Items::from(vec![to_proto::defect(message)]);
+        let known = |(url, version)| (url, (Some(version), items.clone()));
+        self.publish(open.into_iter().map(known).collect());
+        self.hints.clear();
         self.defect(message);
     }
 
@@ -241,8 +238,8 @@ impl Outbox {
             for message in warnings {
                 client.show_message(MessageType::WARNING, message).await;
             }
-            for (url, (version, diagnostics)) in diagnostics {
-                client.publish_diagnostics(url, diagnostics, version).await;
+            for (url, (version, items)) in diagnostics {
+                client.publish_diagnostics(url, items.list().to_vec(), version).await;
             }
         }
     }

@@ -7,16 +7,18 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
 
+use mauve_diagnostics::Finding;
 use mauve_hir::{Database, File, Workspace};
 use mauve_syntax::{TextRange, TextSize};
 use salsa::Cancelled;
 use tower_lsp::jsonrpc::{Error, ErrorCode, Result};
-use tower_lsp::lsp_types::{Location, TextDocumentIdentifier, TextDocumentPositionParams, Url};
+use tower_lsp::lsp_types::{Diagnostic, Location, TextDocumentIdentifier, TextDocumentPositionParams, Url};
 
 use super::capabilities::Capabilities;
 use super::position::LineIndex;
 use super::publisher::Outbox;
 use super::settings::Settings;
+use super::to_proto::{self, DiagnosticStyle};
 use super::tokens::Tokens;
 use crate::load::{canonical_path, is_outdated};
 
@@ -42,6 +44,8 @@ pub(crate) struct Snapshot {
     pub(crate) folders: Arc<[PathBuf]>,
     /// The open documents, by the client's URIs.
     pub(crate) documents: Arc<BTreeMap<Url, Document>>,
+    /// The URIs under which documents are open, by the URIs of their paths, where the two differ.
+    pub(crate) other_uris: Arc<BTreeMap<Url, Url>>,
     pub(crate) capabilities: Capabilities,
     pub(crate) settings: Settings,
     /// The generation of the texts.
@@ -87,6 +91,28 @@ impl Snapshot {
     /// Returns where a range of a file is; nothing where the file has no address.
     pub(crate) fn location(&self, file: File, range: TextRange) -> Option<Location> {
         Some(Location { uri: self.url(file)?, range: self.lines(file).range(range) })
+    }
+
+    /// Translates a diagnostic, with the URIs under which the client has related files open.
+    pub(crate) fn diagnostic(&self, finding: &Finding<'_>) -> Diagnostic {
+        let mut diagnostic = to_proto::diagnostic(&self.db, self.diagnostic_style(), finding);
+        self.use_open_uris(&mut diagnostic);
+        diagnostic
+    }
+
+    /// Replaces the URIs of related locations by those under which the client has the files open.
+    pub(crate) fn use_open_uris(&self, diagnostic: &mut Diagnostic) {
+        for related in diagnostic.related_information.iter_mut().flatten() {
+            if let Some(open) = self.other_uris.get(&related.location.uri) {
+                related.location.uri = open.clone();
+            }
+        }
+    }
+
+    /// Returns how the client gets diagnostics.
+    pub(crate) fn diagnostic_style(&self) -> DiagnosticStyle {
+        let Capabilities { encoding, related, pages, .. } = self.capabilities;
+        DiagnosticStyle { encoding, related, pages }
     }
 
     /// Returns the version of an open document.

@@ -4,21 +4,36 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 
 use mauve_diagnostics::{Finding, Severity};
-use mauve_hir::File;
+use mauve_hir::{File, ModelDb};
 use mauve_ide::{Change, FileChange};
 use mauve_syntax::format::Replacement;
 use tower_lsp::lsp_types::*;
 
+use super::documents::uri_of_document;
 use super::pages;
+use super::position::{Encoding, LineIndex};
 use super::snapshot::{ANOTHER_TEXT, Snapshot};
 use crate::harmless::harmless;
 
+/// How a client gets diagnostics.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, salsa::SalsaValue)]
+pub(crate) struct DiagnosticStyle {
+    pub(crate) encoding: Encoding,
+    /// With related locations.
+    pub(crate) related: bool,
+    /// With the addresses of pages.
+    pub(crate) pages: bool,
+}
+
 /// Translates a diagnostic.
-pub(crate) fn diagnostic(snapshot: &Snapshot, finding: &Finding<'_>) -> Diagnostic {
-    let (db, found) = (&snapshot.db, &finding.diagnostic);
-    let related = found.related.iter().filter(|_| snapshot.capabilities.related);
+pub(crate) fn diagnostic(db: &dyn ModelDb, style: DiagnosticStyle, finding: &Finding<'_>) -> Diagnostic {
+    let found = &finding.diagnostic;
+    let range =
+        |at: &mauve_hir::Location<'_>| LineIndex::new(db, at.file(db), style.encoding).range(at.range(db));
+    let related = found.related.iter().filter(|_| style.related);
     let related = related.filter_map(|(at, message)| {
-        Some(DiagnosticRelatedInformation { location: location(snapshot, at)?, message: harmless(message) })
+        let location = Location { uri: url_of(db, at.file(db))?, range: range(at) };
+        Some(DiagnosticRelatedInformation { location, message: harmless(message) })
     });
     let related: Vec<_> = related.collect();
     let only = finding.only_in.map(|project| {
@@ -26,10 +41,10 @@ pub(crate) fn diagnostic(snapshot: &Snapshot, finding: &Finding<'_>) -> Diagnost
         format!(" (in the project of {name})")
     });
     Diagnostic {
-        range: snapshot.lines(found.at.file(db)).range(found.at.range(db)),
+        range: range(&found.at),
         severity: Some(severity_of(finding.severity)),
         code: Some(NumberOrString::String(found.code.name.to_owned())),
-        code_description: match snapshot.capabilities.pages {
+        code_description: match style.pages {
             true => pages::address(found.code.name).map(|href| CodeDescription { href }),
             false => None,
         },
@@ -39,6 +54,12 @@ pub(crate) fn diagnostic(snapshot: &Snapshot, finding: &Finding<'_>) -> Diagnost
         tags: found.code.unused.then(|| vec![DiagnosticTag::UNNECESSARY]),
         ..Diagnostic::default()
     }
+}
+
+/// Returns the URI of the path of a file; that of its document if it has no path.
+pub(crate) fn url_of(db: &dyn ModelDb, file: File) -> Option<Url> {
+    let path = file.path(db);
+    Url::from_file_path(path).ok().or_else(|| uri_of_document(path))
 }
 
 fn severity_of(severity: Severity) -> DiagnosticSeverity {

@@ -1,5 +1,7 @@
 //! Hints with the execution times of programs, and the longest period of each state and each transition.
 
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+
 use mauve_hir::item_tree::{HookKind, Kind, Name, SourceId};
 use mauve_hir::{Decl, Location, ModelDb, ProgramId, Project, core, core_of, names_of, parse};
 use mauve_syntax::ast::{self, AstNode as _};
@@ -10,7 +12,7 @@ use rustc_hash::FxHashMap;
 
 use super::InlayHint;
 
-/// Adds the hints of a core: none for programs without codels, for programs that are never executed, and if a time is unknown.
+/// Adds the hints of a core in `range`.
 pub(super) fn of_core<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -18,21 +20,42 @@ pub(super) fn of_core<'db>(
     range: TextRange,
     hints: &mut Vec<InlayHint>,
 ) {
-    let Some(data) = core(db, of) else { return };
+    let labels = labels_of(db, project, of);
+    if labels.is_empty() {
+        return;
+    }
+    let heads = heads(db, of, range);
+    for (id, label) in labels {
+        let offset = heads.get(&Location::Source(of, *id).range(db).start());
+        let Some(&offset) = offset.filter(|offset| range.contains_inclusive(**offset)) else { continue };
+        hints.push(InlayHint { offset, label: label.clone(), explained_at: None });
+    }
+}
+
+/// Returns a hash of the labels in a core.
+#[salsa::tracked(returns(copy))]
+pub(super) fn hash_of_labels<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    labels_of(db, project, of).hash(&mut hasher);
+    hasher.finish()
+}
+
+/// Returns the labels of the programs, states and transitions of a core: none for programs without codels, for programs that are
+/// never executed, and if a time is unknown.
+#[salsa::tracked(returns(ref))]
+fn labels_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<(SourceId, String)> {
+    let Some(data) = core(db, of) else { return Vec::new() };
     let level = Query::shown(db, project).level;
     let mut all: Vec<(Decl<'db>, &'db Costs)> = Vec::new();
     for &component in components_of(db, project, of) {
         // If one component has no times, the times of another would seem to hold for both.
-        let Some(costs) = costs_of(db, project, component, level) else { return };
+        let Some(costs) = costs_of(db, project, component, level) else { return Vec::new() };
         all.push((component, costs));
     }
-    let heads = heads(db, of, range);
+    let mut labels = Vec::new();
     let mut add = |id: SourceId, before: &str, after: &str, time: &dyn Fn(&Costs) -> Option<&Time>| {
-        let offset = heads.get(&Location::Source(of, id).range(db).start());
-        let Some(&offset) = offset.filter(|offset| range.contains_inclusive(**offset)) else { return };
         if let Some((times, assumed)) = label(db, &all, time) {
-            let label = format!("{before}{times}{after}{assumed}");
-            hints.push(InlayHint { offset, label, explained_at: None });
+            labels.push((id, format!("{before}{times}{after}{assumed}")));
         }
     };
     let at = format!(" at {level}");
@@ -51,6 +74,7 @@ pub(super) fn of_core<'db>(
             add(transition.name.id, "≤ ", " per period", &|costs| costs.transitions.get(&of));
         }
     }
+    labels
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]

@@ -136,8 +136,8 @@ fn resolve_change(snapshot: &Snapshot, action: &lsp_types::CodeAction) -> Result
 }
 
 fn first_fixed(snapshot: &Snapshot, action: &CodeAction<'_>) -> Option<(Range, String)> {
-    let first = to_proto::diagnostic(snapshot, action.fixed.first()?);
-    Some((first.range, action.fixed.first()?.diagnostic.code.name.to_owned()))
+    let mauve_diagnostics::Diagnostic { at, code, .. } = &action.fixed.first()?.diagnostic;
+    Some((snapshot.lines(at.file(&snapshot.db)).range(at.range(&snapshot.db)), code.name.to_owned()))
 }
 
 /// Translates an action; `None` if the client does not support it.
@@ -148,7 +148,7 @@ fn to_client(snapshot: &Snapshot, action: CodeAction<'_>, chosen: &Chosen) -> Op
     if edit == Some(None) {
         return None;
     }
-    let fixed: Vec<_> = action.fixed.iter().map(|it| to_proto::diagnostic(snapshot, it)).collect();
+    let fixed: Vec<_> = action.fixed.iter().map(|it| snapshot.diagnostic(it)).collect();
     Some(lsp_types::CodeAction {
         title: action.title,
         kind: Some(kind(action.kind)),

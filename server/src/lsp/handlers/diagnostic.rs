@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use tower_lsp::jsonrpc::{Error, Result};
 use tower_lsp::lsp_types::{
-    Diagnostic, DocumentDiagnosticParams, DocumentDiagnosticReport, DocumentDiagnosticReportResult,
+    DocumentDiagnosticParams, DocumentDiagnosticReport, DocumentDiagnosticReportResult,
     FullDocumentDiagnosticReport, RelatedFullDocumentDiagnosticReport,
     RelatedUnchangedDocumentDiagnosticReport, UnchangedDocumentDiagnosticReport, Url,
     WorkspaceDiagnosticParams, WorkspaceDiagnosticReport, WorkspaceDiagnosticReportResult,
@@ -12,8 +12,8 @@ use tower_lsp::lsp_types::{
     WorkspaceUnchangedDocumentDiagnosticReport,
 };
 
-use crate::lsp::check::{Found, diagnostics, diagnostics_of, result_id};
-use crate::lsp::pulls::{Given, ResultId};
+use crate::lsp::check::{Found, Items, OfFile, diagnostics, diagnostics_of};
+use crate::lsp::pulls::Given;
 use crate::lsp::snapshot::{Document, Failure, Snapshot, attempt};
 use crate::lsp::to_proto;
 
@@ -30,8 +30,8 @@ pub(crate) fn document_diagnostic(
     let (version, items) = known(snapshot, |snapshot| diagnostics_of(snapshot, url).into_iter().collect())?
         .remove(url)
         .unwrap_or_default();
-    let id = result_id(&items);
-    let report = match full_or_unchanged(id, items, params.previous_result_id.as_deref()) {
+    let id = items.id();
+    let report = match full_or_unchanged(&items, params.previous_result_id.as_deref()) {
         Ok(full_document_diagnostic_report) => {
             DocumentDiagnosticReport::Full(RelatedFullDocumentDiagnosticReport {
                 related_documents: None,
@@ -62,11 +62,11 @@ pub(crate) fn workspace_diagnostic(
         found.entry(url.clone()).or_default();
     }
     let mut given = BTreeMap::new();
-    let report = |(uri, (version, items)): (Url, (Option<i32>, Vec<Diagnostic>))| {
-        let id = result_id(&items);
+    let report = |(uri, (version, items)): (Url, OfFile)| {
+        let id = items.id();
         given.insert(uri.clone(), (version, Some(id)));
         let version = version.map(i64::from);
-        match full_or_unchanged(id, items, given_before.get(&uri).copied()) {
+        match full_or_unchanged(&items, given_before.get(&uri).copied()) {
             Ok(full_document_diagnostic_report) => {
                 let report =
                     WorkspaceFullDocumentDiagnosticReport { uri, version, full_document_diagnostic_report };
@@ -95,7 +95,7 @@ fn known(snapshot: &Snapshot, look: impl Fn(&Snapshot) -> Found) -> Result<Found
     attempt(|| look(snapshot)).or_else(|failure| match failure {
         Failure::Panicked(message) => {
             let of = |(url, document): (&Url, &Document)| {
-                (url.clone(), (Some(document.version), vec![to_proto::defect(&message)]))
+                (url.clone(), (Some(document.version), vec![to_proto::defect(&message)].into()))
             };
             Ok(snapshot.documents.iter().map(of).collect())
         }
@@ -104,15 +104,14 @@ fn known(snapshot: &Snapshot, look: impl Fn(&Snapshot) -> Found) -> Result<Found
 }
 
 fn full_or_unchanged(
-    id: ResultId,
-    items: Vec<Diagnostic>,
+    items: &Items,
     known: Option<&str>,
 ) -> std::result::Result<FullDocumentDiagnosticReport, UnchangedDocumentDiagnosticReport> {
-    let result_id = format!("{id:016x}");
+    let result_id = format!("{:016x}", items.id());
     if known == Some(result_id.as_str()) {
         return Err(UnchangedDocumentDiagnosticReport { result_id });
     }
-    Ok(FullDocumentDiagnosticReport { result_id: Some(result_id), items })
+    Ok(FullDocumentDiagnosticReport { result_id: Some(result_id), items: items.list().to_vec() })
 }
 
 /// Returns the error for a request that an edit has cancelled, after which the client repeats it. After other errors,
