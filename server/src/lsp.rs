@@ -13,7 +13,7 @@
 //! | `backend.rs` | the methods: each an event for the main loop |
 //! | `main_loop.rs` | one thread, one database; edits in, snapshots out |
 //! | `staleness.rs` | whether the workspaces and the published diagnostics are outdated |
-//! | `documents.rs`, `position.rs` | the client's texts, and its positions in them |
+//! | `documents.rs`, `rope.rs`, `position.rs` | the client's texts, and its positions in them |
 //! | `snapshot.rs` | what a worker reads, and how its jobs end |
 //! | `handlers/` | a file for each method that is answered |
 //! | `generate.rs` | what generating Orocos packages would do to the client's files |
@@ -41,6 +41,7 @@ mod position;
 mod progress;
 mod publisher;
 mod pulls;
+mod rope;
 mod settings;
 mod snapshot;
 mod staleness;

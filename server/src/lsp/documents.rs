@@ -6,7 +6,8 @@ use std::time::Instant;
 
 use tower_lsp::lsp_types::{TextDocumentContentChangeEvent, TextDocumentItem, Url};
 
-use super::position::{Encoding, offset};
+use super::position::Encoding;
+use super::rope::Rope;
 use crate::disk::text_of;
 use crate::load::canonical_path;
 
@@ -19,7 +20,7 @@ pub(crate) struct Open {
     pub(crate) is_file: bool,
     /// The client's version number.
     pub(crate) version: i32,
-    pub(crate) text: String,
+    pub(crate) text: Rope,
     /// Why the text is unknown: a change could not be applied.
     pub(crate) problem: Option<String>,
     /// The time of the last change that is not yet in the database.
@@ -59,6 +60,7 @@ impl Documents {
         {
             self.0.remove(&address);
         }
+        let text = Rope::new(&text);
         self.0.insert(uri, Open { path, is_file, version, text, problem: None, dirty: Some(Instant::now()) });
     }
 
@@ -78,7 +80,8 @@ impl Documents {
 
     /// Returns the files, with links resolved, whose text is unknown under one of their URIs, with the reasons.
     pub(crate) fn unknown(&self) -> BTreeMap<PathBuf, String> {
-        self.0.values().filter_map(|open| Some((canonical_path(&open.path), open.problem.clone()?))).collect()
+        let unknown = self.0.values().filter_map(|open| Some((open, open.problem.clone()?)));
+        unknown.map(|(open, problem)| (canonical_path(&open.path), problem)).collect()
     }
 
     fn get_mut(&mut self, uri: &Url) -> Option<&mut Open> {
@@ -108,19 +111,19 @@ impl Documents {
         for change in changes {
             match change.range {
                 None => {
-                    open.text = change.text;
+                    open.text = Rope::new(&change.text);
                     open.problem = None;
                 }
                 Some(range) => {
-                    let (start, is_within) = offset(&open.text, range.start, encoding);
-                    let (end, is_end_within) = offset(&open.text, range.end, encoding);
+                    let (start, is_within) = open.text.place(range.start, encoding);
+                    let (end, is_end_within) = open.text.place(range.end, encoding);
                     // Editors treat these line ends differently.
-                    if let Some(line) = line_with_lone_return(&open.text) {
+                    if let Some(line) = open.text.line_with_lone_return() {
                         open.problem = Some(lone_return(line));
                     } else if end < start || is_within || is_end_within {
                         open.problem = Some(LOST.to_owned());
                     }
-                    open.text.replace_range(start..end.max(start), &change.text);
+                    open.text.replace(start, end.max(start), &change.text);
                 }
             }
         }
@@ -129,9 +132,9 @@ impl Documents {
     /// Compares the copy with the text that the client has saved.
     pub(crate) fn saved(&mut self, uri: &Url, text: Option<String>) {
         let (Some(open), Some(text)) = (self.get_mut(uri), text) else { return };
-        if open.text != text || open.problem.is_some() {
+        if !open.text.is(&text) || open.problem.is_some() {
             tracing::error!("{uri}: the text differed from the client's");
-            open.text = text;
+            open.text = Rope::new(&text);
             open.problem = None;
             open.dirty = Some(Instant::now());
         }
@@ -149,18 +152,11 @@ impl Documents {
         let open = self.0.entry(address).or_insert_with(|| {
             let (path, is_file) = path_of(uri);
             let text = if is_file { text_of(&canonical_path(&path)).0 } else { String::new() };
-            Open { path, is_file, version: 0, text, problem: None, dirty: None }
+            Open { path, is_file, version: 0, text: Rope::new(&text), problem: None, dirty: None }
         });
         open.problem = Some(LOST.to_owned());
         open.dirty = Some(Instant::now());
     }
-}
-
-/// Returns the first line, from 1, with a carriage return without a line feed, which ends a line in some editors.
-fn line_with_lone_return(text: &str) -> Option<usize> {
-    let mut returns = text.match_indices('\r').map(|(at, _)| at);
-    let at = returns.find(|at| text.as_bytes().get(at + 1) != Some(&b'\n'))?;
-    Some(text.get(..at)?.matches('\n').count() + 1)
 }
 
 /// Returns the path of a document, or a unique name if it is not a file. Only models are opened without a file.
@@ -203,7 +199,7 @@ mod tests {
         let mut documents = opened("one\ntwo\n");
         let changes = [change((0, 0), (0, 3), "1"), change((0, 1), (1, 0), ""), change((9, 0), (9, 9), "!")];
         documents.change(&uri(), 2, changes, Encoding::Utf16);
-        assert_eq!(documents.0[&uri()].text, "1two\n!");
+        assert_eq!(documents.0[&uri()].text.text(), "1two\n!");
     }
 
     #[test]
@@ -211,7 +207,7 @@ mod tests {
         let mut documents = opened("one");
         let other = Url::parse("file:///robot/%61.mal").unwrap();
         documents.change(&other, 2, [change((0, 0), (0, 3), "two")], Encoding::Utf16);
-        assert_eq!(documents.0[&uri()].text, "two");
+        assert_eq!(documents.0[&uri()].text.text(), "two");
         assert_eq!(documents.address(&other), Some(uri()));
     }
 
@@ -219,7 +215,7 @@ mod tests {
     fn a_text_that_differs_at_saving_is_the_clients() {
         let mut documents = opened("one");
         documents.saved(&uri(), Some("two".to_owned()));
-        assert_eq!(documents.0[&uri()].text, "two");
+        assert_eq!(documents.0[&uri()].text.text(), "two");
     }
 
     #[test]
@@ -231,7 +227,7 @@ mod tests {
         let whole =
             TextDocumentContentChangeEvent { range: None, range_length: None, text: "two".to_owned() };
         documents.change(&uri(), 3, [whole], Encoding::Utf16);
-        assert_eq!((documents.0[&uri()].text.as_str(), &documents.0[&uri()].problem), ("two", &None));
+        assert_eq!((documents.0[&uri()].text.text().as_str(), &documents.0[&uri()].problem), ("two", &None));
     }
 
     #[test]
@@ -240,7 +236,7 @@ mod tests {
         documents.change(&uri(), 7, [change((0, 0), (0, 0), "x")], Encoding::Utf16);
         assert!(documents.0[&uri()].problem.is_some() && documents.0[&uri()].version == 7);
         documents.open(TextDocumentItem::new(uri(), "mauve".to_owned(), 8, "two".to_owned()));
-        assert_eq!((documents.0[&uri()].text.as_str(), &documents.0[&uri()].problem), ("two", &None));
+        assert_eq!((documents.0[&uri()].text.text().as_str(), &documents.0[&uri()].problem), ("two", &None));
     }
 
     #[test]
@@ -286,7 +282,7 @@ mod tests {
             for encoding in [Encoding::Utf8, Encoding::Utf16, Encoding::Utf32] {
                 let mut documents = opened(&text);
                 documents.change(&uri(), 2, [change(from, to, &new)], encoding);
-                prop_assert!(documents.0[&uri()].text.contains(&new));
+                prop_assert!(documents.0[&uri()].text.text().contains(&new));
             }
         }
     }

@@ -2,7 +2,7 @@
 //! before it starts an analysis, so a burst of edits causes one analysis. Then a worker checks all files, and its
 //! result is published if nothing has changed in the meantime.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -352,24 +352,31 @@ impl MainLoop {
     fn apply_documents(&mut self) {
         let mut dirty: Vec<(Instant, &Url)> =
             self.documents.0.iter().filter_map(|(uri, open)| Some((open.dirty?, uri))).collect();
+        if dirty.is_empty() && self.shared_documents.len() == self.documents.0.len() {
+            return;
+        }
         // If a file is open under two URIs, the text that was changed last is in effect.
         dirty.sort();
         let mut written: BTreeMap<Url, File> = BTreeMap::new();
-        let unknown = if dirty.is_empty() { BTreeMap::new() } else { self.documents.unknown() };
+        let unknown = self.documents.unknown();
         for uri in dirty.into_iter().map(|(_, uri)| uri) {
             if let Some(open) = self.documents.0.get(uri) {
                 let problem = unknown.get(&canonical_path(&open.path)).cloned().map(Problem::Unknown);
-                let file = self.loader.opened(&mut self.db, &open.path, &open.text, problem);
+                let file = self.loader.opened(&mut self.db, &open.path, &open.text.text(), problem);
                 written.insert(uri.clone(), file);
             }
         }
-        let is_new = !written.is_empty() || self.shared_documents.len() != self.documents.0.len();
+        let changed: HashSet<File> = written.values().copied().collect();
         let mut shared = BTreeMap::new();
         for (uri, open) in &mut self.documents.0 {
             open.dirty = None;
-            let known = self.shared_documents.get(uri).map(|document| document.file);
+            let before = self.shared_documents.get(uri).copied();
+            let known = before.map(|document| document.file);
             let Some(file) = written.get(uri).copied().or(known) else { continue };
-            let is_analysed = **file.text(&self.db) == *open.text;
+            let is_analysed = match before.filter(|_| !changed.contains(&file)) {
+                Some(before) => before.is_analysed,
+                None => open.text.is(file.text(&self.db)),
+            };
             shared.insert(uri.clone(), Document { file, version: open.version, is_analysed });
             let is_new_stray = known.is_none()
                 && !is_in_a_folder(&self.db, &self.workspaces, file)
@@ -382,14 +389,12 @@ impl MainLoop {
                 self.staleness.outdate_workspaces();
             }
         }
-        if is_new {
-            let known =
-                |(uri, document): (&Url, &Document)| Some((url_of(&self.db, document.file)?, uri.clone()));
-            let others = shared.iter().filter_map(known).filter(|(of_path, _)| !shared.contains_key(of_path));
-            self.other_uris = Arc::new(others.collect());
-            self.shared_documents = Arc::new(shared);
-            self.staleness.bump_generation();
-        }
+        let known =
+            |(uri, document): (&Url, &Document)| Some((url_of(&self.db, document.file)?, uri.clone()));
+        let others = shared.iter().filter_map(known).filter(|(of_path, _)| !shared.contains_key(of_path));
+        self.other_uris = Arc::new(others.collect());
+        self.shared_documents = Arc::new(shared);
+        self.staleness.bump_generation();
     }
 
     /// Walks through folders on a separate thread: their number and the speed of the disk are unknown.

@@ -3,6 +3,7 @@
 //! A line ends at `\n`; a `\r` before it belongs to the end of the line. Positions from a client are clamped: to the
 //! end of the line, or to the end of the text.
 
+use line_index::WideEncoding;
 use mauve_hir::{File, ModelDb};
 use mauve_syntax::{TextRange, TextSize};
 use tower_lsp::lsp_types::{Position, PositionEncodingKind, Range};
@@ -39,56 +40,42 @@ impl Encoding {
         }
     }
 
-    fn width(self, letter: char) -> u32 {
+    /// Returns the number of columns of a character.
+    pub(crate) fn width_of(self, letter: char) -> usize {
         match self {
-            Encoding::Utf8 => letter.len_utf8() as u32,
-            Encoding::Utf16 => letter.len_utf16() as u32,
+            Encoding::Utf8 => letter.len_utf8(),
+            Encoding::Utf16 => letter.len_utf16(),
             Encoding::Utf32 => 1,
         }
+    }
+
+    /// Returns the offset of a column in the first line of `text`, clamped to the end of the line and to the beginning of a
+    /// character, and the column of that offset.
+    pub(crate) fn offset_in_line(self, text: &str, column: usize) -> (usize, usize) {
+        let mut left = column;
+        for (offset, letter) in text.char_indices() {
+            let is_end = letter == '\n' || text[offset..].starts_with("\r\n");
+            let width = self.width_of(letter);
+            if is_end || left < width {
+                return (offset, column - left);
+            }
+            left -= width;
+        }
+        (text.len(), column - left)
     }
 }
 
 /// Returns the position of the end of `text`.
 pub(crate) fn end_of(text: &str, encoding: Encoding) -> Position {
     let last = text.rsplit('\n').next().unwrap_or_default();
-    let column = last.chars().map(|letter| encoding.width(letter)).sum();
-    Position::new(text.matches('\n').count() as u32, column)
-}
-
-/// Returns the offset of `position`, and whether it is inside a character; then the offset is that of the character.
-pub(crate) fn offset(text: &str, position: Position, encoding: Encoding) -> (usize, bool) {
-    let mut start = 0;
-    for _ in 0..position.line {
-        match text[start..].find('\n') {
-            Some(length) => start += length + 1,
-            None => return (text.len(), false),
-        }
-    }
-    let line = &text[start..];
-    let offset = offset_in_line(line, position.character, encoding);
-    let column: u32 = line[..offset].chars().map(|letter| encoding.width(letter)).sum();
-    let is_end = line[offset..].is_empty() || line[offset..].starts_with(['\r', '\n']);
-    (start + offset, column < position.character && !is_end)
-}
-
-/// Returns the offset of a column in the first line of `text`, clamped to the end of the line and to the beginning of a
-/// character.
-fn offset_in_line(text: &str, column: u32, encoding: Encoding) -> usize {
-    let mut left = column;
-    for (offset, letter) in text.char_indices() {
-        let is_end = letter == '\n' || text[offset..].starts_with("\r\n");
-        let width = encoding.width(letter);
-        if is_end || left < width {
-            return offset;
-        }
-        left -= width;
-    }
-    text.len()
+    let column: usize = last.chars().map(|letter| encoding.width_of(letter)).sum();
+    Position::new(text.matches('\n').count() as u32, column as u32)
 }
 
 /// A text with its lines and the unit of its columns.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub(crate) struct LineIndex<'a> {
+    db: &'a dyn ModelDb,
     text: &'a str,
     lines: &'a line_index::LineIndex,
     encoding: Encoding,
@@ -96,7 +83,7 @@ pub(crate) struct LineIndex<'a> {
 
 impl LineIndex<'_> {
     pub(crate) fn new(db: &dyn ModelDb, file: File, encoding: Encoding) -> LineIndex<'_> {
-        LineIndex { text: file.text(db), lines: mauve_hir::line_index(db, file), encoding }
+        LineIndex { db, text: file.text(db), lines: mauve_hir::line_index(db, file), encoding }
     }
 
     /// Returns the offset of a position, clamped to the text.
@@ -105,7 +92,8 @@ impl LineIndex<'_> {
         let text = line.and_then(|line| self.text.get(std::ops::Range::<usize>::from(line)));
         match (line, text) {
             (Some(line), Some(text)) => {
-                line.start() + TextSize::new(offset_in_line(text, position.character, self.encoding) as u32)
+                let (offset, _) = self.encoding.offset_in_line(text, position.character as usize);
+                line.start() + TextSize::new(offset as u32)
             }
             _ => TextSize::of(self.text),
         }
@@ -117,16 +105,18 @@ impl LineIndex<'_> {
         TextRange::new(start, end.max(start))
     }
 
+    /// Returns the position of an offset. An edit cancels this: answers may have very many positions.
     pub(crate) fn position(&self, offset: TextSize) -> Position {
+        self.db.unwind_if_revision_cancelled();
         let offset = offset.min(TextSize::of(self.text));
         let line_column = self.lines.line_col(offset);
-        let line = self.lines.line(line_column.line).map_or(0, |line| line.start().into());
-        let before = self.text.get(line..offset.into()).unwrap_or_default();
+        let wide = |encoding| self.lines.to_wide(encoding, line_column).map(|wide| wide.col);
         let column = match self.encoding {
-            Encoding::Utf8 => line_column.col,
-            encoding => before.chars().map(|letter| encoding.width(letter)).sum(),
+            Encoding::Utf8 => None,
+            Encoding::Utf16 => wide(WideEncoding::Utf16),
+            Encoding::Utf32 => wide(WideEncoding::Utf32),
         };
-        Position::new(line_column.line, column)
+        Position::new(line_column.line, column.unwrap_or(line_column.col))
     }
 
     pub(crate) fn range(&self, range: TextRange) -> Range {
@@ -137,6 +127,8 @@ impl LineIndex<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lsp::snapshot::{Failure, attempt};
+    use mauve_hir::Database;
 
     const TEXT: &str = "aé\u{1f916}b\r\n\nlast";
 
@@ -145,8 +137,8 @@ mod tests {
         let robot = TEXT.find('b').unwrap();
         for (encoding, column) in [(Encoding::Utf8, 7), (Encoding::Utf16, 4), (Encoding::Utf32, 3)] {
             let position = Position::new(0, column);
-            assert_eq!(offset(TEXT, position, encoding).0, robot);
-            let index = LineIndex { text: TEXT, lines: &line_index::LineIndex::new(TEXT), encoding };
+            let db = Database::default();
+            let index = LineIndex { db: &db, text: TEXT, lines: &line_index::LineIndex::new(TEXT), encoding };
             assert_eq!(index.offset(position), TextSize::new(robot as u32));
             assert_eq!(index.position(TextSize::new(robot as u32)), position);
             assert_eq!(end_of(&TEXT[..robot], encoding), position);
@@ -157,8 +149,8 @@ mod tests {
 
     #[test]
     fn positions_outside_the_text_mean_its_nearest_place() {
-        let (lines, encoding) = (line_index::LineIndex::new(TEXT), Encoding::Utf16);
-        let index = LineIndex { text: TEXT, lines: &lines, encoding };
+        let (lines, encoding, db) = (line_index::LineIndex::new(TEXT), Encoding::Utf16, Database::default());
+        let index = LineIndex { db: &db, text: TEXT, lines: &lines, encoding };
         let end_of_line = TEXT.find('\r').unwrap();
         for (position, expected) in [
             (Position::new(0, 99), end_of_line),
@@ -170,9 +162,17 @@ mod tests {
             // Within a surrogate pair: before the character.
             (Position::new(0, 3), 3),
         ] {
-            assert_eq!(offset(TEXT, position, Encoding::Utf16).0, expected, "{position:?}");
             assert_eq!(usize::from(index.offset(position)), expected, "{position:?}");
         }
+    }
+
+    #[test]
+    fn an_edit_ends_the_translation_of_an_answer() {
+        let (lines, db) = (line_index::LineIndex::new(TEXT), Database::default());
+        let index = LineIndex { db: &db, text: TEXT, lines: &lines, encoding: Encoding::Utf16 };
+        assert!(attempt(|| index.position(0.into())).is_ok());
+        db.cancellation_token().cancel();
+        assert_eq!(attempt(|| index.position(0.into())), Err(Failure::Cancelled));
     }
 
     #[test]
