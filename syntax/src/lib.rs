@@ -48,7 +48,7 @@ pub use parser::{DEEPEST, List};
 pub use reparse::Tier;
 pub use rowan::{GreenNode, NodeOrToken, TextRange, TextSize, WalkEvent};
 pub use spelling::{is_nearest, is_within, similar};
-pub use tree::{Parse, is_whole, token_at, token_before};
+pub use tree::{Parse, is_whole, token_at, token_before, tokens_at};
 pub use trivia::{
     begins_line, comment_above, comments_above, has_comment, is_closed_comment, is_gap, next_significant,
     next_token, previous_significant, previous_token, significant_tokens,

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use rowan::{GreenNode, GreenNodeBuilder, Language as _, TextRange, TextSize};
+use rowan::{GreenNode, GreenNodeBuilder, Language as _, TextRange, TextSize, TokenAtOffset};
 
 use crate::error::{SyntaxError, SyntaxErrorKind, TokenError};
 use crate::lexer::Lexed;
@@ -184,4 +184,21 @@ pub fn token_at(root: &SyntaxNode, offset: TextSize) -> Option<SyntaxToken> {
 /// Returns the token that ends at `offset` or contains it.
 pub fn token_before(root: &SyntaxNode, offset: TextSize) -> Option<SyntaxToken> {
     token_at(root, offset.checked_sub(1.into())?)
+}
+
+/// Returns the tokens that contain or touch `offset`: two between tokens, none outside the text.
+///
+/// ```
+/// let root = mauve_syntax::parse("a.b").syntax();
+/// let texts = |offset: u32| {
+///     mauve_syntax::tokens_at(&root, offset.into()).map(|token| token.text().to_owned()).collect::<Vec<_>>()
+/// };
+/// assert_eq!((texts(0), texts(1), texts(3)), (vec!["a".into()], vec!["a".into(), ".".into()], vec!["b".into()]));
+/// ```
+pub fn tokens_at(root: &SyntaxNode, offset: TextSize) -> TokenAtOffset<SyntaxToken> {
+    match (token_before(root, offset), token_at(root, offset)) {
+        (Some(left), Some(right)) if left == right => TokenAtOffset::Single(left),
+        (Some(left), Some(right)) => TokenAtOffset::Between(left, right),
+        (left, right) => left.or(right).map_or(TokenAtOffset::None, TokenAtOffset::Single),
+    }
 }

@@ -3,7 +3,9 @@
 //! Nothing is analysed because an error is not reported: each of them is still an `ERROR` node in the tree, and the file keeps
 //! at least one error.
 
-use mauve_syntax::{SyntaxError, SyntaxKind, SyntaxNode, SyntaxToken, TextSize, lex, previous_significant};
+use mauve_syntax::{
+    SyntaxError, SyntaxKind, SyntaxNode, SyntaxToken, TextSize, lex, previous_significant, tokens_at,
+};
 
 use super::*;
 
@@ -37,13 +39,13 @@ fn block_before(
     pairs: &FxHashMap<TextSize, TextSize>,
     offset: TextSize,
 ) -> Option<SyntaxToken> {
-    let token = root.token_at_offset(offset).right_biased()?;
+    let token = tokens_at(root, offset).right_biased()?;
     let close = match token.kind() {
         SyntaxKind::R_CURLY => token,
         SyntaxKind::ELSE_KW => previous_significant(&token)?,
         _ => return None,
     };
-    root.token_at_offset(*pairs.get(&close.text_range().start())?).right_biased()
+    tokens_at(root, *pairs.get(&close.text_range().start())?).right_biased()
 }
 
 /// Returns the lines of a file that have a reported syntax error.

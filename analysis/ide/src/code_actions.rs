@@ -26,7 +26,7 @@ use mauve_diagnostics::{Finding, file_findings};
 use mauve_hir::{Decl, File, Location, ModelDb, Project, Workspace, parse};
 use mauve_syntax::ast::AstNode;
 use mauve_syntax::format::Replacement;
-use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize};
+use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize, tokens_at};
 
 use crate::Change;
 use crate::project::projects_with;
@@ -275,14 +275,14 @@ impl<'db> Actions<'_, 'db> {
         if !range.is_empty() {
             return self.around(range);
         }
-        let tokens = self.root().token_at_offset(range.start());
+        let tokens = tokens_at(&self.root(), range.start());
         let of = |token: SyntaxToken| token.parent_ancestors().find_map(N::cast);
         tokens.clone().right_biased().and_then(of).or_else(|| tokens.left_biased().and_then(of))
     }
 
     pub(crate) fn selected_name(&self) -> Option<SyntaxToken> {
         let range = self.selected();
-        let tokens = self.root().token_at_offset(range.start());
+        let tokens = tokens_at(&self.root(), range.start());
         let is_it = |token: &SyntaxToken| token.kind().is_word() && token.text_range().contains_range(range);
         tokens.clone().right_biased().filter(is_it).or_else(|| tokens.left_biased().filter(is_it))
     }

@@ -12,7 +12,7 @@ use mauve_diagnostics::unusable_time;
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Decl, File, Message, ModelDb, Package, Project, Workspace, message_of, parse};
 use mauve_syntax::ast::{self, AstNode as _};
-use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, comment_above};
+use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, comment_above, tokens_at};
 use mauve_wcrt::{Lookup, Query, response_times, timetable_of};
 
 use crate::definition::{definition_of, names};
@@ -63,7 +63,7 @@ fn of_word(db: &dyn ModelDb, projects: &[Project<'_>], file: File, offset: TextS
 
 fn word_at(db: &dyn ModelDb, file: File, offset: TextSize) -> Option<SyntaxToken> {
     let root = mauve_hir::is_model(file.path(db)).then(|| parse(db, file).syntax())?;
-    root.token_at_offset(offset).find(|token| token.kind().is_word())
+    tokens_at(&root, offset).find(|token| token.kind().is_word())
 }
 
 /// Returns the explanations of the activity whose name or keyword is at `offset`: one, or several if projects differ.

@@ -15,7 +15,7 @@ use mauve_hir::{
     Decl, File, Location, ModelDb, Project, Workspace, config_of, declarations, is_model, parse, source_map,
 };
 use mauve_syntax::ast::{self, AstNode as _};
-use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize};
+use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize, tokens_at};
 use mauve_timing::{CpuLoad, Status, Time};
 use mauve_wcrt::{
     ActivityReport, Deadlines, Query, Reason, Refusal, Report, Verdict, budgets, psm_of, response_times,
@@ -314,7 +314,7 @@ fn default_deadline(activity: &ActivityReport<'_>, node: &ast::Activity) -> Opti
 /// Returns the syntax node of the deployment with this name.
 fn deployment_at(db: &dyn ModelDb, name: &Location<'_>) -> Option<ast::Deployment> {
     let root: SyntaxNode = parse(db, name.file(db)).syntax();
-    let token = root.token_at_offset(name.range(db).start()).right_biased()?;
+    let token = tokens_at(&root, name.range(db).start()).right_biased()?;
     token.parent_ancestors().find_map(ast::Deployment::cast)
 }
 

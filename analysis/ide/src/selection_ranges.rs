@@ -3,7 +3,7 @@
 use mauve_hir::{File, ModelDb, is_model, parse};
 use mauve_syntax::{
     NodeOrToken, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, begins_line, comments_above,
-    is_gap, next_token, previous_token,
+    is_gap, next_token, previous_token, tokens_at,
 };
 
 /// Returns the selection ranges around `offset`, from the smallest to the whole file, each larger than the one before.
@@ -30,7 +30,7 @@ pub fn selection_ranges(db: &dyn ModelDb, file: File, offset: TextSize) -> Vec<T
     let offset = offset.min(root.text_range().end());
     let mut ranges = Ranges { offset, found: Vec::new() };
     // Between two tokens, prefers the word.
-    let token = root.token_at_offset(offset).min_by_key(|token| match token.kind() {
+    let token = tokens_at(&root, offset).min_by_key(|token| match token.kind() {
         SyntaxKind::INT_NUMBER | SyntaxKind::FLOAT_NUMBER | SyntaxKind::STRING => 0,
         kind if kind.is_word() => 0,
         SyntaxKind::WHITESPACE => 2,

@@ -2,7 +2,7 @@
 
 use mauve_hir::{File, ModelDb, Workspace, is_model, parse};
 use mauve_syntax::SyntaxKind::{BLOCK_COMMENT, LINE_COMMENT};
-use mauve_syntax::{TextRange, TextSize, is_closed_comment, previous_significant};
+use mauve_syntax::{TextRange, TextSize, is_closed_comment, previous_significant, tokens_at};
 
 use crate::completion::documentation;
 use crate::completion::position::{Position, call_around};
@@ -46,7 +46,7 @@ pub fn signature_help(
     }
     let root = parse(db, file).syntax();
     let offset = offset.min(root.text_range().end());
-    let mut around = root.token_at_offset(offset).filter(|token| token.text_range().start() < offset);
+    let mut around = tokens_at(&root, offset).filter(|token| token.text_range().start() < offset);
     let Some(token) = around.next() else { return Vec::new() };
     let ends = token.text_range().end() <= offset;
     match token.kind() {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use mauve_hir::{File, ModelDb, Project, includes, is_model};
 use mauve_syntax::SyntaxKind::*;
-use mauve_syntax::{SyntaxNode, TextRange, TextSize};
+use mauve_syntax::{SyntaxNode, TextRange, TextSize, tokens_at};
 
 use super::position::before;
 use super::{Completion, CompletionKind, Completions};
@@ -49,7 +49,7 @@ pub(super) fn paths(
 }
 
 fn path_at(root: &SyntaxNode, offset: TextSize) -> Option<(TextRange, bool)> {
-    let mut around = root.token_at_offset(offset);
+    let mut around = tokens_at(root, offset);
     let is_string = |kind| matches!(kind, STRING | UNTERMINATED_STRING);
     let string = around.clone().find(|it| is_string(it.kind()) && it.text_range().start() < offset);
     if let Some(token) = string {

@@ -3,7 +3,7 @@
 use mauve_syntax::SyntaxKind::{self, *};
 use mauve_syntax::{
     SyntaxNode, SyntaxToken, TextRange, TextSize, is_closed_comment, is_whole, next_token,
-    previous_significant, previous_token,
+    previous_significant, previous_token, tokens_at,
 };
 
 /// A position in the grammar.
@@ -33,7 +33,7 @@ pub(crate) struct Position {
 impl Position {
     /// Returns the position of `offset`; none in comments, strings and numbers.
     pub(crate) fn at(root: &SyntaxNode, offset: TextSize) -> Option<Position> {
-        let around: Vec<SyntaxToken> = root.token_at_offset(offset).collect();
+        let around: Vec<SyntaxToken> = tokens_at(root, offset).collect();
         if around.iter().any(|token| is_closed_to(token, offset)) {
             return None;
         }
@@ -42,7 +42,7 @@ impl Position {
 
     /// Returns the position of `offset`, also in comments, strings and numbers.
     pub(crate) fn in_any_token(root: &SyntaxNode, offset: TextSize) -> Position {
-        let around: Vec<SyntaxToken> = root.token_at_offset(offset).collect();
+        let around: Vec<SyntaxToken> = tokens_at(root, offset).collect();
         let word = around.iter().find(|it| it.kind().is_word() && it.text_range().start() < offset);
         let range = word.map_or(TextRange::empty(offset), SyntaxToken::text_range);
         let prefix = word.and_then(|word| {

@@ -4,9 +4,9 @@
 use mauve_diagnostics::cpu_names;
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, File, ModelDb, Project, declaration_at, parse};
-use mauve_syntax::TextSize;
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::keywords::ActivityField;
+use mauve_syntax::{TextSize, tokens_at};
 use mauve_wcrt::{Priority, Query, ResolvedActivity, response_times, system_of};
 
 use super::Hover;
@@ -22,8 +22,7 @@ pub(super) fn of_field(
     file: File,
     offset: TextSize,
 ) -> Option<Hover> {
-    let tokens =
-        mauve_hir::is_model(file.path(db)).then(|| parse(db, file).syntax().token_at_offset(offset))?;
+    let tokens = mauve_hir::is_model(file.path(db)).then(|| tokens_at(&parse(db, file).syntax(), offset))?;
     let is_meant = |token: &mauve_syntax::SyntaxToken| !token.kind().is_trivia();
     let fields = tokens.filter(is_meant).filter_map(|it| it.parent_ancestors().find_map(ast::Field::cast));
     let field = fields.last()?;

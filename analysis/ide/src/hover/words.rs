@@ -5,7 +5,7 @@ use mauve_hir::{File, ModelDb, is_model, parse};
 use mauve_syntax::SyntaxKind::{self, *};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::keywords::{ActivityField, BACKGROUND};
-use mauve_syntax::{SyntaxToken, TextSize};
+use mauve_syntax::{SyntaxToken, TextSize, tokens_at};
 
 use super::Hover;
 use crate::markdown;
@@ -104,7 +104,7 @@ pub(super) fn of_word(db: &dyn ModelDb, file: File, offset: TextSize) -> Option<
     if !is_model(file.path(db)) {
         return None;
     }
-    let tokens = parse(db, file).syntax().token_at_offset(offset);
+    let tokens = tokens_at(&parse(db, file).syntax(), offset);
     tokens.into_iter().find_map(|token| Some(Hover { range: token.text_range(), markdown: meaning(&token)? }))
 }
 

@@ -5,7 +5,7 @@ use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use mauve_hir::item_tree::{HookKind, Kind, Name, SourceId};
 use mauve_hir::{Decl, Location, ModelDb, ProgramId, Project, core, core_of, names_of, parse};
 use mauve_syntax::ast::{self, AstNode as _};
-use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize};
+use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize, tokens_at};
 use mauve_timing::{Level, Time};
 use mauve_wcrt::{Query, psm_of};
 use rustc_hash::FxHashMap;
@@ -170,7 +170,7 @@ fn label(
 fn heads(db: &dyn ModelDb, of: Decl<'_>, range: TextRange) -> FxHashMap<TextSize, TextSize> {
     let mut heads = FxHashMap::default();
     let root = parse(db, of.file(db)).syntax();
-    let name = root.token_at_offset(Location::name_of(of).range(db).start()).right_biased();
+    let name = tokens_at(&root, Location::name_of(of).range(db).start()).right_biased();
     let Some(core) = name.and_then(|name| name.parent_ancestors().find_map(ast::Core::cast)) else {
         return heads;
     };

@@ -11,7 +11,7 @@ use mauve_hir::{
     target_of,
 };
 use mauve_syntax::format::Replacement;
-use mauve_syntax::{SyntaxKind, TextRange, TextSize, next_significant};
+use mauve_syntax::{SyntaxKind, TextRange, TextSize, next_significant, tokens_at};
 use mauve_wcrt::table;
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -117,7 +117,7 @@ impl<'db> Renaming<'_, 'db> {
 
     /// Returns whether an unresolved word of a model may be this name.
     fn may_refer(&self, file: File, range: TextRange) -> bool {
-        let tokens = parse(self.db, file).syntax().token_at_offset(range.start());
+        let tokens = tokens_at(&parse(self.db, file).syntax(), range.start());
         let Some(token) = tokens.into_iter().find(|token| token.text_range() == range) else { return false };
         let Some(parent) = token.parent() else { return false };
         if !token.kind().is_word() {
