@@ -5,6 +5,7 @@
 
 #![allow(clippy::panic, clippy::unwrap_used, reason = "a helper of tests fails as a test does")]
 
+pub mod axes;
 mod client;
 mod command;
 #[cfg(unix)]
