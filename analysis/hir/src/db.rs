@@ -53,7 +53,25 @@ impl File {
         problem: Option<Problem>,
         durability: Durability,
     ) -> File {
-        let kept = has_outline(&path).then(|| Kept::new(text.clone(), None));
+        File::after(db, path, text, problem, durability, None)
+    }
+
+    /// Creates a copy of the file with another text in another database. It shares the tree of what the texts have in common.
+    pub fn copied(self, db: &dyn ModelDb, to: &dyn ModelDb, text: Arc<str>) -> File {
+        let previous = db.trees().lock().get(&self).cloned();
+        let (path, problem) = (self.path(db).clone(), self.problem(db).clone());
+        File::after(to, path, text, problem, Durability::LOW, previous.as_ref())
+    }
+
+    fn after(
+        db: &dyn ModelDb,
+        path: PathBuf,
+        text: Arc<str>,
+        problem: Option<Problem>,
+        durability: Durability,
+        previous: Option<&Kept>,
+    ) -> File {
+        let kept = has_outline(&path).then(|| Kept::new(text.clone(), previous));
         let outline = kept.as_ref().map_or_else(Outline::unknown, Kept::outline);
         let file = File::builder(path, text, outline, problem)
             .durability(Durability::HIGH)
@@ -178,6 +196,9 @@ pub(crate) struct Kept {
 impl Kept {
     /// Parses and lowers a text, and reuses what the previous one has in common with it.
     fn new(text: Arc<str>, previous: Option<&Kept>) -> Kept {
+        if let Some(kept) = previous.filter(|kept| Arc::ptr_eq(&kept.text, &text)) {
+            return kept.clone();
+        }
         let parse = match previous {
             Some(kept) => kept.parse.reparse(&kept.text, &text),
             None => mauve_syntax::parse(&text),
@@ -196,9 +217,6 @@ impl Trees {
     /// Returns the tree of this text of a file, and its lowered nodes.
     pub(crate) fn kept(&self, file: File, text: &Arc<str>) -> Kept {
         let previous = self.lock().get(&file).cloned();
-        if let Some(kept) = previous.as_ref().filter(|kept| Arc::ptr_eq(&kept.text, text)) {
-            return kept.clone();
-        }
         let kept = Kept::new(text.clone(), previous.as_ref());
         self.keep(file, kept.clone());
         kept

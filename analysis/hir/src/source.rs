@@ -356,4 +356,19 @@ mod tests {
         );
         assert_eq!(at("", &[(0, 0)]), ["none"]);
     }
+
+    #[test]
+    fn a_copy_of_a_file_in_another_database_shares_its_trees() {
+        let db = Database::default();
+        let text = "shell A { }\nshell B { }\n".to_owned();
+        let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);
+        let file = workspace.file(&db, "/a.mal".as_ref()).unwrap();
+        let first = |db: &dyn ModelDb, file| data(db, declarations(db, file).all[0]).clone().unwrap();
+        let known = first(&db, file);
+        let other = Database::default();
+        let copy = file.copied(&db, &other, "shell A { }\nshell C { }\n".into());
+        assert!(Arc::ptr_eq(&known, &first(&other, copy)));
+        assert_eq!(declarations(&other, copy).all[1].name(&other).as_str(), "C");
+        assert_eq!(declarations(&db, file).all[1].name(&db).as_str(), "B");
+    }
 }

@@ -38,7 +38,8 @@ impl Change {
     /// Adds a replacement and returns `true`, also if it is already present. If it overlaps another, returns `false`: the
     /// caller then drops the whole change.
     pub fn replace(&mut self, file: File, edit: Replacement) -> bool {
-        let index = self.files.iter().position(|known| known.file == file).unwrap_or_else(|| {
+        // Most changes go from file to file.
+        let index = self.files.iter().rposition(|known| known.file == file).unwrap_or_else(|| {
             self.files.push(FileChange { file, edits: Vec::new(), note: None });
             self.files.len() - 1
         });

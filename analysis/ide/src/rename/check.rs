@@ -1,6 +1,8 @@
 //! Checks a rename: all references to the renamed definition are known, and in the changed texts every name refers to the same
 //! definition as before.
 
+use std::path::Path;
+
 use mauve_diagnostics::{Diagnostic, render};
 use mauve_hir::fact::Fact;
 use mauve_hir::item_tree::{Data, Endpoint, Kind, NameRef};
@@ -10,13 +12,12 @@ use mauve_hir::{
     includes, inference_of_core, is_model, line_of, names_of, parse, project_files, projects, shell_of,
     target_of,
 };
-use mauve_syntax::format::Replacement;
 use mauve_syntax::{SyntaxKind, TextRange, TextSize, next_significant, tokens_at};
 use mauve_wcrt::table;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::{Renaming, shown, text_of};
-use crate::change::Change;
+use crate::change::{Change, FileChange};
 use crate::document_symbols::SymbolKind;
 use crate::occurrences::{Definition, Found, Role, in_toml, is_of_value, names_in};
 use crate::project::projects_with;
@@ -27,6 +28,10 @@ impl<'db> Renaming<'_, 'db> {
         let (db, old) = (self.db, self.old_name);
         let home = self.home();
         let mut seen: FxHashSet<File> = FxHashSet::default();
+        let mut known: FxHashMap<File, FxHashSet<TextRange>> = FxHashMap::default();
+        for (_, it) in all {
+            known.entry(it.file).or_default().insert(it.range);
+        }
         for &project in self.concerned {
             let workspace = project.workspace(db);
             let unreadable = project_files(db, project).iter().find(|&&file| {
@@ -52,18 +57,19 @@ impl<'db> Renaming<'_, 'db> {
                     ));
                 }
                 if file.text(db).contains(old) && seen.insert(file) {
-                    self.check_words(file, all, is_incomplete)?;
+                    self.check_words(file, known.remove(&file).unwrap_or_default(), is_incomplete)?;
                 }
             }
         }
         Ok(())
     }
 
-    /// Checks that for each word in a file that may refer to the definition, it is known whether it does.
+    /// Checks that for each word in a file that may refer to the definition, it is known whether it does. `known` are the
+    /// references.
     fn check_words(
         &self,
         file: File,
-        all: &[(Project<'db>, Found<'db>)],
+        mut known: FxHashSet<TextRange>,
         is_incomplete: bool,
     ) -> Result<(), String> {
         let (db, text) = (self.db, file.text(self.db));
@@ -80,8 +86,6 @@ impl<'db> Renaming<'_, 'db> {
             }
             _ => None,
         };
-        let mut known: FxHashSet<TextRange> =
-            all.iter().filter(|(_, it)| it.file == file).map(|(_, it)| it.range).collect();
         let mut all_known = false;
         for (start, word) in text.match_indices(self.old_name) {
             let range = TextRange::at(TextSize::new(start as u32), TextSize::of(word));
@@ -200,6 +204,7 @@ impl<'db> Renaming<'_, 'db> {
         let db = self.db;
         let (scratch, pairs) = applied(db, self.workspaces, change);
         let home = self.home().map(|home| home.file(db));
+        let shift = Shift::of(change);
         for (workspace, changed) in pairs {
             for (&before, &after) in projects(db, workspace).iter().zip(projects(&scratch, changed)) {
                 let files = files_of(db, before).into_iter().zip(files_of(&scratch, after));
@@ -209,7 +214,7 @@ impl<'db> Renaming<'_, 'db> {
                     let has_one = text.contains(self.old_name) || text.contains(self.new_name);
                     // Names inside a declaration are not visible in other models.
                     if has_one && home.is_none_or(|home| home == file || !is_model(file.path(db))) {
-                        self.check_file((before, file), (&scratch, after, changed), change)?;
+                        self.check_file((before, file), (&scratch, after, changed), &shift)?;
                     }
                 }
             }
@@ -221,26 +226,28 @@ impl<'db> Renaming<'_, 'db> {
         &self,
         (project, file): (Project<'db>, File),
         (scratch, new_project, new_file): (&'new Database, Project<'new>, File),
-        change: &Change,
+        shift: &Shift,
     ) -> Result<(), String> {
-        let (db, shift) = (self.db, Shift::of(change));
-        let mut before: Vec<(Seen, TextRange)> = Vec::new();
-        for name in names_in(db, project, file) {
+        let db = self.db;
+        let mut before: Vec<(Seen<'_>, TextRange)> = Vec::new();
+        let names = names_in(db, project, file);
+        for name in &names {
             let mut key = DefinitionKey::of(db, &name.definition, &|file, at| shift.moved(file, at));
             if name.definition == self.thing.definition
                 && let DefinitionKey::Library(library) = &mut key
             {
-                *library = self.new_name.to_owned();
+                *library = self.new_name;
             }
             before.push(((shift.moved(file, name.range.start()), key, name.role), name.range));
         }
-        let after = names_in(scratch, new_project, new_file).into_iter().map(|name| {
+        let new_names = names_in(scratch, new_project, new_file);
+        let after = new_names.iter().map(|name| {
             let key = DefinitionKey::of(scratch, &name.definition, &|_, at| at);
             ((name.range.start(), key, name.role), name.range)
         });
-        let after: Vec<(Seen, TextRange)> = after.collect();
-        let of = |all: &'_ [(Seen, TextRange)]| all.iter().map(|(seen, _)| seen).cloned().collect();
-        let (old, new): (FxHashSet<Seen>, FxHashSet<Seen>) = (of(&before), of(&after));
+        let after: Vec<(Seen<'_>, TextRange)> = after.collect();
+        let old: FxHashSet<&Seen<'_>> = before.iter().map(|(seen, _)| seen).collect();
+        let new: FxHashSet<&Seen<'_>> = after.iter().map(|(seen, _)| seen).collect();
         if let Some((_, range)) = before.iter().find(|(seen, _)| !new.contains(seen)) {
             let (line, word) = (self.line(file, *range), text_of(db, file, *range));
             return Err(format!("{line}: `{word}` would refer to another definition"));
@@ -250,7 +257,7 @@ impl<'db> Renaming<'_, 'db> {
             let word = text_of(scratch, new_file, *range);
             return Err(format!("{}, line {line}: `{word}` would refer to a definition", shown(db, file)));
         }
-        self.check_errors((project, file), (scratch, new_project, new_file), &shift)?;
+        self.check_errors((project, file), (scratch, new_project, new_file), shift)?;
         let errors = |db: &dyn ModelDb, file: File| match is_model(file.path(db)) {
             true => parse(db, file).errors().len(),
             false => table(db, file).errors.len(),
@@ -266,7 +273,7 @@ impl<'db> Renaming<'_, 'db> {
         &self,
         (project, file): (Project<'db>, File),
         (scratch, new_project, new_file): (&'new Database, Project<'new>, File),
-        shift: &Shift<'_>,
+        shift: &Shift,
     ) -> Result<(), String> {
         let db = self.db;
         let old: FxHashSet<(&str, File, TextSize)> = errors(db, project, file)
@@ -308,50 +315,60 @@ fn errors<'db>(
     found.filter(|fact| fact.is_error()).map(move |fact| render(db, project, fact))
 }
 
-type Seen = (TextSize, DefinitionKey, Role);
+type Seen<'a> = (TextSize, DefinitionKey<'a>, Role);
 
 /// The definition of a name, comparable between two databases.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-enum DefinitionKey {
-    Location(std::path::PathBuf, TextSize),
-    Library(String),
-    Other(String),
+enum DefinitionKey<'a> {
+    Location(&'a Path, TextSize),
+    Library(&'a str),
+    Package(&'a str),
+    Message(&'a str, &'a str),
+    Type(&'a str),
 }
 
-impl DefinitionKey {
+impl<'a> DefinitionKey<'a> {
     fn of(
-        db: &dyn ModelDb,
-        definition: &Definition<'_>,
+        db: &'a dyn ModelDb,
+        definition: &'a Definition<'a>,
         moved: &dyn Fn(File, TextSize) -> TextSize,
-    ) -> DefinitionKey {
-        let at = |place: &Location<'_>| {
+    ) -> DefinitionKey<'a> {
+        let at = |place: &Location<'a>| {
             let file = place.file(db);
-            DefinitionKey::Location(file.path(db).clone(), moved(file, place.range(db).start()))
+            DefinitionKey::Location(file.path(db), moved(file, place.range(db).start()))
         };
         match definition {
             Definition::Declaration(decl) => at(&Location::name_of(*decl)),
             Definition::At(place) => at(place),
-            Definition::Library(name) => DefinitionKey::Library(name.to_string()),
-            Definition::File(file) => DefinitionKey::Location(file.path(db).clone(), 0.into()),
-            other => DefinitionKey::Other(format!("{other:?}")),
+            Definition::Library(name) => DefinitionKey::Library(name),
+            Definition::File(file) => DefinitionKey::Location(file.path(db), 0.into()),
+            Definition::Package(name) => DefinitionKey::Package(name),
+            Definition::Message(package, name) => DefinitionKey::Message(package, name),
+            Definition::Type(name) => DefinitionKey::Type(name),
         }
     }
 }
 
-struct Shift<'a>(FxHashMap<File, &'a [Replacement]>);
+/// The positions that a change moves: of each file the ends of its edits, with the sum of their changes of the length.
+struct Shift(FxHashMap<File, Vec<(TextSize, i64)>>);
 
-impl Shift<'_> {
-    fn of(change: &Change) -> Shift<'_> {
-        Shift(change.files.iter().map(|it| (it.file, it.edits.as_slice())).collect())
+impl Shift {
+    fn of(change: &Change) -> Shift {
+        let of_file = |it: &FileChange| {
+            let sums = it.edits.iter().scan(0, |sum, edit| {
+                *sum += edit.text.len() as i64 - i64::from(u32::from(edit.range.len()));
+                Some((edit.range.end(), *sum))
+            });
+            (it.file, sums.collect())
+        };
+        Shift(change.files.iter().map(of_file).collect())
     }
 
     fn moved(&self, file: File, at: TextSize) -> TextSize {
-        let edits = self.0.get(&file).copied().unwrap_or_default();
-        let mut moved = at;
-        for edit in edits.iter().take_while(|edit| edit.range.end() <= at) {
-            moved = moved + TextSize::of(&edit.text) - edit.range.len();
-        }
-        moved
+        let edits = self.0.get(&file).map_or(&[][..], Vec::as_slice);
+        let before = edits.partition_point(|(end, _)| *end <= at);
+        let sum = before.checked_sub(1).and_then(|last| edits.get(last)).map_or(0, |(_, sum)| *sum);
+        TextSize::new((i64::from(u32::from(at)) + sum) as u32)
     }
 }
 
@@ -362,18 +379,20 @@ fn applied(
     change: &Change,
 ) -> (Database, Vec<(Workspace, Workspace)>) {
     let scratch = Database::default();
+    let texts: FxHashMap<File, &FileChange> = change.files.iter().map(|it| (it.file, it)).collect();
     let mut files: FxHashMap<File, File> = FxHashMap::default();
     let mut pairs = Vec::new();
     for &workspace in workspaces {
         let known = workspace.files(db);
-        if !change.files.iter().any(|changed| known.values().any(|&file| file == changed.file)) {
+        if !known.values().any(|file| texts.contains_key(file)) {
             continue;
         }
         let mut copy = |file: File| {
             *files.entry(file).or_insert_with(|| {
-                let is_changed = change.files.iter().any(|changed| changed.file == file);
-                let text = if is_changed { change.applied(db, file).into() } else { file.text(db).clone() };
-                File::new(&scratch, file.path(db).clone(), text, file.problem(db).clone())
+                let text = file.text(db);
+                let changed =
+                    texts.get(&file).map(|it| mauve_syntax::format::applied(text, &it.edits).into());
+                file.copied(db, &scratch, changed.unwrap_or_else(|| text.clone()))
             })
         };
         let copies = known.iter().map(|(path, &file)| (path.clone(), copy(file))).collect();
