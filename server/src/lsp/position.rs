@@ -129,6 +129,7 @@ mod tests {
     use super::*;
     use crate::lsp::snapshot::{Failure, attempt};
     use mauve_hir::Database;
+    use salsa::Database as _;
 
     const TEXT: &str = "aé\u{1f916}b\r\n\nlast";
 
