@@ -11,8 +11,8 @@ use mauve_hir::item_tree::{
 };
 use mauve_hir::{
     Binding, Builtin, Callee, Code, CoreInference, Decl, File, Location, ModelDb, Project, Type,
-    VariableKind, data, declarations, features_of, first_target_of, flat_of, includes, inference_of_core,
-    names_of, parse, shell_of, source_map, statements, type_of,
+    VariableKind, data, declaration_map, declarations, features_of, first_target_of, flat_of, includes,
+    inference_of_core, names_of, parse, shell_of, source_map, statements, type_of,
 };
 use mauve_syntax::SyntaxKind::{CODEL, OPERATION_DECLARATION, PARAM, PORT, PROPERTY, RESULT_TYPE, VAR};
 use mauve_syntax::ast::{self, AstNode as _};
@@ -119,17 +119,47 @@ pub(crate) fn in_declaration<'db>(
     project: Project<'db>,
     decl: Decl<'db>,
 ) -> Vec<Found<'db>> {
-    let found = |it: &Occurrence<'db>| it.found(db, decl);
-    occurrences_of(db, project, decl).iter().filter_map(found).collect()
+    located(db, decl, occurrences_of(db, project, decl))
 }
 
-impl<'db> Occurrence<'db> {
-    pub(crate) fn found(&self, db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<Found<'db>> {
-        let whole = Location::Source(decl, self.id).range(db);
-        let range = segment(decl.file(db).text(db), whole, self.segment)?;
-        let (definition, kind, role) = (self.definition.clone(), self.kind, self.role);
-        Some(Found { file: decl.file(db), of: Some(decl), range, definition, kind, role })
-    }
+/// Returns the names of a file that refer to a definition, in text order.
+pub(crate) fn names_of_definition<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    file: File,
+    definition: &Definition<'db>,
+) -> Vec<Found<'db>> {
+    let is_it = |found: &Found<'db>| found.definition == *definition;
+    let mut found: Vec<Found<'db>> = match mauve_hir::is_model(file.path(db)) {
+        true => {
+            let mut found = outside_declarations(db, project, file);
+            found.retain(is_it);
+            for &decl in &declarations(db, file).all {
+                let all = occurrences_of(db, project, decl).iter();
+                found.extend(located(db, decl, all.filter(|it| it.definition == *definition)));
+            }
+            found
+        }
+        false => in_toml(db, project, file).names.iter().filter(|it| is_it(it)).cloned().collect(),
+    };
+    found.sort_by_key(|found| (found.range.start(), found.range.end()));
+    found
+}
+
+/// Returns the names of a declaration with their locations.
+fn located<'a, 'db: 'a>(
+    db: &'db dyn ModelDb,
+    decl: Decl<'db>,
+    names: impl IntoIterator<Item = &'a Occurrence<'db>>,
+) -> Vec<Found<'db>> {
+    let Some(map) = declaration_map(db, decl) else { return Vec::new() };
+    let (file, text) = (decl.file(db), decl.file(db).text(db));
+    let found = |it: &Occurrence<'db>| {
+        let range = segment(text, map.range_of(it.id).unwrap_or(map.range), it.segment)?;
+        let (definition, kind, role) = (it.definition.clone(), it.kind, it.role);
+        Some(Found { file, of: Some(decl), range, definition, kind, role })
+    };
+    names.into_iter().filter_map(found).collect()
 }
 
 /// Returns the range of the name with this index in `whole`, a `library.Name` or `package::Message` of `text`, which may contain

@@ -6,7 +6,7 @@ use mauve_wcrt::table_files;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::definition::names;
-use crate::occurrences::{Definition, Found, Role, names_in};
+use crate::occurrences::{Definition, Found, Role, names_of_definition};
 use crate::project::projects_with;
 
 /// A reference.
@@ -64,7 +64,7 @@ pub fn highlights(
 ) -> Vec<Reference> {
     let mut all = Vec::new();
     for (project, name) in names(db, workspaces, file, offset) {
-        all.extend(names_in(db, project, file).into_iter().filter(|it| it.definition == name.definition));
+        all.extend(names_of_definition(db, project, file, &name.definition));
     }
     all.sort_by_key(|it| it.range.start());
     merged(&all)
@@ -133,7 +133,7 @@ pub(crate) fn occurrences<'db>(
             found.extend(of_project.filter(|it| known.insert(it.clone())));
         }
     }
-    found.sort_by_cached_key(|(_, it)| (it.file.path(db).clone(), it.range.start()));
+    found.sort_by_key(|(_, it)| (it.file.path(db), it.range.start()));
     found
 }
 
@@ -148,8 +148,7 @@ fn in_project<'db>(
     for file in files_of(db, project) {
         db.unwind_if_revision_cancelled();
         if word.as_ref().is_none_or(|word| file.text(db).contains(word)) {
-            let names = names_in(db, project, file).into_iter();
-            found.extend(names.filter(|name| name.definition == *definition));
+            found.extend(names_of_definition(db, project, file, definition));
         }
     }
     found
