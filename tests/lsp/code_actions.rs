@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use mauve_tests::{Client, Text, address, scratch};
+use mauve_tests::{Client, Text, address, scratch, write};
 use serde_json::{Value, json};
 
-use crate::{copied_robot, start};
+use crate::{MAUVE, copied_robot, start};
 
 /// A folder with nothing in it.
 fn empty(name: &str) -> PathBuf {
@@ -176,4 +176,26 @@ fn what_is_done_when_a_file_is_saved() {
     // Nobody looks for that wherever a cursor goes.
     let found = actions(&mut client, &text, "C(S)", 0, json!({}));
     assert!(found.iter().all(|action| !action["kind"].as_str().unwrap().starts_with("source")), "{found:#?}");
+}
+
+/// The time of the actions grows in proportion to the errors of a file: the server may run for some seconds only, in which
+/// nothing quadratic ends.
+#[cfg(unix)]
+#[test]
+fn actions_of_a_file_with_thousands_of_errors() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let folder = empty("actions-of-many-errors");
+    let axis = mauve_tests::axes::Axis::named("diagnostics");
+    write(&folder, &(axis.project)(4_000));
+    let limited = folder.join("limited");
+    std::fs::write(&limited, format!("#!/bin/sh\nulimit -t 6\nexec '{MAUVE}' \"$@\"\n")).unwrap();
+    std::fs::set_permissions(&limited, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let mut client = Client::start(&limited.to_string_lossy(), &[]);
+    client.initialize(Some(&folder), &good_editor());
+    let text = client.open_file(&folder.join(&axis.file[1..]));
+    assert!(client.diagnostics(&text).len() >= 1_000, "the rest of them is counted, not shown");
+    let range = json!({"start": text.position(0), "end": text.position(text.text.len())});
+    let context = json!({"diagnostics": [], "only": ["source.fixAll"]});
+    let params = json!({"textDocument": {"uri": text.uri}, "range": range, "context": context});
+    assert_eq!(client.call("textDocument/codeAction", params), Ok(json!([])));
 }

@@ -22,6 +22,13 @@ pub struct Axis {
     pub ranges: fn(usize) -> usize,
 }
 
+impl Axis {
+    /// The axis with this name.
+    pub fn named(name: &str) -> &'static Axis {
+        AXES.iter().find(|axis| axis.name == name).unwrap_or_else(|| panic!("no axis `{name}`"))
+    }
+}
+
 /// All axes.
 pub const AXES: &[Axis] = &[
     axis("files", 25, |size| generated_project(size, size * 50), "/part1.mal", "Component1"),

@@ -19,17 +19,19 @@ mod sorted_fields;
 mod update;
 mod uses;
 
-use std::cell::OnceCell;
+use std::cell::{OnceCell, RefCell};
 use std::rc::Rc;
 
 use mauve_diagnostics::{Finding, file_findings};
 use mauve_hir::{Decl, File, Location, ModelDb, Project, Workspace, parse};
-use mauve_syntax::ast::AstNode;
+use mauve_syntax::ast::{self, AstNode};
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize, tokens_at};
+use rustc_hash::FxHashMap;
 
 use crate::Change;
 use crate::project::projects_with;
+use program::Programs;
 
 /// A code action.
 #[derive(Debug, Clone, PartialEq)]
@@ -141,8 +143,16 @@ pub fn code_actions<'db>(
     question: ActionQuestion<'_>,
 ) -> Vec<CodeAction<'db>> {
     let projects = projects_with(db, workspaces, question.file);
-    let findings = OnceCell::new();
-    let mut actions = Actions { db, workspaces, projects, question, findings, found: Vec::new() };
+    let mut actions = Actions {
+        db,
+        workspaces,
+        projects,
+        question,
+        findings: OnceCell::new(),
+        programs: RefCell::default(),
+        found: Vec::new(),
+        known: FxHashMap::default(),
+    };
     for offer in OFFERS {
         offer(&mut actions);
     }
@@ -155,7 +165,11 @@ pub(crate) struct Actions<'a, 'db> {
     pub(crate) projects: Vec<Project<'db>>,
     pub(crate) question: ActionQuestion<'a>,
     findings: OnceCell<Rc<[Finding<'db>]>>,
+    /// The programs of each core with an action.
+    programs: RefCell<FxHashMap<(Project<'db>, TextRange), Option<Rc<Programs<'db>>>>>,
     found: Vec<CodeAction<'db>>,
+    /// The indices of the found actions, by their titles and the location of the first diagnostic that they fix.
+    known: FxHashMap<(String, Option<Location<'db>>), Vec<usize>>,
 }
 
 impl<'db> Actions<'_, 'db> {
@@ -166,12 +180,15 @@ impl<'db> Actions<'_, 'db> {
     pub(crate) fn findings(&self) -> Rc<[Finding<'db>]> {
         let all = || {
             let mut found: Vec<Finding<'db>> = Vec::new();
+            let mut known: FxHashMap<Location<'db>, Vec<usize>> = FxHashMap::default();
             for &workspace in self.workspaces {
                 // Each workspace reports it once.
                 let others = found.len();
                 for finding in &file_findings(self.db, workspace, self.question.file).shown {
-                    let mut others = found.iter().take(others);
-                    if !others.any(|it| it.diagnostic == finding.diagnostic) {
+                    let same = known.entry(finding.diagnostic.at.clone()).or_default();
+                    let mut others = same.iter().filter(|index| **index < others);
+                    if !others.any(|&index| found[index].diagnostic == finding.diagnostic) {
+                        same.push(found.len());
                         found.push(finding.clone());
                     }
                 }
@@ -214,10 +231,13 @@ impl<'db> Actions<'_, 'db> {
         mut action: CodeAction<'db>,
         change: impl FnOnce() -> C,
     ) {
-        let is_same = |it: &CodeAction<'_>| {
-            it.title == action.title && it.kind == action.kind && it.fixed == action.fixed
-        };
-        if !self.wants(action.kind) || self.found.iter().any(is_same) {
+        if !self.wants(action.kind) {
+            return;
+        }
+        let first = action.fixed.first().map(|it| it.diagnostic.at.clone());
+        let known = self.known.entry((action.title.clone(), first)).or_default();
+        let is_same = |it: &CodeAction<'_>| it.kind == action.kind && it.fixed == action.fixed;
+        if known.iter().any(|&index| is_same(&self.found[index])) {
             return;
         }
         let is_needed = match self.question.changes {
@@ -229,6 +249,7 @@ impl<'db> Actions<'_, 'db> {
             let Some(change) = change().into() else { return };
             action.change = Some(change.with_line_ends(self.db));
         }
+        known.push(self.found.len());
         self.found.push(action);
     }
 
@@ -258,6 +279,13 @@ impl<'db> Actions<'_, 'db> {
         if changes.all(|other| other == first) {
             self.offer(kind, title, || first);
         }
+    }
+
+    /// Returns the programs of a core of the file: see [`Programs::with_unknown`].
+    fn programs(&self, project: Project<'db>, core: &ast::Core) -> Option<Rc<Programs<'db>>> {
+        let key = (project, core.syntax().text_range());
+        let of = || Programs::with_unknown(self.db, project, self.question.file, core).map(Rc::new);
+        self.programs.borrow_mut().entry(key).or_insert_with(of).clone()
     }
 
     pub(crate) fn root(&self) -> SyntaxNode {

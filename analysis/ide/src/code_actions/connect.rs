@@ -1,17 +1,27 @@
 //! Connects an unconnected input or required operation to each output or operation that fits.
 
 use mauve_diagnostics::Finding;
-use mauve_hir::item_tree::{Feature, FeatureKind, Name};
+use mauve_hir::item_tree::{Direction, FeatureKind, Name};
 use mauve_hir::{
-    Decl, FeatureOf, FlatInstance, ModelDb, Project, Type, declaration_at, first_target_of, flat_of, type_of,
+    Decl, FeatureOf, Flat, FlatInstance, ModelDb, Project, Type, declaration_at, first_target_of, flat_of,
+    type_of,
 };
 use mauve_syntax::ast::{self, AstNode as _};
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::{Actions, put_into};
 
 const MOST: usize = 12;
 
-pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>) {
+/// The outputs and operations of each architecture, for all its findings.
+#[derive(Default)]
+pub(super) struct KnownSources<'db>(FxHashMap<(Project<'db>, Decl<'db>, &'static str), Sources<'db>>);
+
+pub(super) fn offer<'db>(
+    actions: &mut Actions<'_, 'db>,
+    finding: &Finding<'db>,
+    known: &mut KnownSources<'db>,
+) {
     let (db, file) = (actions.db, actions.question.file);
     let at = finding.diagnostic.at.range(db);
     let activity = actions.around::<ast::Activity>(at);
@@ -22,9 +32,9 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
     let Some(architecture) = first_target_of(db, project, of) else { return };
     let keyword =
         if finding.diagnostic.code.name == "unconnected-input" { "connection" } else { "operation" };
-    for (source, target) in
-        connections(db, project, architecture, &instance.syntax().text().to_string(), keyword)
-    {
+    let key = (project, architecture, keyword);
+    let sources = known.0.entry(key).or_insert_with(|| Sources::of(db, project, architecture, keyword));
+    for (source, target) in sources.connections(&instance.syntax().text().to_string()) {
         let title = format!("Connect `{source}` to `{target}`");
         actions.offer_fix(finding, title, || {
             put_into(db, architecture, &format!("{keyword} {source} -> {target}"))
@@ -32,64 +42,97 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
     }
 }
 
-/// Returns the possible connections of an instance's open ends, as pairs of `instance.feature`.
-fn connections<'db>(
+/// The outputs or the operations of an architecture, by what they fit.
+struct Sources<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
-    architecture: Decl<'db>,
-    instance: &str,
-    keyword: &str,
-) -> Vec<(String, String)> {
-    let (gives, takes) = match keyword {
-        "connection" => (FeatureKind::Output, FeatureKind::Input),
-        _ => (FeatureKind::Provided, FeatureKind::Required),
-    };
-    let flat = flat_of(db, project, architecture);
-    let Some(of) = flat.instance(instance) else { return Vec::new() };
-    let is_open = |name: &Name| !flat.links.iter().any(|link| link.target == (of.name.clone(), name.clone()));
-    let mut found = Vec::new();
-    let features = |instance: &FlatInstance<'db>, kind: FeatureKind| {
-        let features = instance.features(db, project).into_iter().flat_map(|it| &it.by_name);
-        let first = features.filter_map(|(name, features)| Some((name, features.first()?)));
-        first.filter(move |(_, it)| it.kind == kind)
-    };
-    for (name, input) in features(of, takes).filter(|(name, _)| is_open(name)) {
-        let mut sources = Vec::new();
-        for other in flat.instances.iter().filter(|other| other.name != of.name) {
-            for (output, feature) in features(other, gives) {
-                if fit(db, project, feature, input) {
-                    sources.push((output != name, format!("{}.{output}", other.name)));
-                }
-            }
-        }
-        sources.sort_by_key(|(is_another_name, _)| *is_another_name);
-        let sources = sources.into_iter().take(MOST);
-        found.extend(sources.map(|(_, source)| (source, format!("{}.{name}", of.name))));
-    }
-    found
+    flat: &'db Flat<'db>,
+    takes: FeatureKind,
+    fitting: FxHashMap<Signature, Fitting<'db>>,
+    connected: FxHashSet<&'db (Name, Name)>,
 }
 
-/// Returns whether two features fit. If a type is unknown, only features of the same name fit.
-fn fit<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    one: &FeatureOf<'db>,
-    other: &FeatureOf<'db>,
-) -> bool {
-    let (Some(a), Some(b)) = (one.data(db), other.data(db)) else { return false };
-    let types = |of: &FeatureOf<'db>, data: &'db Feature| {
+/// Sources with one signature: instances and features, in the order of the instances.
+#[derive(Default)]
+struct Fitting<'db> {
+    all: Vec<(&'db Name, &'db Name)>,
+    by_name: FxHashMap<&'db Name, Vec<&'db Name>>,
+}
+
+/// Two features fit if these are equal: the directions and types of the parameters and of the value or result, and the spelling
+/// of unknown types.
+type Signature = Vec<(Option<Direction>, Type, Option<Vec<Name>>)>;
+
+impl<'db> Sources<'db> {
+    fn of(
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        architecture: Decl<'db>,
+        keyword: &str,
+    ) -> Sources<'db> {
+        let (gives, takes) = match keyword {
+            "connection" => (FeatureKind::Output, FeatureKind::Input),
+            _ => (FeatureKind::Provided, FeatureKind::Required),
+        };
+        let flat = flat_of(db, project, architecture);
+        let connected = flat.links.iter().map(|link| &link.target).collect();
+        let mut sources = Sources { db, project, flat, takes, fitting: FxHashMap::default(), connected };
+        for instance in &flat.instances {
+            for (name, feature) in sources.features(instance, gives) {
+                let Some(signature) = sources.signature(feature) else { continue };
+                let fitting = sources.fitting.entry(signature).or_default();
+                fitting.all.push((&instance.name, name));
+                fitting.by_name.entry(name).or_default().push(&instance.name);
+            }
+        }
+        sources
+    }
+
+    fn features(
+        &self,
+        instance: &FlatInstance<'db>,
+        kind: FeatureKind,
+    ) -> impl Iterator<Item = (&'db Name, &'db FeatureOf<'db>)> + use<'db> {
+        let features = instance.features(self.db, self.project).into_iter().flat_map(|it| &it.by_name);
+        let first = features.filter_map(|(name, features)| Some((name, features.first()?)));
+        first.filter(move |(_, it)| it.kind == kind)
+    }
+
+    /// Returns `None` if a type is missing: nothing fits then.
+    fn signature(&self, of: &FeatureOf<'db>) -> Option<Signature> {
+        let data = of.data(self.db)?;
         let parameters = data.parameters.iter().map(|it| (Some(it.direction), it.ty.as_ref()));
         let all = parameters.chain([(None, data.ty.as_ref())]);
-        all.map(|(direction, ty)| (direction, ty, type_of(db, project, of.shell, ty))).collect::<Vec<_>>()
-    };
-    let (a, b) = (types(one, a), types(other, b));
-    a.len() == b.len()
-        && a.iter().zip(&b).all(|((d, path, ty), (e, other_path, other))| {
-            let path = path.map(|it| &it.path);
-            d == e
-                && ty == other
-                && (*ty != Type::Unknown || path.is_some() && path == other_path.map(|it| &it.path))
-        })
+        let types = all.map(|(direction, written)| {
+            let ty = type_of(self.db, self.project, of.shell, written);
+            let path = match ty {
+                Type::Unknown => Some(written?.path.clone()),
+                _ => None,
+            };
+            Some((direction, ty, path))
+        });
+        types.collect()
+    }
+
+    /// Returns the possible connections of an instance's open ends, as pairs of `instance.feature`: for each end, first the
+    /// sources of its name.
+    fn connections(&self, instance: &str) -> Vec<(String, String)> {
+        let Some(of) = self.flat.instance(instance) else { return Vec::new() };
+        let mut found = Vec::new();
+        for (name, input) in self.features(of, self.takes) {
+            if self.connected.contains(&(of.name.clone(), name.clone())) {
+                continue;
+            }
+            let Some(fitting) = self.signature(input).and_then(|it| self.fitting.get(&it)) else { continue };
+            let same = fitting.by_name.get(name).into_iter().flatten().map(|other| (*other, name));
+            let others = fitting.all.iter().copied().filter(|(_, output)| *output != name);
+            let sources = same.chain(others).filter(|(other, _)| **other != of.name).take(MOST);
+            found.extend(
+                sources.map(|(other, output)| (format!("{other}.{output}"), format!("{}.{name}", of.name))),
+            );
+        }
+        found
+    }
 }
 
 #[cfg(test)]

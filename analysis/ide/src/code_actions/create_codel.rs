@@ -16,11 +16,8 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
     // A name that refers to something else cannot be called, even with a codel of this name.
     let is_unknown = finding.diagnostic.message.starts_with("no codel or operation");
     let Some(&project) = actions.projects.first().filter(|_| is_it && is_unknown) else { return };
-    let Some(signature) =
-        Programs::with_unknown(db, project, file, &core).and_then(|it| signature(&it, &call))
-    else {
-        return;
-    };
+    let programs = actions.programs(project, &core);
+    let Some(signature) = programs.and_then(|it| signature(&it, &call)) else { return };
     let name = &text[at];
     // After the other codels of its library, or directly before the core.
     let before = core.syntax().prev_sibling().into_iter();

@@ -1,11 +1,21 @@
 //! Creates the missing target state of a transition, after the state of the transition.
 
 use mauve_diagnostics::Finding;
+use mauve_syntax::TextRange;
 use mauve_syntax::ast::{self, AstNode as _};
+use rustc_hash::FxHashMap;
 
 use super::{Actions, indentation, put};
 
-pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>, all: &[Finding<'db>]) {
+/// The names of the missing states of each state machine, by its range, sorted.
+pub(super) type MissingStates<'a> = FxHashMap<TextRange, Vec<&'a str>>;
+
+pub(super) fn offer<'db>(
+    actions: &mut Actions<'_, 'db>,
+    finding: &Finding<'db>,
+    all: &[Finding<'db>],
+    known: &mut MissingStates<'db>,
+) {
     let (db, file) = (actions.db, actions.question.file);
     let text = file.text(db);
     let at = finding.diagnostic.at.range(db);
@@ -16,15 +26,19 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>,
     let written = |name: &str| format!("\n{indent}state {name} {{\n{indent}}}");
     let name = &text[at];
     actions.offer_fix(finding, format!("Create state `{name}`"), || put(file, whole.end(), written(name)));
-    let mut missing: Vec<&str> = all
-        .iter()
-        .filter(|it| it.diagnostic.code.name == "unresolved-state" && it.diagnostic.at.file(db) == file)
-        .map(|it| it.diagnostic.at.range(db))
-        .filter(|range| machine.syntax().text_range().contains_range(*range))
-        .map(|range| &text[range])
-        .collect();
-    missing.sort_unstable();
-    missing.dedup();
+    let machine = machine.syntax().text_range();
+    let missing = known.entry(machine).or_insert_with(|| {
+        let mut missing: Vec<&str> = all
+            .iter()
+            .filter(|it| it.diagnostic.code.name == "unresolved-state" && it.diagnostic.at.file(db) == file)
+            .map(|it| it.diagnostic.at.range(db))
+            .filter(|range| machine.contains_range(*range))
+            .map(|range| &text[range])
+            .collect();
+        missing.sort_unstable();
+        missing.dedup();
+        missing
+    });
     if missing.len() > 1 {
         let title = format!("Create the {} missing states", missing.len());
         actions.offer_fix(finding, title, || {

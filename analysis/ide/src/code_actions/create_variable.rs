@@ -4,7 +4,6 @@ use mauve_diagnostics::Finding;
 use mauve_hir::shell_of;
 use mauve_syntax::ast::{self, AstNode as _};
 
-use super::program::Programs;
 use super::{Actions, indentation, put, put_into};
 
 pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>) {
@@ -17,7 +16,7 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
     // Otherwise the name refers to something without a value.
     let is_unknown = finding.diagnostic.message.starts_with("no variable");
     let Some(&project) = actions.projects.first().filter(|_| is_unknown) else { return };
-    let Some(programs) = Programs::with_unknown(db, project, file, &of) else { return };
+    let Some(programs) = actions.programs(project, &of) else { return };
     let Some(parent) = node.parent() else { return };
     let assigned = ast::AssignStatement::cast(parent.clone());
     let ty = match &assigned {

@@ -2,6 +2,8 @@
 //! without a look.
 
 use mauve_diagnostics::{Finding, Fix};
+use mauve_syntax::TextRange;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::{
     ActionKind, Actions, CodeAction, connect, create_codel, create_state, create_variable, declare_operation,
@@ -16,16 +18,31 @@ const CLEAR: &[&str] = &["connection-direction", "continued-line", "header-colon
 const ONE_BY_ONE: &[&str] = &["unknown-timing-key"];
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
-    if !actions.wants(ActionKind::QuickFix) && !actions.wants(ActionKind::FixAll) {
+    if actions.wants(ActionKind::QuickFix) {
+        offer_selected(actions);
+    }
+    if !actions.wants(ActionKind::FixAll) {
         return;
     }
+    let findings = actions.findings();
+    let is_clear = |it: &&Finding<'_>| only_fix(it).is_some() && CLEAR.contains(&it.diagnostic.code.name);
+    let all: Vec<&Finding<'_>> = findings.iter().filter(is_clear).collect();
+    if !all.is_empty() {
+        let title = format!("Fix all auto-fixable problems ({} in this file)", all.len());
+        offer_all(actions, title, ActionKind::FixAll, &all);
+    }
+}
+
+/// Offers the fixes of the selected diagnostics, and of all diagnostics with their codes.
+fn offer_selected<'db>(actions: &mut Actions<'_, 'db>) {
     let db = actions.db;
     let question = actions.question;
     let findings = actions.findings();
+    let shown: FxHashSet<(TextRange, &str)> =
+        question.diagnostics.iter().map(|(range, code)| (*range, code.as_str())).collect();
     let is_selected = |finding: &Finding<'_>| {
         let (at, code) = (finding.diagnostic.at.range(db), finding.diagnostic.code.name);
-        at.intersect(question.range).is_some()
-            || question.diagnostics.iter().any(|(range, of)| *range == at && of == code)
+        at.intersect(question.range).is_some() || shown.contains(&(at, code))
     };
     let selected: Vec<&Finding<'_>> = findings.iter().filter(|it| is_selected(it)).collect();
     for finding in &selected {
@@ -40,13 +57,14 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
             actions.push(action, || Change::of_fix(db, fix));
         }
     }
+    let (mut missing_states, mut sources) = (FxHashMap::default(), connect::KnownSources::default());
     for finding in &selected {
         match finding.diagnostic.code.name {
-            "unresolved-state" => create_state::offer(actions, finding, &findings),
+            "unresolved-state" => create_state::offer(actions, finding, &findings, &mut missing_states),
             "unresolved-codel" => create_codel::offer(actions, finding),
             "unresolved-variable" => create_variable::offer(actions, finding),
             "undeclared-operation" => declare_operation::offer(actions, finding),
-            "unconnected-input" | "unconnected-operation" => connect::offer(actions, finding),
+            "unconnected-input" | "unconnected-operation" => connect::offer(actions, finding, &mut sources),
             _ => {}
         }
     }
@@ -63,15 +81,6 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
             let title = format!("Fix all {} `{code}` in this file", same_code.len());
             offer_all(actions, title, ActionKind::QuickFix, &same_code);
         }
-    }
-    if !actions.wants(ActionKind::FixAll) {
-        return;
-    }
-    let is_clear = |it: &&Finding<'_>| only_fix(it).is_some() && CLEAR.contains(&it.diagnostic.code.name);
-    let all: Vec<&Finding<'_>> = findings.iter().filter(is_clear).collect();
-    if !all.is_empty() {
-        let title = format!("Fix all auto-fixable problems ({} in this file)", all.len());
-        offer_all(actions, title, ActionKind::FixAll, &all);
     }
 }
 
@@ -105,7 +114,6 @@ mod tests {
     use super::*;
     use crate::fixture::Fixture;
     use expect_test::{Expect, expect};
-    use mauve_syntax::TextRange;
 
     /// The titles of what is offered at `$0`, with the codes that each fixes; `*` is preferred.
     fn offered(fixture: &str, diagnostics: &[(TextRange, String)], kinds: &[ActionKind], expected: Expect) {

@@ -58,11 +58,11 @@ fn declaration(core: &ast::Core, programs: &Programs<'_>, definition: &Definitio
     (is_local && variable.initializer().is_some()).then_some(variable)
 }
 
-fn inlined(
+fn inlined<'db>(
     text: &str,
-    programs: &Programs<'_>,
+    programs: &Programs<'db>,
     variable: &ast::Var,
-    definition: &Definition<'_>,
+    definition: &Definition<'db>,
 ) -> Result<Vec<Replacement>, String> {
     let node = variable.syntax();
     let name = variable.name().ok_or_else(incomplete)?.syntax().text_range();
@@ -73,7 +73,7 @@ fn inlined(
         return Err("a comment in its declaration would be removed".to_owned());
     }
     let uses: Vec<&Found<'_>> =
-        programs.names.iter().filter(|it| it.definition == *definition && it.range != name).collect();
+        programs.names().iter().filter(|it| it.definition == *definition && it.range != name).collect();
     if uses.is_empty() {
         return Err("the variable is never read".to_owned());
     }
@@ -138,9 +138,9 @@ fn check_call(
 
 /// Checks that the operands of the value have the same values wherever the variable is read: they are neither assigned in the
 /// block nor hidden.
-fn check_operands(
+fn check_operands<'db>(
     text: &str,
-    programs: &Programs<'_>,
+    programs: &Programs<'db>,
     node: &SyntaxNode,
     value: &ast::Expr,
 ) -> Result<(), String> {
@@ -149,7 +149,7 @@ fn check_operands(
     let is_here = |it: &&&Found<'_>| {
         block.text_range().contains_range(it.range) && it.range.start() > node.text_range().end()
     };
-    let later = || programs.names.iter().filter(|it| is_here(&it));
+    let later = || programs.names().iter().filter(|it| is_here(&it));
     for operand in &operands {
         let changes = |it: &Found<'_>| !matches!(it.role, Role::Read | Role::Call | Role::Mention);
         if later().any(|it| it.definition == operand.definition && changes(it)) {
@@ -169,7 +169,7 @@ fn check_operands(
     if operands.iter().any(|it| it.role == Role::Read)
         && calls_own.into_iter().any(|it| programs.calls_own_operation(&it))
     {
-        let is_local = |it: &&Found<'_>| {
+        let is_local = |it: &&Found<'db>| {
             let kind = programs.variable(&it.definition).map(|it| it.kind);
             matches!(kind, Some(VariableKind::Local | VariableKind::Parameter(_)))
         };

@@ -1,5 +1,7 @@
 //! The names, types and order of execution in a core, for refactorings of programs.
 
+use std::cell::OnceCell;
+
 use mauve_hir::item_tree::{Direction, Name, SourceId, TypeRef};
 use mauve_hir::{
     Binding, Builtin, Callee, File, Location, ModelDb, Project, Semantics, Type, VariableOf, codel, shell_of,
@@ -16,7 +18,7 @@ pub(super) struct Programs<'db> {
     pub(super) db: &'db dyn ModelDb,
     pub(super) project: Project<'db>,
     pub(super) semantics: Semantics<'db>,
-    pub(super) names: Vec<Found<'db>>,
+    names: OnceCell<Vec<Found<'db>>>,
 }
 
 impl<'db> Programs<'db> {
@@ -39,8 +41,12 @@ impl<'db> Programs<'db> {
         node: &ast::Core,
     ) -> Option<Programs<'db>> {
         let semantics = Semantics::at(db, project, file, node.syntax().text_range())?;
-        let names = in_declaration(db, project, semantics.core);
-        Some(Programs { db, project, semantics, names })
+        Some(Programs { db, project, semantics, names: OnceCell::new() })
+    }
+
+    /// Returns all names in the core.
+    pub(super) fn names(&self) -> &[Found<'db>] {
+        self.names.get_or_init(|| in_declaration(self.db, self.project, self.semantics.core))
     }
 
     pub(super) fn type_of(&self, expr: &ast::Expr) -> Option<&Type> {
@@ -163,7 +169,7 @@ impl<'db> Programs<'db> {
     }
 
     pub(super) fn names_in(&self, range: TextRange) -> impl Iterator<Item = &Found<'db>> {
-        self.names.iter().filter(move |name| range.contains_range(name.range))
+        self.names().iter().filter(move |name| range.contains_range(name.range))
     }
 
     /// Returns whether a call in `node` runs an operation of the same core, which may change its variables.
