@@ -107,7 +107,7 @@ pub use semantics::{
     FeaturesByName, LikelyCallee, Semantics, VisibleScope, likely_declaration, likely_features_of,
     likely_shell_of,
 };
-pub use settings::{ValueInEffect, values_in_effect, values_of_shell};
+pub use settings::{ValueInEffect, values_in_architecture, values_in_effect, values_of_shell};
 pub use severity::Severity;
 pub use size::too_large;
 pub use skeleton::operation_skeleton;

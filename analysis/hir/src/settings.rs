@@ -40,7 +40,7 @@ impl<'db> Checker<'db> {
         let (db, of) = (self.db, self.of);
         let Some(flat) = flat_with_settings(db, self.project, of) else { return };
         // Lazy, because few intervals name a constant.
-        let given = LazyCell::new(|| given(db, of, flat));
+        let given = LazyCell::new(|| given(db, of, flat, |_| true));
         let mut seen: FxHashMap<(&Name, &Name), SourceId> = FxHashMap::default();
         for setting in settings_of(db, of) {
             let Some(Endpoint { instance, feature: Some(name) }) = &setting.endpoint else { continue };
@@ -111,12 +111,21 @@ fn settings_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> &'db [Setting] {
 /// The values that settings give to properties and constants, by instance and name.
 type Given<'db> = FxHashMap<&'db Name, FxHashMap<&'db Name, Typed>>;
 
-/// Returns the values that an architecture or a deployment and its imports set; its own settings take precedence.
-fn given<'db>(db: &'db dyn ModelDb, of: Decl<'db>, flat: &Flat<'db>) -> Given<'db> {
+/// Returns the values that an architecture or a deployment and its imports set for the wanted instances; its own settings take
+/// precedence.
+fn given<'db>(
+    db: &'db dyn ModelDb,
+    of: Decl<'db>,
+    flat: &Flat<'db>,
+    is_wanted: impl Fn(&Name) -> bool,
+) -> Given<'db> {
     let mut given = Given::default();
     for &of in std::iter::once(&of).chain(&flat.architectures) {
         for setting in settings_of(db, of) {
             let Some(Endpoint { instance, feature: Some(name) }) = &setting.endpoint else { continue };
+            if !is_wanted(&instance.name) {
+                continue;
+            }
             let value = Evaluator::new(of, None).evaluate(&setting.value).unwrap_or(Typed::UNKNOWN);
             given.entry(&instance.name).or_default().entry(&name.name).or_insert(value);
         }
@@ -144,11 +153,33 @@ pub fn values_in_effect<'db>(
     project: Project<'db>,
     of: Decl<'db>,
 ) -> BTreeMap<Name, Vec<ValueInEffect<'db>>> {
+    values_of_instances(db, project, of, |_| true)
+}
+
+/// [`values_in_effect`] of the instances that an architecture declares or sets values of, without its other imported instances.
+#[salsa::tracked(returns(ref))]
+pub fn values_in_architecture<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> BTreeMap<Name, Vec<ValueInEffect<'db>>> {
+    let declared = architecture(db, of).into_iter().flat_map(|data| &data.instances).map(|it| &it.name.name);
+    let set = settings_of(db, of).iter().filter_map(|it| Some(&it.endpoint.as_ref()?.instance.name));
+    let own: FxHashSet<&Name> = declared.chain(set).collect();
+    values_of_instances(db, project, of, |instance| own.contains(instance))
+}
+
+fn values_of_instances<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    is_wanted: impl Fn(&Name) -> bool,
+) -> BTreeMap<Name, Vec<ValueInEffect<'db>>> {
     let Some(flat) = flat_with_settings(db, project, of) else { return BTreeMap::new() };
-    let given = given(db, of, flat);
+    let given = given(db, of, flat, &is_wanted);
     let none = FxHashMap::default();
     let mut found = BTreeMap::new();
-    for instance in flat.instances.iter().filter(|instance| !instance.repeated) {
+    for instance in flat.instances.iter().filter(|it| !it.repeated && is_wanted(&it.name)) {
         let Some(shell) = instance.shell(db, project) else { continue };
         let constants = constants_with(db, project, shell, given.get(&instance.name).unwrap_or(&none));
         let features = features_of(db, project, shell).by_name.iter();
@@ -359,5 +390,31 @@ impl<'a, 'db> Evaluator<'a, 'db> {
             None => self.report(id, FactKind::NotConstant(NotConstant::NotOfShell(name.clone()))),
         }
         None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::names::names_of;
+    use crate::{Database, Workspace, projects};
+
+    #[test]
+    fn an_architecture_shows_the_values_of_its_own_instances() {
+        let db = Database::default();
+        let text = "shell S { property p: int = 1 }\ncore C(S) { update = { } }\ncomponent K(S, C)\n\
+                    architecture X { instance x: K }\narchitecture Y { import X  instance y: K  property x.p = 2 }\n\
+                    architecture Z { import Y  instance z: K }\n";
+        let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text.to_owned())]);
+        let project = projects(&db, workspace)[0];
+        let architectures = names_of(&db, project).all.iter().filter(|it| it.kind(&db) == Kind::Architecture);
+        let shown = architectures.map(|&of| {
+            let all = values_in_effect(&db, project, of);
+            let own = values_in_architecture(&db, project, of);
+            assert!(own.iter().all(|(instance, values)| all.get(instance) == Some(values)));
+            (own.keys().map(Name::as_str).collect(), all.len())
+        });
+        let shown: Vec<(Vec<&str>, usize)> = shown.collect();
+        assert_eq!(shown, [(vec!["x"], 1), (vec!["x", "y"], 2), (vec!["z"], 3)]);
     }
 }

@@ -3,7 +3,8 @@
 
 use mauve_hir::item_tree::{Expr, Setting};
 use mauve_hir::{
-    Decl, Location, ModelDb, Project, ValueInEffect, architecture, deployment, target_of, values_in_effect,
+    Decl, Location, ModelDb, Project, ValueInEffect, architecture, deployment, target_of,
+    values_in_architecture, values_in_effect,
 };
 
 use super::InlayHint;
@@ -11,9 +12,9 @@ use super::InlayHint;
 const MOST_VALUES: usize = 3;
 
 pub(super) fn of_values(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, hints: &mut Vec<InlayHint>) {
-    let settings = match (architecture(db, of), deployment(db, of)) {
+    let (settings, values) = match (architecture(db, of), deployment(db, of)) {
         (Some(data), _) => {
-            let values = values_in_effect(db, project, of);
+            let values = values_in_architecture(db, project, of);
             for instance in &data.instances {
                 let Some(ty) = &instance.component else { continue };
                 let known = values.get(&instance.name.name).into_iter().flatten();
@@ -29,12 +30,11 @@ pub(super) fn of_values(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, hi
                 }
                 hints.push(behind(db, Location::Source(of, ty.id), label));
             }
-            &data.settings
+            (&data.settings, values)
         }
-        (None, Some(data)) => &data.settings,
+        (None, Some(data)) => (&data.settings, values_in_effect(db, project, of)),
         (None, None) => return,
     };
-    let values = values_in_effect(db, project, of);
     // The values that a deployment may override.
     let below = target_of(db, project, of).map(|target| values_in_effect(db, project, target));
     for setting in settings {
