@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 
 use mauve_tests::axes::{AXES, Axis};
 use mauve_tests::methods::{Asked, Location, Method, able_client, methods_of};
-use mauve_tests::{Client, Text, is_answer, mauve, write};
+use mauve_tests::{Client, Text, mauve, write};
 use serde_json::{Value, json};
 
 /// How often an axis is doubled, and one more.
@@ -182,9 +182,12 @@ fn of_commands() -> Option<f64> {
 
 /// The commands, as processes.
 fn commands(folder: &Path, rows: &mut Rows) {
-    for (name, arguments) in
-        [("mauve check", &["check"] as &[_]), ("mauve generate", &["generate", "--out", "out"])]
-    {
+    let commands: [(&str, &[&str]); 3] = [
+        ("mauve check", &["check"]),
+        ("mauve generate", &["generate", "--out", "out"]),
+        ("mauve wcrt, all levels", &["wcrt", "--significance", "all"]),
+    ];
+    for (name, arguments) in commands {
         if !rows.is_measured(name) {
             continue;
         }
@@ -206,6 +209,8 @@ fn commands(folder: &Path, rows: &mut Rows) {
 struct Session {
     client: Client,
     clock: Clock,
+    /// Whether a request has no answer within a minute: then no further ones are sent.
+    is_stuck: bool,
 }
 
 /// A session: its start, and then rounds of a keystroke and all requests. So each request is computed anew.
@@ -216,7 +221,7 @@ fn session(folder: &Path, axis: &Axis, size: usize, rows: &mut Rows) {
     let mut text = client.open_file(&folder.join(axis.file.trim_start_matches('/')));
     client.wait_for_diagnostics(&text);
     let clock = Clock::of_process(client.process());
-    let mut session = Session { client, clock };
+    let mut session = Session { client, clock, is_stuck: false };
     rows.add("start of a session", session.clock.now());
     session.client.forget();
     let digits = digits(&text.text, (axis.ranges)(size));
@@ -228,7 +233,7 @@ fn session(folder: &Path, axis: &Axis, size: usize, rows: &mut Rows) {
         }
         session.whole_file(&text, &diagnostics, rows);
         session.client.forget();
-        if round > 0 && begin.elapsed() > ENOUGH {
+        if session.is_stuck || round > 0 && begin.elapsed() > ENOUGH {
             break;
         }
     }
@@ -296,7 +301,8 @@ impl Session {
         }
     }
 
-    /// Code actions for all of a file, as an editor requests them when everything is selected or a file is saved.
+    /// Code actions for all of a file, as an editor requests them when everything is selected or a file is saved; and the
+    /// response times at all levels.
     fn whole_file(&mut self, text: &Text, diagnostics: &Value, rows: &mut Rows) {
         const METHOD: &str = "textDocument/codeAction";
         let end = text.position(text.text.len());
@@ -313,17 +319,19 @@ impl Session {
             let params = json!({"textDocument": {"uri": text.uri}, "range": range, "context": context});
             self.ask(&format!("{METHOD}, {name}"), METHOD, params, rows);
         }
+        let params = json!({"textDocument": {"uri": text.uri}, "significance": "all"});
+        self.ask("mauve/analysis, all levels", "mauve/analysis", params, rows);
     }
 
     fn ask(&mut self, row: &str, method: &str, params: Value, rows: &mut Rows) -> Option<Value> {
-        if !rows.is_measured(row) {
+        if self.is_stuck || !rows.is_measured(row) {
             return None;
         }
         let begin = self.clock.now();
         let id = self.client.request(method, params);
-        let (_, answer) = self.client.wait("an answer", |it| is_answer(it, id));
+        self.is_stuck = !self.client.receive_answer(id);
         rows.add(row, self.clock.now() - begin);
-        answer.get("result").cloned()
+        if self.is_stuck { None } else { self.client.answer(id).ok() }
     }
 }
 
