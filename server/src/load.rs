@@ -50,6 +50,8 @@ pub(crate) struct Loader {
     workspaces: BTreeMap<PathBuf, Workspace>,
     /// Files whose text comes from an editor instead of the disk.
     edited: BTreeSet<PathBuf>,
+    /// Those of them that the disk did not have. When the file is created, links may lead to it.
+    absent: BTreeSet<PathBuf>,
     watch_set: WatchSet,
     /// The files of the workspaces, and those of them that are configurations, whatever they are called.
     current: BTreeSet<PathBuf>,
@@ -189,6 +191,7 @@ impl Loader {
         self.packages.clear();
         self.left = LONGEST_TOGETHER;
         self.read.clear();
+        self.absent.clear();
         self.named = paths.iter().map(|path| canonical_path(path)).collect();
         let mut problems = Vec::new();
         // The folders of the workspaces, in the order in which they were first named.
@@ -276,7 +279,7 @@ impl Loader {
     /// link, and its text does not determine which files they have. Otherwise the workspaces must be loaded again.
     pub(crate) fn refreshed(&mut self, db: &mut Database, path: &Path) -> Option<bool> {
         let is_there = std::fs::symlink_metadata(path).is_ok_and(|data| data.is_file());
-        if !is_there || !self.current.contains(path) || self.is_config(path) {
+        if !is_there || !self.current.contains(path) || self.absent.contains(path) || self.is_config(path) {
             return None;
         }
         let is_changed = self.changed(db, path);
@@ -553,6 +556,9 @@ impl Loader {
         }
         let file = match self.files.get(&canonical) {
             Some(&file) if self.edited.contains(&canonical) => {
+                if !canonical.exists() {
+                    self.absent.insert(canonical.clone());
+                }
                 // When the editor closes the file, it is read from the disk if the boundary permits that.
                 if self.boundary.refusal(&canonical).is_none() {
                     self.read.entry(canonical).or_insert((0, file));

@@ -386,3 +386,33 @@ fn an_open_file_that_is_included_is_no_project_by_itself() {
     it.client.edit(&mut it.text, "include \"../part/part.mal\"\n", "");
     it.client.wait_for_hint(&part, "activity", |hint| hint.starts_with("not analysed"));
 }
+
+#[test]
+fn of_a_file_that_is_open_under_two_names_the_newer_text_is_analysed() {
+    let mut it =
+        Session::new("newer_text", &[], |top| symlink("robot.mal", top.join("robot/as.mal")).unwrap());
+    let (file, link) = (it.path("robot/robot.mal"), it.path("robot/as.mal"));
+    let mut other = it.client.open_file(&link);
+    it.client.edit(&mut other, "period = 100", "period = 90");
+    it.client.edit(&mut it.text, "period = 100", "period = 80");
+    let analysed = |it: &mut Session, newer: &Text, older: &Text| {
+        it.client.idle();
+        assert!(it.client.hint(newer, "activity pilot").contains("ms ≤ "));
+        assert_eq!(it.client.hints(&older.uri), []);
+    };
+    let text = it.text.clone();
+    analysed(&mut it, &text, &other);
+    // The link leads nowhere, and then to the same file again: no text has changed.
+    for kind in [3, 1] {
+        match kind {
+            3 => fs::rename(&file, it.path("away")).unwrap(),
+            _ => fs::rename(it.path("away"), &file).unwrap(),
+        }
+        let change = json!({"changes": [{"uri": address(&file), "type": kind}]});
+        it.client.notify("workspace/didChangeWatchedFiles", change);
+        it.client.idle();
+    }
+    analysed(&mut it, &text, &other);
+    it.client.edit(&mut other, "period = 90", "period = 70");
+    analysed(&mut it, &other, &text);
+}

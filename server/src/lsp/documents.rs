@@ -23,8 +23,10 @@ pub(crate) struct Open {
     pub(crate) text: Rope,
     /// Why the text is unknown: a change could not be applied.
     pub(crate) problem: Option<String>,
-    /// The time of the last change that is not yet in the database.
-    pub(crate) dirty: Option<Instant>,
+    /// The time of the client's last change: of two texts of one file, the newer one is analysed.
+    pub(crate) changed: Instant,
+    /// Whether the database may have another text.
+    pub(crate) is_dirty: bool,
 }
 
 /// The open documents, by their URIs.
@@ -60,8 +62,8 @@ impl Documents {
         {
             self.0.remove(&address);
         }
-        let text = Rope::new(&text);
-        self.0.insert(uri, Open { path, is_file, version, text, problem: None, dirty: Some(Instant::now()) });
+        let (text, changed) = (Rope::new(&text), Instant::now());
+        self.0.insert(uri, Open { path, is_file, version, text, problem: None, changed, is_dirty: true });
     }
 
     /// Returns the URI by which a document was opened: a URI has several spellings, such as `%41` for `A`.
@@ -107,7 +109,7 @@ impl Documents {
             tracing::warn!("{uri}: version {version} after {}", open.version);
         }
         open.version = version;
-        open.dirty = Some(Instant::now());
+        open.note_change();
         for change in changes {
             match change.range {
                 None => {
@@ -136,7 +138,7 @@ impl Documents {
             tracing::error!("{uri}: the text differed from the client's");
             open.text = Rope::new(&text);
             open.problem = None;
-            open.dirty = Some(Instant::now());
+            open.note_change();
         }
     }
 
@@ -152,10 +154,18 @@ impl Documents {
         let open = self.0.entry(address).or_insert_with(|| {
             let (path, is_file) = path_of(uri);
             let text = if is_file { text_of(&canonical_path(&path)).0 } else { String::new() };
-            Open { path, is_file, version: 0, text: Rope::new(&text), problem: None, dirty: None }
+            let (text, changed) = (Rope::new(&text), Instant::now());
+            Open { path, is_file, version: 0, text, problem: None, changed, is_dirty: true }
         });
         open.problem = Some(LOST.to_owned());
-        open.dirty = Some(Instant::now());
+        open.note_change();
+    }
+}
+
+impl Open {
+    fn note_change(&mut self) {
+        self.changed = Instant::now();
+        self.is_dirty = true;
     }
 }
 

@@ -2,7 +2,7 @@
 //! before it starts an analysis, so a burst of edits causes one analysis. Then a worker checks all files, and its
 //! result is published if nothing has changed in the meantime.
 
-use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -21,7 +21,7 @@ use tower_lsp::lsp_types::{
 
 use super::capabilities::Capabilities;
 use super::check::{Checked, Compared, check, compare};
-use super::documents::Documents;
+use super::documents::{Documents, Open};
 use super::publisher::{Publisher, Refresh};
 use super::pulls::Given;
 use super::settings::Settings;
@@ -280,7 +280,7 @@ impl MainLoop {
     /// Requests a check after a message about a document, even if its text is the same: the client waits for the version.
     fn touched(&mut self, uri: &Url) {
         self.staleness.request_check();
-        let dirty = self.documents.get(uri).filter(|open| open.dirty.is_some());
+        let dirty = self.documents.get(uri).filter(|open| open.is_dirty);
         if dirty.is_some_and(|open| self.loader.is_config(&open.path)) {
             self.staleness.outdate_workspaces();
         }
@@ -302,7 +302,7 @@ impl MainLoop {
         let mut is_open = false;
         for (other, known) in self.shared_documents.iter() {
             if let Some(open) = self.documents.0.get_mut(other).filter(|_| known.file == document.file) {
-                open.dirty = Some(Instant::now());
+                open.is_dirty = true;
                 is_open = true;
             }
         }
@@ -350,26 +350,26 @@ impl MainLoop {
     }
 
     fn apply_documents(&mut self) {
-        let mut dirty: Vec<(Instant, &Url)> =
-            self.documents.0.iter().filter_map(|(uri, open)| Some((open.dirty?, uri))).collect();
+        let dirty = self.documents.0.iter().filter(|(_, open)| open.is_dirty);
+        let dirty: Vec<Url> = dirty.map(|(uri, _)| uri.clone()).collect();
         if dirty.is_empty() && self.shared_documents.len() == self.documents.0.len() {
             return;
         }
-        // If a file is open under two URIs, the text that was changed last is in effect.
-        dirty.sort();
-        let mut written: BTreeMap<Url, File> = BTreeMap::new();
         let unknown = self.documents.unknown();
-        for uri in dirty.into_iter().map(|(_, uri)| uri) {
-            if let Some(open) = self.documents.0.get(uri) {
-                let problem = unknown.get(&canonical_path(&open.path)).cloned().map(Problem::Unknown);
-                let file = self.loader.opened(&mut self.db, &open.path, &open.text.text(), problem);
-                written.insert(uri.clone(), file);
+        let mut written: BTreeMap<Url, File> = BTreeMap::new();
+        for uri in dirty {
+            if let Some(open) = self.documents.0.get(&uri) {
+                let file = write(&mut self.loader, &mut self.db, open, &unknown);
+                written.insert(uri, file);
             }
+        }
+        for open in newest_of_several(&self.documents, &self.shared_documents, &written) {
+            write(&mut self.loader, &mut self.db, open, &unknown);
         }
         let changed: HashSet<File> = written.values().copied().collect();
         let mut shared = BTreeMap::new();
         for (uri, open) in &mut self.documents.0 {
-            open.dirty = None;
+            open.is_dirty = false;
             let before = self.shared_documents.get(uri).copied();
             let known = before.map(|document| document.file);
             let Some(file) = written.get(uri).copied().or(known) else { continue };
@@ -484,7 +484,7 @@ impl MainLoop {
             self.shared_documents.iter().filter(|(_, document)| left.contains(&document.file))
         {
             if let Some(open) = self.documents.0.get_mut(uri) {
-                open.dirty.get_or_insert(Instant::now());
+                open.is_dirty = true;
             }
             tracing::debug!("{uri} is no longer {}", document.file.path(&self.db).display());
         }
@@ -677,6 +677,30 @@ impl MainLoop {
         self.publisher.panicked(open.collect(), message);
         self.refresh_hints();
     }
+}
+
+/// Writes the text of a document to the database.
+fn write(loader: &mut Loader, db: &mut Database, open: &Open, unknown: &BTreeMap<PathBuf, String>) -> File {
+    let problem = unknown.get(&canonical_path(&open.path)).cloned().map(Problem::Unknown);
+    loader.opened(db, &open.path, &open.text.text(), problem)
+}
+
+/// Returns the newest text of each of the `written` files that is open under several URIs: that text is analysed.
+fn newest_of_several<'a>(
+    documents: &'a Documents,
+    known: &BTreeMap<Url, Document>,
+    written: &BTreeMap<Url, File>,
+) -> Vec<&'a Open> {
+    let is_written: HashSet<&File> = written.values().collect();
+    let mut open_as: HashMap<&File, Vec<&Open>> = HashMap::new();
+    for (uri, open) in &documents.0 {
+        let file = written.get(uri).or_else(|| known.get(uri).map(|document| &document.file));
+        if let Some(file) = file.filter(|file| is_written.contains(file)) {
+            open_as.entry(file).or_default().push(open);
+        }
+    }
+    let several = open_as.into_values().filter(|all| all.len() > 1);
+    several.filter_map(|all| all.into_iter().max_by_key(|open| open.changed)).collect()
 }
 
 /// Returns the paths of the URIs that are files or folders on the disk.
