@@ -31,6 +31,7 @@ pub(crate) struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Run the language server for an editor, on standard input and output.
+    #[command(version, display_name = "mauve")]
     Lsp(lsp::Lsp),
     /// Replay a recorded editor session, and compare the answers.
     Replay(replay::Replay),

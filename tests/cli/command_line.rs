@@ -28,6 +28,16 @@ const LATE: [(&str, &str); 2] = [
 ];
 
 #[test]
+fn the_version_is_the_same_everywhere() {
+    let version = run(&["--version"]);
+    assert_eq!(version.out, format!("mauve {}\n", env!("CARGO_PKG_VERSION")));
+    for arguments in [["lsp", "--version"], ["lsp", "-V"]] {
+        let found = run(&arguments);
+        assert_eq!((found.code, &found.out), (0, &version.out));
+    }
+}
+
+#[test]
 fn check_shows_the_sample_without_a_fault() {
     let found = run(&["check", "p3dx"]);
     assert_eq!((found.code, found.err.as_str()), (0, ""), "{}", found.out);
