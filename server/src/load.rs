@@ -178,6 +178,11 @@ impl Loader {
         loader
     }
 
+    /// Returns a loader that has read nothing, with the options of this one.
+    pub(crate) fn emptied(&self) -> Loader {
+        Loader { significance: self.significance, ..Loader::deferred(self.allows_outside) }
+    }
+
     /// The workspaces that `paths` name.
     ///
     /// A folder belongs to the workspace of the nearest `mauve.toml` above it; each `mauve.toml` below is a further
@@ -263,6 +268,11 @@ impl Loader {
     /// Discards the results of all walks, since the disk may have changed. Returns the walks that must be repeated.
     pub(crate) fn reset_walks(&mut self) -> Vec<Walk> {
         self.walks.reset()
+    }
+
+    /// Returns the number of models and tables that the walks have found.
+    pub(crate) fn files_found(&self) -> usize {
+        self.walks.files()
     }
 
     /// Takes the result of a walk.

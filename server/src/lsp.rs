@@ -12,6 +12,7 @@
 //! | `transport.rs` | order, panics, the ways in which a session ends |
 //! | `backend.rs` | the methods: each an event for the main loop |
 //! | `main_loop.rs` | one thread, one database; edits in, snapshots out |
+//! | `main_loop/restart.rs` | the same with an empty database: a reload, and after a panic |
 //! | `staleness.rs` | whether the workspaces and the published diagnostics are outdated |
 //! | `documents.rs`, `rope.rs`, `position.rs` | the client's texts, and its positions in them |
 //! | `snapshot.rs` | what a worker reads, and how its jobs end |
@@ -21,6 +22,7 @@
 //! | `pulls.rs` | what a client was given that asks instead |
 //! | `pages.rs` | the pages of the diagnostics as files, for the links behind their codes |
 //! | `settings.rs` | what a user can set in his editor |
+//! | `trace.rs` | what requests and checks took, for a client that asks |
 //! | `tokens.rs` | which colours of names the client was given |
 //! | `watcher.rs` | files that change outside the client |
 //! | `mirror.rs` | recording a session |
@@ -47,6 +49,7 @@ mod snapshot;
 mod staleness;
 mod to_proto;
 mod tokens;
+mod trace;
 mod transport;
 mod watcher;
 
@@ -61,7 +64,9 @@ use backend::Backend;
 use frame::{Frame, Frames};
 use main_loop::MainLoop;
 use mirror::{Mirror, Side};
+use progress::{Shown, Work};
 use publisher::{Outbox, Publisher, Refresh};
+use trace::Trace;
 use transport::{Backlog, Outgoing, Streams, serve};
 
 const READ_AHEAD: usize = 1024;
@@ -75,13 +80,21 @@ const PATIENCE: Duration = Duration::from_secs(30);
 /// How long to wait until the client has read the last messages.
 const FAREWELL: Duration = Duration::from_secs(1);
 
-/// Serves one client on these streams until it is done; gives the exit code, see [`transport::serve`]. Where it
-/// `allows_outside`, projects may read files that are none of theirs.
+/// What a server may do.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Options {
+    /// Whether projects may read files that are none of theirs.
+    pub(crate) allows_outside: bool,
+    /// Whether `mauve/status` has the numbers of executed queries.
+    pub(crate) counts_queries: bool,
+}
+
+/// Serves one client on these streams until it is done; gives the exit code, see [`transport::serve`].
 pub(crate) fn run(
     input: impl std::io::Read + Send + 'static,
     output: impl Write + Send + 'static,
     mirror: Option<Mirror>,
-    allows_outside: bool,
+    options: Options,
 ) -> Result<u8, String> {
     let failed = |error: std::io::Error| format!("the server cannot start: {error}");
     let runtime = tokio::runtime::Builder::new_current_thread()
@@ -96,17 +109,22 @@ pub(crate) fn run(
     let outbox = Arc::new(Outbox::default());
     let backlog = Arc::new(Backlog::default());
 
-    let (busy, is_busy) = watch::channel(false);
+    let (work, present_work) = watch::channel(Work::default());
+    let shown = Shown::default();
+    let trace = Arc::new(Trace::new(outgoing.downgrade(), Arc::clone(&backlog)));
     let publisher = Publisher::new(Arc::clone(&outbox));
-    let main_loop = MainLoop::new(events.clone(), runtime.handle().clone(), publisher, busy, allows_outside);
+    let main_loop =
+        MainLoop::new(events.clone(), runtime.handle().clone(), publisher, work, Arc::clone(&trace), options);
     let spawn = |name: &str, thread: Box<dyn FnOnce() + Send>| {
         std::thread::Builder::new().name(name.to_owned()).spawn(thread).map_err(failed)
     };
     spawn(
         "main loop",
         Box::new(move || {
-            let _ended = ended;
-            main_loop.run(&inbox);
+            if let Some(message) = main_loop.run(&inbox) {
+                crate::cli::say(&format!("a second defect of the main loop: {message}"));
+                let _ = ended.send(message);
+            }
         }),
     )?;
     let said = mirror.clone();
@@ -124,14 +142,14 @@ pub(crate) fn run(
 
     let code = runtime.block_on(async {
         let build = LspService::build(|client| {
-            tokio::spawn(progress::show(client.clone(), is_busy));
+            tokio::spawn(progress::show(client.clone(), present_work, shown.clone()));
             for what in Refresh::ALL {
                 let (outbox, client) = (Arc::clone(&outbox), client.clone());
                 tokio::spawn(async move { outbox.have_asked(what, client).await });
             }
             let told = client.clone();
             tokio::spawn(async move { outbox.send_to(told).await });
-            Backend::new(client, events)
+            Backend::new(client, events, shown, trace)
         });
         let (service, socket) = backend::with_custom_methods(build).finish();
         serve(service, socket, Streams { incoming, outgoing, backlog, main_loop: main_loop_ended }).await

@@ -16,6 +16,7 @@ mod harmless;
 mod json;
 mod load;
 mod lsp;
+mod memory;
 mod private;
 mod replace;
 

@@ -17,6 +17,7 @@ mod message_packages;
 mod navigation;
 mod rename;
 mod requests;
+mod running;
 mod session;
 mod settings;
 mod symbols;

@@ -61,7 +61,7 @@ fn unknown_commands_are_refused() {
     assert_eq!(error["code"], -32602);
     assert_eq!(
         error["message"],
-        "no command `mauve.fly`: there are mauve.setSignificance, mauve.generateOrocos"
+        "no command `mauve.fly`: there are mauve.setSignificance, mauve.generateOrocos, mauve.reload"
     );
 }
 

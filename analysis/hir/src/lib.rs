@@ -32,6 +32,7 @@
 //! | `check.rs`, `fact.rs`, `severity.rs` | the facts of a declaration: errors, warnings and hints |
 //! | `size.rs` | the limit on the size of a project |
 //! | `skeleton.rs` | the skeleton of a missing operation definition |
+//! | `query_counts.rs` | how often each query was executed |
 //! | `graph.rs` | reachability and topological order |
 //!
 //! A core with an error (a syntax error in a program, an unresolved name, a missing argument) is *not analysed*;
@@ -64,6 +65,7 @@ mod msg;
 mod names;
 mod program_id;
 mod project;
+mod query_counts;
 mod resolve;
 mod semantics;
 mod settings;
@@ -102,6 +104,7 @@ pub use project::{
     CONFIG_FILE, Platform, Project, all_roots, config_file, config_of, external_types, include_candidates,
     include_rings, includes, is_model, platform_of, project_files, projects, root_file,
 };
+pub use query_counts::{QueryCount, QueryCounts};
 pub use resolve::{Binding, Callee, VariableId};
 pub use semantics::{
     FeaturesByName, LikelyCallee, Semantics, VisibleScope, likely_declaration, likely_features_of,

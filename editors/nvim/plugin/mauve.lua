@@ -42,6 +42,7 @@ local commands = {
   generate = function(deployment)
     require('mauve.generate').run(deployment)
   end,
+  reload = mauve.reload,
   restart = mauve.restart,
   significance = mauve.choose_significance,
 }

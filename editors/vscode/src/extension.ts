@@ -29,6 +29,9 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
     vscode.commands.registerCommand("mauve.showReferences", (uri, position, locations) =>
       server.showReferences(uri, position, locations),
     ),
+    vscode.commands.registerCommand("mauve.reloadModels", () =>
+      server.ask("workspace/executeCommand", { command: "mauve.reload" }),
+    ),
     vscode.commands.registerCommand("mauve.restartServer", () => server.restart()),
     vscode.commands.registerCommand("mauve.showLog", () => log.show()),
     vscode.workspace.onDidChangeConfiguration((change) => {

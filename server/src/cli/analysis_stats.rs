@@ -8,6 +8,7 @@ use std::time::Instant;
 use super::{Paths, counted};
 use crate::Output;
 use crate::load::load;
+use crate::memory::resident;
 use mauve_diagnostics::{declaration_diagnostics, project_diagnostics, workspace_diagnostics};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{
@@ -30,8 +31,8 @@ impl AnalysisStats {
         let workspaces = load(&mut db, paths, false)?;
         let mut out = line("load", start, &counted(workspaces.len(), "workspace"));
         out += &stages(&db, &workspaces);
-        if let Some(resident) = resident_kilobytes() {
-            let _ = writeln!(out, "{:<16} {:>10.1} MB", "memory", resident as f64 / 1e3);
+        if let Some(bytes) = resident() {
+            let _ = writeln!(out, "{:<16} {:>10.1} MB", "memory", bytes as f64 / 1e6);
         }
         drop(db);
         let _ = write!(out, "\n{}", edits::table(paths)?);
@@ -104,10 +105,4 @@ fn stages(db: &Database, workspaces: &[Workspace]) -> String {
         }),
     ]
     .concat()
-}
-
-fn resident_kilobytes() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;
-    line.split_whitespace().nth(1)?.parse().ok()
 }

@@ -10,12 +10,12 @@ use tracing_subscriber::prelude::*;
 
 use super::{Outside, say};
 use crate::Output;
-use crate::lsp::{mirror::Mirror, run};
+use crate::lsp::{Options, mirror::Mirror, run};
 use crate::private::private;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Lsp {
-    /// Write a log to this file.
+    /// Write a log to this file, and count the executed queries for `mauve/status`.
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
     /// Record all messages, including the texts of files, in this file, for `mauve replay`.
@@ -49,7 +49,9 @@ impl Lsp {
             let mirror = Mirror::create(&path);
             mirror.map_err(|error| format!("cannot record the session in `{}`: {error}", path.display()))
         });
-        let code = run(std::io::stdin(), std::io::stdout(), mirror.transpose()?, self.outside.allow_outside)?;
+        let options =
+            Options { allows_outside: self.outside.allow_outside, counts_queries: self.log.is_some() };
+        let code = run(std::io::stdin(), std::io::stdout(), mirror.transpose()?, options)?;
         Ok(Output::verbatim("", code))
     }
 }

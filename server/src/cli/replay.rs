@@ -13,7 +13,7 @@ use crate::Output;
 use crate::disk::read;
 use crate::lsp::frame::{self, Frame, Frames};
 use crate::lsp::mirror::{Line, Side};
-use crate::lsp::run;
+use crate::lsp::{Options, run};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Replay {
@@ -127,7 +127,7 @@ impl Session {
     fn begin() -> Result<Session, String> {
         let pipe = || std::io::pipe().map_err(|error| format!("no pipe to the server: {error}"));
         let ((server_input, input), (output, server_output)) = (pipe()?, pipe()?);
-        std::thread::spawn(move || run(server_input, server_output, None, false));
+        std::thread::spawn(move || run(server_input, server_output, None, Options::default()));
         let (sender, said) = mpsc::channel();
         std::thread::spawn(move || listen(output, &sender));
         Ok(Session { input: Some(input), said, heard: Vec::new(), missing: Vec::new() })

@@ -118,6 +118,12 @@ impl Walks {
         std::mem::take(&mut self.asked).into_iter().collect()
     }
 
+    /// Returns the number of files that were found. A walk without the files of nested configurations finds no others.
+    pub(super) fn files(&self) -> usize {
+        let is_own = |walk: &Walk| matches!(walk, Walk::Models { is_own: true, .. });
+        self.known.iter().filter(|(walk, _)| !is_own(walk)).map(|(_, walked)| walked.files.len()).sum()
+    }
+
     /// Returns the result of a walk, if it is known.
     pub(super) fn known(&self, walk: &Walk) -> Option<&Walked> {
         self.known.get(walk).map(Arc::as_ref)

@@ -24,9 +24,11 @@ use super::handlers::execute_command::Command;
 use super::handlers::generate::{GenerateDocument, GenerateParams, Messages};
 use super::handlers::*;
 use super::main_loop::Event;
+use super::progress::Shown;
 use super::pulls::Given;
 use super::settings::{SECTION, Settings};
 use super::snapshot::{Failure, Snapshot, attempt};
+use super::trace::Trace;
 
 /// The number of attempts of a command that edits cancel.
 const MOST_ATTEMPTS: usize = 100;
@@ -42,6 +44,8 @@ pub(crate) struct Backend {
     /// The number of requests for the client's settings, and the number of the newest answered one.
     questions: AtomicU64,
     answered: Arc<AtomicU64>,
+    progress: Shown,
+    trace: Arc<Trace>,
 }
 
 /// Registers the methods that are not part of the protocol.
@@ -57,6 +61,7 @@ pub(crate) fn with_custom_methods(build: LspServiceBuilder<Backend>) -> LspServi
     #[cfg(debug_assertions)]
     let build = build
         .custom_method("mauve/debug/panic", Backend::debug_panic)
+        .custom_method("mauve/debug/panicMainLoop", Backend::debug_panic_main_loop)
         .custom_method("mauve/debug/work", Backend::debug_work);
     build
 }
@@ -81,7 +86,12 @@ macro_rules! own_methods {
 
 impl Backend {
     /// Creates a backend that sends its events to the main loop.
-    pub(crate) fn new(client: Client, main_loop: mpsc::Sender<Event>) -> Backend {
+    pub(crate) fn new(
+        client: Client,
+        main_loop: mpsc::Sender<Event>,
+        progress: Shown,
+        trace: Arc<Trace>,
+    ) -> Backend {
         Backend {
             main_loop,
             raw: OnceLock::new(),
@@ -89,7 +99,14 @@ impl Backend {
             session: OnceLock::new(),
             questions: AtomicU64::new(0),
             answered: Arc::default(),
+            progress,
+            trace,
         }
+    }
+
+    /// Returns the way for traces to the client.
+    pub(crate) fn trace(&self) -> &Trace {
+        &self.trace
     }
 
     /// Applies settings; without any, requests them from a client that supports that.
@@ -146,6 +163,10 @@ impl Backend {
                 return None;
             }
             self.lost(lost);
+        }
+        if request.method() == "$/setTrace" && self.session.get().is_some() {
+            self.trace.set(request.params().and_then(|params| params.get("value")).unwrap_or(&Value::Null));
+            return None;
         }
         self.notice(&request);
         Some(request)
@@ -225,9 +246,11 @@ impl Backend {
         let _ = self.main_loop.send(event);
     }
 
-    /// The server shows one progress at a time, so this cancels all work.
-    async fn cancel_progress(&self, _: WorkDoneProgressCancelParams) {
-        self.send(Event::Stop);
+    /// The server shows one progress at a time, so this cancels all work. A progress that has ended cancels nothing.
+    async fn cancel_progress(&self, params: WorkDoneProgressCancelParams) {
+        if self.progress.is(&params.token) {
+            self.send(Event::Stop);
+        }
     }
 
     own_methods! {
@@ -247,6 +270,13 @@ impl Backend {
     #[allow(clippy::panic, reason = "that is what it is for")]
     async fn debug_panic(&self) -> Result<()> {
         self.answer(|_| panic!("asked for")).await
+    }
+
+    /// For tests: a defect of the main loop.
+    #[cfg(debug_assertions)]
+    async fn debug_panic_main_loop(&self) -> Result<()> {
+        self.send(Event::Panic);
+        Ok(())
     }
 
     /// For tests: work that only an edit or a cancellation ends.
@@ -615,6 +645,7 @@ impl Backend {
         let result = command.result();
         match command {
             Command::SetSignificance(level) => self.send(Event::Significance(level)),
+            Command::Reload => self.send(Event::Reload),
             Command::Generate(document) => self.make(document.edit, document.messages),
         }
         Ok(result)

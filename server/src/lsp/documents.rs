@@ -111,6 +111,9 @@ impl Documents {
         open.version = version;
         open.note_change();
         for change in changes {
+            // For tests: a defect.
+            #[cfg(debug_assertions)]
+            assert!(!change.text.contains("mauve/debug/panicMainLoop"), "asked for");
             match change.range {
                 None => {
                     open.text = Rope::new(&change.text);

@@ -2,6 +2,8 @@
 //! before it starts an analysis, so a burst of edits causes one analysis. Then a worker checks all files, and its
 //! result is published if nothing has changed in the meantime.
 
+mod restart;
+
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
@@ -19,16 +21,19 @@ use tower_lsp::lsp_types::{
     VersionedTextDocumentIdentifier,
 };
 
+use super::Options;
 use super::capabilities::Capabilities;
 use super::check::{Checked, Compared, check, compare};
 use super::documents::{Documents, Open};
+use super::progress::Work;
 use super::publisher::{Publisher, Refresh};
 use super::pulls::Given;
 use super::settings::Settings;
-use super::snapshot::{Document, Failure, Snapshot, attempt};
+use super::snapshot::{Document, Failure, Snapshot, attempt, panic_message};
 use super::staleness::{MAX_LOADS_FOR_WATCHES, Staleness};
 use super::to_proto::url_of;
 use super::tokens::Tokens;
+use super::trace::{Trace, milliseconds};
 use super::watcher::Watcher;
 use crate::load::{Left, Loaded, Loader, Walk, Walked, canonical_path};
 
@@ -66,7 +71,12 @@ pub(crate) enum Event {
     /// The user's settings, and the errors in them.
     Configured(Settings, Vec<String>),
     Job(Job),
+    /// Reads and analyses all files again.
+    Reload,
     Stop,
+    /// For tests: a defect of the main loop.
+    #[cfg(debug_assertions)]
+    Panic,
     /// A handler panicked, and its request was answered with an error: shows that to the user, once.
     Defect(String),
     /// The client requested the diagnostics of a file, or of all.
@@ -98,6 +108,36 @@ impl Event {
                 | Event::Folders { .. }
         )
     }
+
+    /// What causes a check, for its trace.
+    fn cause(&self) -> Option<&'static str> {
+        Some(match self {
+            Event::Initialized => "initialized",
+            Event::Opened(_) => "didOpen",
+            Event::Changed(_) => "didChange",
+            Event::Saved(_) => "didSave",
+            Event::Closed(_) => "didClose",
+            Event::TextUnknown(_) => "an invalid message",
+            Event::Walked(..) => "a search for models",
+            Event::Disk { .. } => "files on the disk",
+            Event::Folders { .. } => "workspace folders",
+            Event::Significance(_) => "the significance level",
+            Event::Configured(..) => "settings",
+            Event::Reload => "a reload",
+            Event::Stop => "a cancelled progress",
+            _ => return None,
+        })
+    }
+
+    /// The document whose text it changes.
+    fn document(&self) -> Option<&Url> {
+        match self {
+            Event::Opened(document) => Some(&document.uri),
+            Event::Changed(params) => Some(&params.text_document.uri),
+            Event::Saved(params) => Some(&params.text_document.uri),
+            _ => None,
+        }
+    }
 }
 
 /// Something to compute.
@@ -108,6 +148,8 @@ pub(crate) struct MainLoop {
     db: Database,
     loader: Loader,
     documents: Documents,
+    /// The document whose text an event is changing.
+    changing: Option<Url>,
     folders: Vec<PathBuf>,
     settings: Settings,
     capabilities: Capabilities,
@@ -127,8 +169,13 @@ pub(crate) struct MainLoop {
     sender: mpsc::Sender<Event>,
     workers: Handle,
     running: Arc<AtomicUsize>,
-    /// Whether a check is running, for the progress report.
-    busy: watch::Sender<bool>,
+    /// What may take long, for the progress report.
+    work: watch::Sender<Work>,
+    trace: Arc<Trace>,
+    /// The kinds of event since the last check, for its trace.
+    causes: BTreeSet<&'static str>,
+    /// The beginning of the last check.
+    check_began: Instant,
 }
 
 impl MainLoop {
@@ -138,13 +185,15 @@ impl MainLoop {
         sender: mpsc::Sender<Event>,
         workers: Handle,
         publisher: Publisher,
-        busy: watch::Sender<bool>,
-        allows_outside: bool,
+        work: watch::Sender<Work>,
+        trace: Arc<Trace>,
+        options: Options,
     ) -> MainLoop {
         MainLoop {
-            db: Database::default(),
-            loader: Loader::deferred(allows_outside),
+            db: new_database(options.counts_queries),
+            loader: Loader::deferred(options.allows_outside),
             documents: Documents::default(),
+            changing: None,
             folders: Vec::new(),
             settings: Settings::default(),
             capabilities: Capabilities::default(),
@@ -160,14 +209,33 @@ impl MainLoop {
             sender,
             workers,
             running: Arc::default(),
-            busy,
+            work,
+            trace,
+            causes: BTreeSet::new(),
+            check_began: Instant::now(),
         }
     }
 
-    /// Runs as long as the process.
-    pub(crate) fn run(mut self, events: &mpsc::Receiver<Event>) {
-        while let Ok(event) = events.recv() {
-            self.handle(event);
+    /// Runs as long as the process. After a panic, begins again; returns the message of a second panic.
+    pub(crate) fn run(mut self, events: &mpsc::Receiver<Event>) -> Option<String> {
+        let mut first: Option<String> = None;
+        loop {
+            let served = catch_unwind(AssertUnwindSafe(|| {
+                if let Some(message) = &first {
+                    self.restart(message);
+                }
+                self.serve(events);
+            }));
+            let message = panic_message(&*served.err()?);
+            if first.is_some() {
+                return Some(message);
+            }
+            first = Some(message);
+        }
+    }
+
+    fn serve(&mut self, events: &mpsc::Receiver<Event>) {
+        loop {
             while let Ok(event) = events.try_recv() {
                 self.handle(event);
             }
@@ -181,13 +249,37 @@ impl MainLoop {
             if self.staleness.begin_check() {
                 self.start_check();
             }
+            self.trace.note_generation(self.staleness.generation());
+            self.note_work();
+            let Ok(event) = events.recv() else { return };
+            self.handle(event);
         }
+    }
+
+    /// Notes for the progress report what is being done between events.
+    fn note_work(&self) {
+        self.report(match self.staleness.is_checking() {
+            _ if self.staleness.is_walking() => Work::Searching,
+            true => Work::Analysing(self.workspaces.iter().map(|it| it.files(&self.db).len()).sum()),
+            false => Work::Nothing,
+        });
+    }
+
+    /// Reports work to a client that shows progress.
+    fn report(&self, work: Work) {
+        let work = if self.capabilities.progress { work } else { Work::Nothing };
+        self.work.send_if_modified(|before| std::mem::replace(before, work) != work);
     }
 
     fn handle(&mut self, event: Event) {
         if event.is_change() {
             self.staleness.retry_failed_load();
+            if let Some(counts) = self.db.query_counts() {
+                counts.note_change();
+            }
         }
+        self.changing = event.document().cloned();
+        self.causes.extend(event.cause());
         match event {
             Event::Initialize { capabilities, folders } => {
                 self.capabilities = capabilities;
@@ -242,7 +334,11 @@ impl MainLoop {
                 }
             }
             Event::Walked(flag, walked) => self.walked(&flag, walked),
+            Event::Reload => self.reload(),
             Event::Stop => self.stop(),
+            #[cfg(debug_assertions)]
+            #[allow(clippy::panic, reason = "that is what it is for")]
+            Event::Panic => panic!("asked for"),
             Event::Defect(message) => self.publisher.defect(&message),
             Event::DiagnosticsRequested(about) => {
                 let version = |url: &Url| self.documents.get(url).map(|open| open.version);
@@ -267,6 +363,7 @@ impl MainLoop {
                 }
             }
         }
+        self.changing = None;
     }
 
     fn text_unknown(&mut self, uri: Option<Url>) {
@@ -403,6 +500,8 @@ impl MainLoop {
         let sender = self.sender.clone();
         let walk = move || {
             let is_cancelled = || cancelled.load(Ordering::Relaxed);
+            #[cfg(debug_assertions)]
+            hold(&is_cancelled);
             let run = || {
                 let mut left = Left::default();
                 let walked = walks.into_iter().map(|walk| {
@@ -430,6 +529,7 @@ impl MainLoop {
         match walked {
             Some(walked) => {
                 walked.into_iter().for_each(|(walk, walked)| self.loader.learn(walk, walked));
+                self.report(Work::Reading(self.loader.files_found()));
                 self.load();
             }
             None => self.load_failed("the folders could not be searched"),
@@ -504,7 +604,7 @@ impl MainLoop {
 
     /// Cancels all computations. Until the next change, diagnostics say that the analysis was stopped.
     fn stop(&mut self) {
-        if *self.busy.borrow() {
+        if *self.work.borrow() != Work::Nothing {
             self.db.trigger_cancellation();
             self.staleness.stop();
         }
@@ -592,9 +692,14 @@ impl MainLoop {
     }
 
     fn start_check(&mut self) {
-        self.busy.send_replace(self.capabilities.progress);
         let (generation, snapshot, sender) =
             (self.staleness.generation(), self.snapshot(), self.sender.clone());
+        self.check_began = Instant::now();
+        let causes: Vec<&str> = std::mem::take(&mut self.causes).into_iter().collect();
+        self.trace.log(
+            || "a check begins".to_owned(),
+            |_| format!("generation {generation}, after {}", causes.join(", ")),
+        );
         self.spawn(move || {
             let checked = attempt(|| check(&snapshot));
             let is_published = checked.as_ref().is_ok_and(|checked| !checked.is_outdated);
@@ -612,7 +717,11 @@ impl MainLoop {
         if !self.staleness.end_check(generation) {
             return;
         }
-        self.busy.send_replace(false);
+        let outcome = checked.as_ref().map_or_else(Failure::name, |_| "done");
+        self.trace.log(
+            || format!("check: {outcome}, {}", milliseconds(self.check_began.elapsed())),
+            |_| format!("generation {generation}"),
+        );
         match checked {
             Ok(checked) => self.publish(checked),
             Err(Failure::Panicked(message)) => self.panicked(&message),
@@ -679,6 +788,10 @@ impl MainLoop {
     }
 }
 
+fn new_database(counts_queries: bool) -> Database {
+    if counts_queries { Database::with_counts() } else { Database::default() }
+}
+
 /// Writes the text of a document to the database.
 fn write(loader: &mut Loader, db: &mut Database, open: &Open, unknown: &BTreeMap<PathBuf, String>) -> File {
     let problem = unknown.get(&canonical_path(&open.path)).cloned().map(Problem::Unknown);
@@ -701,6 +814,15 @@ fn newest_of_several<'a>(
     }
     let several = open_as.into_values().filter(|all| all.len() > 1);
     several.filter_map(|all| all.into_iter().max_by_key(|open| open.changed)).collect()
+}
+
+/// For tests: waits while the file exists that this variable names.
+#[cfg(debug_assertions)]
+fn hold(is_cancelled: &dyn Fn() -> bool) {
+    let Some(path) = std::env::var_os("MAUVE_DEBUG_HOLD") else { return };
+    while std::fs::exists(&path).unwrap_or(false) && !is_cancelled() {
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
 }
 
 /// Returns the paths of the URIs that are files or folders on the disk.

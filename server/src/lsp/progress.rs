@@ -1,5 +1,8 @@
-//! Reports the progress of a long analysis. An edit or the user can cancel it.
+//! Reports the progress of work that takes long. An edit or the user can cancel it.
 
+use std::fmt;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use tokio::sync::watch;
@@ -8,40 +11,129 @@ use tower_lsp::lsp_types::notification::Progress;
 use tower_lsp::lsp_types::request::WorkDoneProgressCreate;
 use tower_lsp::lsp_types::{
     ProgressParams, ProgressParamsValue, ProgressToken, WorkDoneProgress, WorkDoneProgressBegin,
-    WorkDoneProgressCreateParams, WorkDoneProgressEnd,
+    WorkDoneProgressCreateParams, WorkDoneProgressEnd, WorkDoneProgressReport,
 };
 
 /// The time after which progress is shown.
 const PATIENCE: Duration = Duration::from_millis(500);
 
-/// Shows a progress whenever `busy` stays true for long.
-pub(crate) async fn show(client: Client, mut busy: watch::Receiver<bool>) {
+/// The work of the server that may take long, with numbers of files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) enum Work {
+    #[default]
+    Nothing,
+    /// Walking through folders.
+    Searching,
+    Reading(usize),
+    Analysing(usize),
+}
+
+impl fmt::Display for Work {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Work::Nothing => Ok(()),
+            Work::Searching => write!(f, "searching for models"),
+            Work::Reading(files) => write!(f, "reading {}", counted(files)),
+            Work::Analysing(files) => write!(f, "analysing {}", counted(files)),
+        }
+    }
+}
+
+/// Returns a number of files with its thousands separated: `1 file`, `12,000 files`.
+fn counted(files: usize) -> String {
+    let digits = files.to_string();
+    let mut number = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            number.push(',');
+        }
+        number.push(digit);
+    }
+    format!("{number} file{}", if files == 1 { "" } else { "s" })
+}
+
+/// The number of the progress that is shown; 0 without one.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Shown(Arc<AtomicU64>);
+
+impl Shown {
+    /// Returns whether this is the token of the progress that is shown.
+    pub(crate) fn is(&self, other: &ProgressToken) -> bool {
+        let number = self.0.load(Ordering::SeqCst);
+        number > 0 && token(number) == *other
+    }
+}
+
+fn token(number: u64) -> ProgressToken {
+    ProgressToken::String(format!("mauve/analysis/{number}"))
+}
+
+/// Shows a progress whenever work takes long, with what the server is doing.
+pub(crate) async fn show(client: Client, mut work: watch::Receiver<Work>, shown: Shown) {
     let mut number = 0;
     loop {
         // The sender is dropped when the server ends.
-        if busy.wait_for(|busy| *busy).await.is_err() {
+        if work.wait_for(|work| *work != Work::Nothing).await.is_err() {
             return;
         }
-        if tokio::time::timeout(PATIENCE, busy.wait_for(|busy| !*busy)).await.is_ok() {
+        if tokio::time::timeout(PATIENCE, work.wait_for(|work| *work == Work::Nothing)).await.is_ok() {
             continue;
         }
         number += 1;
-        let token = ProgressToken::String(format!("mauve/analysis/{number}"));
-        let create = WorkDoneProgressCreateParams { token: token.clone() };
+        let create = WorkDoneProgressCreateParams { token: token(number) };
         if client.send_request::<WorkDoneProgressCreate>(create).await.is_err() {
             return;
         }
-        let begin = WorkDoneProgress::Begin(WorkDoneProgressBegin {
-            title: "Computing response times".to_owned(),
+        let say = |value| {
+            let params = ProgressParams { token: token(number), value: ProgressParamsValue::WorkDone(value) };
+            client.send_notification::<Progress>(params)
+        };
+        shown.0.store(number, Ordering::SeqCst);
+        let mut now = *work.borrow_and_update();
+        say(WorkDoneProgress::Begin(WorkDoneProgressBegin {
+            title: "MAUVE".to_owned(),
             cancellable: Some(true),
-            ..WorkDoneProgressBegin::default()
-        });
-        let say =
-            |value| ProgressParams { token: token.clone(), value: ProgressParamsValue::WorkDone(value) };
-        client.send_notification::<Progress>(say(begin)).await;
-        let _ = busy.wait_for(|busy| !*busy).await;
-        client
-            .send_notification::<Progress>(say(WorkDoneProgress::End(WorkDoneProgressEnd { message: None })))
-            .await;
+            message: Some(now.to_string()).filter(|message| !message.is_empty()),
+            percentage: None,
+        }))
+        .await;
+        while now != Work::Nothing && work.changed().await.is_ok() {
+            now = *work.borrow_and_update();
+            if now != Work::Nothing {
+                let message = Some(now.to_string());
+                let report = WorkDoneProgressReport { message, ..WorkDoneProgressReport::default() };
+                say(WorkDoneProgress::Report(report)).await;
+            }
+        }
+        shown.0.store(0, Ordering::SeqCst);
+        say(WorkDoneProgress::End(WorkDoneProgressEnd { message: None })).await;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thousands_are_separated() {
+        let shown = [0, 1, 999, 1000, 1_234_567].map(|files| Work::Reading(files).to_string());
+        assert_eq!(
+            shown,
+            [
+                "reading 0 files",
+                "reading 1 file",
+                "reading 999 files",
+                "reading 1,000 files",
+                "reading 1,234,567 files"
+            ]
+        );
+    }
+
+    #[test]
+    fn only_the_token_of_the_shown_progress_is_known() {
+        let shown = Shown::default();
+        assert!(!shown.is(&token(0)) && !shown.is(&token(1)));
+        shown.0.store(2, Ordering::SeqCst);
+        assert!(shown.is(&token(2)) && !shown.is(&token(1)) && !shown.is(&ProgressToken::Number(2)));
     }
 }

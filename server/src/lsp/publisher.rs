@@ -149,6 +149,15 @@ impl Publisher {
         }
     }
 
+    /// Has the next diagnostics published again, or requested again, even unchanged ones.
+    pub(crate) fn publish_all_again(&mut self) {
+        self.published.values_mut().for_each(|(version, _)| *version = Some(i32::MIN));
+        self.hints.clear();
+        if self.pulls.is_some() {
+            self.refresh(Refresh::Diagnostics);
+        }
+    }
+
     /// Replaces outdated diagnostics by a message that the analysis has failed.
     pub(crate) fn panicked(&mut self, open: BTreeMap<Url, i32>, message: &str) {
         let items = Items::from(vec![to_proto::defect(message)]);

@@ -1,6 +1,7 @@
 //! The state that a worker reads: the database at the time when the worker started, and the data for the client's
 //! terms.
 
+use std::any::Any;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -176,6 +177,15 @@ pub(crate) enum Failure {
 }
 
 impl Failure {
+    /// Returns what has happened, for a trace.
+    pub(crate) fn name(&self) -> &'static str {
+        match self {
+            Failure::Overtaken => "outdated",
+            Failure::Cancelled => "cancelled",
+            Failure::Panicked(_) => "failed",
+        }
+    }
+
     /// Returns the error to answer with.
     pub(crate) fn into_error(self) -> Error {
         match self {
@@ -207,12 +217,15 @@ pub(crate) fn attempt<T>(mut job: impl FnMut() -> T) -> std::result::Result<T, F
             // Another job computed the query that this job waited for, and was cancelled or panicked. This job
             // computes it now, and panics as well if the query does.
             Some(_) => {}
-            None => {
-                let text = payload.downcast_ref::<String>().map(String::as_str);
-                let text = text.or_else(|| payload.downcast_ref::<&str>().copied());
-                return Err(Failure::Panicked(text.unwrap_or("a panic without a message").to_owned()));
-            }
+            None => return Err(Failure::Panicked(panic_message(&*payload))),
         }
     }
     Err(Failure::Overtaken)
+}
+
+/// Returns the message of a panic.
+pub(crate) fn panic_message(payload: &(dyn Any + Send)) -> String {
+    let text = payload.downcast_ref::<String>().map(String::as_str);
+    let text = text.or_else(|| payload.downcast_ref::<&str>().copied());
+    text.unwrap_or("a panic without a message").to_owned()
 }

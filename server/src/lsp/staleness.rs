@@ -8,7 +8,7 @@
 //! Loaded ─────────────────────▶ Outdated ─────────────▶ Loaded ───────────▶ Walking
 //!    ▲                           ▲    ▲                    │                   │
 //!    │         retry_failed_load │    │ restart_load        │ fail_load         │ end_walk
-//!    │                         Failed ◀────────────────────┘                   │
+//!    │               Failed or Stopped ◀───────────────────┴───────────── stop ──┤
 //!    └─────────────────────────────────────────────────────────────────────────┘
 //! ```
 
@@ -30,6 +30,8 @@ enum Load {
     Outdated,
     /// A thread walks through folders, and the workspaces are loaded when it ends.
     Walking { cancelled: Arc<AtomicBool>, is_outdated: bool },
+    /// The user stopped the walk. It is repeated after the next change.
+    Stopped,
     /// Loading panicked. It is tried again after the next change.
     Failed,
 }
@@ -86,6 +88,18 @@ impl Staleness {
     pub(super) fn stop(&mut self) {
         self.bump_generation();
         self.current.is_stopped = true;
+        if let Load::Walking { cancelled, .. } = &self.load {
+            cancelled.store(true, Ordering::Relaxed);
+            self.load = Load::Stopped;
+        }
+    }
+
+    /// Forgets what was loaded and published; a new generation is to be loaded.
+    pub(super) fn begin_again(&mut self) {
+        self.restart_load();
+        self.bump_generation();
+        (self.checking, self.published) = (None, None);
+        (self.loads_for_checks, self.loads_for_watches) = (0, 0);
     }
 
     /// Whether the user stopped the analysis of the current generation.
@@ -103,7 +117,7 @@ impl Staleness {
     /// Whether nothing is left to do before the next event. Workspaces that could not be loaded are not checked.
     pub(super) fn is_settled(&self) -> bool {
         let is_settled = match self.load {
-            Load::Loaded => !self.current.is_check_due || !self.are_checks_allowed,
+            Load::Loaded | Load::Stopped => !self.current.is_check_due || !self.are_checks_allowed,
             Load::Failed => true,
             Load::Outdated | Load::Walking { .. } => false,
         };
@@ -133,9 +147,9 @@ impl Staleness {
         }
     }
 
-    /// Notes a change after which a load that panicked is tried again.
+    /// Notes a change after which a load that panicked, or was stopped, is tried again.
     pub(super) fn retry_failed_load(&mut self) {
-        if matches!(self.load, Load::Failed) {
+        if matches!(self.load, Load::Failed | Load::Stopped) {
             self.load = Load::Outdated;
         }
     }
@@ -207,10 +221,15 @@ impl Staleness {
         self.current.is_check_due = true;
     }
 
+    /// Whether a check of the current generation is running.
+    pub(super) fn is_checking(&self) -> bool {
+        self.checking == Some(self.current.number)
+    }
+
     /// Begins the check of the current generation, if it is due and the workspaces are loaded.
     pub(super) fn begin_check(&mut self) -> bool {
-        let is_due =
-            self.are_checks_allowed && matches!(self.load, Load::Loaded) && self.current.is_check_due;
+        let is_loaded = matches!(self.load, Load::Loaded | Load::Stopped);
+        let is_due = self.are_checks_allowed && is_loaded && self.current.is_check_due;
         if is_due {
             self.current.is_check_due = false;
             self.checking = Some(self.current.number);

@@ -17,10 +17,13 @@ use tokio::sync::{Notify, mpsc, oneshot};
 use tokio::task::JoinSet;
 use tower::Service as _;
 use tower_lsp::jsonrpc::{Error, ErrorCode, Id, Request, Response};
+use tower_lsp::lsp_types::MessageType;
 use tower_lsp::{ClientSocket, LspService};
 
 use super::backend::Backend;
 use super::frame::{Frame, Lost, lost_by};
+use super::trace::{Trace, milliseconds};
+use crate::harmless::harmless;
 
 /// The two directions, and the signal that the main loop has ended.
 pub(crate) struct Streams {
@@ -30,8 +33,8 @@ pub(crate) struct Streams {
     pub(crate) outgoing: mpsc::UnboundedSender<Outgoing>,
     /// The number of messages that are not yet written.
     pub(crate) backlog: Arc<Backlog>,
-    /// Dropped when the main loop ends.
-    pub(crate) main_loop: oneshot::Receiver<()>,
+    /// Receives why the main loop has ended.
+    pub(crate) main_loop: oneshot::Receiver<String>,
 }
 
 /// A message for the client, and an optional signal when it is written.
@@ -49,6 +52,18 @@ pub(crate) struct Backlog {
 }
 
 impl Backlog {
+    /// Sends a message to the client.
+    pub(crate) fn put(&self, outgoing: &mpsc::UnboundedSender<Outgoing>, message: Outgoing) {
+        self.waiting.fetch_add(1, Ordering::SeqCst);
+        // If the receiver is dropped, the session ends.
+        let _ = outgoing.send(message);
+    }
+
+    /// Returns the number of waiting messages.
+    pub(crate) fn waiting(&self) -> usize {
+        self.waiting.load(Ordering::SeqCst)
+    }
+
     /// Records a written message.
     pub(crate) fn written(&self) {
         self.waiting.fetch_sub(1, Ordering::SeqCst);
@@ -57,7 +72,7 @@ impl Backlog {
 }
 
 /// The number of unread answers at which the server stops reading the client's messages.
-const MOST_WAITING: usize = 2000;
+pub(crate) const MOST_WAITING: usize = 2000;
 
 /// The warning for a client whose `Content-Length` is wrong.
 const MISCOUNTED: &str = "The `Content-Length` of the editor's messages is not their length in bytes. mauve reads them all the \
@@ -75,7 +90,7 @@ pub(crate) async fn serve(
     mut streams: Streams,
 ) -> u8 {
     let (mut to_client, mut from_client) = socket.split();
-    let mut tasks: JoinSet<Option<Response>> = JoinSet::new();
+    let mut tasks: JoinSet<Answered> = JoinSet::new();
     let mut heartbeat = tokio::time::interval(HEARTBEAT);
     let mut client: Option<u32> = None;
     let mut is_shut_down = false;
@@ -96,22 +111,29 @@ pub(crate) async fn serve(
                 }
                 let Some(request) = service.inner().preprocess(request, &lost) else { continue };
                 let is_shutdown = request.method() == "shutdown";
+                let trace = initial_trace(&request);
                 let mut answer = Box::pin(answer(&mut service, request));
                 match futures::poll!(&mut answer) {
-                    std::task::Poll::Ready(Some(response)) => {
+                    std::task::Poll::Ready(answered) => {
+                        let is_refused = answered.response.as_ref().is_none_or(Response::is_error);
                         // A request before `initialize` is refused, and the session continues.
-                        is_shut_down |= is_shutdown && response.error().is_none();
-                        send(&streams, &response);
+                        is_shut_down |= is_shutdown && !is_refused;
+                        answered.send(&streams, service.inner().trace());
+                        if is_shut_down {
+                            service.inner().trace().set(&"off".into());
+                        }
+                        if let Some(trace) = trace.filter(|_| !is_refused) {
+                            service.inner().trace().set(&trace);
+                        }
                     }
-                    std::task::Poll::Ready(None) => {}
                     std::task::Poll::Pending => {
                         tasks.spawn(answer);
                     }
                 }
             }
             Some(answered) = tasks.join_next() => {
-                if let Ok(Some(response)) = answered {
-                    send(&streams, &response);
+                if let Ok(answered) = answered {
+                    answered.send(&streams, service.inner().trace());
                 }
             }
             Some(request) = to_client.next(), if writing.is_none() => {
@@ -133,8 +155,9 @@ pub(crate) async fn serve(
                 tracing::warn!("the client no longer reads");
                 return code(false);
             }
-            _ = &mut streams.main_loop => {
+            ended = &mut streams.main_loop => {
                 tracing::error!("the main loop has ended");
+                put(&streams, Outgoing { message: last_words(&ended.unwrap_or_default()), written: None });
                 return 101;
             }
             _ = heartbeat.tick() => {
@@ -145,6 +168,13 @@ pub(crate) async fn serve(
             }
         }
     }
+}
+
+/// Returns the message that tells the user why the main loop has ended.
+fn last_words(why: &str) -> String {
+    let message = harmless(&format!("mauve ends after a second defect: {why}. Please report it."));
+    let params = serde_json::json!({"type": MessageType::ERROR, "message": message});
+    serde_json::json!({"jsonrpc": "2.0", "method": "window/showMessage", "params": params}).to_string()
 }
 
 /// Returns the request or notification of a frame, and the texts that it may change if it is not understood. Handles all other
@@ -192,24 +222,51 @@ async fn received(
     None
 }
 
+/// Returns the level of traces that the client asks for by `initialize`. It is in effect after the answer.
+fn initial_trace(request: &Request) -> Option<Value> {
+    let params = request.params().filter(|_| request.method() == "initialize")?;
+    params.get("trace").cloned()
+}
+
+/// A request or notification that was handled.
+struct Answered {
+    method: String,
+    time: Duration,
+    /// None for a notification.
+    response: Option<Response>,
+}
+
+impl Answered {
+    fn send(self, streams: &Streams, trace: &Trace) {
+        let Some(response) = self.response else { return };
+        send(streams, &response);
+        let outcome = response.error().map_or_else(String::new, |error| format!("{error}, "));
+        trace.log(
+            || format!("{}: {outcome}{}", self.method, milliseconds(self.time)),
+            |generation| format!("request {}, generation {generation}", response.id()),
+        );
+    }
+}
+
 /// Calls the service and returns its answer: an error after a panic.
 fn answer(
     service: &mut LspService<Backend>,
     request: Request,
-) -> impl Future<Output = Option<Response>> + Send + use<> {
+) -> impl Future<Output = Answered> + Send + use<> {
     let (id, method, begin) = (request.id().cloned(), request.method().to_owned(), Instant::now());
     let answer = AssertUnwindSafe(service.call(request)).catch_unwind();
     async move {
-        let answer = match answer.await {
+        let response = match answer.await {
             Ok(Ok(Some(answer))) if method == "initialize" => Some(with_new_capabilities(answer)),
             Ok(answer) => answer.ok().flatten(),
             Err(_) => id.map(|id| Response::from_error(id, Error::internal_error())),
         };
-        match answer.as_ref().map(Response::error) {
-            Some(Some(error)) => tracing::debug!("{method}: {error} ({:?})", begin.elapsed()),
-            _ => tracing::debug!("{method} ({:?})", begin.elapsed()),
+        let time = begin.elapsed();
+        match response.as_ref().map(Response::error) {
+            Some(Some(error)) => tracing::debug!("{method}: {error} ({time:?})"),
+            _ => tracing::debug!("{method} ({time:?})"),
         }
-        answer
+        Answered { method, time, response }
     }
 }
 
@@ -234,13 +291,11 @@ fn send(streams: &Streams, response: &Response) {
 }
 
 fn put(streams: &Streams, message: Outgoing) {
-    streams.backlog.waiting.fetch_add(1, Ordering::SeqCst);
-    // If the receiver is dropped, the loop above ends.
-    let _ = streams.outgoing.send(message);
+    streams.backlog.put(&streams.outgoing, message);
 }
 
 fn waiting(streams: &Streams) -> usize {
-    streams.backlog.waiting.load(Ordering::SeqCst)
+    streams.backlog.waiting()
 }
 
 const WITHOUT_PARAMS: [&str; 2] = ["shutdown", "mauve/status"];

@@ -196,6 +196,14 @@ function M.choose_significance(level)
   end)
 end
 
+--- Has the server read and analyse all files again.
+function M.reload()
+  local client = M.client()
+  if client then
+    M.request(client, 'workspace/executeCommand', { command = 'mauve.reload' })
+  end
+end
+
 --- Stops the server and starts it again, after it was built anew, say.
 function M.restart()
   local clients = vim.lsp.get_clients({ name = 'mauve' })

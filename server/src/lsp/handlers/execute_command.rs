@@ -21,8 +21,11 @@ pub(crate) const SET_SIGNIFICANCE: &str = "mauve.setSignificance";
 /// The command that generates Orocos packages.
 pub(crate) const GENERATE: &str = "mauve.generateOrocos";
 
+/// The command that reads and analyses all files again.
+pub(crate) const RELOAD: &str = "mauve.reload";
+
 /// All commands.
-pub(crate) const COMMANDS: &[&str] = &[SET_SIGNIFICANCE, GENERATE];
+pub(crate) const COMMANDS: &[&str] = &[SET_SIGNIFICANCE, GENERATE, RELOAD];
 
 /// A parsed command.
 #[derive(Debug)]
@@ -30,6 +33,7 @@ pub(crate) enum Command {
     /// Sets the level that is shown; `None` selects the level of each `mauve.toml`.
     SetSignificance(Option<Level>),
     Generate(Box<GenerateDocument>),
+    Reload,
 }
 
 impl Command {
@@ -38,6 +42,7 @@ impl Command {
         match self {
             Command::SetSignificance(level) => level.map(|level| level.as_f64().into()),
             Command::Generate(document) => Some(document.summary()),
+            Command::Reload => None,
         }
     }
 }
@@ -71,6 +76,8 @@ pub(crate) fn read(snapshot: &Snapshot, params: &ExecuteCommandParams) -> Result
             }
             Ok(Command::Generate(Box::new(generate(snapshot, &params)?)))
         }
+        RELOAD if params.arguments.is_empty() => Ok(Command::Reload),
+        RELOAD => Err(Error::invalid_params(format!("{RELOAD} takes no arguments"))),
         unknown => {
             let known = COMMANDS.join(", ");
             Err(Error::invalid_params(format!("no command `{unknown}`: there are {known}")))

@@ -1,0 +1,249 @@
+//! What the server says of its own work (progress, traces, status), and how it begins again (reload, defects).
+
+use mauve_tests::{Client, Text, long_analysis, models, scratch, write};
+use serde_json::{Value, json};
+use std::time::Duration;
+
+use crate::{MAUVE, copied_robot, robot, start};
+
+const SOON: Duration = Duration::from_secs(10);
+
+fn shown(client: &mut Client, text: &str) -> Value {
+    let is_it = |it: &Value| it["method"] == "window/showMessage" && it.to_string().contains(text);
+    client.wait(text, is_it).1["params"].clone()
+}
+
+/// Opens the robot's deployment, with a text that is not saved.
+fn edited(client: &mut Client) -> Text {
+    let mut text = client.open_file(&models().join("p3dx/deployment.mal"));
+    client.edit(&mut text, "deadline = 1000", "deadline = 999");
+    assert_eq!(client.codes(&text), [] as [&str; 0]);
+    text
+}
+
+#[test]
+fn a_defect_of_the_main_loop_costs_the_requests_in_flight() {
+    let mut client = robot();
+    let text = edited(&mut client);
+    let working = client.request("mauve/debug/work", Value::Null);
+    client.forget();
+    client.call("mauve/debug/panicMainLoop", Value::Null).unwrap();
+    let told = shown(&mut client, "A defect of mauve: asked for. All files are read again");
+    assert_eq!(told["type"], 2);
+    client.answer(working).unwrap_err();
+    // The text is the client's, and its diagnostics are published again.
+    assert_eq!(client.codes(&text), [] as [&str; 0]);
+    assert!(client.hint(&text, "activity navigation").contains("≤ 999 ms"));
+    let status = client.call("mauve/status", Value::Null).unwrap();
+    assert_eq!((&status["documents"], &status["workspaces"][0]["files"]), (&json!(1), &json!(18)));
+    assert_eq!(client.shut_down(), Some(0));
+}
+
+#[test]
+fn a_second_defect_of_the_main_loop_ends_the_server() {
+    let mut client = robot();
+    edited(&mut client);
+    for _ in 0..2 {
+        client.request("mauve/debug/panicMainLoop", Value::Null);
+    }
+    let told = shown(&mut client, "mauve ends after a second defect: asked for");
+    assert_eq!(told["type"], 1);
+    assert_eq!(client.wait_for_end(SOON), Some(101));
+}
+
+#[test]
+fn a_text_whose_change_has_a_defect_is_unknown_until_it_is_saved() {
+    let mut client = robot();
+    let mut text = edited(&mut client);
+    // The text of the change asks for the defect, in a build for tests.
+    let end = text.text.len();
+    client.replace(&mut text, end..end, "// mauve/debug/panicMainLoop");
+    shown(&mut client, "A defect of mauve: asked for");
+    assert!(client.hint(&text, "activity navigation").starts_with("not analysed"));
+    client.notify("textDocument/didSave", json!({"textDocument": {"uri": text.uri}, "text": text.text}));
+    assert!(client.hint(&text, "activity navigation").contains("≤ 999 ms"));
+}
+
+#[test]
+fn a_reload_reads_all_files_again() {
+    let folder = copied_robot("lsp_reload");
+    let mut client = Client::of_folder(MAUVE, &folder);
+    let mut text = client.open_file(&folder.join("deployment.mal"));
+    client.edit(&mut text, "deadline = 1000", "deadline = 900");
+    let before = client.diagnostics(&text);
+    assert_eq!(before.len(), 1);
+    client.idle();
+    let level = json!({"command": "mauve.setSignificance", "arguments": [1e-3]});
+    client.call("workspace/executeCommand", level).unwrap();
+    client.idle();
+    client.forget();
+    let waiting = client.request("mauve/debug/work", Value::Null);
+    let reload =
+        |client: &mut Client| client.call("workspace/executeCommand", json!({"command": "mauve.reload"}));
+    assert_eq!(reload(&mut client), Ok(Value::Null));
+    assert_eq!(client.answer(waiting).unwrap_err()["code"], -32801);
+    // Published again, of the same version; the unsaved text and the chosen level stay.
+    client.codes(&text);
+    let status = client.call("mauve/status", Value::Null).unwrap();
+    assert_eq!(status["workspaces"][0]["significance"], json!(1e-3));
+    assert!(client.hint(&text, "activity navigation").contains("≤ 900 ms"));
+    let with_argument = json!({"command": "mauve.reload", "arguments": [1]});
+    assert_eq!(client.call("workspace/executeCommand", with_argument).unwrap_err()["code"], -32602);
+    for _ in 0..20 {
+        reload(&mut client).unwrap();
+    }
+    client.idle();
+    assert!(client.hint(&text, "activity navigation").contains("≤ 900 ms"));
+    assert_eq!(client.shut_down(), Some(0));
+}
+
+/// Waits for a progress; returns its token.
+fn progress(client: &mut Client) -> Value {
+    let (_, create) = client.wait("a progress", |it| it["method"] == "window/workDoneProgress/create");
+    create["params"]["token"].clone()
+}
+
+/// Waits for a kind of report about a progress; returns its message.
+fn reported(client: &mut Client, token: &Value, kind: &str, message: &str) -> Value {
+    let is_it = |it: &Value| {
+        it["method"] == "$/progress"
+            && it["params"]["token"] == *token
+            && it["params"]["value"]["kind"] == kind
+            && it["params"]["value"]["message"].as_str().unwrap_or_default().contains(message)
+    };
+    client.wait(kind, is_it).1["params"]["value"].clone()
+}
+
+#[test]
+fn a_long_start_says_what_it_does() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_start");
+    write(&folder, &long_analysis(400));
+    // The search lasts while this file is there.
+    let hold = folder.with_extension("hold");
+    std::fs::write(&hold, "").unwrap();
+    let mut client = Client::start_where(MAUVE, &[], &[("MAUVE_DEBUG_HOLD", hold.to_str().unwrap())]);
+    client.initialize(Some(&folder), &json!({"window": {"workDoneProgress": true}}));
+    let token = progress(&mut client);
+    let begin = reported(&mut client, &token, "begin", "searching for models");
+    assert_eq!((&begin["title"], &begin["cancellable"]), (&json!("MAUVE"), &json!(true)));
+    std::fs::remove_file(&hold).unwrap();
+    reported(&mut client, &token, "report", "analysing 3 files");
+    // Neither another progress nor one that never was is this one.
+    for other in [json!("mauve/analysis/7"), json!(1)] {
+        client.notify("window/workDoneProgress/cancel", json!({"token": other}));
+    }
+    client.notify("window/workDoneProgress/cancel", json!({"token": token}));
+    reported(&mut client, &token, "end", "");
+    client.idle();
+    assert_eq!(client.shut_down(), Some(0));
+}
+
+#[test]
+fn a_search_that_is_cancelled_begins_again_after_a_change() {
+    let folder = copied_robot("lsp_cancelled_search");
+    let hold = folder.with_extension("hold");
+    std::fs::write(&hold, "").unwrap();
+    let mut client = Client::start_where(MAUVE, &[], &[("MAUVE_DEBUG_HOLD", hold.to_str().unwrap())]);
+    client.initialize(Some(&folder), &json!({"window": {"workDoneProgress": true}}));
+    let mut text = client.open_file(&folder.join("deployment.mal"));
+    let hover = client.request("textDocument/hover", text.at("navigation  {"));
+    let token = progress(&mut client);
+    reported(&mut client, &token, "begin", "searching for models");
+    client.notify("window/workDoneProgress/cancel", json!({"token": token}));
+    reported(&mut client, &token, "end", "");
+    assert_eq!(client.codes(&text), ["analysis-stopped"]);
+    client.answer(hover).unwrap_err();
+    std::fs::remove_file(&hold).unwrap();
+    client.edit(&mut text, "deadline = 1000", "deadline = 999");
+    assert_eq!(client.codes(&text), [] as [&str; 0]);
+    assert!(client.hint(&text, "activity navigation").contains("≤ 999 ms"));
+}
+
+/// The traces that were sent, of which the details are given for `verbose`.
+fn traces(client: &mut Client) -> Vec<(String, Option<String>)> {
+    client.idle();
+    let all = client.take(Duration::ZERO);
+    let text = |it: &Value, field: &str| it["params"][field].as_str().map(str::to_owned);
+    let traces = all.iter().filter(|it| it["method"] == "$/logTrace");
+    let traces = traces.map(|it| (text(it, "message").unwrap(), text(it, "verbose")));
+    // These are the client's own, to know that the server is idle.
+    traces.filter(|(told, _)| !told.starts_with("mauve/status")).collect()
+}
+
+#[test]
+fn traces_are_sent_while_the_client_wants_them() {
+    let mut client = robot();
+    let mut text = edited(&mut client);
+    let ask = |client: &mut Client, text: &Text| {
+        client.call("textDocument/hover", text.at("navigation  {")).unwrap();
+        client.call("textDocument/hover", json!({})).unwrap_err();
+    };
+    ask(&mut client, &text);
+    assert_eq!(traces(&mut client), []);
+    client.notify("$/setTrace", json!({"value": "messages"}));
+    ask(&mut client, &text);
+    client.edit(&mut text, "deadline = 999", "deadline = 998");
+    client.codes(&text);
+    let found = traces(&mut client);
+    let is_told =
+        |start: &str| found.iter().any(|(told, _)| told.starts_with(start) && told.ends_with(" ms"));
+    assert!(is_told("textDocument/hover: ") && is_told("check: done, "), "{found:?}");
+    assert!(is_told("textDocument/hover: Invalid params"), "{found:?}");
+    assert!(found.iter().all(|(_, details)| details.is_none()), "{found:?}");
+    client.notify("$/setTrace", json!({"value": "verbose"}));
+    client.notify("$/setTrace", json!({"value": "much"}));
+    client.notify("$/setTrace", json!([]));
+    ask(&mut client, &text);
+    client.edit(&mut text, "deadline = 998", "deadline = 997");
+    client.codes(&text);
+    let found = traces(&mut client);
+    let details = |start: &str| {
+        let found = found.iter().find(|(told, _)| told.starts_with(start));
+        found.and_then(|(_, details)| details.clone()).unwrap_or_default()
+    };
+    assert!(details("textDocument/hover").starts_with("request "), "{found:?}");
+    assert!(details("a check begins").ends_with(", after didChange"), "{found:?}");
+    client.notify("$/setTrace", json!({"value": "off"}));
+    ask(&mut client, &text);
+    assert_eq!(traces(&mut client), []);
+}
+
+#[test]
+fn traces_may_be_wanted_from_the_beginning() {
+    let mut client = Client::start(MAUVE, &[]);
+    let params = json!({"processId": null, "rootUri": null, "capabilities": {}, "trace": "messages"});
+    client.call("initialize", params).unwrap();
+    client.notify("initialized", json!({}));
+    client.call("textDocument/hover", json!({})).unwrap_err();
+    let found = traces(&mut client);
+    assert!(found.iter().any(|(told, _)| told.starts_with("textDocument/hover: ")), "{found:?}");
+}
+
+#[test]
+fn a_status_has_the_memory_and_the_queries() {
+    let folder = models().join("p3dx");
+    let (mut client, _) = start(&folder, &json!({}));
+    client.open_file(&folder.join("deployment.mal"));
+    client.idle();
+    let status = client.call("mauve/status", Value::Null).unwrap();
+    if cfg!(target_os = "linux") {
+        assert!(status["memory"].as_u64().unwrap() > 1_000_000, "{status}");
+    }
+    // Counting takes time, so that it is done only where somebody wants to know.
+    assert_eq!(status["queries"], Value::Null);
+    let log = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_counts").join("log");
+    let mut client = Client::start(MAUVE, &["--log", log.to_str().unwrap()]);
+    client.initialize(Some(&folder), &json!({}));
+    let mut text = client.open_file(&folder.join("deployment.mal"));
+    client.codes(&text);
+    client.idle();
+    let queries = client.call("mauve/status", Value::Null).unwrap()["queries"].clone();
+    let before = queries["executed"].as_u64().unwrap();
+    assert!(queries["most"].as_array().unwrap().iter().any(|it| it["name"] == "parse"), "{queries}");
+    client.edit(&mut text, "deadline = 1000", "deadline = 999");
+    client.codes(&text);
+    client.idle();
+    let queries = client.call("mauve/status", Value::Null).unwrap()["queries"].clone();
+    let [executed, since] = ["executed", "sinceChange"].map(|it| queries[it].as_u64().unwrap());
+    assert!(0 < since && since < before && executed >= before + since, "{queries}, before {before}");
+}
