@@ -1,15 +1,19 @@
 //! A long session of everything at once: random edits of several files in several folders, half-typed text, files that come
 //! and go on the disk, folders, settings, requests of every kind at sensible and absurd places, cancelled at random, from
-//! a client that is now quick and now slow. Whatever happened on the way, each request is answered once, nothing panics,
-//! the server knows what a fresh one would, and it holds no more memory than before.
+//! a client that is now quick and now slow, and now and then breaks the protocol. Whatever happened on the way, each request
+//! is answered once, nothing panics, the server knows what a fresh one would, and it holds no more memory than before.
 //!
-//! `MAUVE_SOAK=100000 cargo test --release -p mauve --test soak` goes on for so many steps; `MAUVE_SEED` is the seed that a
-//! failing run has printed. Such a run looks for fewer steps that fail too, and says where their session is recorded.
+//! `MAUVE_SOAK=100000 cargo test --release -p mauve --test soak` goes on for so many edits, and some thousand changes of the
+//! disk; `MAUVE_SEED` is the seed that a failing run has printed. Such a run looks for fewer steps that fail too, and says
+//! where their session is recorded.
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a test fails by panicking")]
 #![cfg(unix)]
 
-use std::collections::{BTreeMap, HashMap};
+mod disk;
+mod torture;
+
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -22,15 +26,19 @@ use mauve_tests::{
 };
 use serde_json::{Value, json};
 
+use disk::Repository;
+
 const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
 
-/// So many steps, unless `MAUVE_SOAK` says otherwise.
-const STEPS: usize = 1000;
+/// So many edits, unless `MAUVE_SOAK` says otherwise.
+const EDITS: usize = 1000;
 /// So often the memory is looked at, at least; and so often the server is compared with a fresh one.
 const LOOKS: usize = 40;
 const COMPARISONS: usize = 4;
-/// A greater session is compared each time when it has gone so far.
-const LONGEST_WAY: usize = 5000;
+/// A greater session is compared each time when it has gone so many steps.
+const LONGEST_WAY: usize = 2000;
+/// For so many steps, the client does mostly the same.
+const PHASE: usize = 50;
 /// The second half of a session may hold so much more memory at its end than at its beginning, in kB: what the allocator
 /// keeps comes and goes by this much.
 const MARGIN: f64 = 16.0 * 1024.0;
@@ -111,7 +119,7 @@ fn a_client_that_asks_what_is_wrong() {
 #[derive(Debug, Clone)]
 struct Open {
     text: Text,
-    /// The step in which it was changed last: of two addresses of one file, that one counts.
+    /// When it was changed last: of two addresses of one file, the later change counts.
     touched: usize,
     /// The edits that undo the last ones, the newest last.
     undo: Vec<(Range<usize>, String)>,
@@ -121,6 +129,8 @@ struct Open {
 #[derive(Debug, Clone)]
 struct State {
     open: BTreeMap<usize, Open>,
+    /// The number of changes of texts.
+    clock: usize,
     /// In the order in which the server was told of them.
     folders: Vec<usize>,
     settings: Value,
@@ -153,6 +163,13 @@ struct Session {
     methods: Vec<&'static Method>,
     columns: Columns,
     state: State,
+    /// A git repository of the files, where git is installed.
+    repository: Option<Repository>,
+    /// The requests that are to be refused.
+    tortures: HashSet<u64>,
+    /// How many changes of texts the server was told of, and how often the disk was changed.
+    edits: usize,
+    disk_operations: usize,
     /// The requests that are not answered yet.
     asked: HashMap<u64, (&'static str, Location)>,
     /// The newest answers that other requests follow.
@@ -167,19 +184,20 @@ struct Session {
 fn soak(name: &str, capabilities: &Value) {
     let number = |name| std::env::var(name).ok().and_then(|it| it.parse::<u64>().ok());
     let seed = number("MAUVE_SEED").unwrap_or(0x9e37_79b9);
-    let steps = number("MAUVE_SOAK").map_or(STEPS, |steps| steps as usize);
-    println!("MAUVE_SEED={seed} MAUVE_SOAK={steps}");
+    let edits = number("MAUVE_SOAK").map_or(EDITS, |edits| edits as usize);
+    println!("MAUVE_SEED={seed} MAUVE_SOAK={edits}");
     let top = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("soak_{name}_{seed}_{}", std::process::id()));
     let mut session = Session::new(seed, &top, capabilities);
-    let look = (steps / LOOKS).clamp(1, 500);
-    let way = (steps / COMPARISONS).clamp(look, LONGEST_WAY);
+    let look = (edits / LOOKS).clamp(1, 500);
+    let way = (edits / COMPARISONS).clamp(look, LONGEST_WAY);
     let begin = Instant::now();
     let mut memory = Vec::new();
     let mut checkpoint = session.state();
-    let mut since = 0;
-    for first in (0..steps).step_by(look) {
-        let last = (first + look).min(steps);
-        let is_compared = last - since >= way || last == steps;
+    let (mut since, mut last) = (0, 0);
+    while session.edits < edits || since < last {
+        let (first, is_end) = (last, session.edits >= edits);
+        last += if is_end { 0 } else { look };
+        let is_compared = is_end || last - since >= way;
         if let Err(fault) = session.run(first..last, is_compared) {
             let shrunk = shrink(&mut session, &checkpoint, (since..last).collect(), &fault);
             panic!("seed {seed}, steps {since} to {last}: {fault}\n{shrunk}");
@@ -187,7 +205,9 @@ fn soak(name: &str, capabilities: &Value) {
         memory.extend(session.client.memory().map(|kilobytes| (last as f64, kilobytes as f64)));
         if is_compared {
             println!(
-                "{last} steps, {:.0} s, as a fresh server: {}",
+                "{last} steps, {} edits, {} changes of the disk, {:.0} s, as a fresh server: {}",
+                session.edits,
+                session.disk_operations,
                 begin.elapsed().as_secs_f64(),
                 described(&memory)
             );
@@ -207,13 +227,14 @@ fn soak(name: &str, capabilities: &Value) {
     }
     assert_eq!(session.client.shut_down(), Some(0));
     std::fs::remove_dir_all(&top).unwrap();
+    let _ = std::fs::remove_dir_all(top.with_extension("git"));
     let second_half: Vec<(f64, f64)> = memory.split_off(memory.len() / 2);
-    let grown = slope(&second_half) * (steps / 2) as f64;
+    let grown = slope(&second_half) * (last / 2) as f64;
     println!("memory over the second half: {:+.1} MB", grown / 1024.0);
     assert!(
         grown <= MARGIN,
         "the server's memory grows by {grown:.0} kB in {} steps: {second_half:?}",
-        steps / 2
+        last / 2
     );
 }
 
@@ -289,8 +310,11 @@ impl Session {
             file => top.join(file),
         };
         let originals = FILES.iter().map(|file| std::fs::read_to_string(original(file)).unwrap()).collect();
+        let repository = Repository::new(top, &mut Random(mixed(seed)));
+        println!("git: {}", repository.is_some());
         let state = State {
             open: BTreeMap::new(),
+            clock: 0,
             folders: vec![0, 1, 2],
             settings: Value::Null,
             disk: on_disk(top),
@@ -312,6 +336,10 @@ impl Session {
             methods,
             columns,
             state,
+            repository,
+            tortures: HashSet::new(),
+            edits: 0,
+            disk_operations: 0,
             asked: HashMap::new(),
             answers: HashMap::new(),
             counts: BTreeMap::new(),
@@ -330,6 +358,7 @@ impl Session {
         self.state = state.clone();
         self.client = begin(&self.top, &self.capabilities, state, mirror).0;
         (self.unread, self.asked, self.answers) = (0, HashMap::new(), HashMap::new());
+        self.tortures.clear();
     }
 
     /// Executes these steps, and waits for all answers; then compares the server with a fresh one. Returns the
@@ -353,25 +382,13 @@ impl Session {
     /// Executes a step. Its number and the state determine it, so that it can be executed without the previous steps.
     fn step(&mut self, step: usize) -> Result<(), String> {
         let mut random = Random(mixed(self.seed ^ (step as u64) << 20));
-        match random.below(100) {
-            0 => self.move_a_folder(&mut random),
-            1 => self.change_folders(&mut random),
-            2 => self.change_settings(&mut random),
-            3..=5 => self.change_disk(&mut random),
-            6..=7 => self.close(&mut random),
-            8..=10 => self.save(&mut random),
-            11..=12 => self.take_time(&mut random)?,
-            13..=44 => {
-                for _ in 0..=random.below(4) {
-                    self.ask(&mut random);
-                }
-                // Half of them are answered before something changes.
-                if random.below(2) == 0 && self.unread == 0 {
-                    self.receive_answers()?;
-                }
-            }
-            45..=49 => self.type_in(&mut random, step)?,
-            _ => self.edit(&mut random, step),
+        match (random.below(4), mixed(self.seed ^ (step / PHASE) as u64) % 5) {
+            (0 | 1, _) | (_, 0) => self.mixed_step(&mut random)?,
+            (2, _) => self.ask(&mut random),
+            (_, 1) => self.edit(&mut random),
+            (_, 2) => self.undo_all(&mut random),
+            (_, 3) => self.storm(&mut random),
+            _ => self.torture(&mut random),
         }
         if self.unread > 0 {
             self.unread -= 1;
@@ -382,26 +399,61 @@ impl Session {
         self.hear(Duration::ZERO)
     }
 
+    /// A step of any kind, each as often as it happens.
+    fn mixed_step(&mut self, random: &mut Random) -> Result<(), String> {
+        match random.below(100) {
+            0 => self.move_a_folder(random),
+            1 => self.change_folders(random),
+            2 => self.change_settings(random),
+            3..=5 => self.change_disk(random),
+            6..=7 => self.close(random),
+            8..=10 => self.save(random),
+            11..=12 => self.take_time(random)?,
+            13..=44 => {
+                for _ in 0..=random.below(4) {
+                    self.ask(random);
+                }
+                // Half of them are answered before something changes.
+                if random.below(2) == 0 && self.unread == 0 {
+                    self.receive_answers()?;
+                }
+            }
+            45..=49 => self.type_in(random)?,
+            _ => self.edit(random),
+        }
+        Ok(())
+    }
+
+    /// Counts a change of a text.
+    fn tick(&mut self) -> usize {
+        self.state.clock += 1;
+        self.state.clock
+    }
+
     /// The text of a file, which is opened where it is not.
     fn opened(&mut self, file: usize, random: &mut Random) -> &mut Open {
+        let touched = self.tick();
         if !self.state.open.contains_key(&file) {
             let disk = std::fs::read_to_string(self.top.join(FILES[file]));
             let text = if random.below(2) == 0 { disk.ok() } else { None };
             let text = text.unwrap_or_else(|| self.originals[file].clone());
             let mut text = self.client.open_at(&uri(&self.top, file), &text);
             text.columns = self.columns;
-            self.state.open.insert(file, Open { text, touched: 0, undo: Vec::new() });
+            self.state.open.insert(file, Open { text, touched, undo: Vec::new() });
         }
         self.state.open.get_mut(&file).unwrap()
     }
 
     /// Several changes in one message, a whole text, or some steps back.
-    fn edit(&mut self, random: &mut Random, step: usize) {
+    fn edit(&mut self, random: &mut Random) {
         let file = random.below(FILES.len());
+        self.edit_file(random, file);
+    }
+
+    fn edit_file(&mut self, random: &mut Random, file: usize) {
         let kind = random.below(12);
         let original = self.originals[file].clone();
         let open = self.opened(file, random);
-        open.touched = step;
         let mut changes = Vec::new();
         match kind {
             // Repairs the text, so that the analysis has a result.
@@ -446,20 +498,43 @@ impl Session {
         self.say_changes(file, &changes);
     }
 
+    /// Takes the last edits back, each with a message of its own, and some of them again and again.
+    fn undo_all(&mut self, random: &mut Random) {
+        let file = random.below(FILES.len());
+        self.opened(file, random);
+        let mut undone = Vec::new();
+        for _ in 0..random.below(50) {
+            let Some(open) = self.state.open.get_mut(&file) else { return };
+            let is_undone = random.below(3) > 0;
+            let from = if is_undone { &mut open.undo } else { &mut undone };
+            let Some((range, text)) = from.pop() else { continue };
+            let change = open.replace(range, &text);
+            if is_undone {
+                undone.extend(open.undo.pop());
+            }
+            self.say_changes(file, &[change]);
+            if random.below(8) == 0 {
+                self.ask(random);
+            }
+        }
+    }
+
     fn say_changes(&mut self, file: usize, changes: &[Value]) {
+        let touched = self.tick();
         let Some(open) = self.state.open.get_mut(&file) else { return };
+        open.touched = touched;
         open.text.version += 1;
+        self.edits += 1;
         let document = json!({"uri": open.text.uri, "version": open.text.version});
         let params = json!({"textDocument": document, "contentChanges": changes});
         self.client.notify("textDocument/didChange", params);
     }
 
     /// Types something letter by letter, as a person with an editor does: each is asked about at once.
-    fn type_in(&mut self, random: &mut Random, step: usize) -> Result<(), String> {
+    fn type_in(&mut self, random: &mut Random) -> Result<(), String> {
         let file = random.below(FILES.len());
         let piece = *random.of(&PIECES);
         let open = self.opened(file, random);
-        open.touched = step;
         let mut at = boundary(&open.text.text, random.below(open.text.text.len() + 1));
         for letter in piece.replace('\r', "").chars() {
             let Some(open) = self.state.open.get_mut(&file) else { break };
@@ -556,68 +631,6 @@ impl Session {
         self.notice(&[(file, 2)], random);
     }
 
-    /// Somebody else writes a file, takes it away, or moves it.
-    fn change_disk(&mut self, random: &mut Random) {
-        let file = random.below(FILES.len() - 2);
-        let path = self.top.join(FILES[file]);
-        let away = path.with_extension("away.mal");
-        let kind = match random.below(5) {
-            0 => {
-                drop(std::fs::write(&path, damaged(random, &self.originals[file])));
-                2
-            }
-            1 => {
-                drop(std::fs::remove_file(&path));
-                3
-            }
-            2 if away.exists() => {
-                drop(std::fs::rename(&away, &path));
-                1
-            }
-            2 => {
-                drop(std::fs::rename(&path, &away));
-                3
-            }
-            3 => {
-                // At once, as editors and git write.
-                let new = path.with_extension("new");
-                if std::fs::write(&new, &self.originals[file]).is_ok() {
-                    drop(std::fs::rename(new, &path));
-                }
-                1
-            }
-            _ => {
-                drop(std::fs::write(&path, &self.originals[file]));
-                2
-            }
-        };
-        self.notice(&[(file, kind)], random);
-    }
-
-    /// The client may see what changes on the disk as well as the server does.
-    fn notice(&mut self, files: &[(usize, u8)], random: &mut Random) {
-        if random.below(2) == 0 {
-            let change = |(file, kind): &(usize, u8)| json!({"uri": uri(&self.top, *file), "type": kind});
-            let changes: Vec<Value> = files.iter().map(change).collect();
-            self.client.notify("workspace/didChangeWatchedFiles", json!({"changes": changes}));
-        }
-    }
-
-    /// Takes a folder away, puts it back, or puts another one in its place.
-    fn move_a_folder(&mut self, random: &mut Random) {
-        let name = *random.of(&["p3dx/timing", "p3dx/components"]);
-        let (here, away) = (self.top.join(name), self.top.join(format!("{name}.away")));
-        if !here.exists() {
-            drop(std::fs::rename(away, here));
-        } else if random.below(2) == 0 && !away.exists() {
-            drop(std::fs::rename(here, away));
-        } else if name == "p3dx/timing" && !away.exists() && std::fs::rename(&here, &away).is_ok() {
-            std::fs::create_dir(&here).unwrap();
-            std::fs::write(here.join("p3dx.toml"), damaged(random, &self.originals[1])).unwrap();
-            std::fs::remove_dir_all(away).unwrap();
-        }
-    }
-
     fn change_folders(&mut self, random: &mut Random) {
         let folder = random.below(FOLDERS.len());
         let told = json!([{"uri": address(&self.top.join(FOLDERS[folder])), "name": FOLDERS[folder]}]);
@@ -665,6 +678,9 @@ impl Session {
                 if text.contains("internal-error") || text.contains("defect of mauve") {
                     return Err(text);
                 }
+                continue;
+            }
+            if self.is_expected(&message) {
                 continue;
             }
             let Some((method, place)) = message["id"].as_u64().and_then(|id| self.asked.remove(&id)) else {
