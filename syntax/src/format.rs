@@ -46,16 +46,17 @@ pub struct Replacement {
     pub text: String,
 }
 
-/// Returns the replacements that format a whole file: in text order, without overlaps, and each with an effect.
+/// Returns the replacements that format a whole file: in text order, without overlaps, and each with an effect. Calls
+/// `interrupt` often; it may unwind.
 ///
 /// ```
 /// let parse = mauve_syntax::parse("codel f( a:int ):int\n");
-/// let tidy = mauve_syntax::format::format(&parse);
+/// let tidy = mauve_syntax::format::format(&parse, &|| ());
 /// assert_eq!(tidy.len(), 4);
 /// ```
-pub fn format(parse: &Parse) -> Vec<Replacement> {
+pub fn format(parse: &Parse, interrupt: &dyn Fn()) -> Vec<Replacement> {
     let text = parse.syntax().text().to_string();
-    Layout::new(&parse.syntax(), &text).replacements()
+    Layout::new(&parse.syntax(), &text, interrupt).replacements()
 }
 
 /// Returns the formatted text. Formatting is idempotent.
@@ -70,15 +71,15 @@ pub fn formatted(text: &str) -> String {
     if text.len() > crate::LONGEST_TEXT {
         return text.to_owned();
     }
-    applied(text, &format(&crate::parse(text)))
+    applied(text, &format(&crate::parse(text), &|| ()))
 }
 
 /// Returns the replacements of [`format`](fn@format) in the lines of `range`. A range that ends at the beginning of a
 /// line does not include that line.
-pub fn format_range(parse: &Parse, range: TextRange) -> Vec<Replacement> {
+pub fn format_range(parse: &Parse, range: TextRange, interrupt: &dyn Fn()) -> Vec<Replacement> {
     let text = parse.syntax().text().to_string();
     let lines = lines_of(&text, range);
-    let mut found = Layout::new(&parse.syntax(), &text).replacements();
+    let mut found = Layout::new(&parse.syntax(), &text, interrupt).replacements();
     found.retain(|it| lines.contains_range(it.range));
     found
 }
@@ -88,13 +89,18 @@ pub fn format_range(parse: &Parse, range: TextRange) -> Vec<Replacement> {
 ///
 /// `}` formats the item that ends with its block, `;` the item that it ends, and a line break the line that it ends. A
 /// line break also indents the new line: this is the only replacement behind `offset`.
-pub fn format_on_type(parse: &Parse, offset: TextSize, typed: char) -> Vec<Replacement> {
+pub fn format_on_type(
+    parse: &Parse,
+    offset: TextSize,
+    typed: char,
+    interrupt: &dyn Fn(),
+) -> Vec<Replacement> {
     let text = parse.syntax().text().to_string();
     let at = usize::from(offset).min(text.len());
     if !text.get(..at).is_some_and(|before| before.ends_with(typed)) {
         return Vec::new();
     }
-    let layout = Layout::new(&parse.syntax(), &text);
+    let layout = Layout::new(&parse.syntax(), &text, interrupt);
     let mut found = layout.replacements();
     match typed {
         '}' | ';' => {
@@ -257,14 +263,15 @@ struct Layout<'a> {
     /// The indentation of each piece if it began a line.
     indents: Vec<usize>,
     gaps: Vec<Gap>,
+    interrupt: &'a dyn Fn(),
 }
 
 impl<'a> Layout<'a> {
-    fn new(root: &SyntaxNode, text: &'a str) -> Layout<'a> {
+    fn new(root: &SyntaxNode, text: &'a str, interrupt: &'a dyn Fn()) -> Layout<'a> {
         let origin = if text.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
-        let (pieces, lists) = Reader::read(root, text);
+        let (pieces, lists) = Reader::read(root, text, interrupt);
         let (indents, gaps) = (Vec::with_capacity(pieces.len()), Vec::with_capacity(pieces.len()));
-        let mut layout = Layout { text, origin, line_break: "\n", pieces, lists, indents, gaps };
+        let mut layout = Layout { text, origin, line_break: "\n", pieces, lists, indents, gaps, interrupt };
         layout.lay_out();
         layout.line_break = layout.most_line_breaks();
         layout.align_activities();
@@ -301,6 +308,7 @@ impl<'a> Layout<'a> {
     fn replacements(&self) -> Vec<Replacement> {
         let mut found = Vec::new();
         for (index, piece) in self.pieces.iter().enumerate() {
+            (self.interrupt)();
             let (old, new) = (self.white(index), self.new_text(index));
             if old == new {
                 continue;
@@ -326,6 +334,7 @@ impl<'a> Layout<'a> {
     fn most_line_breaks(&self) -> &'static str {
         let (mut windows, mut all) = (0, 0);
         for (piece, gap) in self.gaps.iter().enumerate() {
+            (self.interrupt)();
             let white = self.white(piece);
             let kept = match gap {
                 Gap::Spaces(_) => "",
@@ -345,6 +354,7 @@ impl<'a> Layout<'a> {
         let mut previous = None;
         let mut first = 0;
         for next in 0..self.pieces.len() {
+            (self.interrupt)();
             if self.pieces[next].is_comment() {
                 continue;
             }
@@ -556,6 +566,7 @@ impl<'a> Layout<'a> {
         // For each row, the pieces that end its cells, except for the last cell.
         let mut rows: Vec<(usize, Vec<&str>, Vec<usize>)> = Vec::new();
         for (index, list) in self.lists.iter().enumerate().filter(|(_, it)| it.kind == ACTIVITY && it.whole) {
+            (self.interrupt)();
             let Some((deployment, _)) = self.pieces[list.owner].item else { continue };
             let begins = list.owner == 0 || self.breaks(list.owner);
             if !begins || (list.owner + 1..=list.close).any(|gap| self.breaks(gap)) {
@@ -612,6 +623,7 @@ impl<'a> Layout<'a> {
         let mut row: Vec<Trailing> = Vec::new();
         let (mut last, mut indent, mut was_at) = (0, 0, 0);
         for piece in 0..self.pieces.len() {
+            (self.interrupt)();
             line += match self.gaps[piece] {
                 Gap::AsIs | Gap::Indented(_) => breaks(self.white(piece)),
                 Gap::Spaces(_) => 0,
@@ -754,9 +766,10 @@ struct Frame {
 }
 
 impl<'a> Reader<'a> {
-    fn read(root: &SyntaxNode, text: &'a str) -> (Vec<Piece<'a>>, Vec<List>) {
+    fn read(root: &SyntaxNode, text: &'a str, interrupt: &dyn Fn()) -> (Vec<Piece<'a>>, Vec<List>) {
         let mut errors: Vec<TextRange> = Vec::new();
-        for node in root.descendants().filter(|node| node.kind() == ERROR) {
+        let nodes = root.descendants().inspect(|_| interrupt());
+        for node in nodes.filter(|node| node.kind() == ERROR) {
             let range = node.text_range();
             if errors.last().is_none_or(|last| last.end() <= range.start()) {
                 errors.push(range);
@@ -774,13 +787,14 @@ impl<'a> Reader<'a> {
             item: None,
             open: Vec::new(),
         };
-        reader.walk(root);
+        reader.walk(root, interrupt);
         (reader.pieces, reader.lists)
     }
 
-    fn walk(&mut self, root: &SyntaxNode) {
+    fn walk(&mut self, root: &SyntaxNode, interrupt: &dyn Fn()) {
         let mut frames: Vec<Frame> = Vec::new();
         for event in root.preorder_with_tokens() {
+            interrupt();
             match event {
                 WalkEvent::Enter(NodeOrToken::Node(node)) => {
                     let whole = self.is_whole(node.text_range());
@@ -1179,10 +1193,10 @@ what  is   this
     fn some_lines_only() {
         let text = "use  a\nuse  b\nuse  c\n";
         let parse = crate::parse(text);
-        let second = applied(text, &format_range(&parse, range(8..9)));
+        let second = applied(text, &format_range(&parse, range(8..9), &|| ()));
         assert_eq!(second, "use  a\nuse b\nuse  c\n");
         // Editors select complete lines.
-        let two = applied(text, &format_range(&parse, range(0..14)));
+        let two = applied(text, &format_range(&parse, range(0..14), &|| ()));
         assert_eq!(two, "use a\nuse b\nuse  c\n");
     }
 
@@ -1191,7 +1205,7 @@ what  is   this
         let at = text.find('|').unwrap_or_default();
         let text = text.replacen('|', "", 1);
         let letter = text[..at].chars().next_back().unwrap_or_default();
-        let found = format_on_type(&crate::parse(&text), TextSize::new(at as u32), letter);
+        let found = format_on_type(&crate::parse(&text), TextSize::new(at as u32), letter, &|| ());
         assert_eq!(applied(&text, &found), expected);
     }
 

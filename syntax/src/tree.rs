@@ -44,9 +44,15 @@ impl Parse {
     /// assert_eq!(parse.debug_dump().lines().next(), Some("SOURCE_FILE@0..12"));
     /// ```
     pub fn debug_dump(&self) -> String {
+        self.debug_dump_interruptible(&|| ())
+    }
+
+    /// Returns [`Parse::debug_dump`]. Calls `interrupt` often; it may unwind.
+    pub fn debug_dump_interruptible(&self, interrupt: &dyn Fn()) -> String {
         let mut out = String::new();
         let mut depth = 0;
         for event in self.syntax().preorder_with_tokens() {
+            interrupt();
             match event {
                 rowan::WalkEvent::Enter(element) => {
                     out.extend(std::iter::repeat_n("  ", depth));

@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
+use std::cell::Cell;
 use std::fmt::Write as _;
 
 use mauve_syntax::format::{Replacement, applied, format, format_on_type, format_range, formatted};
@@ -49,7 +50,7 @@ fn trailing(text: &str) -> Vec<bool> {
 
 fn check(text: &str) {
     let before = parse(text);
-    let replacements = format(&before);
+    let replacements = format(&before, &|| ());
     let tidy = applied(text, &replacements);
     assert_eq!(tidy, formatted(text));
     let after = parse(&tidy);
@@ -59,7 +60,7 @@ fn check(text: &str) {
     in_order(text, &replacements);
     // An editor may ask for some of it.
     let end = TextSize::of(text);
-    assert_eq!(format_range(&before, TextRange::up_to(end)), replacements);
+    assert_eq!(format_range(&before, TextRange::up_to(end), &|| ()), replacements);
 }
 
 /// Replacements of white space, one after the other.
@@ -80,8 +81,8 @@ fn in_order(text: &str, replacements: &[Replacement]) {
 fn check_range(text: &str, from: usize, to: usize) {
     let range = TextRange::new(TextSize::new(from as u32), TextSize::new(to as u32));
     let before = parse(text);
-    let some = format_range(&before, range);
-    let all = format(&before);
+    let some = format_range(&before, range, &|| ());
+    let all = format(&before, &|| ());
     assert!(some.iter().all(|it| all.contains(it)), "{some:?} of {all:?}");
     let start = text[..from].rfind(['\n', '\r']).map_or(0, |at| at + 1);
     let end = to + text[to..].find(['\n', '\r']).unwrap_or(text.len() - to);
@@ -97,7 +98,7 @@ fn check_range(text: &str, from: usize, to: usize) {
 fn check_typing(text: &str, at: usize) {
     let Some(typed) = text[..at].chars().next_back() else { return };
     let before = parse(text);
-    let some = format_on_type(&before, TextSize::new(at as u32), typed);
+    let some = format_on_type(&before, TextSize::new(at as u32), typed, &|| ());
     in_order(text, &some);
     assert_eq!(meaning(&parse(&applied(text, &some))), meaning(&before), "{text}");
     let beyond = some.iter().filter(|it| usize::from(it.range.end()) > at);
@@ -204,7 +205,20 @@ deployment D { architecture A
 "#;
 
 proptest! {
-    #[test]
+    /// An edit ends the formatting of a long text: it is asked about at each token, and may unwind.
+#[test]
+fn formatting_can_be_interrupted_everywhere() {
+    let parse = parse(&"codel f( a:int ):int // comment\n".repeat(50));
+    let tokens = parse.syntax().descendants_with_tokens().filter(|it| it.as_token().is_some()).count();
+    let calls = Cell::new(0);
+    let all = format(&parse, &|| calls.set(calls.get() + 1));
+    assert!(!all.is_empty() && calls.get() > 2 * tokens, "{} of {tokens}", calls.get());
+    calls.set(0);
+    parse.debug_dump_interruptible(&|| calls.set(calls.get() + 1));
+    assert!(calls.get() > tokens);
+}
+
+#[test]
     fn any_words(text in soup(80)) {
         check(&text);
     }

@@ -284,10 +284,10 @@ fn message_field(parse: &Parse, error: &SyntaxError) -> String {
 }
 
 /// Writes the tree of a text, a node or token a line, and its errors.
-pub fn tree_of(parse: &Parse) -> String {
-    let errors = parse.errors().iter();
+pub fn tree_of(parse: &Parse, interrupt: &dyn Fn()) -> String {
+    let errors = parse.errors().iter().inspect(|_| interrupt());
     let errors = errors.map(|error| format!("error {:?}: {}\n", error.range, message(parse, error)));
-    parse.debug_dump() + &errors.collect::<String>()
+    parse.debug_dump_interruptible(interrupt) + &errors.collect::<String>()
 }
 
 /// Is this the `#` of `#include`?

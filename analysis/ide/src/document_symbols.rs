@@ -65,16 +65,16 @@ pub fn document_symbols(db: &dyn ModelDb, file: File) -> Vec<Symbol> {
     if !mauve_hir::is_model(file.path(db)) {
         return Vec::new();
     }
-    parse(db, file).file().items().filter_map(|item| symbol_of_item(&item)).collect()
+    parse(db, file).file().items().filter_map(|item| symbol_of_item(db, &item)).collect()
 }
 
-fn symbol_of_item(item: &ast::Item) -> Option<Symbol> {
+fn symbol_of_item(db: &dyn ModelDb, item: &ast::Item) -> Option<Symbol> {
+    db.unwind_if_revision_cancelled();
     use SymbolKind as Kind;
     let symbol = match item {
         ast::Item::Include(_) | ast::Item::Use(_) => return None,
-        ast::Item::Library(it) => {
-            named(it, it.name(), Kind::Library).with("", it.items().filter_map(|item| symbol_of_item(&item)))
-        }
+        ast::Item::Library(it) => named(it, it.name(), Kind::Library)
+            .with("", it.items().filter_map(|item| symbol_of_item(db, &item))),
         ast::Item::Codel(it) => {
             let result = it.ty().map(|ty| format!(": {}", line(ty.syntax()))).unwrap_or_default();
             let parameters = it.param_list().map(|it| line(it.syntax())).unwrap_or_default();
@@ -82,11 +82,12 @@ fn symbol_of_item(item: &ast::Item) -> Option<Symbol> {
         }
         ast::Item::Shell(it) => {
             let detail = it.extends().map(|it| line(it.syntax())).unwrap_or_default();
-            named(it, it.name(), Kind::Shell).with(&detail, it.shell_items().map(|item| feature(&item)))
+            named(it, it.name(), Kind::Shell).with(&detail, it.shell_items().map(|item| feature(db, &item)))
         }
         ast::Item::Core(it) => {
             let detail = it.ty().map(|ty| format!("for {}", line(ty.syntax()))).unwrap_or_default();
-            named(it, it.name(), Kind::Core).with(&detail, it.core_items().flat_map(|item| of_core(&item)))
+            named(it, it.name(), Kind::Core)
+                .with(&detail, it.core_items().flat_map(|item| of_core(db, &item)))
         }
         ast::Item::Component(it) => {
             let parts = [it.shell(), it.core()].into_iter().flatten().map(|ty| line(ty.syntax()));
@@ -95,6 +96,7 @@ fn symbol_of_item(item: &ast::Item) -> Option<Symbol> {
         ast::Item::Architecture(it) => {
             let instances = it.architecture_items().filter_map(|item| match item {
                 ast::ArchitectureItem::Instance(it) => {
+                    db.unwind_if_revision_cancelled();
                     Some(named(&it, it.name(), Kind::Instance).with(&typed(it.ty()), []))
                 }
                 _ => None,
@@ -104,6 +106,7 @@ fn symbol_of_item(item: &ast::Item) -> Option<Symbol> {
         ast::Item::Deployment(it) => {
             let activities = it.deployment_items().filter_map(|item| match item {
                 ast::DeploymentItem::Activity(it) => {
+                    db.unwind_if_revision_cancelled();
                     let fields: Vec<String> = it.fields().map(|field| line(field.syntax())).collect();
                     let name = it.name_ref().map(|name| name.syntax().clone());
                     Some(symbol(it.syntax(), name, Kind::Activity).with(&fields.join(" "), []))
@@ -118,7 +121,8 @@ fn symbol_of_item(item: &ast::Item) -> Option<Symbol> {
     Some(symbol)
 }
 
-fn feature(item: &ast::ShellItem) -> Symbol {
+fn feature(db: &dyn ModelDb, item: &ast::ShellItem) -> Symbol {
+    db.unwind_if_revision_cancelled();
     match item {
         ast::ShellItem::Property(it) => {
             let is_constant = it.constant_token().is_some();
@@ -136,7 +140,8 @@ fn feature(item: &ast::ShellItem) -> Symbol {
     }
 }
 
-fn of_core(item: &ast::CoreItem) -> Vec<Symbol> {
+fn of_core(db: &dyn ModelDb, item: &ast::CoreItem) -> Vec<Symbol> {
+    db.unwind_if_revision_cancelled();
     match item {
         ast::CoreItem::Var(it) => vec![variable(it)],
         ast::CoreItem::Handler(it) => {
@@ -156,6 +161,7 @@ fn of_core(item: &ast::CoreItem) -> Vec<Symbol> {
             .map(|item| match item {
                 ast::StateMachineItem::Var(it) => variable(&it),
                 ast::StateMachineItem::State(it) => {
+                    db.unwind_if_revision_cancelled();
                     let transitions = it.state_items().filter_map(|item| match item {
                         ast::StateItem::Transition(it) => {
                             let to = it.name_ref().map(|to| format!("to {}", to.syntax().text()));

@@ -46,13 +46,14 @@ pub fn folding_ranges(db: &dyn ModelDb, file: File) -> Vec<FoldingRange> {
     let text: &str = file.text(db);
     let mut finder = Finder { text, found: Vec::new(), regions: Vec::new(), passed: 0.into() };
     for event in parse(db, file).syntax().preorder_with_tokens() {
+        db.unwind_if_revision_cancelled();
         match event {
             WalkEvent::Enter(NodeOrToken::Node(node)) => finder.node(&node),
             WalkEvent::Enter(NodeOrToken::Token(token)) => finder.token(&token),
             WalkEvent::Leave(_) => {}
         }
     }
-    nested(finder.found)
+    nested(db, finder.found)
 }
 
 struct Finder<'a> {
@@ -168,11 +169,12 @@ fn marker(comment: &str) -> Option<bool> {
 }
 
 /// Sorts the ranges and drops those that partly overlap others: regions that cross a block.
-fn nested(mut found: Vec<FoldingRange>) -> Vec<FoldingRange> {
+fn nested(db: &dyn ModelDb, mut found: Vec<FoldingRange>) -> Vec<FoldingRange> {
     // Blocks are properly nested, so they win against regions.
     let (regions, mut kept): (Vec<_>, Vec<_>) =
         found.drain(..).partition(|fold| fold.kind == FoldingKind::Region);
     for region in regions {
+        db.unwind_if_revision_cancelled();
         let crosses = |other: &FoldingRange| {
             let (one, two) = (region.range, other.range);
             one.intersect(two).is_some_and(|both| !both.is_empty() && both != one && both != two)

@@ -2,7 +2,7 @@
 
 use mauve_hir::{File, ModelDb, Problem, is_model, parse};
 use mauve_syntax::format::{Replacement, format, format_on_type, format_range};
-use mauve_syntax::{SyntaxKind, TextRange, TextSize};
+use mauve_syntax::{SyntaxKind, TextRange, TextSize, tokens_at};
 
 /// Returns the edits that format a file or a range of lines, in text order and without overlaps.
 ///
@@ -21,9 +21,10 @@ pub fn formatting(db: &dyn ModelDb, file: File, lines: Option<TextRange>) -> Vec
     if !is_certain(db, file) {
         return Vec::new();
     }
+    let interrupt = || db.unwind_if_revision_cancelled();
     match lines {
-        Some(lines) => format_range(parse(db, file), lines),
-        None => format(parse(db, file)),
+        Some(lines) => format_range(parse(db, file), lines, &interrupt),
+        None => format(parse(db, file), &interrupt),
     }
 }
 
@@ -33,15 +34,18 @@ pub fn formatting_on_type(db: &dyn ModelDb, file: File, offset: TextSize, typed:
     if !is_certain(db, file) {
         return Vec::new();
     }
+    let interrupt = || db.unwind_if_revision_cancelled();
     let before = file.text(db).get(..usize::from(offset)).unwrap_or_default();
     if matches!(typed, '\n' | '\r') {
         let line = before.trim_end_matches([' ', '\t']);
         let typed = line.chars().next_back().unwrap_or(typed);
-        return format_on_type(parse(db, file), TextSize::of(line), typed);
+        return format_on_type(parse(db, file), TextSize::of(line), typed, &interrupt);
     }
-    let token = parse(db, file).syntax().token_at_offset(offset).left_biased();
+    let token = tokens_at(&parse(db, file).syntax(), offset).left_biased();
     match token.map(|token| token.kind()) {
-        Some(SyntaxKind::R_CURLY | SyntaxKind::SEMICOLON) => format_on_type(parse(db, file), offset, typed),
+        Some(SyntaxKind::R_CURLY | SyntaxKind::SEMICOLON) => {
+            format_on_type(parse(db, file), offset, typed, &interrupt)
+        }
         _ => Vec::new(),
     }
 }

@@ -117,7 +117,10 @@ pub fn semantic_tokens(
     }
     if all && is_model(file.path(db)) {
         let words = parse(db, file).syntax().descendants_with_tokens().filter_map(NodeOrToken::into_token);
-        words.for_each(|token| word(&token, &mut found));
+        for token in words {
+            db.unwind_if_revision_cancelled();
+            word(&token, &mut found);
+        }
     }
     found.retain(|token| !token.range.is_empty() && is_asked(token.range));
     // Of two tokens with one range, the first wins: a resolved name before the kind of the word.
@@ -196,6 +199,7 @@ fn names(
             continue;
         }
         found.extend(tokens_of(db, project, decl).iter().filter_map(|it| {
+            db.unwind_if_revision_cancelled();
             let range = segment(text, map.range_of(it.id)?, it.segment)?;
             Some(SemanticToken { range, kind: TokenKind::Name(it.kind), modifiers: it.modifiers })
         }));

@@ -117,6 +117,7 @@ impl<'db> Search<'_, 'db> {
         let outline = file.outline(db).declarations.iter();
         let data = &item_tree_of(db, file).data;
         for ((declaration, data), &decl) in outline.zip(data).zip(&declarations(db, file).all) {
+            db.unwind_if_revision_cancelled();
             let library = declaration.library.as_ref().map_or("", |library| library.as_str());
             if declaration.kind == Kind::Use {
                 continue;

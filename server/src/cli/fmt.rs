@@ -104,7 +104,7 @@ fn tidy(text: &str, name: &str) -> String {
         let errors = counted(parse.errors().len(), "syntax error");
         say(&format!("{name} has {errors}: the text around them is not changed"));
     }
-    applied(text, &format(&parse))
+    applied(text, &format(&parse, &|| ()))
 }
 
 /// Returns where two texts begin to differ: `:LINE`, and that line of both; `None` if they are equal.

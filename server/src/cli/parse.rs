@@ -37,7 +37,7 @@ impl Parse {
         let parse = mauve_syntax::parse(&text);
         let code = u8::from(!parse.errors().is_empty());
         let text = match self.format {
-            Format::Tree => harmless(&mauve_diagnostics::tree_of(&parse)),
+            Format::Tree => harmless(&mauve_diagnostics::tree_of(&parse, &|| ())),
             Format::Json => {
                 let error = |error: &mauve_syntax::SyntaxError| {
                     let (start, end): (u32, u32) = (error.range.start().into(), error.range.end().into());

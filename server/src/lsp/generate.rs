@@ -228,6 +228,7 @@ pub(crate) fn preview(snapshot: &Snapshot, request: &GenerateRequest<'_>) -> Res
         ));
     }
     for step in &plan.steps {
+        db.unwind_if_revision_cancelled();
         // The command line replaces a link by a file; an editor writes to the target of the link.
         if target(&out.real, step)?.is_symlink() {
             return Err(format!(

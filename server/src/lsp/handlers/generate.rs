@@ -21,6 +21,7 @@ use mauve_hir::item_tree::Kind;
 use mauve_hir::{File, declarations, is_model, source_map};
 use mauve_orocos::Action;
 use mauve_syntax::TextRange;
+use salsa::Database as _;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::Result;
@@ -240,6 +241,7 @@ fn edit(snapshot: &Snapshot, preview: &Preview, asked: &Url) -> Result<Workspace
         builder.create(asked.clone(), None, Some(true), &annotation("Preview the generated files", true));
     }
     for step in steps {
+        snapshot.db.unwind_if_revision_cancelled();
         let path = preview.path(step);
         let known = open(snapshot, &path);
         if known.is_some_and(|(_, document)| !document.is_analysed) {

@@ -3,6 +3,7 @@
 //! Its parameter is `textDocument`, the result a text.
 
 use mauve_hir::parse;
+use salsa::Database as _;
 use serde::Deserialize;
 use tower_lsp::jsonrpc::{Error, Result};
 use tower_lsp::lsp_types::TextDocumentIdentifier;
@@ -23,5 +24,6 @@ pub(crate) fn syntax_tree(snapshot: &Snapshot, params: &SyntaxTreeParams) -> Res
         let uri = &params.text_document.uri;
         return Err(Error::invalid_params(format!("`{uri}` is not a model (*.mal)")));
     }
-    Ok(mauve_diagnostics::tree_of(parse(&snapshot.db, file)))
+    let db = &snapshot.db;
+    Ok(mauve_diagnostics::tree_of(parse(db, file), &|| db.unwind_if_revision_cancelled()))
 }
