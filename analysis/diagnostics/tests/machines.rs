@@ -2,8 +2,10 @@
 
 mod common;
 
-use common::machine;
+use common::{machine, workspace};
 use expect_test::{Expect, expect};
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Database, behaviour_of, names_of, projects};
 
 const CODELS: &str = "
 codel one(): int
@@ -349,4 +351,22 @@ fn overhead_is_paid_by_each_job() {
 fn times_that_overflow_are_refused() {
     let model = "codel long(): int\nshell S { }\ncore K(S) { update = { long(); long(); } }\ncomponent C(S, K)\n//- /mauve.toml\ntiming.tables = [\"t.toml\"]\n//- /t.toml\nunit = \"s\"\n[codel]\nlong = 18000000000\n";
     assert_eq!(machine(model, "C"), "refused: the time of a program exceeds 584 years\n");
+}
+
+#[test]
+fn the_edges_of_a_state_share_its_guards() {
+    let transitions: String =
+        (0..100).map(|it| format!("transition t{it} if (one() > {it}) to A {{ two(); }}\n")).collect();
+    let core = format!(
+        "core K(S) {{ statemachine {{ initial state A {{ run = {{ four(); }}\n{transitions} handle = {{ one(); }} }} }} }}"
+    );
+    let db = Database::default();
+    let project = projects(&db, workspace(&db, &format!("{core}{CODELS}")))[0];
+    let core = names_of(&db, project).anywhere(Kind::Core, "K")[0];
+    let edges = &behaviour_of(&db, project, core).edges;
+    // `run`, the guards of all transitions up to it, and its effect or `handle`.
+    let counts: Vec<usize> = edges.all.iter().map(|edge| edges.programs(edge).count()).collect();
+    assert_eq!(counts, (1..=100).map(|it| 1 + it + 1).chain([102]).collect::<Vec<_>>());
+    let kept: usize = edges.first.iter().chain(edges.all.iter().map(|edge| &edge.then)).map(Vec::len).sum();
+    assert_eq!(kept, 101 + 101);
 }

@@ -33,7 +33,7 @@ pub struct Behaviour<'db> {
     /// The index of the initial state.
     pub initial: usize,
     /// The possible executions of one period (paper, eq. 6), as in generated code.
-    pub edges: Vec<Edge>,
+    pub edges: Arc<Edges>,
     /// The programs that the edges execute.
     pub programs: Vec<TimedProgram<'db>>,
     /// The operations that the core defines.
@@ -46,6 +46,32 @@ pub struct Behaviour<'db> {
     pub facts: Vec<Fact<'db>>,
 }
 
+/// The possible executions of one period.
+///
+/// The edges of a state execute its `run` and its guards, up to the guard of the transition that fires. So a state has one
+/// list of these programs, and each of its edges executes the first ones of the list: with a copy for each edge, the size
+/// would be quadratic in the number of transitions.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Edges {
+    /// In the order of the states; those of a state in the order of its transitions.
+    pub all: Vec<Edge>,
+    /// For each state, the indices of the programs that its edges execute first.
+    pub first: Vec<Vec<usize>>,
+}
+
+impl Edges {
+    /// Returns the indices of the programs of an edge, in the order of execution.
+    pub fn programs<'a>(&'a self, edge: &'a Edge) -> impl Iterator<Item = usize> + use<'a> {
+        let first = self.first.get(edge.source).map_or(&[] as &[usize], Vec::as_slice);
+        first.iter().take(edge.first).chain(&edge.then).copied()
+    }
+
+    /// Returns the indices of the programs that any edge executes, with repetitions: by state, then by edge.
+    pub fn executed(&self) -> impl Iterator<Item = usize> {
+        self.first.iter().flatten().chain(self.all.iter().flat_map(|edge| &edge.then)).copied()
+    }
+}
+
 /// A possible execution of one period: its source and target states, and its sequence of programs.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Edge {
@@ -55,8 +81,10 @@ pub struct Edge {
     pub target: usize,
     /// The transition that fires; `None` if the machine stays in the state.
     pub transition: Option<Name>,
-    /// Indices of the programs, in the order of execution.
-    pub programs: Vec<usize>,
+    /// The number of programs that it executes of the source state's list in [`Edges::first`].
+    pub first: usize,
+    /// The indices of the programs that it executes after these.
+    pub then: Vec<usize>,
 }
 
 /// A program that a timing table may name.
@@ -103,8 +131,6 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
     let mut found = context.found;
     // A project keeps these while it is open.
     found.states.shrink_to_fit();
-    found.edges.shrink_to_fit();
-    found.edges.iter_mut().for_each(|edge| edge.programs.shrink_to_fit());
     found.programs.shrink_to_fit();
     found
 }
@@ -170,8 +196,9 @@ impl<'db> BehaviourContext<'db> {
             ([], Some(update)) => {
                 let cost = self.cost(BodyId::Hook(update as u32), ProgramIn::Whole);
                 self.found.states.push(UPDATE_STATE.into());
-                let programs = vec![self.add_program(ProgramId::UPDATE, cost)];
-                self.found.edges.push(Edge { source: 0, target: 0, transition: None, programs });
+                let then = vec![self.add_program(ProgramId::UPDATE, cost)];
+                let edge = Edge { source: 0, target: 0, transition: None, first: 0, then };
+                self.found.edges = Arc::new(Edges { all: vec![edge], first: vec![Vec::new()] });
             }
             // A syntax error may hide the behaviour.
             ([], None) if self.core.completeness.is_incomplete() => {}
@@ -310,7 +337,7 @@ impl<'db> BehaviourContext<'db> {
         self.refuse_repeated(machine.states.iter().map(|it| &it.name), Defined::State);
         let Some(start) = self.initial(machine) else { return };
         self.states = machine.state_indices();
-        let mut edges = Vec::new();
+        let mut edges = Edges::default();
         for index in 0..machine.states.len() {
             self.state(machine, index, &mut edges);
         }
@@ -356,7 +383,7 @@ impl<'db> BehaviourContext<'db> {
     }
 
     /// Adds the edges of a state: its transitions in the order of the text, then the edge that stays in the state.
-    fn state(&mut self, machine: &'db Machine, index: usize, edges: &mut Vec<Edge>) {
+    fn state(&mut self, machine: &'db Machine, index: usize, edges: &mut Edges) {
         let state = &machine.states[index];
         self.refuse_repeated(state.transitions.iter().map(|it| &it.name), Defined::Transition);
         let mut seen = FxHashSet::default();
@@ -369,6 +396,8 @@ impl<'db> BehaviourContext<'db> {
         let exit = self.method(index, state, MethodKind::Exit);
         let handle = self.method(index, state, MethodKind::Handle);
         // `run`, then the guards up to the first that holds.
+        // The greatest number of them that an edge executes.
+        let mut executed = 0;
         let mut before: Vec<usize> = run.into_iter().collect();
         let mut fires_always: Option<&Transition> = None;
         for (number, transition) in state.transitions.iter().enumerate() {
@@ -405,19 +434,28 @@ impl<'db> BehaviourContext<'db> {
                 self.report(transition.name.id, FactKind::UnreachableCode(Unreachable::Guard));
                 continue;
             }
-            let mut programs = before.clone();
-            programs.extend(exit.into_iter().chain(effect));
             if let Some(target) = target {
-                programs.extend(self.method(target, &machine.states[target], MethodKind::Entry));
-                edges.push(Edge { source: index, target, transition: Some(name.clone()), programs });
+                let entry = self.method(target, &machine.states[target], MethodKind::Entry);
+                executed = before.len();
+                edges.all.push(Edge {
+                    source: index,
+                    target,
+                    transition: Some(name.clone()),
+                    first: executed,
+                    then: exit.into_iter().chain(effect).chain(entry).collect(),
+                });
             }
             if transition.guard.is_none() || constant == Some(true) {
                 fires_always = Some(transition);
             }
         }
         if fires_always.is_none() {
-            before.extend(handle);
-            edges.push(Edge { source: index, target: index, transition: None, programs: before });
+            executed = before.len();
+            let then = handle.into_iter().collect();
+            edges.all.push(Edge { source: index, target: index, transition: None, first: executed, then });
+        before.truncate(executed);
+        before.shrink_to_fit();
+        edges.first.push(before);
         }
     }
 
@@ -473,9 +511,9 @@ impl<'db> BehaviourContext<'db> {
     }
 
     /// Adds the states and edges that are reachable from the initial state.
-    fn keep_reachable(&mut self, machine: &Machine, start: usize, edges: Vec<Edge>) {
+    fn keep_reachable(&mut self, machine: &Machine, start: usize, edges: Edges) {
         let mut targets = vec![Vec::new(); machine.states.len()];
-        edges.iter().for_each(|edge| targets[edge.source].push(edge.target));
+        edges.all.iter().for_each(|edge| targets[edge.source].push(edge.target));
         let reached = reachable(&targets, start);
         let mut number = vec![0; machine.states.len()];
         for (index, state) in machine.states.iter().enumerate().filter(|(index, _)| reached[*index]) {
@@ -483,10 +521,12 @@ impl<'db> BehaviourContext<'db> {
             self.found.states.push(state.name.name.clone());
         }
         self.found.initial = number[start];
-        let kept = edges.into_iter().filter(|edge| reached[edge.source]);
-        self.found.edges = kept
-            .map(|edge| Edge { source: number[edge.source], target: number[edge.target], ..edge })
-            .collect();
+        let kept = edges.all.into_iter().filter(|edge| reached[edge.source]);
+        let renumbered =
+            kept.map(|edge| Edge { source: number[edge.source], target: number[edge.target], ..edge });
+        let first = edges.first.into_iter().zip(reached.iter()).filter(|(_, reached)| **reached);
+        self.found.edges =
+            Arc::new(Edges { all: renumbered.collect(), first: first.map(|(first, _)| first).collect() });
     }
 }
 

@@ -77,7 +77,7 @@ mod types;
 mod values;
 mod wiring;
 
-pub use behaviour::{Behaviour, Edge, TimedProgram, behaviour_of};
+pub use behaviour::{Behaviour, Edge, Edges, TimedProgram, behaviour_of};
 pub use body::{Code, ProgramIn, statements};
 pub use builtin::{Builtin, Operand};
 pub use check::{declaration_facts, errors_in, not_checked, project_facts};

@@ -212,7 +212,8 @@ fn own_time(
     worst_path: &dyn Fn(&ProgramId) -> Vec<(String, Time)>,
 ) {
     let greatest = psm.machine.greatest_edge();
-    let (Some(edge), Some(described)) = (psm.machine.edges().get(greatest), psm.edges.get(greatest)) else {
+    let (Some(edge), Some(described)) = (psm.machine.edges().get(greatest), psm.edges.all.get(greatest))
+    else {
         return;
     };
     let state = |number: u32| psm.states.get(number as usize).map_or("", |name| name.as_str());
@@ -231,7 +232,7 @@ fn own_time(
         ),
         None => writeln!(out, "\nexecution time {}: {what}", edge.cost),
     };
-    for (program, time) in described.programs.iter().filter_map(|&index| psm.programs.get(index)) {
+    for (program, time) in psm.edges.programs(described).filter_map(|index| psm.programs.get(index)) {
         let _ = writeln!(out, "  {:>12}  {program}", time.to_string());
         for (codel, time) in worst_path(program) {
             let is_assumed = psm.assumed.iter().any(|(assumed, _)| *assumed == codel);

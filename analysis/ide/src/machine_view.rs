@@ -98,13 +98,13 @@ pub fn state_machine<'db>(
         let at = state(name).map(|state| Location::Source(of, state.name.id)).or_else(|| update.clone());
         view.states.push(MachineState { name: name.clone(), initial: index == behaviour.initial, at });
     }
-    for (index, edge) in behaviour.edges.iter().enumerate() {
+    for (index, edge) in behaviour.edges.all.iter().enumerate() {
         let source = behaviour.states.get(edge.source).and_then(state);
         let transition = edge.transition.as_ref();
         let declared = source.zip(transition).and_then(|(source, name)| {
             source.transitions.iter().find(|transition| transition.name.name == *name)
         });
-        let programs = edge.programs.iter().filter_map(|&program| {
+        let programs = behaviour.edges.programs(edge).filter_map(|program| {
             let time = view.psm.and_then(|psm| Some(psm.programs.get(program)?.1));
             Some((behaviour.programs.get(program)?.id.clone(), time))
         });

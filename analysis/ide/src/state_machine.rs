@@ -14,7 +14,7 @@ use crate::drawing::{Drawing, dot_text, svg_arrow, svg_head, svg_text};
 pub fn draw_state_machine(component: &str, level: Level, psm: &Psm<'_>, drawing: Drawing) -> String {
     let title = title(component, level, psm);
     let mut arrows: BTreeMap<(usize, usize), Arrow> = BTreeMap::new();
-    for (edge, described) in psm.machine.edges().iter().zip(&psm.edges) {
+    for (edge, described) in psm.machine.edges().iter().zip(&psm.edges.all) {
         let arrow = arrows.entry((edge.source as usize, edge.target as usize)).or_default();
         arrow.cost = arrow.cost.max(edge.cost);
         arrow.names.push(described.transition.as_ref().map_or("", |name| name.as_str()));

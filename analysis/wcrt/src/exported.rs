@@ -1,5 +1,7 @@
 //! Exports models as task sets and state machines ([`mauve_timing::task_set`]).
 
+use std::sync::Arc;
+
 use mauve_timing::task_set::{Activity, Assumed, Component, Edge, Machine, NotAnalysed, Program, TaskSet};
 use mauve_timing::{Level, Time};
 
@@ -8,7 +10,7 @@ use crate::reason::{Prose, Reason};
 use crate::system::{ResolvedActivity, system_of};
 use crate::task_set::{Executed, psms_of};
 use crate::timetable::timetable_of;
-use mauve_hir::{Decl, ModelDb, ProgramId, Project, config_of, platform_of};
+use mauve_hir::{Decl, Edges, ModelDb, ProgramId, Project, config_of, platform_of};
 
 /// Returns the task set of a deployment, at all levels of its project's tables; `prose` renders reasons.
 pub fn task_set_of<'db>(
@@ -130,20 +132,20 @@ fn machine_of(psms: &Psms<'_>) -> Option<Machine> {
         at_levels.iter().map(|psm| psm.and_then(time)).collect()
     };
     let state = |number: u32| shape.states.get(number as usize).map_or_else(String::new, ToString::to_string);
-    let key = |index: &usize| shape.programs.get(*index).map(|(program, _)| program.to_string());
-    let mut used: Vec<usize> = shape.edges.iter().flat_map(|edge| edge.programs.iter().copied()).collect();
+    let key = |index: usize| shape.programs.get(index).map(|(program, _)| program.to_string());
+    let mut used: Vec<usize> = shape.edges.executed().collect();
     used.sort_unstable();
     used.dedup();
     let programs = used.iter().filter_map(|index| {
         let time = times(&|psm| psm.programs.get(*index).map(|(_, time)| *time));
-        Some(Program { program: key(index)?, time })
+        Some(Program { program: key(*index)?, time })
     });
-    let edges = shape.machine.edges().iter().zip(&shape.edges).enumerate();
+    let edges = shape.machine.edges().iter().zip(&shape.edges.all).enumerate();
     let edges = edges.map(|(index, (edge, described))| Edge {
         source: state(edge.source),
         target: state(edge.target),
         transition: described.transition.as_ref().map(ToString::to_string),
-        programs: described.programs.iter().filter_map(key).collect(),
+        programs: shape.edges.programs(described).filter_map(key).collect(),
         cost: times(&|psm| psm.machine.edges().get(index).map(|edge| edge.cost)),
     });
     let assumed = shape.assumed.iter().map(|(codel, time)| Assumed { codel: codel.clone(), time: *time });
@@ -167,13 +169,17 @@ pub fn psm_at(machine: &Machine, column: usize) -> Option<Psm<'static>> {
         source: timed.source as usize,
         target: timed.target as usize,
         transition: edge.transition.as_deref().map(Into::into),
-        programs: edge.programs.iter().filter_map(|it| number.get(it.as_str()).copied()).collect(),
+        first: 0,
+        then: edge.programs.iter().filter_map(|it| number.get(it.as_str()).copied()).collect(),
     };
     let time = |times: &[Option<Time>]| times.get(column).copied().flatten();
     Some(Psm {
         states: machine.states.iter().map(|state| state.as_str().into()).collect(),
         initial: machine.states.iter().position(|state| *state == machine.initial)?,
-        edges: machine.edges.iter().zip(state_machine.edges()).map(edge).collect(),
+        edges: Arc::new(Edges {
+            all: machine.edges.iter().zip(state_machine.edges()).map(edge).collect(),
+            first: vec![Vec::new(); machine.states.len()],
+        }),
         machine: state_machine,
         programs: machine
             .programs

@@ -1,6 +1,7 @@
 //! The periodic state machine of a component at a significance level: its behaviour with the times of a timetable.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use mauve_timing::{Edge, Level, StateMachine, Time};
 
@@ -8,8 +9,8 @@ use crate::reason::{MOST_REASONS, Reason, Refusal, Timed, TooLong, UnusableTime}
 use crate::timetable::{Lookup, Timetable, timetable_of};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
-    Behaviour, Cost, Decl, File, Location, ModelDb, ProgramId, Project, TimedProgram, behaviour_of, codel,
-    component, core_of, errors_in, features_of, is_core_for, operations_in, shell_of, uses_of,
+    Behaviour, Cost, Decl, Edges, File, Location, ModelDb, ProgramId, Project, TimedProgram, behaviour_of,
+    codel, component, core_of, errors_in, features_of, is_core_for, operations_in, shell_of, uses_of,
 };
 
 /// A component's periodic state machine (paper, Def. 3 and 4).
@@ -22,7 +23,7 @@ pub struct Psm<'db> {
     /// The machine that the analysis reads; its edges are those of `edges`, in the same order.
     pub machine: StateMachine,
     /// The transition and the programs of each edge.
-    pub edges: Vec<mauve_hir::Edge>,
+    pub edges: Arc<Edges>,
     /// The programs with their times: 0 where no edge executes them.
     pub programs: Vec<(ProgramId, Time)>,
     /// Its own operations that programs may call, likewise; no time where none was needed.
@@ -140,7 +141,7 @@ impl<'db> Evaluator<'_, 'db> {
         // Only programs of edges need a time: unreachable states, and transitions after one without a guard, are
         // never executed.
         let mut used = vec![false; behaviour.programs.len()];
-        behaviour.edges.iter().flat_map(|edge| &edge.programs).for_each(|&index| used[index] = true);
+        behaviour.edges.executed().for_each(|index| used[index] = true);
         self.operations_of(&used);
         let programs: Vec<Option<Time>> = behaviour
             .programs
@@ -156,20 +157,13 @@ impl<'db> Evaluator<'_, 'db> {
                 None => self.refuse(Reason::TooLong(TooLong::Overhead)),
             }
         }
-        let (mut edges, mut described) = (Vec::new(), Vec::new());
-        for edge in &behaviour.edges {
-            let mut add = |cost: Time, &index: &usize| {
-                let (program, time) = behaviour.programs.get(index).zip(*programs.get(index)?)?;
-                let sum = cost.checked_add(time);
-                if sum.is_none() {
-                    self.refuse(Reason::TooLong(TooLong::Edge(program.id.clone())));
-                }
-                sum
-            };
-            let cost = overhead.and_then(|overhead| edge.programs.iter().try_fold(overhead, &mut add));
-            let Some(cost) = cost else { continue };
-            edges.push(Edge { source: edge.source as u32, target: edge.target as u32, cost });
-            described.push(edge.clone());
+        let mut edges = Vec::new();
+        for (edge, cost) in behaviour.edges.all.iter().zip(self.costs(&programs, overhead)) {
+            match cost {
+                Ok(cost) => edges.push(Edge { source: edge.source as u32, target: edge.target as u32, cost }),
+                Err(Some(program)) => self.refuse(Reason::TooLong(TooLong::Edge(program.clone()))),
+                Err(None) => {}
+            }
         }
         self.refusals.extend(std::mem::take(&mut self.missing).into_values());
         if !self.refusals.is_empty() {
@@ -191,7 +185,7 @@ impl<'db> Evaluator<'_, 'db> {
             states: behaviour.states.clone(),
             initial: behaviour.initial,
             machine,
-            edges: described,
+            edges: behaviour.edges.clone(),
             programs: programs.collect(),
             operations: behaviour.operations.iter().map(id).zip(self.operations).collect(),
             overhead: overhead.unwrap_or_default(),
@@ -199,6 +193,39 @@ impl<'db> Evaluator<'_, 'db> {
             unusable_component_time,
             assumed: self.assumed.into_iter().collect(),
         })
+    }
+
+    /// Returns the cost of each edge: the sum of `overhead` and the times of its programs. The error is the program at which
+    /// the sum is too long, or `None` if a time is unknown.
+    fn costs(
+        &self,
+        times: &[Option<Time>],
+        overhead: Option<Time>,
+    ) -> Vec<Result<Time, Option<&'db ProgramId>>> {
+        let behaviour = self.behaviour;
+        let add = |sum: Result<Time, Option<&'db ProgramId>>, index: usize| {
+            let sum = sum?;
+            let time = times.get(index).copied().flatten();
+            let (program, time) = behaviour.programs.get(index).zip(time).ok_or(None)?;
+            sum.checked_add(time).ok_or(Some(&program.id))
+        };
+        // For each state, the sums of the first programs of its list.
+        let sums_of = |first: &Vec<usize>| {
+            let mut sum = overhead.ok_or(None);
+            let mut sums = vec![sum];
+            for &index in first {
+                sum = add(sum, index);
+                sums.push(sum);
+            }
+            sums
+        };
+        let sums: Vec<Vec<_>> = behaviour.edges.first.iter().map(sums_of).collect();
+        let cost = |edge: &mauve_hir::Edge| {
+            let first = sums.get(edge.source).and_then(|sums| sums.get(edge.first));
+            let first = first.copied().unwrap_or(Err(None));
+            edge.then.iter().copied().fold(first, add)
+        };
+        behaviour.edges.all.iter().map(cost).collect()
     }
 
     /// Evaluates the operations that these programs call, over others or directly: callees first, so that no chain of

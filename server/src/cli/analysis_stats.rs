@@ -79,7 +79,7 @@ fn stages(db: &Database, workspaces: &[Workspace]) -> String {
         }),
         measured("names", &|| format!("{} names in {}", names().count(), counted(projects.len(), "project"))),
         measured("behaviours", &|| {
-            let edges = of_kind(Kind::Core).map(|(it, core)| behaviour_of(db, it, core).edges.len());
+            let edges = of_kind(Kind::Core).map(|(it, core)| behaviour_of(db, it, core).edges.all.len());
             counted(edges.sum(), "edge")
         }),
         measured("types", &|| {

@@ -166,9 +166,9 @@ fn show<'db>(
                 .machine
                 .edges()
                 .iter()
-                .zip(&psm.edges)
+                .zip(&psm.edges.all)
                 .map(|(edge, described)| {
-                    let programs = described.programs.iter().filter_map(|&index| psm.programs.get(index));
+                    let programs = psm.edges.programs(described).filter_map(|index| psm.programs.get(index));
                     let programs: Vec<_> = programs
                         .map(|(program, time)| json!({ "program": program.to_string(), "time": milliseconds(*time) }))
                         .collect();

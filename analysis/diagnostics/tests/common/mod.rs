@@ -63,7 +63,7 @@ pub(crate) fn machine_in(db: &Database, workspace: Workspace, component: &str) -
     let mut out = String::new();
     match psm_of(db, project, decl, LEVEL) {
         Ok(psm) => {
-            for (edge, described) in psm.machine.edges().iter().zip(&psm.edges) {
+            for (edge, described) in psm.machine.edges().iter().zip(&psm.edges.all) {
                 let state = |number: u32| &psm.states[number as usize];
                 let name = described.transition.as_ref().map_or("stay", |name| name.as_str());
                 let _ = writeln!(out, "{} {name} {}: {}", state(edge.source), state(edge.target), edge.cost);

@@ -12,6 +12,7 @@ use mauve_hir::{
 use mauve_syntax::TextSize;
 use mauve_timing::Time;
 use mauve_wcrt::{Query, psm_of, table, table_files};
+use rustc_hash::FxHashSet;
 
 use crate::document_symbols::SymbolKind;
 use crate::inlay_hints::components_of;
@@ -185,13 +186,13 @@ fn programs<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, id:
             }
         };
         lines.push(format!("{name} at {level}"));
-        let executed = |index: usize| psm.edges.iter().any(|edge| edge.programs.contains(&index));
+        let executed: FxHashSet<usize> = psm.edges.executed().collect();
         for (index, (program, time)) in psm.programs.iter().enumerate() {
-            if is_of_it(program) && executed(index) {
+            if is_of_it(program) && executed.contains(&index) {
                 lines.push(format!("  {:>12}  {program}", time.to_string()));
             }
         }
-        let edges = psm.machine.edges().iter().zip(&psm.edges).filter(|(edge, described)| {
+        let edges = psm.machine.edges().iter().zip(&psm.edges.all).filter(|(edge, described)| {
             psm.states.get(edge.source as usize) == Some(&state)
                 && (transition.is_none() || described.transition == transition)
         });

@@ -103,12 +103,12 @@ fn costs_of<'db>(
         numbers.entry(name).or_insert(number);
     }
     let longer = |known: &mut Time, cost: Time| *known = (*known).max(cost);
-    for (edge, described) in psm.machine.edges().iter().zip(&psm.edges) {
-        for (program, time) in described.programs.iter().filter_map(|&index| psm.programs.get(index)) {
-            if *time > Time::ZERO && !costs.programs.contains_key(program) {
-                costs.programs.insert(program.clone(), *time);
-            }
+    for (program, time) in psm.edges.executed().filter_map(|index| psm.programs.get(index)) {
+        if *time > Time::ZERO && !costs.programs.contains_key(program) {
+            costs.programs.insert(program.clone(), *time);
         }
+    }
+    for (edge, described) in psm.machine.edges().iter().zip(&psm.edges.all) {
         let source = edge.source as usize;
         let Some(state) = psm.states.get(source).filter(|state| numbers.get(state) == Some(&source)) else {
             continue;
