@@ -20,7 +20,7 @@ use crate::infer::{NameProblem, inference_of};
 use crate::item_tree::{
     Core, FeatureKind, HookKind, Kind, Machine, MethodKind, Name, NameRef, SourceId, State, Transition,
 };
-use crate::names::{names_of, similar};
+use crate::names::{names_of, resolve_type, similar};
 use crate::program_id::ProgramId;
 use crate::project::Project;
 use crate::source::{Decl, Location, core, declarations};
@@ -103,8 +103,7 @@ const UPDATE_STATE: &str = "update";
 #[salsa::tracked(returns(ref))]
 pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Behaviour<'db> {
     let Some(data) = core(db, of) else { return Behaviour::default() };
-    let names = names_of(db, project);
-    let shell = names.resolve_type(db, of, Kind::Shell, data.shell.as_ref());
+    let shell = resolve_type(db, project, of, Kind::Shell, data.shell.as_ref());
     let features =
         shell.as_ref().map_or_else(|_| Features::unknown(), |&shell| features_of(db, project, shell));
     let mut context = BehaviourContext {
@@ -122,7 +121,7 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
         context.found.facts.extend(unresolved_type(of, Kind::Shell, data.shell.as_ref(), unresolved));
         context.refuse_once(CoreReason::UnknownShell);
     } else if features.completeness.is_incomplete() || features.cycle {
-        context.refuse_once(CoreReason::IncompleteShell(features.incomplete(names)));
+        context.refuse_once(CoreReason::IncompleteShell(features.incomplete(names_of(db, project))));
     }
     if data.completeness.is_incomplete() {
         context.refuse_once(CoreReason::SyntaxError(CorePart::Core));
@@ -396,9 +395,9 @@ impl<'db> BehaviourContext<'db> {
         let exit = self.method(index, state, MethodKind::Exit);
         let handle = self.method(index, state, MethodKind::Handle);
         // `run`, then the guards up to the first that holds.
+        let mut before: Vec<usize> = run.into_iter().collect();
         // The greatest number of them that an edge executes.
         let mut executed = 0;
-        let mut before: Vec<usize> = run.into_iter().collect();
         let mut fires_always: Option<&Transition> = None;
         for (number, transition) in state.transitions.iter().enumerate() {
             let body = BodyId::State(0, index as u32);
@@ -453,10 +452,10 @@ impl<'db> BehaviourContext<'db> {
             executed = before.len();
             let then = handle.into_iter().collect();
             edges.all.push(Edge { source: index, target: index, transition: None, first: executed, then });
+        }
         before.truncate(executed);
         before.shrink_to_fit();
         edges.first.push(before);
-        }
     }
 
     /// Reports a transition after one that always fires.

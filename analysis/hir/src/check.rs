@@ -55,7 +55,10 @@ pub fn declaration_facts<'db>(
         Kind::Use => checker.package(),
         Kind::Codel => {}
     }
-    checker.names_and_types();
+    // A deployment has no names or types of its own; a field of an activity does not change its facts.
+    if decl.kind(db) != Kind::Deployment {
+        checker.names_and_types();
+    }
     checker.found.into_boxed_slice()
 }
 

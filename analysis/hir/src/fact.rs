@@ -4,7 +4,7 @@
 use crate::features::FeatureOf;
 pub use crate::features::Incomplete;
 pub use crate::names::MayHide;
-use crate::names::{Unresolved, names_of};
+use crate::names::{Unresolved, resolve_type};
 use rustc_hash::FxHashMap;
 
 use crate::ModelDb;
@@ -447,7 +447,7 @@ impl<'db> Checker<'db> {
 
     /// Resolves the name of a shell, core, component or architecture that the declaration contains.
     pub(crate) fn resolve(&self, kind: Kind, ty: Option<&TypeRef>) -> Result<Decl<'db>, Unresolved> {
-        names_of(self.db, self.project).resolve_type(self.db, self.of, kind, ty)
+        resolve_type(self.db, self.project, self.of, kind, ty)
     }
 
     /// [`Checker::resolve`], which reports an unresolved name, unless another fact reports the reason.

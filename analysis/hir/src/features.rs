@@ -7,7 +7,7 @@ use rustc_hash::FxHashSet;
 use crate::ModelDb;
 use crate::completeness::Completeness;
 use crate::item_tree::{Feature, FeatureKind, Kind, Name, TypeRef};
-use crate::names::{MayHide, Names, Unresolved, names_of};
+use crate::names::{MayHide, Names, Unresolved, resolve_type};
 use crate::project::Project;
 use crate::size::too_large;
 use crate::source::{Decl, Location, component, core_interface, shell};
@@ -97,7 +97,6 @@ impl<'db> Features<'db> {
 /// Returns the own and inherited features of a shell.
 #[salsa::tracked(returns(ref))]
 pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Features<'db> {
-    let names = names_of(db, project);
     let mut features = Features::default();
     if too_large(db, project).is_some() {
         features.completeness = Completeness::Incomplete;
@@ -118,7 +117,7 @@ pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'d
             features.by_name.entry(feature.name.name.clone()).or_default().push(found);
         }
         for base in &data.bases {
-            match names.resolve_type(db, current, Kind::Shell, Some(base)) {
+            match resolve_type(db, project, current, Kind::Shell, Some(base)) {
                 Ok(base) if base == of => features.cycle = true,
                 Ok(base) => {
                     if seen.insert(base) {
@@ -140,12 +139,12 @@ pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'d
 /// Returns the core of a component, if it resolves.
 pub fn core_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Decl<'db>> {
     let data = component(db, of)?;
-    names_of(db, project).resolve_type(db, of, Kind::Core, data.core.as_ref()).ok()
+    resolve_type(db, project, of, Kind::Core, data.core.as_ref()).ok()
 }
 
 /// Returns the shell of a component or a core, if it resolves.
 pub fn shell_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Decl<'db>> {
-    names_of(db, project).resolve_type(db, of, Kind::Shell, written_shell(db, of)).ok()
+    resolve_type(db, project, of, Kind::Shell, written_shell(db, of)).ok()
 }
 
 /// Returns the shell of a component or a core as written.
@@ -158,9 +157,8 @@ pub(crate) fn written_shell<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Option<
 
 /// Returns the direct bases of a shell that resolve.
 pub fn bases_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Decl<'db>> {
-    let names = names_of(db, project);
     let bases = shell(db, of).into_iter().flat_map(|data| &data.bases);
-    bases.filter_map(|base| names.resolve_type(db, of, Kind::Shell, Some(base)).ok()).collect()
+    bases.filter_map(|base| resolve_type(db, project, of, Kind::Shell, Some(base)).ok()).collect()
 }
 
 /// Returns whether a core implements `shell` or a base of it.

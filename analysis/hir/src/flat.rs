@@ -9,10 +9,10 @@ use crate::fact::{Checker, Defined, EndKind, Fact, FactKind, Reason, Refusal};
 use crate::features::{FeatureOf, Features, core_of, features_of, is_core_for, shell_of};
 use crate::graph::closure;
 use crate::item_tree::{Connection, Endpoint, FeatureKind, Instance, Kind, Name, NameRef, Setting};
-use crate::names::{names_of, similar};
+use crate::names::{resolve_type, similar};
 use crate::project::Project;
 use crate::size::too_large;
-use crate::source::{Decl, Location, architecture, deployment};
+use crate::source::{Decl, Location, architecture, deployment_interface};
 use crate::values::whole_number;
 
 /// An architecture with its direct and indirect imports.
@@ -88,7 +88,6 @@ impl<'db> FlatInstance<'db> {
 /// Flattens an architecture.
 #[salsa::tracked(returns(ref))]
 pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Flat<'db> {
-    let names = names_of(db, project);
     let mut flat = Flat::default();
     if let Some(at) = too_large(db, project) {
         flat.refusals.push(Refusal { reason: Reason::TooLarge, at: Location::name_of(at) });
@@ -102,7 +101,7 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
             flat.refusals.push(Refusal { reason, at: Location::name_of(current) });
         }
         for import in data.imports.iter().flatten() {
-            match names.resolve_type(db, current, Kind::Architecture, Some(import)) {
+            match resolve_type(db, project, current, Kind::Architecture, Some(import)) {
                 Ok(import) => flat.cycle |= import == of,
                 Err(_) => {
                     let reason = Reason::UnknownImport { architecture: current, import: import.clone() };
@@ -135,7 +134,7 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
             if name.name.is_empty() {
                 continue;
             }
-            let component = names.resolve_type(db, current, Kind::Component, component.as_ref()).ok();
+            let component = resolve_type(db, project, current, Kind::Component, component.as_ref()).ok();
             let earlier = flat.by_name.get(&name.name).and_then(|&earlier| flat.instances.get_mut(earlier));
             let repeated = earlier.is_some();
             match earlier {
@@ -231,7 +230,7 @@ impl<'db> Checker<'db> {
 
     /// Checks the names in the settings of a deployment: of instances and features.
     pub(crate) fn names_in_deployment(&mut self) {
-        let Some(data) = deployment(self.db, self.of) else { return };
+        let Some(data) = deployment_interface(self.db, self.of) else { return };
         if let Some((flat, target)) = deployed(self.db, self.project, self.of) {
             self.names_in_settings(flat, target, &data.settings);
         }
@@ -281,7 +280,7 @@ pub(crate) fn imports_of<'db>(
     of: Decl<'db>,
 ) -> impl Iterator<Item = Decl<'db>> {
     let imports = architecture(db, of).into_iter().flat_map(|data| data.imports.iter().flatten());
-    let resolve = move |it| names_of(db, project).resolve_type(db, of, Kind::Architecture, Some(it)).ok();
+    let resolve = move |it| resolve_type(db, project, of, Kind::Architecture, Some(it)).ok();
     imports.filter_map(resolve)
 }
 
@@ -299,11 +298,11 @@ pub fn deployed<'db>(
 /// Returns the architecture of a deployment, if it is the only one and resolves.
 #[salsa::tracked(returns(copy))]
 pub fn target_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Decl<'db>> {
-    if deployment(db, of)?.targets.len() == 1 { first_target_of(db, project, of) } else { None }
+    if deployment_interface(db, of)?.targets.len() == 1 { first_target_of(db, project, of) } else { None }
 }
 
 /// Returns the first architecture of a deployment, if it resolves.
 pub fn first_target_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Decl<'db>> {
-    let target = deployment(db, of)?.targets.first();
-    names_of(db, project).resolve_type(db, of, Kind::Architecture, target).ok()
+    let target = deployment_interface(db, of)?.targets.first();
+    resolve_type(db, project, of, Kind::Architecture, target).ok()
 }

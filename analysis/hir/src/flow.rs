@@ -93,6 +93,12 @@ impl Variables {
         }
     }
 
+    fn remove(&mut self, index: usize) {
+        if let Some(word) = self.0.get_mut(index / 64) {
+            *word &= !(1 << (index % 64));
+        }
+    }
+
     fn contains(&self, index: usize) -> bool {
         self.0.get(index / 64).is_some_and(|word| word & (1 << (index % 64)) != 0)
     }
@@ -247,6 +253,15 @@ impl<'db> Flow<'_, 'db> {
     /// assigned before the first period.
     fn machine(&mut self, machine: &'db Machine, all: &Variables, start: &Variables) {
         let states = machine.state_indices();
+        // The variables that may be unassigned at all: the sets below are small if there are few. Bit `n` is for the nth.
+        let open: Vec<usize> =
+            (0..self.variables.len()).filter(|&it| all.contains(it) && !start.contains(it)).collect();
+        let of_open = |assigned: &Variables| {
+            let mut found = Variables::default();
+            let assigned = open.iter().enumerate().filter(|(_, index)| assigned.contains(**index));
+            assigned.for_each(|(bit, _)| found.insert(bit));
+            found
+        };
         // For each state, the target of each transition and the variables that may be assigned up to there.
         let mut transfers: Vec<Vec<(usize, Variables)>> = Vec::new();
         for state in &machine.states {
@@ -260,14 +275,14 @@ impl<'db> Flow<'_, 'db> {
                 let target = *states.get(&transition.target.as_ref()?.name)?;
                 let mut assigned = own.clone();
                 self.without_reads(|this| this.optional(transition.effect.as_ref(), &mut assigned));
-                Some((target, assigned))
+                Some((target, of_open(&assigned)))
             };
             transfers.push(state.transitions.iter().filter_map(&mut transfer).collect());
         }
-        let mut before: Vec<Variables> = vec![all.clone(); machine.states.len()];
+        let mut before: Vec<Variables> = vec![of_open(all); machine.states.len()];
         let initial = machine.states.iter().position(|state| state.initial);
         if let Some(before) = initial.and_then(|initial| before.get_mut(initial)) {
-            before.intersect(start);
+            *before = Variables::default();
         }
         // A variable that may be unassigned in a state may be unassigned in its successors.
         let mut worklist: Vec<usize> = (0..machine.states.len()).collect();
@@ -285,7 +300,10 @@ impl<'db> Flow<'_, 'db> {
                 }
             }
         }
-        for (state, mut assigned) in machine.states.iter().zip(before) {
+        for (state, before) in machine.states.iter().zip(before) {
+            let mut assigned = all.clone();
+            let unassigned = open.iter().enumerate().filter(|(bit, _)| !before.contains(*bit));
+            unassigned.for_each(|(_, index)| assigned.remove(*index));
             self.state(state, &mut assigned);
         }
     }

@@ -4,6 +4,8 @@
 //! A core with an unresolved name or call is not analysed: `behaviour.rs` turns its [`NameProblem`] into a refusal. An
 //! unresolved name has the unknown type, which is compatible with all types, so that a mistake gives one diagnostic.
 
+use std::cell::RefCell;
+
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
@@ -20,9 +22,9 @@ use crate::item_tree::{
     Core, Direction, Expr, FeatureKind, Handler, HookKind, Kind, Name, NameRef, Operation, Parameter,
     SourceId, State, Statement, TypeRef, Variable,
 };
-use crate::names::{Unresolved, names_of, similar};
+use crate::names::{Unresolved, names_of, resolve_type, similar};
 use crate::project::Project;
-use crate::resolve::{Binding, CallError, Callee, Resolver, Scope, VariableId};
+use crate::resolve::{Binding, CallError, Callee, Resolver, Scope, SharedNames, VariableId};
 use crate::source::{Decl, Location, codel, core};
 use crate::types::{OperatorError, Signature, Type, Typed, type_of, type_of_value};
 
@@ -100,6 +102,7 @@ pub(crate) fn signature<'db>(
 struct Shared<'db> {
     /// The variables and handlers of the core, then the variables of its state machines.
     variables: Vec<VariableOf>,
+    names: SharedNames,
     /// The errors of handlers.
     facts: Vec<Fact<'db>>,
 }
@@ -120,7 +123,7 @@ fn shared<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, scope
         has_value: it.has_value,
     };
     shared.variables.extend(scope.variables.iter().map(|it| declare(it, VariableKind::Core)));
-    let shell = names_of(db, project).resolve_type(db, of, Kind::Shell, scope.shell.as_ref()).ok();
+    let shell = resolve_type(db, project, of, Kind::Shell, scope.shell.as_ref()).ok();
     for handler in &scope.handlers {
         let found = shell.zip(handler.operation.as_ref());
         let found = found.map(|(shell, operation)| handler_type(db, project, of, shell, operation));
@@ -136,6 +139,20 @@ fn shared<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, scope
     }
     shared.variables.extend(scope.machine_variables.iter().map(|it| declare(it, VariableKind::Machine)));
     shared.variables.shrink_to_fit();
+    for (index, variable) in shared.variables.iter().enumerate() {
+        let id = VariableId { group: None, index: index as u32 };
+        let names = match variable.kind {
+            VariableKind::Machine => &mut shared.names.machine,
+            _ => &mut shared.names.core,
+        };
+        names.insert(variable.name.name.clone(), id);
+    }
+    for (index, operation) in scope.operations.iter().enumerate() {
+        shared.names.operations.entry(operation.name.name.clone()).or_insert(index);
+    }
+    for (index, handler) in scope.handlers.iter().enumerate() {
+        shared.names.handlers.entry(handler.name.name.clone()).or_insert(index);
+    }
     shared
 }
 
@@ -199,36 +216,29 @@ fn infer<'db>(
     types: Option<&mut FxHashMap<SourceId, Type>>,
 ) -> Inference<'db> {
     let Some(scope) = core_scope(db, of) else { return Inference::default() };
-    let shell = names_of(db, project).resolve_type(db, of, Kind::Shell, scope.shell.as_ref()).ok();
+    let shell = resolve_type(db, project, of, Kind::Shell, scope.shell.as_ref()).ok();
     let features = shell.map_or_else(Features::unknown, |shell| features_of(db, project, shell));
     let own = (scope.groups().len() == 1).then(|| Box::new(shared(db, project, of, scope)));
-    let shared = &own.as_deref().unwrap_or_else(|| shared_of(db, project, of)).variables;
-    let mut resolver = Resolver {
+    let shared = own.as_deref().unwrap_or_else(|| shared_of(db, project, of));
+    let resolver = Resolver {
         db,
         of,
-        names: names_of(db, project),
+        project,
+        codels: RefCell::default(),
         features,
         core: scope,
+        shared: &shared.names,
         scope: Scope::default(),
-        machine: Scope::default(),
+        is_in_machine: false,
         variables: scope.completeness,
     };
-    for (index, variable) in shared.iter().enumerate() {
-        let id = VariableId { group: None, index: index as u32 };
-        let scope = match variable.kind {
-            VariableKind::Machine => &mut resolver.machine,
-            _ => &mut resolver.scope,
-        };
-        scope.push(&variable.name.name, id);
-    }
-    let depth = resolver.scope.len();
     let mut context = InferenceContext {
         db,
         project,
         of,
         group,
         body: BodyId::CoreValues,
-        shared,
+        shared: &shared.variables,
         resolver,
         completeness: Completeness::Complete,
         program: ProgramIn::Whole,
@@ -240,7 +250,8 @@ fn infer<'db>(
         types,
     };
     for (id, body) in bodies_of(db, of, scope, group).iter() {
-        context.resolver.scope.truncate(depth);
+        context.resolver.scope.truncate(0);
+        context.resolver.is_in_machine = matches!(id, BodyId::MachineValues | BodyId::State(..));
         context.body = *id;
         context.infer(body);
     }
@@ -273,7 +284,7 @@ struct InferenceContext<'a, 'db> {
     group: u32,
     body: BodyId,
     shared: &'a [VariableOf],
-    resolver: Resolver<'db>,
+    resolver: Resolver<'a, 'db>,
     /// Whether the current program has no syntax error.
     completeness: Completeness,
     program: ProgramIn,
@@ -345,9 +356,6 @@ impl<'db> InferenceContext<'_, 'db> {
     fn initial_values(&mut self, values: &InitialValues) {
         self.completeness = values.completeness;
         self.program = ProgramIn::Whole;
-        if self.body == BodyId::MachineValues {
-            self.resolver.enter_machine();
-        }
         values.variables.iter().for_each(|variable| self.initial_value(variable));
     }
 
@@ -400,7 +408,6 @@ impl<'db> InferenceContext<'_, 'db> {
     }
 
     fn state(&mut self, state: &State) {
-        self.resolver.enter_machine();
         for (program, code) in state.code() {
             let name = match program {
                 ProgramIn::Method(index) => {
@@ -631,7 +638,11 @@ impl<'db> InferenceContext<'_, 'db> {
             Some(Binding::Variable(id)) => self.variable(id).is_some_and(|it| role.takes(it.kind)),
             _ => false,
         };
-        let variables = self.resolver.scope.names().filter(is_variable);
+        let of_core = |it: &&VariableOf| it.kind != VariableKind::Machine;
+        let of_machine = |it: &&VariableOf| !of_core(it) && self.resolver.is_in_machine;
+        let shared = self.shared.iter().filter(of_core).chain(self.shared.iter().filter(of_machine));
+        let names = shared.map(|it| &it.name.name).chain(self.resolver.scope.names());
+        let variables = names.filter(is_variable);
         let features = self.resolver.features.by_name.iter().filter(|_| role == Role::Value);
         let values = features.filter(|(_, found)| found.iter().any(|it| it.kind.is_value()));
         similar(name, variables.chain(values.map(|(name, _)| name)))
@@ -826,7 +837,8 @@ impl<'db> InferenceContext<'_, 'db> {
                 return self.problem(NameProblem::Reported(CoreReason::RepeatedCodel(name.clone())));
             }
             CallError::Unresolved(Unresolved::Incomplete) => {
-                let not_found = CoreReason::CodelNotFound(name.clone(), self.resolver.names.may_hide());
+                let not_found =
+                    CoreReason::CodelNotFound(name.clone(), names_of(self.db, self.project).may_hide());
                 return self.problem(NameProblem::Hidden(not_found));
             }
             // Another fact reports the shell that may declare the operation.
@@ -1052,7 +1064,8 @@ impl<'db> InferenceContext<'_, 'db> {
     fn collect(&mut self, callee: &NameRef, arguments: &[Expr]) -> Type {
         let Some((Expr::Name(handler), rest)) = arguments.split_first() else { return Type::Unknown };
         self.bind(handler);
-        let of = self.resolver.core.handlers.iter().find(|it| it.name.name == handler.name);
+        let index = self.resolver.shared.handlers.get(&handler.name);
+        let of = index.and_then(|&index| self.resolver.core.handlers.get(index));
         let operation = of.and_then(|it| it.operation.as_ref()?.path.last());
         let declared = operation.and_then(|name| self.declared(name, FeatureKind::Required));
         let Some((signature, _)) = declared else {
@@ -1159,6 +1172,11 @@ pub fn inference_of_core<'db>(
 }
 
 impl<'db> CoreInference<'db> {
+    /// Returns the names that all programs share.
+    pub(crate) fn shared_names(&self) -> &'db SharedNames {
+        &self.shared.names
+    }
+
     /// Returns all variables, parameters and handlers: the shared ones, then those of each group.
     pub fn variables(&self) -> impl Iterator<Item = (VariableId, &'db VariableOf)> {
         let shared = [(None, &self.shared.variables)].into_iter();

@@ -98,7 +98,9 @@ pub use link::Link;
 pub use lower::{DeclarationMap, SourceMap};
 pub use messages::{catalogue, message_of, named_packages, package, used_packages};
 pub use msg::{BUILT_IN_TYPES, Message, MessageConstant, MessageField, Package, read_message};
-pub use names::{Names, Unresolved, file_outside, names_of, similar};
+pub use names::{
+    Names, Unresolved, file_outside, incomplete_file, names_of, resolve_path, resolve_type, similar,
+};
 pub use program_id::{ProgramId, ProgramKey};
 pub use project::{
     CONFIG_FILE, Platform, Project, all_roots, config_file, config_of, external_types, include_candidates,

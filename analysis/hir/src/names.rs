@@ -85,7 +85,7 @@ pub enum MayHide {
 }
 
 /// Why a name is unresolved.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, salsa::SalsaValue)]
 pub enum Unresolved {
     /// No declaration of the kind has the name.
     Unknown,
@@ -187,18 +187,6 @@ impl<'db> Names<'db> {
         }
     }
 
-    /// Resolves the name of a type, shell, core, component or architecture with [`Names::resolve`].
-    pub fn resolve_type(
-        &self,
-        db: &'db dyn ModelDb,
-        from: Decl<'db>,
-        kind: Kind,
-        ty: Option<&TypeRef>,
-    ) -> Result<Decl<'db>, Unresolved> {
-        let Some(ty) = ty else { return Err(Unresolved::Missing) };
-        self.resolve(db, from.library(db).as_ref(), kind, &ty.path)
-    }
-
     /// Returns the other libraries visible in `library`: those that it uses; outside libraries, all.
     pub fn visible<'a>(&'a self, library: Option<&Name>) -> Box<dyn Iterator<Item = &'a Name> + 'a> {
         match library {
@@ -285,6 +273,52 @@ impl<'db> Names<'db> {
         let visible: FxHashSet<Option<&Name>> = self.visible(library).map(Some).chain([library]).collect();
         self.of_kind(db, kind).filter(move |decl| visible.contains(&decl.library(db).as_ref()))
     }
+}
+
+/// Resolves `path`, written in `library`, with [`Names::resolve`].
+pub fn resolve_path<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    library: Option<&Name>,
+    kind: Kind,
+    path: &[Name],
+) -> Result<Decl<'db>, Unresolved> {
+    resolved(db, project, library.cloned(), kind, path.to_vec())
+}
+
+/// A query for each name: a new declaration invalidates only the queries that use its name.
+#[salsa::tracked(returns(copy))]
+fn resolved<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    library: Option<Name>,
+    kind: Kind,
+    path: Vec<Name>,
+) -> Result<Decl<'db>, Unresolved> {
+    names_of(db, project).resolve(db, library.as_ref(), kind, &path)
+}
+
+/// Resolves the name of a shell, core, component or architecture, written in `from`, with [`Names::resolve`].
+pub fn resolve_type<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    from: Decl<'db>,
+    kind: Kind,
+    ty: Option<&TypeRef>,
+) -> Result<Decl<'db>, Unresolved> {
+    resolve_path(db, project, from.library(db).as_ref(), kind, &ty.ok_or(Unresolved::Missing)?.path)
+}
+
+/// Returns [`Names::incomplete_file`] of a project.
+#[salsa::tracked(returns(copy))]
+pub fn incomplete_file<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Option<File> {
+    names_of(db, project).incomplete_file
+}
+
+/// Returns [`Names::may_miss_names`] of a project.
+#[salsa::tracked(returns(copy))]
+pub(crate) fn may_miss_names<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> bool {
+    names_of(db, project).may_miss_names()
 }
 
 /// Returns the name in `names` that `name` is most likely a misspelling of.

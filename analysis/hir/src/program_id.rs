@@ -24,7 +24,7 @@ use crate::item_tree::{HookKind, MethodKind, Name};
 /// assert_eq!(ProgramId::from("update"), ProgramId::UPDATE);
 /// assert_eq!(ProgramId::from("reset"), ProgramId::Operation("reset".into()));
 /// ```
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
 #[allow(missing_docs, reason = "the documentation of a variant says what its fields are")]
 pub enum ProgramId {
     /// `update`; or `configure`, `start`, `stop` or `cleanup`, which no period executes.

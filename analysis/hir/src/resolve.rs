@@ -1,6 +1,8 @@
 //! Resolution of the names in programs. No other module resolves them: types, costs, data flow, occurrences, completion,
 //! signature help and generated code use the [`Resolver`] or its results.
 
+use std::cell::RefCell;
+
 use rustc_hash::FxHashMap;
 
 use crate::ModelDb;
@@ -9,7 +11,8 @@ use crate::builtin::{Builtin, Operand};
 use crate::completeness::Completeness;
 use crate::features::{FeatureOf, Features};
 use crate::item_tree::{FeatureKind, Kind, Name};
-use crate::names::{Names, Unresolved};
+use crate::names::{Unresolved, may_miss_names, resolve_path};
+use crate::project::Project;
 use crate::source::Decl;
 
 /// A variable, parameter or handler of a core.
@@ -62,7 +65,21 @@ pub(crate) struct ResolvedCall<'db> {
     pub(crate) has_operand: bool,
 }
 
-/// The variables in scope, innermost last.
+/// The names that all programs of a core share. A map for each core: copies for each program would be quadratic in the size
+/// of the core.
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
+pub(crate) struct SharedNames {
+    /// The last variable or handler of each name.
+    pub(crate) core: FxHashMap<Name, VariableId>,
+    /// The last variable of the state machines of each name.
+    pub(crate) machine: FxHashMap<Name, VariableId>,
+    /// The index of the first operation of each name.
+    pub(crate) operations: FxHashMap<Name, usize>,
+    /// The index of the first handler of each name.
+    pub(crate) handlers: FxHashMap<Name, usize>,
+}
+
+/// The parameters and local variables in scope, innermost last.
 #[derive(Debug, Default)]
 pub(crate) struct Scope {
     all: Vec<(Name, VariableId)>,
@@ -89,7 +106,7 @@ impl Scope {
         }
     }
 
-    /// Returns the names of the variables, outermost first.
+    /// Returns the names, outermost first.
     pub(crate) fn names(&self) -> impl Iterator<Item = &Name> {
         self.all.iter().map(|(name, _)| name)
     }
@@ -100,27 +117,30 @@ impl Scope {
 }
 
 /// Resolves names at a position in the programs of a core.
-pub(crate) struct Resolver<'db> {
+pub(crate) struct Resolver<'a, 'db> {
     pub(crate) db: &'db dyn ModelDb,
     pub(crate) of: Decl<'db>,
-    pub(crate) names: &'db Names<'db>,
+    pub(crate) project: Project<'db>,
+    /// The resolved names of codels.
+    pub(crate) codels: RefCell<FxHashMap<Name, Result<Decl<'db>, Unresolved>>>,
     /// The features of its shell.
     pub(crate) features: &'db Features<'db>,
     pub(crate) core: &'db CoreScope,
-    /// The variables in scope, which also shadow callees.
+    pub(crate) shared: &'a SharedNames,
+    /// The parameters and local variables.
     pub(crate) scope: Scope,
-    /// The variables of the state machines: all programs see them, after those in scope; they do not shadow callees.
-    pub(crate) machine: Scope,
+    /// Whether the program is in the state machine, whose variables shadow those of the core, and callees. Other programs
+    /// see these variables too, after those in scope; they do not shadow callees.
+    pub(crate) is_in_machine: bool,
     /// Whether all variables are known: otherwise an unresolved name may be a missing variable.
     pub(crate) variables: Completeness,
 }
 
-impl<'db> Resolver<'db> {
-    /// Enters the programs of the state machine, whose variables shadow those of the core, and callees.
-    pub(crate) fn enter_machine(&mut self) {
-        for (name, id) in &self.machine.all {
-            self.scope.push(name, *id);
-        }
+impl<'db> Resolver<'_, 'db> {
+    /// Returns the variable in scope, which also shadows callees: innermost first.
+    fn variable(&self, name: &str) -> Option<VariableId> {
+        let of_machine = || self.shared.machine.get(name).filter(|_| self.is_in_machine);
+        self.scope.get(name).or_else(|| of_machine().or_else(|| self.shared.core.get(name)).copied())
     }
 
     /// Resolves the name of a value: to a variable in scope, innermost first, a variable of the state machine, or a feature of
@@ -129,15 +149,20 @@ impl<'db> Resolver<'db> {
         if name.is_empty() {
             return None;
         }
-        let variable = self.scope.get(name).or_else(|| self.machine.get(name));
+        let variable = self.variable(name).or_else(|| self.shared.machine.get(name).copied());
         let feature = || self.features.get(name).copied().map(Binding::Feature);
         variable.map(Binding::Variable).or_else(feature)
     }
 
     /// Resolves the name of a codel in the library of the core.
     pub(crate) fn resolve_codel(&self, name: &Name) -> Result<Decl<'db>, Unresolved> {
+        if let Some(found) = self.codels.borrow().get(name) {
+            return *found;
+        }
         let library = self.of.library(self.db).as_ref();
-        self.names.resolve(self.db, library, Kind::Codel, std::slice::from_ref(name))
+        let found = resolve_path(self.db, self.project, library, Kind::Codel, std::slice::from_ref(name));
+        self.codels.borrow_mut().insert(name.clone(), found);
+        found
     }
 
     /// Resolves a call of `name`; `first` is its first argument if that is a name. The order of the lookup: a built-in
@@ -159,9 +184,9 @@ impl<'db> Resolver<'db> {
             }
         }
         let callee = match feature {
-            _ if self.scope.get(name).is_some() => Err(CallError::NotCallable(None)),
+            _ if self.variable(name).is_some() => Err(CallError::NotCallable(None)),
             Some(FeatureKind::Provided) => {
-                let defined = self.core.operations.iter().position(|operation| operation.name.name == *name);
+                let defined = self.shared.operations.get(name).copied();
                 defined.map(Callee::Operation).ok_or(CallError::Undefined)
             }
             Some(FeatureKind::Required) => Err(CallError::Required),
@@ -175,16 +200,16 @@ impl<'db> Resolver<'db> {
     /// of the same name, unless a codel with the function's name may be missing.
     pub(crate) fn is_operand(&self, builtin: Builtin, first: &Name) -> bool {
         if builtin.operand() == Operand::Handler {
-            return self.core.handlers.iter().any(|handler| handler.name.name == *first);
+            return self.shared.handlers.contains_key(first);
         }
-        let is_value = self.scope.get(first).is_some() && self.names.may_miss_names();
+        let is_value = self.variable(first).is_some() && may_miss_names(self.db, self.project);
         !is_value && self.features.get(first).is_some_and(|feature| builtin.takes(feature.kind))
     }
 
     /// Returns whether `name` can only be the built-in function, and `first` is unresolved.
     fn is_unresolved_operand(&self, name: &Name, first: &Name) -> bool {
         let is_declared = |name: &Name| {
-            self.scope.get(name).is_some()
+            self.variable(name).is_some()
                 || self.features.get(name).is_some()
                 || !matches!(self.resolve_codel(name), Err(Unresolved::Unknown))
         };

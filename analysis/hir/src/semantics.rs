@@ -1,5 +1,6 @@
 //! Maps a position in a text to its semantics. Editor features use only this module to resolve names.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 use mauve_syntax::SyntaxKind::{BLOCK, CORE, HOOK, METHOD, OPERATION_DEFINITION, STATE_MACHINE, TRANSITION};
@@ -16,7 +17,7 @@ use crate::infer::{CoreInference, VariableKind, VariableOf, expression_types, in
 use crate::item_tree::{Feature, FeatureKind, HookKind, Kind, Name, SourceId, TypeRef};
 use crate::names::names_of;
 use crate::project::Project;
-use crate::resolve::{Binding, CallError, Callee, ResolvedCall, Resolver, Scope, VariableId};
+use crate::resolve::{Binding, CallError, Callee, ResolvedCall, Resolver, Scope, SharedNames, VariableId};
 use crate::source::{Decl, declaration_at, declaration_map, shell};
 use crate::types::{Type, type_of};
 use crate::{File, ModelDb};
@@ -152,16 +153,29 @@ impl<'db> Semantics<'db> {
         first: Option<&Name>,
     ) -> Option<ResolvedCall<'db>> {
         let core = core_scope(self.db, self.core).as_ref()?;
-        let (mut scope, mut machine) = (Scope::default(), Scope::default());
+        let SharedNames { operations, handlers, .. } = self.inference.shared_names().clone();
+        let mut shared = SharedNames { operations, handlers, ..SharedNames::default() };
+        let mut scope = Scope::default();
         for (id, variable) in visible.variables.iter().rev() {
-            let is_behind = variable.kind == VariableKind::Machine && !visible.in_machine;
-            let scope = if is_behind { &mut machine } else { &mut scope };
-            scope.push(&variable.name.name, *id);
+            if variable.kind == VariableKind::Machine && !visible.in_machine {
+                shared.machine.insert(variable.name.name.clone(), *id);
+            } else {
+                scope.push(&variable.name.name, *id);
+            }
         }
-        let (names, features) =
-            (names_of(self.db, self.project), self.features().unwrap_or_else(Features::unknown));
-        let (db, of, variables) = (self.db, self.core, Completeness::Incomplete);
-        let resolver = Resolver { db, of, names, features, core, scope, machine, variables };
+        let features = self.features().unwrap_or_else(Features::unknown);
+        let resolver = Resolver {
+            db: self.db,
+            project: self.project,
+            of: self.core,
+            codels: RefCell::default(),
+            features,
+            core,
+            shared: &shared,
+            scope,
+            is_in_machine: false,
+            variables: Completeness::Incomplete,
+        };
         Some(resolver.resolve_call(name, first))
     }
 }

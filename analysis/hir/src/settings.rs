@@ -13,7 +13,7 @@ use crate::features::{FeatureOf, features_of};
 use crate::graph::topological_order;
 use crate::item_tree::{Endpoint, Expr, Feature, Kind, Name, Setting, Shell, SourceId};
 use crate::project::Project;
-use crate::source::{Decl, Location, architecture, deployment, shell};
+use crate::source::{Decl, Location, architecture, deployment_interface, shell};
 use crate::types::{OperatorError, Type, Typed, type_of_value};
 use crate::values::Value;
 
@@ -101,7 +101,7 @@ fn flat_with_settings<'db>(
 }
 
 fn settings_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> &'db [Setting] {
-    match (architecture(db, of), deployment(db, of)) {
+    match (architecture(db, of), deployment_interface(db, of)) {
         (Some(data), _) => &data.settings,
         (None, Some(data)) => &data.settings,
         (None, None) => &[],

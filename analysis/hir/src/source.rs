@@ -11,7 +11,9 @@ use mauve_syntax::{
 use rustc_hash::FxHashMap;
 
 use crate::completeness::Completeness;
-use crate::item_tree::{Data, Declaration, Expansion, ItemTree, Kind, Name, Outline, SourceId, TypeRef};
+use crate::item_tree::{
+    Activity, Data, Declaration, Deployment, Expansion, ItemTree, Kind, Name, Outline, SourceId, TypeRef,
+};
 use crate::lower::{DeclarationMap, SourceMap, occurrences};
 use crate::{File, ModelDb};
 
@@ -307,6 +309,24 @@ pub struct CoreInterface {
 pub fn core_interface<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<CoreInterface> {
     let data = core(db, decl)?;
     Some(CoreInterface { shell: data.shell.clone(), defines_operations: !data.operations.is_empty() })
+}
+
+/// Returns the data of a deployment without the fields of its activities: an edit of a period or a priority does not change
+/// the result.
+#[salsa::tracked(returns(as_ref))]
+pub(crate) fn deployment_interface<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<Deployment> {
+    let data = deployment(db, decl)?;
+    let without_fields = |it: &Activity| Activity {
+        instance: it.instance.clone(),
+        fields: Vec::new(),
+        completeness: it.completeness,
+    };
+    Some(Deployment {
+        targets: data.targets.clone(),
+        activities: data.activities.iter().map(without_fields).collect(),
+        settings: data.settings.clone(),
+        completeness: data.completeness,
+    })
 }
 
 macro_rules! data_of {

@@ -10,7 +10,7 @@ use crate::infer::signature;
 use crate::item_tree::{Connection, Endpoint, Feature, FeatureKind, Name, SourceId};
 use crate::link::Link;
 use crate::project::Project;
-use crate::source::{Location, architecture, deployment};
+use crate::source::{Location, architecture, deployment_interface};
 use crate::values::whole_number;
 
 impl<'db> Checker<'db> {
@@ -100,7 +100,9 @@ impl<'db> Checker<'db> {
     /// Reports the values that a deployment does not set, and its unconnected operations and inputs.
     pub(crate) fn unset_and_unconnected(&mut self) {
         let (db, project, of) = (self.db, self.project, self.of);
-        let (Some(data), Some((flat, _))) = (deployment(db, of), deployed(db, project, of)) else { return };
+        let (Some(data), Some((flat, _))) = (deployment_interface(db, of), deployed(db, project, of)) else {
+            return;
+        };
         let own = data.settings.iter().filter_map(|it| it.endpoint.as_ref()?.names());
         let set: FxHashSet<(Name, Name)> = own.chain(flat.settings.iter().cloned()).collect();
         // An unresolved setting may be the missing one, if its instance or its feature is correct.
@@ -108,9 +110,10 @@ impl<'db> Checker<'db> {
             flat.feature(db, project, end).is_some_and(|feature| feature.kind.is_value())
         };
         let unresolved: Vec<&(Name, Name)> = set.iter().filter(|it| !is_value(it)).collect();
-        let may_be_set = |(instance, name): &(Name, Name)| {
-            unresolved.iter().any(|(of, other)| of == instance || other == name)
-        };
+        let instances: FxHashSet<&Name> = unresolved.iter().map(|(instance, _)| instance).collect();
+        let names: FxHashSet<&Name> = unresolved.iter().map(|(_, name)| name).collect();
+        let may_be_set =
+            |(instance, name): &(Name, Name)| instances.contains(instance) || names.contains(name);
         // A setting with a syntax error may be the missing one.
         let settings_are_known = (data.completeness & flat.link_completeness).is_complete()
             && data.settings.iter().all(|it| it.endpoint.as_ref().and_then(Endpoint::names).is_some());
@@ -118,13 +121,16 @@ impl<'db> Checker<'db> {
         // An incomplete or invalid connection may be the missing one.
         let links_are_valid = flat.link_completeness.is_complete()
             && flat.links.iter().all(|link| is_valid(db, project, flat, link));
+        // The first activity of each instance.
+        let activities = data.activities.iter().rev().map(|it| (&it.instance.name, it.instance.id));
+        let activities: FxHashMap<&Name, SourceId> = activities.collect();
         for instance in flat.instances.iter().filter(|instance| !instance.repeated) {
             let Some(features) = instance.features(db, project) else { continue };
             if features.completeness.is_incomplete() || features.cycle {
                 continue;
             }
-            let activity = data.activities.iter().find(|activity| activity.instance.name == instance.name);
-            let at = activity.map_or(Location::name_of(of), |activity| self.at(activity.instance.id));
+            let activity = activities.get(&instance.name);
+            let at = activity.map_or(Location::name_of(of), |id| self.at(*id));
             let mut unconnected = Vec::new();
             for (name, feature) in &features.by_name {
                 let Some(feature) = feature.first() else { continue };

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{
     Decl, File, Location, ModelDb, Project, Workspace, architecture, config_of, declarations, is_model,
-    names_of, source_map,
+    names_of, resolve_type, source_map,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::Level;
@@ -204,7 +204,7 @@ fn instances_by_component<'db>(
     let mut found: HashMap<Decl<'db>, Vec<Location<'db>>> = HashMap::new();
     for &of in &names.all {
         for instance in architecture(db, of).into_iter().flat_map(|data| &data.instances) {
-            let component = names.resolve_type(db, of, Kind::Component, instance.component.as_ref());
+            let component = resolve_type(db, project, of, Kind::Component, instance.component.as_ref());
             if let Ok(component) = component {
                 found.entry(component).or_default().push(Location::Source(of, instance.name.id));
             }

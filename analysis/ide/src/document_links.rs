@@ -5,7 +5,7 @@ use std::ops::Range;
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{
     Config, File, Location, ModelDb, Workspace, architecture, config_file, config_of, declarations, includes,
-    is_model, names_of, normalised, source_map,
+    is_model, normalised, resolve_type, source_map,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_wcrt::{table_files, table_pattern};
@@ -72,8 +72,7 @@ fn imported(db: &dyn ModelDb, workspaces: &[Workspace], file: File, links: &mut 
         for &&decl in &architectures {
             let imports = architecture(db, decl).map_or(&[] as &[_], |it| &it.imports);
             for import in imports.iter().flatten() {
-                let names = names_of(db, project);
-                let Ok(target) = names.resolve_type(db, decl, Kind::Architecture, Some(import)) else {
+                let Ok(target) = resolve_type(db, project, decl, Kind::Architecture, Some(import)) else {
                     continue;
                 };
                 let range = Location::Source(decl, import.id).range(db);

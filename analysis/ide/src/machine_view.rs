@@ -5,7 +5,7 @@ use mauve_diagnostics::timing_reason;
 use mauve_hir::item_tree::{HookKind, Kind, Name};
 use mauve_hir::{
     Decl, File, Location, ModelDb, ProgramId, Project, Workspace, architecture, behaviour_of, core, core_of,
-    declaration_at, names_of,
+    declaration_at, names_of, resolve_type,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{Level, Time, worst_trace};
@@ -145,7 +145,7 @@ pub fn component_at<'db>(
                 let before =
                     |it: &&mauve_hir::item_tree::Instance| is_before(&Location::Source(decl, it.name.id));
                 let instance = instances.iter().rfind(before)?;
-                names.resolve_type(db, decl, Kind::Component, instance.component.as_ref()).ok()
+                resolve_type(db, project, decl, Kind::Component, instance.component.as_ref()).ok()
             }
             Kind::Deployment => {
                 let activities = &system_of(db, project, decl).activities;

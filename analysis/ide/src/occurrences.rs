@@ -12,7 +12,7 @@ use mauve_hir::item_tree::{
 use mauve_hir::{
     Binding, Builtin, Callee, Code, CoreInference, Decl, File, Location, ModelDb, Project, Type,
     VariableKind, data, declaration_map, declarations, features_of, first_target_of, flat_of, includes,
-    inference_of_core, names_of, parse, shell_of, source_map, statements, type_of,
+    inference_of_core, names_of, parse, resolve_type, shell_of, source_map, statements, type_of,
 };
 use mauve_syntax::SyntaxKind::{CODEL, OPERATION_DECLARATION, PARAM, PORT, PROPERTY, RESULT_TYPE, VAR};
 use mauve_syntax::ast::{self, AstNode as _};
@@ -315,7 +315,7 @@ impl<'db> Finder<'db> {
         if let [library, _] = ty.path.as_slice() {
             self.segment(ty, 0, Definition::Library(library.clone()), SymbolKind::Library);
         }
-        let found = names_of(self.db, self.project).resolve_type(self.db, self.of, kind, Some(ty));
+        let found = resolve_type(self.db, self.project, self.of, kind, Some(ty));
         if let Ok(decl) = found {
             self.segment(ty, ty.path.len().saturating_sub(1), Definition::Declaration(decl), kind_of(kind));
         }

@@ -2,10 +2,10 @@
 
 use std::cmp::Reverse;
 
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::fact::{DeadlineAndPriority, TimingFact, TimingFactKind};
-use crate::system::{Priority, ResolvedActivity, written_field};
+use crate::system::{Priority, ResolvedActivity, activities_of, field_of};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, Location, ModelDb, Project, deployed};
 use mauve_syntax::keywords::ActivityField;
@@ -22,21 +22,26 @@ pub fn priority_facts<'db>(
         Priority::Background | Priority::Unknown => None,
     });
     let ranked: Vec<Ranked<'_, 'db>> = ranked.collect();
+    let declared = activities_of(db, of);
     let priority_at = |instance: &Name| {
-        let field = written_field(db, of, instance, ActivityField::Priority)?;
+        let field = field_of(declared.get(instance)?, ActivityField::Priority)?;
         Some(Location::Source(of, field.value_id))
     };
+    let mut by_priority: FxHashMap<u32, Vec<usize>> = FxHashMap::default();
+    for (index, (priority, _)) in ranked.iter().enumerate() {
+        by_priority.entry(*priority).or_default().push(index);
+    }
     let mut found = Vec::new();
     let mut reported: FxHashSet<&Name> = FxHashSet::default();
     for (index, &(priority, activity)) in ranked.iter().enumerate() {
         let Some(at) = priority_at(&activity.instance) else { continue };
         // Reported once for all activities that have the priority, at the second of them.
-        let is_same = |(other, it): &&Ranked<'_, 'db>| *other == priority && share_cpu(activity, it);
-        let mut before = ranked.iter().take(index).filter(is_same).peekable();
+        let equal = by_priority.get(&priority).into_iter().flatten();
+        let same = equal.filter_map(|&other| Some((other, ranked.get(other)?.1)));
+        let same = same.filter(|(other, it)| *other != index && share_cpu(activity, it));
+        let mut before = same.clone().take_while(|(other, _)| *other < index).peekable();
         if before.peek().is_some() && !before.any(|(_, it)| reported.contains(&it.instance)) {
-            let others = ranked.iter().enumerate().filter(|(other, _)| *other != index).map(|(_, it)| it);
-            let others = others
-                .filter(is_same)
+            let others = same
                 .filter_map(|(_, other)| Some((other.instance.clone(), priority_at(&other.instance)?)))
                 .collect();
             let instance = activity.instance.clone();
@@ -114,8 +119,10 @@ fn order_fact<'db>(
     let earlier =
         in_order.iter().filter(|(_, it)| it.deadline.is_some_and(|it| it < deadline)).min_by_key(|it| it.0);
     let (above, below) = (later.map_or(0, |it| it.0), earlier.map_or(100, |it| it.0));
-    let is_free =
-        |priority: &u32| !ranked.iter().any(|(other, it)| other == priority && share_cpu(activity, it));
+    // A bit for each priority, at most 99.
+    let here = ranked.iter().filter(|(_, it)| share_cpu(activity, it));
+    let taken: u128 = here.fold(0, |taken, (priority, _)| taken | 1 << priority);
+    let is_free = |priority: &u32| taken & 1 << priority == 0;
     let mut between = above + 1..below;
     let (&(other_priority, other), free) = match later.filter(|(other, _)| *other > priority) {
         Some(later) => (later, between.find(is_free)),
@@ -156,16 +163,19 @@ fn stale<'db>(
     ranked: &[Ranked<'_, 'db>],
 ) -> Vec<TimingFact<'db>> {
     let Some((flat, _)) = deployed(db, project, of) else { return Vec::new() };
-    let find = |name: &Name| ranked.iter().find(|(_, it)| it.instance == *name);
+    // The first activity of each instance.
+    let by_instance: FxHashMap<&Name, &Ranked<'_, 'db>> =
+        ranked.iter().rev().map(|ranked| (&ranked.1.instance, ranked)).collect();
+    let find = |name: &Name| by_instance.get(name).copied();
+    let links = || flat.links.iter().filter(|link| !link.operation);
+    let ends: FxHashSet<(&Name, &Name)> = links().map(|it| (&it.source.0, &it.target.0)).collect();
     let mut found = Vec::new();
-    for link in flat.links.iter().filter(|link| !link.operation) {
+    for link in links() {
         let (Some((low, writer)), Some((high, reader))) = (find(&link.source.0), find(&link.target.0)) else {
             continue;
         };
         // Where two activities read from each other, one of them always reads outdated data.
-        let is_mutual = flat.links.iter().any(|other| {
-            !other.operation && other.source.0 == link.target.0 && other.target.0 == link.source.0
-        });
+        let is_mutual = ends.contains(&(&link.target.0, &link.source.0));
         if high > low
             && !is_mutual
             && share_cpu(writer, reader)

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use mauve_timing::{Edge, Level, StateMachine, Time};
 
 use crate::reason::{MOST_REASONS, Reason, Refusal, Timed, TooLong, UnusableTime};
-use crate::timetable::{Lookup, Timetable, timetable_of};
+use crate::timetable::{Lookup, Timetable, times_of, timetable_of};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
     Behaviour, Cost, Decl, Edges, File, Location, ModelDb, ProgramId, Project, TimedProgram, behaviour_of,
@@ -84,7 +84,7 @@ pub(crate) fn psm_with<'db>(
     if !errors.is_empty() {
         return Err(errors);
     }
-    let times = timetable_of(db, project);
+    let times = times_of(db, project, of);
     if let Some(unusable) = times.unusable_component(of) {
         return refuse(Reason::Table(unusable), at);
     }

@@ -14,9 +14,9 @@ use mauve_hir::item_tree::{
     UnaryOperator,
 };
 use mauve_hir::{
-    Decl, Features, Flat, FlatInstance, Link, Location, ModelDb, Project, architecture, core_interface,
-    core_of, declarations, deployment, errors_in, flat_of, names_of, platform_of, similar, too_large,
-    whole_number as whole_number_of,
+    Decl, Features, FlatInstance, Link, Location, ModelDb, Project, Unresolved, architecture, core_interface,
+    core_of, declarations, deployment, errors_in, flat_of, incomplete_file, platform_of, resolve_path,
+    resolve_type, similar, too_large, whole_number as whole_number_of,
 };
 
 /// The activities of a deployment.
@@ -97,7 +97,7 @@ pub(crate) fn read<'db>(
         let at = Location::Range(tables.file, 0, 0);
         reader.not_analysed(Reason::IncompleteTables(tables.clone()), at);
     }
-    if let Some(file) = names_of(db, project).incomplete_file {
+    if let Some(file) = incomplete_file(db, project) {
         let problem = file.problem(db).as_ref().map(|problem| problem.message().to_owned());
         reader.not_analysed(Reason::DamagedFile { file, problem }, Location::Range(file, 0, 0));
     }
@@ -121,13 +121,14 @@ impl<'db> Reader<'db> {
             self.not_analysed(Reason::Model(fact::Reason::TooLarge), Location::name_of(at));
             return;
         }
-        let names = names_of(db, project);
-        if names.in_library(of.library(db).as_ref(), Kind::Deployment, of.name(db)).len() > 1 {
+        let own = std::slice::from_ref(of.name(db));
+        let found = resolve_path(db, project, of.library(db).as_ref(), Kind::Deployment, own);
+        if found == Err(Unresolved::Repeated) {
             self.not_analysed(Reason::DeclaredTwice(of), Location::name_of(of));
         }
         let target = match data.targets.as_slice() {
             [target] => {
-                let found = names.resolve_type(db, of, Kind::Architecture, Some(target));
+                let found = resolve_type(db, project, of, Kind::Architecture, Some(target));
                 let unresolved = |why| unresolved_type(of, Kind::Architecture, Some(target), why);
                 if let Some(Fact { at, kind, .. }) = found.as_ref().err().and_then(unresolved) {
                     self.report(at, TimingFactKind::Unresolved(kind));
@@ -235,7 +236,7 @@ impl<'db> Reader<'db> {
         }
         // Only now: missing activities are reported in a deployment with such an activity too.
         self.found.not_analysed.extend(strays);
-        self.served(flat);
+        self.served(serving_of(self.db, self.project, target));
         self.synchronised();
     }
 
@@ -446,50 +447,15 @@ impl<'db> Reader<'db> {
     }
 
     /// Refuses the activities that serve operations: the owner executes them in its own time, which is not analysed yet.
-    fn served(&mut self, flat: &Flat<'db>) {
-        let mut shells: FxHashMap<&Name, &Features<'db>> = FxHashMap::default();
-        for instance in &flat.instances {
-            if let Some(features) = instance.features(self.db, self.project) {
-                shells.insert(&instance.name, features);
-            }
-        }
-        // The kind of a feature; none where it is unknown. Where the shell is incomplete, its component is refused.
-        let kind = |(instance, feature): &(Name, Name)| {
-            let [feature] = shells.get(instance)?.by_name.get(feature)?.as_slice() else { return None };
-            Some(feature.kind)
-        };
-        let mut serves: FxHashMap<&Name, &Name> = FxHashMap::default();
-        // A connection with an error may call any activity that provides operations.
-        let has_wrong_operation = |&decl: &Decl<'db>| {
-            let errors = errors_and_items(self.db, self.project, decl);
-            errors.into_iter().any(|(_, item)| item.is_some_and(|item| item.is_operation))
-        };
-        let mut may_serve =
-            flat.link_completeness.is_incomplete() || flat.architectures.iter().any(has_wrong_operation);
-        for Link { operation, source, target, .. } in &flat.links {
-            let kinds = (kind(source), kind(target));
-            let is_port = |kind: Option<FeatureKind>| kind.is_some_and(FeatureKind::is_port);
-            if *operation && kinds == (Some(FeatureKind::Provided), Some(FeatureKind::Required)) {
-                serves.entry(&source.0).or_insert(&source.1);
-            } else {
-                may_serve |= *operation || !is_port(kinds.0) || !is_port(kinds.1);
-            }
-        }
+    fn served(&mut self, serving: &Serving) {
         for resolved in &mut self.found.activities {
-            let Some(component) = resolved.component else { continue };
-            let Some(features) = shells.get(&resolved.instance) else { continue };
-            let core =
-                core_of(self.db, self.project, component).and_then(|it| core_interface(self.db, it).as_ref());
-            // A component of a shell with an error is refused for that error.
-            let provides =
-                features.has_any(FeatureKind::Provided) || core.is_none_or(|core| core.defines_operations);
-            if !provides {
+            if resolved.component.is_none() || !serving.providing.contains(&resolved.instance) {
                 continue;
             }
             let at = resolved.at.clone();
-            if let Some(feature) = serves.get(&resolved.instance) {
-                resolved.refuse(Reason::ServesOperation((*feature).clone()), at);
-            } else if may_serve {
+            if let Some(feature) = serving.serves.get(&resolved.instance) {
+                resolved.refuse(Reason::ServesOperation(feature.clone()), at);
+            } else if serving.may_serve {
                 resolved.refuse(Reason::MayServe, at);
             }
         }
@@ -537,6 +503,60 @@ impl<'db> Reader<'db> {
             }
         }
     }
+}
+
+/// The instances of an architecture that serve operations.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+struct Serving {
+    /// The instances that provide operations.
+    providing: FxHashSet<Name>,
+    /// For each instance with a connected operation, the first such operation.
+    serves: FxHashMap<Name, Name>,
+    /// Whether any instance that provides operations may serve one.
+    may_serve: bool,
+}
+
+/// Returns which instances of an architecture serve operations. A query, because it does not depend on deployments.
+#[salsa::tracked(returns(ref))]
+fn serving_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, target: Decl<'db>) -> Serving {
+    let flat = flat_of(db, project, target);
+    let mut serving = Serving::default();
+    let mut shells: FxHashMap<&Name, &Features<'db>> = FxHashMap::default();
+    for instance in &flat.instances {
+        if let Some(features) = instance.features(db, project) {
+            shells.insert(&instance.name, features);
+        }
+    }
+    // The kind of a feature; none where it is unknown. Where the shell is incomplete, its component is refused.
+    let kind = |(instance, feature): &(Name, Name)| {
+        let [feature] = shells.get(instance)?.by_name.get(feature)?.as_slice() else { return None };
+        Some(feature.kind)
+    };
+    // A connection with an error may call any activity that provides operations.
+    let has_wrong_operation = |&decl: &Decl<'db>| {
+        let errors = errors_and_items(db, project, decl);
+        errors.into_iter().any(|(_, item)| item.is_some_and(|item| item.is_operation))
+    };
+    serving.may_serve =
+        flat.link_completeness.is_incomplete() || flat.architectures.iter().any(has_wrong_operation);
+    for Link { operation, source, target, .. } in &flat.links {
+        let kinds = (kind(source), kind(target));
+        let is_port = |kind: Option<FeatureKind>| kind.is_some_and(FeatureKind::is_port);
+        if *operation && kinds == (Some(FeatureKind::Provided), Some(FeatureKind::Required)) {
+            serving.serves.entry(source.0.clone()).or_insert_with(|| source.1.clone());
+        } else {
+            serving.may_serve |= *operation || !is_port(kinds.0) || !is_port(kinds.1);
+        }
+    }
+    for (&name, features) in &shells {
+        let Some(component) = flat.instance(name).and_then(|it| it.component) else { continue };
+        let core = core_of(db, project, component).and_then(|it| core_interface(db, it).as_ref());
+        // A component of a shell with an error is refused for that error.
+        if features.has_any(FeatureKind::Provided) || core.is_none_or(|core| core.defines_operations) {
+            serving.providing.insert(name.clone());
+        }
+    }
+    serving
 }
 
 #[derive(Clone)]
@@ -601,6 +621,12 @@ struct Fields<'a> {
 /// Returns the first field of this name.
 pub fn field_of(activity: &Activity, field: ActivityField) -> Option<&Field> {
     activity.fields.iter().find(|it| it.name.name == field.keyword())
+}
+
+/// Returns the first activity of each instance that a deployment has an activity for.
+pub(crate) fn activities_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> FxHashMap<&'db Name, &'db Activity> {
+    let all = deployment(db, of).map_or(&[] as &[Activity], |data| &data.activities);
+    all.iter().rev().map(|activity| (&activity.instance.name, activity)).collect()
 }
 
 pub(crate) fn written_field<'db>(

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use globset::{GlobBuilder, GlobMatcher};
 use mauve_timing::{Entry, Level, Overhead, Table, Time, Times};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::fact::{TableSection, TimingFact, TimingFactKind};
 use crate::reason::{
@@ -20,7 +20,7 @@ use mauve_hir::item_tree::{FeatureKind, HookKind, Kind, Name};
 use mauve_hir::{
     CONFIG_FILE, Decl, File, Location, Mistake, ModelDb, ProgramId, ProgramKey, Project, Workspace,
     all_roots, behaviour_of, config_file, config_of, core_of, features_of, is_core_for, names_of, normalised,
-    shell_of, similar,
+    shell_of, similar, uses_of,
 };
 use unknown_keys::UnknownKey;
 
@@ -142,6 +142,8 @@ pub struct Timetable<'db> {
     /// even if it has a time.
     pub(crate) strays: FxHashMap<Name, StrayEntry>,
     overhead: Option<(File, Arc<[Level]>, Overhead)>,
+    /// The programs of each component that some entry is, or may be, for.
+    programs: FxHashMap<Decl<'db>, FxHashSet<ProgramId>>,
     /// The levels of all tables, from the most probable down; none where no time depends on a level.
     pub levels: Vec<Level>,
     /// The levels that only some tables have, each with the name of a table that does not.
@@ -170,6 +172,44 @@ pub enum Lookup<'db> {
 #[salsa::tracked(returns(ref))]
 pub fn timetable_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Timetable<'db> {
     joined(db, project).0.clone()
+}
+
+/// Returns the part of the timetable that the state machine of a component reads: a changed time of another codel does not
+/// change the result.
+#[salsa::tracked(returns(ref))]
+pub(crate) fn times_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    component: Decl<'db>,
+) -> Timetable<'db> {
+    let all = timetable_of(db, project);
+    let core = core_of(db, project, component);
+    let codels = || core.into_iter().flat_map(|core| &uses_of(db, project, core).codels).copied();
+    let programs = all.programs.get(&component).into_iter().flatten();
+    let programs = programs.map(|program| Timed::Program(component, program.clone()));
+    let read: Vec<Timed<'db>> =
+        codels().map(Timed::Codel).chain(programs).chain([Timed::Component(component)]).collect();
+    let wrong = all.unusable_component(component).map(|wrong| (component, wrong));
+    let stray = |codel: Decl<'db>| all.strays.get_key_value(codel.name(db));
+    Timetable {
+        slots: part(&all.slots, &read),
+        ambiguous: part(&all.ambiguous, &read),
+        wrong_programs: wrong.into_iter().collect(),
+        misspelt: part(&all.misspelt, &read),
+        strays: codels().filter_map(stray).map(|(name, stray)| (name.clone(), stray.clone())).collect(),
+        overhead: all.overhead.clone(),
+        with_levels: all.with_levels.clone(),
+        assume: all.assume,
+        ..Timetable::default()
+    }
+}
+
+/// Returns the entries of `all` for the subjects in `read`.
+fn part<'db, T: Clone>(all: &FxHashMap<Timed<'db>, T>, read: &[Timed<'db>]) -> FxHashMap<Timed<'db>, T> {
+    if all.is_empty() {
+        return FxHashMap::default();
+    }
+    read.iter().filter_map(|of| Some((of.clone(), all.get(of)?.clone()))).collect()
 }
 
 /// Returns the errors in the tables, in no particular order.
@@ -213,6 +253,7 @@ fn joined<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> (Timetable<'db>, 
     }
     builder.unknown_keys();
     builder.report_repeated();
+    builder.times.index_programs();
     let all: BTreeSet<Level> = tables.iter().flat_map(|(_, table)| table.levels.iter().copied()).collect();
     for level in all.into_iter().rev() {
         match tables.iter().find(|(_, table)| !table.covers(level)) {
@@ -408,6 +449,15 @@ impl<'db> TimetableBuilder<'db> {
 }
 
 impl<'db> Timetable<'db> {
+    fn index_programs(&mut self) {
+        let subjects = self.slots.keys().chain(self.ambiguous.keys()).chain(self.misspelt.keys());
+        for of in subjects {
+            if let Timed::Program(component, program) = of {
+                self.programs.entry(*component).or_default().insert(program.clone());
+            }
+        }
+    }
+
     /// Returns the time of one execution of a codel.
     pub fn codel_time(&self, db: &'db dyn ModelDb, codel: Decl<'db>, level: Level) -> Lookup<'db> {
         let timed = Timed::Codel(codel);

@@ -1,7 +1,7 @@
 //! Rewrites `library.Name` as `Name`, with a `use` of the library if needed; and back.
 
 use mauve_hir::item_tree::{Kind, Name, SourceId, TypeRef};
-use mauve_hir::{Builtin, Decl, File, ModelDb, Project, Unresolved, declaration_at, names_of};
+use mauve_hir::{Builtin, Decl, File, ModelDb, Project, Unresolved, declaration_at, names_of, resolve_type};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{TextRange, is_whole};
@@ -74,7 +74,7 @@ fn shortened(
     let (names, own) = (names_of(db, project), of.library(db).as_ref());
     let short = TypeRef { path: vec![name.into()], id: SourceId(0) };
     let short_name = Replacement { range: ty.syntax().text_range(), text: name.to_owned() };
-    match names.resolve_type(db, of, decl.kind(db), Some(&short)) {
+    match resolve_type(db, project, of, decl.kind(db), Some(&short)) {
         Ok(found) if found == decl => return Change::of(file, [short_name]).map(Ok),
         Ok(_) => return Some(Err(format!("`{name}` refers to another {} here", decl.kind(db)))),
         Err(Unresolved::Unknown) => {}
