@@ -1,5 +1,7 @@
 //! Periodic state machines: one edge per period, each with its execution time (paper, definitions 3 and 4).
 
+use std::sync::Arc;
+
 use crate::Time;
 use crate::cycle_mean::{self, CycleMean};
 
@@ -33,7 +35,8 @@ pub struct Edge {
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct StateMachine {
     states: u32,
-    edges: Vec<Edge>,
+    // Shared: each activity of the component has a copy of the machine.
+    edges: Arc<[Edge]>,
 }
 
 impl StateMachine {
@@ -66,12 +69,12 @@ impl StateMachine {
         if greatest.checked_mul(u64::from(states)).is_none() {
             return Err(MachineError::TooLarge);
         }
-        Ok(StateMachine { states, edges })
+        Ok(StateMachine { states, edges: edges.into() })
     }
 
     /// Creates the machine of a classical task: one state and one edge of `cost`.
     pub fn single(cost: Time) -> StateMachine {
-        StateMachine { states: 1, edges: vec![Edge { source: 0, target: 0, cost }] }
+        StateMachine { states: 1, edges: Arc::new([Edge { source: 0, target: 0, cost }]) }
     }
 
     /// Returns the number of states, at least 1.
@@ -142,14 +145,14 @@ impl Adjacency {
     pub(crate) fn new(machine: &StateMachine) -> Adjacency {
         // A counting sort: how many start before each state, then each edge to the next free place of its state.
         let mut first = vec![0u32; machine.states as usize + 2];
-        for edge in &machine.edges {
+        for edge in machine.edges.iter() {
             first[edge.source as usize + 2] += 1;
         }
         for state in 2..first.len() {
             first[state] += first[state - 1];
         }
         let mut arcs = vec![(0, 0); machine.edges.len()];
-        for edge in &machine.edges {
+        for edge in machine.edges.iter() {
             let next = &mut first[edge.source as usize + 1];
             arcs[*next as usize] = (edge.target, edge.cost.as_nanos());
             *next += 1;
