@@ -5,6 +5,7 @@ mod sarif;
 mod verdict;
 
 use std::io::IsTerminal as _;
+use std::mem::ManuallyDrop;
 use std::path::Path;
 
 use annotate_snippets::{AnnotationKind, Level, Message, Origin, Renderer, Snippet, Title};
@@ -100,12 +101,14 @@ impl Check {
             return Ok(Output::escaped(&diff, u8::from(!diff.is_empty())));
         }
         let written = fixed.as_ref().map(|fixed| fixed.write(&here));
-        let mut db = Database::default();
+        // The process ends after the command, and freeing the database would be a tenth of its time.
+        let mut db = ManuallyDrop::new(Database::default());
         let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
+        let db: &Database = &db;
         let mut findings: Vec<Finding<'_>> = Vec::new();
         let mut suppressed = Vec::new();
         for &workspace in &workspaces {
-            let Findings { shown, suppressed: others } = workspace_findings(&db, workspace);
+            let Findings { shown, suppressed: others } = workspace_findings(db, workspace);
             findings.extend(shown);
             suppressed.extend(others);
         }
@@ -118,14 +121,14 @@ impl Check {
         let count = |severity| findings.iter().filter(|it| it.severity == severity).count();
         let (errors, warnings, hints) =
             (count(Severity::Error), count(Severity::Warning), count(Severity::Hint));
-        let deployed = wcrt::at_shown_level(&db, &workspaces)?;
+        let deployed = wcrt::at_shown_level(db, &workspaces)?;
         let text = match self.format {
-            Format::Sarif => json::text(&sarif::log(&db, &here, &findings, &suppressed))?,
+            Format::Sarif => json::text(&sarif::log(db, &here, &findings, &suppressed))?,
             Format::Json => {
                 let lines = Lines::new(|text| text.chars().count());
                 json::text(&object! {
-                    diagnostics: findings.iter().map(|it| document(&db, &lines, it)).collect::<Vec<_>>(),
-                    [suppressed]: non_empty(suppressed.iter().map(|it| suppressed_document(&db, &lines, it))),
+                    diagnostics: findings.iter().map(|it| document(db, &lines, it)).collect::<Vec<_>>(),
+                    [suppressed]: non_empty(suppressed.iter().map(|it| suppressed_document(db, &lines, it))),
                     errors: errors,
                     warnings: warnings,
                     hints: hints,
@@ -139,7 +142,7 @@ impl Check {
                 let is_folded = hints > MOST_HINTS && !self.hints;
                 let is_shown = |it: &&Finding<'_>| it.severity != Severity::Hint || !is_folded;
                 let shown: Vec<&Finding<'_>> = findings.iter().filter(is_shown).collect();
-                parts.extend(excerpts(&shown, |it| excerpt(&db, &here, it)));
+                parts.extend(excerpts(&shown, |it| excerpt(db, &here, it)));
                 parts.extend(wcrt::shown_tables(&wcrt::tables(&deployed)));
                 let mut found = format!("{}, {}", counted(errors, "error"), counted(warnings, "warning"));
                 if hints > 0 {
@@ -149,7 +152,7 @@ impl Check {
                 if !suppressed.is_empty() {
                     found += &format!(", {} suppressed", suppressed.len());
                 }
-                found += &lowered(&db, &workspaces, &findings, &suppressed);
+                found += &lowered(db, &workspaces, &findings, &suppressed);
                 let pages =
                     if shown.is_empty() { "" } else { "`mauve explain CODE` explains a diagnostic.\n" };
                 parts.push(format!("{found}; {}\n{pages}", deadlines(&deployed, &suppressed)));
