@@ -204,8 +204,7 @@ deployment D { architecture A
   activity other { priority = background } }
 "#;
 
-proptest! {
-    /// An edit ends the formatting of a long text: it is asked about at each token, and may unwind.
+/// An edit ends the formatting of a long text: it is asked about at each token, and may unwind.
 #[test]
 fn formatting_can_be_interrupted_everywhere() {
     let parse = parse(&"codel f( a:int ):int // comment\n".repeat(50));
@@ -218,7 +217,8 @@ fn formatting_can_be_interrupted_everywhere() {
     assert!(calls.get() > tokens);
 }
 
-#[test]
+proptest! {
+    #[test]
     fn any_words(text in soup(80)) {
         check(&text);
     }

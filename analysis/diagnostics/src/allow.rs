@@ -7,6 +7,10 @@
 use std::ops::Range;
 
 use mauve_hir::{File, ModelDb, is_model, line_of};
+use mauve_syntax::TextSize;
+use rustc_hash::FxHashMap;
+
+use crate::{Code, code_named};
 
 /// The codes that no comment suppresses: behind such an error, a whole deployment may be unknown.
 pub(crate) const NEVER_SUPPRESSED: [&str; 3] = ["invalid-table", "syntax-error", "unreadable-file"];
@@ -28,16 +32,43 @@ pub(crate) struct Allow {
     pub(crate) deletion: Range<usize>,
 }
 
+/// The comments of a file that suppress diagnostics.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(crate) struct Allows {
+    /// In the order of the text.
+    pub(crate) all: Vec<Allow>,
+    /// The indices of those that suppress something: the first for each line and code.
+    by_line: FxHashMap<(usize, &'static str), usize>,
+}
+
+impl Allows {
+    /// Returns the index and the reason of the comment that suppresses a diagnostic with this code on the line that contains
+    /// the offset.
+    pub(crate) fn at(
+        &self,
+        db: &dyn ModelDb,
+        file: File,
+        offset: TextSize,
+        code: &Code,
+    ) -> Option<(usize, &str)> {
+        if self.by_line.is_empty() || NEVER_SUPPRESSED.contains(&code.name) {
+            return None;
+        }
+        let index = *self.by_line.get(&(line_of(db, file, offset), code.name))?;
+        Some((index, &self.all.get(index)?.reason))
+    }
+}
+
 /// Returns the comments of a file that suppress diagnostics.
 #[salsa::tracked(returns(ref))]
-pub(crate) fn allows(db: &dyn ModelDb, file: File) -> Box<[Allow]> {
+pub(crate) fn allows(db: &dyn ModelDb, file: File) -> Allows {
     let text = file.text(db);
+    let mut found = Allows::default();
     if !text.contains("allow(") {
-        return Box::default();
+        return found;
     }
     let pieces = if is_model(file.path(db)) { pieces_of_model(text) } else { pieces_of_toml(text) };
     let line = |offset: usize| line_of(db, file, (offset as u32).into());
-    let mut found = Vec::new();
     for (index, piece) in pieces.iter().enumerate() {
         let Some((code_span, reason)) = piece.is_comment.then(|| parse(text, &piece.span)).flatten() else {
             continue;
@@ -47,7 +78,7 @@ pub(crate) fn allows(db: &dyn ModelDb, file: File) -> Box<[Allow]> {
         let own_line = line(piece.span.start);
         let is_alone = before.is_none_or(|before| line(before.span.end) < own_line);
         let next = || pieces.iter().skip(index).find(is_other).map_or(0, |next| line(next.span.start));
-        found.push(Allow {
+        found.all.push(Allow {
             code: text.get(code_span.clone()).unwrap_or_default().to_owned(),
             code_span,
             reason: reason.to_owned(),
@@ -56,7 +87,12 @@ pub(crate) fn allows(db: &dyn ModelDb, file: File) -> Box<[Allow]> {
             span: piece.span.clone(),
         });
     }
-    found.into_boxed_slice()
+    for (index, allow) in found.all.iter().enumerate().filter(|(_, allow)| !allow.reason.is_empty()) {
+        if let Some(code) = code_named(&allow.code) {
+            found.by_line.entry((allow.line, code.name)).or_insert(index);
+        }
+    }
+    found
 }
 
 /// A token, or a line of TOML without its comment; or a comment of one line.

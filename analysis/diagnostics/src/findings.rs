@@ -112,7 +112,7 @@ pub fn file_findings<'db>(db: &'db dyn ModelDb, workspace: Workspace, file: File
     if let Some(severity) = severity(&unused_allow::UNUSED_ALLOW)
         && !models_not_included(db, workspace).contains(&file)
     {
-        let allows = allow::allows(db, file).iter().enumerate();
+        let allows = allow::allows(db, file).all.iter().enumerate();
         let unused = allows.filter(|(index, _)| !used.contains(index));
         let unused = unused.map(|(_, allow)| unused_allow::report(file, allow));
         found.shown.extend(unused.map(|diagnostic| Finding { diagnostic, severity, only_in: None }));
@@ -278,17 +278,7 @@ fn diagnostics_at<'db>(
 /// Returns the index and the reason of the comment that suppresses a diagnostic.
 fn comment_at<'db>(db: &'db dyn ModelDb, diagnostic: &Diagnostic<'db>) -> Option<(usize, &'db str)> {
     let file = diagnostic.at.file(db);
-    let allows = allow::allows(db, file);
-    if allow::NEVER_SUPPRESSED.contains(&diagnostic.code.name) {
-        return None;
-    }
-    let may_suppress = |it: &Allow| code_named(&it.code) == Some(diagnostic.code) && !it.reason.is_empty();
-    if !allows.iter().any(may_suppress) {
-        return None;
-    }
-    let line = line_of(db, file, diagnostic.at.range(db).start());
-    let index = allows.iter().position(|it| may_suppress(it) && it.line == line)?;
-    allows.get(index).map(|it| (index, it.reason.as_str()))
+    allow::allows(db, file).at(db, file, diagnostic.at.range(db).start(), diagnostic.code)
 }
 
 /// Returns the diagnostics of `mauve.toml`.

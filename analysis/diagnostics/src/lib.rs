@@ -3,6 +3,7 @@
 //! The header of such a file is the page of `mauve explain CODE`, and the models in it are tests: exactly the lines that end
 //! with `// error` (or `warning`, `hint`) have that diagnostic.
 
+use std::ffi::{OsStr, OsString};
 use std::path::{Component, Path, PathBuf};
 
 use mauve_timing::Time;
@@ -20,8 +21,6 @@ use mauve_wcrt::{
     Query, TimingFact, WhatIfField, facts_if, missing_time_facts, priority_facts, system_of, table_facts,
     timing_facts,
 };
-
-use allow::Allow;
 
 mod foreign_syntax;
 pub mod reasons;
@@ -459,6 +458,25 @@ pub fn file_diagnostics<'db>(
     found.into_boxed_slice()
 }
 
+/// The files of a workspace, for suggestions at unresolved includes: a search for each of them would be quadratic.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+struct Folders {
+    by_folder: FxHashMap<PathBuf, Vec<PathBuf>>,
+    by_name: FxHashMap<OsString, Vec<PathBuf>>,
+}
+
+#[salsa::tracked(returns(ref))]
+fn folders_of(db: &dyn ModelDb, workspace: Workspace) -> Folders {
+    let mut folders = Folders::default();
+    for path in workspace.files(db).keys() {
+        if let (Some(folder), Some(name)) = (path.parent(), path.file_name()) {
+            folders.by_folder.entry(folder.to_owned()).or_default().push(path.clone());
+            folders.by_name.entry(name.to_owned()).or_default().push(path.clone());
+        }
+    }
+    folders
+}
+
 fn missing_include<'db>(
     db: &'db dyn ModelDb,
     workspace: Workspace,
@@ -469,13 +487,16 @@ fn missing_include<'db>(
     let candidates = include_candidates(db, workspace, file, path);
     let searched: Vec<String> = candidates.iter().map(|path| path.display().to_string()).collect();
     let beside = candidates.first().and_then(|path| path.parent());
-    let here = workspace.files(db).keys().filter(|path| path.parent() == beside && *path != file.path(db));
-    let here: Vec<Name> = here.filter_map(|path| Some(path.file_name()?.to_str()?.into())).collect();
+    let folders = folders_of(db, workspace);
+    let in_folder = |folder: &Path| folders.by_folder.get(folder).into_iter().flatten();
+    let here = beside.into_iter().flat_map(in_folder).filter(|path| *path != file.path(db));
+    let here = here.filter_map(|path| path.file_name()?.to_str());
     let (folder, name) = path.rsplit_once('/').map_or(("", path), |(folder, name)| (folder, name));
-    let near = similar(name, &here);
-    let near = near.map(|near| if folder.is_empty() { near } else { format!("{folder}/{near}").into() });
+    let near = mauve_syntax::similar(name, here);
+    let near =
+        near.map(|near| if folder.is_empty() { near.into() } else { format!("{folder}/{near}").into() });
     let folder = candidates.first().map(PathBuf::as_path).unwrap_or(Path::new(""));
-    let inside = workspace.files(db).keys().filter(|path| is_model(path) && path.parent() == Some(folder));
+    let inside = in_folder(folder).filter(|path| is_model(path));
     let inside: Vec<String> = inside.filter_map(|it| path_from(file.path(db), it)).collect();
     if !inside.is_empty() {
         return unresolved_include::folder(at, path, &inside);
@@ -483,8 +504,8 @@ fn missing_include<'db>(
     let with_extension =
         candidates.iter().any(|it| workspace.files(db).contains_key(&it.with_extension("mal")));
     let moved = || {
-        let same = |it: &&PathBuf| it.file_name().is_some_and(|it| it == name) && *it != file.path(db);
-        let mut same = workspace.files(db).keys().filter(same);
+        let same = folders.by_name.get(OsStr::new(name)).into_iter().flatten();
+        let mut same = same.filter(|it| *it != file.path(db));
         let found = same.next().filter(|_| same.next().is_none())?;
         Some(Name::from(path_from(file.path(db), found)?))
     };

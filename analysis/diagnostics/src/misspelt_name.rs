@@ -180,18 +180,35 @@ fn similar_built_in(name: &str) -> Option<String> {
 /// Returns the library or the message package that `name` is most likely a misspelling of. Packages of different versions,
 /// such as `nav_msgs` and `nav2_msgs`, are different packages.
 pub(super) fn similar_package<'db>(db: &'db dyn ModelDb, project: Project<'db>, name: &str) -> Option<Name> {
-    let digits = |name: &str| name.chars().filter(char::is_ascii_digit).collect::<String>();
-    let same_version = |it: &&Name| digits(it) == digits(name);
-    let known: Vec<&Name> =
-        names_of(db, project).libraries().chain(catalogue().keys()).filter(same_version).collect();
+    let known = known_packages(db, project).get(&digits(name))?;
     // All packages of messages end alike: `arm_msgs` is not a misspelling of `nav_msgs`.
-    let stems: Vec<Name> = known.iter().map(|it| stem(it).into()).collect();
     let own = stem(name);
-    let near = stems.iter().position(|it| it.as_str() == own).or_else(|| {
-        let near = similar(own, &stems)?;
-        stems.iter().position(|it| *it == near)
-    });
-    near.and_then(|index| known.get(index)).map(|near| (*near).clone())
+    known.by_stem.get(own).or_else(|| known.by_stem.get(&similar(own, &known.stems)?)).cloned()
+}
+
+/// The libraries and the message packages of one version.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+struct KnownPackages {
+    stems: Vec<Name>,
+    /// The first package of each stem.
+    by_stem: FxHashMap<Name, Name>,
+}
+
+/// Returns the libraries and the message packages that a project knows, by the digits in their names.
+#[salsa::tracked(returns(ref))]
+fn known_packages<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHashMap<String, KnownPackages> {
+    let mut known: FxHashMap<String, KnownPackages> = FxHashMap::default();
+    for package in names_of(db, project).libraries().chain(catalogue().keys()) {
+        let of_version = known.entry(digits(package)).or_default();
+        let stem = Name::from(stem(package));
+        of_version.stems.push(stem.clone());
+        of_version.by_stem.entry(stem).or_insert_with(|| package.clone());
+    }
+    known
+}
+
+fn digits(package: &str) -> String {
+    package.chars().filter(char::is_ascii_digit).collect()
 }
 
 fn stem(package: &str) -> &str {

@@ -374,9 +374,10 @@ fn resting_places<'db>(
     let mut places = HashSet::from([deployment]);
     let names = names_of(db, project);
     places.extend(names.all.iter().filter(|decl| decl.kind(db) == Kind::Codel));
-    if let Some(architecture) = mauve_hir::deployment(db, deployment)
-        .and_then(|data| data.targets.first())
-        .and_then(|target| names.resolve_type(db, deployment, Kind::Architecture, Some(target)).ok())
+    if let Some(architecture) =
+        mauve_hir::deployment(db, deployment).and_then(|data| data.targets.first()).and_then(|target| {
+            mauve_hir::resolve_type(db, project, deployment, Kind::Architecture, Some(target)).ok()
+        })
     {
         places.extend(&flat_of(db, project, architecture).architectures);
     }

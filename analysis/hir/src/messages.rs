@@ -84,11 +84,12 @@ pub fn used_packages<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHash
     let libraries: FxHashSet<&Name> =
         project_files(db, project).iter().flat_map(|&file| &declarations(db, file).libraries).collect();
     let mut used: FxHashMap<Option<Name>, Vec<Name>> = FxHashMap::default();
+    let mut seen: FxHashSet<(Option<Name>, &Name)> = FxHashSet::default();
     for decl in all().filter(|decl| decl.kind(db) == Kind::Use && !libraries.contains(decl.name(db))) {
         let library = decl.library(db).clone();
         for library in library.is_some().then_some(library).into_iter().chain([None]) {
-            let packages = used.entry(library).or_default();
-            if !decl.name(db).is_empty() && !packages.contains(decl.name(db)) {
+            let packages = used.entry(library.clone()).or_default();
+            if !decl.name(db).is_empty() && seen.insert((library, decl.name(db))) {
                 packages.push(decl.name(db).clone());
             }
         }
