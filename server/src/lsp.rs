@@ -74,6 +74,9 @@ const READ_AHEAD: usize = 1024;
 /// So many jobs run at once; more than there are processors, since one may wait for what another computes.
 const WORKERS: usize = 16;
 
+/// So many answers are made JSON at once, beside the thread that takes the client's messages: some have 100 MB.
+const WRITERS: usize = 2;
+
 /// A client that does not answer a question for so long is not waited for.
 const PATIENCE: Duration = Duration::from_secs(30);
 
@@ -97,7 +100,8 @@ pub(crate) fn run(
     options: Options,
 ) -> Result<u8, String> {
     let failed = |error: std::io::Error| format!("the server cannot start: {error}");
-    let runtime = tokio::runtime::Builder::new_current_thread()
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(WRITERS)
         .enable_time()
         .max_blocking_threads(WORKERS)
         .build()

@@ -3,8 +3,8 @@
 //! tower-lsp's own `Server` is not used. It stops reading at a message that is no JSON, and when four requests wait; it
 //! lives on after `exit` while its input is open; a panic in a handler ends it. Here each message is called and polled
 //! once before the next is looked at, so that a handler that begins by sending its event to the main loop keeps the order
-//! of the client; then it waits in a task of its own, with all others. Notifications about documents do not reach
-//! tower-lsp, see [`Backend::preprocess`].
+//! of the client; then it waits in a task of its own, on another thread, which makes the answer JSON: a long answer delays
+//! no message. Notifications about documents do not reach tower-lsp, see [`Backend::preprocess`].
 
 use std::panic::AssertUnwindSafe;
 use std::sync::Arc;
@@ -115,7 +115,7 @@ pub(crate) async fn serve(
                 let mut answer = Box::pin(answer(&mut service, request));
                 match futures::poll!(&mut answer) {
                     std::task::Poll::Ready(answered) => {
-                        let is_refused = answered.response.as_ref().is_none_or(Response::is_error);
+                        let is_refused = answered.is_refused();
                         // A request before `initialize` is refused, and the session continues.
                         is_shut_down |= is_shutdown && !is_refused;
                         answered.send(&streams, service.inner().trace());
@@ -233,17 +233,30 @@ struct Answered {
     method: String,
     time: Duration,
     /// None for a notification.
-    response: Option<Response>,
+    answer: Option<Answer>,
+}
+
+/// An answer as JSON: that of 300 MB is made beside the thread that takes messages.
+struct Answer {
+    id: Id,
+    error: Option<Error>,
+    message: Option<String>,
 }
 
 impl Answered {
+    fn is_refused(&self) -> bool {
+        self.answer.as_ref().is_none_or(|answer| answer.error.is_some())
+    }
+
     fn send(self, streams: &Streams, trace: &Trace) {
-        let Some(response) = self.response else { return };
-        send(streams, &response);
-        let outcome = response.error().map_or_else(String::new, |error| format!("{error}, "));
+        let Some(Answer { id, error, message }) = self.answer else { return };
+        if let Some(message) = message {
+            put(streams, Outgoing { message, written: None });
+        }
+        let outcome = error.map_or_else(String::new, |error| format!("{error}, "));
         trace.log(
             || format!("{}: {outcome}{}", self.method, milliseconds(self.time)),
-            |generation| format!("request {}, generation {generation}", response.id()),
+            |generation| format!("request {id}, generation {generation}"),
         );
     }
 }
@@ -266,7 +279,12 @@ fn answer(
             Some(Some(error)) => tracing::debug!("{method}: {error} ({time:?})"),
             _ => tracing::debug!("{method} ({time:?})"),
         }
-        Answered { method, time, response }
+        let answer = response.map(|response| Answer {
+            id: response.id().clone(),
+            error: response.error().cloned(),
+            message: json(&response),
+        });
+        Answered { method, time, answer }
     }
 }
 
@@ -282,12 +300,14 @@ fn with_new_capabilities(response: Response) -> Response {
 }
 
 fn send(streams: &Streams, response: &Response) {
-    match serde_json::to_string(response) {
-        Ok(message) => {
-            put(streams, Outgoing { message, written: None });
-        }
-        Err(error) => tracing::error!("an answer that is not JSON: {error}"),
+    if let Some(message) = json(response) {
+        put(streams, Outgoing { message, written: None });
     }
+}
+
+fn json(response: &Response) -> Option<String> {
+    let message = serde_json::to_string(response);
+    message.inspect_err(|error| tracing::error!("an answer that is not JSON: {error}")).ok()
 }
 
 fn put(streams: &Streams, message: Outgoing) {
