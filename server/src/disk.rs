@@ -51,6 +51,11 @@ impl Boundary {
         Boundary { project, folders: around.chain(within).chain(others).collect(), is_open }
     }
 
+    /// Returns the outermost of the folders around the project and `folder`, which is above it as well.
+    pub(crate) fn outermost<'a>(&'a self, folder: &'a Path) -> &'a Path {
+        if folder.starts_with(&self.project) { &self.project } else { folder }
+    }
+
     /// Returns whether a path with links resolved belongs to the project. Hidden files do not: `.git` and `.env` may
     /// contain secrets.
     fn has(&self, real: &Path) -> bool {
@@ -145,7 +150,7 @@ pub(crate) fn text_of(real: &Path) -> (String, Option<String>) {
 
 /// Returns whether a path leads to a virtual file system. Such file systems may be mounted anywhere, so `open` checks
 /// the file as well.
-fn is_made_up(real: &Path) -> bool {
+pub(crate) fn is_made_up(real: &Path) -> bool {
     MADE_UP.iter().any(|folder| real.starts_with(folder)) && !real.starts_with(MEMORY)
 }
 

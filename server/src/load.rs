@@ -4,7 +4,7 @@ mod packages;
 mod walk;
 mod watch_set;
 
-use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -20,6 +20,7 @@ use salsa::{Durability, Setter};
 
 use crate::disk::{Boundary, LONGEST, is_hidden, text_of};
 use packages::Places;
+use walk::Text;
 use walk::Walks;
 pub(crate) use walk::{Left, Walk, Walked};
 use watch_set::WatchSet;
@@ -72,6 +73,10 @@ pub(crate) struct Loader {
     left: u64,
     /// The files that were read from the disk for the present workspaces, with their sizes in bytes.
     read: BTreeMap<PathBuf, (u64, File)>,
+    /// The texts that walks have read, by their canonical paths, as [`text_of`] returns them.
+    texts: HashMap<PathBuf, Text>,
+    /// The files that have changed since the walks began: their texts may be outdated.
+    touched: HashSet<PathBuf>,
 }
 
 /// The models of a folder that were requested.
@@ -212,6 +217,7 @@ impl Loader {
         };
         // A folder or a model within one of these folders belongs to the outermost.
         let folders: Vec<PathBuf> = self.named.iter().filter(|path| path.is_dir()).cloned().collect();
+        self.watch_set.tops.extend(folders.iter().map(|folder| parent(folder).to_owned()));
         for path in paths {
             let absolute = canonical_path(path);
             // A link on the way may lead elsewhere tomorrow.
@@ -267,6 +273,8 @@ impl Loader {
 
     /// Discards the results of all walks, since the disk may have changed. Returns the walks that must be repeated.
     pub(crate) fn reset_walks(&mut self) -> Vec<Walk> {
+        self.forget_texts();
+        self.touched.clear();
         self.walks.reset()
     }
 
@@ -276,8 +284,20 @@ impl Loader {
     }
 
     /// Takes the result of a walk.
-    pub(crate) fn learn(&mut self, walk: Walk, walked: Walked) {
+    pub(crate) fn learn(&mut self, walk: Walk, mut walked: Walked) {
+        let texts = std::mem::take(&mut walked.texts).into_iter();
+        self.texts.extend(texts.filter(|(path, _)| !self.touched.contains(path)));
         self.walks.learn(walk, walked);
+    }
+
+    /// Drops the texts that walks have read, after the last load that needs them.
+    pub(crate) fn forget_texts(&mut self) {
+        self.texts = HashMap::new();
+    }
+
+    /// Returns whether a file belongs to the workspaces.
+    pub(crate) fn has(&self, path: &Path) -> bool {
+        self.current.contains(path)
     }
 
     /// Returns the files and folders whose changes may change the workspaces.
@@ -289,7 +309,7 @@ impl Loader {
     /// link, and its text does not determine which files they have. Otherwise the workspaces must be loaded again.
     pub(crate) fn refreshed(&mut self, db: &mut Database, path: &Path) -> Option<bool> {
         let is_there = std::fs::symlink_metadata(path).is_ok_and(|data| data.is_file());
-        if !is_there || !self.current.contains(path) || self.absent.contains(path) || self.is_config(path) {
+        if !is_there || !self.has(path) || self.absent.contains(path) || self.is_config(path) {
             return None;
         }
         let is_changed = self.changed(db, path);
@@ -413,6 +433,8 @@ impl Loader {
     /// changed.
     pub(crate) fn changed(&mut self, db: &mut Database, path: &Path) -> bool {
         let canonical = canonical_path(path);
+        self.texts.remove(&canonical);
+        self.touched.insert(canonical.clone());
         if self.edited.contains(&canonical) {
             return false;
         }
@@ -473,15 +495,25 @@ impl Loader {
 
     /// Returns the result of a walk, and watches its folders; `None` while the walk is required.
     fn walked(&mut self, walk: Walk) -> Option<Walked> {
-        let walked = self.walks.walked(walk)?;
-        self.watch_set.folders.extend(walked.folders.iter().cloned());
-        Some(Walked::clone(&walked))
+        let walked = self.walks.walked(walk.clone())?;
+        let folders = walked.folders.iter().cloned();
+        match walk {
+            Walk::Models { folder, .. } => {
+                self.watch_set.folders.insert(folder);
+                self.watch_set.below.extend(folders);
+            }
+            Walk::Tables { .. } => self.watch_set.folders.extend(folders),
+        }
+        let Walked { files, configs, problems, .. } = &*walked;
+        let (files, configs, problems) = (files.clone(), configs.clone(), problems.clone());
+        Some(Walked { files, configs, problems, ..Walked::default() })
     }
 
     /// Reads the workspace of `folder`: its models, its configuration, the tables that this names, and the files that the
     /// models include from other folders. Returns `None` while a walk is required.
     fn read(&mut self, db: &mut Database, folder: &Path, requested: &Requested) -> Option<Workspace> {
         self.boundary = Boundary::new(folder, &self.named, model_path(), self.allows_outside);
+        self.watch_set.tops.insert(self.boundary.outermost(folder.parent().unwrap_or(folder)).to_owned());
         self.home(folder, &[]);
         for above in folder.ancestors() {
             self.watch_set.add(&above.join(".gitignore"));
@@ -557,10 +589,12 @@ impl Loader {
         if files.contains_key(path) {
             return;
         }
-        let canonical = canonical_path(path);
-        self.watch_set
-            .folders
-            .extend([path, &canonical].map(|path| path.parent().unwrap_or(path).to_owned()));
+        let is_walked = self.texts.contains_key(path);
+        let canonical = if is_walked { path.to_owned() } else { canonical_path(path) };
+        if !is_walked {
+            let folders = [path, &canonical].map(|path| path.parent().unwrap_or(path).to_owned());
+            self.watch_set.folders.extend(folders);
+        }
         if path != canonical {
             self.watch_set.add(path);
         }
@@ -575,7 +609,7 @@ impl Loader {
                 }
                 file
             }
-            _ => match self.boundary.refusal(&canonical).filter(|_| canonical.exists()) {
+            _ => match self.boundary.refusal(&canonical).filter(|_| is_walked || canonical.exists()) {
                 // Such a file has no text, and is known by the path that leads to it.
                 Some(why) => {
                     let problem = Some(Problem::Cut(why));
@@ -602,7 +636,8 @@ impl Loader {
         if let Some(&(_, file)) = self.read.get(&canonical) {
             return file;
         }
-        let (mut text, mut problem) = text_of(&canonical);
+        let walked = self.texts.get(&canonical).cloned();
+        let (mut text, mut problem) = walked.unwrap_or_else(|| text_of(&canonical));
         match self.left.checked_sub(text.len() as u64) {
             Some(left) => self.left = left,
             None => {
@@ -871,5 +906,40 @@ mod tests {
         ] {
             assert!(!is_of_another_language(text), "{text}");
         }
+    }
+
+    #[test]
+    fn a_text_that_changes_after_it_was_read_ahead_is_read_again() {
+        let top = mauve_tests::own_scratch("read-ahead").canonicalize().unwrap();
+        for name in ["a", "b"] {
+            std::fs::write(top.join(name).with_extension("mal"), "codel old(): int\n").unwrap();
+        }
+        let (mut db, mut loader) = (Database::default(), Loader::deferred(false));
+        let walked = |walk: &Walk| {
+            let mut left = Left::default();
+            let mut walked = walk.run(&mut left, &|| false);
+            walked.read_ahead(&mut left, &|| false);
+            walked
+        };
+        let texts = |loader: &Loader, db: &Database| {
+            ["a.mal", "b.mal"].map(|name| loader.files[&top.join(name)].text(db).to_string())
+        };
+        while let Err(walks) = loader.load(&mut db, std::slice::from_ref(&top)) {
+            walks.into_iter().for_each(|walk| loader.learn(walk.clone(), walked(&walk)));
+        }
+        let old = "codel old(): int\n".to_owned();
+        assert_eq!(texts(&loader, &db), [old.clone(), old.clone()]);
+        let new = "codel new(): int\n".to_owned();
+        for walk in loader.reset_walks() {
+            let walked = walked(&walk);
+            std::fs::write(top.join("a.mal"), &new).unwrap();
+            assert_eq!(loader.refreshed(&mut db, &top.join("a.mal")), Some(true));
+            // The server was not told of this change yet.
+            std::fs::write(top.join("b.mal"), &new).unwrap();
+            loader.learn(walk, walked);
+        }
+        assert!(loader.load(&mut db, std::slice::from_ref(&top)).is_ok());
+        assert_eq!(texts(&loader, &db), [new, old]);
+        std::fs::remove_dir_all(&top).unwrap();
     }
 }

@@ -59,6 +59,11 @@ impl Places {
         once(folders.filter(|folder| folder.is_dir()).collect())
     }
 
+    /// Searches the sources: later, nothing waits for that.
+    pub(super) fn search(&self) {
+        self.sources.iter().for_each(|source| _ = self.in_source(source, ""));
+    }
+
     /// Returns a package if it is installed.
     pub(super) fn read(&self, package: &str) -> Option<Package> {
         let folders = self.folders(package);

@@ -12,12 +12,14 @@ use ignore::{DirEntry, Match, WalkBuilder};
 use mauve_hir::{CONFIG_FILE, is_model};
 use mauve_wcrt::table_pattern;
 
-use crate::disk::{Boundary, is_hidden, read};
+use super::LONGEST_TOGETHER;
+use super::packages::Places;
+use crate::disk::{Boundary, is_hidden, is_made_up, read, text_of};
 
 const MADE_BY_TOOLS: [&str; 4] = ["build", "devel", "install", "log"];
 
 /// The maximum numbers of files and folders that are searched for models, and for all tables.
-const MOST_FOR_MODELS: usize = 500_000;
+const MOST_FOR_MODELS: usize = 200_000;
 const MOST_FOR_TABLES: usize = 20_000;
 
 /// The maximal depth of folders of models.
@@ -27,17 +29,23 @@ const DEEPEST: usize = 100;
 const LONGEST_IGNORE: u64 = 1 << 16;
 const MOST_IGNORED: u64 = 1 << 20;
 
-/// The remaining numbers of files and folders that may be searched.
+/// The remaining numbers of files and folders that may be searched, and of bytes that may be read ahead.
 #[derive(Debug)]
 pub(crate) struct Left {
     models: usize,
     tables: usize,
     ignored: u64,
+    bytes: u64,
 }
 
 impl Default for Left {
     fn default() -> Left {
-        Left { models: MOST_FOR_MODELS, tables: MOST_FOR_TABLES, ignored: MOST_IGNORED }
+        Left {
+            models: MOST_FOR_MODELS,
+            tables: MOST_FOR_TABLES,
+            ignored: MOST_IGNORED,
+            bytes: LONGEST_TOGETHER,
+        }
     }
 }
 
@@ -74,6 +82,29 @@ pub(crate) struct Walked {
     pub(super) configs: Vec<PathBuf>,
     /// The folders that were not searched, and why.
     pub(super) problems: Vec<(PathBuf, String)>,
+    /// The regular files among the models and configurations, canonical.
+    pub(super) regular: Vec<PathBuf>,
+    /// The texts of these files, where they were read ahead.
+    pub(super) texts: Vec<(PathBuf, Text)>,
+}
+
+/// The text of a file, and the reason if it is incomplete.
+pub(super) type Text = (String, Option<String>);
+
+impl Walked {
+    /// Reads the models and configurations that a server will need, as long as `left` allows it.
+    pub(crate) fn read_ahead(&mut self, left: &mut Left, is_cancelled: &dyn Fn() -> bool) {
+        Places::of_environment().search();
+        for path in std::mem::take(&mut self.regular) {
+            if is_cancelled() {
+                return;
+            }
+            let text = text_of(&path);
+            let Some(bytes) = left.bytes.checked_sub(text.0.len() as u64) else { return };
+            left.bytes = bytes;
+            self.texts.push((path, text));
+        }
+    }
 }
 
 /// The results of walks.
@@ -137,7 +168,11 @@ impl Walk {
         match self {
             Walk::Models { folder, depth, is_own } => {
                 let (found, (everywhere, _)) = (Walked::default(), Gitignore::global());
-                Models { found, left, is_cancelled, everywhere, is_own: *is_own }.walk(folder, *depth)
+                let (is_own, device) = (*is_own, device_of(folder));
+                let (elsewhere, is_cut) = (Vec::new(), false);
+                let models =
+                    Models { found, left, is_cancelled, everywhere, is_own, device, elsewhere, is_cut };
+                models.walk(folder, *depth)
             }
             Walk::Tables { from, depth, folder, pattern, boundary } => {
                 tables(from, *depth, folder, pattern, boundary, left, is_cancelled)
@@ -189,6 +224,11 @@ struct Models<'a> {
     everywhere: Gitignore,
     /// Whether the files of a nested configuration are excluded.
     is_own: bool,
+    /// The file system of the first folder, and the folders on others.
+    device: Option<u64>,
+    elsewhere: Vec<PathBuf>,
+    /// Whether there were too many files and folders.
+    is_cut: bool,
 }
 
 impl Models<'_> {
@@ -205,6 +245,22 @@ impl Models<'_> {
             })));
         }
         self.folder(folder, depth.unwrap_or(DEEPEST), depth.is_none(), 0, rules);
+        let mut left_out = Vec::new();
+        if self.is_cut {
+            left_out.push(format!(
+                "there are more than {MOST_FOR_MODELS} files and folders: open a smaller folder"
+            ));
+        }
+        if let [first, rest @ ..] = self.elsewhere.as_slice() {
+            let more = if rest.is_empty() { String::new() } else { format!(" and {} more", rest.len()) };
+            left_out.push(format!(
+                "folders on other file systems are not searched, `{}`{more}: open them as well",
+                first.display()
+            ));
+        }
+        if !left_out.is_empty() {
+            self.found.problems.push((folder.to_owned(), left_out.join("; ")));
+        }
         self.found
     }
 
@@ -232,13 +288,14 @@ impl Models<'_> {
             if (self.is_cancelled)() {
                 return;
             }
+            // The walk reports this at its end.
             let Some(left) = self.left.models.checked_sub(1) else {
-                let why =
-                    format!("there are more than {MOST_FOR_MODELS} files and folders: open a smaller folder");
-                return self.found.problems.push(problem(why));
+                self.is_cut = true;
+                return;
             };
             self.left.models = left;
             let (path, name) = (entry.path(), entry.file_name());
+            let is_regular = entry.file_type().is_ok_and(|kind| kind.is_file());
             let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
             let is_hidden = is_hidden(Path::new(&name));
             if is_hidden
@@ -247,11 +304,15 @@ impl Models<'_> {
             {
                 continue;
             }
+            if is_regular && (name == CONFIG_FILE || is_model(&path)) {
+                self.found.regular.push(path.clone());
+            }
             if name == CONFIG_FILE {
                 self.found.configs.push(path);
             } else if is_folder {
                 match deeper.checked_sub(1) {
-                    _ if MADE_BY_TOOLS.iter().any(|made| name == *made) => {}
+                    _ if MADE_BY_TOOLS.iter().any(|made| name == *made) || is_made_up(&path) => {}
+                    _ if is_all && device_of(&path) != self.device => self.elsewhere.push(path),
                     Some(deeper) if deeper > 0 => {
                         self.folder(&path, deeper, is_all, depth + 1, Some(Rc::clone(&rules)));
                     }
@@ -298,6 +359,18 @@ impl Models<'_> {
         let is_repository = folder.join(".git").symlink_metadata().is_ok();
         Ok(Rules { own, is_repository, above })
     }
+}
+
+/// Returns the number of the file system of a folder, where the system has one.
+#[cfg(unix)]
+fn device_of(folder: &Path) -> Option<u64> {
+    use std::os::unix::fs::MetadataExt as _;
+    folder.symlink_metadata().ok().map(|data| data.dev())
+}
+
+#[cfg(not(unix))]
+fn device_of(_: &Path) -> Option<u64> {
+    None
 }
 
 fn tables(
@@ -385,5 +458,51 @@ fn path_of(error: &ignore::Error) -> Option<&Path> {
         ignore::Error::WithPath { path, .. } => Some(path),
         ignore::Error::WithDepth { err, .. } | ignore::Error::WithLineNumber { err, .. } => path_of(err),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scratch(name: &str, folders: &[&str]) -> PathBuf {
+        let top = mauve_tests::own_scratch(&format!("walk-{name}"));
+        for folder in folders {
+            std::fs::create_dir_all(top.join(folder)).unwrap();
+            std::fs::write(top.join(folder).join("a.mal"), "codel f(): int\n").unwrap();
+        }
+        top
+    }
+
+    fn walked(folder: &Path, left: &mut Left, device: Option<u64>) -> Walked {
+        let (found, everywhere) = (Walked::default(), Gitignore::empty());
+        let (is_cancelled, is_own, elsewhere, is_cut) = (&|| false, false, Vec::new(), false);
+        Models { found, left, is_cancelled, everywhere, is_own, device, elsewhere, is_cut }.walk(folder, None)
+    }
+
+    #[test]
+    fn a_walk_stays_on_its_file_system_and_says_so_once() {
+        let top = scratch("device", &["", "one", "two", "two/three"]);
+        let all = walked(&top, &mut Left::default(), device_of(&top));
+        assert_eq!((all.files.len(), all.problems.len()), (4, 0));
+        let some = walked(&top, &mut Left::default(), Some(u64::MAX));
+        assert_eq!(some.files, [top.join("a.mal")]);
+        let one = top.join("one");
+        let why = format!(
+            "folders on other file systems are not searched, `{}` and 1 more: open them as well",
+            one.display()
+        );
+        assert_eq!(some.problems, [(top.clone(), why)]);
+        std::fs::remove_dir_all(top).unwrap();
+    }
+
+    #[test]
+    fn a_walk_that_ends_early_says_so_once() {
+        let top = scratch("bound", &["", "one", "one/two", "one/two/three"]);
+        let mut left = Left { models: 6, ..Left::default() };
+        let some = walked(&top, &mut left, device_of(&top));
+        let why = "there are more than 200000 files and folders: open a smaller folder".to_owned();
+        assert_eq!((some.files.len(), some.problems), (3, vec![(top.clone(), why)]));
+        std::fs::remove_dir_all(top).unwrap();
     }
 }

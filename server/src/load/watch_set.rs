@@ -15,21 +15,30 @@ const MOST_LINKS: usize = 16;
 pub(crate) struct WatchSet {
     /// Folders whose entries matter, canonical once they are watched.
     pub(super) folders: BTreeSet<PathBuf>,
+    /// Further such folders, which a walk from one of them has found: they are canonical.
+    pub(super) below: BTreeSet<PathBuf>,
+    /// The outermost folders that belong to the projects: of their own ancestors, none is watched.
+    pub(super) tops: BTreeSet<PathBuf>,
     /// Folders whose messages matter, canonical once they are watched.
     pub(super) message_folders: BTreeSet<PathBuf>,
     /// The patterns of the timing tables in these folders.
     pub(super) patterns: Vec<GlobMatcher>,
     /// Single paths that matter: what was looked up in other folders, and the links on the way there.
     paths: BTreeSet<PathBuf>,
+    /// Those of them that are links.
+    links: BTreeSet<PathBuf>,
 }
 
 impl WatchSet {
     /// Adds the paths of another set.
     pub(super) fn extend(&mut self, other: WatchSet) {
         self.folders.extend(other.folders);
+        self.below.extend(other.below);
+        self.tops.extend(other.tops);
         self.message_folders.extend(other.message_folders);
         self.patterns.extend(other.patterns);
         self.paths.extend(other.paths);
+        self.links.extend(other.links);
     }
 
     /// Adds `path` and every link on the way to it; its first missing folder if there is one.
@@ -55,6 +64,7 @@ impl WatchSet {
             self.paths.insert(here.clone());
             links += 1;
             let Some(target) = target.filter(|_| links <= MOST_LINKS) else { return };
+            self.links.insert(here.clone());
             here.pop();
             for part in target.components().rev() {
                 rest.push_front(part.as_os_str().into());
@@ -63,23 +73,41 @@ impl WatchSet {
     }
 
     /// Returns the folders to watch, canonical.
+    ///
+    /// Each folder and link on the way to them may be replaced, which the folder around it tells. Folders outside the projects
+    /// are watched only where a link is in them or something was looked up: every program writes in `/tmp`.
     pub(crate) fn folders_to_watch(&mut self) -> BTreeSet<PathBuf> {
-        // Each folder and link on the way may be replaced.
         let folders = std::mem::take(&mut self.folders);
-        let on_the_way: BTreeSet<&Path> = folders.iter().flat_map(|folder| folder.ancestors()).collect();
+        let tops = std::mem::take(&mut self.tops);
+        let is_within = |path: &Path| tops.iter().any(|top| path.starts_with(top));
+        let is_near = |folder: &&Path| folder.parent().is_some_and(is_within);
+        let on_the_way: BTreeSet<&Path> = folders
+            .iter()
+            .flat_map(|folder| std::iter::once(folder.as_path()).chain(folder.ancestors().filter(is_near)))
+            .collect();
         on_the_way.into_iter().for_each(|folder| self.add(folder));
         let canonical = |folders: &BTreeSet<PathBuf>| {
             folders.iter().filter_map(|folder| folder.canonicalize().ok()).collect::<BTreeSet<PathBuf>>()
         };
         self.folders = canonical(&folders);
         self.message_folders = canonical(&self.message_folders);
-        let parents = self.paths.iter().filter_map(|path| path.parent()).map(Path::to_owned);
-        self.folders.iter().chain(&self.message_folders).cloned().chain(parents).collect()
+        let elsewhere = self.folders.iter().filter(|folder| !is_within(folder));
+        let around: BTreeSet<&Path> = elsewhere.filter_map(|folder| folder.parent()).collect();
+        let outermost = around.iter().copied().chain(tops.iter().map(PathBuf::as_path));
+        let far: BTreeSet<&Path> = outermost.flat_map(|folder| folder.ancestors().skip(1)).collect();
+        let is_far = |folder: &Path| far.contains(folder) && !around.contains(folder) && !is_within(folder);
+        let parents = self.paths.iter().filter_map(|path| Some((path, path.parent()?)));
+        let parents = parents.filter(|(path, parent)| self.links.contains(*path) || !is_far(parent));
+        let parents = parents.map(|(_, parent)| parent.to_owned());
+        let folders = self.folders.iter().chain(&self.below).chain(&self.message_folders);
+        let folders = folders.cloned().chain(parents).collect();
+        self.tops = tops;
+        folders
     }
 
     /// Returns whether a change of `path`, which is in a watched folder, may change a workspace.
     pub(crate) fn has(&self, path: &Path) -> bool {
-        if self.paths.contains(path) {
+        if self.paths.contains(path) || self.below.contains(path) {
             return true;
         }
         let is_in = |folders: &BTreeSet<PathBuf>| path.parent().is_some_and(|it| folders.contains(it));
@@ -91,7 +119,46 @@ impl WatchSet {
         let is_file = std::fs::symlink_metadata(path).is_ok_and(|data| data.is_file());
         let is_ignoring = path.file_name().is_some_and(|name| name == ".gitignore" || name == ".ignore");
         let is_table = || self.patterns.iter().any(|pattern| pattern.is_match(path));
-        is_in(&self.folders)
+        (is_in(&self.folders) || is_in(&self.below))
             && (!is_file || is_model(path) || has_extension("toml") || is_ignoring || is_table())
+    }
+}
+
+#[cfg(test)]
+#[cfg(unix)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_folders_around_a_project_are_watched_and_those_around_them_are_not() {
+        let top = mauve_tests::own_scratch("watch-set").canonicalize().unwrap();
+        for folder in ["far/home/robot/sub", "far/other/models", "far/target"] {
+            std::fs::create_dir_all(top.join(folder)).unwrap();
+        }
+        std::os::unix::fs::symlink(top.join("far/target"), top.join("link")).unwrap();
+        let robot = top.join("far/home/robot");
+        let mut set = WatchSet::default();
+        set.tops.insert(top.join("far/home"));
+        set.folders.extend([robot.clone(), top.join("far/other/models"), top.join("link")]);
+        set.below.extend([robot.clone(), robot.join("sub")]);
+        robot.ancestors().for_each(|above| set.add(&above.join("mauve.toml")));
+        let watched = set.folders_to_watch();
+        for (folder, is_watched) in [
+            ("far/home/robot/sub", true),
+            ("far/home/robot", true),
+            ("far/home", true),
+            ("far/other/models", true),
+            ("far/other", true),
+            ("far/target", true),
+            // It is around a folder.
+            ("far", true),
+            // A link is in it.
+            ("", true),
+        ] {
+            assert_eq!(watched.contains(&top.join(folder)), is_watched, "{folder}");
+        }
+        assert!(top.ancestors().skip(1).all(|above| !watched.contains(above)), "{watched:?}");
+        assert!(set.has(&robot) && set.has(&robot.join("sub")) && set.has(&robot.join("sub/new.mal")));
+        std::fs::remove_dir_all(top).unwrap();
     }
 }

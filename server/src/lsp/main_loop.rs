@@ -9,7 +9,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, mpsc};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use mauve_hir::{CONFIG_FILE, Database, File, Problem, Workspace, is_model};
 use mauve_timing::Level;
@@ -37,6 +37,12 @@ use super::trace::{Trace, milliseconds};
 use super::watcher::Watcher;
 use crate::load::{Left, Loaded, Loader, Walk, Walked, canonical_path};
 
+/// The maximum number of changed files that are read on this thread.
+const MOST_REFRESHED: usize = 20;
+
+/// How long a walk may take before requests are answered without its result.
+const LONG_WALK: Duration = Duration::from_secs(1);
+
 /// A message to the main loop.
 pub(crate) enum Event {
     Initialize {
@@ -57,6 +63,8 @@ pub(crate) enum Event {
     Closed(Url),
     /// A walk through folders has ended, without a result if it panicked. The flag tells it from others.
     Walked(Arc<AtomicBool>, Option<Vec<(Walk, Walked)>>),
+    /// The walk with this flag takes long, if it has not ended.
+    LongWalk(Arc<AtomicBool>),
     /// These files were created, removed or changed, and perhaps others whose events were `missed`.
     Disk {
         paths: BTreeSet<PathBuf>,
@@ -328,13 +336,14 @@ impl MainLoop {
             Event::Configured(settings, problems) => self.configured(settings, problems),
             Event::Job(job) => {
                 self.apply_changes();
-                match self.staleness.is_walking() {
+                match self.staleness.is_awaited() {
                     true => self.waiting.push(job),
                     false => self.start(job),
                 }
             }
             Event::Walked(flag, walked) => self.walked(&flag, walked),
             Event::Reload => self.reload(),
+            Event::LongWalk(flag) => self.staleness.lengthen_walk(&flag),
             Event::Stop => self.stop(),
             #[cfg(debug_assertions)]
             #[allow(clippy::panic, reason = "that is what it is for")]
@@ -419,9 +428,14 @@ impl MainLoop {
             self.watcher.forget_all();
             self.staleness.outdate_workspaces();
         }
+        // Many files are read by a walk, on its thread.
+        let are_many = paths.len() > MOST_REFRESHED;
         for path in paths {
-            if self.watcher.forget(path) {
+            if self.watcher.forget(path) || are_many && self.loader.has(path) {
                 self.staleness.outdate_workspaces();
+            }
+            if are_many && self.staleness.is_outdated() {
+                continue;
             }
             match self.loader.refreshed(&mut self.db, path) {
                 Some(true) => self.staleness.bump_generation(),
@@ -497,6 +511,11 @@ impl MainLoop {
     /// Walks through folders on a separate thread: their number and the speed of the disk are unknown.
     fn walk(&mut self, walks: Vec<Walk>) {
         let cancelled = self.staleness.begin_walk();
+        let (flag, late) = (Arc::clone(&cancelled), self.sender.clone());
+        self.workers.spawn(async move {
+            tokio::time::sleep(LONG_WALK).await;
+            let _ = late.send(Event::LongWalk(flag));
+        });
         let sender = self.sender.clone();
         let walk = move || {
             let is_cancelled = || cancelled.load(Ordering::Relaxed);
@@ -505,7 +524,8 @@ impl MainLoop {
             let run = || {
                 let mut left = Left::default();
                 let walked = walks.into_iter().map(|walk| {
-                    let walked = walk.run(&mut left, &is_cancelled);
+                    let mut walked = walk.run(&mut left, &is_cancelled);
+                    walked.read_ahead(&mut left, &is_cancelled);
                     (walk, walked)
                 });
                 walked.collect()
@@ -539,7 +559,7 @@ impl MainLoop {
     }
 
     fn start_waiting(&mut self) {
-        if !self.staleness.is_walking() {
+        if !self.staleness.is_awaited() {
             std::mem::take(&mut self.waiting).into_iter().for_each(|job| self.start(job));
         }
     }
@@ -644,6 +664,7 @@ impl MainLoop {
                 Err(wanted) => return Ok(wanted),
             };
         }
+        self.loader.forget_texts();
         let Loaded { mut workspaces, problems } = loaded;
         problems.iter().for_each(|problem| tracing::info!("{problem}"));
         workspaces.extend(alone.iter().map(|&file| self.loader.alone(&mut self.db, file)));
@@ -677,6 +698,7 @@ impl MainLoop {
             tokens: Arc::clone(&self.tokens),
             running: Arc::clone(&self.running),
             is_settled: self.staleness.is_settled(),
+            is_searching: self.staleness.is_walking(),
             outbox: self.publisher.outbox(),
         }
     }
@@ -821,7 +843,7 @@ fn newest_of_several<'a>(
 fn hold(is_cancelled: &dyn Fn() -> bool) {
     let Some(path) = std::env::var_os("MAUVE_DEBUG_HOLD") else { return };
     while std::fs::exists(&path).unwrap_or(false) && !is_cancelled() {
-        std::thread::sleep(std::time::Duration::from_millis(1));
+        std::thread::sleep(Duration::from_millis(1));
     }
 }
 

@@ -61,6 +61,8 @@ pub(crate) struct Snapshot {
     pub(crate) running: Arc<AtomicUsize>,
     /// Whether the main loop only waits for events.
     pub(crate) is_settled: bool,
+    /// Whether a walk through the folders has not ended: files may be missing.
+    pub(crate) is_searching: bool,
     /// The messages to send to the client.
     pub(crate) outbox: Arc<Outbox>,
 }
@@ -138,7 +140,11 @@ impl Snapshot {
         if self.is_stopped {
             return Err(Error::request_cancelled());
         }
-        if !self.is_complete && self.is_outdated() { Err(Error::content_modified()) } else { Ok(()) }
+        if self.is_searching || !self.is_complete && self.is_outdated() {
+            Err(Error::content_modified())
+        } else {
+            Ok(())
+        }
     }
 
     /// Returns whether an included file exists and has not been read.

@@ -29,7 +29,7 @@ enum Load {
     /// Files or folders were created, removed or changed: the workspaces must be loaded again.
     Outdated,
     /// A thread walks through folders, and the workspaces are loaded when it ends.
-    Walking { cancelled: Arc<AtomicBool>, is_outdated: bool },
+    Walking { cancelled: Arc<AtomicBool>, is_outdated: bool, is_long: bool },
     /// The user stopped the walk. It is repeated after the next change.
     Stopped,
     /// Loading panicked. It is tried again after the next change.
@@ -167,14 +167,29 @@ impl Staleness {
     /// Begins a walk through folders. The thread that walks stops when the returned flag is set.
     pub(super) fn begin_walk(&mut self) -> Arc<AtomicBool> {
         let cancelled = Arc::new(AtomicBool::new(false));
-        self.load = Load::Walking { cancelled: Arc::clone(&cancelled), is_outdated: self.is_outdated() };
+        let is_outdated = self.is_outdated();
+        self.load = Load::Walking { cancelled: Arc::clone(&cancelled), is_outdated, is_long: false };
         cancelled
+    }
+
+    /// Notes that the walk that has this flag takes long: nothing waits for its result any more.
+    pub(super) fn lengthen_walk(&mut self, flag: &Arc<AtomicBool>) {
+        if let Load::Walking { cancelled, is_long, .. } = &mut self.load
+            && Arc::ptr_eq(cancelled, flag)
+        {
+            *is_long = true;
+        }
+    }
+
+    /// Whether requests wait for the result of a walk.
+    pub(super) fn is_awaited(&self) -> bool {
+        matches!(self.load, Load::Walking { is_long: false, .. })
     }
 
     /// Ends the walk that has this flag, in a new generation. Returns false for a walk that was cancelled.
     pub(super) fn end_walk(&mut self, flag: &Arc<AtomicBool>) -> bool {
         match &self.load {
-            Load::Walking { cancelled, is_outdated } if Arc::ptr_eq(cancelled, flag) => {
+            Load::Walking { cancelled, is_outdated, .. } if Arc::ptr_eq(cancelled, flag) => {
                 self.load = if *is_outdated { Load::Outdated } else { Load::Loaded };
                 self.bump_generation();
                 true
@@ -315,6 +330,11 @@ mod tests {
         let flag = staleness.begin_walk();
         staleness.outdate_workspaces();
         assert!(staleness.is_walking() && staleness.is_outdated() && !staleness.begin_load());
+        assert!(staleness.is_awaited());
+        staleness.lengthen_walk(&Arc::default());
+        assert!(staleness.is_awaited(), "that was another walk");
+        staleness.lengthen_walk(&flag);
+        assert!(staleness.is_walking() && !staleness.is_awaited());
         assert!(staleness.end_walk(&flag) && staleness.begin_load() && !staleness.begin_load());
     }
 

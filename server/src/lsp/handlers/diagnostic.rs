@@ -89,6 +89,9 @@ pub(crate) fn workspace_diagnostic(
 /// Returns the diagnostics. If the analysis panics, returns a diagnostic about that instead, which replaces outdated
 /// ones.
 fn known(snapshot: &Snapshot, look: impl Fn(&Snapshot) -> Found) -> Result<Found> {
+    if snapshot.is_searching {
+        return Err(cancelled("the folders are being searched", false));
+    }
     if !snapshot.is_stopped {
         snapshot.complete()?;
     }
@@ -117,12 +120,17 @@ fn full_or_unchanged(
 /// Returns the error for a request that an edit has cancelled, after which the client repeats it. After other errors,
 /// it may show no diagnostics.
 pub(crate) fn ask_again(error: Error) -> Error {
-    if error != Error::content_modified() {
-        return error;
+    match error == Error::content_modified() {
+        true => cancelled("the text has changed in the meantime", true),
+        false => error,
     }
+}
+
+/// Returns the error for a request that the client is to repeat at once, or after the next refresh.
+fn cancelled(why: &'static str, is_repeated: bool) -> Error {
     Error {
         code: tower_lsp::lsp_types::error_codes::SERVER_CANCELLED.into(),
-        message: "the text has changed in the meantime".into(),
-        data: Some(serde_json::json!({ "retriggerRequest": true })),
+        message: why.into(),
+        data: Some(serde_json::json!({ "retriggerRequest": is_repeated })),
     }
 }
