@@ -224,8 +224,9 @@ mod tests {
     }
 
     fn line_with_lone_return(text: &str) -> Option<usize> {
-        let at =
-            (0..text.len()).find(|&at| text[at..].starts_with('\r') && !text[at..].starts_with("\r\n"))?;
+        let bytes = text.as_bytes();
+        let at = (0..bytes.len())
+            .find(|&at| bytes[at..].starts_with(b"\r") && !bytes[at..].starts_with(b"\r\n"))?;
         Some(text[..at].matches('\n').count() + 1)
     }
 
