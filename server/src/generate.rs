@@ -6,14 +6,14 @@
 mod problem;
 mod write;
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, ErrorKind};
 use std::path::{Component, Path, PathBuf};
 
 use mauve_hir::{CONFIG_FILE, Database, Decl, Project, Workspace, config_of, normalised};
-use mauve_orocos::{MANIFEST, Package, Plan, Problem, packages, plan, problems};
+use mauve_orocos::{GeneratedFile, MANIFEST, Package, Plan, Problem, packages, plan, problems};
 
 use crate::disk::{LONGEST, bytes_of, is_hidden};
 use crate::folder::{Folder, Folders, Kind};
@@ -307,9 +307,12 @@ type Made<'db> = Vec<(Project<'db>, Vec<Package>)>;
 /// Merges the packages of several projects that go to one folder, each once.
 fn merged<'db>(db: &'db Database, made: Made<'db>) -> Result<Vec<Package>, String> {
     let mut all: Vec<(Project<'db>, Package)> = Vec::new();
+    let mut numbers: HashMap<String, usize> = HashMap::new();
     for (project, packages) in made {
         for package in packages {
-            let Some((other, known)) = all.iter().find(|(_, known)| known.name == package.name) else {
+            let number = numbers.get(&package.name);
+            let Some((other, known)) = number.and_then(|&number| all.get(number)) else {
+                numbers.insert(package.name.clone(), all.len());
                 all.push((project, package));
                 continue;
             };
@@ -330,7 +333,11 @@ fn merged<'db>(db: &'db Database, made: Made<'db>) -> Result<Vec<Package>, Strin
 }
 
 fn difference<'a>(a: &'a Package, b: &'a Package) -> Option<&'a str> {
-    let only = |a: &'a Package, b: &Package| a.files.iter().find(|file| !b.files.contains(file));
+    let only = |a: &'a Package, b: &Package| {
+        let others: HashMap<&str, &GeneratedFile> =
+            b.files.iter().map(|file| (file.path.as_str(), file)).collect();
+        a.files.iter().find(|file| others.get(file.path.as_str()) != Some(file))
+    };
     only(a, b).or_else(|| only(b, a)).map(|file| file.path.as_str())
 }
 

@@ -484,7 +484,7 @@ impl Machine {
     }
 
     /// Returns the index of the first state of each name.
-    pub(crate) fn state_indices(&self) -> FxHashMap<&Name, usize> {
+    pub fn state_indices(&self) -> FxHashMap<&Name, usize> {
         let states = self.states.iter().enumerate().rev();
         states.map(|(index, state)| (&state.name.name, index)).collect()
     }

@@ -69,6 +69,7 @@ struct CppParameter {
 impl<'db> Signature<'db> {
     fn of(model: Model<'_, 'db>, of: Decl<'db>, name: &str) -> Option<Signature<'db>> {
         let (db, workspace) = (model.db, model.workspace());
+        db.unwind_if_revision_cancelled();
         let data = codel(db, of)?;
         let mut names = CppNames::of_namespace();
         // A parameter hides a type of the same name from the parameters that follow.
@@ -173,6 +174,7 @@ pub(crate) fn is_stub(text: &str) -> bool {
 
 fn stub<'db>(model: Model<'_, 'db>, signature: &Signature<'db>) -> String {
     let (db, package) = (model.db, &model.library.package);
+    db.unwind_if_revision_cancelled();
     let codel = signature.codel;
     let file = origin_file(db, model.workspace(), &Location::name_of(codel));
     let words = words_of(db, codel);

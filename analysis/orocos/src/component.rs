@@ -66,9 +66,14 @@ struct Class<'a, 'db> {
     name: String,
     /// The features, those of extended shells first.
     members: Vec<Member<'db>>,
+    /// The numbers of the features in `members`, by their place in the model, and of the first one of each name.
+    by_feature: FxHashMap<(Decl<'db>, usize), usize>,
+    by_name: FxHashMap<&'db Name, usize>,
     /// The names of the variables and handlers of the core and of its machine.
     variables: FxHashMap<VariableId, String>,
     sent: Vec<SentOperation<'db>>,
+    /// The numbers of these, by the handler and the operation.
+    sent_numbers: FxHashMap<(Option<VariableId>, Decl<'db>, usize), usize>,
     programs: Vec<Routine<'db>>,
     by_id: FxHashMap<ProgramId, usize>,
     machine: Option<StateMachine<'db>>,
@@ -81,7 +86,7 @@ struct Class<'a, 'db> {
     read: FxHashSet<VariableId>,
     named: FxHashSet<VariableId>,
     by_source: FxHashMap<SourceId, VariableId>,
-    names: CppNames,
+    names: CppNames<'static>,
     /// Whether a condition is always true, or never.
     is_obvious: Cell<bool>,
 }
@@ -137,6 +142,8 @@ struct LastCall {
 
 struct StateMachine<'db> {
     data: &'db Machine,
+    /// The index of the first state of each name.
+    numbers: FxHashMap<&'db Name, usize>,
     /// The enumeration of its states.
     states: String,
     /// Its values, in the order of the states.
@@ -179,6 +186,7 @@ enum Body<'db> {
 impl<'a, 'db> Class<'a, 'db> {
     fn new(model: Model<'a, 'db>, component: Decl<'db>, name: &str) -> Option<Class<'a, 'db>> {
         let Model { db, project, .. } = model;
+        db.unwind_if_revision_cancelled();
         let of = core_of(db, project, component)?;
         let data = core(db, of)?;
         let mut names = CppNames::of_component();
@@ -199,8 +207,11 @@ impl<'a, 'db> Class<'a, 'db> {
             inference: inference_of_core(db, project, of),
             name: name.to_owned(),
             members: Vec::new(),
+            by_feature: FxHashMap::default(),
+            by_name: FxHashMap::default(),
             variables: FxHashMap::default(),
             sent: Vec::new(),
+            sent_numbers: FxHashMap::default(),
             programs: Vec::new(),
             by_id: FxHashMap::default(),
             machine: None,
@@ -217,7 +228,7 @@ impl<'a, 'db> Class<'a, 'db> {
         class.variables();
         class.uses();
         class.programs();
-        class.instance = class.names.clone().declare("name");
+        class.instance = class.names.inner().declare("name");
         Some(class)
     }
 
@@ -226,6 +237,9 @@ impl<'a, 'db> Class<'a, 'db> {
         let values = values_of_shell(db, project, shell);
         for feature in self.model.features(self.component) {
             let Some(data) = feature.data(db) else { continue };
+            let number = self.members.len();
+            self.by_feature.entry((feature.shell, feature.index as usize)).or_insert(number);
+            self.by_name.entry(&data.name.name).or_insert(number);
             self.members.push(Member {
                 shell: feature.shell,
                 index: feature.index as usize,
@@ -323,6 +337,7 @@ impl<'a, 'db> Class<'a, 'db> {
     fn sent_operations(&mut self) {
         let mut handlers: FxHashSet<VariableId> = FxHashSet::default();
         let mut dropped: Vec<&Member<'db>> = Vec::new();
+        let mut seen: FxHashSet<(Decl<'db>, usize)> = FxHashSet::default();
         for statement in self.data.statements() {
             match statement {
                 Statement::Assign(target, value) if self.arguments_of(Builtin::Send, value).is_some() => {
@@ -331,8 +346,7 @@ impl<'a, 'db> Class<'a, 'db> {
                 Statement::Expr(value) => {
                     let arguments = self.arguments_of(Builtin::Send, value);
                     let member = arguments.and_then(|it| self.member_in(it));
-                    let is_new = |it: &&Member<'db>| !dropped.iter().any(|other| std::ptr::eq(*it, *other));
-                    dropped.extend(member.filter(is_new));
+                    dropped.extend(member.filter(|it| seen.insert((it.shell, it.index))));
                 }
                 _ => {}
             }
@@ -363,6 +377,8 @@ impl<'a, 'db> Class<'a, 'db> {
             }));
         }
         self.sent = sent.into_iter().map(|(operation, ..)| operation).collect();
+        let numbers = self.sent.iter().enumerate().rev();
+        self.sent_numbers = numbers.map(|(number, it)| ((it.handler, it.shell, it.index), number)).collect();
         self.names = names;
     }
 
@@ -418,6 +434,7 @@ impl<'a, 'db> Class<'a, 'db> {
         let mut values = CppNames::of_namespace();
         self.machine = Some(StateMachine {
             data: machine,
+            numbers: machine.state_indices(),
             states: self.names.declare("State"),
             values: machine.states.iter().map(|state| values.declare(&state.name.name)).collect(),
             current: self.names.declare("current_state"),
@@ -443,11 +460,16 @@ impl<'a, 'db> Class<'a, 'db> {
     }
 
     fn member(&self, shell: Decl<'db>, index: usize) -> Option<&Member<'db>> {
-        self.members.iter().find(|member| member.shell == shell && member.index == index)
+        self.members.get(*self.by_feature.get(&(shell, index))?)
+    }
+
+    /// Returns what a `send` of an operation needs, with this handler or without any.
+    fn sent_by(&self, handler: Option<VariableId>, operation: &Member<'db>) -> Option<&SentOperation<'db>> {
+        self.sent.get(*self.sent_numbers.get(&(handler, operation.shell, operation.index))?)
     }
 
     fn named_member(&self, name: &Name) -> Option<&Member<'db>> {
-        self.members.iter().find(|member| member.data.name.name == *name)
+        self.members.get(*self.by_name.get(name)?)
     }
 
     fn member_of_handle(&self, ty: &Type) -> Option<&Member<'db>> {
@@ -490,7 +512,7 @@ impl<'a, 'db> Class<'a, 'db> {
     }
 
     /// Returns the parameters of a program, and declares their names.
-    fn parameters(&self, of: &Routine<'db>, names: &mut CppNames) -> Vec<CppParameter> {
+    fn parameters(&self, of: &Routine<'db>, names: &mut CppNames<'_>) -> Vec<CppParameter> {
         let types = self.model.parameters(self.core, of.parameters);
         let parameter = |(it, (direction, ty)): (&Parameter, (Direction, Type))| {
             let cpp = operation_parameter_type(&self.cpp(&ty), direction);

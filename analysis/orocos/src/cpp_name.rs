@@ -45,34 +45,49 @@ fn words(text: &'static str) -> FxHashSet<&'static str> {
 
 /// The names of one scope in C++, such as a class or a function: no two are the same.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct CppNames {
+pub(crate) struct CppNames<'o> {
+    /// The scope around this one, whose names are taken as well.
+    outer: Option<&'o CppNames<'o>>,
+    /// Names that are reserved in every scope of this kind.
+    reserved: Vec<&'static FxHashSet<&'static str>>,
     taken: FxHashSet<String>,
 }
 
-impl CppNames {
+impl<'o> CppNames<'o> {
     /// Returns the scope of the namespace of a package.
-    pub(crate) fn of_namespace() -> CppNames {
-        CppNames::default().with(&OUTER_WORDS)
+    pub(crate) fn of_namespace() -> CppNames<'o> {
+        CppNames { reserved: vec![&OUTER_WORDS], ..CppNames::default() }
     }
 
     /// Returns the scope of packages: each is a global namespace.
-    pub(crate) fn of_packages() -> CppNames {
-        CppNames::of_namespace().with(&GLOBALS)
+    pub(crate) fn of_packages() -> CppNames<'o> {
+        CppNames { reserved: vec![&OUTER_WORDS, &GLOBALS], ..CppNames::default() }
     }
 
     /// Returns the scope of a class that derives from `RTT::TaskContext`.
-    pub(crate) fn of_component() -> CppNames {
-        CppNames::of_namespace().with(&MEMBERS)
+    pub(crate) fn of_component() -> CppNames<'o> {
+        CppNames { reserved: vec![&OUTER_WORDS, &MEMBERS], ..CppNames::default() }
     }
 
-    fn with(mut self, names: &FxHashSet<&str>) -> CppNames {
-        self.taken.extend(names.iter().map(|&name| name.to_owned()));
-        self
+    /// Returns a scope within this one, such as that of a member function. It costs nothing, however many names this one has.
+    pub(crate) fn inner(&self) -> CppNames<'_> {
+        CppNames { outer: Some(self), ..CppNames::default() }
+    }
+
+    fn is_taken(&self, name: &str) -> bool {
+        self.taken.contains(name)
+            || self.reserved.iter().any(|words| words.contains(name))
+            || self.outer.is_some_and(|outer| outer.is_taken(name))
     }
 
     /// Reserves a name that is already in use.
     pub(crate) fn take(&mut self, name: &str) {
         self.taken.insert(name.to_owned());
+    }
+
+    /// Frees a name that was declared here.
+    pub(crate) fn free(&mut self, name: &str) {
+        self.taken.remove(name);
     }
 
     /// Reserves the names that the user's type refers to: `ns` and `T` in `ns::List<T*>`.
@@ -93,7 +108,7 @@ impl CppNames {
         if bare != name && (RESERVED.contains(bare) || OUTER_WORDS.contains(bare)) {
             name += "0_";
         }
-        while RESERVED.contains(name.as_str()) || self.taken.contains(&name) {
+        while RESERVED.contains(name.as_str()) || self.is_taken(&name) {
             // Names with two consecutive `_` are reserved.
             name += if name.ends_with('_') { "0_" } else { "_" };
         }

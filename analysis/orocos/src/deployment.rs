@@ -4,13 +4,13 @@ use std::collections::BTreeSet;
 
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
-    Decl, Flat, FlatInstance, Integer, Location, ModelDb, Type, Value, ValueInEffect, core as core_data,
-    core_of, deployment, file_and_line, values_in_effect,
+    Decl, FeatureOf, Flat, FlatInstance, Integer, Location, ModelDb, Type, Value, ValueInEffect,
+    core as core_data, core_of, deployment, file_and_line, values_in_effect,
 };
 use mauve_syntax::keywords::ActivityField;
 use mauve_timing::Time;
 use mauve_wcrt::{Priority, ResolvedActivity, mask, system_of};
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::component::{is_set_from_text, ports_of_introspection};
 use crate::cpp_name::{file_name, script_name, task_name};
@@ -212,7 +212,9 @@ pub(crate) struct Streams {
 fn deployed<'db>(model: Model<'_, 'db>, of: Decl<'db>) -> Option<Deployed> {
     let Model { db, project, libraries, library } = model;
     let (flat, target) = mauve_hir::deployed(db, project, of)?;
-    let tasks: Vec<Task> = flat.instances.iter().filter_map(|it| task(model, of, flat, it)).collect();
+    let activities = Activities::new(model, of, flat);
+    let tasks: Vec<Task> =
+        flat.instances.iter().filter_map(|instance| task(model, of, &activities, instance)).collect();
     let end =
         |(instance, feature): &(Name, Name)| format!("{}.{}", task_name(instance), script_name(feature));
     let connections = flat.links.iter().filter(|link| !link.operation);
@@ -221,9 +223,16 @@ fn deployed<'db>(model: Model<'_, 'db>, of: Decl<'db>) -> Option<Deployed> {
         tasks.iter().filter_map(|task| Some(task.class.split_once("::")?.0)).collect();
     let packages = libraries.all.iter().map(|library| library.package.clone());
     let with_streams = model.config().ros_streams != Some(false);
-    let number = |instance: &Name| tasks.iter().position(|task| task.name == task_name(instance));
-    let required = operations.clone().map(|link| (number(&link.target.0), number(&link.source.0)));
-    let required: FxHashSet<_> = required.collect();
+    // If two tasks have one name, the first counts.
+    let numbers: FxHashMap<&str, usize> =
+        tasks.iter().enumerate().rev().map(|(number, task)| (task.name.as_str(), number)).collect();
+    let number = |instance: &Name| numbers.get(task_name(instance).as_str()).copied();
+    let mut required: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); tasks.len()];
+    for link in operations.clone() {
+        if let (Some(requires), Some(provides)) = (number(&link.target.0), number(&link.source.0)) {
+            required[requires].insert(provides);
+        }
+    }
     Some(Deployed {
         name: file_name(of.name(db)),
         package: library.package.clone(),
@@ -234,7 +243,7 @@ fn deployed<'db>(model: Model<'_, 'db>, of: Decl<'db>) -> Option<Deployed> {
             file_and_line(db, model.workspace(), &Location::name_of(of)),
         ),
         packages: packages.filter(|package| used.contains(package.as_str())).collect(),
-        order: topological_order(tasks.len(), |one, other| required.contains(&(Some(one), Some(other)))),
+        order: topological_order(&required),
         connections: connections.map(|link| ([end(&link.source), end(&link.target)], link.buffer)).collect(),
         operations: operations.clone().map(|link| [end(&link.target), end(&link.source)]).collect(),
         streams: with_streams.then(|| streams(model, flat)),
@@ -242,32 +251,68 @@ fn deployed<'db>(model: Model<'_, 'db>, of: Decl<'db>) -> Option<Deployed> {
     })
 }
 
+/// What a deployment says of its instances, by their names.
+struct Activities<'db> {
+    /// The first of each name.
+    resolved: FxHashMap<&'db Name, &'db ResolvedActivity<'db>>,
+    /// The first affinity that is written.
+    affinities: FxHashMap<&'db Name, Option<u64>>,
+    /// The properties and constants that are set, by the deployment or by an architecture.
+    settings: FxHashMap<&'db Name, FxHashSet<&'db Name>>,
+}
+
+impl<'db> Activities<'db> {
+    fn new(model: Model<'_, 'db>, of: Decl<'db>, flat: &'db Flat<'db>) -> Activities<'db> {
+        let Model { db, project, .. } = model;
+        let resolved = system_of(db, project, of).activities.iter().rev();
+        let resolved = resolved.map(|it| (&it.instance, it)).collect();
+        let data = deployment(db, of);
+        let mut affinities = FxHashMap::default();
+        for activity in data.into_iter().flat_map(|data| &data.activities) {
+            let is_affinity = |name: &Name| *name == ActivityField::Affinity.keyword();
+            if let Some(field) = activity.fields.iter().find(|field| is_affinity(&field.name.name)) {
+                affinities.entry(&activity.instance.name).or_insert_with(|| mask(&field.value));
+            }
+        }
+        let own = data.into_iter().flat_map(|data| &data.settings).filter_map(|it| it.endpoint.as_ref());
+        let own = own.filter_map(|it| Some((&it.instance.name, &it.feature.as_ref()?.name)));
+        let flat = flat.settings.iter().map(|(instance, name)| (instance, name));
+        let mut settings: FxHashMap<&Name, FxHashSet<&Name>> = FxHashMap::default();
+        for (instance, name) in own.chain(flat) {
+            settings.entry(instance).or_default().insert(name);
+        }
+        Activities { resolved, affinities, settings }
+    }
+}
+
 fn task<'db>(
     model: Model<'_, 'db>,
     of: Decl<'db>,
-    flat: &Flat<'db>,
+    activities: &Activities<'db>,
     instance: &FlatInstance<'db>,
 ) -> Option<Task> {
     let Model { db, project, .. } = model;
+    db.unwind_if_revision_cancelled();
     let component = instance.component?;
     let class = model.libraries.qualified(component)?.trim_start_matches("::").to_owned();
     let in_effect = values_in_effect(db, project, of).get(&instance.name)?;
-    let set = set_values(db, of, flat, instance, in_effect);
+    let set = set_values(db, activities.settings.get(&instance.name), in_effect);
     let features = model.features(component).into_iter();
-    let values = features.filter_map(|feature| in_effect.iter().find(|it| it.declared == *feature));
+    let by_feature: FxHashMap<FeatureOf<'db>, &ValueInEffect<'db>> =
+        in_effect.iter().map(|it| (it.declared, it)).collect();
+    let values = features.filter_map(|feature| by_feature.get(feature).copied());
     let value = |it: &ValueInEffect<'db>| {
         let data = it.declared.data(db)?;
         let ty = model.type_of(it.declared.shell, data.ty.as_ref());
         Some((script_name(&it.name), it.value.clone()?, is_set_from_text(&ty)))
     };
-    let activities = &system_of(db, project, of).activities;
-    let resolved = activities.iter().find(|it| it.instance == instance.name)?;
+    let resolved = activities.resolved.get(&instance.name)?;
     Some(Task {
         name: task_name(&instance.name),
         class,
         values: values.filter(|it| set.contains(&it.name)).filter_map(value).collect(),
         has_values: !in_effect.is_empty(),
-        activity: activity(db, of, resolved),
+        activity: activity(activities, resolved),
     })
 }
 
@@ -275,38 +320,29 @@ fn task<'db>(
 /// constructor of the class has computed that default before.
 fn set_values<'db>(
     db: &'db dyn ModelDb,
-    of: Decl<'db>,
-    flat: &Flat<'db>,
-    instance: &FlatInstance<'db>,
+    settings: Option<&FxHashSet<&'db Name>>,
     values: &'db [ValueInEffect<'db>],
 ) -> FxHashSet<&'db Name> {
-    let own = deployment(db, of).into_iter().flat_map(|data| &data.settings);
-    let own = own.filter_map(|it| it.endpoint.as_ref()).filter(|it| it.instance.name == instance.name);
-    let own = own.filter_map(|it| Some(&it.feature.as_ref()?.name));
-    let flat = flat.settings.iter().filter(|(of, _)| *of == instance.name).map(|(_, name)| name);
-    let settings: FxHashSet<&Name> = own.chain(flat).collect();
-    let mut set: FxHashSet<&Name> =
-        values.iter().map(|it| &it.name).filter(|it| settings.contains(it)).collect();
-    loop {
-        let depends = |it: &&ValueInEffect<'db>| {
-            let default = it.declared.data(db).and_then(|data| data.value.as_ref());
-            default.is_some_and(|it| it.names().iter().any(|name| set.contains(name)))
-        };
-        let new: Vec<&Name> = values.iter().filter(depends).map(|it| &it.name).collect();
-        let known = set.len();
-        set.extend(new);
-        if set.len() == known {
-            return set;
+    let Some(settings) = settings else { return FxHashSet::default() };
+    let mut dependents: FxHashMap<&Name, Vec<&Name>> = FxHashMap::default();
+    for it in values {
+        let default = it.declared.data(db).and_then(|data| data.value.as_ref());
+        for name in default.into_iter().flat_map(|default| default.names()) {
+            dependents.entry(name).or_default().push(&it.name);
         }
     }
+    let mut open: Vec<&Name> = values.iter().map(|it| &it.name).filter(|it| settings.contains(it)).collect();
+    let mut set = FxHashSet::default();
+    while let Some(name) = open.pop() {
+        if set.insert(name) {
+            open.extend(dependents.get(name).into_iter().flatten());
+        }
+    }
+    set
 }
 
-fn activity<'db>(db: &'db dyn ModelDb, of: Decl<'db>, resolved: &ResolvedActivity<'db>) -> Activity {
-    let activities = deployment(db, of).into_iter().flat_map(|data| &data.activities);
-    let mut fields = activities.filter(|it| it.instance.name == resolved.instance).flat_map(|it| &it.fields);
-    let affinity = fields
-        .find(|field| field.name.name == ActivityField::Affinity.keyword())
-        .and_then(|field| mask(&field.value));
+fn activity(activities: &Activities<'_>, resolved: &ResolvedActivity<'_>) -> Activity {
+    let affinity = activities.affinities.get(&resolved.instance).copied().flatten();
     // An activity without an affinity runs on the CPUs of the analysis.
     let affinity =
         if resolved.priority == Priority::Background { affinity } else { resolved.cpus.or(affinity) };

@@ -14,10 +14,12 @@ use crate::package::GeneratedFile;
 pub(crate) fn export_files(model: Model<'_, '_>) -> Vec<GeneratedFile> {
     let Model { db, project, library, .. } = model;
     let components = library.components.iter().map(|&(component, _)| {
+        db.unwind_if_revision_cancelled();
         let content = Exported::Component(exported_component(db, project, component, &PROSE));
         (format!("models/{}.psm.json", file_name(component.name(db))), content)
     });
     let deployments = library.deployments.iter().map(|&deployment| {
+        db.unwind_if_revision_cancelled();
         let content = Exported::Deployment(task_set_of(db, project, deployment, &PROSE));
         (format!("models/{}.json", file_name(deployment.name(db))), content)
     });

@@ -155,7 +155,7 @@ pub(crate) fn libraries<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
 ) -> (Libraries<'db>, Vec<Problem<'db>>) {
-    let mut reader = Reader { db, project, problems: Vec::new() };
+    let mut reader = Reader { db, project, problems: Vec::new(), reported: FxHashSet::default() };
     let libraries = reader.libraries();
     (libraries, reader.problems)
 }
@@ -164,6 +164,7 @@ struct Reader<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     problems: Vec<Problem<'db>>,
+    reported: FxHashSet<Problem<'db>>,
 }
 
 impl<'db> Reader<'db> {
@@ -278,6 +279,7 @@ impl<'db> Reader<'db> {
 
     fn check_types(&mut self, library: &Library<'db>) {
         let (db, project) = (self.db, self.project);
+        db.unwind_if_revision_cancelled();
         for &(codel, _) in &library.codels {
             types_of_codel(db, codel).into_iter().for_each(|(of, ty)| self.check_type(of, ty));
         }
@@ -317,35 +319,36 @@ impl<'db> Reader<'db> {
 
     fn report(&mut self, kind: ProblemKind, at: Location<'db>) {
         let problem = Problem { kind, at };
-        if !self.problems.contains(&problem) {
+        if self.reported.insert(problem.clone()) {
             self.problems.push(problem);
         }
     }
 
     /// Sorts libraries so that called ones come first, and reports cyclic calls, which no build system can build.
     fn ordered(&mut self, all: Vec<Library<'db>>) -> Vec<Library<'db>> {
-        let calls = |one: usize, other| all.get(one).is_some_and(|it| it.calls.contains(&other));
-        let numbers = topological_order(all.len(), calls);
+        let calls: Vec<BTreeSet<usize>> = all.iter().map(|library| library.calls.clone()).collect();
+        let numbers = topological_order(&calls);
+        let mut positions = vec![0; all.len()];
         for (position, &index) in numbers.iter().enumerate() {
-            let (done, left) = numbers.split_at(position);
-            if left.iter().any(|&other| calls(index, other)) {
-                self.report_cycle(&all, index, done);
-            }
+            positions[index] = position;
         }
-        let new = |old: &usize| numbers.iter().position(|it| it == old);
+        for &index in &numbers {
+            self.report_cycle(&all, index, &positions);
+        }
         let renumbered = |library: &Library<'db>| {
             let [calls, runs] =
-                [&library.calls, &library.runs].map(|all| all.iter().filter_map(new).collect());
+                [&library.calls, &library.runs].map(|all| all.iter().map(|&old| positions[old]).collect());
             Library { calls, runs, ..library.clone() }
         };
         numbers.iter().filter_map(|&index| all.get(index)).map(renumbered).collect()
     }
 
-    fn report_cycle(&mut self, all: &[Library<'db>], index: usize, done: &[usize]) {
+    /// Reports a library that comes before others that it calls.
+    fn report_cycle(&mut self, all: &[Library<'db>], index: usize, positions: &[usize]) {
         let Some(library) = all.get(index) else { return };
-        let name = |index: &usize| all.get(*index).map(|it| it.package.clone());
-        let others = library.calls.iter().filter(|it| !done.contains(it)).filter_map(name).collect();
-        if let Some((component, _)) = library.components.first() {
+        let later = library.calls.iter().filter(|&&other| positions[other] > positions[index]);
+        let others: Vec<String> = later.filter_map(|&it| Some(all.get(it)?.package.clone())).collect();
+        if let Some((component, _)) = library.components.first().filter(|_| !others.is_empty()) {
             let kind = ProblemKind::CyclicPackages { package: library.package.clone(), others };
             self.report(kind, Location::name_of(*component));
         }
@@ -385,7 +388,9 @@ impl<'db> Model<'_, 'db> {
         let Some(shell) = shell_of(self.db, self.project, component) else { return Vec::new() };
         let features = features_of(self.db, self.project, shell);
         let mut all: Vec<&FeatureOf<'db>> = features.by_name.values().flatten().collect();
-        all.sort_by_cached_key(|it| (features.shells.iter().rev().position(|of| *of == it.shell), it.index));
+        let shells = features.shells.iter().rev().enumerate().rev();
+        let numbers: FxHashMap<Decl<'db>, usize> = shells.map(|(number, shell)| (*shell, number)).collect();
+        all.sort_by_cached_key(|it| (numbers.get(&it.shell), it.index));
         all
     }
 }
@@ -421,15 +426,32 @@ fn types<'db>(
     parameters.iter().filter_map(|it| it.ty.as_ref()).chain(ty).map(move |ty| (of, ty))
 }
 
-/// Returns the numbers below `count`, each after those that it waits for, otherwise ascending. In a cycle, the lowest
-/// number comes first.
-pub(crate) fn topological_order(count: usize, waits_for: impl Fn(usize, usize) -> bool) -> Vec<usize> {
-    let mut left: Vec<usize> = (0..count).collect();
-    let mut order = Vec::new();
-    while !left.is_empty() {
-        let is_ready = |&one: &usize| left.iter().all(|&other| other == one || !waits_for(one, other));
-        let next = left.iter().position(is_ready).unwrap_or(0);
-        order.push(left.remove(next));
+/// Returns the numbers of `waits_for`, each after those that it waits for, otherwise ascending. In a cycle, the lowest number
+/// comes first.
+pub(crate) fn topological_order(waits_for: &[BTreeSet<usize>]) -> Vec<usize> {
+    let mut waiting: Vec<Vec<usize>> = vec![Vec::new(); waits_for.len()];
+    let mut open: Vec<usize> = vec![0; waits_for.len()];
+    for (one, others) in waits_for.iter().enumerate() {
+        for &other in others.iter().filter(|&&other| other != one) {
+            let Some(waiting) = waiting.get_mut(other) else { continue };
+            waiting.push(one);
+            open[one] += 1;
+        }
+    }
+    let mut left: BTreeSet<usize> = (0..waits_for.len()).collect();
+    let mut ready: BTreeSet<usize> = left.iter().copied().filter(|&it| open[it] == 0).collect();
+    let mut order = Vec::with_capacity(waits_for.len());
+    while let Some(next) = ready.pop_first().or_else(|| left.first().copied()) {
+        if !left.remove(&next) {
+            continue;
+        }
+        order.push(next);
+        for &one in &waiting[next] {
+            open[one] -= 1;
+            if open[one] == 0 {
+                ready.insert(one);
+            }
+        }
     }
     order
 }
@@ -509,7 +531,8 @@ mod tests {
     #[test]
     fn numbers_stand_behind_those_that_they_wait_for() {
         let order = |count: usize, waits: &[(usize, usize)]| {
-            topological_order(count, |one, other| waits.contains(&(one, other)))
+            let of = |one| waits.iter().filter(|it| it.0 == one).map(|it| it.1).collect();
+            topological_order(&(0..count).map(of).collect::<Vec<_>>())
         };
         assert_eq!(order(3, &[]), [0, 1, 2]);
         assert_eq!(order(4, &[(0, 2), (2, 3)]), [1, 3, 2, 0]);

@@ -18,7 +18,10 @@
 //! A whole number is an `int` to RTT, which it converts for properties of type `uint`, `float` and `double`, and for none of the
 //! other whole numbers: those are set from a text, by the component itself.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use mauve_hir::Value;
+use rustc_hash::FxHashSet;
 
 use crate::deployment::{
     ACTIVITIES, Activity, BACKGROUND, CONFIGURED, CONNECTIONS, Deployed, LOADED, NOTHING_STARTS, ROS, SET,
@@ -129,14 +132,14 @@ fn values(script: &mut Script, deployed: &Deployed) {
 }
 
 fn connections(script: &mut Script, deployed: &Deployed) {
-    let mut buffers: Vec<Option<u32>> = deployed.connections.iter().map(|(_, buffer)| *buffer).collect();
-    buffers.sort_unstable();
-    buffers.dedup();
-    if !buffers.is_empty() {
+    let buffers: BTreeSet<Option<u32>> = deployed.connections.iter().map(|(_, buffer)| *buffer).collect();
+    let tasks: FxHashSet<&str> = deployed.tasks.iter().map(|task| task.name.as_str()).collect();
+    let policies: BTreeMap<Option<u32>, String> =
+        buffers.into_iter().map(|buffer| (buffer, policy(&tasks, buffer))).collect();
+    if !policies.is_empty() {
         script.section(CONNECTIONS);
     }
-    for &buffer in &buffers {
-        let policy = policy(&deployed.tasks, buffer);
+    for (buffer, policy) in &policies {
         script.line(&format!("var ConnPolicy {policy} = ConnPolicy()"));
         match buffer {
             None => script.line(&format!("{policy}.type = DATA")),
@@ -147,7 +150,7 @@ fn connections(script: &mut Script, deployed: &Deployed) {
         }
     }
     for ([from, to], buffer) in &deployed.connections {
-        let policy = policy(&deployed.tasks, *buffer);
+        let policy = policies.get(buffer).map_or("", String::as_str);
         let call = format!("connect({}, {}, {policy})", ops_string(from), ops_string(to));
         step(script, "", &call, &connecting(from, to));
     }
@@ -168,9 +171,9 @@ fn connections(script: &mut Script, deployed: &Deployed) {
 
 /// Returns the variable of a connection policy: a name that no task has, since its members would be parsed as
 /// properties of the task.
-fn policy(tasks: &[Task], buffer: Option<u32>) -> String {
+fn policy(tasks: &FxHashSet<&str>, buffer: Option<u32>) -> String {
     let mut name = buffer.map_or("last_value".to_owned(), |size| format!("last_{size}"));
-    while tasks.iter().any(|task| task.name == name) {
+    while tasks.contains(name.as_str()) {
         name.push('_');
     }
     name

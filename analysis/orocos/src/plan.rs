@@ -14,6 +14,8 @@
 
 use std::collections::BTreeMap;
 
+use rustc_hash::FxHashMap;
+
 use crate::codels::is_stub;
 use crate::manifest::{CodelFile, MANIFEST, Manifest, ManifestError, Offer, hash};
 use crate::origin::is_marked;
@@ -101,20 +103,24 @@ pub fn plan(
     read: &dyn Fn(&str) -> Result<Option<String>, String>,
 ) -> Result<Plan, PlanError> {
     let mut plan = Plan::default();
-    for (index, package) in packages.iter().enumerate() {
+    let mut names: FxHashMap<String, &str> = FxHashMap::default();
+    for package in packages {
         // Within a project this is reported as a problem; here the packages may come from several projects.
-        let is_almost =
-            |it: &&Package| it.name != package.name && it.name.eq_ignore_ascii_case(&package.name);
-        if let Some(other) = packages.iter().take(index).find(is_almost) {
-            return Err(PlanError::SameFolder(other.name.clone(), package.name.clone()));
+        let first = *names.entry(package.name.to_ascii_lowercase()).or_insert(&package.name);
+        if first != package.name {
+            return Err(PlanError::SameFolder(first.to_owned(), package.name.clone()));
         }
         let manifest = format!("{}/{MANIFEST}", package.name);
         let text = read(&manifest).map_err(PlanError::Unreadable)?;
         let unusable = |error| PlanError::Manifest { path: manifest.clone(), error };
         let before = text.as_deref().map_or_else(|| Ok(Manifest::default()), Manifest::read);
         let before = before.map_err(unusable)?;
-        let mut planner =
-            Planner { package, read, before, now: Manifest::default(), steps: Vec::new(), plan: &mut plan };
+        let mut written: FxHashMap<String, Vec<String>> = FxHashMap::default();
+        for (path, hash) in &before.files {
+            written.entry(path.to_ascii_lowercase()).or_default().push(hash.clone());
+        }
+        let (now, steps) = (Manifest::default(), Vec::new());
+        let mut planner = Planner { package, read, before, written, now, steps, plan: &mut plan };
         planner.package().map_err(PlanError::Unreadable)?;
         let Planner { now, mut steps, .. } = planner;
         let now = now.text().map_err(unusable)?;
@@ -141,6 +147,8 @@ struct Planner<'a> {
     package: &'a Package,
     read: &'a dyn Fn(&str) -> Result<Option<String>, String>,
     before: Manifest,
+    /// The hashes of its generated files, by their paths in lower case, as some file systems compare names.
+    written: FxHashMap<String, Vec<String>>,
     now: Manifest,
     steps: Vec<(String, Action)>,
     plan: &'a mut Plan,
@@ -209,8 +217,8 @@ impl Planner<'_> {
             None => self.step(path, Action::Create(file.text.clone())),
             Some(text) if is_same_text(&text, &file.text) => {}
             Some(text) => {
-                let mut listed = self.before.files.iter().filter(|(it, _)| it.eq_ignore_ascii_case(path));
-                let is_written = listed.any(|(_, written)| *written == hash(&text));
+                let written = self.written.get(&path.to_ascii_lowercase());
+                let is_written = written.is_some_and(|written| written.contains(&hash(&text)));
                 if !is_written || !is_marked(path, &text) {
                     self.plan.edited.push(self.path(path));
                 }

@@ -3,12 +3,13 @@
 
 mod report;
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use annotate_snippets::{AnnotationKind, Level};
 use clap::ValueEnum;
 use mauve_diagnostics::{Finding, Severity, workspace_diagnostics};
-use mauve_hir::{Database, Decl, Project, Workspace, projects};
+use mauve_hir::{Database, Decl, Location, Project, Workspace, projects};
 use mauve_orocos::Problem;
 use mauve_wcrt::Query;
 
@@ -148,6 +149,11 @@ impl Generate {
                 let here = std::env::current_dir().unwrap_or_default();
                 let findings: Vec<Finding<'_>> =
                     workspaces.iter().flat_map(|&workspace| workspace_diagnostics(db, workspace)).collect();
+                let findings: HashMap<(&Location<'_>, &str), &Finding<'_>> = findings
+                    .iter()
+                    .rev()
+                    .map(|it| ((&it.diagnostic.at, it.diagnostic.message.as_str()), it))
+                    .collect();
                 let mut parts = excerpts(problems, |it| problem_excerpt(db, &here, it, &findings));
                 let errors = counted(problems.len(), "error");
                 parts.push(format!("fix {errors} first: nothing was generated\n"));
@@ -166,10 +172,14 @@ impl Generate {
 }
 
 /// Renders a problem as `mauve check` renders a diagnostic.
-fn problem_excerpt(db: &Database, here: &Path, problem: &Problem<'_>, findings: &[Finding<'_>]) -> String {
+fn problem_excerpt(
+    db: &Database,
+    here: &Path,
+    problem: &Problem<'_>,
+    findings: &HashMap<(&Location<'_>, &str), &Finding<'_>>,
+) -> String {
     let message = problem_message(&problem.kind);
-    let is_this = |it: &&Finding<'_>| it.diagnostic.at == problem.at && it.diagnostic.message == message;
-    match findings.iter().find(is_this) {
+    match findings.get(&(&problem.at, message.as_str())) {
         Some(finding) => {
             let diagnostic = finding.diagnostic.clone();
             excerpt(db, here, &Finding { diagnostic, severity: Severity::Error, only_in: finding.only_in })

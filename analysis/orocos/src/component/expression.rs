@@ -19,7 +19,7 @@ use mauve_hir::{
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::obvious::{Comparison, are_obvious, comparison, is_obvious};
-use super::{Class, LastCall, Member, SentOperation};
+use super::{Class, LastCall, Member};
 use crate::cpp_name::{CppNames, as_identifier};
 use crate::cpp_type::{integer_type, is_large};
 use crate::escape::cpp_string;
@@ -205,8 +205,8 @@ struct Effects<'db> {
     calls: bool,
     /// Any variable of the core may change.
     all: bool,
-    variables: Vec<VariableId>,
-    statuses: Vec<(Decl<'db>, usize)>,
+    variables: FxHashSet<VariableId>,
+    statuses: FxHashSet<(Decl<'db>, usize)>,
 }
 
 impl<'db> Effects<'db> {
@@ -218,22 +218,80 @@ impl<'db> Effects<'db> {
     }
 }
 
-/// The names that are declared in a block.
-#[derive(Clone, Default)]
-pub(super) struct Scope {
-    pub(super) names: CppNames,
+/// The names that are declared in a block and in those around it.
+#[derive(Default)]
+pub(super) struct Scope<'c> {
+    pub(super) names: CppNames<'c>,
     /// Names of values that never change.
     kept: FxHashSet<String>,
     /// Variables for the values of `&&` and `||`, which the next operator of the chain uses again.
     chained: FxHashMap<String, BinaryOperator>,
     /// The next number for each name of a temporary.
     numbers: FxHashMap<String, usize>,
+    /// What was added, so that the end of a block costs what the block has, and not what the blocks around it have.
+    added: Vec<Added>,
+}
+
+/// An addition to a scope.
+enum Added {
+    Name(String),
+    Kept(String),
+    /// With the operator that was there before.
+    Chained(String, Option<BinaryOperator>),
+    /// With the number that was there before.
+    Number(String, Option<usize>),
+}
+
+/// The beginning of a block.
+pub(super) struct BlockStart(usize);
+
+impl Scope<'_> {
+    /// Declares a name: see [`CppNames::declare`].
+    pub(super) fn declare(&mut self, name: &str) -> String {
+        let name = self.names.declare(name);
+        self.added.push(Added::Name(name.clone()));
+        name
+    }
+
+    fn keep(&mut self, name: &str) {
+        if self.kept.insert(name.to_owned()) {
+            self.added.push(Added::Kept(name.to_owned()));
+        }
+    }
+
+    fn chain(&mut self, name: &str, operator: BinaryOperator) {
+        let before = self.chained.insert(name.to_owned(), operator);
+        self.added.push(Added::Chained(name.to_owned(), before));
+    }
+
+    fn number(&mut self, name: &str, next: usize) {
+        let before = self.numbers.insert(name.to_owned(), next);
+        self.added.push(Added::Number(name.to_owned(), before));
+    }
+
+    pub(super) fn begin_block(&self) -> BlockStart {
+        BlockStart(self.added.len())
+    }
+
+    /// Forgets what was declared since the beginning of a block.
+    pub(super) fn end_block(&mut self, start: BlockStart) {
+        for added in self.added.drain(start.0..).rev() {
+            match added {
+                Added::Name(name) => self.names.free(&name),
+                Added::Kept(name) => _ = self.kept.remove(&name),
+                Added::Chained(name, Some(before)) => _ = self.chained.insert(name, before),
+                Added::Chained(name, None) => _ = self.chained.remove(&name),
+                Added::Number(name, Some(before)) => _ = self.numbers.insert(name, before),
+                Added::Number(name, None) => _ = self.numbers.remove(&name),
+            }
+        }
+    }
 }
 
 pub(super) struct Writer<'c, 'a, 'db> {
     pub(super) class: &'c Class<'a, 'db>,
     /// Includes the names of the enclosing blocks.
-    pub(super) scope: Scope,
+    pub(super) scope: Scope<'c>,
     pub(super) locals: FxHashMap<VariableId, String>,
     pub(super) lines: Vec<Line>,
     pub(super) depth: usize,
@@ -243,7 +301,7 @@ pub(super) struct Writer<'c, 'a, 'db> {
 
 impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
     pub(super) fn new(class: &'c Class<'a, 'db>) -> Writer<'c, 'a, 'db> {
-        let scope = Scope { names: class.names.clone(), ..Scope::default() };
+        let scope = Scope { names: class.names.inner(), ..Scope::default() };
         let locals = FxHashMap::default();
         Writer { class, scope, locals, lines: Vec::new(), depth: 1, of_shell: false }
     }
@@ -472,7 +530,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         } else {
             let name = self.temporary(name);
             self.line(format!("bool {name} = {};", lhs.text));
-            self.scope.chained.insert(name.clone(), operator);
+            self.scope.chain(&name, operator);
             name
         };
         self.line(format!("if ({}{name}) {{", if is_and { "" } else { "!" }));
@@ -481,29 +539,30 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         self.line(format!("{name} = {};", right.text));
         self.depth -= 1;
         self.line("}");
-        self.scope.kept.insert(name.clone());
+        self.scope.keep(&name);
         Code::primary(name, Type::Bool)
     }
 
     /// Returns operands or arguments, each evaluated after those before it. With `all_calls`, calls among them are computed
     /// before.
     fn operands(&mut self, all: &[&'db Expr], all_calls: bool) -> Vec<Code> {
-        let effects: Vec<Effects<'db>> = all.iter().map(|expr| self.effects(expr)).collect();
-        let mut found = Vec::new();
-        for (index, expr) in all.iter().enumerate() {
-            let mut later = Effects::default();
-            effects.iter().skip(index + 1).for_each(|it| later.add(it));
-            let must = match effects.get(index).filter(|own| own.calls) {
-                Some(own) => {
-                    let mut rest = all.iter().skip(index + 1);
-                    all_calls || later.calls || rest.any(|expr| self.may_change(expr, own))
-                }
-                None => later.calls && self.may_change(expr, &later),
-            };
-            let code = self.expr(expr);
-            found.push(if must { self.keep(code, &base_of(expr)) } else { code });
+        // From the last one back to the first, with the effects of those behind it.
+        let mut later = Effects::default();
+        let mut kept = Vec::with_capacity(all.len());
+        for (index, expr) in all.iter().enumerate().rev() {
+            let own = self.effects(expr);
+            let mut rest = all.iter().skip(index + 1);
+            kept.push(match own.calls {
+                true => all_calls || later.calls || rest.any(|expr| self.may_change(expr, &own)),
+                false => later.calls && self.may_change(expr, &later),
+            });
+            later.add(&own);
         }
-        found
+        let code = |(expr, kept): (&&'db Expr, bool)| {
+            let code = self.expr(expr);
+            if kept { self.keep(code, &base_of(expr)) } else { code }
+        };
+        all.iter().zip(kept.into_iter().rev()).map(code).collect()
     }
 
     /// Stores a value in a constant.
@@ -513,7 +572,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         }
         let name = self.temporary(name);
         self.line(format!("const auto {name} = {};", code.at_least(Level::Or)));
-        self.scope.kept.insert(name.clone());
+        self.scope.keep(&name);
         Code { text: name, level: Level::Primary, ..code }
     }
 
@@ -525,13 +584,13 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
         let numbers = self.scope.numbers.get(name).copied().unwrap_or(1)..;
         for number in numbers {
             let wanted = if number == 1 { name.to_owned() } else { format!("{name}_{number}") };
-            let found = self.scope.names.declare(&wanted);
+            let found = self.scope.declare(&wanted);
             if found == wanted {
-                self.scope.numbers.insert(name.to_owned(), number + 1);
+                self.scope.number(name, number + 1);
                 return found;
             }
         }
-        self.scope.names.declare(name)
+        self.scope.declare(name)
     }
 
     fn effects(&self, expr: &Expr) -> Effects<'db> {
@@ -556,7 +615,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
     }
 
     /// Returns the variables that a call may change through its parameters.
-    fn changed_arguments(&self, callee: Callee<'db>, arguments: &[Expr]) -> Vec<VariableId> {
+    fn changed_arguments(&self, callee: Callee<'db>, arguments: &[Expr]) -> FxHashSet<VariableId> {
         let (db, core) = (self.class.model.db, self.class.data);
         let directions = self.class.inference.directions(db, core, callee, arguments.len());
         let changed = arguments.iter().zip(directions).filter(|(_, it)| *it != Direction::In);
@@ -672,9 +731,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
     pub(super) fn send(&mut self, handler: Option<VariableId>, arguments: &'db [Expr]) {
         let class = self.class;
         let Some(operation) = class.member_in(arguments) else { return };
-        let id = (handler, operation.shell, operation.index);
-        let is_sent = |it: &&SentOperation<'db>| (it.handler, it.shell, it.index) == id;
-        let sent = class.sent.iter().find(is_sent);
+        let sent = class.sent_by(handler, operation);
         let last = sent.and_then(|sent| sent.last_call.as_ref());
         let given: Vec<&'db Expr> = arguments.iter().skip(1).collect();
         // Arguments are evaluated even if no call is sent.

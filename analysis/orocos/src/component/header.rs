@@ -182,7 +182,8 @@ fn programs(class: &Class<'_, '_>, text: &mut Text) {
         text.line(1, format!("bool {}();", call.is_under_way));
     }
     for routine in &class.programs {
-        let mut names = class.names.clone();
+        class.model.db.unwind_if_revision_cancelled();
+        let mut names = class.names.inner();
         let parameters = class.parameters(routine, &mut names);
         let result = class.cpp(&routine.result);
         let mut declare = |function: &str, parameters: Vec<&str>| {

@@ -10,6 +10,7 @@ use crate::trace::span_of;
 
 /// Returns the head of a program, and the lines between the braces.
 pub(super) fn definition<'db>(class: &Class<'_, 'db>, routine: &Routine<'db>) -> (String, Vec<Line>) {
+    class.model.db.unwind_if_revision_cancelled();
     let mut writer = Writer::new(class);
     let parameters = class.parameters(routine, &mut writer.scope.names);
     let mut texts = Vec::new();
@@ -46,11 +47,11 @@ impl<'db> Writer<'_, '_, 'db> {
 
     /// Writes the statements of a block, one level deeper. Their declarations end with the block.
     fn block(&mut self, statements: &'db [Statement], result: &Type) {
-        let scope = self.scope.clone();
+        let start = self.scope.begin_block();
         self.depth += 1;
         self.statements(statements, result);
         self.depth -= 1;
-        self.scope = scope;
+        self.scope.end_block(start);
     }
 
     fn statement(&mut self, statement: &'db Statement, result: &Type) {
@@ -99,7 +100,7 @@ impl<'db> Writer<'_, '_, 'db> {
         match otherwise {
             None | Some([]) => self.line("}"),
             Some([Statement::If { condition, then, otherwise, .. }]) => {
-                let scope = self.scope.clone();
+                let start = self.scope.begin_block();
                 let (condition, needed) = self.expr_apart(condition);
                 if needed.is_empty() {
                     self.branches("} else ", condition.text, then, otherwise.as_deref(), result);
@@ -111,7 +112,7 @@ impl<'db> Writer<'_, '_, 'db> {
                     self.depth -= 1;
                     self.line("}");
                 }
-                self.scope = scope;
+                self.scope.end_block(start);
             }
             Some(otherwise) => {
                 self.line("} else {");
@@ -126,7 +127,7 @@ impl<'db> Writer<'_, '_, 'db> {
         let ty = self.class.type_of_variable(index);
         let value = variable.value.as_ref().map(|value| self.value(value, &ty));
         // The initial value may refer to a variable that the new one hides.
-        let name = self.scope.names.declare(&variable.name.name);
+        let name = self.scope.declare(&variable.name.name);
         let cpp = self.class.cpp(&ty);
         match value {
             Some(value) => self.line(format!("{cpp} {name} = {};", value.text)),

@@ -155,8 +155,8 @@ fn added(class: &Class<'_, '_>, member: &Member<'_>) -> String {
                 format!(".arg({}, {})", cpp_string(name), cpp_string(&doc))
             });
             let arguments: String = arguments.collect();
-            let mut called = class.programs.iter().filter(|routine| routine.function == *name);
-            let called = called.find_map(|routine| routine.called.as_ref()).unwrap_or(name);
+            let routine = class.program(&ProgramId::Operation(data.name.name.clone()));
+            let called = routine.and_then(|routine| routine.called.as_ref()).unwrap_or(name);
             let function = format!("&{}::{called}", class.name);
             format!("addOperation({known}, {function}, this, RTT::OwnThread).doc({doc}){arguments};")
         }
@@ -342,7 +342,7 @@ fn set(class: &Class<'_, '_>, text: &mut Text) {
 /// An operation as other components call it.
 fn called<'db>(class: &Class<'_, 'db>, routine: &Routine<'db>, text: &mut Text) {
     let Some(called) = &routine.called else { return };
-    let mut names = class.names.clone();
+    let mut names = class.names.inner();
     let parameters = class.parameters(routine, &mut names);
     let call = names.declare("call");
     let declared: Vec<&str> = parameters.iter().map(|it| it.named.as_str()).collect();
@@ -412,8 +412,7 @@ fn state(class: &Class<'_, '_>, machine: &StateMachine<'_>, number: usize, text:
         }
         let depth = if guard.is_none() && before.is_empty() { 3 } else { 4 };
         let target = transition.target.as_ref();
-        let target = target.and_then(|target| states.iter().position(|it| it.name.name == target.name));
-        let target = target.unwrap_or(number);
+        let target = target.and_then(|target| machine.numbers.get(&target.name)).copied().unwrap_or(number);
         call_method(class, data, MethodKind::Exit, depth, text);
         call(class, &ProgramId::Effect { state: name(), transition: own() }, depth, text);
         if let Some(value) = machine.values.get(target) {
