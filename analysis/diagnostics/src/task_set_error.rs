@@ -24,7 +24,7 @@ fn message(error: &TaskSetError) -> String {
         TaskSetError::Json(error) => error.clone(),
         TaskSetError::NoFormat => "not a MAUVE task set: no `format`".to_owned(),
         TaskSetError::OtherFormat(format) => {
-            format!("unknown format `{format}`: this version reads `{FORMAT}`")
+            format!("unknown format `{format}`: this version reads `{FORMAT}`; generate the file again")
         }
         TaskSetError::OtherUnit(unit) => format!("unknown unit `{unit}`: expected `ns`"),
         TaskSetError::NoContent => "expected either `deployment` or `component`".to_owned(),
@@ -67,6 +67,10 @@ fn message(error: &TaskSetError) -> String {
         TaskSetError::RepeatedProgram => "two programs have the same name".to_owned(),
         TaskSetError::NoState { edge, state } => format!("edge {edge}: no state `{state}`"),
         TaskSetError::NoProgram { edge, program } => format!("edge {edge}: no program `{program}`"),
+        TaskSetError::NoProgramOfState { state, program } => format!("state `{state}`: no program `{program}`"),
+        TaskSetError::MoreFirst(edge) => {
+            format!("edge {edge}: `first` exceeds the number of programs in `first` of its source")
+        }
         TaskSetError::NoCost(edge) => format!("edge {edge} has no cost"),
         TaskSetError::LowCost(edge) => format!("edge {edge} costs less than its programs"),
         TaskSetError::Machine(error) => machine_error(*error),
@@ -128,6 +132,8 @@ mod tests {
             TaskSetError::RepeatedProgram,
             TaskSetError::NoState { edge: 1, state: "Idle".to_owned() },
             TaskSetError::NoProgram { edge: 1, program: "Idle.run".to_owned() },
+            TaskSetError::NoProgramOfState { state: "Idle".to_owned(), program: "Idle.run".to_owned() },
+            TaskSetError::MoreFirst(1),
             TaskSetError::NoCost(1),
             TaskSetError::LowCost(1),
             TaskSetError::Machine(MachineError::DeadEnd { state: 0 }),
@@ -138,7 +144,7 @@ mod tests {
         ];
         let messages: String = errors.iter().map(|error| task_set_error_message(error) + "\n").collect();
         expect![[r#"
-            unknown format `mauve�`: this version reads `mauve-1`
+            unknown format `mauve�`: this version reads `mauve-2`; generate the file again
             unknown unit `ms`: expected `ns`
             expected either `deployment` or `component`
             the file was changed after it was generated (other `digest`): generate it again, or remove `digest` to keep the change
@@ -162,6 +168,8 @@ mod tests {
             two programs have the same name
             edge 1: no state `Idle`
             edge 1: no program `Idle.run`
+            state `Idle`: no program `Idle.run`
+            edge 1: `first` exceeds the number of programs in `first` of its source
             edge 1 has no cost
             edge 1 costs less than its programs
             state 0 has no outgoing edge

@@ -456,16 +456,16 @@ fn schema_and_reader_agree_on_tables() {
 /// A task set with one activity, which is analysed, and one that is not.
 fn example() -> Value {
     let machine = json!({
-        "states": ["update"], "initial": "update", "overhead": [1, 2], "component_time": [null, 99],
+        "states": [{ "state": "update", "first": ["update"] }], "initial": "update", "overhead": [1, 2], "component_time": [null, 99],
         "assumed": [{ "codel": "a.b", "time": 5 }],
         "programs": [{ "program": "update", "time": [7, 8] }],
         "edges": [
-            { "source": "update", "target": "update", "transition": null, "programs": ["update"], "cost": [8, 10] },
+            { "source": "update", "target": "update", "transition": null, "first": 1, "then": [], "cost": [8, 10] },
         ],
     });
     let reason = json!({ "reason": "no time", "levels": [1e-3, 1e-6], "classic_only": false });
     json!({
-        "format": "mauve-1", "unit": "ns", "digest": null,
+        "format": "mauve-2", "unit": "ns", "digest": null,
         "deployment": {
             "name": "D", "levels": [1e-3, 1e-6], "significance": 1e-6, "cpus": 3, "rt_throttling": true, "not_analysed": [],
             "activities": [
@@ -492,10 +492,11 @@ fn schema_and_reader_agree_on_task_sets() {
     assert_eq!(agree(&whole), (true, true));
     let machine = &whole["deployment"]["activities"][0]["machine"];
     let component = json!({ "name": "m.C", "levels": [1e-3, 1e-6], "not_analysed": [], "machine": machine });
-    assert_eq!(agree(&json!({ "format": "mauve-1", "unit": "ns", "component": component })), (true, true));
+    assert_eq!(agree(&json!({ "format": "mauve-2", "unit": "ns", "component": component })), (true, true));
     let of_first = "/deployment/activities/0";
+    let state = &machine["states"][0];
     for (path, value) in [
-        ("/format", json!("mauve-2")),
+        ("/format", json!("mauve-1")),
         ("/unit", json!("us")),
         ("/digest", json!(5)),
         ("/component", json!({})),
@@ -518,7 +519,10 @@ fn schema_and_reader_agree_on_task_sets() {
         ("front/deadline", json!(0)),
         ("front/period", json!("5 ms")),
         ("front/doubt", json!(1)),
-        ("front/machine/states", json!(["update", "update"])),
+        ("front/machine/states", json!([state, state])),
+        ("front/machine/states/0", json!("update")),
+        ("front/machine/states/0/first/0", json!(1)),
+        ("front/machine/edges/0/first", json!(-1)),
         ("front/machine/states", json!([])),
         ("front/machine/edges", json!([])),
         ("front/machine/overhead/0", json!(0.5)),
@@ -551,6 +555,8 @@ fn schema_and_reader_agree_on_task_sets() {
     // A schema does not follow names, compare times, or count one array by another.
     for (path, value) in [
         ("/machine/initial", json!("other")),
+        ("/machine/states/0/first", json!(["other"])),
+        ("/machine/edges/0/first", json!(2)),
         ("/machine/edges/0/target", json!("other")),
         ("/machine/edges/0/cost", json!([8, 9])),
         ("/machine/edges/0/cost", json!([8])),

@@ -2,7 +2,7 @@
 
 use mauve_hir::{Decl, Location, ModelDb, Workspace, declaration_map, file_and_line, parse};
 use mauve_syntax::comment_above;
-use mauve_timing::task_set::Exported;
+use mauve_timing::task_set::{Exported, is_sealed};
 
 use crate::escape::comment;
 
@@ -46,8 +46,8 @@ pub(crate) fn generated_from(package: &str) -> String {
 /// and may have the hash of a user's file.
 pub(crate) fn is_marked(path: &str, text: &str) -> bool {
     match path.ends_with(".json") {
-        // JSON has no comments.
-        true => Exported::parse(text).is_ok(),
+        // JSON has no comments. A file of an earlier format is replaced by one of this format.
+        true => is_sealed(text) || Exported::parse(text).is_ok(),
         false => text.lines().take(FIRST_LINES).any(|line| line.contains(MARK)),
     }
 }
@@ -80,6 +80,14 @@ pub(crate) fn words_of(db: &dyn ModelDb, decl: Decl<'_>) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_export_of_an_earlier_format_is_the_generators() {
+        let text = r#"{"format": "mauve-1", "unit": "ns", "digest": "ce5e14b710e28c1b", "component": {"states": ["update"]}}"#;
+        assert!(
+            is_marked("models/a.json", text) && !is_marked("models/a.json", &text.replace("update", "run"))
+        );
+    }
 
     #[test]
     fn what_is_not_the_generators_has_no_mark() {

@@ -3,7 +3,7 @@
 //!
 //! ```json
 //! {
-//!   "format": "mauve-1",
+//!   "format": "mauve-2",
 //!   "unit": "ns",
 //!   "digest": "6f0c8d0a1b2c3d4e",
 //!   "deployment": {
@@ -24,7 +24,7 @@
 //!         "not_analysed": [],
 //!         "doubt": null,
 //!         "machine": {
-//!           "states": ["update"],
+//!           "states": [{ "state": "update", "first": ["update"] }],
 //!           "initial": "update",
 //!           "overhead": [0, 0],
 //!           "component_time": [null, null],
@@ -33,7 +33,7 @@
 //!           "edges": [
 //!             {
 //!               "source": "update", "target": "update", "transition": null,
-//!               "programs": ["update"], "cost": [40000000, 43000000]
+//!               "first": 1, "then": [], "cost": [40000000, 43000000]
 //!             }
 //!           ]
 //!         }
@@ -42,6 +42,11 @@
 //!   }
 //! }
 //! ```
+//!
+//! The edges of a state execute its `run` and its guards first, up to the guard of the transition that fires. So the state
+//! has one list of these programs, `first`, and an edge has the number of those that it executes: with a list for each edge,
+//! the size would be quadratic in the number of transitions. Files of the earlier format, `mauve-1`, which had these lists,
+//! are refused.
 //!
 //! A response time is a safety claim, and a file may be damaged. So what could not be analysed is in it with its reason,
 //! never left out; every key must be there, and no other; times are whole nanoseconds; whatever does not fit together is
@@ -54,6 +59,7 @@ mod json;
 use std::collections::{HashMap, HashSet};
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 pub use self::error::{TaskSetError, Times, Unknown};
 use self::json::{items, line, lines, nullable};
@@ -181,8 +187,8 @@ impl NotAnalysed {
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Machine {
-    /// The names of the states; no two are the same.
-    pub states: Vec<String>,
+    /// The states; no two have the same name.
+    pub states: Vec<State>,
     /// The initial one.
     pub initial: String,
     /// Dispatch and context switches, which every edge has.
@@ -195,6 +201,16 @@ pub struct Machine {
     pub programs: Vec<Program>,
     /// What one period may execute.
     pub edges: Vec<Edge>,
+}
+
+/// A state of a machine.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct State {
+    /// Its name.
+    pub state: String,
+    /// The programs that its edges execute first, in order.
+    pub first: Vec<String>,
 }
 
 /// A codel that no timing table has, and the time that it is assumed to take.
@@ -228,8 +244,10 @@ pub struct Edge {
     /// The transition that fires; none where the machine stays.
     #[serde(deserialize_with = "nullable")]
     pub transition: Option<String>,
-    /// What it executes, in that order.
-    pub programs: Vec<String>,
+    /// The number of programs that it executes of the `first` of its source.
+    pub first: usize,
+    /// What it executes after those, in that order.
+    pub then: Vec<String>,
     /// What all of it takes, the overhead with it.
     pub cost: Vec<Option<Time>>,
 }
@@ -247,7 +265,25 @@ struct Document {
 }
 
 /// The only format that is read.
-pub const FORMAT: &str = "mauve-1";
+pub const FORMAT: &str = "mauve-2";
+
+/// Returns whether a text has the digest of its content, in this format or in an earlier one: MAUVE wrote it.
+pub fn is_sealed(text: &str) -> bool {
+    let Ok(Value::Object(mut document)) = serde_json::from_str(text) else { return false };
+    let digest = document.remove("digest");
+    let format = document.get("format").and_then(Value::as_str).unwrap_or_default();
+    format.starts_with("mauve-") && digest == Some(Value::String(digest_of(&Value::Object(document))))
+}
+
+/// The digest of a document without one: of its meaning, whatever the white space and the order of the keys. FNV-1a: it is
+/// to find damage, and no forgery.
+fn digest_of(document: &Value) -> String {
+    let hash = document
+        .to_string()
+        .bytes()
+        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3));
+    format!("{hash:016x}")
+}
 
 /// A task set has no more activities: what they tell of each other grows with the square.
 pub const MOST_ACTIVITIES: usize = 2896;
@@ -297,13 +333,7 @@ impl Exported {
     }
 
     fn digest(&self) -> String {
-        // Of the meaning, whatever the white space and the order of the keys. FNV-1a: it is to find damage, and no forgery.
-        let meaning =
-            serde_json::from_str::<serde_json::Value>(&self.write(None)).unwrap_or_default().to_string();
-        let hash = meaning.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-            (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3)
-        });
-        format!("{hash:016x}")
+        digest_of(&serde_json::from_str(&self.write(None)).unwrap_or_default())
     }
 
     fn write(&self, digest: Option<&str>) -> String {
@@ -493,7 +523,7 @@ impl Machine {
     }
 
     fn numbers(&self) -> HashMap<&str, u32> {
-        self.states.iter().zip(0..).map(|(name, number)| (name.as_str(), number)).collect()
+        self.states.iter().zip(0..).map(|(it, number)| (it.state.as_str(), number)).collect()
     }
 
     fn machine_at(
@@ -522,7 +552,7 @@ impl Machine {
         let transitions = self.edges.iter().filter_map(|edge| edge.transition.as_ref());
         let assumed = self.assumed.iter().map(|it| &it.codel);
         let programs = self.programs.iter().map(|it| &it.program);
-        let texts = self.states.iter().chain(transitions).chain(assumed).chain(programs);
+        let texts = self.states.iter().map(|it| &it.state).chain(transitions).chain(assumed).chain(programs);
         texts.into_iter().try_for_each(|text| is_one_line(text))?;
         let numbers = self.numbers();
         if numbers.len() < self.states.len() {
@@ -542,22 +572,53 @@ impl Machine {
         }
         for (index, edge) in self.edges.iter().enumerate() {
             self.check_column(Times::Edge(index), &edge.cost, levels)?;
-            for (column, cost) in edge.cost.iter().enumerate() {
-                let mut sum = self.overhead.get(column).copied().flatten();
-                for name in &edge.programs {
-                    let Some(program) = all.get(name.as_str()) else {
-                        return Err(TaskSetError::NoProgram { edge: index, program: name.clone() });
-                    };
-                    let time = program.time.get(column).copied().flatten();
-                    sum = sum.zip(time).and_then(|(sum, time)| sum.checked_add(time));
-                }
-                if cost.is_some() && sum.is_none_or(|sum| Some(sum) > *cost) {
-                    return Err(TaskSetError::LowCost(index));
-                }
-            }
+        }
+        for column in 0..levels.len() {
+            self.check_costs(&numbers, &all, column)?;
         }
         for column in 0..levels.len() {
             self.machine_at(&numbers, column)?;
+        }
+        Ok(())
+    }
+
+    /// No edge costs less than what it executes.
+    fn check_costs(
+        &self,
+        numbers: &HashMap<&str, u32>,
+        programs: &HashMap<&str, &Program>,
+        column: usize,
+    ) -> Result<(), TaskSetError> {
+        let add = |sum: Option<Time>, program: &Program| {
+            let time = program.time.get(column).copied().flatten();
+            sum.zip(time).and_then(|(sum, time)| sum.checked_add(time))
+        };
+        let overhead = self.overhead.get(column).copied().flatten();
+        // For each state, the sums of the first programs of its list.
+        let mut sums: Vec<Vec<Option<Time>>> = Vec::with_capacity(self.states.len());
+        for State { state, first } in &self.states {
+            let mut after = vec![overhead];
+            for name in first {
+                let no_program =
+                    || TaskSetError::NoProgramOfState { state: state.clone(), program: name.clone() };
+                let program = programs.get(name.as_str()).ok_or_else(no_program)?;
+                after.push(add(after.last().copied().flatten(), program));
+            }
+            sums.push(after);
+        }
+        for (index, edge) in self.edges.iter().enumerate() {
+            let source = numbers.get(edge.source.as_str()).and_then(|&number| sums.get(number as usize));
+            let no_state = || TaskSetError::NoState { edge: index, state: edge.source.clone() };
+            let source = source.ok_or_else(no_state)?;
+            let mut sum = *source.get(edge.first).ok_or(TaskSetError::MoreFirst(index))?;
+            for name in &edge.then {
+                let no_program = || TaskSetError::NoProgram { edge: index, program: name.clone() };
+                sum = add(sum, programs.get(name.as_str()).ok_or_else(no_program)?);
+            }
+            let cost = edge.cost.get(column).copied().flatten();
+            if cost.is_some_and(|cost| sum.is_none_or(|sum| sum > cost)) {
+                return Err(TaskSetError::LowCost(index));
+            }
         }
         Ok(())
     }
@@ -577,7 +638,7 @@ impl Machine {
         lines(
             depth,
             &[
-                ("states", line(&machine.states)),
+                ("states", items(depth + 1, machine.states.iter().map(line))),
                 ("initial", line(&machine.initial)),
                 ("overhead", line(&machine.overhead)),
                 ("component_time", line(&machine.component_time)),
@@ -642,7 +703,6 @@ fn check_times(of: Times, times: &[Option<Time>], levels: &[Level]) -> Result<()
 mod tests {
     use expect_test::{Expect, expect};
     use proptest::prelude::*;
-    use serde_json::Value;
 
     use super::*;
 
@@ -656,24 +716,27 @@ mod tests {
 
     /// One activity of two states that is analysed by `psm`, one of which a time is missing at 1e-9, one in the background.
     fn example() -> Exported {
-        let edge = |source: &str, target: &str, transition: Option<&str>, programs: &[&str], cost| Edge {
+        let names = |names: &[&str]| names.iter().map(|it| (*it).to_owned()).collect();
+        let edge = |source: &str, target: &str, transition: Option<&str>, then: &[&str], cost| Edge {
             source: source.to_owned(),
             target: target.to_owned(),
             transition: transition.map(str::to_owned),
-            programs: programs.iter().map(|it| (*it).to_owned()).collect(),
+            first: usize::from(source == "Idle"),
+            then: names(then),
             cost: times(cost),
         };
+        let state = |state: &str, first: &[&str]| State { state: state.to_owned(), first: names(first) };
         let program = |name: &str, time| Program { program: name.to_owned(), time: times(time) };
         let machine = Machine {
-            states: vec!["Idle".to_owned(), "Busy".to_owned()],
+            states: vec![state("Idle", &["Idle.run"]), state("Busy", &[])],
             initial: "Idle".to_owned(),
             overhead: times([3, 4]),
             component_time: vec![Some(Time::from_nanos(900)), None],
             assumed: vec![Assumed { codel: "pilot.turn".to_owned(), time: Time::from_nanos(5) }],
             programs: vec![program("Idle.run", [10, 20]), program("Busy.entry", [70, 70])],
             edges: vec![
-                edge("Idle", "Idle", None, &["Idle.run"], [13, 24]),
-                edge("Idle", "Busy", Some("go"), &["Idle.run", "Busy.entry"], [83, 94]),
+                edge("Idle", "Idle", None, &[], [13, 24]),
+                edge("Idle", "Busy", Some("go"), &["Busy.entry"], [83, 94]),
                 edge("Busy", "Idle", Some("back"), &[], [3, 4]),
             ],
         };
@@ -775,6 +838,18 @@ mod tests {
     }
 
     #[test]
+    fn what_is_sealed_was_written_by_this_version_or_an_earlier_one() {
+        let text = example().to_json();
+        assert!(is_sealed(&text));
+        assert!(!is_sealed(&unsealed().to_string()));
+        assert!(!is_sealed(&text.replace("1000", "1001")));
+        let earlier =
+            r#"{"format": "mauve-1", "unit": "ns", "digest": "DIGEST", "component": {"states": ["update"]}}"#;
+        assert!(is_sealed(&earlier.replace("DIGEST", "ce5e14b710e28c1b")));
+        assert!(!is_sealed(earlier) && !is_sealed("") && !is_sealed("[]"));
+    }
+
+    #[test]
     fn nothing_may_be_missing() {
         let whole = unsealed();
         let is_key = |path: &String| path.rsplit('/').next().is_some_and(|key| key.parse::<usize>().is_err());
@@ -838,9 +913,11 @@ mod tests {
     #[test]
     fn what_is_refused() {
         use serde_json::json;
+        let idle = json!({ "state": "Idle", "first": ["Idle.run"] });
+        let busy = json!({ "state": "Busy", "first": [] });
         check(
             &[
-                ("/format", json!("mauve-2")),
+                ("/format", json!("mauve-1")),
                 ("/unit", json!("ms")),
                 ("/deployment/levels", json!([1e-3, 1e-3])),
                 ("/deployment/levels", json!([1e-3, 2])),
@@ -865,11 +942,18 @@ mod tests {
                 ("front/deadline", json!(1001)),
                 ("front/machine", json!(null)),
                 ("front/instance", json!("rear")),
-                ("front/machine/states", json!(["Idle", "Idle"])),
-                ("front/machine/states", json!(["Idle", "Busy", "Lost"])),
+                ("front/machine/states/1/state", json!("Idle")),
+                ("front/machine/states", json!([idle, busy, { "state": "Lost", "first": [] }])),
+                ("front/machine/states/0/first", json!(["Idle.walk"])),
+                ("front/machine/states/0/first", json!(["Idle.run", "Busy.entry"])),
+                ("front/machine/states/0/first", json!([])),
                 ("front/machine/initial", json!("Lost")),
                 ("front/machine/edges/0/source", json!("Lost")),
-                ("front/machine/edges/0/programs", json!(["Idle.walk"])),
+                ("front/machine/edges/0/then", json!(["Idle.walk"])),
+                ("front/machine/edges/0/then", json!(["Idle.run"])),
+                ("front/machine/edges/0/first", json!(0)),
+                ("front/machine/edges/0/first", json!(2)),
+                ("front/machine/edges/0/first", json!(-1)),
                 ("front/machine/edges/0/cost", json!([12, 24])),
                 ("front/machine/edges/0/cost", json!([13])),
                 ("front/machine/edges/0/cost", json!([13, null])),
@@ -886,7 +970,7 @@ mod tests {
                 ("rear/machine/overhead", json!([null, null])),
             ],
             expect![[r#"
-                OtherFormat("mauve-2")
+                OtherFormat("mauve-1")
                 OtherUnit("ms")
                 RepeatedLevel(Level { bits: 4562254508917369340 })
                 Json("invalid value: floating point `2.0`, expected a probability between 0 and 1, such as 1e-4 at line 204 column 5")
@@ -938,7 +1022,7 @@ mod tests {
             "null",
             "{}",
             "{\"name\": \"a\"}",
-            "{\"format\": \"mauve-1\"}",
+            "{\"format\": \"mauve-2\"}",
             "{\"format\": \"\u{7}\"}",
         ] {
             assert!(Exported::parse(text).is_err(), "{text}");
@@ -957,12 +1041,14 @@ mod tests {
             source: source.clone(),
             target: target.clone(),
             transition: None,
-            programs: Vec::new(),
+            first: 0,
+            then: Vec::new(),
             cost: vec![Some(Time::from_nanos(1))],
         };
         let edges = states.iter().zip(states.iter().cycle().skip(1)).map(edge).collect();
         let none = || vec![Some(Time::ZERO)];
         let (initial, assumed, programs) = (states[0].clone(), Vec::new(), Vec::new());
+        let states = states.into_iter().map(|state| State { state, first: Vec::new() }).collect();
         let machine =
             Machine { states, initial, overhead: none(), component_time: none(), assumed, programs, edges };
         let levels = vec![level(1e-4)];

@@ -1,8 +1,11 @@
 //! Exports models as task sets and state machines ([`mauve_timing::task_set`]).
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use mauve_timing::task_set::{Activity, Assumed, Component, Edge, Machine, NotAnalysed, Program, TaskSet};
+use mauve_timing::task_set::{
+    Activity, Assumed, Component, Edge, Machine, NotAnalysed, Program, State, TaskSet,
+};
 use mauve_timing::{Level, Time};
 
 use crate::psm::{Psm, psm_of};
@@ -132,25 +135,28 @@ fn machine_of(psms: &Psms<'_>) -> Option<Machine> {
         at_levels.iter().map(|psm| psm.and_then(time)).collect()
     };
     let state = |number: u32| shape.states.get(number as usize).map_or_else(String::new, ToString::to_string);
-    let key = |index: usize| shape.programs.get(index).map(|(program, _)| program.to_string());
-    let mut used: Vec<usize> = shape.edges.executed().collect();
-    used.sort_unstable();
-    used.dedup();
-    let programs = used.iter().filter_map(|index| {
+    let key = |index: &usize| shape.programs.get(*index).map(|(program, _)| program.to_string());
+    let executed: BTreeSet<usize> = shape.edges.executed().collect();
+    let programs = executed.iter().filter_map(|index| {
         let time = times(&|psm| psm.programs.get(*index).map(|(_, time)| *time));
-        Some(Program { program: key(*index)?, time })
+        Some(Program { program: key(index)?, time })
     });
     let edges = shape.machine.edges().iter().zip(&shape.edges.all).enumerate();
     let edges = edges.map(|(index, (edge, described))| Edge {
         source: state(edge.source),
         target: state(edge.target),
         transition: described.transition.as_ref().map(ToString::to_string),
-        programs: shape.edges.programs(described).filter_map(key).collect(),
+        first: described.first,
+        then: described.then.iter().filter_map(key).collect(),
         cost: times(&|psm| psm.machine.edges().get(index).map(|edge| edge.cost)),
     });
     let assumed = shape.assumed.iter().map(|(codel, time)| Assumed { codel: codel.clone(), time: *time });
+    let states = shape.states.iter().zip(&shape.edges.first).map(|(state, first)| State {
+        state: state.to_string(),
+        first: first.iter().filter_map(key).collect(),
+    });
     Some(Machine {
-        states: shape.states.iter().map(ToString::to_string).collect(),
+        states: states.collect(),
         initial: shape.states.get(shape.initial).map_or_else(String::new, ToString::to_string),
         overhead: times(&|psm| Some(psm.overhead)),
         component_time: times(&|psm| psm.component_time),
@@ -164,21 +170,24 @@ fn machine_of(psms: &Psms<'_>) -> Option<Machine> {
 pub fn psm_at(machine: &Machine, column: usize) -> Option<Psm<'static>> {
     let number: std::collections::HashMap<&str, usize> =
         machine.programs.iter().map(|it| it.program.as_str()).zip(0..).collect();
+    let indices = |programs: &[String]| -> Vec<usize> {
+        programs.iter().filter_map(|it| number.get(it.as_str()).copied()).collect()
+    };
     let state_machine = machine.state_machine(column)?;
     let edge = |(edge, timed): (&Edge, &mauve_timing::Edge)| mauve_hir::Edge {
         source: timed.source as usize,
         target: timed.target as usize,
         transition: edge.transition.as_deref().map(Into::into),
-        first: 0,
-        then: edge.programs.iter().filter_map(|it| number.get(it.as_str()).copied()).collect(),
+        first: edge.first,
+        then: indices(&edge.then),
     };
     let time = |times: &[Option<Time>]| times.get(column).copied().flatten();
     Some(Psm {
-        states: machine.states.iter().map(|state| state.as_str().into()).collect(),
-        initial: machine.states.iter().position(|state| *state == machine.initial)?,
+        states: machine.states.iter().map(|it| it.state.as_str().into()).collect(),
+        initial: machine.states.iter().position(|it| it.state == machine.initial)?,
         edges: Arc::new(Edges {
             all: machine.edges.iter().zip(state_machine.edges()).map(edge).collect(),
-            first: vec![Vec::new(); machine.states.len()],
+            first: machine.states.iter().map(|it| indices(&it.first)).collect(),
         }),
         machine: state_machine,
         programs: machine

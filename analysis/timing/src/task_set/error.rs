@@ -52,6 +52,10 @@ pub enum TaskSetError {
     NoState { edge: usize, state: String },
     /// An edge executes a program that is not there.
     NoProgram { edge: usize, program: String },
+    /// The `first` of a state has a program that is not there.
+    NoProgramOfState { state: String, program: String },
+    /// The `first` of this edge exceeds the number of programs in that of its source.
+    MoreFirst(usize),
     /// This edge has no cost.
     NoCost(usize),
     /// This edge costs less than what it executes.
