@@ -2,7 +2,7 @@
 //! the greatest total execution time.
 
 use mauve_diagnostics::timing_reason;
-use mauve_hir::item_tree::{HookKind, Kind, Name};
+use mauve_hir::item_tree::{HookKind, Kind, Name, State, Transition};
 use mauve_hir::{
     Decl, File, Location, ModelDb, ProgramId, Project, Workspace, architecture, behaviour_of, core, core_of,
     declaration_at, names_of, resolve_type,
@@ -10,6 +10,7 @@ use mauve_hir::{
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{Level, Time, worst_trace};
 use mauve_wcrt::{Psm, psm_of, system_of};
+use rustc_hash::FxHashMap;
 
 use crate::project::projects_with;
 
@@ -38,6 +39,8 @@ pub struct MachineState<'db> {
     pub name: Name,
     /// Whether it is the initial state.
     pub initial: bool,
+    /// The programs that its periods execute first, in order; an edge executes as many of them as its `first` says.
+    pub first: Vec<(ProgramId, Option<Time>)>,
     /// Its declaration.
     pub at: Option<Location<'db>>,
 }
@@ -53,8 +56,10 @@ pub struct MachineEdge<'db> {
     pub transition: Option<Name>,
     /// Its greatest execution time.
     pub time: Option<Time>,
-    /// The executed programs, in order.
-    pub programs: Vec<(ProgramId, Option<Time>)>,
+    /// The number of programs that it executes of the `first` of its source.
+    pub first: usize,
+    /// The programs that it executes after those, in order.
+    pub then: Vec<(ProgramId, Option<Time>)>,
     /// The declaration of the transition.
     pub at: Option<Location<'db>>,
 }
@@ -88,32 +93,44 @@ pub fn state_machine<'db>(
         return view;
     }
     let data = core(db, of);
-    let declared: Vec<_> =
-        data.into_iter().flat_map(|data| &data.machines).flat_map(|machine| &machine.states).collect();
-    let state = |name: &Name| declared.iter().find(|state| state.name.name == *name).copied();
+    let mut declared: FxHashMap<&Name, &State> = FxHashMap::default();
+    let mut transitions: FxHashMap<(&Name, &Name), &Transition> = FxHashMap::default();
+    // If two states or transitions have one name, the first counts.
+    for state in data.into_iter().flat_map(|data| &data.machines).flat_map(|machine| &machine.states).rev() {
+        declared.insert(&state.name.name, state);
+        let of_state = state.transitions.iter().rev();
+        transitions.extend(of_state.map(|it| ((&state.name.name, &it.name.name), it)));
+    }
     // A core without a state machine has an `update`.
     let update = data.and_then(|data| data.hooks.iter().find(|hook| hook.kind == HookKind::Update));
     let update = update.map(|hook| Location::Source(of, hook.id));
-    for (index, name) in behaviour.states.iter().enumerate() {
-        let at = state(name).map(|state| Location::Source(of, state.name.id)).or_else(|| update.clone());
-        view.states.push(MachineState { name: name.clone(), initial: index == behaviour.initial, at });
+    let psm = view.psm;
+    let programs = |indices: &[usize]| -> Vec<(ProgramId, Option<Time>)> {
+        let program = |&index: &usize| {
+            let time = psm.and_then(|psm| Some(psm.programs.get(index)?.1));
+            Some((behaviour.programs.get(index)?.id.clone(), time))
+        };
+        indices.iter().filter_map(program).collect()
+    };
+    for (index, (name, first)) in behaviour.states.iter().zip(&behaviour.edges.first).enumerate() {
+        let at = declared.get(name).map(|state| Location::Source(of, state.name.id));
+        view.states.push(MachineState {
+            name: name.clone(),
+            initial: index == behaviour.initial,
+            first: programs(first),
+            at: at.or_else(|| update.clone()),
+        });
     }
     for (index, edge) in behaviour.edges.all.iter().enumerate() {
-        let source = behaviour.states.get(edge.source).and_then(state);
-        let transition = edge.transition.as_ref();
-        let declared = source.zip(transition).and_then(|(source, name)| {
-            source.transitions.iter().find(|transition| transition.name.name == *name)
-        });
-        let programs = behaviour.edges.programs(edge).filter_map(|program| {
-            let time = view.psm.and_then(|psm| Some(psm.programs.get(program)?.1));
-            Some((behaviour.programs.get(program)?.id.clone(), time))
-        });
+        let source = behaviour.states.get(edge.source);
+        let declared = source.zip(edge.transition.as_ref()).and_then(|name| transitions.get(&name));
         view.edges.push(MachineEdge {
             source: edge.source,
             target: edge.target,
-            transition: transition.cloned(),
-            time: view.psm.and_then(|psm| Some(psm.machine.edges().get(index)?.cost)),
-            programs: programs.collect(),
+            transition: edge.transition.clone(),
+            time: psm.and_then(|psm| Some(psm.machine.edges().get(index)?.cost)),
+            first: edge.first,
+            then: programs(&edge.then),
             at: declared.map(|transition| Location::Source(of, transition.name.id)),
         });
     }
@@ -173,20 +190,24 @@ mod tests {
             let place = |at: &Option<Location<'_>>| {
                 at.as_ref().map_or("?".to_owned(), |at| at.file(&db).text(&db)[at.range(&db)].to_owned())
             };
+            let timed = |programs: &[(ProgramId, Option<Time>)]| {
+                let programs: Vec<_> = programs.iter().map(|(id, time)| (id.to_string(), time)).collect();
+                format!("{programs:?}")
+            };
             shown += &format!("{}\n", component.name(&db));
             for state in &view.states {
                 shown += &format!(
-                    "{} @{}{}\n",
+                    "{} @{}{} {}\n",
                     state.name,
                     place(&state.at),
-                    if state.initial { " initial" } else { "" }
+                    if state.initial { " initial" } else { "" },
+                    timed(&state.first)
                 );
             }
             for edge in &view.edges {
-                let MachineEdge { source, target, transition, time, programs, at } = edge;
-                let programs: Vec<_> = programs.iter().map(|(id, time)| (id.to_string(), time)).collect();
-                shown +=
-                    &format!("{source} -> {target} {transition:?} @{} {time:?} {programs:?}\n", place(at));
+                let MachineEdge { source, target, transition, time, first, then, at } = edge;
+                let (at, then) = (place(at), timed(then));
+                shown += &format!("{source} -> {target} {transition:?} @{at} {time:?} {first} {then}\n");
             }
             shown += &format!("{:?} {:?}\n", view.worst_trace, view.reasons);
         }
@@ -226,11 +247,11 @@ codel = \"1.5 ms\"
             &at("$1", MODEL),
             expect![[r#"
             Pilot
-            Waiting @Waiting initial
-            Moving @Moving
-            0 -> 1 Some("go") @go Some(Time(1500000)) [("Waiting.go.guard", Some(Time(1500000)))]
-            0 -> 0 None @? Some(Time(1500000)) [("Waiting.go.guard", Some(Time(1500000)))]
-            1 -> 0 Some("done") @done Some(Time(3000000)) [("Moving.run", Some(Time(3000000)))]
+            Waiting @Waiting initial [("Waiting.go.guard", Some(Time(1500000)))]
+            Moving @Moving [("Moving.run", Some(Time(3000000)))]
+            0 -> 1 Some("go") @go Some(Time(1500000)) 1 []
+            0 -> 0 None @? Some(Time(1500000)) 1 []
+            1 -> 0 Some("done") @done Some(Time(3000000)) 1 []
             [0, 2, 0, 2, 0, 2, 0, 2, 0, 2, 0, 2] []
         "#]],
         );
@@ -243,8 +264,8 @@ codel = \"1.5 ms\"
             &at("$3", MODEL),
             expect![[r#"
             Updater
-            update @update initial
-            0 -> 0 None @? Some(Time(1500000)) [("update", Some(Time(1500000)))]
+            update @update initial []
+            0 -> 0 None @? Some(Time(1500000)) 0 [("update", Some(Time(1500000)))]
             [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0] []
         "#]],
         );
@@ -258,11 +279,11 @@ codel = \"1.5 ms\"
             &at("$1", &model),
             expect![[r#"
             Pilot
-            Waiting @Waiting initial
-            Moving @Moving
-            0 -> 1 Some("go") @go None [("Waiting.go.guard", None)]
-            0 -> 0 None @? None [("Waiting.go.guard", None)]
-            1 -> 0 Some("done") @done None [("Moving.run", None)]
+            Waiting @Waiting initial [("Waiting.go.guard", None)]
+            Moving @Moving [("Moving.run", None)]
+            0 -> 1 Some("go") @go None 1 []
+            0 -> 0 None @? None 1 []
+            1 -> 0 Some("done") @done None 1 []
             [] ["no time for codel `plan`"]
         "#]],
         );

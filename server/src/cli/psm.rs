@@ -10,7 +10,7 @@ use mauve_hir::{Database, Decl, Project, config_of, names_of, projects, similar}
 use mauve_ide::{Drawing, draw_state_machine};
 use mauve_timing::{Level, Time};
 use mauve_wcrt::{Refusal, psm_of};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::Outside;
 use crate::Output;
@@ -161,27 +161,28 @@ fn show<'db>(
         Format::Dot => draw_state_machine(name, level, psm, Drawing::Dot),
         Format::Svg => draw_state_machine(name, level, psm, Drawing::Svg),
         Format::Json => {
-            let state = |number: u32| psm.states.get(number as usize).map_or("", |name| name.as_str());
-            let edges: Vec<_> = psm
-                .machine
-                .edges()
-                .iter()
-                .zip(&psm.edges.all)
-                .map(|(edge, described)| {
-                    let programs = psm.edges.programs(described).filter_map(|index| psm.programs.get(index));
-                    let programs: Vec<_> = programs
-                        .map(|(program, time)| json!({ "program": program.to_string(), "time": milliseconds(*time) }))
-                        .collect();
-                    json!({
-                        "source": state(edge.source),
-                        "target": state(edge.target),
-                        "transition": described.transition.as_ref().map(|name| name.as_str()),
-                        "time": milliseconds(edge.cost),
-                        "programs": programs,
-                    })
-                })
+            let programs = |indices: &[usize]| -> Vec<Value> {
+                let timed = indices.iter().filter_map(|&index| psm.programs.get(index));
+                timed
+                    .map(|(program, time)| json!({ "program": program.to_string(), "time": milliseconds(*time) }))
+                    .collect()
+            };
+            let states = psm.states.iter().zip(&psm.edges.first);
+            let states: Vec<Value> = states
+                .map(|(name, first)| json!({ "state": name.as_str(), "first": programs(first) }))
                 .collect();
-            let states: Vec<&str> = psm.states.iter().map(|name| name.as_str()).collect();
+            let state = |number: u32| psm.states.get(number as usize).map_or("", |name| name.as_str());
+            let edge = |(edge, described): (&mauve_timing::Edge, &mauve_hir::Edge)| {
+                json!({
+                    "source": state(edge.source),
+                    "target": state(edge.target),
+                    "transition": described.transition.as_ref().map(|name| name.as_str()),
+                    "time": milliseconds(edge.cost),
+                    "first": described.first,
+                    "then": programs(&described.then),
+                })
+            };
+            let edges: Vec<Value> = psm.machine.edges().iter().zip(&psm.edges.all).map(edge).collect();
             let component_time = psm.component_time.map(milliseconds);
             crate::json::text(&json!({
                 "component": name.as_str(),

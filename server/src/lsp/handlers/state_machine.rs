@@ -8,12 +8,14 @@
 //! | `drawing` | `"svg"` (if left out) or `"dot"` |
 //!
 //! Of the result, `source` and `target` are numbers of states, and `worstTrace` has numbers of edges. In the SVG, `data-state`,
-//! `data-source` and `data-target` hold the numbers of states. `assumed` has the codels whose times are assumed. Without
-//! times, there are `reasons`, and no drawing.
+//! `data-source` and `data-target` hold the numbers of states. A state has the programs that its periods execute first, in
+//! `first`: `run` and the guards. An edge executes as many of them as its `first` says, then the programs of `then`. `assumed`
+//! has the codels whose times are assumed. Without times, there are `reasons`, and no drawing.
 
 use mauve_hir::item_tree::Kind;
-use mauve_hir::{Decl, Project, names_of, project_files, projects};
+use mauve_hir::{Decl, ProgramId, Project, names_of, project_files, projects};
 use mauve_ide::{Drawing, component_at, draw_state_machine, state_machine as machine_of};
+use mauve_timing::Time;
 use mauve_wcrt::Query;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -66,20 +68,26 @@ pub(crate) fn state_machine(snapshot: &Snapshot, params: &StateMachineParams) ->
     };
     let view = machine_of(db, project, component, level);
     let location = |at: &Option<_>| at.as_ref().and_then(|at| to_proto::location(snapshot, at));
+    let programs = |all: &[(ProgramId, Option<Time>)]| -> Vec<Value> {
+        let program = |(program, time): &(ProgramId, Option<Time>)| json!({ "program": program.to_string(), "time": time.map(milliseconds) });
+        all.iter().map(program).collect()
+    };
     let states = view.states.iter().map(|state| {
-        json!({ "name": state.name.to_string(), "initial": state.initial, "location": location(&state.at) })
+        json!({
+            "name": state.name.to_string(),
+            "initial": state.initial,
+            "first": programs(&state.first),
+            "location": location(&state.at),
+        })
     });
     let edges = view.edges.iter().map(|edge| {
-        let programs = edge
-            .programs
-            .iter()
-            .map(|(program, time)| json!({ "program": program.to_string(), "time": time.map(milliseconds) }));
         json!({
             "source": edge.source,
             "target": edge.target,
             "transition": edge.transition.as_ref().map(ToString::to_string),
             "time": edge.time.map(milliseconds),
-            "programs": programs.collect::<Vec<_>>(),
+            "first": edge.first,
+            "then": programs(&edge.then),
             "location": location(&edge.at),
         })
     });
