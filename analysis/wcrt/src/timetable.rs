@@ -235,6 +235,7 @@ fn joined<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> (Timetable<'db>, 
         times,
         facts: Vec::new(),
         locations: FxHashMap::default(),
+        programs: FxHashMap::default(),
         unknown: Vec::new(),
     };
     if let Some(file) = config_file(db, workspace) {
@@ -270,6 +271,8 @@ pub(crate) struct TimetableBuilder<'db> {
     pub(crate) times: Timetable<'db>,
     facts: Vec<TimingFact<'db>>,
     locations: FxHashMap<Timed<'db>, Vec<(Location<'db>, String)>>,
+    /// For each component with an entry for a program, how many of its programs have each key.
+    programs: FxHashMap<Decl<'db>, FxHashMap<ProgramId, usize>>,
     pub(crate) unknown: Vec<UnknownKey<'db>>,
 }
 
@@ -379,11 +382,11 @@ impl<'db> TimetableBuilder<'db> {
         let namesakes = names_of(db, self.project).anywhere(Kind::Component, last).to_vec();
         let addressed: Vec<Decl<'db>> = named.map_or_else(|| namesakes.clone(), |named| vec![named]);
         let wrong = addressed.into_iter().find_map(|component| {
-            let programs = self.programs_of(component);
-            let count = programs.iter().filter(|it| **it == program).count();
-            (count != 1 && !(count == 0 && is_hook)).then_some((component, programs, count))
+            let count = self.count_of(component, &program);
+            (count != 1 && !(count == 0 && is_hook)).then_some((component, count))
         });
-        let Some((found, programs, count)) = wrong else { return };
+        let Some((found, count)) = wrong else { return };
+        let programs = self.programs_of(found);
         let name = found.name(db);
         let wrong = WrongProgram { component: found, program: program.clone(), is_repeated: count > 0 };
         // The key of a transition alone is neither that of its guard nor that of its program.
@@ -411,6 +414,20 @@ impl<'db> TimetableBuilder<'db> {
             let (key, section) = (component.to_owned(), TableSection::Program);
             self.unknown.push(UnknownKey { entry, key, section, file, is_reported: true });
         }
+    }
+
+    /// Returns how many programs of a component have this key.
+    fn count_of(&mut self, component: Decl<'db>, program: &ProgramId) -> usize {
+        if let Some(counts) = self.programs.get(&component) {
+            return counts.get(program).copied().unwrap_or_default();
+        }
+        let mut counts: FxHashMap<ProgramId, usize> = FxHashMap::default();
+        for program in self.programs_of(component) {
+            *counts.entry(program).or_default() += 1;
+        }
+        let count = counts.get(program).copied().unwrap_or_default();
+        self.programs.insert(component, counts);
+        count
     }
 
     pub(crate) fn programs_of(&self, component: Decl<'db>) -> Vec<ProgramId> {
