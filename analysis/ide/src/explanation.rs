@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use mauve_diagnostics::timing_reason;
-use mauve_hir::{ModelDb, ProgramId, Project, config_of};
+use mauve_hir::{ModelDb, Project, config_of};
 use mauve_timing::task_set::TaskSet;
 use mauve_timing::{Method, Status, Time, worst_trace};
 use mauve_wcrt::{ActivityReport, Priority, Psm, Query, Reason, Report, Verdict, psm_at, psm_of, worst_path};
@@ -25,7 +25,7 @@ pub fn explain_response<'db>(
 ) -> String {
     let component = activity.component;
     let psm = component.and_then(|component| psm_of(db, project, component, query.level).as_ref().ok());
-    let path = |program: &ProgramId| {
+    let path = |program: usize| {
         component.map_or_else(Vec::new, |of| worst_path(db, project, of, query.level, program))
     };
     let throttling = config_of(db, project.workspace(db)).rt_throttling;
@@ -52,8 +52,8 @@ struct Origin<'a> {
     /// Whether real-time throttling is on, if `mauve.toml` says so.
     throttling: Option<bool>,
     psm: Option<&'a Psm<'a>>,
-    /// The codels of a program along its worst path, with their times.
-    worst_path: &'a dyn Fn(&ProgramId) -> Vec<(String, Time)>,
+    /// The codels of a program along its worst path, with their times; by its index in the state machine.
+    worst_path: &'a dyn Fn(usize) -> Vec<(String, Time)>,
 }
 
 fn explain<'db>(
@@ -209,7 +209,7 @@ fn own_time(
     out: &mut String,
     psm: &Psm<'_>,
     method: Method,
-    worst_path: &dyn Fn(&ProgramId) -> Vec<(String, Time)>,
+    worst_path: &dyn Fn(usize) -> Vec<(String, Time)>,
 ) {
     let greatest = psm.machine.greatest_edge();
     let (Some(edge), Some(described)) = (psm.machine.edges().get(greatest), psm.edges.all.get(greatest))
@@ -232,11 +232,13 @@ fn own_time(
         ),
         None => writeln!(out, "\nexecution time {}: {what}", edge.cost),
     };
-    for (program, time) in psm.edges.programs(described).filter_map(|index| psm.programs.get(index)) {
+    let assumed: FxHashSet<&str> = psm.assumed.iter().map(|(codel, _)| codel.as_str()).collect();
+    for index in psm.edges.programs(described) {
+        let Some((program, time)) = psm.programs.get(index) else { continue };
         let _ = writeln!(out, "  {:>12}  {program}", time.to_string());
-        for (codel, time) in worst_path(program) {
-            let is_assumed = psm.assumed.iter().any(|(assumed, _)| *assumed == codel);
-            let assumed = if is_assumed { "  (assumed: in no timing table)" } else { "" };
+        for (codel, time) in worst_path(index) {
+            let assumed =
+                if assumed.contains(codel.as_str()) { "  (assumed: in no timing table)" } else { "" };
             let _ = writeln!(out, "  {:>12}    {:>10}  {codel}{assumed}", "", time.to_string());
         }
     }

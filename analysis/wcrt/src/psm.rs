@@ -315,20 +315,20 @@ impl<'db> Evaluator<'_, 'db> {
 }
 
 /// The codels of one program of a component along its worst path, and its own operations, with their times, in the
-/// order of execution: where the time of the program comes from. Empty where a table has that time.
+/// order of execution: where the time of the program comes from. Empty where a table has that time. `program` is an index
+/// of [`Psm::programs`].
 pub fn worst_path<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     component: Decl<'db>,
     level: Level,
-    program: &ProgramId,
+    program: usize,
 ) -> Vec<(String, Time)> {
     let Some(core) = core_of(db, project, component) else { return Vec::new() };
     let Ok(psm) = psm_of(db, project, component, level) else { return Vec::new() };
     let times = timetable_of(db, project);
-    let is_in_table = times.program_time(component, program, level) != Lookup::Absent;
-    let program =
-        behaviour_of(db, project, core).programs.iter().find(|it| it.id == *program && !is_in_table);
+    let is_in_table = |it: &ProgramId| times.program_time(component, it, level) != Lookup::Absent;
+    let program = behaviour_of(db, project, core).programs.get(program).filter(|it| !is_in_table(&it.id));
     let time = |cost: &Cost<'db>| match cost {
         Cost::Codel(codel) => match times.codel_time(db, *codel, level) {
             Lookup::Known(time) | Lookup::Assumed(time) => Some((codel.qualified(db), time)),
