@@ -101,10 +101,9 @@ fn flat_with_settings<'db>(
 }
 
 fn settings_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> &'db [Setting] {
-    match (architecture(db, of), deployment_interface(db, of)) {
-        (Some(data), _) => &data.settings,
-        (None, Some(data)) => &data.settings,
-        (None, None) => &[],
+    match of.kind(db) {
+        Kind::Architecture => architecture(db, of).map_or(&[] as &[Setting], |data| &data.settings),
+        _ => deployment_interface(db, of).map_or(&[] as &[Setting], |data| &data.settings),
     }
 }
 
