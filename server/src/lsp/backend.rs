@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock, mpsc};
 
 use salsa::{CancellationToken, Database as _};
-use serde::Deserialize as _;
+use serde::{Deserialize as _, Serialize};
 use serde_json::{Value, from_value};
 use tokio::sync::oneshot;
 use tokio::time::timeout;
@@ -82,6 +82,11 @@ macro_rules! own_methods {
             self.answer(move |snapshot| $handler(snapshot, &params)).await
         })*
     };
+}
+
+tokio::task_local! {
+    /// The result of the present request as JSON, if its handler has written it.
+    pub(crate) static JSON: Arc<OnceLock<String>>;
 }
 
 impl Backend {
@@ -448,7 +453,8 @@ macro_rules! language_server {
                 params: <request::$tokens_request as RequestType>::Params,
             ) -> Result<<request::$tokens_request as RequestType>::Result> {
                 let uri = params.text_document.uri.clone();
-                self.tokens(uri, move |snapshot| $tokens_handler(snapshot, &params)).await
+                let answer = self.tokens(uri, move |snapshot| $tokens_handler(snapshot, &params)).await;
+                answer.map(|tokens| tokens.and_then(written))
             })*
 
             $(async fn $own(
@@ -617,17 +623,17 @@ impl Backend {
     }
 
     /// [`Backend::answer`] with hints or lenses. When an edit elsewhere cancels the request, the client does not repeat it.
-    async fn hints<T: Send + 'static>(
+    async fn hints<T: Serialize + Send + 'static>(
         &self,
-        handler: impl Fn(&Snapshot) -> Result<T> + Send + 'static,
-    ) -> Result<T> {
+        handler: impl Fn(&Snapshot) -> Result<Option<T>> + Send + 'static,
+    ) -> Result<Option<T>> {
         let answer = self.answer(move |snapshot| Ok((handler(snapshot)?, snapshot.generation))).await;
         match &answer {
             Ok((_, generation)) => self.send(Event::HintsGiven(Some(*generation))),
             Err(error) if *error == Error::content_modified() => self.send(Event::HintsGiven(None)),
             Err(_) => {}
         }
-        answer.map(|(hints, _)| hints)
+        answer.map(|(hints, _)| hints.and_then(written))
     }
 
     async fn execute_command(&self, params: ExecuteCommandParams) -> Result<Option<Value>> {
@@ -657,6 +663,17 @@ impl Backend {
         let client = self.client.clone();
         tokio::spawn(async move { tell(&client, messages).await });
         Ok(action)
+    }
+}
+
+/// Writes a long result as the JSON of the answer. Returns it if that is impossible.
+///
+/// `tower-lsp` makes a tree of values of each result, which takes several times as long.
+fn written<T: Serialize>(result: T) -> Option<T> {
+    let json = serde_json::to_string(&result).ok();
+    match JSON.try_with(|written| json.is_some_and(|json| written.set(json).is_ok())) {
+        Ok(true) => None,
+        Ok(false) | Err(_) => Some(result),
     }
 }
 

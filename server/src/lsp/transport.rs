@@ -7,8 +7,8 @@
 //! no message. Notifications about documents do not reach tower-lsp, see [`Backend::preprocess`].
 
 use std::panic::AssertUnwindSafe;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use futures::{FutureExt as _, Sink, SinkExt as _, StreamExt as _};
@@ -20,7 +20,7 @@ use tower_lsp::jsonrpc::{Error, ErrorCode, Id, Request, Response};
 use tower_lsp::lsp_types::MessageType;
 use tower_lsp::{ClientSocket, LspService};
 
-use super::backend::Backend;
+use super::backend::{Backend, JSON};
 use super::frame::{Frame, Lost, lost_by};
 use super::trace::{Trace, milliseconds};
 use crate::harmless::harmless;
@@ -267,7 +267,8 @@ fn answer(
     request: Request,
 ) -> impl Future<Output = Answered> + Send + use<> {
     let (id, method, begin) = (request.id().cloned(), request.method().to_owned(), Instant::now());
-    let answer = AssertUnwindSafe(service.call(request)).catch_unwind();
+    let written = Arc::new(OnceLock::new());
+    let answer = JSON.scope(Arc::clone(&written), AssertUnwindSafe(service.call(request)).catch_unwind());
     async move {
         let response = match answer.await {
             Ok(Ok(Some(answer))) if method == "initialize" => Some(with_new_capabilities(answer)),
@@ -282,7 +283,10 @@ fn answer(
         let answer = response.map(|response| Answer {
             id: response.id().clone(),
             error: response.error().cloned(),
-            message: json(&response),
+            message: match written.get().filter(|_| response.is_ok()) {
+                Some(result) => with_result(response.id(), result),
+                None => json(&response),
+            },
         });
         Answered { method, time, answer }
     }
@@ -303,6 +307,11 @@ fn send(streams: &Streams, response: &Response) {
     if let Some(message) = json(response) {
         put(streams, Outgoing { message, written: None });
     }
+}
+
+/// Returns the answer with a result that is JSON already.
+fn with_result(id: &Id, result: &str) -> Option<String> {
+    Some(format!(r#"{{"jsonrpc":"2.0","result":{result},"id":{}}}"#, serde_json::to_string(id).ok()?))
 }
 
 fn json(response: &Response) -> Option<String> {
