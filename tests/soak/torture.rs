@@ -71,12 +71,12 @@ impl Session {
 
     fn ask_nonsense(&mut self, random: &mut Random) {
         let method = random.of(&self.methods).name;
-        let params = serde_json::from_str(*random.of(&NONSENSE)).unwrap();
+        let params = serde_json::from_str(random.of(&NONSENSE)).unwrap();
         self.request_torture(method, params);
     }
 
     fn ask_for_the_unknown(&mut self, random: &mut Random) {
-        let method = *random.of(&STRANGE);
+        let method = random.of(&STRANGE);
         // As a request, a change of a text leaves all texts unknown that it names: none.
         self.request_torture(method, json!({}));
         if method == "textDocument/didChange" {
@@ -161,7 +161,7 @@ impl Session {
 
     fn go_back(&mut self, random: &mut Random) {
         let Some(file) = self.an_open_file(random) else { return };
-        let version = *random.of(&[-5, 0, 1, 1_000_000]);
+        let version = random.of(&[-5, 0, 1, 1_000_000]);
         if let Some(open) = self.state.open.get_mut(&file) {
             open.text.version = version;
         }
@@ -202,13 +202,13 @@ impl Session {
             "$/setTrace",
             "textDocument/hover",
         ];
-        let params = serde_json::from_str(*random.of(&NONSENSE)).unwrap();
-        self.client.notify(*random.of(&methods), params);
+        let params = serde_json::from_str(random.of(&NONSENSE)).unwrap();
+        self.client.notify(random.of(&methods), params);
         self.say_all_again();
     }
 
     fn send_what_is_no_message(&mut self, random: &mut Random) {
-        let bytes: &[u8] = *random.of(&[
+        let bytes: &[u8] = random.of(&[
             b"Content-Length: 2\r\n\r\n[]" as &[u8],
             b"Content-Length: 7\r\n\r\n{\"a\":1}",
             b"Content-Length: 40\r\n\r\n{\"jsonrpc\":\"2.0\",\"id\":4711,\"result\":null}",
@@ -227,7 +227,7 @@ impl Session {
 
     fn an_open_file(&self, random: &mut Random) -> Option<usize> {
         let open: Vec<usize> = self.state.open.keys().copied().collect();
-        if open.is_empty() { None } else { Some(*random.of(&open)) }
+        if open.is_empty() { None } else { Some(random.of(&open)) }
     }
 
     /// Says what a text is: as a whole.

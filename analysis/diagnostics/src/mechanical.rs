@@ -70,7 +70,7 @@ fn last_segment<'a>(path: &'a str, separators: &[char]) -> &'a str {
 }
 
 /// Returns the identifiers in the models of a workspace, and the names of message packages and messages.
-fn identifiers<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> impl Iterator<Item = &'db str> {
+fn identifiers(db: &dyn ModelDb, workspace: Workspace) -> impl Iterator<Item = &str> {
     let models = workspace.files(db).values().filter(|file| is_model(file.path(db)));
     let packages = workspace.packages(db).values().map(AsRef::as_ref).chain(catalogue().values());
     let messages = packages.flat_map(|package| package.messages.keys().chain([&package.name]));

@@ -262,6 +262,36 @@ fn a_new_name_runs_no_response_times() {
     }
 }
 
+/// Returns the number of queries that are verified after an edit of one program in a project of this many files, of which one
+/// is open.
+fn verified(files: usize) -> usize {
+    let mut db = Database::with_log();
+    let texts = mauve_tests::generated_project(files, 50 * files).into_iter();
+    let texts = texts.map(|(path, text)| (PathBuf::from(format!("/{path}")), text));
+    let workspace = Workspace::of_texts(&db, "/".into(), texts);
+    let all: Vec<_> = workspace.files(&db).values().copied().collect();
+    for file in all {
+        let text = file.text(&db).clone();
+        file.set_text_with(&mut db, text, salsa::Durability::HIGH);
+    }
+    let open = workspace.file(&db, Path::new("/part1.mal")).unwrap();
+    let (old, new) = (open.text(&db).clone(), open.text(&db).replacen("next = 0;", "next = 1;", 1));
+    assert_ne!(*old, *new);
+    open.set_text(&mut db, old);
+    show(&db, workspace);
+    db.take_log();
+    open.set_text(&mut db, new.into());
+    show(&db, workspace);
+    db.take_log().verified.len()
+}
+
+#[test]
+fn an_edit_verifies_other_files_as_a_whole() {
+    // What the project asks about each file and its component; with the queries of each declaration, it would be about 40.
+    let more = verified(60) - verified(30);
+    assert!((30..30 * 16).contains(&more), "{more} for 30 files");
+}
+
 #[test]
 fn the_sample_robot_too() {
     let folder = mauve_tests::models().join("p3dx");

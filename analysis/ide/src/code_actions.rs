@@ -159,6 +159,9 @@ pub fn code_actions<'db>(
     actions.found
 }
 
+/// The programs of a core, by its range.
+type ProgramsByRange<'db> = FxHashMap<(Project<'db>, TextRange), Option<Rc<Programs<'db>>>>;
+
 pub(crate) struct Actions<'a, 'db> {
     pub(crate) db: &'db dyn ModelDb,
     pub(crate) workspaces: &'a [Workspace],
@@ -166,7 +169,7 @@ pub(crate) struct Actions<'a, 'db> {
     pub(crate) question: ActionQuestion<'a>,
     findings: OnceCell<Rc<[Finding<'db>]>>,
     /// The programs of each core with an action.
-    programs: RefCell<FxHashMap<(Project<'db>, TextRange), Option<Rc<Programs<'db>>>>>,
+    programs: RefCell<ProgramsByRange<'db>>,
     found: Vec<CodeAction<'db>>,
     /// The indices of the found actions, by their titles and the location of the first diagnostic that they fix.
     known: FxHashMap<(String, Option<Location<'db>>), Vec<usize>>,
