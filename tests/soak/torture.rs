@@ -71,12 +71,13 @@ impl Session {
 
     fn ask_nonsense(&mut self, random: &mut Random) {
         let method = random.of(&self.methods).name;
-        let params = serde_json::from_str(random.of(&NONSENSE)).unwrap();
+        let nonsense: &str = random.of(&NONSENSE);
+        let params = serde_json::from_str(nonsense).unwrap();
         self.request_torture(method, params);
     }
 
     fn ask_for_the_unknown(&mut self, random: &mut Random) {
-        let method = random.of(&STRANGE);
+        let method = *random.of(&STRANGE);
         // As a request, a change of a text leaves all texts unknown that it names: none.
         self.request_torture(method, json!({}));
         if method == "textDocument/didChange" {
@@ -161,7 +162,7 @@ impl Session {
 
     fn go_back(&mut self, random: &mut Random) {
         let Some(file) = self.an_open_file(random) else { return };
-        let version = random.of(&[-5, 0, 1, 1_000_000]);
+        let version = *random.of(&[-5, 0, 1, 1_000_000]);
         if let Some(open) = self.state.open.get_mut(&file) {
             open.text.version = version;
         }
@@ -202,8 +203,10 @@ impl Session {
             "$/setTrace",
             "textDocument/hover",
         ];
-        let params = serde_json::from_str(random.of(&NONSENSE)).unwrap();
-        self.client.notify(random.of(&methods), params);
+        let nonsense: &str = random.of(&NONSENSE);
+        let params = serde_json::from_str(nonsense).unwrap();
+        let method: &str = random.of(&methods);
+        self.client.notify(method, params);
         self.say_all_again();
     }
 
@@ -227,7 +230,7 @@ impl Session {
 
     fn an_open_file(&self, random: &mut Random) -> Option<usize> {
         let open: Vec<usize> = self.state.open.keys().copied().collect();
-        if open.is_empty() { None } else { Some(random.of(&open)) }
+        if open.is_empty() { None } else { Some(*random.of(&open)) }
     }
 
     /// Says what a text is: as a whole.

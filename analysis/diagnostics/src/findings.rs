@@ -5,7 +5,7 @@
 //! facts of the project ───→ of_project ──────────────┴→ gathered ─↗
 //! ```
 //!
-//! The queries are those of a file, so that an edit renders, sorts and compares only what stands in the files that it concerns.
+//! Each query is about one file, so that an edit renders, sorts and compares only the findings of the files that it concerns.
 
 use super::*;
 

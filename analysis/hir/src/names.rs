@@ -18,13 +18,13 @@ pub struct Names<'db> {
     /// For each library, the libraries and message packages that it uses.
     uses: FxHashMap<Option<Name>, Vec<Name>>,
     libraries: FxHashSet<Name>,
-    /// See [`crate::item_tree::ItemTree::unnamed`]: such a declaration may have any name.
+    /// See [`crate::item_tree::Outline::unnamed`]: such a declaration may have any name.
     unnamed: FxHashSet<(Option<Name>, Kind)>,
-    /// See [`crate::item_tree::ItemTree::possible_names`].
+    /// See [`crate::item_tree::Outline::possible_names`].
     possible_names: FxHashSet<(Option<Name>, Option<Name>)>,
     /// Whether all files are known: a missing or unreadable file may declare any name.
     pub completeness: Completeness,
-    /// The first file whose text is unknown, or whose [`crate::item_tree::ItemTree::completeness`] is incomplete.
+    /// The first file whose text is unknown, or whose [`crate::item_tree::Outline::completeness`] is incomplete.
     pub incomplete_file: Option<File>,
 }
 

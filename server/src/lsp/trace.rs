@@ -38,7 +38,7 @@ impl Trace {
             Some("off") => (false, false),
             Some("messages") => (true, false),
             Some("verbose") => (true, true),
-            _ => return tracing::warn!("{level} is no level of traces"),
+            _ => return tracing::warn!("unknown level of traces: {level}"),
         };
         self.is_on.store(is_on, Ordering::Relaxed);
         self.is_verbose.store(is_verbose, Ordering::Relaxed);
