@@ -87,15 +87,18 @@ component.C = [9, 12]
             expect![[r#"
                 //- models/C.psm.json
                 {
-                  "format": "mauve-1",
+                  "format": "mauve-2",
                   "unit": "ns",
-                  "digest": "47007891094be87d",
+                  "digest": "8a832d39efaa8672",
                   "component": {
                     "name": "C",
                     "levels": [0.001, 1e-6],
                     "not_analysed": [],
                     "machine": {
-                      "states": ["Idle", "Busy"],
+                      "states": [
+                        { "state": "Idle", "first": ["Idle.run", "Idle.go.guard"] },
+                        { "state": "Busy", "first": [] }
+                      ],
                       "initial": "Idle",
                       "overhead": [1000, 1000],
                       "component_time": [9000000, 12000000],
@@ -106,18 +109,18 @@ component.C = [9, 12]
                         { "program": "Busy.entry", "time": [7000000, 7000000] }
                       ],
                       "edges": [
-                        { "source": "Idle", "target": "Busy", "transition": "go", "programs": ["Idle.run", "Idle.go.guard", "Busy.entry"], "cost": [9501000, 11001000] },
-                        { "source": "Idle", "target": "Idle", "transition": null, "programs": ["Idle.run", "Idle.go.guard"], "cost": [2501000, 4001000] },
-                        { "source": "Busy", "target": "Idle", "transition": "back", "programs": [], "cost": [1000, 1000] }
+                        { "source": "Idle", "target": "Busy", "transition": "go", "first": 2, "then": ["Busy.entry"], "cost": [9501000, 11001000] },
+                        { "source": "Idle", "target": "Idle", "transition": null, "first": 2, "then": [], "cost": [2501000, 4001000] },
+                        { "source": "Busy", "target": "Idle", "transition": "back", "first": 0, "then": [], "cost": [1000, 1000] }
                       ]
                     }
                   }
                 }
                 //- models/D.json
                 {
-                  "format": "mauve-1",
+                  "format": "mauve-2",
                   "unit": "ns",
-                  "digest": "59e522eebf06ce84",
+                  "digest": "01c2d7fcc5c253bf",
                   "deployment": {
                     "name": "D",
                     "levels": [0.001, 1e-6],
@@ -136,7 +139,10 @@ component.C = [9, 12]
                         "not_analysed": [],
                         "doubt": null,
                         "machine": {
-                          "states": ["Idle", "Busy"],
+                          "states": [
+                            { "state": "Idle", "first": ["Idle.run", "Idle.go.guard"] },
+                            { "state": "Busy", "first": [] }
+                          ],
                           "initial": "Idle",
                           "overhead": [1000, 1000],
                           "component_time": [9000000, 12000000],
@@ -147,9 +153,9 @@ component.C = [9, 12]
                             { "program": "Busy.entry", "time": [7000000, 7000000] }
                           ],
                           "edges": [
-                            { "source": "Idle", "target": "Busy", "transition": "go", "programs": ["Idle.run", "Idle.go.guard", "Busy.entry"], "cost": [9501000, 11001000] },
-                            { "source": "Idle", "target": "Idle", "transition": null, "programs": ["Idle.run", "Idle.go.guard"], "cost": [2501000, 4001000] },
-                            { "source": "Busy", "target": "Idle", "transition": "back", "programs": [], "cost": [1000, 1000] }
+                            { "source": "Idle", "target": "Busy", "transition": "go", "first": 2, "then": ["Busy.entry"], "cost": [9501000, 11001000] },
+                            { "source": "Idle", "target": "Idle", "transition": null, "first": 2, "then": [], "cost": [2501000, 4001000] },
+                            { "source": "Busy", "target": "Idle", "transition": "back", "first": 0, "then": [], "cost": [1000, 1000] }
                           ]
                         }
                       },
@@ -185,9 +191,9 @@ deployment D { architecture A  activity front { affinity = 3 priority = 2 period
             expect![[r#"
                 //- models/C.psm.json
                 {
-                  "format": "mauve-1",
+                  "format": "mauve-2",
                   "unit": "ns",
-                  "digest": "93250697a3f29dca",
+                  "digest": "f45e0bbec6a8709f",
                   "component": {
                     "name": "C",
                     "levels": [0.0001],
@@ -199,9 +205,9 @@ deployment D { architecture A  activity front { affinity = 3 priority = 2 period
                 }
                 //- models/D.json
                 {
-                  "format": "mauve-1",
+                  "format": "mauve-2",
                   "unit": "ns",
-                  "digest": "23344509fbb08950",
+                  "digest": "6d5a6101859c7ca9",
                   "deployment": {
                     "name": "D",
                     "levels": [0.0001],
