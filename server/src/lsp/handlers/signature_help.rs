@@ -30,8 +30,13 @@ pub(crate) fn signature_help(
 
 fn information(snapshot: &Snapshot, signature: Signature) -> SignatureInformation {
     let capabilities = snapshot.capabilities;
-    // Places in a label are counted as in a text of UTF-16, whatever the encoding of positions is.
-    let units = |end: usize| signature.label.get(..end).map_or(0, |text| text.encode_utf16().count() as u32);
+    // Places in a label are counted as in a text of UTF-16, whatever the encoding of positions is; each from the one before.
+    let (mut start, mut count) = (0, 0);
+    let mut units = |end: usize| {
+        count += signature.label.get(start..end).map_or(0, |text| text.encode_utf16().count() as u32);
+        start = end;
+        count
+    };
     let parameter = |range: &mauve_syntax::TextRange| {
         let range = std::ops::Range::<usize>::from(*range);
         let label = match capabilities.label_offsets {
