@@ -71,7 +71,7 @@ impl Session {
 
     fn ask_nonsense(&mut self, random: &mut Random) {
         let method = random.of(&self.methods).name;
-        let nonsense: &str = random.of(&NONSENSE);
+        let nonsense: &&str = random.of(&NONSENSE);
         let params = serde_json::from_str(nonsense).unwrap();
         self.request_torture(method, params);
     }
@@ -203,15 +203,15 @@ impl Session {
             "$/setTrace",
             "textDocument/hover",
         ];
-        let nonsense: &str = random.of(&NONSENSE);
+        let nonsense: &&str = random.of(&NONSENSE);
         let params = serde_json::from_str(nonsense).unwrap();
-        let method: &str = random.of(&methods);
+        let method: &&str = random.of(&methods);
         self.client.notify(method, params);
         self.say_all_again();
     }
 
     fn send_what_is_no_message(&mut self, random: &mut Random) {
-        let bytes: &[u8] = random.of(&[
+        let bytes: &&[u8] = random.of(&[
             b"Content-Length: 2\r\n\r\n[]" as &[u8],
             b"Content-Length: 7\r\n\r\n{\"a\":1}",
             b"Content-Length: 40\r\n\r\n{\"jsonrpc\":\"2.0\",\"id\":4711,\"result\":null}",
