@@ -278,11 +278,6 @@ impl Loader {
         self.walks.reset()
     }
 
-    /// Returns the number of models and tables that the walks have found.
-    pub(crate) fn files_found(&self) -> usize {
-        self.walks.files()
-    }
-
     /// Takes the result of a walk.
     pub(crate) fn learn(&mut self, walk: Walk, mut walked: Walked) {
         let texts = std::mem::take(&mut walked.texts).into_iter();

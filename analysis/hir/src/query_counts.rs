@@ -1,7 +1,6 @@
 //! How often each query was executed, for the status of the server.
 //!
-//! Counting is optional: salsa calls a function for each event, also where a value is only read, which takes as long as a
-//! short query.
+//! Counting is optional, since salsa then calls a function for each event, also where a value is only read.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 

@@ -92,6 +92,11 @@ pub(crate) struct Walked {
 pub(super) type Text = (String, Option<String>);
 
 impl Walked {
+    /// Returns the number of files that [`Walked::read_ahead`] reads.
+    pub(crate) fn to_read(&self) -> usize {
+        self.regular.len()
+    }
+
     /// Reads the models and configurations that a server will need, as long as `left` allows it.
     pub(crate) fn read_ahead(&mut self, left: &mut Left, is_cancelled: &dyn Fn() -> bool) {
         Places::of_environment().search();
@@ -147,12 +152,6 @@ impl Walks {
         self.known.clear();
         self.left = Left::default();
         std::mem::take(&mut self.asked).into_iter().collect()
-    }
-
-    /// Returns the number of files that were found. A walk without the files of nested configurations finds no others.
-    pub(super) fn files(&self) -> usize {
-        let is_own = |walk: &Walk| matches!(walk, Walk::Models { is_own: true, .. });
-        self.known.iter().filter(|(walk, _)| !is_own(walk)).map(|(_, walked)| walked.files.len()).sum()
     }
 
     /// Returns the result of a walk, if it is known.

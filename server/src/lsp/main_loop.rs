@@ -25,7 +25,7 @@ use super::Options;
 use super::capabilities::Capabilities;
 use super::check::{Checked, Compared, check, compare};
 use super::documents::{Documents, Open};
-use super::progress::Work;
+use super::progress::{self, Work};
 use super::publisher::{Publisher, Refresh};
 use super::pulls::Given;
 use super::settings::Settings;
@@ -266,17 +266,17 @@ impl MainLoop {
 
     /// Notes for the progress report what is being done between events.
     fn note_work(&self) {
-        self.report(match self.staleness.is_checking() {
-            _ if self.staleness.is_walking() => Work::Searching,
-            true => Work::Analysing(self.workspaces.iter().map(|it| it.files(&self.db).len()).sum()),
-            false => Work::Nothing,
-        });
+        if self.staleness.is_walking() {
+            // The thread that walks reports what it does.
+            return;
+        }
+        let files = self.workspaces.iter().map(|workspace| workspace.files(&self.db).len()).sum();
+        self.report(if self.staleness.is_checking() { Work::Analysing(files) } else { Work::Nothing });
     }
 
     /// Reports work to a client that shows progress.
     fn report(&self, work: Work) {
-        let work = if self.capabilities.progress { work } else { Work::Nothing };
-        self.work.send_if_modified(|before| std::mem::replace(before, work) != work);
+        progress::report(&self.work, if self.capabilities.progress { work } else { Work::Nothing });
     }
 
     fn handle(&mut self, event: Event) {
@@ -516,7 +516,9 @@ impl MainLoop {
             tokio::time::sleep(LONG_WALK).await;
             let _ = late.send(Event::LongWalk(flag));
         });
-        let sender = self.sender.clone();
+        let (sender, work) = (self.sender.clone(), self.work.clone());
+        self.report(Work::Searching);
+        let is_reported = self.capabilities.progress;
         let walk = move || {
             let is_cancelled = || cancelled.load(Ordering::Relaxed);
             #[cfg(debug_assertions)]
@@ -525,6 +527,9 @@ impl MainLoop {
                 let mut left = Left::default();
                 let walked = walks.into_iter().map(|walk| {
                     let mut walked = walk.run(&mut left, &is_cancelled);
+                    if is_reported && walked.to_read() > 0 && !is_cancelled() {
+                        progress::report(&work, Work::Reading(walked.to_read()));
+                    }
                     walked.read_ahead(&mut left, &is_cancelled);
                     (walk, walked)
                 });
@@ -549,7 +554,6 @@ impl MainLoop {
         match walked {
             Some(walked) => {
                 walked.into_iter().for_each(|(walk, walked)| self.loader.learn(walk, walked));
-                self.report(Work::Reading(self.loader.files_found()));
                 self.load();
             }
             None => self.load_failed("the folders could not be searched"),

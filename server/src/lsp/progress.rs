@@ -52,6 +52,11 @@ fn counted(files: usize) -> String {
     format!("{number} file{}", if files == 1 { "" } else { "s" })
 }
 
+/// Reports work, if it is other work than before.
+pub(crate) fn report(to: &watch::Sender<Work>, work: Work) {
+    to.send_if_modified(|before| std::mem::replace(before, work) != work);
+}
+
 /// The number of the progress that is shown; 0 without one.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Shown(Arc<AtomicU64>);
