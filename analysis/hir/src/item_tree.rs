@@ -134,7 +134,8 @@ pub struct Declaration {
 /// What a declaration adds to the size of a project.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Expansion {
-    /// The number of its own features, connections, settings or activities, rounded up: one more of them rarely changes it.
+    /// The number of its own features, or that of its connections, settings or activities, rounded up: one more of these rarely
+    /// changes it.
     pub own: usize,
     /// The paths of the declarations that it includes.
     pub included: Vec<Vec<Name>>,
@@ -143,7 +144,8 @@ pub struct Expansion {
 }
 
 impl Expansion {
-    /// Counts are rounded up to multiples of this one.
+    /// Counts of connections, settings and activities are rounded up to multiples of this one. A project may have very many
+    /// small shells.
     const UNIT: usize = 8;
 
     pub(crate) fn of(data: &Data) -> Expansion {
@@ -154,17 +156,19 @@ impl Expansion {
             Data::Shell(it) => (it.features.len(), paths(&it.bases)),
             Data::Architecture(it) => {
                 let own = it.connections.len() + it.operations.len() + it.settings.len();
-                (own, paths(it.imports.iter().flatten()))
+                (own.next_multiple_of(Expansion::UNIT), paths(it.imports.iter().flatten()))
             }
             Data::Component(it) => (0, paths(&it.shell)),
-            Data::Deployment(it) => (it.activities.len(), paths(&it.targets)),
+            Data::Deployment(it) => {
+                (it.activities.len().next_multiple_of(Expansion::UNIT), paths(&it.targets))
+            }
             Data::Use | Data::Codel(_) | Data::Core(_) => return Expansion::default(),
         };
         let instances = match data {
             Data::Architecture(it) => paths(it.instances.iter().filter_map(|it| it.component.as_ref())),
             _ => Vec::new(),
         };
-        Expansion { own: own.next_multiple_of(Expansion::UNIT), included, instances }
+        Expansion { own, included, instances }
     }
 }
 
