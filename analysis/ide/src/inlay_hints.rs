@@ -172,7 +172,8 @@ fn of_deployment<'db>(
     let report = response_times(db, project, deployment, query);
     let with_assumptions = report.activities.iter().filter(|activity| !activity.assumed.is_empty());
     let with_assumptions: Vec<&Name> = with_assumptions.map(|activity| &activity.instance).collect();
-    if let Some(offset) = beside(node.syntax())
+    let text = deployment.file(db).text(db);
+    if let Some(offset) = beside(text, node.syntax())
         && report.activities.iter().any(|activity| activity.verdict != Verdict::Background)
     {
         let mut labels = Vec::new();
@@ -218,7 +219,7 @@ fn of_deployment<'db>(
         if resolved.has_late_deadline {
             label += " (compared with the period: the deadline exceeds it)";
         }
-        if let Some(offset) = beside(node.syntax()).filter(|_| kinds.response_times) {
+        if let Some(offset) = beside(text, node.syntax()).filter(|_| kinds.response_times) {
             hints.push(InlayHint { offset, label, explained_at: Some(name) });
         }
         hints.extend(default_deadline(activity, node).filter(|_| kinds.defaults));
@@ -318,11 +319,11 @@ fn deployment_at(db: &dyn ModelDb, name: &Location<'_>) -> Option<ast::Deploymen
     token.parent_ancestors().find_map(ast::Deployment::cast)
 }
 
-/// Returns the end of `node` if it is on one line, otherwise the end of its opening brace.
-fn beside(node: &SyntaxNode) -> Option<TextSize> {
-    let text = node.text();
-    if !text.contains_char('\n') {
-        return Some(node.text_range().end());
+/// Returns the end of `node` if it is on one line of the text, otherwise the end of its opening brace.
+fn beside(text: &str, node: &SyntaxNode) -> Option<TextSize> {
+    let range = node.text_range();
+    if !text.get(std::ops::Range::<usize>::from(range))?.contains('\n') {
+        return Some(range.end());
     }
     let mut tokens = node.children_with_tokens().filter_map(mauve_syntax::NodeOrToken::into_token);
     Some(tokens.find(|token| token.kind() == SyntaxKind::L_CURLY)?.text_range().end())
