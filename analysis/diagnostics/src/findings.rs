@@ -126,7 +126,7 @@ pub fn file_findings<'db>(db: &'db dyn ModelDb, workspace: Workspace, file: File
     found
 }
 
-/// Returns the diagnostics of a file of a project and of its declarations, some of which may be at other files.
+/// Returns the diagnostics of a file of a project and of its declarations. Some of them may be located in another file.
 #[salsa::tracked(returns(ref))]
 fn diagnostics_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> Box<[Diagnostic<'db>]> {
     let mut found = file_diagnostics(db, project.workspace(db), file).to_vec();
@@ -199,8 +199,8 @@ fn projects_by_file<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> FxHashMa
 
 /// Returns the models that no root includes.
 #[salsa::tracked(returns(ref))]
-fn models_not_included(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
-    not_checked(db, workspace)
+fn models_not_included(db: &dyn ModelDb, workspace: Workspace) -> FxHashSet<File> {
+    not_checked(db, workspace).into_iter().collect()
 }
 
 /// Returns the files that are not included and whose declarations are missing, each with whether that is an error.
