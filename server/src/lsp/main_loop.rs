@@ -500,10 +500,16 @@ impl MainLoop {
                 self.staleness.outdate_workspaces();
             }
         }
-        let known =
-            |(uri, document): (&Url, &Document)| Some((url_of(&self.db, document.file)?, uri.clone()));
-        let others = shared.iter().filter_map(known).filter(|(of_path, _)| !shared.contains_key(of_path));
-        self.other_uris = Arc::new(others.collect());
+        let is_known = |(uri, document): (&Url, &Document)| {
+            self.shared_documents.get(uri).is_some_and(|known| known.file == document.file)
+        };
+        // An edit changes no address.
+        if shared.len() != self.shared_documents.len() || !shared.iter().all(is_known) {
+            let addresses =
+                |(uri, document): (&Url, &Document)| Some((url_of(&self.db, document.file)?, uri.clone()));
+            let all = shared.iter().filter_map(addresses);
+            self.other_uris = Arc::new(all.filter(|(of_path, _)| !shared.contains_key(of_path)).collect());
+        }
         self.shared_documents = Arc::new(shared);
         self.staleness.bump_generation();
     }

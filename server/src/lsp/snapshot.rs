@@ -158,11 +158,7 @@ impl Snapshot {
     pub(crate) fn urls(&self, file: File) -> Vec<Url> {
         let open = self.documents.iter().filter(|(_, document)| document.file == file);
         let open: Vec<Url> = open.map(|(url, _)| url.clone()).collect();
-        if open.is_empty() {
-            Url::from_file_path(file.path(&self.db)).ok().into_iter().collect()
-        } else {
-            open
-        }
+        if open.is_empty() { to_proto::url_of(&self.db, file).into_iter().collect() } else { open }
     }
 
     /// Returns one URI of a file.
