@@ -276,7 +276,7 @@ impl Session {
         Some(diagnostics.into())
     }
 
-    /// Each request at a place. One that needs the answer to another one is asked about the last item of that.
+    /// Measures each request at a location. A request that needs the answer to another request uses the last item of that answer.
     fn requests(&mut self, methods: &[&Method], name: &str, place: &Location, rows: &mut Rows) {
         let mut answers: BTreeMap<&str, Value> = BTreeMap::new();
         for method in methods {

@@ -159,7 +159,7 @@ fn a_search_that_is_cancelled_begins_again_after_a_change() {
     assert!(client.hint(&text, "activity navigation").contains("≤ 999 ms"));
 }
 
-/// The traces that were sent, of which the details are given for `verbose`.
+/// Returns the messages of the traces that the server has sent, each with its details, which only `verbose` traces have.
 fn traces(client: &mut Client) -> Vec<(String, Option<String>)> {
     client.idle();
     let all = client.take(Duration::ZERO);

@@ -168,7 +168,7 @@ impl Session {
         }
     }
 
-    /// Takes a folder away, puts it back, or puts another one in its place.
+    /// Removes a folder, restores it, or replaces it by another one.
     pub(super) fn move_a_folder(&mut self, random: &mut Random) {
         self.disk_operations += 1;
         let name = *random.of(&["p3dx/timing", "p3dx/components"]);

@@ -262,8 +262,8 @@ fn a_new_name_runs_no_response_times() {
     }
 }
 
-/// Returns the number of queries that are verified after an edit of one program in a project of this many files, of which one
-/// is open.
+/// Returns how many queries salsa verifies after an edit of one program, in a project of `files` files. Only the edited file is
+/// open.
 fn verified(files: usize) -> usize {
     let mut db = Database::with_log();
     let texts = mauve_tests::generated_project(files, 50 * files).into_iter();
