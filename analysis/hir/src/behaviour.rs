@@ -374,7 +374,7 @@ impl<'db> BehaviourContext<'db> {
         if !self.found.refusals.is_empty() {
             return;
         }
-        let reached = reachable(&successors(machine), start);
+        let reached = reachable(&successors(machine, &self.states), start);
         for (state, _) in machine.states.iter().zip(reached).filter(|(_, reached)| !reached) {
             let NameRef { name, id } = &state.name;
             self.report(*id, FactKind::UnreachableState { name: name.clone() });
@@ -529,9 +529,9 @@ impl<'db> BehaviourContext<'db> {
     }
 }
 
-/// Returns the target states of each state's transitions, including those that never fire.
-pub(crate) fn successors(machine: &Machine) -> Vec<Vec<usize>> {
-    let indices = machine.state_indices();
+/// Returns the target states of each state's transitions, including those that never fire. `indices`: the index of each
+/// state.
+pub(crate) fn successors(machine: &Machine, indices: &FxHashMap<&Name, usize>) -> Vec<Vec<usize>> {
     let targets = |state: &State| {
         let targets = state.transitions.iter().filter_map(|it| it.target.as_ref());
         targets.filter_map(|target| indices.get(&target.name).copied()).collect()

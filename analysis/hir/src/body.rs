@@ -101,6 +101,21 @@ impl Body {
             Body::State(state) => state.code(),
         }
     }
+
+    /// Returns whether its programs, guards and transitions are complete.
+    pub(crate) fn completeness(&self) -> Completeness {
+        let items = match self {
+            Body::State(state) => {
+                state.completeness & state.transitions.iter().map(|it| it.completeness).collect()
+            }
+            _ => Completeness::Complete,
+        };
+        let code = self.code().into_iter().map(|(_, code)| match code {
+            Code::Program(program) => program.completeness,
+            Code::Guard(guard) => guard.completeness,
+        });
+        items & code.collect()
+    }
 }
 
 impl State {
@@ -322,13 +337,25 @@ impl Expr {
     }
 }
 
+impl Variable {
+    /// Returns whether its initial value may contain a call.
+    pub(crate) fn calls_in_value(&self) -> bool {
+        self.value.as_ref().is_some_and(Expr::may_call)
+    }
+}
+
+impl Program {
+    /// Returns its blocks: all its statements, and the nested blocks.
+    pub(crate) fn blocks(&self) -> impl Iterator<Item = &[Statement]> {
+        let all = self.statements.as_slice();
+        std::iter::once(all).chain(statements(all).flat_map(Statement::blocks))
+    }
+}
+
 impl Core {
-    /// Returns the blocks of its programs: each program, and its nested blocks.
+    /// Returns the blocks of its programs.
     pub fn blocks(&self) -> impl Iterator<Item = &[Statement]> {
-        self.programs().into_iter().flat_map(|program| {
-            let all = program.statements.as_slice();
-            std::iter::once(all).chain(statements(all).flat_map(Statement::blocks))
-        })
+        self.programs().into_iter().flat_map(Program::blocks)
     }
 
     /// Returns the statements of its programs, with nested ones.

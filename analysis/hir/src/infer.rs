@@ -19,8 +19,8 @@ use crate::fact::{
 };
 use crate::features::{FeatureOf, Features, features_of};
 use crate::item_tree::{
-    Core, Direction, Expr, FeatureKind, Handler, HookKind, Kind, Name, NameRef, Operation, Parameter,
-    SourceId, State, Statement, TypeRef, Variable,
+    Direction, Expr, FeatureKind, Handler, HookKind, Kind, Name, NameRef, Operation, Parameter, SourceId,
+    State, Statement, TypeRef, Variable,
 };
 use crate::names::{Unresolved, names_of, resolve_type, similar};
 use crate::project::Project;
@@ -39,6 +39,8 @@ pub(crate) struct Inference<'db> {
     callees: Box<[(SourceId, Callee<'db>)]>,
     /// Whether the name of a value or of a callee is unresolved.
     pub(crate) unresolved: bool,
+    /// The definitions of other declarations that the bodies use.
+    uses: Uses<'db>,
     /// The reasons not to analyse the core, by program, in the order of execution.
     pub(crate) problems: FxHashMap<(BodyId, ProgramIn), Vec<NameProblem<'db>>>,
     /// The type errors.
@@ -257,7 +259,12 @@ fn infer<'db>(
     }
     let InferenceContext { bindings, callees, mut found, .. } = context;
     found.variables.shrink_to_fit();
-    Inference { shared: own, bindings: sorted(bindings), callees: sorted(callees), ..found }
+    let uses = Uses {
+        completeness: bodies_of(db, of, scope, group).iter().map(|(_, body)| body.completeness()).collect(),
+        codels: callees.values().filter_map(Callee::codel).collect(),
+        features: bindings.values().filter_map(Binding::feature).collect(),
+    };
+    Inference { shared: own, bindings: sorted(bindings), callees: sorted(callees), uses, ..found }
 }
 
 fn sorted<T>(by_id: FxHashMap<SourceId, T>) -> Box<[(SourceId, T)]> {
@@ -272,6 +279,14 @@ fn get<T: Copy>(sorted: &[(SourceId, T)], id: SourceId) -> Option<T> {
 }
 
 impl<'db> Inference<'db> {
+    pub(crate) fn binding(&self, id: SourceId) -> Option<Binding<'db>> {
+        get(&self.bindings, id)
+    }
+
+    pub(crate) fn bindings(&self) -> impl Iterator<Item = (SourceId, Binding<'db>)> {
+        self.bindings.iter().copied()
+    }
+
     pub(crate) fn callee(&self, id: SourceId) -> Option<Callee<'db>> {
         get(&self.callees, id)
     }
@@ -1133,8 +1148,33 @@ pub fn returns(statements: &[Statement]) -> bool {
     })
 }
 
+/// Returns the variables that all bodies of a core share: its own and its handlers, then those of its state machines.
+pub(crate) fn shared_variables<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> &'db [VariableOf] {
+    &shared_in(db, project, of).variables
+}
+
+/// Returns the names that all bodies of a core share.
+pub(crate) fn shared_names<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> &'db SharedNames {
+    &shared_in(db, project, of).names
+}
+
+fn shared_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> &'db Shared<'db> {
+    let has_one_group = core_scope(db, of).as_ref().is_some_and(|scope| scope.groups().len() == 1);
+    let own = has_one_group.then(|| inference_of(db, project, of, 0).shared.as_deref()).flatten();
+    own.unwrap_or_else(|| shared_of(db, project, of))
+}
+
 /// The bindings, callees and types of all bodies of a core.
 pub struct CoreInference<'db> {
+    scope: Option<&'db CoreScope>,
     shared: &'db Shared<'db>,
     /// The groups of bodies, each with the number of variables in the shared variables and the previous groups.
     groups: Vec<(&'db Inference<'db>, usize)>,
@@ -1151,10 +1191,9 @@ pub fn inference_of_core<'db>(
     of: Decl<'db>,
 ) -> CoreInference<'db> {
     let scope = core_scope(db, of).as_ref();
-    let own = scope.filter(|scope| scope.groups().len() == 1);
-    let own = own.and_then(|_| inference_of(db, project, of, 0).shared.as_deref());
-    let shared = own.unwrap_or_else(|| shared_of(db, project, of));
-    let mut found = CoreInference { shared, groups: Vec::new(), by_source: Vec::new(), values: [0, 0] };
+    let shared = shared_in(db, project, of);
+    let mut found =
+        CoreInference { scope, shared, groups: Vec::new(), by_source: Vec::new(), values: [0, 0] };
     let (Some(core), Some(scope)) = (core(db, of), scope) else { return found };
     let mut variables = shared.variables.len();
     for group in scope.groups() {
@@ -1205,7 +1244,7 @@ impl<'db> CoreInference<'db> {
 
     /// Returns the binding of the name of a value, by its source.
     pub fn binding(&self, id: SourceId) -> Option<Binding<'db>> {
-        self.at(id).find_map(|it| get(&it.bindings, id))
+        self.at(id).find_map(|it| it.binding(id))
     }
 
     /// Returns the variable that a name refers to, by its source.
@@ -1234,7 +1273,7 @@ impl<'db> CoreInference<'db> {
 
     /// Returns the bindings of all names of values, with their sources.
     pub fn bindings(&self) -> impl Iterator<Item = (SourceId, Binding<'db>)> {
-        self.groups.iter().flat_map(|(it, _)| it.bindings.iter().copied())
+        self.groups.iter().flat_map(|(it, _)| it.bindings())
     }
 
     /// Returns the callees of all calls.
@@ -1253,34 +1292,35 @@ impl<'db> CoreInference<'db> {
     }
 
     /// Returns the direction of each of the `count` arguments of a call.
-    pub fn directions(
-        &self,
-        db: &'db dyn ModelDb,
-        core: &Core,
-        callee: Callee<'db>,
-        count: usize,
-    ) -> Vec<Direction> {
-        let own = |parameters: &[Parameter], completeness: Completeness| match completeness {
-            Completeness::Complete => parameters.iter().map(|it| it.direction).collect(),
-            Completeness::Incomplete => vec![UNKNOWN_DIRECTION; count],
-        };
-        let mut directions: Vec<Direction> = match callee {
-            Callee::Codel(of) => {
-                codel(db, of).map_or_else(Vec::new, |it| own(&it.parameters, it.completeness))
-            }
-            Callee::Operation(index) => core
-                .operations
-                .get(index)
-                .map_or_else(Vec::new, |it| own(&it.parameters, it.signature_completeness)),
-            Callee::Builtin(Builtin::Read) => vec![Direction::In, Direction::Out],
-            Callee::Builtin(Builtin::Collect) => {
-                std::iter::once(Direction::In).chain(std::iter::repeat_n(Direction::Out, count)).collect()
-            }
-            Callee::Builtin(Builtin::Write | Builtin::Status | Builtin::Send) => Vec::new(),
-        };
-        directions.resize(count, Direction::In);
-        directions
+    pub fn directions(&self, db: &'db dyn ModelDb, callee: Callee<'db>, count: usize) -> Vec<Direction> {
+        self.scope.map_or_else(Vec::new, |scope| directions_of(db, scope, callee, count))
     }
+}
+
+/// Returns the direction of each of the `count` arguments of a call in a core.
+pub(crate) fn directions_of<'db>(
+    db: &'db dyn ModelDb,
+    core: &CoreScope,
+    callee: Callee<'db>,
+    count: usize,
+) -> Vec<Direction> {
+    let own = |parameters: &[Parameter], completeness: Completeness| match completeness {
+        Completeness::Complete => parameters.iter().map(|it| it.direction).collect(),
+        Completeness::Incomplete => vec![UNKNOWN_DIRECTION; count],
+    };
+    let mut directions: Vec<Direction> = match callee {
+        Callee::Codel(of) => codel(db, of).map_or_else(Vec::new, |it| own(&it.parameters, it.completeness)),
+        Callee::Operation(index) => {
+            core.operations.get(index).map_or_else(Vec::new, |it| own(&it.parameters, it.completeness))
+        }
+        Callee::Builtin(Builtin::Read) => vec![Direction::In, Direction::Out],
+        Callee::Builtin(Builtin::Collect) => {
+            std::iter::once(Direction::In).chain(std::iter::repeat_n(Direction::Out, count)).collect()
+        }
+        Callee::Builtin(Builtin::Write | Builtin::Status | Builtin::Send) => Vec::new(),
+    };
+    directions.resize(count, Direction::In);
+    directions
 }
 
 /// The direction of an argument whose parameter is unknown: the callee may read and assign it.
@@ -1300,19 +1340,28 @@ pub struct Uses<'db> {
 /// Returns the definitions that the programs of a core use.
 #[salsa::tracked(returns(ref))]
 pub fn uses_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Uses<'db> {
-    let inference = inference_of_core(db, project, of);
-    let codel = |callee: Callee<'db>| match callee {
-        Callee::Codel(codel) => Some(codel),
-        _ => None,
-    };
-    let feature = |(_, binding): (SourceId, Binding<'db>)| match binding {
-        Binding::Feature(feature) => Some(feature),
-        Binding::Variable(_) => None,
-    };
-    Uses {
-        completeness: Completeness::of(!inference.is_unresolved())
-            & core(db, of).map_or(Completeness::Complete, Core::total_completeness),
-        codels: inference.callees().filter_map(codel).collect(),
-        features: inference.bindings().filter_map(feature).collect(),
+    let mut uses = Uses { completeness: total_completeness(db, project, of), ..Uses::default() };
+    for group in groups_of(db, of) {
+        let inference = inference_of(db, project, of, group);
+        uses.completeness &= Completeness::of(!inference.unresolved);
+        uses.codels.extend(&inference.uses.codels);
+        uses.features.extend(&inference.uses.features);
     }
+    uses
+}
+
+/// Returns whether a core, its state machines and its programs are complete.
+pub(crate) fn total_completeness<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Completeness {
+    let own = core(db, of).map_or(Completeness::Complete, |core| {
+        core.completeness & core.machines.iter().map(|it| it.completeness).collect()
+    });
+    own & groups_of(db, of).map(|group| inference_of(db, project, of, group).uses.completeness).collect()
+}
+
+fn groups_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> std::ops::Range<u32> {
+    core_scope(db, of).as_ref().map_or(0..0, CoreScope::groups)
 }

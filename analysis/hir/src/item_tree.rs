@@ -14,6 +14,7 @@ use mauve_syntax::SyntaxKind;
 pub use mauve_syntax::keywords::{CallStatus, Direction, HookKind, MethodKind, PortStatus};
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use crate::body::statements;
 use crate::completeness::Completeness;
 
 /// A name, or another short text, as written in the file. Cheap to clone.
@@ -380,7 +381,9 @@ pub struct Handler {
 impl Core {
     /// Returns all variables, including those of its programs.
     pub fn all_variables(&self) -> impl Iterator<Item = &Variable> {
-        self.shared_variables().chain(self.statements().filter_map(Statement::variable))
+        let programs = self.programs().into_iter().filter(|program| program.declares);
+        let statements = programs.flat_map(|program| statements(&program.statements));
+        self.shared_variables().chain(statements.filter_map(Statement::variable))
     }
 
     /// Returns the variables that its programs share: its own, and those of its state machines.
@@ -412,17 +415,6 @@ impl Core {
             programs.extend(state.transitions.iter().filter_map(|transition| transition.effect.as_ref()));
         }
         programs
-    }
-
-    /// Returns whether the core, its state machines and its programs are complete.
-    pub(crate) fn total_completeness(&self) -> Completeness {
-        let transitions = || self.states().flat_map(|state| &state.transitions);
-        let lists =
-            self.machines.iter().map(|it| it.completeness).chain(self.states().map(|it| it.completeness));
-        let guards = transitions().filter_map(|it| it.guard.as_ref()).map(|it| it.completeness);
-        let programs = self.programs().into_iter().map(|it| it.completeness);
-        let all = lists.chain(transitions().map(|it| it.completeness)).chain(guards).chain(programs);
-        self.completeness & all.collect()
     }
 
     /// Returns whether it has two behaviours, or defines an operation or a hook twice.
@@ -551,6 +543,8 @@ pub struct Guard {
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Program {
     pub statements: Vec<Statement>,
+    /// Whether it declares variables.
+    pub declares: bool,
     /// Whether it has no syntax error.
     pub completeness: Completeness,
 }

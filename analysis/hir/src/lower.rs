@@ -10,6 +10,7 @@ use mauve_syntax::{
 };
 use rustc_hash::FxHashMap;
 
+use crate::body;
 use crate::completeness::Completeness;
 use crate::item_tree::*;
 
@@ -613,7 +614,9 @@ impl Lowering<'_> {
     fn program(&mut self, block: Option<ast::Block>, owner: &SyntaxNode) -> Program {
         let own = block.as_ref().map_or(Completeness::Incomplete, |block| completeness_of(block.syntax()));
         let completeness = own_completeness(owner) & own;
-        Program { statements: block.map_or_else(Vec::new, |block| self.block(&block)), completeness }
+        let statements = block.map_or_else(Vec::new, |block| self.block(&block));
+        let declares = body::statements(&statements).any(|statement| statement.variable().is_some());
+        Program { statements, declares, completeness }
     }
 
     fn block(&mut self, block: &ast::Block) -> Vec<Statement> {

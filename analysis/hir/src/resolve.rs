@@ -44,6 +44,24 @@ pub enum Callee<'db> {
     Builtin(Builtin),
 }
 
+impl<'db> Binding<'db> {
+    pub(crate) fn feature(&self) -> Option<FeatureOf<'db>> {
+        match self {
+            Binding::Feature(feature) => Some(*feature),
+            Binding::Variable(_) => None,
+        }
+    }
+}
+
+impl<'db> Callee<'db> {
+    pub(crate) fn codel(&self) -> Option<Decl<'db>> {
+        match self {
+            Callee::Codel(codel) => Some(*codel),
+            Callee::Operation(_) | Callee::Builtin(_) => None,
+        }
+    }
+}
+
 /// Why a call has no callee.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) enum CallError {

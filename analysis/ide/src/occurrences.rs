@@ -562,7 +562,7 @@ impl<'db> Programs<'_, 'db> {
             Direction::InOut => Role::ReadWrite,
         };
         let Some(found) = self.inference.callee(callee.id) else { return Vec::new() };
-        let directions = self.inference.directions(self.finder.db, self.core, found, arguments.len());
+        let directions = self.inference.directions(self.finder.db, found, arguments.len());
         let mut roles: Vec<Role> = directions.into_iter().map(role).collect();
         // The operand of a built-in function.
         let operand = match found {

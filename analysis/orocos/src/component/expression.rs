@@ -616,8 +616,8 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
 
     /// Returns the variables that a call may change through its parameters.
     fn changed_arguments(&self, callee: Callee<'db>, arguments: &[Expr]) -> FxHashSet<VariableId> {
-        let (db, core) = (self.class.model.db, self.class.data);
-        let directions = self.class.inference.directions(db, core, callee, arguments.len());
+        let db = self.class.model.db;
+        let directions = self.class.inference.directions(db, callee, arguments.len());
         let changed = arguments.iter().zip(directions).filter(|(_, it)| *it != Direction::In);
         changed.filter_map(|(argument, _)| self.variable(argument.id()?)).collect()
     }

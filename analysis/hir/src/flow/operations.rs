@@ -1,0 +1,107 @@
+//! What a call of an operation assigns and writes.
+
+use std::borrow::Cow;
+
+use crate::ModelDb;
+use crate::body::{BodyId, CoreScope, core_scope, statements};
+use crate::graph::topological_order;
+use crate::infer::{Inference, inference_of, shared_variables};
+use crate::item_tree::{Expr, Name, Operation, Statement};
+use crate::project::Project;
+use crate::resolve::{Binding, Callee};
+use crate::source::{Decl, core};
+
+use super::indices::Indices;
+use super::writes::top_level_writes;
+
+/// The effects of a call of an operation.
+#[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
+pub(super) struct Effects {
+    /// The shared variables that it may assign, directly or through its callees.
+    pub(super) assigns: Indices,
+    /// The ports that it writes on every path, without those that its callees write.
+    pub(super) writes: Box<[Name]>,
+}
+
+/// Returns the effects of each operation of a core.
+pub(super) fn effects_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    scope: &CoreScope,
+) -> Cow<'db, [Effects]> {
+    match (scope.operations.is_empty(), scope.groups().len()) {
+        (true, _) => Cow::Borrowed(&[]),
+        // A query for the only group would be recomputed with each change of the core.
+        (false, 1) => Cow::Owned(effects(db, project, of, scope)),
+        (false, _) => Cow::Borrowed(effects_of_groups(db, project, of)),
+    }
+}
+
+/// Returns the effects of the operations of a core with several groups: few edits change them.
+#[salsa::tracked(returns(ref))]
+fn effects_of_groups<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Effects> {
+    let scope = core_scope(db, of).as_ref();
+    scope.map_or_else(Vec::new, |scope| effects(db, project, of, scope))
+}
+
+fn effects<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    scope: &CoreScope,
+) -> Vec<Effects> {
+    let Some(core) = core(db, of) else { return Vec::new() };
+    let shared = shared_variables(db, project, of).len();
+    let (mut calls, mut effects) = (Vec::new(), Vec::new());
+    for (index, operation) in core.operations.iter().enumerate() {
+        let Some(group) = scope.group(BodyId::Operation(index as u32)) else { continue };
+        let inference = inference_of(db, project, of, group);
+        let (called, assigns) = calls_and_assigns(operation, inference, shared);
+        let writes = top_level_writes(&operation.program.statements, inference);
+        calls.push(called);
+        effects.push(Effects { assigns, writes });
+    }
+    for index in topological_order(&calls).0 {
+        let callees = calls.get(index).into_iter().flatten();
+        let callees: Vec<Indices> =
+            callees.filter_map(|callee| Some(effects.get(*callee)?.assigns.clone())).collect();
+        if let Some(own) = effects.get_mut(index) {
+            callees.iter().for_each(|callee| own.assigns.add(callee));
+        }
+    }
+    effects
+}
+
+fn calls_and_assigns(
+    operation: &Operation,
+    inference: &Inference<'_>,
+    shared: usize,
+) -> (Vec<usize>, Indices) {
+    let (mut called, mut assigned) = (Vec::new(), Indices::default());
+    let mut assign = |id| {
+        if let Some(Binding::Variable(variable)) = inference.binding(id)
+            && variable.group.is_none()
+        {
+            assigned.insert(variable.index as usize);
+        }
+    };
+    for statement in statements(&operation.program.statements) {
+        if let Statement::Assign(target, _) = statement {
+            assign(target.id);
+        }
+        for expr in statement.expression().into_iter().flat_map(Expr::descendants) {
+            let Expr::Call { callee, arguments, .. } = expr else { continue };
+            // Each argument may be an output argument.
+            for argument in arguments {
+                if let Expr::Name(name) = argument {
+                    assign(name.id);
+                }
+            }
+            if let Some(Callee::Operation(index)) = inference.callee(callee.id) {
+                called.push(index);
+            }
+        }
+    }
+    (called, assigned.below(shared))
+}
