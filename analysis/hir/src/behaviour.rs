@@ -3,20 +3,20 @@
 //! Combines the inference and the costs of the bodies. A behaviour has no times: a changed timing table invalidates no
 //! behaviour, a changed program only that of its core.
 
-use crate::cost::{Cost, Costs, costs_of, operations_in};
+use crate::cost::{Cost, Costs, ProgramCost, costs_of, operations_in};
 use std::borrow::Cow;
 use std::sync::Arc;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
-use crate::body::{BodyId, ProgramIn, core_scope};
+use crate::body::{BodyId, CoreScope, ProgramIn, core_scope};
 use crate::fact::{
     CorePart, CoreReason, Defined, Fact, FactKind, Reason, Refusal, Unreachable, repeated, unresolved_type,
 };
 use crate::features::{Features, features_of};
 use crate::graph::{reachable, topological_order};
-use crate::infer::{NameProblem, inference_of};
+use crate::infer::{NameProblem, Problems, inference_of};
 use crate::item_tree::{
     Core, FeatureKind, HookKind, Kind, Machine, MethodKind, Name, NameRef, SourceId, State, Transition,
 };
@@ -113,8 +113,8 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
         features,
         core: data,
         states: FxHashMap::default(),
-        methods: FxHashMap::default(),
-        costs: costs_of(db, project, of),
+        methods: Vec::new(),
+        groups: groups_of(db, project, of),
         found: Behaviour::default(),
     };
     if let Err(unresolved) = &shell {
@@ -134,6 +134,37 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
     found
 }
 
+/// What is known of the programs of a core, by group of bodies.
+struct Groups<'db> {
+    scope: Option<&'db CoreScope>,
+    costs: Vec<Cow<'db, Costs<'db>>>,
+    /// The unresolved names.
+    problems: Vec<&'db Problems<'db>>,
+}
+
+fn groups_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Groups<'db> {
+    let scope = core_scope(db, of).as_ref();
+    let groups = scope.map_or(0..0, CoreScope::groups);
+    let problems = groups.map(|group| &inference_of(db, project, of, group).problems).collect();
+    Groups { scope, costs: costs_of(db, project, of), problems }
+}
+
+impl<'db> Groups<'db> {
+    fn group(&self, body: BodyId) -> Option<usize> {
+        Some(self.scope?.group(body)? as usize)
+    }
+
+    fn cost(&self, body: BodyId, program: ProgramIn) -> Option<&ProgramCost<'db>> {
+        self.costs.get(self.group(body)?)?.get(&(body, program))
+    }
+
+    /// Returns the unresolved names in a program.
+    fn problems(&self, body: BodyId, program: ProgramIn) -> &'db [NameProblem<'db>] {
+        let of_group = self.group(body).and_then(|group| self.problems.get(group));
+        of_group.and_then(|problems| problems.get(&(body, program))).map_or(&[], Vec::as_slice)
+    }
+}
+
 struct BehaviourContext<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -142,10 +173,9 @@ struct BehaviourContext<'db> {
     core: &'db Core,
     /// The first state of each name.
     states: FxHashMap<&'db Name, usize>,
-    /// The programs of methods, by state.
-    methods: FxHashMap<(&'db Name, MethodKind), usize>,
-    /// The costs of the programs, by group of bodies.
-    costs: Vec<Cow<'db, Costs<'db>>>,
+    /// The programs of the methods of each state, by kind.
+    methods: Vec<[Option<usize>; 4]>,
+    groups: Groups<'db>,
     found: Behaviour<'db>,
 }
 
@@ -213,17 +243,11 @@ impl<'db> BehaviourContext<'db> {
         }
     }
 
-    fn group(&self, body: BodyId) -> Option<u32> {
-        core_scope(self.db, self.of).as_ref()?.group(body)
-    }
-
     /// Refuses the core for each unresolved name in a program.
     fn name_problems(&mut self, body: BodyId, program: ProgramIn) {
-        let inference = self.group(body).map(|group| inference_of(self.db, self.project, self.of, group));
-        let problems = inference.and_then(|inference| inference.problems.get(&(body, program)));
         // Whether the previous problem was a hidden name and the first reason for the refusal.
         let mut is_first = false;
-        for problem in problems.into_iter().flatten() {
+        for problem in self.groups.problems(body, program) {
             let was_first = std::mem::take(&mut is_first);
             match problem {
                 // The effect of the hidden name is unknown; it is reported.
@@ -240,9 +264,9 @@ impl<'db> BehaviourContext<'db> {
 
     /// Returns the worst-case cost of a program, and the value of a constant guard. Refuses the core for the program's errors.
     fn cost_and_value(&mut self, body: BodyId, program: ProgramIn) -> (Arc<Cost<'db>>, Option<bool>) {
-        let costs = self.group(body).and_then(|group| self.costs.get(group as usize));
-        let found = costs.and_then(|costs| costs.get(&(body, program))).cloned();
-        let Some(found) = found else { return (Arc::default(), None) };
+        let Some(found) = self.groups.cost(body, program) else { return (Arc::default(), None) };
+        let (cost, constant) = (found.cost.clone(), found.constant);
+        self.found.facts.extend_from_slice(&found.facts);
         if found.completeness.is_incomplete() {
             self.refuse_once(match program {
                 ProgramIn::Guard(_) => CoreReason::SyntaxError(CorePart::Guard),
@@ -250,8 +274,7 @@ impl<'db> BehaviourContext<'db> {
             });
         }
         self.name_problems(body, program);
-        self.found.facts.extend(found.facts);
-        (found.cost, found.constant)
+        (cost, constant)
     }
 
     fn cost(&mut self, body: BodyId, program: ProgramIn) -> Arc<Cost<'db>> {
@@ -336,6 +359,7 @@ impl<'db> BehaviourContext<'db> {
         self.refuse_repeated(machine.states.iter().map(|it| &it.name), Defined::State);
         let Some(start) = self.initial(machine) else { return };
         self.states = machine.state_indices();
+        self.methods = vec![[None; 4]; machine.states.len()];
         let mut edges = Edges::default();
         for index in 0..machine.states.len() {
             self.state(machine, index, &mut edges);
@@ -485,13 +509,14 @@ impl<'db> BehaviourContext<'db> {
     /// Returns the index of the program of a method; adds it at the first call.
     fn method(&mut self, index: usize, state: &'db State, kind: MethodKind) -> Option<usize> {
         let number = state.methods.iter().position(|method| method.kind == kind)?;
-        let name = &state.name.name;
-        if let Some(&program) = self.methods.get(&(name, kind)) {
+        if let Some(program) = self.methods.get(index).and_then(|programs| programs[kind as usize]) {
             return Some(program);
         }
         let cost = self.cost(BodyId::State(0, index as u32), ProgramIn::Method(number as u32));
-        let program = self.add_program(ProgramId::Method { state: name.clone(), kind }, cost);
-        self.methods.insert((name, kind), program);
+        let program = self.add_program(ProgramId::Method { state: state.name.name.clone(), kind }, cost);
+        if let Some(programs) = self.methods.get_mut(index) {
+            programs[kind as usize] = Some(program);
+        }
         Some(program)
     }
 

@@ -42,12 +42,15 @@ pub(crate) struct Inference<'db> {
     /// The definitions of other declarations that the bodies use.
     uses: Uses<'db>,
     /// The reasons not to analyse the core, by program, in the order of execution.
-    pub(crate) problems: FxHashMap<(BodyId, ProgramIn), Vec<NameProblem<'db>>>,
+    pub(crate) problems: Problems<'db>,
     /// The type errors.
     pub(crate) facts: Vec<Fact<'db>>,
     /// The shared variables, if the core has only one group.
     shared: Option<Box<Shared<'db>>>,
 }
+
+/// The unresolved names, by program.
+pub(crate) type Problems<'db> = FxHashMap<(BodyId, ProgramIn), Vec<NameProblem<'db>>>;
 
 /// A variable, parameter or handler.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use mauve_timing::{Edge, Level, StateMachine, Time};
+use rustc_hash::FxHashMap;
 
 use crate::reason::{MOST_REASONS, Reason, Refusal, Timed, TooLong, UnusableTime};
 use crate::timetable::{Lookup, Timetable, times_of, timetable_of};
@@ -96,6 +97,7 @@ pub(crate) fn psm_with<'db>(
         level,
         what_if,
         operations: vec![None; behaviour.operations.len()],
+        codels: FxHashMap::default(),
         refusals: Vec::new(),
         missing: BTreeMap::new(),
         assumed: BTreeMap::new(),
@@ -130,6 +132,8 @@ struct Evaluator<'a, 'db> {
     level: Level,
     what_if: &'a dyn Fn(Decl<'db>) -> Option<Time>,
     operations: Vec<Option<Time>>,
+    /// The times of the codels so far.
+    codels: FxHashMap<Decl<'db>, Option<Time>>,
     refusals: Vec<Refusal<'db>>,
     missing: BTreeMap<String, Refusal<'db>>,
     assumed: BTreeMap<String, Time>,
@@ -232,6 +236,9 @@ impl<'db> Evaluator<'_, 'db> {
     /// calls is ever followed down.
     fn operations_of(&mut self, used: &[bool]) {
         let behaviour = self.behaviour;
+        if behaviour.operations.is_empty() {
+            return;
+        }
         let costs = behaviour.programs.iter().zip(used).filter(|(_, used)| **used);
         let mut open: Vec<usize> = costs.flat_map(|(program, _)| operations_in(&program.cost)).collect();
         let mut needed = vec![false; behaviour.operations.len()];
@@ -267,27 +274,39 @@ impl<'db> Evaluator<'_, 'db> {
         match cost {
             Cost::Codel(codel) => self.codel(*codel),
             Cost::Operation(index) => self.operations.get(*index).copied().flatten(),
+            // All codels are visited, so that all missing times are reported together.
             Cost::Sum(costs) => {
-                // All codels are visited, so that all missing times are reported together.
-                let times: Vec<Option<Time>> = costs.iter().map(|cost| self.cost(cost)).collect();
-                let mut sum = Time::ZERO;
-                for time in times {
-                    let Some(next) = sum.checked_add(time?) else {
-                        self.refuse(Reason::TooLong(TooLong::Program));
-                        return None;
-                    };
-                    sum = next;
+                let (mut sum, mut is_too_long) = (Some(Time::ZERO), false);
+                for cost in costs {
+                    let both = sum.zip(self.cost(cost));
+                    sum = both.and_then(|(sum, time)| sum.checked_add(time));
+                    is_too_long |= both.is_some() && sum.is_none();
                 }
-                Some(sum)
+                if is_too_long {
+                    self.refuse(Reason::TooLong(TooLong::Program));
+                }
+                sum
             }
             Cost::Greatest(costs) => {
-                let times: Vec<Option<Time>> = costs.iter().map(|cost| self.cost(cost)).collect();
-                times.into_iter().try_fold(Time::ZERO, |greatest, time| Some(greatest.max(time?)))
+                let mut greatest = Some(Time::ZERO);
+                for cost in costs {
+                    greatest = greatest.zip(self.cost(cost)).map(|(greatest, time)| greatest.max(time));
+                }
+                greatest
             }
         }
     }
 
     fn codel(&mut self, codel: Decl<'db>) -> Option<Time> {
+        if let Some(&time) = self.codels.get(&codel) {
+            return time;
+        }
+        let time = self.look_up(codel);
+        self.codels.insert(codel, time);
+        time
+    }
+
+    fn look_up(&mut self, codel: Decl<'db>) -> Option<Time> {
         let name = codel.qualified(self.db);
         if let Some(time) = (self.what_if)(codel) {
             return Some(time);
