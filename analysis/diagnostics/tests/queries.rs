@@ -293,6 +293,16 @@ fn an_edit_verifies_other_files_as_a_whole() {
 }
 
 #[test]
+fn a_changed_state_runs_the_group_of_its_body_in_a_large_core() {
+    let texts = mauve_tests::generated_project(2, 1000).into_iter();
+    let texts: Vec<_> = texts.map(|(path, text)| (PathBuf::from(path), text)).collect();
+    let counts = executed(&texts, "/part0.mal", "next = 7;", "next = sense(7);");
+    for of_a_group in ["inference_of", "flow_of_group", "costs_of_group"] {
+        assert_eq!(counts.get(of_a_group), Some(&1), "{of_a_group}: {counts:?}");
+    }
+}
+
+#[test]
 fn the_sample_robot_too() {
     let folder = mauve_tests::models().join("p3dx");
     let mut texts: Vec<_> = mauve_tests::all_texts_in(&folder).into_iter().collect();

@@ -22,7 +22,7 @@
 //! | `infer.rs` | bindings, callees and types of each body |
 //! | `semantics.rs` | resolution at a position of a text, for editors |
 //! | `cost.rs`, `behaviour.rs` | the demand of programs, as calls of codels; the states and edges of a core |
-//! | `flow.rs` | data flow through the states of a core: read before assignment, lost writes, unreachable code |
+//! | `flow.rs`, `flow/` | data flow through the states of a core: read before assignment, lost writes, unreachable code |
 //! | `program_id.rs` | the identity of a program, and its key in timing tables |
 //! | `types.rs`, `values.rs` | types and assignability; constant evaluation with the semantics of the generated C++ |
 //! | `msg.rs`, `messages.rs` | message packages: `.msg` texts; the built-in catalogue, resolution of type names |
