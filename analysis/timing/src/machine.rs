@@ -1,6 +1,7 @@
 //! Periodic state machines: one edge per period, each with its execution time (paper, definitions 3 and 4).
 
-use std::sync::Arc;
+use std::hash::{Hash, Hasher};
+use std::sync::{Arc, OnceLock};
 
 use crate::Time;
 use crate::cycle_mean::{self, CycleMean};
@@ -32,11 +33,45 @@ pub struct Edge {
 /// assert_eq!((mean.cost.as_nanos(), mean.length), (11, 2));
 /// # Ok::<(), mauve_timing::MachineError>(())
 /// ```
-#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+#[derive(Clone, Debug)]
 pub struct StateMachine {
     states: u32,
     // Shared: each activity of the component has a copy of the machine.
-    edges: Arc<[Edge]>,
+    edges: Arc<Edges>,
+}
+
+/// The edges of a machine, with what follows from them.
+#[derive(Debug)]
+struct Edges {
+    all: Box<[Edge]>,
+    greatest_cost: Time,
+    /// Whether an edge of the greatest cost can be taken in every period.
+    greatest_repeats: bool,
+    /// λ, from its first use on.
+    mean: OnceLock<CycleMean>,
+}
+
+impl Edges {
+    fn new(all: Box<[Edge]>) -> Edges {
+        let greatest_cost = all.iter().map(|edge| edge.cost).max().unwrap_or_default();
+        let repeats = |edge: &Edge| edge.cost == greatest_cost && edge.source == edge.target;
+        Edges { greatest_cost, greatest_repeats: all.iter().any(repeats), all, mean: OnceLock::new() }
+    }
+}
+
+impl PartialEq for StateMachine {
+    fn eq(&self, other: &StateMachine) -> bool {
+        self.states == other.states
+            && (Arc::ptr_eq(&self.edges, &other.edges) || self.edges() == other.edges())
+    }
+}
+
+impl Eq for StateMachine {}
+
+impl Hash for StateMachine {
+    fn hash<H: Hasher>(&self, hasher: &mut H) {
+        (self.states, self.edges()).hash(hasher);
+    }
 }
 
 impl StateMachine {
@@ -69,12 +104,15 @@ impl StateMachine {
         if greatest.checked_mul(u64::from(states)).is_none() {
             return Err(MachineError::TooLarge);
         }
-        Ok(StateMachine { states, edges: edges.into() })
+        Ok(StateMachine { states, edges: Arc::new(Edges::new(edges.into())) })
     }
 
     /// Creates the machine of a classical task: one state and one edge of `cost`.
     pub fn single(cost: Time) -> StateMachine {
-        StateMachine { states: 1, edges: Arc::new([Edge { source: 0, target: 0, cost }]) }
+        StateMachine {
+            states: 1,
+            edges: Arc::new(Edges::new(Box::new([Edge { source: 0, target: 0, cost }]))),
+        }
     }
 
     /// Returns the number of states, at least 1.
@@ -84,34 +122,38 @@ impl StateMachine {
 
     /// The edges, in the order in which they were given.
     pub fn edges(&self) -> &[Edge] {
-        &self.edges
+        &self.edges.all
     }
 
     /// Returns the index of the first edge of greatest cost.
     pub fn greatest_edge(&self) -> usize {
         let greatest = self.greatest_cost();
-        self.edges.iter().position(|edge| edge.cost == greatest).unwrap_or_default()
+        self.edges().iter().position(|edge| edge.cost == greatest).unwrap_or_default()
     }
 
     /// The cost of [`greatest_edge`](Self::greatest_edge).
     pub fn greatest_cost(&self) -> Time {
-        self.edges.iter().map(|edge| edge.cost).max().unwrap_or_default()
+        self.edges.greatest_cost
     }
 
     /// Returns λ, the greatest mean cost of a cycle: the worst average cost of a period in the long run.
     ///
     /// The result is exact; with several greatest cycles, it is any of them.
     pub fn greatest_cycle_mean(&self) -> CycleMean {
-        let greatest = self.greatest_cost();
-        if self.repeats(greatest) {
-            return CycleMean { cost: greatest, length: 1 };
-        }
-        cycle_mean::greatest(&Adjacency::new(self), &|| ())
+        self.interruptible_cycle_mean(&|| ())
     }
 
-    /// Whether an edge of `cost` can be taken in every period.
-    pub(crate) fn repeats(&self, cost: Time) -> bool {
-        self.edges.iter().any(|edge| edge.cost == cost && edge.source == edge.target)
+    /// [`greatest_cycle_mean`](Self::greatest_cycle_mean); the first call calls `interrupt` regularly, which may unwind.
+    pub(crate) fn interruptible_cycle_mean(&self, interrupt: &dyn Fn()) -> CycleMean {
+        if self.greatest_repeats() {
+            return CycleMean { cost: self.greatest_cost(), length: 1 };
+        }
+        *self.edges.mean.get_or_init(|| cycle_mean::greatest(&Adjacency::new(self), interrupt))
+    }
+
+    /// Whether an edge of the greatest cost can be taken in every period.
+    pub(crate) fn greatest_repeats(&self) -> bool {
+        self.edges.greatest_repeats
     }
 }
 
@@ -145,14 +187,14 @@ impl Adjacency {
     pub(crate) fn new(machine: &StateMachine) -> Adjacency {
         // A counting sort: how many start before each state, then each edge to the next free place of its state.
         let mut first = vec![0u32; machine.states as usize + 2];
-        for edge in machine.edges.iter() {
+        for edge in machine.edges() {
             first[edge.source as usize + 2] += 1;
         }
         for state in 2..first.len() {
             first[state] += first[state - 1];
         }
-        let mut arcs = vec![(0, 0); machine.edges.len()];
-        for edge in machine.edges.iter() {
+        let mut arcs = vec![(0, 0); machine.edges().len()];
+        for edge in machine.edges() {
             let next = &mut first[edge.source as usize + 1];
             arcs[*next as usize] = (edge.target, edge.cost.as_nanos());
             *next += 1;

@@ -1,6 +1,5 @@
 //! The trace bound T⁺ of a periodic state machine: the greatest demand of n consecutive periods (paper, eq. 13–18).
 
-use crate::cycle_mean;
 use crate::machine::Adjacency;
 use crate::{CycleMean, NoBoundReason, StateMachine, Time};
 
@@ -49,16 +48,15 @@ const LONGEST_PERIOD: usize = 256;
 const LONGEST_HISTORY: usize = 1 << 20;
 
 impl<'a> TraceBound<'a> {
-    /// Creates the bound of `machine` in O(|E|); allocates only when the demand of two periods is computed.
+    /// Creates the bound of `machine` in O(1); allocates only when the demand of two periods is computed.
     pub fn new(machine: &'a StateMachine) -> TraceBound<'a> {
         TraceBound::interruptible(machine, &|| ())
     }
 
     /// Creates a bound that calls `interrupt` regularly during long computations; it may unwind.
     pub(crate) fn interruptible(machine: &'a StateMachine, interrupt: &'a dyn Fn()) -> TraceBound<'a> {
-        let greatest = machine.greatest_cost();
-        let greatest_repeats = machine.repeats(greatest);
-        let greatest = greatest.as_nanos();
+        let greatest = machine.greatest_cost().as_nanos();
+        let greatest_repeats = machine.greatest_repeats();
         TraceBound {
             machine,
             interrupt,
@@ -91,12 +89,8 @@ impl<'a> TraceBound<'a> {
     }
 
     /// λ, the increment of M in the long run: see [`StateMachine::greatest_cycle_mean`].
-    pub(crate) fn greatest_cycle_mean(&mut self) -> CycleMean {
-        if self.greatest_repeats {
-            return CycleMean { cost: Time::from_nanos(self.greatest), length: 1 };
-        }
-        let recurrence = recurrence_of(&mut self.recurrence, self.machine);
-        cycle_mean::greatest(&recurrence.successors, self.interrupt)
+    pub(crate) fn greatest_cycle_mean(&self) -> CycleMean {
+        self.machine.interruptible_cycle_mean(self.interrupt)
     }
 
     /// (n₀, c) such that M(n + c) = M(n) + c·λ for every n ≥ n₀; `None` if no such pair is found within the budget.
