@@ -6,7 +6,7 @@ mod values;
 
 pub(crate) use programs::components_of;
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
 use mauve_diagnostics::{cpu_names, timing_reason};
@@ -88,69 +88,74 @@ pub fn inlay_hints(
     if !is_model(file.path(db)) {
         return Vec::new();
     }
-    // By position and label, with the projects that have the hint.
-    let mut found: BTreeMap<(TextSize, String), (InlayHint, Vec<Project<'_>>)> = BTreeMap::new();
     let projects = projects_with(db, workspaces, file);
     let declared = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
     let declared = declared.filter(|(_, map)| map.range.intersect(range).is_some());
+    let mut found: Vec<(InlayHint, Project<'_>)> = Vec::new();
     for (&decl, _) in declared {
         for &project in &projects {
-            let hints = of_declaration(db, project, decl, range, kinds);
-            for hint in hints.into_iter().filter(|hint| range.contains_inclusive(hint.offset)) {
-                let key = (hint.offset, hint.label.clone());
-                found.entry(key).or_insert_with(|| (hint, Vec::new())).1.push(project);
+            let mut hints = Vec::new();
+            match decl.kind(db) {
+                Kind::Core if kinds.program_times => programs::of_core(db, project, decl, range, &mut hints),
+                Kind::Architecture | Kind::Deployment => {
+                    let all = of_declaration(db, project, decl, kinds).iter();
+                    hints.extend(all.filter(|hint| range.contains_inclusive(hint.offset)).cloned());
+                }
+                _ => {}
             }
+            found.extend(hints.into_iter().map(|hint| (hint, project)));
         }
     }
+    found.sort_by(|(one, _), (other, _)| (one.offset, &one.label).cmp(&(other.offset, &other.label)));
     // If projects differ, all hints are shown, with their projects.
-    let hints = found.into_values().map(|(mut hint, having)| {
+    let of_hint =
+        found.chunk_by(|(one, _), (other, _)| one.offset == other.offset && one.label == other.label);
+    let hints = of_hint.filter_map(|having| {
+        let mut hint = having.first()?.0.clone();
         if having.len() < projects.len() {
-            let roots: Vec<String> = having.iter().map(|&project| name_of_root(db, project)).collect();
+            let roots: Vec<String> = having.iter().map(|&(_, project)| name_of_root(db, project)).collect();
             hint.label += &format!(" (in the project of {})", roots.join(", "));
         }
-        hint
+        Some(hint)
     });
     hints.collect()
 }
 
-/// Returns the hints of a declaration, those in `range` and perhaps others.
+/// Returns the hints of an architecture or a deployment. salsa keeps them: an edit of another file that changes none of them does
+/// not build them again.
+#[salsa::tracked(returns(ref))]
 fn of_declaration<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     decl: Decl<'db>,
-    range: TextRange,
     kinds: HintKinds,
-) -> Vec<InlayHint> {
+) -> Box<[InlayHint]> {
     let mut hints = Vec::new();
-    match decl.kind(db) {
-        Kind::Deployment => {
-            of_deployment(db, project, decl, range, kinds, &mut hints);
-            if kinds.values {
-                values::of_values(db, project, decl, &mut hints);
-            }
-        }
-        Kind::Architecture if kinds.values => values::of_values(db, project, decl, &mut hints),
-        Kind::Core if kinds.program_times => programs::of_core(db, project, decl, range, &mut hints),
-        _ => {}
+    if decl.kind(db) == Kind::Deployment {
+        of_deployment(db, project, decl, kinds, &mut hints);
     }
-    hints
+    if kinds.values {
+        values::of_values(db, project, decl, &mut hints);
+    }
+    hints.into_boxed_slice()
 }
 
 /// Returns a value that changes whenever the label of a hint in a file changes, whatever its position. The labels of cores are
 /// not built for it again.
 pub fn hash_of_hints(db: &dyn ModelDb, workspaces: &[Workspace], file: File, kinds: HintKinds) -> u64 {
     let mut hasher = DefaultHasher::new();
-    let all = TextRange::up_to(TextSize::of(&**file.text(db)));
     for project in projects_with(db, workspaces, file) {
         for &decl in &declarations(db, file).all {
-            if decl.kind(db) == Kind::Core {
-                if kinds.program_times {
+            match decl.kind(db) {
+                Kind::Core if kinds.program_times => {
                     programs::hash_of_labels(db, project, decl).hash(&mut hasher);
                 }
-                continue;
+                Kind::Architecture | Kind::Deployment => {
+                    let hints = of_declaration(db, project, decl, kinds);
+                    hints.iter().for_each(|hint| hint.label.hash(&mut hasher));
+                }
+                _ => {}
             }
-            let hints = of_declaration(db, project, decl, all, kinds);
-            hints.iter().for_each(|hint| hint.label.hash(&mut hasher));
         }
     }
     hasher.finish()
@@ -160,7 +165,6 @@ fn of_deployment<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployment: Decl<'db>,
-    range: TextRange,
     kinds: HintKinds,
     hints: &mut Vec<InlayHint>,
 ) {
@@ -196,9 +200,7 @@ fn of_deployment<'db>(
         }
     }
     let nodes = node.deployment_items().filter_map(|item| match item {
-        ast::DeploymentItem::Activity(it) if it.syntax().text_range().intersect(range).is_some() => {
-            Some((it.name_ref()?.syntax().text_range().start(), it))
-        }
+        ast::DeploymentItem::Activity(it) => Some((it.name_ref()?.syntax().text_range().start(), it)),
         _ => None,
     });
     let nodes: HashMap<TextSize, ast::Activity> = nodes.collect();
@@ -640,5 +642,38 @@ deployment D {
             activity planner { priority = 1 period = 200⟨ deadline = 200⟩ } }
         "#]],
         );
+    }
+
+    #[test]
+    fn an_edit_of_another_file_builds_no_hints_again() {
+        let deployment = "include \"parts.mal\"\ndeployment D { architecture A  \
+            activity driver { priority = 2 period = 50 }  activity planner { priority = 1 period = 200 } }";
+        let files = [
+            ("/robot.mal".into(), deployment.to_owned()),
+            ("/parts.mal".into(), PARTS.to_owned()),
+            ("/mauve.toml".into(), "timing.tables = [\"times.toml\"]".to_owned()),
+            ("/times.toml".into(), "codel.plan = 70\ncodel.drive = 17".to_owned()),
+        ];
+        let mut db = mauve_hir::Database::with_log();
+        let workspace = Workspace::of_texts(&db, "/".into(), files);
+        let [file, parts] =
+            ["/robot.mal", "/parts.mal"].map(|path| workspace.file(&db, path.as_ref()).unwrap());
+        let all = TextRange::up_to(TextSize::of(deployment));
+        let hash = |db: &mauve_hir::Database| hash_of_hints(db, &[workspace], file, HintKinds::default());
+        let before = (hash(&db), inlay_hints(&db, &[workspace], file, all, HintKinds::default()));
+        assert!(db.take_log().executed.iter().any(|query| query == "of_declaration"));
+        for (from, to, is_same) in [
+            ("shell S", "// a comment\nshell S", true),
+            ("{ plan(); }", "{ plan(); if 1 > 2 then { } else { } }", true),
+            ("{ plan(); }", "{ plan(); plan(); }", false),
+        ] {
+            parts.set_text(&mut db, PARTS.replace(from, to).into());
+            assert_eq!(hash(&db) == before.0, is_same, "{to}");
+            let hints = inlay_hints(&db, &[workspace], file, all, HintKinds::default());
+            assert_eq!(hints == before.1, is_same, "{to}");
+            let executed = db.take_log().executed;
+            let count = executed.iter().filter(|query| *query == "of_declaration").count();
+            assert_eq!(count, usize::from(!is_same), "{to}: {executed:?}");
+        }
     }
 }

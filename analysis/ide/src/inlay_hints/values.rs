@@ -32,8 +32,10 @@ pub(super) fn of_values(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, hi
             }
             (&data.settings, values)
         }
-        (None, Some(data)) => (&data.settings, values_in_effect(db, project, of)),
-        (None, None) => return,
+        (None, Some(data)) if !data.settings.is_empty() => {
+            (&data.settings, values_in_effect(db, project, of))
+        }
+        (None, _) => return,
     };
     // The values that a deployment may override.
     let below = target_of(db, project, of).map(|target| values_in_effect(db, project, target));
