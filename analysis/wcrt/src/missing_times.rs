@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use mauve_timing::{Level, Status, Time};
+use mauve_timing::{Status, Time};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::fact::{Budget, MissingTime, TimingFact, TimingFactKind};
@@ -32,7 +32,7 @@ pub fn budgets<'db>(
     deployment: Decl<'db>,
     query: Query,
 ) -> Vec<Budget<'db>> {
-    let missing = missing_times(db, project, deployment, query.level);
+    let missing = missing_times(db, project, deployment, query);
     let system: &System<'db> = system_of(db, project, deployment);
     if missing.len() > MOST_BUDGETS || !system.not_analysed.is_empty() {
         return Vec::new();
@@ -103,14 +103,14 @@ fn missing_times<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     deployment: Decl<'db>,
-    level: Level,
+    query: Query,
 ) -> Vec<MissingTime<'db>> {
     let mut missing: Vec<MissingTime<'db>> = Vec::new();
     let mut index: FxHashMap<Decl<'db>, usize> = FxHashMap::default();
-    for activity in &system_of(db, project, deployment).activities {
-        let Some(component) = activity.executed() else { continue };
-        let Err(refusals) = psm_of(db, project, component, level) else { continue };
-        for refusal in refusals {
+    let reports = &response_times(db, project, deployment, query).activities;
+    // The reasons of a report include those of the state machine of the component.
+    for (activity, report) in system_of(db, project, deployment).activities.iter().zip(reports) {
+        for refusal in &report.reasons {
             let (codel, at_other_levels) = match &refusal.reason {
                 Reason::NoTime(codel) => (*codel, false),
                 Reason::Table(UnusableTime::OtherLevels(Timed::Codel(codel), ..)) => (*codel, true),
@@ -139,7 +139,7 @@ pub fn missing_time_facts<'db>(
         return Vec::new();
     }
     let deployments = names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Deployment);
-    let deployments = deployments.map(|&it| (it, missing_times(db, project, it, query.level)));
+    let deployments = deployments.map(|&it| (it, missing_times(db, project, it, query)));
     let deployments: Vec<(Decl<'db>, Vec<MissingTime<'db>>)> = deployments.collect();
     let mut found = Vec::new();
     found.extend(missing_level(db, project, &deployments, query));
