@@ -186,10 +186,10 @@ fn a_changed_program_runs_its_core_and_where_a_time_changed_the_response_times()
     let counts = executed(&robot(), "/parts.mal", "update = { one(); }", "update = { two(); }");
     let of_core: Vec<_> = of_core.into_iter().filter(|(query, _)| *query != "errors_in").collect();
     let and = |more: &[(&'static str, usize)]| [of_core.as_slice(), more].concat();
-    check(&counts, &and(&[("usage_of", 1)]));
+    check(&counts, &and(&[("usage_in_group", 1)]));
     // A half-typed line in it: what is unused is unknown.
     let counts = executed(&robot(), "/parts.mal", "update = { one(); }", "update = { one() }");
-    let asked = [("usage_of", 1), ("unused_facts", 1)];
+    let asked = [("usage_in_group", 1), ("usage_of", 1), ("unused_facts", 1)];
     check(&counts, &and(&asked));
 }
 
@@ -236,7 +236,7 @@ fn a_changed_time_runs_only_the_state_machines_that_use_it() {
 fn a_new_codel_runs_no_inference() {
     for new in ["codel three(): int\n", "library l { codel one(): int }\n"] {
         let counts = executed(&with_other(), "/parts.mal", "shell S", &format!("{new}shell S"));
-        for query in ["inference_of", "behaviour_of", "uses_of", "features_of", "psm_of", "system_of"] {
+        for query in ["inference_of", "behaviour_of", "uses_of", "shared_features", "psm_of", "system_of"] {
             assert_eq!(counts.get(query), None, "{new}: {counts:?}");
         }
         assert_eq!(counts["names_of"], 1);

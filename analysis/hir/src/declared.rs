@@ -5,15 +5,15 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::ModelDb;
 use crate::completeness::Completeness;
 use crate::fact::{Checker, Defined, Fact, FactKind, Reserved, repeated};
-use crate::features::{FeatureOf, core_of, features_of, is_core_for, shell_of};
+use crate::features::{FeatureOf, features_of, shell_of};
 use crate::flat::{flat_of, target_of};
 use crate::infer::uses_of;
 use crate::item_tree::{Data, Kind, Name, NameRef, Parameter, SourceId, TypeRef};
 use crate::messages::used_packages;
 use crate::names::names_of;
-use crate::project::Project;
+use crate::project::{Project, file_groups, files_in_group};
 use crate::settings::names_in_values;
-use crate::source::{Decl, Location, data, shell};
+use crate::source::{Decl, Location, data, declarations, shell};
 use crate::types::{self, Type};
 
 impl<'db> Checker<'db> {
@@ -195,26 +195,18 @@ struct Usage<'db> {
     completeness: Completeness,
 }
 
+/// Returns the definitions that a project uses.
 #[salsa::tracked(returns(ref))]
 fn usage_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Usage<'db> {
     let names = names_of(db, project);
     let are_known = names.incomplete_file.is_none() && !names.may_miss_names();
     let mut usage = Usage { completeness: Completeness::of(are_known), ..Usage::default() };
-    for core in names.of_kind(db, Kind::Core) {
-        let uses = uses_of(db, project, core);
-        usage.codels.extend(&uses.codels);
-        usage.features.extend(&uses.features);
-        let shell = shell_of(db, project, core);
-        usage.completeness &= Completeness::of(shell.is_some()) & uses.completeness;
-        if let Some(shell) = shell {
-            usage.with_core.extend(&features_of(db, project, shell).shells);
-        }
-    }
-    for of in names.of_kind(db, Kind::Shell) {
-        let features = features_of(db, project, of);
-        let named = shell(db, of).map_or_else(Vec::new, names_in_values);
-        let named = named.into_iter().filter_map(|name| features.get(name));
-        usage.features.extend(named);
+    for group in file_groups(db, project) {
+        let used = usage_in_group(db, project, group);
+        usage.codels.extend(&used.codels);
+        usage.features.extend(&used.features);
+        usage.with_core.extend(&used.with_core);
+        usage.completeness &= used.completeness;
     }
     for of in names.of_kind(db, Kind::Deployment) {
         let deployed = usage.deployed.get_or_insert_default();
@@ -223,16 +215,43 @@ fn usage_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Usage<'db> {
             continue;
         };
         let flat = flat_of(db, project, target);
-        let are_known = flat.refusals.is_empty() && flat.instances.iter().all(|it| it.component.is_some());
-        usage.completeness &= Completeness::of(are_known);
+        usage.completeness &= Completeness::of(flat.refusals.is_empty());
         deployed.extend(&flat.architectures);
-        for component in flat.instances.iter().filter_map(|instance| instance.component) {
-            deployed.insert(component);
-            let (core, shell) = (core_of(db, project, component), shell_of(db, project, component));
-            let fits = |(core, shell)| is_core_for(db, project, core, shell);
-            usage.completeness &= Completeness::of(core.zip(shell).is_some_and(fits));
+        for instance in &flat.instances {
+            deployed.extend(instance.component);
+            let implementation = instance.implementation(db, project);
+            let core = implementation.and_then(|it| it.core);
+            let features = instance.features(db, project);
+            usage.completeness &= Completeness::of(core.is_some() && features.is_some());
             deployed.extend(core);
-            deployed.extend(shell.into_iter().flat_map(|shell| &features_of(db, project, shell).shells));
+            deployed.extend(features.into_iter().flat_map(|features| &features.shells));
+        }
+    }
+    usage
+}
+
+/// Returns the definitions that the cores and shells of a group of files use.
+#[salsa::tracked(returns(ref))]
+fn usage_in_group<'db>(db: &'db dyn ModelDb, project: Project<'db>, group: u32) -> Usage<'db> {
+    let mut usage = Usage::default();
+    for &of in files_in_group(db, project, group).iter().flat_map(|&file| &declarations(db, file).all) {
+        match of.kind(db) {
+            Kind::Core => {
+                let uses = uses_of(db, project, of);
+                usage.codels.extend(&uses.codels);
+                usage.features.extend(&uses.features);
+                let shell = shell_of(db, project, of);
+                usage.completeness &= Completeness::of(shell.is_some()) & uses.completeness;
+                if let Some(shell) = shell {
+                    usage.with_core.extend(&features_of(db, project, shell).shells);
+                }
+            }
+            Kind::Shell => {
+                let features = features_of(db, project, of);
+                let named = shell(db, of).map_or_else(Vec::new, names_in_values);
+                usage.features.extend(named.into_iter().filter_map(|name| features.get(name)));
+            }
+            _ => {}
         }
     }
     usage

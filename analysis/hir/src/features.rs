@@ -1,6 +1,7 @@
 //! The own and inherited features of shells; the shell and the core of a component.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use rustc_hash::FxHashSet;
 
@@ -95,12 +96,16 @@ impl<'db> Features<'db> {
 }
 
 /// Returns the own and inherited features of a shell.
+pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> &'db Features<'db> {
+    shared_features(db, project, of)
+}
+
 #[salsa::tracked(returns(ref))]
-pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Features<'db> {
+fn shared_features<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Arc<Features<'db>> {
     let mut features = Features::default();
     if too_large(db, project).is_some() {
         features.completeness = Completeness::Incomplete;
-        return features;
+        return Arc::new(features);
     }
     let mut seen: FxHashSet<Decl<'db>> = FxHashSet::from_iter([of]);
     let mut worklist = vec![of];
@@ -133,7 +138,7 @@ pub fn features_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'d
     }
     // One of two features with the same name may be an operation.
     features.completeness &= Completeness::of(features.by_name.values().all(|found| found.len() == 1));
-    features
+    Arc::new(features)
 }
 
 /// Returns the core of a component, if it resolves.
@@ -171,6 +176,35 @@ pub fn is_core_for<'db>(
     // Another fact reports an unresolved shell.
     let fits = |own: Decl<'db>| own == shell || features_of(db, project, shell).shells.contains(&own);
     core_interface(db, of).is_some() && shell_of(db, project, of).is_none_or(fits)
+}
+
+/// What architectures and deployments read of a component.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct Implementation<'db> {
+    /// Its shell with its features, if the shell resolves. If its core is for another shell, its shell is unknown.
+    pub shell: Option<(Decl<'db>, Arc<Features<'db>>)>,
+    /// Its core, if that resolves.
+    pub core: Option<Decl<'db>>,
+    /// Whether its core defines operations, or is unknown.
+    pub may_define_operations: bool,
+}
+
+/// Returns the [`Implementation`] of a component.
+#[salsa::tracked(returns(ref))]
+pub(crate) fn implementation_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Implementation<'db> {
+    let core = core_of(db, project, of);
+    let fits = |shell: &Decl<'db>| core.is_none_or(|core| is_core_for(db, project, core, *shell));
+    let shell = shell_of(db, project, of).filter(fits);
+    let interface = core.and_then(|core| core_interface(db, core).as_ref());
+    Implementation {
+        shell: shell.map(|shell| (shell, shared_features(db, project, shell).clone())),
+        core,
+        may_define_operations: interface.is_none_or(|core| core.defines_operations),
+    }
 }
 
 /// Why an operation may be missing in a shell.

@@ -6,7 +6,7 @@ use rustc_hash::FxHashMap;
 use crate::ModelDb;
 use crate::completeness::Completeness;
 use crate::fact::{Checker, Defined, EndKind, Fact, FactKind, Reason, Refusal};
-use crate::features::{FeatureOf, Features, core_of, features_of, is_core_for, shell_of};
+use crate::features::{FeatureOf, Features, Implementation, implementation_of};
 use crate::graph::closure;
 use crate::item_tree::{Connection, Endpoint, FeatureKind, Instance, Kind, Name, NameRef, Setting};
 use crate::names::{resolve_type, similar};
@@ -63,19 +63,31 @@ pub struct FlatInstance<'db> {
     pub component: Option<Decl<'db>>,
     /// Whether another instance has the same name; another fact reports that.
     pub repeated: bool,
+    /// The flattened architecture, and its index there.
+    flattened: (Decl<'db>, usize),
 }
 
 impl<'db> FlatInstance<'db> {
+    /// Returns what is known of its component, if that resolves.
+    pub fn implementation(
+        &self,
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+    ) -> Option<&'db Implementation<'db>> {
+        let (of, index) = self.flattened;
+        implementations_in(db, project, of).get(index)?.as_ref()
+    }
+
     /// Returns its shell, if that resolves. If its core is for another shell, its shell is unknown.
     pub fn shell(&self, db: &'db dyn ModelDb, project: Project<'db>) -> Option<Decl<'db>> {
-        let shell = shell_of(db, project, self.component?)?;
-        let core = core_of(db, project, self.component?);
-        core.is_none_or(|core| is_core_for(db, project, core, shell)).then_some(shell)
+        let (shell, _) = self.implementation(db, project)?.shell.as_ref()?;
+        Some(*shell)
     }
 
     /// Returns its features, if its shell resolves.
     pub fn features(&self, db: &'db dyn ModelDb, project: Project<'db>) -> Option<&'db Features<'db>> {
-        Some(features_of(db, project, self.shell(db, project)?))
+        let (_, features) = self.implementation(db, project)?.shell.as_ref()?;
+        Some(features)
     }
 
     /// Returns the location of its name.
@@ -142,10 +154,24 @@ pub fn flat_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) 
                 None => _ = flat.by_name.insert(name.name.clone(), flat.instances.len()),
             }
             let declared = (current, index);
-            flat.instances.push(FlatInstance { name: name.name.clone(), declared, component, repeated });
+            let flattened = (of, flat.instances.len());
+            let name = name.name.clone();
+            flat.instances.push(FlatInstance { name, declared, component, repeated, flattened });
         }
     }
     flat
+}
+
+/// Returns the implementations of the instances of an architecture, in the order of [`Flat::instances`]. The queries about the
+/// architecture depend on this one instead of on several for each instance.
+#[salsa::tracked(returns(ref))]
+fn implementations_in<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Vec<Option<Implementation<'db>>> {
+    let instances = flat_of(db, project, of).instances.iter();
+    instances.map(|it| Some(implementation_of(db, project, it.component?).clone())).collect()
 }
 
 impl<'db> Checker<'db> {
@@ -254,8 +280,8 @@ impl<'db> Checker<'db> {
             return;
         };
         let Some(NameRef { name: feature, id }) = &end.feature else { return };
-        let Some(shell) = instance.shell(db, project) else { return };
-        let features = features_of(db, project, shell);
+        let implementation = instance.implementation(db, project);
+        let Some((shell, features)) = implementation.and_then(|it| it.shell.as_ref()) else { return };
         let found = features.get(feature).map(|it| it.kind);
         if features.completeness.is_incomplete() || found.is_some_and(|found| kind.takes(found)) {
             return;

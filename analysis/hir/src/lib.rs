@@ -90,7 +90,9 @@ pub use configured::{accepted, check as check_configuration};
 pub use cost::{Cost, operations_in};
 pub use db::{Database, File, Log, ModelDb, Problem, Trees, Workspace, normalised};
 pub use declared::unused_facts;
-pub use features::{FeatureOf, Features, bases_of, core_of, features_of, is_core_for, shell_of};
+pub use features::{
+    FeatureOf, Features, Implementation, bases_of, core_of, features_of, is_core_for, shell_of,
+};
 pub use flat::{Flat, FlatInstance, deployed, first_target_of, flat_of, target_of};
 pub use infer::{CoreInference, Uses, VariableKind, VariableOf, inference_of_core, returns, uses_of};
 pub use lines::{file_and_line, line_index, line_of};
@@ -103,8 +105,9 @@ pub use names::{
 };
 pub use program_id::{ProgramId, ProgramKey};
 pub use project::{
-    CONFIG_FILE, Platform, Project, all_roots, config_file, config_of, external_types, include_candidates,
-    include_rings, includes, is_model, platform_of, project_files, projects, root_file,
+    CONFIG_FILE, Platform, Project, all_roots, config_file, config_of, external_types, file_groups,
+    files_in_group, include_candidates, include_rings, includes, is_model, platform_of, project_files,
+    projects, root_file,
 };
 pub use query_counts::{QueryCount, QueryCounts};
 pub use resolve::{Binding, Callee, VariableId};

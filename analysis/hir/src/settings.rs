@@ -156,8 +156,20 @@ pub fn values_in_effect<'db>(
 }
 
 /// [`values_in_effect`] of the instances that an architecture declares or sets values of, without its other imported instances.
-#[salsa::tracked(returns(ref))]
 pub fn values_in_architecture<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> &'db BTreeMap<Name, Vec<ValueInEffect<'db>>> {
+    match flat_of(db, project, of).architectures.as_slice() {
+        // Without imports, there are no others.
+        [_] => values_in_effect(db, project, of),
+        _ => values_of_own(db, project, of),
+    }
+}
+
+#[salsa::tracked(returns(ref))]
+fn values_of_own<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
@@ -176,13 +188,14 @@ fn values_of_instances<'db>(
 ) -> BTreeMap<Name, Vec<ValueInEffect<'db>>> {
     let Some(flat) = flat_with_settings(db, project, of) else { return BTreeMap::new() };
     let given = given(db, of, flat, &is_wanted);
-    let none = FxHashMap::default();
     let mut found = BTreeMap::new();
     for instance in flat.instances.iter().filter(|it| !it.repeated && is_wanted(&it.name)) {
-        let Some(shell) = instance.shell(db, project) else { continue };
-        let constants = constants_with(db, project, shell, given.get(&instance.name).unwrap_or(&none));
-        let features = features_of(db, project, shell).by_name.iter();
-        let features = features.filter_map(|(name, of)| Some((name, of.first()?)));
+        let implementation = instance.implementation(db, project);
+        let Some((shell, features)) = implementation.and_then(|it| it.shell.as_ref()) else { continue };
+        let given = given.get(&instance.name);
+        let of_instance = given.map(|given| constants_with(db, project, *shell, given));
+        let constants = of_instance.as_ref().unwrap_or_else(|| constants_of(db, project, *shell));
+        let features = features.by_name.iter().filter_map(|(name, of)| Some((name, of.first()?)));
         let values = features.filter(|(_, of)| of.kind.is_value()).map(|(name, of)| {
             let value = constants.values.get(name).and_then(|it| it.as_ref()?.value.clone());
             ValueInEffect { name: name.clone(), declared: *of, value }

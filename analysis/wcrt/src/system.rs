@@ -14,9 +14,9 @@ use mauve_hir::item_tree::{
     UnaryOperator,
 };
 use mauve_hir::{
-    Decl, Features, FlatInstance, Link, Location, ModelDb, Project, Unresolved, architecture, core_interface,
-    core_of, declarations, deployment, errors_in, flat_of, incomplete_file, platform_of, resolve_path,
-    resolve_type, similar, too_large, whole_number as whole_number_of,
+    Decl, Features, FlatInstance, Link, Location, ModelDb, Project, Unresolved, architecture, declarations,
+    deployment, errors_in, flat_of, incomplete_file, platform_of, resolve_path, resolve_type, similar,
+    too_large, whole_number as whole_number_of,
 };
 
 /// The activities of a deployment.
@@ -549,10 +549,10 @@ fn serving_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, target: Decl<'db
         }
     }
     for (&name, features) in &shells {
-        let Some(component) = flat.instance(name).and_then(|it| it.component) else { continue };
-        let core = core_of(db, project, component).and_then(|it| core_interface(db, it).as_ref());
+        let implementation = flat.instance(name).and_then(|it| it.implementation(db, project));
+        let Some(implementation) = implementation else { continue };
         // A component of a shell with an error is refused for that error.
-        if features.has_any(FeatureKind::Provided) || core.is_none_or(|core| core.defines_operations) {
+        if features.has_any(FeatureKind::Provided) || implementation.may_define_operations {
             serving.providing.insert(name.clone());
         }
     }

@@ -3,7 +3,10 @@
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
 use mauve_hir::item_tree::{HookKind, Kind, Name, SourceId};
-use mauve_hir::{Decl, Location, ModelDb, ProgramId, Project, core, core_of, names_of, parse};
+use mauve_hir::{
+    Decl, Location, ModelDb, ProgramId, Project, core, core_of, declarations, file_groups, files_in_group,
+    parse,
+};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize, tokens_at};
 use mauve_timing::{Level, Time};
@@ -136,12 +139,24 @@ fn components_by_core<'db>(
     project: Project<'db>,
 ) -> FxHashMap<Decl<'db>, Vec<Decl<'db>>> {
     let mut found: FxHashMap<Decl<'db>, Vec<Decl<'db>>> = FxHashMap::default();
-    for component in names_of(db, project).of_kind(db, Kind::Component) {
-        if let Some(core) = core_of(db, project, component) {
+    for group in file_groups(db, project) {
+        for &(component, core) in cores_in_group(db, project, group) {
             found.entry(core).or_default().push(component);
         }
     }
     found
+}
+
+/// Returns the components in a group of files with their cores.
+#[salsa::tracked(returns(ref))]
+fn cores_in_group<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    group: u32,
+) -> Vec<(Decl<'db>, Decl<'db>)> {
+    let all = files_in_group(db, project, group).iter().flat_map(|&file| &declarations(db, file).all);
+    let components = all.filter(|decl| decl.kind(db) == Kind::Component);
+    components.filter_map(|&it| Some((it, core_of(db, project, it)?))).collect()
 }
 
 /// Returns the common time of all components, or the time of each if they differ, and a suffix for assumed times.
