@@ -1,11 +1,12 @@
 //! The findings of a workspace: the diagnostics of all its projects, each once, with its severity; shown or suppressed.
 //!
 //! ```text
-//! facts of a declaration ─→ diagnostics_in (a file) ─┬────────────→ file_findings ─→ the file's list in an editor
+//! facts of a declaration ─→ diagnostics_in (a file) ─┬────────────→ findings_of ─→ the file's list in an editor
 //! facts of the project ───→ of_project ──────────────┴→ gathered ─↗
 //! ```
 //!
-//! Each query is about one file, so that an edit renders, sorts and compares only the findings of the files that it concerns.
+//! Each query is about one file, so that an edit renders, sorts and compares only the findings of the files that it concerns. The
+//! findings of most files depend on no other text: salsa does not verify those of closed files after an edit.
 
 use super::*;
 
@@ -57,7 +58,8 @@ pub fn errors_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> usize {
 
 /// Returns the sum of [`errors_of`] all projects of a workspace, counting each error once.
 pub fn errors_of_text(db: &dyn ModelDb, workspace: Workspace) -> usize {
-    let all = checked_files(db, workspace).iter().flat_map(|&file| diagnostics_at(db, workspace, file));
+    let files = checked_files(db, workspace).iter();
+    let all = files.flat_map(|&file| diagnostics_at(db, workspace, file, Extent::All));
     all.filter(|(diagnostic, _)| diagnostic.code.is_of_text()).count()
 }
 
@@ -90,14 +92,43 @@ pub fn checked_files(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
     all
 }
 
+/// Which of the findings in a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Extent {
+    /// All findings.
+    All,
+    /// Those that are known from the diagnostics of the file and its declarations.
+    Own,
+}
+
+/// Returns the extent that has all findings in a file. Queries should not depend on it, because any edit may change it.
+pub fn extent_of(db: &dyn ModelDb, workspace: Workspace, file: File) -> Extent {
+    let Some(projects) = projects_by_file(db, workspace).get(&file) else { return Extent::All };
+    let has_others = projects.iter().any(|&project| gathered(db, project).contains_key(&file));
+    match has_others || !models_not_included(db, workspace).is_empty() {
+        true => Extent::All,
+        false => Extent::Own,
+    }
+}
+
 /// Returns the findings in a file of a workspace.
+pub fn file_findings<'db>(db: &'db dyn ModelDb, workspace: Workspace, file: File) -> &'db Findings<'db> {
+    findings_of(db, workspace, file, extent_of(db, workspace, file))
+}
+
+/// Returns the findings in a file of a workspace, those of an extent.
 #[salsa::tracked(returns(ref))]
-pub fn file_findings<'db>(db: &'db dyn ModelDb, workspace: Workspace, file: File) -> Findings<'db> {
+pub fn findings_of<'db>(
+    db: &'db dyn ModelDb,
+    workspace: Workspace,
+    file: File,
+    extent: Extent,
+) -> Findings<'db> {
     let config = config_of(db, workspace);
     let severity = |code: &Code| severity_set(config, code).unwrap_or(Some(code.severity));
     let mut found = Findings::default();
     let mut used: FxHashSet<usize> = FxHashSet::default();
-    for (mut diagnostic, only_in) in diagnostics_at(db, workspace, file) {
+    for (mut diagnostic, only_in) in diagnostics_at(db, workspace, file, extent) {
         let comment = comment_at(db, &diagnostic);
         used.extend(comment.map(|(index, _)| index));
         let Some(severity) = severity(diagnostic.code) else { continue };
@@ -174,15 +205,22 @@ fn of_project<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Box<[Diagnost
 /// in other files than their declarations, and one for each cause that several files may have.
 #[salsa::tracked(returns(ref))]
 fn gathered<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHashMap<File, Vec<Diagnostic<'db>>> {
-    let in_files = project_files(db, project).iter().flat_map(|&file| {
-        diagnostics_in(db, project, file).iter().filter(move |diagnostic| is_gathered(db, diagnostic, file))
-    });
+    let in_files = file_groups(db, project).flat_map(|group| gathered_in_group(db, project, group));
     let all = in_files.chain(of_project(db, project)).cloned().collect();
     let mut by_file: FxHashMap<File, Vec<Diagnostic<'db>>> = FxHashMap::default();
     for diagnostic in cause::one_for_each_cause(db, all) {
         by_file.entry(diagnostic.at.file(db)).or_default().push(diagnostic);
     }
     by_file
+}
+
+/// Returns the diagnostics in a group of files that [`gathered`] has.
+#[salsa::tracked(returns(ref))]
+fn gathered_in_group<'db>(db: &'db dyn ModelDb, project: Project<'db>, group: u32) -> Vec<Diagnostic<'db>> {
+    let found = files_in_group(db, project, group).iter().flat_map(|&file| {
+        diagnostics_in(db, project, file).iter().filter(move |diagnostic| is_gathered(db, diagnostic, file))
+    });
+    found.cloned().collect()
 }
 
 /// Returns the projects that contain each model.
@@ -223,6 +261,7 @@ fn diagnostics_at<'db>(
     db: &'db dyn ModelDb,
     workspace: Workspace,
     file: File,
+    extent: Extent,
 ) -> Vec<(Diagnostic<'db>, Option<Project<'db>>)> {
     // A table belongs to all projects. No project contains the configuration, but diagnostics of each may be there.
     let containing = projects_by_file(db, workspace).get(&file).map(Vec::as_slice);
@@ -232,7 +271,8 @@ fn diagnostics_at<'db>(
     let mut index: FxHashMap<(u32, &'static str, String), usize> = FxHashMap::default();
     for &project in containing.unwrap_or(projects(db, workspace)) {
         let own = containing.is_some().then(|| own_diagnostics(db, project, file));
-        let gathered = gathered(db, project).get(&file).into_iter().flatten();
+        let gathered = (extent == Extent::All).then(|| gathered(db, project).get(&file));
+        let gathered = gathered.flatten().into_iter().flatten();
         for diagnostic in own.into_iter().flatten().chain(gathered) {
             let start = diagnostic.at.range(db).start().into();
             let key = (start, diagnostic.code.name, diagnostic.message.clone());

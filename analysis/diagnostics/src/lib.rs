@@ -13,9 +13,9 @@ pub use mauve_hir::Severity;
 use mauve_hir::item_tree::{FeatureKind, Kind, Name, NameRef, SourceId, TypeRef};
 use mauve_hir::{
     Config, Decl, FeatureOf, File, Location, ModelDb, Names, Project, Type, Workspace, config_file,
-    config_of, declaration_facts, declarations, file_outside, include_candidates, include_rings, includes,
-    is_model, line_of, names_of, not_checked, parse, project_facts, project_files, projects, root_file,
-    similar, unused_facts,
+    config_of, declaration_facts, declarations, file_groups, file_outside, files_in_group,
+    include_candidates, include_rings, includes, is_model, line_of, names_of, not_checked, parse,
+    project_facts, project_files, projects, root_file, similar, unused_facts,
 };
 use mauve_wcrt::{
     Query, TimingFact, WhatIfField, facts_if, missing_time_facts, priority_facts, system_of, table_facts,
@@ -361,8 +361,8 @@ mod types;
 
 use cause::Cause;
 pub use findings::{
-    Finding, Findings, Suppression, checked_files, errors_of, errors_of_text, file_findings,
-    project_diagnostics, workspace_diagnostics, workspace_findings,
+    Extent, Finding, Findings, Suppression, checked_files, errors_of, errors_of_text, extent_of,
+    file_findings, findings_of, project_diagnostics, workspace_diagnostics, workspace_findings,
 };
 use timing_facts::timing_diagnostic;
 use timing_reasons::enumerated;

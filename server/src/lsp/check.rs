@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::sync::{Arc, OnceLock};
 
-use mauve_diagnostics::{Severity, checked_files, file_findings};
+use mauve_diagnostics::{Extent, Severity, checked_files, extent_of, findings_of};
 use mauve_hir::{File, ModelDb, Workspace, is_model};
 use mauve_ide::{CodeLens, LensKind};
 use tower_lsp::lsp_types::{Diagnostic, NumberOrString, TextDocumentIdentifier, Url};
@@ -83,7 +83,8 @@ pub(crate) fn diagnostics(snapshot: &Snapshot) -> Found {
     let mut files: HashMap<File, Vec<Items>> = HashMap::new();
     for &workspace in snapshot.workspaces.iter() {
         for &file in checked_files(db, workspace) {
-            let items = translated(db, workspace, file, snapshot.diagnostic_style());
+            let extent = extent_of(db, workspace, file);
+            let items = translated(db, workspace, file, extent, snapshot.diagnostic_style());
             if !items.list().is_empty() {
                 files.entry(file).or_default().push(items.clone());
             }
@@ -111,10 +112,16 @@ const MOST: usize = 1000;
 /// Returns the diagnostics in a file of a workspace. salsa keeps them, so that an edit translates those of the files that it
 /// concerns.
 #[salsa::tracked]
-fn translated(db: &dyn ModelDb, workspace: Workspace, file: File, style: DiagnosticStyle) -> Items {
+fn translated(
+    db: &dyn ModelDb,
+    workspace: Workspace,
+    file: File,
+    extent: Extent,
+    style: DiagnosticStyle,
+) -> Items {
     let mut counts: BTreeMap<Severity, usize> = BTreeMap::new();
     let mut list = Vec::new();
-    for finding in &file_findings(db, workspace, file).shown {
+    for finding in &findings_of(db, workspace, file, extent).shown {
         let count = counts.entry(finding.severity).or_default();
         *count += 1;
         if *count <= MOST {
@@ -164,8 +171,10 @@ pub(crate) fn diagnostics_of(snapshot: &Snapshot, url: &Url) -> Option<(Url, OfF
         let (file, _) = snapshot.file(&TextDocumentIdentifier::new(url.clone())).ok()?;
         let style = snapshot.diagnostic_style();
         let workspaces = snapshot.workspaces.iter();
-        let of_workspaces =
-            workspaces.map(|&workspace| translated(&snapshot.db, workspace, file, style).clone());
+        let of_workspaces = workspaces.map(|&workspace| {
+            let extent = extent_of(&snapshot.db, workspace, file);
+            translated(&snapshot.db, workspace, file, extent, style).clone()
+        });
         items = Some(with_open_uris(snapshot, merged(of_workspaces.collect())));
     }
     Some((url.clone(), (document.map(|document| document.version), items.unwrap_or_default())))
