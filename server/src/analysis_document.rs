@@ -9,7 +9,8 @@ use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Database, Decl, ModelDb, Project, Workspace, accepted, config_of, names_of, projects};
 use mauve_timing::task_set::TaskSet;
 use mauve_timing::{CpuLoad, Level, Time, Unit};
-use mauve_wcrt::{ActivityReport, Priority, Query, Report, response_times, timetable_of};
+use mauve_wcrt::{ActivityReport, InterferenceReport, Priority, Query, Report, response_times, timetable_of};
+use salsa::Database as _;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -129,7 +130,12 @@ const MOST_INTERFERENCE: usize = 100;
 pub(crate) fn analysis_document(it: &Deployed<'_>) -> impl Serialize + use<> {
     let query = it.reports.first().map(|(query, _)| query);
     let results = it.reports.iter().map(|(query, report)| {
-        let activities = report.activities.iter().map(|activity| activity_document(it, *query, activity));
+        let interrupt = || it.db.unwind_if_revision_cancelled();
+        let mut breakdown = report.breakdown(&interrupt);
+        let activities = report.activities.iter().enumerate();
+        let activities = activities.map(|(index, activity)| {
+            activity_document(it, *query, activity, breakdown.greatest_of(index, MOST_INTERFERENCE))
+        });
         object! {
             significance: query.level.as_f64(),
             schedulable: it.errors == 0 && report.schedulable(),
@@ -166,10 +172,9 @@ fn activity_document(
     of: &Deployed<'_>,
     query: Query,
     activity: &ActivityReport<'_>,
+    (interference, interference_left): (Vec<InterferenceReport>, usize),
 ) -> impl Serialize + use<> {
-    let shown = activity.greatest_interference(MOST_INTERFERENCE);
-    let interference_left = activity.interference.len() - shown.len();
-    let interference = shown
+    let interference = interference
         .into_iter()
         .map(|it| object! { instance: it.instance.to_string(), jobs: it.jobs, time: milliseconds(it.time) });
     let window = activity

@@ -33,7 +33,8 @@ struct Counted {
 
 /// Everything that is said of a report.
 fn said<'db>(db: &'db Database, report: &Report<'db>) -> Vec<String> {
-    let activities = report.activities.iter().map(|it| {
+    let mut breakdown = report.breakdown(&|| ());
+    let activities = report.activities.iter().enumerate().map(|(index, it)| {
         let reasons: Vec<String> =
             it.reasons.iter().map(|reason| timing_reason(db, &reason.reason)).collect();
         format!(
@@ -49,7 +50,7 @@ fn said<'db>(db: &'db Database, report: &Report<'db>) -> Vec<String> {
             it.own,
             it.first_job,
             it.response,
-            it.interference,
+            breakdown.of(index),
             it.window,
             it.assumed,
         )

@@ -40,12 +40,16 @@ pub fn explain_response_of<'db>(
     activity: &ActivityReport<'db>,
     query: Query,
 ) -> String {
-    let index = report.activities.iter().position(|it| std::ptr::eq(it, activity));
-    let machine = index.and_then(|index| set.activities.get(index)?.machine.as_ref());
+    let machine = index_of(report, activity).and_then(|index| set.activities.get(index)?.machine.as_ref());
     let psm = machine.zip(set.column(query.level)).and_then(|(machine, column)| psm_at(machine, column));
     let throttling = set.rt_throttling;
     let origin = Origin { throttling, psm: psm.as_ref(), worst_path: &|_| Vec::new() };
     explain(db, report, activity, query, &origin)
+}
+
+/// Returns the index of an activity of `report`.
+fn index_of(report: &Report<'_>, activity: &ActivityReport<'_>) -> Option<usize> {
+    report.activities.iter().position(|it| std::ptr::eq(it, activity))
 }
 
 struct Origin<'a> {
@@ -87,7 +91,7 @@ fn explain<'db>(
         out += "  assumes real-time throttling off\n";
     }
     window(&mut out, activity);
-    interference(&mut out, report, activity);
+    interference(&mut out, db, report, activity);
     crossed_deadline(&mut out, activity);
     if let Some(psm) = origin.psm {
         own_time(&mut out, psm, query.method, origin.worst_path);
@@ -161,16 +165,17 @@ fn window(out: &mut String, activity: &ActivityReport<'_>) {
     }
 }
 
-fn interference(out: &mut String, report: &Report<'_>, activity: &ActivityReport<'_>) {
-    if activity.interference.is_empty() {
+fn interference(out: &mut String, db: &dyn ModelDb, report: &Report<'_>, activity: &ActivityReport<'_>) {
+    let Some(index) = index_of(report, activity) else { return };
+    let interrupt = || db.unwind_if_revision_cancelled();
+    let (shown, left) = report.breakdown(&interrupt).greatest_of(index, MOST_INTERFERENCE);
+    if shown.is_empty() {
         return;
     }
     *out += match activity.window {
         Some(_) => "interference:\n",
         None => "\ninterference until its first job ends:\n",
     };
-    let shown = activity.greatest_interference(MOST_INTERFERENCE);
-    let left = activity.interference.len() - shown.len();
     for it in shown {
         let jobs = if it.jobs == 1 { "job" } else { "jobs" };
         let mut others = report.activities.iter().filter(|other| other.instance == it.instance);

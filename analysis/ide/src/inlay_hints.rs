@@ -10,7 +10,7 @@ use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
 use mauve_diagnostics::{cpu_names, timing_reason};
-use mauve_hir::item_tree::{Kind, Name};
+use mauve_hir::item_tree::Kind;
 use mauve_hir::{
     Decl, File, Location, ModelDb, Project, Workspace, config_of, declarations, is_model, parse, source_map,
 };
@@ -174,8 +174,6 @@ fn of_deployment<'db>(
     let Some(node) = deployment_at(db, &Location::name_of(deployment)) else { return };
     let query = Query::shown(db, project);
     let report = response_times(db, project, deployment, query);
-    let with_assumptions = report.activities.iter().filter(|activity| !activity.assumed.is_empty());
-    let with_assumptions: Vec<&Name> = with_assumptions.map(|activity| &activity.instance).collect();
     let text = deployment.file(db).text(db);
     if let Some(offset) = beside(text, node.syntax())
         && report.activities.iter().any(|activity| activity.verdict != Verdict::Background)
@@ -188,7 +186,7 @@ fn of_deployment<'db>(
             labels.extend(loads(report));
         }
         let is_shown = !labels.is_empty();
-        if !with_assumptions.is_empty() {
+        if report.activities.iter().any(|activity| !activity.assumed.is_empty()) {
             labels.push("times assumed".to_owned());
         }
         if config_of(db, project.workspace(db)).rt_throttling.is_none() {
@@ -205,7 +203,9 @@ fn of_deployment<'db>(
     });
     let nodes: HashMap<TextSize, ast::Activity> = nodes.collect();
     let activities = &system_of(db, project, deployment).activities;
-    for (resolved, activity) in activities.iter().zip(&report.activities) {
+    let with_assumptions = report.with_assumptions();
+    let reports = report.activities.iter().zip(with_assumptions);
+    for (resolved, (activity, assumes)) in activities.iter().zip(reports) {
         let name = resolved.at.range(db).start();
         // A duplicate, or an instance without an activity, has a diagnostic instead.
         let Some(node) = nodes.get(&name) else { continue };
@@ -213,9 +213,6 @@ fn of_deployment<'db>(
             let budgets = budgets(db, project, deployment, query).iter();
             // If other codels lack a time as well, the budget is not a guarantee.
             budgets.filter(|budget| budget.alone).find(|budget| budget.codel == codel)?.time
-        });
-        let assumes = with_assumptions.iter().any(|&name| {
-            *name == activity.instance || activity.interference.iter().any(|it| it.instance == *name)
         });
         let mut label = label(db, activity, assumes, budget);
         if resolved.has_late_deadline {

@@ -448,13 +448,19 @@ mod tests {
     /// The figures of a report, without locations.
     fn figures(report: &Report<'_>) -> String {
         let mut out = format!("{:?}\n", report.cpus);
-        for it in &report.activities {
+        let mut breakdown = report.breakdown(&|| ());
+        for (index, it) in report.activities.iter().enumerate() {
             let ActivityReport { instance, priority, cpus, period, deadline, .. } = it;
             let activity = (instance, priority, cpus, period, deadline);
             let _ = writeln!(
                 out,
                 "{activity:?} {:?} {:?} {:?} {:?} {:?} {:?}",
-                it.own, it.first_job, it.response, it.verdict, it.window, it.interference
+                it.own,
+                it.first_job,
+                it.response,
+                it.verdict,
+                it.window,
+                breakdown.of(index)
             );
         }
         out

@@ -2,10 +2,12 @@
 //! file. Unknown properties are analysed as the worst case: an unknown priority is the highest, an unknown affinity
 //! is every CPU.
 
+use std::sync::Arc;
+
 use crate::task_set::Priority;
 use crate::{
-    Bound, CpuLoad, CycleMean, Demand, Method, Options, Response, StateMachine, Task, Time, Utilisation,
-    response_times,
+    Bound, Breakdown, CpuLoad, CycleMean, Demand, Method, Options, Response, StateMachine, Task, Time,
+    Utilisation, response_times,
 };
 
 /// An activity of a deployment, at one level.
@@ -47,6 +49,33 @@ pub struct SetAnalysis {
     pub shares: Vec<Option<f64>>,
     /// The CPUs that are used.
     pub cpus: Vec<CpuLoad>,
+    /// The analysed tasks, for a [`Breakdown`] of the response times.
+    pub tasks: Arc<SetTasks>,
+}
+
+/// The tasks of an [`ActivitySet`]: those of the real-time activities, then real-time throttling.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct SetTasks {
+    tasks: Vec<Task>,
+    /// The number of each task's activity. Ascending; throttling has numbers behind those of the activities.
+    numbers: Vec<usize>,
+}
+
+impl SetTasks {
+    /// Returns a breakdown of the response times of the tasks; see [`SetTasks::task`].
+    pub fn breakdown<'a>(&'a self, options: &'a Options, interrupt: &'a dyn Fn()) -> Breakdown<'a> {
+        Breakdown::new(&self.tasks, options, interrupt)
+    }
+
+    /// Returns the task of an activity; none in the background.
+    pub fn task(&self, activity: usize) -> Option<usize> {
+        self.numbers.binary_search(&activity).ok()
+    }
+
+    /// Returns the activity of a task; for real-time throttling, a number behind those of the activities.
+    pub fn activity(&self, task: usize) -> usize {
+        self.numbers.get(task).copied().unwrap_or(usize::MAX)
+    }
 }
 
 /// Linux keeps real-time tasks from the CPU for this long in each period, unless it is told otherwise
@@ -57,53 +86,55 @@ const THROTTLING_PERIOD: Time = Time::from_nanos(1_000_000_000);
 impl ActivitySet {
     /// Computes the response times. To cancel, `interrupt` unwinds.
     pub fn response_times(&self, options: &Options, interrupt: &dyn Fn()) -> SetAnalysis {
-        let real_time = |(_, activity): &(usize, &Activity)| activity.priority != Priority::Background;
-        let (mut numbers, mut tasks): (Vec<usize>, Vec<Task>) = self
-            .activities
-            .iter()
-            .enumerate()
-            .filter(real_time)
-            .map(|(index, it)| (index, it.task()))
-            .unzip();
-        if self.throttled {
-            let throttling = throttling(&tasks);
-            numbers.extend((self.activities.len()..).take(throttling.len()));
-            tasks.extend(throttling);
-        }
-        let analysis = response_times(&tasks, options, interrupt);
+        let set = self.tasks();
+        let tasks = &set.tasks;
+        let analysis = response_times(tasks, options, interrupt);
         let mut found = SetAnalysis {
             responses: vec![None; self.activities.len()],
             overloads: vec![None; self.activities.len()],
             shares: vec![None; self.activities.len()],
             cpus: analysis.cpus,
+            tasks: Arc::default(),
         };
-        let number = |task: usize| numbers.get(task).copied().unwrap_or(usize::MAX);
         let mut shares = None;
         for (task, mut response) in analysis.responses.into_iter().enumerate() {
-            response.interference.iter_mut().for_each(|it| it.task = number(it.task));
             match &mut response.bound {
-                Bound::NotAnalysed { because } => because.iter_mut().for_each(|it| *it = number(*it)),
+                Bound::NotAnalysed { because } => because.iter_mut().for_each(|it| *it = set.activity(*it)),
                 Bound::Unbounded { .. } => {
-                    let shares = shares.get_or_insert_with(|| shares_of(&tasks, options.method));
+                    let shares = shares.get_or_insert_with(|| shares_of(tasks, options.method));
                     if let (Some(overload), Some(of)) =
-                        (found.overloads.get_mut(number(task)), tasks.get(task))
+                        (found.overloads.get_mut(set.activity(task)), tasks.get(task))
                     {
-                        *overload = Some(utilisation_above(&tasks, shares, of));
+                        *overload = Some(utilisation_above(tasks, shares, of));
                     }
                 }
                 Bound::Response(_) | Bound::NoBound(_) => {}
             }
-            if let Some(known) = found.responses.get_mut(number(task)) {
+            if let Some(known) = found.responses.get_mut(set.activity(task)) {
                 *known = Some(response);
             }
         }
         for (task, share) in shares.into_iter().flatten().enumerate() {
             let is_known = tasks.get(task).is_some_and(|it| it.demand != Demand::Unknown);
-            if let Some(known) = found.shares.get_mut(number(task)) {
+            if let Some(known) = found.shares.get_mut(set.activity(task)) {
                 *known = Some(share).filter(|_| is_known);
             }
         }
+        found.tasks = Arc::new(set);
         found
+    }
+
+    fn tasks(&self) -> SetTasks {
+        let real_time = |(_, activity): &(usize, &Activity)| activity.priority != Priority::Background;
+        let activities = self.activities.iter().enumerate().filter(real_time);
+        let (mut numbers, mut tasks): (Vec<usize>, Vec<Task>) =
+            activities.map(|(index, it)| (index, it.task())).unzip();
+        if self.throttled {
+            let throttling = throttling(&tasks);
+            numbers.extend((self.activities.len()..).take(throttling.len()));
+            tasks.extend(throttling);
+        }
+        SetTasks { tasks, numbers }
     }
 }
 
@@ -114,7 +145,8 @@ impl Activity {
             Priority::Background | Priority::Unknown => u32::MAX,
         };
         Task {
-            name: self.name.clone(),
+            // Its number identifies it.
+            name: String::new(),
             priority,
             period: self.period.unwrap_or_default(),
             deadline: self.deadline.unwrap_or_default(),

@@ -27,12 +27,14 @@
 //! | `task.rs` | [`Task`] and [`Response`]: what the analysis is asked and answers |
 //! | `activities.rs` | [`ActivitySet`]: what a deployment runs at one level, and its response times |
 //! | `response_time.rs` | [`response_times`]: the analysis |
+//! | `breakdown.rs` | [`Breakdown`]: the interference in a response time, by task |
 //!
 //! The tests compare each of these with its definition on small random inputs. Beside them, `tests/reachability.rs` runs
 //! small systems in every possible way and finds nothing above a bound, `tests/literature.rs` compares with an
 //! independent implementation, and `tests/robot.rs` has the figures of the paper. `benches/` measures.
 
 mod activities;
+mod breakdown;
 mod cycle_mean;
 mod machine;
 mod response_time;
@@ -45,7 +47,8 @@ mod time;
 mod trace_bound;
 mod utilisation;
 
-pub use activities::{Activity, ActivitySet, SetAnalysis, THROTTLING};
+pub use activities::{Activity, ActivitySet, SetAnalysis, SetTasks, THROTTLING};
+pub use breakdown::Breakdown;
 pub use cycle_mean::CycleMean;
 pub use machine::{Edge, MachineError, StateMachine};
 pub use response_time::response_times;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use crate::utilisation::Share;
 use crate::{
-    Analysis, Bound, CpuLoad, Demand, Interference, Method, NoBoundReason, Options, Response, StateMachine,
+    Analysis, Bound, CpuLoad, CycleMean, Demand, Method, NoBoundReason, Options, Response, StateMachine,
     Task, Time, TraceBound, Utilisation, Window,
 };
 
@@ -45,7 +45,6 @@ use crate::{
 /// let options = Options { method: Method::Psm, horizon: None, is_brief: false };
 /// let analysis = response_times(&tasks, &options, &|| ());
 /// assert_eq!(analysis.responses[1].bound, Bound::Response(Time::from_nanos(19)));
-/// assert_eq!(analysis.responses[1].interference[0].jobs, 2);
 /// ```
 pub fn response_times(tasks: &[Task], options: &Options, interrupt: &dyn Fn()) -> Analysis {
     let unknown: Vec<usize> = (0..tasks.len()).filter(|&task| tasks[task].known().is_none()).collect();
@@ -64,7 +63,6 @@ pub fn response_times(tasks: &[Task], options: &Options, interrupt: &dyn Fn()) -
                 // A task of known demand has one CPU, so one unknown task that may delay it is sufficient. All others
                 // are analysed below.
                 bound: Bound::NotAnalysed { because },
-                interference: Vec::new(),
                 window: None,
             }
         })
@@ -119,13 +117,33 @@ struct Member<'a> {
 }
 
 /// The demand M of one task.
-enum Curve<'a> {
+pub(crate) enum Curve<'a> {
     /// M(n) is n times this.
     Linear(u64),
     Trace(Box<TraceBound<'a>>),
 }
 
-impl Curve<'_> {
+impl<'a> Curve<'a> {
+    pub(crate) fn new(
+        task: &Task,
+        machine: &'a StateMachine,
+        method: Method,
+        interrupt: &'a dyn Fn(),
+    ) -> Curve<'a> {
+        match method {
+            Method::Classic => Curve::Linear(task.demand.own(method).unwrap_or_default().as_nanos()),
+            Method::Psm => Curve::Trace(Box::new(TraceBound::interruptible(machine, interrupt))),
+        }
+    }
+
+    /// λ: see [`StateMachine::greatest_cycle_mean`].
+    fn mean(&self) -> CycleMean {
+        match self {
+            Curve::Linear(cost) => CycleMean { cost: Time::from_nanos(*cost), length: 1 },
+            Curve::Trace(bound) => bound.greatest_cycle_mean(),
+        }
+    }
+
     /// (n₀, c): see [`TraceBound::regularity`].
     fn regularity(&mut self) -> Option<(u64, u64)> {
         match self {
@@ -134,7 +152,7 @@ impl Curve<'_> {
         }
     }
 
-    fn demand(&mut self, jobs: u64) -> Result<u64, NoBoundReason> {
+    pub(crate) fn demand(&mut self, jobs: u64) -> Result<u64, NoBoundReason> {
         match self {
             Curve::Linear(cost) => cost.checked_mul(jobs).ok_or(NoBoundReason::Overflow),
             Curve::Trace(bound) => bound.demand(jobs).map(Time::as_nanos),
@@ -148,7 +166,6 @@ impl Curve<'_> {
 /// its fixed point is not less than theirs. So the counts of one task are a valid start for the next: they are below
 /// its least fixed point, which the iteration reaches from there as well as from 0. Each count is stored with the
 /// longest window for which it holds, so a pass over the members needs comparisons only.
-#[derive(Clone)]
 struct Counts {
     /// The longest window in which `jobs` are released, jobs × T; of members not in hp(i), the longest there is.
     holds_until: Vec<u64>,
@@ -159,6 +176,22 @@ struct Counts {
     total: u128,
     /// The number of members in hp(i).
     present: u64,
+}
+
+impl Clone for Counts {
+    fn clone(&self) -> Counts {
+        let mut copy = Counts::new(0);
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Allocates nothing if there is room: a large group of equal priority copies its counts for each member.
+    fn clone_from(&mut self, other: &Counts) {
+        self.holds_until.clone_from(&other.holds_until);
+        self.jobs.clone_from(&other.jobs);
+        self.time.clone_from(&other.time);
+        (self.total, self.present) = (other.total, other.present);
+    }
 }
 
 impl Counts {
@@ -213,16 +246,6 @@ impl Counts {
         }
         failure.map_or(Ok(has_changed), Err)
     }
-
-    fn interference(&self, members: &[Member]) -> Vec<Interference> {
-        let mut interference = Vec::with_capacity(self.present as usize);
-        for ((member, &jobs), &time) in members.iter().zip(&self.jobs).zip(&self.time) {
-            if jobs > 0 {
-                interference.push(Interference { task: member.index, jobs, time: Time::from_nanos(time) });
-            }
-        }
-        interference
-    }
 }
 
 /// The analysis of one CPU.
@@ -256,18 +279,8 @@ impl<'a> Walk<'a> {
             interrupt();
             let task = &tasks[index];
             let Demand::Machine { machine, .. } = &task.demand else { continue };
-            let (curve, mean) = match options.method {
-                Method::Classic => {
-                    let cost = task.demand.own(Method::Classic).unwrap_or_default();
-                    (Curve::Linear(cost.as_nanos()), StateMachine::single(cost).greatest_cycle_mean())
-                }
-                Method::Psm => {
-                    let mut bound = TraceBound::interruptible(machine, interrupt);
-                    let mean = bound.greatest_cycle_mean();
-                    (Curve::Trace(Box::new(bound)), mean)
-                }
-            };
-            let share = Share::new(mean, task.period);
+            let curve = Curve::new(task, machine, options.method, interrupt);
+            let share = Share::new(curve.mean(), task.period);
             walk.members.push(Member { index, task, period: task.period.as_nanos(), share, curve });
         }
         walk
@@ -300,6 +313,7 @@ impl<'a> Walk<'a> {
             } else {
                 let mut longest = 0;
                 let mut all = counts.clone();
+                let mut of_one = counts.clone();
                 for &place in group {
                     self.include(&mut all, place);
                 }
@@ -310,13 +324,13 @@ impl<'a> Walk<'a> {
                 let close = group.iter().filter(is_close).count();
                 let is_exact = u32::try_from(close).is_ok_and(|close| close <= self.exact_left);
                 for &place in group {
-                    let mut counts = all.clone();
-                    counts.exclude(place);
+                    of_one.clone_from(&all);
+                    of_one.exclude(place);
                     let load_others = match load {
                         Some(Ordering::Less) => load,
                         _ => self.load(&utilisation, Some(place), is_exact),
                     };
-                    let response = self.response(place, &mut counts, load_others, load);
+                    let response = self.response(place, &mut of_one, load_others, load);
                     let window = response.window.as_ref().map(|window| window.length.as_nanos());
                     longest = longest.max(window.unwrap_or(0));
                     self.results.push((self.members[place].index, response));
@@ -375,7 +389,6 @@ impl<'a> Walk<'a> {
             own: Some(Time::from_nanos(own)),
             first_job: None,
             bound: Bound::Unbounded { cpu: self.cpu },
-            interference: Vec::new(),
             window: None,
         };
         let mut budget = self.budget();
@@ -393,7 +406,6 @@ impl<'a> Walk<'a> {
                 // length bounds them all. (The utilisation U of hp(i) and i is at most 1 then, so that this cannot hide
                 // an overload. With t the length, t ≤ T: t ≥ Mᵢ(1) + Σ Mⱼ(⌈t/Tⱼ⌉) ≥ λᵢ·t/T + Σ λⱼ·t/Tⱼ = U·t.)
                 response.first_job = Some(Time::from_nanos(length));
-                response.interference = counts.interference(&self.members);
                 self.conclude(&mut response, place, BusyJob { job: 1, length }, counts);
             }
             Ok(length) => {
@@ -408,15 +420,9 @@ impl<'a> Walk<'a> {
                     None => Some(Err(NoBoundReason::Budget)),
                 };
                 match busiest {
-                    Some(Ok(busiest)) => {
-                        response.interference = self.interference_in(busiest.length, counts, None);
-                        self.conclude(&mut response, place, busiest, counts);
-                    }
-                    Some(Err(reason)) => {
-                        response.interference = self.interference_in(length, counts, None);
-                        response.bound = no_bound(reason, load);
-                    }
-                    None => response.interference = self.interference_in(length, counts, None),
+                    Some(Ok(busiest)) => self.conclude(&mut response, place, busiest, counts),
+                    Some(Err(reason)) => response.bound = no_bound(reason, load),
+                    None => {}
                 }
             }
             Err(_) if load == Some(Ordering::Greater) => {}
@@ -532,19 +538,6 @@ impl<'a> Walk<'a> {
         });
     }
 
-    /// Returns the interference in a window of `length`, which `counts` have reached or exceeded.
-    fn interference_in(&mut self, length: u64, counts: &Counts, horizon: Option<Time>) -> Vec<Interference> {
-        let mut interference = Vec::with_capacity(counts.present as usize);
-        for (member, _) in self.members.iter_mut().zip(&counts.jobs).filter(|&(_, &jobs)| jobs > 0) {
-            let jobs = jobs_released(length, member.period, horizon);
-            // It was computed before.
-            if let Ok(time) = member.curve.demand(jobs) {
-                interference.push(Interference { task: member.index, jobs, time: Time::from_nanos(time) });
-            }
-        }
-        interference
-    }
-
     /// Returns the last values of the fixed-point iteration of the paper, eq. 19–20, from `own` on, with the tasks of
     /// hp(i) in `counts`. `None` if it exceeds the budget or 64 bits.
     fn iterations(&mut self, own: u64, counts: &Counts, horizon: Option<Time>) -> Option<Vec<Time>> {
@@ -577,12 +570,6 @@ impl<'a> Walk<'a> {
         let own = self.own(place, 1).unwrap_or(u64::MAX);
         let iterations = self.iterations(own, counts, Some(horizon)).unwrap_or_default();
         response.first_job = iterations.last().copied();
-        if matches!(response.bound, Bound::Response(_)) {
-            return;
-        }
-        let length = response.first_job.map(Time::as_nanos);
-        response.interference =
-            length.map_or_else(Vec::new, |length| self.interference_in(length, counts, Some(horizon)));
     }
 }
 
@@ -603,7 +590,7 @@ fn least_common_multiple(a: u64, b: u64) -> Option<u64> {
 }
 
 /// Returns the number of jobs that are released in a window, up to the horizon.
-fn jobs_released(window: u64, period: u64, horizon: Option<Time>) -> u64 {
+pub(crate) fn jobs_released(window: u64, period: u64, horizon: Option<Time>) -> u64 {
     horizon.map_or(window, |horizon| window.min(horizon.as_nanos())).div_ceil(period)
 }
 
@@ -616,7 +603,7 @@ fn no_bound(reason: NoBoundReason, load: Option<Ordering>) -> Bound {
 mod tests {
     use super::*;
     use crate::testing::{brute_force_cycle_mean, machine, machines};
-    use crate::{Edge, Status};
+    use crate::{Breakdown, Edge, Interference, Status};
     use expect_test::{Expect, expect};
     use proptest::prelude::*;
 
@@ -646,9 +633,14 @@ mod tests {
         response_times(tasks, &options, &|| ())
     }
 
-    fn show(tasks: &[Task], analysis: &Analysis) -> String {
+    fn interference(tasks: &[Task], options: Options, of: usize, response: &Response) -> Vec<Interference> {
+        Breakdown::new(tasks, &options, &|| ()).of(of, response.window.as_ref(), response.first_job)
+    }
+
+    fn show(tasks: &[Task], options: Options) -> String {
+        let analysis = analyse(tasks, options);
         let mut lines = String::new();
-        for (task, response) in tasks.iter().zip(&analysis.responses) {
+        for (index, (task, response)) in tasks.iter().zip(&analysis.responses).enumerate() {
             let own = response.own.map_or("?".to_owned(), |own| own.as_nanos().to_string());
             lines.push_str(&format!("{}: own {own}", task.name));
             if let Some(first_job) = response.first_job {
@@ -664,7 +656,7 @@ mod tests {
                 }
             };
             lines.push_str(&format!("{bound} ({})", response.status(task.deadline)));
-            for part in &response.interference {
+            for part in interference(tasks, options, index, response) {
                 let name = &tasks[part.task].name;
                 lines.push_str(&format!(", {name} {} jobs {}", part.jobs, part.time.as_nanos()));
             }
@@ -686,7 +678,7 @@ mod tests {
     }
 
     fn check(tasks: &[Task], options: Options, expected: Expect) {
-        expected.assert_eq(&show(tasks, &analyse(tasks, options)));
+        expected.assert_eq(&show(tasks, options));
     }
 
     #[test]
@@ -1192,7 +1184,8 @@ mod tests {
                 let found = window.map(|window| (window.job, window.own.as_nanos(), window.length.as_nanos()));
                 prop_assert_eq!(found, expected.window);
                 // The story adds up.
-                let interference: u64 = response.interference.iter().map(|part| part.time.as_nanos()).sum();
+                let parts = interference(&tasks, options, index, response);
+                let interference: u64 = parts.iter().map(|part| part.time.as_nanos()).sum();
                 if let Some(window) = window {
                     prop_assert_eq!(window.own.as_nanos().max(1) + interference, window.length.as_nanos());
                     if response.status(tasks[index].deadline) == Status::Missed {
@@ -1202,7 +1195,7 @@ mod tests {
                     let own = response.own.unwrap().as_nanos();
                     prop_assert_eq!(own.max(1) + interference, first_job.as_nanos());
                 } else {
-                    prop_assert!(response.interference.is_empty());
+                    prop_assert!(parts.is_empty());
                 }
             }
         }
@@ -1227,9 +1220,12 @@ mod tests {
                     because.iter_mut().for_each(|task| *task = shuffled[*task]);
                     because.sort_unstable();
                 }
-                response.interference.iter_mut().for_each(|part| part.task = shuffled[part.task]);
-                response.interference.sort_unstable_by_key(|part| part.task);
-                prop_assert_eq!(&straight.responses[task], &response);
+                let of_straight = &straight.responses[task];
+                prop_assert_eq!(of_straight, &response);
+                let mut parts = interference(&other_tasks, options, place, &response);
+                parts.iter_mut().for_each(|part| part.task = shuffled[part.task]);
+                parts.sort_unstable_by_key(|part| part.task);
+                prop_assert_eq!(interference(&tasks, options, task, of_straight), parts);
             }
         }
 

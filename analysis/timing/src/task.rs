@@ -116,7 +116,7 @@ impl CpuLoad {
     }
 }
 
-/// The response time of one task, and its breakdown.
+/// The response time of one task. [`Breakdown`](crate::Breakdown) lists the interference in it.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Response {
     /// The greatest execution time of one job, M(1), if the demand is known.
@@ -127,9 +127,6 @@ pub struct Response {
     pub first_job: Option<Time>,
     /// The response time.
     pub bound: Bound,
-    /// The interference of each task of hp(i), in the order of the tasks, in the window of the response time; without
-    /// a response time, in the window of `first_job`; without either, empty.
-    pub interference: Vec<Interference>,
     /// The window of the response time, if there is one.
     pub window: Option<Window>,
 }

@@ -3,7 +3,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use mauve_timing::{
-    Analysis, Bound, Demand, Edge, Method, Options, StateMachine, Status, Task, Time, response_times,
+    Analysis, Bound, Breakdown, Demand, Edge, Method, Options, StateMachine, Status, Task, Time,
+    response_times,
 };
 
 const LEVELS: [&str; 7] = ["1e-3", "1e-4", "1e-5", "1e-6", "1e-7", "1e-8", "1e-9"];
@@ -223,8 +224,10 @@ fn at_1e_9_hokuyo_and_all_below_are_unbounded() {
 fn navigation_at_1e_4_is_explained() {
     let (tasks, analysis) = analyse(1, Astar::InRun, Method::Psm, None);
     let response = &analysis.responses[NAVIGATION];
-    let lines: Vec<String> = response
-        .interference
+    let options = Options { method: Method::Psm, horizon: None, is_brief: false };
+    let mut breakdown = Breakdown::new(&tasks, &options, &|| ());
+    let lines: Vec<String> = breakdown
+        .of(NAVIGATION, response.window.as_ref(), response.first_job)
         .iter()
         .map(|part| format!("{} {} jobs {}", tasks[part.task].name, part.jobs, part.time))
         .collect();

@@ -1,9 +1,12 @@
 //! Queries and reports: the response times of a deployment, of a model or of an exported file.
 
 use std::cmp::Reverse;
+use std::sync::Arc;
 
 use mauve_timing::task_set::Priority;
-use mauve_timing::{Activity, CpuLoad, Level, Method, Options, Status, Time, Window};
+use mauve_timing::{
+    Activity, Breakdown, CpuLoad, Level, Method, Options, SetTasks, Status, THROTTLING, Time, Window,
+};
 
 use crate::fact::InterferenceReport;
 use crate::reason::{Refusal, Share, UnknownPriority};
@@ -47,9 +50,11 @@ pub struct Report<'db> {
     pub cpus: Vec<CpuLoad>,
     /// Why nothing is analysed: an activity or a time may be missing.
     pub not_analysed: Vec<Refusal<'db>>,
+    pub(crate) tasks: Arc<SetTasks>,
+    pub(crate) options: Options,
 }
 
-/// The response time of one activity, and where it comes from.
+/// The response time of one activity. [`Report::breakdown`] lists the interference in it.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct ActivityReport<'db> {
     /// The instance.
@@ -80,8 +85,6 @@ pub struct ActivityReport<'db> {
     pub response: Option<Time>,
     /// The status of the response time.
     pub verdict: Verdict,
-    /// The interference in the window that determines the response time.
-    pub interference: Vec<InterferenceReport>,
     /// The window that gives the response time.
     pub window: Option<Window>,
     /// The reasons for a missing response time: its own, then those of the deployment.
@@ -91,6 +94,10 @@ pub struct ActivityReport<'db> {
 }
 
 impl ActivityReport<'_> {
+    fn real_time_priority(&self) -> Option<u32> {
+        if let Priority::RealTime(priority) = self.priority { Some(priority) } else { None }
+    }
+
     pub(crate) fn without_figures(activity: &Activity) -> Self {
         ActivityReport {
             instance: activity.name.as_str().into(),
@@ -101,14 +108,45 @@ impl ActivityReport<'_> {
             ..ActivityReport::default()
         }
     }
+}
 
-    /// Returns the `most` activities that interfere longest, in the order of the deployment.
-    pub fn greatest_interference(&self, most: usize) -> Vec<&InterferenceReport> {
-        let mut greatest: Vec<(usize, &InterferenceReport)> = self.interference.iter().enumerate().collect();
-        greatest.sort_by_key(|(_, it)| Reverse(it.time));
-        greatest.truncate(most);
-        greatest.sort_by_key(|(number, _)| *number);
-        greatest.into_iter().map(|(_, it)| it).collect()
+/// The interference in the response times of a report. It is computed on request: the lists of all activities together grow
+/// with the square of their number.
+pub struct ReportBreakdown<'a> {
+    activities: &'a [ActivityReport<'a>],
+    tasks: &'a SetTasks,
+    breakdown: Breakdown<'a>,
+}
+
+impl ReportBreakdown<'_> {
+    /// Returns the interference in the window that determines the response time of an activity, in the order of the
+    /// deployment.
+    pub fn of(&mut self, activity: usize) -> Vec<InterferenceReport> {
+        let Some((report, task)) = self.activities.get(activity).zip(self.tasks.task(activity)) else {
+            return Vec::new();
+        };
+        let instance = |task: usize| {
+            let report = self.activities.get(self.tasks.activity(task));
+            report.map_or_else(|| THROTTLING.into(), |it| it.instance.clone())
+        };
+        let parts = self.breakdown.of(task, report.window.as_ref(), report.first_job).into_iter();
+        let parts = parts.filter(|it| it.jobs > 0);
+        parts
+            .map(|it| InterferenceReport { instance: instance(it.task), jobs: it.jobs, time: it.time })
+            .collect()
+    }
+
+    /// Returns the `most` activities that interfere longest with an activity, in the order of the deployment, and the
+    /// number of the others.
+    pub fn greatest_of(&mut self, activity: usize, most: usize) -> (Vec<InterferenceReport>, usize) {
+        let mut parts: Vec<(usize, InterferenceReport)> = self.of(activity).into_iter().enumerate().collect();
+        let left = parts.len().saturating_sub(most);
+        if left > 0 {
+            parts.select_nth_unstable_by_key(most, |(number, it)| (Reverse(it.time), *number));
+            parts.truncate(most);
+            parts.sort_by_key(|(number, _)| *number);
+        }
+        (parts.into_iter().map(|(_, it)| it).collect(), left)
     }
 }
 
@@ -137,7 +175,30 @@ impl Verdict {
     }
 }
 
-impl Report<'_> {
+impl<'db> Report<'db> {
+    /// Returns a breakdown of the response times. To cancel, `interrupt` unwinds.
+    pub fn breakdown<'a>(&'a self, interrupt: &'a dyn Fn()) -> ReportBreakdown<'a> {
+        let breakdown = self.tasks.breakdown(&self.options, interrupt);
+        ReportBreakdown { activities: &self.activities, tasks: &self.tasks, breakdown }
+    }
+
+    /// Returns for each activity whether its response time is computed with assumed times: its own, or those of an
+    /// activity that interferes with it.
+    pub fn with_assumptions(&self) -> Vec<bool> {
+        // The highest priority with an assumed time on each CPU.
+        let mut highest = [None; 64];
+        for activity in self.activities.iter().filter(|it| !it.assumed.is_empty()) {
+            let cpus = activity.cpus.unwrap_or_default();
+            let here = highest.iter_mut().enumerate().filter(|(bit, _)| cpus & (1 << bit) != 0);
+            here.for_each(|(_, highest)| *highest = (*highest).max(activity.real_time_priority()));
+        }
+        let interferes = |it: &ActivityReport<'db>| {
+            let highest = it.cpus.and_then(|cpus| highest.get(cpus.trailing_zeros() as usize)).copied();
+            it.first_job.is_some() && highest.flatten() >= it.real_time_priority()
+        };
+        self.activities.iter().map(|it| !it.assumed.is_empty() || interferes(it)).collect()
+    }
+
     /// Returns whether every deadline is proved.
     pub fn schedulable(&self) -> bool {
         self.not_analysed.is_empty() && self.activities.iter().all(|activity| activity.verdict.is_met())

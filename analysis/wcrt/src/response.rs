@@ -4,7 +4,7 @@ use mauve_timing::task_set::TaskSet;
 use mauve_timing::{Bound, CpuLoad, Response, SetAnalysis, Status};
 use rustc_hash::FxHashSet;
 
-use crate::fact::{InterferenceReport, TimingFact};
+use crate::fact::TimingFact;
 use crate::priorities::priority_facts;
 use crate::reason::{Reason, Refusal, Share, UnknownPriority};
 use crate::report::{ActivityReport, Query, Report, Verdict};
@@ -13,8 +13,6 @@ use crate::task_set::Deployed;
 use crate::what_if::{WhatIfField, with_fields};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, ModelDb, Project, deployment as declared_deployment};
-
-const THROTTLING: &str = "real-time throttling";
 
 /// Computes the response times of a deployment.
 #[salsa::tracked(returns(ref))]
@@ -65,7 +63,8 @@ pub fn response_times_of<'db>(set: &TaskSet, query: Query) -> Option<Report<'db>
 }
 
 fn report<'db>(deployed: &Deployed<'db>, query: Query, interrupt: &dyn Fn()) -> Report<'db> {
-    let analysis = deployed.set.response_times(&query.options(false), interrupt);
+    let options = query.options(false);
+    let analysis = deployed.set.response_times(&options, interrupt);
     let cpus = analysis.cpus.iter().cloned();
     Report {
         activities: (0..deployed.reports.len())
@@ -75,6 +74,8 @@ fn report<'db>(deployed: &Deployed<'db>, query: Query, interrupt: &dyn Fn()) -> 
             .map(|it| CpuLoad { complete: it.complete && deployed.not_analysed.is_empty(), ..it })
             .collect(),
         not_analysed: deployed.not_analysed.clone(),
+        tasks: analysis.tasks,
+        options,
     }
 }
 
@@ -99,12 +100,6 @@ impl<'db> Deployed<'db> {
         report.verdict = Verdict::RealTime(response.status(report.deadline.unwrap_or_default()));
         report.first_job = response.first_job;
         report.window = response.window.clone();
-        let instance =
-            |task: usize| self.reports.get(task).map_or_else(|| THROTTLING.into(), |it| it.instance.clone());
-        let interference = response.interference.iter().filter(|it| it.jobs > 0);
-        report.interference = interference
-            .map(|it| InterferenceReport { instance: instance(it.task), jobs: it.jobs, time: it.time })
-            .collect();
         let no_bound = match &response.bound {
             Bound::Response(time) => {
                 report.response = Some(*time);

@@ -2,7 +2,7 @@
 
 use mauve_timing::{Level, Status};
 
-use crate::fact::{Missed, Overload, TimingFact, TimingFactKind};
+use crate::fact::{InterferenceReport, Missed, Overload, TimingFact, TimingFactKind};
 use crate::psm::table_of_greatest_time;
 use crate::reason::{Reason, Refusal};
 use crate::report::{ActivityReport, Query, Verdict};
@@ -19,15 +19,23 @@ pub fn timing_facts<'db>(
     query: Query,
 ) -> Vec<TimingFact<'db>> {
     let mut found = Vec::new();
-    let reports = &response_times(db, project, deployment, query).activities;
-    for (activity, report) in system_of(db, project, deployment).activities.iter().zip(reports) {
+    let report = response_times(db, project, deployment, query);
+    let reports = &report.activities;
+    let interrupt = || db.unwind_if_revision_cancelled();
+    let mut breakdown = report.breakdown(&interrupt);
+    let activities = system_of(db, project, deployment).activities.iter().zip(reports);
+    for (index, (activity, report)) in activities.enumerate() {
         let instance = activity.instance.clone();
         let kind = match report.verdict {
             // One fact for each CPU, below.
             Verdict::RealTime(Status::Unbounded) => continue,
             Verdict::RealTime(Status::Missed | Status::NoBound) => {
                 let deadline = activity.deadline.unwrap_or_default();
-                TimingFactKind::DeadlineMissed { instance, deadline, missed: missed(report) }
+                TimingFactKind::DeadlineMissed {
+                    instance,
+                    deadline,
+                    missed: missed(report, || breakdown.of(index)),
+                }
             }
             Verdict::RealTime(Status::NotAnalysed) => {
                 let unreported = report.reasons.iter().filter(|it| !it.reason.is_reported());
@@ -103,7 +111,10 @@ fn overloads<'db>(
     found.into_iter().filter_map(fact).collect()
 }
 
-fn missed<'db>(activity: &ActivityReport<'db>) -> Missed<'db> {
+fn missed<'db>(
+    activity: &ActivityReport<'db>,
+    interference: impl FnOnce() -> Vec<InterferenceReport>,
+) -> Missed<'db> {
     let Some(response) = activity.response else { return Missed::NoBound(activity.reasons.clone()) };
     if let Some(own) = activity.own.filter(|&own| activity.deadline.is_some_and(|deadline| own > deadline)) {
         return Missed::Alone { own };
@@ -112,7 +123,7 @@ fn missed<'db>(activity: &ActivityReport<'db>) -> Missed<'db> {
     let later = activity.window.as_ref().filter(|window| window.job > 1);
     Missed::Late {
         response,
-        heaviest: activity.interference.iter().max_by_key(|it| it.time).cloned(),
+        heaviest: interference().into_iter().max_by_key(|it| it.time),
         window: later.map(|window| (window.job, window.length)),
     }
 }
