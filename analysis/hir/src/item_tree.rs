@@ -756,7 +756,7 @@ pub struct Setting {
 pub struct Deployment {
     /// The deployed architectures: exactly one, otherwise an error.
     pub targets: Vec<TypeRef>,
-    pub activities: Vec<Activity>,
+    pub activities: Vec<Arc<Activity>>,
     /// Values of properties and constants.
     pub settings: Vec<Setting>,
     /// Whether all activities are known.

@@ -44,13 +44,17 @@ impl DeclarationMap {
     }
 }
 
-/// The lowered declarations and states of a file, by the addresses of their green trees: an edit shares the trees that it
+/// The lowered declarations, states and activities of a file, by the addresses of their green trees: an edit shares the trees that it
 /// does not touch, and lowering reuses their results.
 #[derive(Debug, Default)]
 pub(crate) struct LoweredNodes {
     declarations: FxHashMap<usize, Arc<LoweredNode<Data>>>,
-    states: FxHashMap<usize, Arc<LoweredNode<State>>>,
+    states: Shared<State>,
+    activities: Shared<Activity>,
 }
+
+/// Items of declarations, by the addresses of their green trees.
+type Shared<T> = FxHashMap<usize, Arc<LoweredNode<T>>>;
 
 #[derive(Debug)]
 struct LoweredNode<T> {
@@ -61,18 +65,23 @@ struct LoweredNode<T> {
     first: u32,
     /// The ranges of its sources, relative to its start.
     ranges: Arc<[TextRange]>,
-    /// The addresses of the states in it.
-    states: Vec<usize>,
+    /// The addresses of the states or activities in it.
+    shared: Vec<usize>,
 }
 
 /// Returns the previous result of lowering `node`, if its sources began at `first`.
-fn lowered_before<T>(
-    nodes: &FxHashMap<usize, Arc<LoweredNode<T>>>,
-    node: &SyntaxNode,
-    first: u32,
-) -> Option<Arc<LoweredNode<T>>> {
+fn lowered_before<T>(nodes: &Shared<T>, node: &SyntaxNode, first: u32) -> Option<Arc<LoweredNode<T>>> {
     let lowered = nodes.get(&address(node))?;
     (std::ptr::eq(&*lowered.green, node.green()) && lowered.first == first).then(|| lowered.clone())
+}
+
+/// Keeps the items of a declaration that was lowered before.
+fn keep<T>(items: &[usize], previous: &Shared<T>, kept: &mut Shared<T>) {
+    for item in items {
+        if let Some(shared) = previous.get(item) {
+            kept.entry(*item).or_insert_with(|| shared.clone());
+        }
+    }
 }
 
 fn address(node: &SyntaxNode) -> usize {
@@ -92,7 +101,7 @@ pub(crate) fn lower(
         map: SourceMap::default(),
         lowered: LoweredNodes::default(),
         ranges: Vec::new(),
-        states: Vec::new(),
+        shared: Vec::new(),
     };
     lowering.items(file.items(), None);
     if has_errors {
@@ -203,8 +212,9 @@ fn names_in_errors(declaration: &SyntaxNode) -> Vec<Option<Name>> {
     hidden.flat_map(|tokens| words(tokens.iter())).map(Some).collect()
 }
 
-/// See [`Lowering::shared_state`].
+/// See [`Lowering::shared`].
 const STATE_ID_ALIGNMENT: usize = 32;
+const ACTIVITY_ID_ALIGNMENT: usize = 16;
 
 /// Returns whether `node` has no syntax error.
 fn completeness_of(node: &SyntaxNode) -> Completeness {
@@ -238,8 +248,8 @@ struct Lowering<'a> {
     lowered: LoweredNodes,
     /// The ranges of the current declaration.
     ranges: Vec<TextRange>,
-    /// The addresses of the states of the current declaration.
-    states: Vec<usize>,
+    /// The addresses of the states or activities of the current declaration.
+    shared: Vec<usize>,
 }
 
 impl Lowering<'_> {
@@ -351,14 +361,11 @@ impl Lowering<'_> {
             self.ranges = vec![name.as_ref().map_or(keyword, SyntaxNode::text_range)];
             let data = Arc::new(lower(self));
             let ranges = self.ranges.drain(..).map(|it| it - range.start()).collect();
-            let states = std::mem::take(&mut self.states);
-            Arc::new(LoweredNode { green: node.green().to_owned(), data, first: 0, ranges, states })
+            let shared = std::mem::take(&mut self.shared);
+            Arc::new(LoweredNode { green: node.green().to_owned(), data, first: 0, ranges, shared })
         });
-        for state in &lowered.states {
-            if let Some(shared) = self.previous.states.get(state) {
-                self.lowered.states.entry(*state).or_insert_with(|| shared.clone());
-            }
-        }
+        keep(&lowered.shared, &self.previous.states, &mut self.lowered.states);
+        keep(&lowered.shared, &self.previous.activities, &mut self.lowered.activities);
         // Two cores have merged: the name of the second is unknown.
         if matches!(&*lowered.data, Data::Core(core) if core.is_double()) {
             self.outline.possible_names.push((library.cloned(), None));
@@ -548,29 +555,43 @@ impl Lowering<'_> {
         Machine { id, variables, states, completeness }
     }
 
-    /// Lowers a state, or returns the previous result: state machines are long, and an edit touches one state. The sources
-    /// of each state start at a multiple of [`STATE_ID_ALIGNMENT`], so that an additional source in one state seldom
-    /// renumbers the states after it.
     fn shared_state(&mut self, state: &ast::State) -> Arc<State> {
-        let (node, start) = (state.syntax(), state.syntax().text_range().start());
-        let first = self.ranges.len().next_multiple_of(STATE_ID_ALIGNMENT);
+        let lowered =
+            self.shared(state.syntax(), STATE_ID_ALIGNMENT, &self.previous.states, |it| it.state(state));
+        self.lowered.states.insert(address(state.syntax()), lowered.clone());
+        lowered.data.clone()
+    }
+
+    fn shared_activity(&mut self, activity: &ast::Activity) -> Arc<Activity> {
+        let previous = &self.previous.activities;
+        let lowered =
+            self.shared(activity.syntax(), ACTIVITY_ID_ALIGNMENT, previous, |it| it.activity(activity));
+        self.lowered.activities.insert(address(activity.syntax()), lowered.clone());
+        lowered.data.clone()
+    }
+
+    /// Lowers a state or an activity, or returns the previous result: state machines and deployments are long, and an edit
+    /// touches one of their items. The sources of each item start at a multiple of `alignment`, so that an additional source
+    /// in one item seldom renumbers the items after it.
+    fn shared<T>(
+        &mut self,
+        node: &SyntaxNode,
+        alignment: usize,
+        previous: &Shared<T>,
+        lower: impl FnOnce(&mut Self) -> T,
+    ) -> Arc<LoweredNode<T>> {
+        let start = node.text_range().start();
+        let first = self.ranges.len().next_multiple_of(alignment);
         self.ranges.resize(first, TextRange::empty(start));
-        let lowered = match lowered_before(&self.previous.states, node, first as u32) {
-            Some(lowered) => {
-                self.ranges.extend(lowered.ranges.iter().map(|range| *range + start));
-                lowered
-            }
-            None => {
-                let data = Arc::new(self.state(state));
-                let ranges = self.ranges.iter().skip(first).map(|range| *range - start).collect();
-                let green = node.green().to_owned();
-                Arc::new(LoweredNode { green, data, first: first as u32, ranges, states: Vec::new() })
-            }
-        };
-        let data = lowered.data.clone();
-        self.states.push(address(node));
-        self.lowered.states.insert(address(node), lowered);
-        data
+        self.shared.push(address(node));
+        if let Some(lowered) = lowered_before(previous, node, first as u32) {
+            self.ranges.extend(lowered.ranges.iter().map(|range| *range + start));
+            return lowered;
+        }
+        let data = Arc::new(lower(self));
+        let ranges = self.ranges.iter().skip(first).map(|range| *range - start).collect();
+        let green = node.green().to_owned();
+        Arc::new(LoweredNode { green, data, first: first as u32, ranges, shared: Vec::new() })
     }
 
     fn state(&mut self, state: &ast::State) -> State {
@@ -800,7 +821,7 @@ impl Lowering<'_> {
         for item in deployment.deployment_items() {
             match item {
                 ast::DeploymentItem::Activity(it) => {
-                    let activity = self.activity(&it);
+                    let activity = self.shared_activity(&it);
                     lowered.completeness &= Completeness::of(!activity.instance.name.is_empty());
                     lowered.activities.push(activity);
                 }

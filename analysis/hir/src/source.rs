@@ -316,10 +316,9 @@ pub fn core_interface<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<Core
 #[salsa::tracked(returns(as_ref))]
 pub(crate) fn deployment_interface<'db>(db: &'db dyn ModelDb, decl: Decl<'db>) -> Option<Deployment> {
     let data = deployment(db, decl)?;
-    let without_fields = |it: &Activity| Activity {
-        instance: it.instance.clone(),
-        fields: Vec::new(),
-        completeness: it.completeness,
+    let without_fields = |it: &Arc<Activity>| {
+        let (instance, completeness) = (it.instance.clone(), it.completeness);
+        Arc::new(Activity { instance, fields: Vec::new(), completeness })
     };
     Some(Deployment {
         targets: data.targets.clone(),
@@ -375,6 +374,27 @@ mod tests {
             ["A", "none", "B", "none", "d"]
         );
         assert_eq!(at("", &[(0, 0)]), ["none"]);
+    }
+
+    #[test]
+    fn an_edit_of_an_activity_shares_the_others() {
+        let mut db = Database::default();
+        let text = "deployment D {\n activity a { period = 1 }\n activity b { period = 1 }\n activity c { period = 1 }\n}";
+        let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text.to_owned())]);
+        let file = workspace.file(&db, "/a.mal".as_ref()).unwrap();
+        let activities = |db: &Database| {
+            let of = declarations(db, file).all[0];
+            let ids = deployment(db, of).unwrap().activities.iter();
+            ids.map(|it| (it.clone(), Location::Source(of, it.instance.id).range(db))).collect::<Vec<_>>()
+        };
+        let before = activities(&db);
+        file.set_text(&mut db, text.replacen("period = 1", "period = 20", 1).into());
+        let after = activities(&db);
+        let shared: Vec<bool> = before.iter().zip(&after).map(|(a, b)| Arc::ptr_eq(&a.0, &b.0)).collect();
+        assert_eq!(shared, [false, true, true]);
+        let names: Vec<&str> =
+            after.iter().map(|(_, range)| &file.text(&db)[std::ops::Range::<usize>::from(*range)]).collect();
+        assert_eq!(names, ["a", "b", "c"]);
     }
 
     #[test]

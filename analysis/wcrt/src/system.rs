@@ -1,5 +1,7 @@
 //! The activities of a deployment: one for each instance of its architecture.
 
+use std::sync::Arc;
+
 use rustc_hash::{FxHashMap, FxHashSet};
 
 pub use mauve_timing::task_set::Priority;
@@ -145,8 +147,8 @@ impl<'db> Reader<'db> {
                 None
             }
         };
-        let activities: Vec<&Activity> =
-            data.activities.iter().filter(|it| !it.instance.name.is_empty()).collect();
+        let activities = data.activities.iter().map(Arc::as_ref);
+        let activities: Vec<&Activity> = activities.filter(|it| !it.instance.name.is_empty()).collect();
         match target {
             Some(target) => {
                 self.activities(target, &activities);
@@ -625,8 +627,8 @@ pub fn field_of(activity: &Activity, field: ActivityField) -> Option<&Field> {
 
 /// Returns the first activity of each instance that a deployment has an activity for.
 pub(crate) fn activities_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> FxHashMap<&'db Name, &'db Activity> {
-    let all = deployment(db, of).map_or(&[] as &[Activity], |data| &data.activities);
-    all.iter().rev().map(|activity| (&activity.instance.name, activity)).collect()
+    let all = deployment(db, of).map_or(&[] as &[Arc<Activity>], |data| &data.activities);
+    all.iter().rev().map(|activity| (&activity.instance.name, &**activity)).collect()
 }
 
 pub(crate) fn written_field<'db>(

@@ -3,6 +3,8 @@
 //! The values are literals, where the parser would have put them. So a written deployment and a changed one are analysed
 //! alike.
 
+use std::sync::Arc;
+
 use crate::reason::ActivityField;
 use mauve_hir::item_tree::{Deployment, Expr, Field, Literal, Name, NameRef};
 
@@ -21,6 +23,7 @@ pub(crate) fn with_fields(data: &Deployment, what_if: &[WhatIfField]) -> Deploym
     let mut data = data.clone();
     for WhatIfField { instance, field, value } in what_if {
         for activity in data.activities.iter_mut().filter(|it| it.instance.name == *instance) {
+            let activity = Arc::make_mut(activity);
             // An error in a value that is not in the text is reported at the activity.
             let id = activity.instance.id;
             let is_integer = value.bytes().all(|byte| byte.is_ascii_digit());
