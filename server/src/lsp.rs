@@ -151,12 +151,13 @@ pub(crate) fn run(
                 let (outbox, client) = (Arc::clone(&outbox), client.clone());
                 tokio::spawn(async move { outbox.have_asked(what, client).await });
             }
-            let told = client.clone();
-            tokio::spawn(async move { outbox.send_to(told).await });
+            let (sender, told) = (Arc::clone(&outbox), client.clone());
+            tokio::spawn(async move { sender.send_to(told).await });
             Backend::new(client, events, shown, trace)
         });
         let (service, socket) = backend::with_custom_methods(build).finish();
-        serve(service, socket, Streams { incoming, outgoing, backlog, main_loop: main_loop_ended }).await
+        let main_loop = main_loop_ended;
+        serve(service, socket, Streams { incoming, outgoing, backlog, outbox, main_loop }).await
     });
     let _ = last_words.recv_timeout(FAREWELL);
     // Running jobs are not waited for.

@@ -31,20 +31,33 @@ pub(crate) struct Compared {
 
 /// The diagnostics of a file. A copy is cheap.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Items(Arc<(Vec<Diagnostic>, OnceLock<ResultId>)>);
+pub(crate) struct Items(Arc<Kept>);
+
+/// Diagnostics, with what was made of them once.
+#[derive(Debug, Default)]
+struct Kept {
+    list: Vec<Diagnostic>,
+    json: OnceLock<String>,
+    id: OnceLock<ResultId>,
+}
 
 impl Items {
     /// Returns the diagnostics.
     pub(crate) fn list(&self) -> &[Diagnostic] {
-        &self.0.0
+        &self.0.list
+    }
+
+    /// Returns the diagnostics as JSON.
+    pub(crate) fn json(&self) -> &str {
+        // Serialising plain data never fails.
+        self.0.json.get_or_init(|| serde_json::to_string(self.list()).unwrap_or_else(|_| "[]".to_owned()))
     }
 
     /// Returns the result id of the diagnostics: a hash.
     pub(crate) fn id(&self) -> ResultId {
-        *self.0.1.get_or_init(|| {
+        *self.0.id.get_or_init(|| {
             let mut hasher = DefaultHasher::new();
-            // Serialising plain data never fails.
-            serde_json::to_string(self.list()).unwrap_or_default().hash(&mut hasher);
+            self.json().hash(&mut hasher);
             hasher.finish()
         })
     }
@@ -52,7 +65,7 @@ impl Items {
 
 impl From<Vec<Diagnostic>> for Items {
     fn from(list: Vec<Diagnostic>) -> Items {
-        Items(Arc::new((list, OnceLock::new())))
+        Items(Arc::new(Kept { list, ..Kept::default() }))
     }
 }
 

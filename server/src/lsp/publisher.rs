@@ -7,6 +7,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::Notify;
 use tokio::time::timeout;
 use tower_lsp::Client;
+use tower_lsp::jsonrpc::Request;
+use tower_lsp::lsp_types::notification::{Notification, PublishDiagnostics};
 use tower_lsp::lsp_types::{MessageType, Url};
 
 use super::PATIENCE;
@@ -43,6 +45,19 @@ struct Waiting {
     refreshes: BTreeSet<Refresh>,
     /// How many diagnostics and refresh requests were sent.
     sent: usize,
+    /// The parameters of [`Announcement`]s on their way to the client, as JSON, by their numbers.
+    announced: BTreeMap<u64, String>,
+    /// The number of the next [`Announcement`].
+    next: u64,
+}
+
+/// `textDocument/publishDiagnostics`, with the number of its parameters in [`Waiting::announced`]: `tower-lsp` makes a tree of
+/// values of parameters, which takes several times as long as writing them, and unchanged diagnostics are written already.
+enum Announcement {}
+
+impl Notification for Announcement {
+    type Params = u64;
+    const METHOD: &'static str = PublishDiagnostics::METHOD;
 }
 
 /// The kinds of data that the client can be requested to refresh.
@@ -235,6 +250,37 @@ impl Outbox {
         (waiting.diagnostics.is_empty() && waiting.refreshes.is_empty()).then_some(waiting.sent)
     }
 
+    /// Keeps the parameters of an [`Announcement`]; returns their number.
+    fn announce(&self, url: &Url, version: Option<i32>, items: &Items) -> Option<u64> {
+        let uri = serde_json::to_string(url).ok()?;
+        let version = version.map_or_else(String::new, |version| format!(r#""version":{version},"#));
+        let mut waiting = self.lock();
+        let number = waiting.next;
+        waiting.next += 1;
+        let params = format!(r#"{{"uri":{uri},{version}"diagnostics":{}}}"#, items.json());
+        waiting.announced.insert(number, params);
+        Some(number)
+    }
+
+    /// Returns a message to the client as JSON.
+    pub(crate) fn message(&self, request: &Request) -> String {
+        let number = request.params().filter(|_| request.method() == Announcement::METHOD);
+        let announced = number.and_then(|number| {
+            let number = number.as_u64()?;
+            let mut waiting = self.lock();
+            let params = waiting.announced.remove(&number);
+            // Earlier ones were not sent.
+            waiting.announced = waiting.announced.split_off(&number);
+            params
+        });
+        match announced {
+            Some(params) => {
+                format!(r#"{{"jsonrpc":"2.0","method":"{}","params":{params}}}"#, Announcement::METHOD)
+            }
+            None => serde_json::to_string(request).unwrap_or_default(),
+        }
+    }
+
     /// Sends messages as fast as the client reads.
     pub(crate) async fn send_to(&self, client: Client) {
         loop {
@@ -248,7 +294,8 @@ impl Outbox {
                 client.show_message(MessageType::WARNING, message).await;
             }
             for (url, (version, items)) in diagnostics {
-                client.publish_diagnostics(url, items.list().to_vec(), version).await;
+                let Some(number) = self.announce(&url, version, &items) else { continue };
+                client.send_notification::<Announcement>(number).await;
             }
         }
     }

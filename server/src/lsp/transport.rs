@@ -22,6 +22,7 @@ use tower_lsp::{ClientSocket, LspService};
 
 use super::backend::{Backend, JSON};
 use super::frame::{Frame, Lost, lost_by};
+use super::publisher::Outbox;
 use super::trace::{Trace, milliseconds};
 use crate::harmless::harmless;
 
@@ -33,6 +34,8 @@ pub(crate) struct Streams {
     pub(crate) outgoing: mpsc::UnboundedSender<Outgoing>,
     /// The number of messages that are not yet written.
     pub(crate) backlog: Arc<Backlog>,
+    /// Has the texts of messages that the server initiates.
+    pub(crate) outbox: Arc<Outbox>,
     /// Receives why the main loop has ended.
     pub(crate) main_loop: oneshot::Receiver<String>,
 }
@@ -142,7 +145,7 @@ pub(crate) async fn serve(
                     continue;
                 }
                 let (written, wait) = oneshot::channel();
-                let message = serde_json::to_string(&request).unwrap_or_default();
+                let message = streams.outbox.message(&request);
                 put(&streams, Outgoing { message, written: Some(written) });
                 writing = Some(wait);
             }
