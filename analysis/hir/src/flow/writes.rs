@@ -135,10 +135,10 @@ fn lost_in(program: Option<&ProgramFlow>) -> impl Iterator<Item = &Write> {
 }
 
 /// Returns the writes of a program that `is_written` tells to be written after it.
-fn lost_after<'a>(
-    program: Option<&'a ProgramFlow>,
+fn lost_after(
+    program: Option<&ProgramFlow>,
     is_written: impl Fn(&Name) -> bool,
-) -> impl Iterator<Item = &'a Write> {
+) -> impl Iterator<Item = &Write> {
     let last = program.into_iter().flat_map(|program| &program.writes.last);
     last.filter(move |(_, port)| is_written(port))
 }
