@@ -6,10 +6,11 @@
 use std::collections::BTreeSet;
 
 use mauve_hir::item_tree::Name;
-use mauve_hir::{ModelDb, Project, declarations, names_of, package, parse, project_files};
+use mauve_hir::{Decl, ModelDb, Project, declarations, names_of, package, parse, project_files};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{NodeOrToken, SyntaxNode, TextRange};
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::{ActionKind, Actions, with_line};
 use crate::Change;
@@ -33,6 +34,8 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
         return;
     }
     let mut edits = Vec::new();
+    let libraries: Vec<Libraries<'_>> =
+        actions.projects.iter().map(|&project| libraries_of(db, project)).collect();
     let source = parse.file();
     let outer: Vec<ast::Use> = source.items().filter_map(as_use).collect();
     edits.extend(organise(file.text(db), &outer, |_| false));
@@ -41,8 +44,12 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
         let uses: Vec<ast::Use> = library.items().filter_map(as_use).collect();
         let (Some(name), false) = (library.name(), uses.is_empty()) else { continue };
         let name = Name::from(name.syntax().text().to_string());
-        let needed: Option<Vec<BTreeSet<Name>>> =
-            actions.projects.iter().map(|&project| needed_by(db, project, &name)).collect();
+        let needed: Option<Vec<BTreeSet<Name>>> = actions
+            .projects
+            .iter()
+            .zip(&libraries)
+            .map(|(&project, of)| needed_by(db, project, of, &name))
+            .collect();
         let is_for_nothing = |of: &str| {
             let is_known = actions.projects.iter().all(|&project| {
                 names_of(db, project).has_library(&of.into())
@@ -66,20 +73,42 @@ fn as_use(item: ast::Item) -> Option<ast::Use> {
     }
 }
 
-/// Returns the libraries and packages that a library refers to, or `None` if that is not certain.
-fn needed_by(db: &dyn ModelDb, project: Project<'_>, library: &Name) -> Option<BTreeSet<Name>> {
-    let names = names_of(db, project);
-    if names.completeness.is_incomplete() {
-        return None;
-    }
+/// The libraries of a project.
+#[derive(Default)]
+struct Libraries<'db> {
+    declarations: FxHashMap<&'db Name, Vec<Decl<'db>>>,
+    /// Those of which an error may hide a declaration.
+    damaged: FxHashSet<&'db Name>,
+}
+
+fn libraries_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Libraries<'db> {
+    let mut libraries = Libraries::default();
     for &file in project_files(db, project) {
-        let it = declarations(db, file);
-        if it.libraries.contains(library) && !parse(db, file).errors().is_empty() {
-            return None;
+        let found = declarations(db, file);
+        if !parse(db, file).errors().is_empty() {
+            libraries.damaged.extend(&found.libraries);
         }
     }
+    for &decl in &names_of(db, project).all {
+        if let Some(library) = decl.library(db) {
+            libraries.declarations.entry(library).or_default().push(decl);
+        }
+    }
+    libraries
+}
+
+/// Returns the libraries and packages that a library refers to, or `None` if that is not certain.
+fn needed_by<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    libraries: &Libraries<'db>,
+    library: &Name,
+) -> Option<BTreeSet<Name>> {
+    if names_of(db, project).completeness.is_incomplete() || libraries.damaged.contains(library) {
+        return None;
+    }
     let mut needed = BTreeSet::new();
-    for &decl in names.all.iter().filter(|it| it.library(db).as_ref() == Some(library)) {
+    for &decl in libraries.declarations.get(library).into_iter().flatten() {
         for name in occurrences_of(db, project, decl) {
             match &name.definition {
                 Definition::Declaration(of) => needed.extend(of.library(db).clone()),
