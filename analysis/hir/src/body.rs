@@ -285,6 +285,11 @@ impl Statement {
         }
     }
 
+    /// Returns whether any of `all`, or a statement nested in them, declares a variable.
+    pub(crate) fn declare(all: &[Statement]) -> bool {
+        statements(all).any(|statement| statement.variable().is_some())
+    }
+
     /// Returns the variable that the statement declares.
     pub fn variable(&self) -> Option<&Variable> {
         match self {
@@ -353,6 +358,13 @@ impl Program {
 }
 
 impl Core {
+    /// Returns all variables, including those of its programs.
+    pub fn all_variables(&self) -> impl Iterator<Item = &Variable> {
+        let programs = self.programs().into_iter().filter(|program| program.declares);
+        let statements = programs.flat_map(|program| statements(&program.statements));
+        self.shared_variables().chain(statements.filter_map(Statement::variable))
+    }
+
     /// Returns the blocks of its programs.
     pub fn blocks(&self) -> impl Iterator<Item = &[Statement]> {
         self.programs().into_iter().flat_map(Program::blocks)

@@ -14,7 +14,6 @@ use mauve_syntax::SyntaxKind;
 pub use mauve_syntax::keywords::{CallStatus, Direction, HookKind, MethodKind, PortStatus};
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::body::statements;
 use crate::completeness::Completeness;
 
 /// A name, or another short text, as written in the file. Cheap to clone.
@@ -379,13 +378,6 @@ pub struct Handler {
 }
 
 impl Core {
-    /// Returns all variables, including those of its programs.
-    pub fn all_variables(&self) -> impl Iterator<Item = &Variable> {
-        let programs = self.programs().into_iter().filter(|program| program.declares);
-        let statements = programs.flat_map(|program| statements(&program.statements));
-        self.shared_variables().chain(statements.filter_map(Statement::variable))
-    }
-
     /// Returns the variables that its programs share: its own, and those of its state machines.
     pub(crate) fn shared_variables(&self) -> impl Iterator<Item = &Variable> {
         self.variables.iter().chain(self.machines.iter().flat_map(|machine| &machine.variables))

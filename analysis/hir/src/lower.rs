@@ -10,7 +10,6 @@ use mauve_syntax::{
 };
 use rustc_hash::FxHashMap;
 
-use crate::body;
 use crate::completeness::Completeness;
 use crate::item_tree::*;
 
@@ -44,8 +43,8 @@ impl DeclarationMap {
     }
 }
 
-/// The lowered declarations, states and activities of a file, by the addresses of their green trees: an edit shares the trees that it
-/// does not touch, and lowering reuses their results.
+/// The lowered declarations, states and activities of a file, by the addresses of their green trees: an edit shares the trees
+/// that it does not touch, and lowering reuses their results.
 #[derive(Debug, Default)]
 pub(crate) struct LoweredNodes {
     declarations: FxHashMap<usize, Arc<LoweredNode<Data>>>,
@@ -636,7 +635,7 @@ impl Lowering<'_> {
         let own = block.as_ref().map_or(Completeness::Incomplete, |block| completeness_of(block.syntax()));
         let completeness = own_completeness(owner) & own;
         let statements = block.map_or_else(Vec::new, |block| self.block(&block));
-        let declares = body::statements(&statements).any(|statement| statement.variable().is_some());
+        let declares = Statement::declare(&statements);
         Program { statements, declares, completeness }
     }
 
