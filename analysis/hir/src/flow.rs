@@ -358,3 +358,55 @@ impl<'a, 'db> Flow<'a, 'db> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Fact, FactKind};
+    use crate::item_tree::Kind;
+    use crate::{Database, Workspace, declaration_facts, declarations, projects};
+
+    /// Returns the facts about reads and writes in a core whose state machine has 70 states, one after the other. `programs`:
+    /// the content of some states.
+    fn facts(programs: &[(usize, &str)]) -> Vec<String> {
+        let mut text = "shell S { output port p: int }\ncore C(S) { var v: int; statemachine {\n".to_owned();
+        for state in 0..70 {
+            let initial = if state == 0 { "initial " } else { "" };
+            let own = programs.iter().find(|(of, _)| *of == state).map_or("", |(_, program)| program);
+            let next = (state + 1) % 70;
+            text += &format!("{initial}state A{state} {{ {own} transition t to A{next} {{ }} }}\n");
+        }
+        text += "} }\n";
+        let db = Database::default();
+        let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);
+        let file = workspace.file(&db, "/a.mal".as_ref()).unwrap();
+        let project = projects(&db, workspace)[0];
+        let core = declarations(&db, file).all.iter().find(|decl| decl.kind(&db) == Kind::Core).unwrap();
+        let show = |fact: &Fact<'_>| match &fact.kind {
+            FactKind::ReadBeforeAssignment { name, .. } => Some(format!("reads {name}")),
+            FactKind::LostWrite { port } => Some(format!("loses {port}")),
+            FactKind::UnusedVariable { name, .. } => Some(format!("does not use {name}")),
+            _ => None,
+        };
+        declaration_facts(&db, project, *core).iter().filter_map(show).collect()
+    }
+
+    #[test]
+    fn an_assignment_in_an_earlier_group_of_states_counts() {
+        let reads = (60, "run = { write(p, v); }");
+        assert_eq!(facts(&[reads]), ["reads v"]);
+        assert!(facts(&[(3, "entry = { v = 1; }"), reads]).is_empty());
+        assert_eq!(facts(&[reads, (65, "entry = { v = 1; }")]), ["reads v"]);
+        assert_eq!(facts(&[]), ["does not use v"]);
+    }
+
+    #[test]
+    fn an_entry_in_the_next_group_overwrites_an_exit() {
+        for state in 25..35 {
+            let exit = (state, "exit = { write(p, 1); }");
+            assert_eq!(
+                facts(&[exit, (state + 1, "entry = { write(p, 2); }")]),
+                ["does not use v", "loses p"]
+            );
+        }
+    }
+}
