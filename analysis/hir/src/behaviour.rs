@@ -10,7 +10,7 @@ use std::sync::Arc;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
-use crate::body::{BodyId, CoreScope, ProgramIn, core_scope};
+use crate::body::{BodyId, CoreScope, ProgramIn, core_scope, of_program};
 use crate::fact::{
     CorePart, CoreReason, Defined, Fact, FactKind, Reason, Refusal, Unreachable, repeated, unresolved_type,
 };
@@ -150,17 +150,15 @@ fn groups_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) ->
 }
 
 impl<'db> Groups<'db> {
-    fn group(&self, body: BodyId) -> Option<usize> {
-        Some(self.scope?.group(body)? as usize)
-    }
-
     fn cost(&self, body: BodyId, program: ProgramIn) -> Option<&ProgramCost<'db>> {
-        self.costs.get(self.group(body)?)?.get(&(body, program))
+        let (group, index) = self.scope?.place(body)?;
+        of_program(self.costs.get(group)?, index, program)
     }
 
     /// Returns the unresolved names in a program.
     fn problems(&self, body: BodyId, program: ProgramIn) -> &'db [NameProblem<'db>] {
-        let of_group = self.group(body).and_then(|group| self.problems.get(group));
+        let group = self.scope.and_then(|scope| scope.place(body)).map(|(group, _)| group);
+        let of_group = group.and_then(|group| self.problems.get(group)).filter(|it| !it.is_empty());
         of_group.and_then(|problems| problems.get(&(body, program))).map_or(&[], Vec::as_slice)
     }
 }

@@ -202,6 +202,11 @@ const GROUP_SIZE: usize = 32;
 impl CoreScope {
     /// Returns the group that contains a body; `None` if the core does not have the body.
     pub(crate) fn group(&self, body: BodyId) -> Option<u32> {
+        self.place(body).map(|(group, _)| group as u32)
+    }
+
+    /// Returns the group that contains a body, and the index of the body there.
+    pub(crate) fn place(&self, body: BodyId) -> Option<(usize, usize)> {
         let hooks = 1 + self.operations.len();
         let values = hooks + self.hooks as usize;
         let states = values + 1;
@@ -216,7 +221,7 @@ impl CoreScope {
                 (first + state as usize, first + self.states.get(machine as usize).copied()? as usize)
             }
         };
-        (number < end).then_some((number / GROUP_SIZE) as u32)
+        (number < end).then_some((number / GROUP_SIZE, number % GROUP_SIZE))
     }
 
     /// Returns the indices of the groups of its bodies.
@@ -263,6 +268,30 @@ fn bodies_in(core: &Core, group: u32) -> Vec<(BodyId, Body)> {
         Some((id, body))
     };
     core.bodies().skip(group as usize * GROUP_SIZE).take(GROUP_SIZE).filter_map(body).collect()
+}
+
+/// A value for each program of each body of a group; those of a body are sorted.
+pub(crate) type ByProgram<T> = Vec<Box<[(ProgramIn, T)]>>;
+
+/// Returns the value of each program of each body of a group.
+pub(crate) fn by_program<T>(
+    bodies: &[(BodyId, Body)],
+    mut value: impl FnMut(&Body, ProgramIn, Code<'_>) -> T,
+) -> ByProgram<T> {
+    let of_body = |(_, body): &(BodyId, Body)| {
+        let mut all: Box<[(ProgramIn, T)]> =
+            body.code().into_iter().map(|(program, code)| (program, value(body, program, code))).collect();
+        all.sort_unstable_by_key(|(program, _)| *program);
+        all
+    };
+    bodies.iter().map(of_body).collect()
+}
+
+/// Returns the value of a program of the body with that index.
+pub(crate) fn of_program<T>(all: &ByProgram<T>, body: usize, program: ProgramIn) -> Option<&T> {
+    let of_body = all.get(body)?;
+    let index = of_body.binary_search_by_key(&program, |(program, _)| *program).ok()?;
+    of_body.get(index).map(|(_, value)| value)
 }
 
 /// Returns the statements and the statements nested in them, in the order of the text.

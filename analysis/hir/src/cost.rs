@@ -5,10 +5,8 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use rustc_hash::FxHashMap;
-
 use crate::ModelDb;
-use crate::body::{BodyId, Code, CoreScope, ProgramIn, bodies_of, core_scope};
+use crate::body::{ByProgram, Code, CoreScope, bodies_of, by_program, core_scope};
 use crate::completeness::Completeness;
 use crate::fact::{Fact, FactKind, Unreachable};
 use crate::infer::{Inference, inference_of};
@@ -58,7 +56,7 @@ pub(crate) struct ProgramCost<'db> {
 }
 
 /// The costs of the programs of a group of bodies, without initial values, which no period evaluates.
-pub(crate) type Costs<'db> = FxHashMap<(BodyId, ProgramIn), ProgramCost<'db>>;
+pub(crate) type Costs<'db> = ByProgram<ProgramCost<'db>>;
 
 /// Returns the costs of the programs of a core, by group of bodies.
 pub(crate) fn costs_of<'db>(
@@ -83,13 +81,7 @@ fn costs_of_group<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db
 fn costs_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, group: u32) -> Costs<'db> {
     let Some(scope) = core_scope(db, of) else { return Costs::default() };
     let inference = inference_of(db, project, of, group);
-    let bodies = bodies_of(db, of, scope, group);
-    let mut costs = Costs::default();
-    for (id, body) in bodies.iter() {
-        let programs = body.code().into_iter();
-        costs.extend(programs.map(|(program, code)| ((*id, program), program_cost(of, code, inference))));
-    }
-    costs
+    by_program(&bodies_of(db, of, scope, group), |_, _, code| program_cost(of, code, inference))
 }
 
 fn program_cost<'db>(of: Decl<'db>, code: Code<'_>, inference: &'db Inference<'db>) -> ProgramCost<'db> {

@@ -167,8 +167,7 @@ impl<'a, 'db> Flow<'a, 'db> {
     fn assigned_anywhere(&self) -> &Indices {
         self.assigned_anywhere.get_or_init(|| {
             let mut anywhere = Indices::default();
-            let programs =
-                self.programs.all().filter(|((_, program), _)| !matches!(program, ProgramIn::Guard(_)));
+            let programs = self.programs.all().filter(|(program, _)| !matches!(program, ProgramIn::Guard(_)));
             programs.for_each(|(_, program)| anywhere.add(&program.assigns));
             anywhere
         })

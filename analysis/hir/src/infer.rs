@@ -4,7 +4,7 @@
 //! A core with an unresolved name or call is not analysed: `behaviour.rs` turns its [`NameProblem`] into a refusal. An
 //! unresolved name has the unknown type, which is compatible with all types, so that a mistake gives one diagnostic.
 
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -19,8 +19,8 @@ use crate::fact::{
 };
 use crate::features::{FeatureOf, Features, features_of};
 use crate::item_tree::{
-    Direction, Expr, FeatureKind, Handler, HookKind, Kind, Name, NameRef, Operation, Parameter, SourceId,
-    State, Statement, TypeRef, Variable,
+    Core, Direction, Expr, FeatureKind, Handler, HookKind, Kind, Name, NameRef, Operation, Parameter,
+    SourceId, State, Statement, TypeRef, Variable,
 };
 use crate::names::{Unresolved, names_of, resolve_type, similar};
 use crate::project::Project;
@@ -1181,10 +1181,9 @@ pub struct CoreInference<'db> {
     shared: &'db Shared<'db>,
     /// The groups of bodies, each with the number of variables in the shared variables and the previous groups.
     groups: Vec<(&'db Inference<'db>, usize)>,
-    /// For several groups: the first source of each body except initial values, with its group.
-    by_source: Vec<(SourceId, u32)>,
-    /// The groups of the initial values, whose sources are between those of other bodies.
-    values: [u32; 2],
+    core: Option<&'db Core>,
+    /// For several groups: the first source of each body except initial values, with its group. Most users need only facts.
+    by_source: OnceCell<Vec<(SourceId, u32)>>,
 }
 
 /// Resolves the names and infers the types of all bodies of a core.
@@ -1195,20 +1194,13 @@ pub fn inference_of_core<'db>(
 ) -> CoreInference<'db> {
     let scope = core_scope(db, of).as_ref();
     let shared = shared_in(db, project, of);
-    let mut found =
-        CoreInference { scope, shared, groups: Vec::new(), by_source: Vec::new(), values: [0, 0] };
-    let (Some(core), Some(scope)) = (core(db, of), scope) else { return found };
+    let core = core(db, of);
+    let mut found = CoreInference { scope, shared, groups: Vec::new(), core, by_source: OnceCell::new() };
     let mut variables = shared.variables.len();
-    for group in scope.groups() {
+    for group in scope.filter(|_| core.is_some()).map_or(0..0, CoreScope::groups) {
         let inference = inference_of(db, project, of, group);
         found.groups.push((inference, variables));
         variables += inference.variables.len();
-    }
-    if found.groups.len() > 1 {
-        let first = |id| Some((core.first_id(id)?, scope.group(id)?));
-        found.by_source = core.bodies().filter_map(first).collect();
-        found.by_source.sort_unstable();
-        found.values[1] = scope.group(BodyId::MachineValues).unwrap_or_default();
     }
     found
 }
@@ -1265,9 +1257,23 @@ impl<'db> CoreInference<'db> {
 
     /// Returns the groups that may contain a source.
     pub(crate) fn groups_at(&self, id: SourceId) -> impl Iterator<Item = u32> + use<> {
-        let before = self.by_source.partition_point(|(first, _)| *first <= id);
-        let own = before.checked_sub(1).and_then(|index| self.by_source.get(index)).map(|(_, group)| *group);
-        own.into_iter().chain(self.values)
+        let by_source = self.by_source.get_or_init(|| self.by_source());
+        let before = by_source.partition_point(|(first, _)| *first <= id);
+        let own = before.checked_sub(1).and_then(|index| by_source.get(index)).map(|(_, group)| *group);
+        // The sources of initial values are between those of other bodies.
+        let values = self.scope.and_then(|scope| scope.group(BodyId::MachineValues)).unwrap_or_default();
+        own.into_iter().chain([0, values])
+    }
+
+    fn by_source(&self) -> Vec<(SourceId, u32)> {
+        let (Some(core), Some(scope)) = (self.core, self.scope) else { return Vec::new() };
+        if self.groups.len() <= 1 {
+            return Vec::new();
+        }
+        let first = |id| Some((core.first_id(id)?, scope.group(id)?));
+        let mut by_source: Vec<(SourceId, u32)> = core.bodies().filter_map(first).collect();
+        by_source.sort_unstable();
+        by_source
     }
 
     fn at(&self, id: SourceId) -> impl Iterator<Item = &'db Inference<'db>> {

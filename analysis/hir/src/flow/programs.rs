@@ -10,7 +10,10 @@ use std::cell::{LazyCell, OnceCell};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
-use crate::body::{Body, BodyId, Code, CoreScope, ProgramIn, bodies_of, core_scope, statements};
+use crate::body::{
+    Body, BodyId, ByProgram, Code, CoreScope, InitialValues, ProgramIn, bodies_of, by_program, core_scope,
+    of_program, statements,
+};
 use crate::fact::{Defined, Fact, FactKind, Unreachable, repeated};
 use crate::infer::{
     Inference, UNKNOWN_DIRECTION, VariableKind, VariableOf, directions_of, inference_of, returns,
@@ -39,7 +42,7 @@ pub(super) struct GroupFlow<'db> {
     pub(super) used: Indices,
     /// The initial values of shared variables, in the order of the text, each with its variable.
     pub(super) initial_values: Vec<(usize, ProgramFlow)>,
-    programs: FxHashMap<(BodyId, ProgramIn), ProgramFlow>,
+    programs: ByProgram<ProgramFlow>,
 }
 
 /// The data flow through a program, a guard or an initial value, as far as other programs see it.
@@ -78,13 +81,13 @@ impl<'a, 'db> Programs<'a, 'db> {
     }
 
     pub(super) fn get(&self, body: BodyId, program: ProgramIn) -> Option<&'a ProgramFlow> {
-        let group = self.scope.group(body)?;
-        self.groups.get(group as usize)?.programs.get(&(body, program))
+        let (group, index) = self.scope.place(body)?;
+        of_program(&self.groups.get(group)?.programs, index, program)
     }
 
     /// Returns all programs and guards.
-    pub(super) fn all(&self) -> impl Iterator<Item = (&'a (BodyId, ProgramIn), &'a ProgramFlow)> {
-        self.groups().flat_map(|group| &group.programs)
+    pub(super) fn all(&self) -> impl Iterator<Item = &'a (ProgramIn, ProgramFlow)> {
+        self.groups().flat_map(|group| &group.programs).flatten()
     }
 
     /// Returns the index of each state of the only state machine of the core.
@@ -129,6 +132,7 @@ fn flow_in<'db>(
     let bodies = bodies_of(db, of, scope, group);
     let mut flow = Flow {
         db,
+        project,
         of,
         scope,
         inference: inference_of(db, project, of, group),
@@ -143,21 +147,10 @@ fn flow_in<'db>(
     flow.previous = flow.repeated_variables(&bodies);
     for (id, body) in bodies.iter() {
         if let Body::InitialValues(values) = body {
-            let names = shared_names(db, project, of);
-            let names = if *id == BodyId::MachineValues { &names.machine } else { &names.core };
-            for variable in &values.variables {
-                let index = names.get(&variable.name.name).map(|id| id.index as usize);
-                if let Some((value, index)) = variable.value.as_ref().zip(index) {
-                    let found = flow.read_and_assigned(|this, assigned| this.expr(value, assigned));
-                    flow.found.initial_values.push((index, found));
-                }
-            }
-        }
-        for (program, code) in body.code() {
-            let found = flow.program(body, program, code);
-            flow.found.programs.insert((*id, program), found);
+            flow.initial_values(*id, values);
         }
     }
+    flow.found.programs = by_program(&bodies, |body, program, code| flow.program(body, program, code));
     flow.unused_variables(&bodies);
     flow.found.used = flow.used.below(flow.shared.len());
     flow.found.initial_values.shrink_to_fit();
@@ -167,6 +160,7 @@ fn flow_in<'db>(
 /// Walks through the programs of a group. A variable is a number: first the shared variables, then those of the group.
 struct Flow<'a, 'db> {
     db: &'db dyn ModelDb,
+    project: Project<'db>,
     of: Decl<'db>,
     scope: &'db CoreScope,
     inference: &'db Inference<'db>,
@@ -239,6 +233,18 @@ impl<'db> Flow<'_, 'db> {
             Binding::Variable(id) if id.group.is_some() => Some(self.shared.len() + id.index as usize),
             Binding::Variable(id) => Some(id.index as usize),
             Binding::Feature(_) => None,
+        }
+    }
+
+    fn initial_values(&mut self, body: BodyId, values: &InitialValues) {
+        let names = shared_names(self.db, self.project, self.of);
+        let names = if body == BodyId::MachineValues { &names.machine } else { &names.core };
+        for variable in &values.variables {
+            let number = names.get(&variable.name.name).map(|id| id.index as usize);
+            if let Some((value, number)) = variable.value.as_ref().zip(number) {
+                let found = self.read_and_assigned(|this, assigned| this.expr(value, assigned));
+                self.found.initial_values.push((number, found));
+            }
         }
     }
 
