@@ -673,4 +673,26 @@ deployment D {
             assert_eq!(count, usize::from(!is_same), "{to}: {executed:?}");
         }
     }
+
+    #[test]
+    fn an_edit_that_changes_no_time_builds_no_labels_again() {
+        let text = "codel plan(in goal: int): int\nshell S { }\ncore K(S) { var goal: int = 0; statemachine {\n\
+            initial state A { run = { goal = 1; goal = plan(goal); } } } }\ncomponent C(S, K)\n";
+        let files = [
+            ("/robot.mal".into(), text.to_owned()),
+            ("/mauve.toml".into(), "timing.tables = [\"times.toml\"]".to_owned()),
+            ("/times.toml".into(), "codel.plan = 70".to_owned()),
+        ];
+        let mut db = mauve_hir::Database::with_log();
+        let workspace = Workspace::of_texts(&db, "/".into(), files);
+        let file = workspace.file(&db, "/robot.mal".as_ref()).unwrap();
+        let mut built = |text: String| {
+            file.set_text(&mut db, text.into());
+            hash_of_hints(&db, &[workspace], file, HintKinds::default());
+            db.take_log().executed.iter().filter(|query| *query == "labels_of").count()
+        };
+        assert_eq!(built(text.to_owned()), 1);
+        assert_eq!(built(text.replace("goal = 1;", "goal = 2;")), 0);
+        assert_eq!(built(text.replace("goal = 1;", "goal = plan(1);")), 1);
+    }
 }

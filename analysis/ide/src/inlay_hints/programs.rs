@@ -47,7 +47,6 @@ pub(super) fn hash_of_labels<'db>(db: &'db dyn ModelDb, project: Project<'db>, o
 /// never executed, and if a time is unknown.
 #[salsa::tracked(returns(ref))]
 fn labels_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<(SourceId, String)> {
-    let Some(data) = core(db, of) else { return Vec::new() };
     let level = Query::shown(db, project).level;
     let mut all: Vec<(Decl<'db>, &'db Costs)> = Vec::new();
     for &component in components_of(db, project, of) {
@@ -62,22 +61,48 @@ fn labels_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) ->
         }
     };
     let at = format!(" at {level}");
-    for hook in data.hooks.iter().filter(|hook| hook.kind == HookKind::Update) {
-        add(hook.id, "", &at, &|costs| costs.programs.get(&ProgramId::UPDATE));
-    }
-    for state in data.states() {
-        let name = &state.name.name;
-        add(state.name.id, "≤ ", &format!(" per period{at}"), &|costs| costs.states.get(name));
-        for method in &state.methods {
-            let program = ProgramId::Method { state: name.clone(), kind: method.kind };
-            add(method.id, "", "", &|costs| costs.programs.get(&program));
-        }
-        for transition in &state.transitions {
-            let of = (name.clone(), transition.name.name.clone());
-            add(transition.name.id, "≤ ", " per period", &|costs| costs.transitions.get(&of));
+    for (id, place) in places_of(db, of) {
+        match place {
+            Place::Update => add(*id, "", &at, &|costs| costs.programs.get(&ProgramId::UPDATE)),
+            Place::State(name) => {
+                add(*id, "≤ ", &format!(" per period{at}"), &|costs| costs.states.get(name));
+            }
+            Place::Method(program) => add(*id, "", "", &|costs| costs.programs.get(program)),
+            Place::Transition(of) => add(*id, "≤ ", " per period", &|costs| costs.transitions.get(of)),
         }
     }
     labels
+}
+
+/// What a label of a core is about.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+enum Place {
+    Update,
+    State(Name),
+    Method(ProgramId),
+    /// The names of its state and of itself.
+    Transition((Name, Name)),
+}
+
+/// Returns what the labels of a core are about. A query of its own: most edits of a program do not change it, and build no label.
+#[salsa::tracked(returns(ref))]
+fn places_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<(SourceId, Place)> {
+    let Some(data) = core(db, of) else { return Vec::new() };
+    let updates = data.hooks.iter().filter(|hook| hook.kind == HookKind::Update);
+    let mut places: Vec<(SourceId, Place)> = updates.map(|hook| (hook.id, Place::Update)).collect();
+    for state in data.states() {
+        let name = &state.name.name;
+        places.push((state.name.id, Place::State(name.clone())));
+        places.extend(state.methods.iter().map(|method| {
+            let program = ProgramId::Method { state: name.clone(), kind: method.kind };
+            (method.id, Place::Method(program))
+        }));
+        places.extend(state.transitions.iter().map(|transition| {
+            let of = (name.clone(), transition.name.name.clone());
+            (transition.name.id, Place::Transition(of))
+        }));
+    }
+    places
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
