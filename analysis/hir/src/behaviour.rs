@@ -10,7 +10,7 @@ use std::sync::Arc;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
-use crate::body::{BodyId, CoreScope, ProgramIn, core_scope, of_program};
+use crate::body::{BodyId, CoreScope, ProgramIn, core_scope, groups_of, of_program};
 use crate::fact::{
     CorePart, CoreReason, Defined, Fact, FactKind, Reason, Refusal, Unreachable, repeated, unresolved_type,
 };
@@ -113,8 +113,8 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
         features,
         core: data,
         states: FxHashMap::default(),
-        methods: Vec::new(),
-        groups: groups_of(db, project, of),
+        methods: FxHashMap::default(),
+        groups: known_of(db, project, of),
         found: Behaviour::default(),
     };
     if let Err(unresolved) = &shell {
@@ -142,11 +142,9 @@ struct Groups<'db> {
     problems: Vec<&'db Problems<'db>>,
 }
 
-fn groups_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Groups<'db> {
-    let scope = core_scope(db, of).as_ref();
-    let groups = scope.map_or(0..0, CoreScope::groups);
-    let problems = groups.map(|group| &inference_of(db, project, of, group).problems).collect();
-    Groups { scope, costs: costs_of(db, project, of), problems }
+fn known_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Groups<'db> {
+    let problems = groups_of(db, of).map(|group| &inference_of(db, project, of, group).problems).collect();
+    Groups { scope: core_scope(db, of).as_ref(), costs: costs_of(db, project, of), problems }
 }
 
 impl<'db> Groups<'db> {
@@ -158,7 +156,7 @@ impl<'db> Groups<'db> {
     /// Returns the unresolved names in a program.
     fn problems(&self, body: BodyId, program: ProgramIn) -> &'db [NameProblem<'db>] {
         let group = self.scope.and_then(|scope| scope.place(body)).map(|(group, _)| group);
-        let of_group = group.and_then(|group| self.problems.get(group)).filter(|it| !it.is_empty());
+        let of_group = group.and_then(|group| self.problems.get(group));
         of_group.and_then(|problems| problems.get(&(body, program))).map_or(&[], Vec::as_slice)
     }
 }
@@ -171,8 +169,8 @@ struct BehaviourContext<'db> {
     core: &'db Core,
     /// The first state of each name.
     states: FxHashMap<&'db Name, usize>,
-    /// The programs of the methods of each state, by kind.
-    methods: Vec<[Option<usize>; 4]>,
+    /// The programs of methods, by state.
+    methods: FxHashMap<(usize, MethodKind), usize>,
     groups: Groups<'db>,
     found: Behaviour<'db>,
 }
@@ -357,7 +355,6 @@ impl<'db> BehaviourContext<'db> {
         self.refuse_repeated(machine.states.iter().map(|it| &it.name), Defined::State);
         let Some(start) = self.initial(machine) else { return };
         self.states = machine.state_indices();
-        self.methods = vec![[None; 4]; machine.states.len()];
         let mut edges = Edges::default();
         for index in 0..machine.states.len() {
             self.state(machine, index, &mut edges);
@@ -506,15 +503,13 @@ impl<'db> BehaviourContext<'db> {
 
     /// Returns the index of the program of a method; adds it at the first call.
     fn method(&mut self, index: usize, state: &'db State, kind: MethodKind) -> Option<usize> {
-        let number = state.methods.iter().position(|method| method.kind == kind)?;
-        if let Some(program) = self.methods.get(index).and_then(|programs| programs[kind as usize]) {
+        let place = state.place_of(kind)?;
+        if let Some(&program) = self.methods.get(&(index, kind)) {
             return Some(program);
         }
-        let cost = self.cost(BodyId::State(0, index as u32), ProgramIn::Method(number as u32));
+        let cost = self.cost(BodyId::State(0, index as u32), place);
         let program = self.add_program(ProgramId::Method { state: state.name.name.clone(), kind }, cost);
-        if let Some(programs) = self.methods.get_mut(index) {
-            programs[kind as usize] = Some(program);
-        }
+        self.methods.insert((index, kind), program);
         Some(program)
     }
 

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use crate::ModelDb;
 use crate::completeness::Completeness;
 use crate::item_tree::{
-    Core, Expr, Guard, Handler, Hook, Name, NameRef, Operation, Parameter, Program, SourceId, State,
-    Statement, TypeRef, Variable,
+    Core, Expr, Guard, Handler, Hook, MethodKind, Name, NameRef, Operation, Parameter, Program, SourceId,
+    State, Statement, TypeRef, Variable,
 };
 use crate::source::{Decl, core};
 
@@ -119,6 +119,12 @@ impl Body {
 }
 
 impl State {
+    /// Returns where its first method of this kind is.
+    pub(crate) fn place_of(&self, kind: MethodKind) -> Option<ProgramIn> {
+        let index = self.methods.iter().position(|method| method.kind == kind)?;
+        Some(ProgramIn::Method(index as u32))
+    }
+
     /// Returns its programs and guards: the methods, then the guard and the effect of each transition.
     pub fn code(&self) -> Vec<(ProgramIn, Code<'_>)> {
         let methods = self.methods.iter().enumerate();
@@ -224,11 +230,31 @@ impl CoreScope {
         (number < end).then_some((number / GROUP_SIZE, number % GROUP_SIZE))
     }
 
-    /// Returns the indices of the groups of its bodies.
+    /// Returns the groups of its bodies.
     pub(crate) fn groups(&self) -> std::ops::Range<u32> {
         let states: u32 = self.states.iter().sum();
         let bodies = 2 + self.operations.len() + self.hooks as usize + states as usize;
         0..bodies.div_ceil(GROUP_SIZE) as u32
+    }
+}
+
+/// Returns the groups of the bodies of a core.
+pub(crate) fn groups_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> std::ops::Range<u32> {
+    core_scope(db, of).as_ref().map_or(0..0, CoreScope::groups)
+}
+
+/// Returns a value for each group of the bodies of a core: the result of `query`, or of `only` for the only group, since a
+/// query for that one would be recomputed with each change of the core.
+pub(crate) fn by_group<'db, T: Clone>(
+    db: &'db dyn ModelDb,
+    of: Decl<'db>,
+    only: impl FnOnce() -> T,
+    query: impl Fn(u32) -> &'db T,
+) -> Vec<Cow<'db, T>> {
+    let groups = groups_of(db, of);
+    match groups.len() {
+        1 => vec![Cow::Owned(only())],
+        _ => groups.map(|group| Cow::Borrowed(query(group))).collect(),
     }
 }
 

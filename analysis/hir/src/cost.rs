@@ -6,7 +6,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use crate::ModelDb;
-use crate::body::{ByProgram, Code, CoreScope, bodies_of, by_program, core_scope};
+use crate::body::{ByProgram, Code, bodies_of, by_group, by_program, core_scope};
 use crate::completeness::Completeness;
 use crate::fact::{Fact, FactKind, Unreachable};
 use crate::infer::{Inference, inference_of};
@@ -64,12 +64,8 @@ pub(crate) fn costs_of<'db>(
     project: Project<'db>,
     of: Decl<'db>,
 ) -> Vec<Cow<'db, Costs<'db>>> {
-    let groups = core_scope(db, of).as_ref().map_or(0..0, CoreScope::groups);
-    match groups.len() {
-        // A query for the only group would be recomputed with each change of the core.
-        1 => vec![Cow::Owned(costs_in(db, project, of, 0))],
-        _ => groups.map(|group| Cow::Borrowed(costs_of_group(db, project, of, group))).collect(),
-    }
+    let of_group = |group| costs_of_group(db, project, of, group);
+    by_group(db, of, || costs_in(db, project, of, 0), of_group)
 }
 
 /// Returns the costs of the programs of one of several groups of bodies.

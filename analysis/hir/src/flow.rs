@@ -19,7 +19,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::behaviour::{behaviour_of, successors};
-use crate::body::{BodyId, CoreScope, ProgramIn, core_scope};
+use crate::body::{BodyId, ProgramIn, core_scope};
 use crate::fact::{Fact, FactKind};
 use crate::features::core_of;
 use crate::flat::flat_of;
@@ -30,11 +30,11 @@ use crate::infer::{
 use crate::item_tree::{Core, HookKind, Kind, Machine, MethodKind, Name, NameRef, SourceId, Transition};
 use crate::names::names_of;
 use crate::project::Project;
-use crate::resolve::{Binding, SharedNames, VariableId};
+use crate::resolve::SharedNames;
 use crate::source::{Decl, Location, architecture, core};
 
 use self::indices::Indices;
-use self::operations::effects_of;
+use self::operations::{Effects, effects_of};
 use self::programs::{ProgramFlow, Programs, groups_of, unused};
 use self::writes::lost_writes;
 
@@ -46,13 +46,14 @@ pub(crate) fn flow_facts<'db>(
     inference: &CoreInference<'db>,
 ) -> Vec<Fact<'db>> {
     let (Some(data), Some(scope)) = (core(db, of), core_scope(db, of)) else { return Vec::new() };
-    let groups = groups_of(db, project, of, scope);
+    let effects = effects_of(db, project, of, scope);
+    let groups = groups_of(db, project, of, scope, &effects);
     let mut flow = Flow {
         db,
         project,
         of,
         core: data,
-        scope,
+        effects: &effects,
         programs: Programs::new(scope, &groups),
         variables: shared_variables(db, project, of),
         names: shared_names(db, project, of),
@@ -96,7 +97,8 @@ struct Flow<'a, 'db> {
     project: Project<'db>,
     of: Decl<'db>,
     core: &'db Core,
-    scope: &'db CoreScope,
+    /// Those of each operation.
+    effects: &'a [Effects],
     programs: Programs<'a, 'db>,
     /// The shared variables. An index is the number of a variable.
     variables: &'db [VariableOf],
@@ -187,8 +189,7 @@ impl<'a, 'db> Flow<'a, 'db> {
             self.execute(self.hook(kind), &mut assigned, unassigned);
         }
         // Other components may have called the operations before the first period, and guards may know that.
-        let effects = effects_of(self.db, self.project, self.of, self.scope);
-        effects.iter().for_each(|operation| assigned.add(&operation.assigns));
+        self.effects.iter().for_each(|operation| assigned.add(&operation.assigns));
         assigned
     }
 
@@ -209,11 +210,7 @@ impl<'a, 'db> Flow<'a, 'db> {
         };
         let transfers: Vec<Vec<(usize, Indices)>> =
             (0..machine.states.len()).map(|state| self.transfers(machine, state, of_open)).collect();
-        let every = (0..open.len()).fold(Indices::default(), |mut every, bit| {
-            every.insert(bit);
-            every
-        });
-        let mut before: Vec<Indices> = vec![every; machine.states.len()];
+        let mut before: Vec<Indices> = vec![Indices::before(open.len()); machine.states.len()];
         let initial = machine.states.iter().position(|state| state.initial);
         if let Some(before) = initial.and_then(|initial| before.get_mut(initial)) {
             *before = Indices::default();
@@ -234,10 +231,7 @@ impl<'a, 'db> Flow<'a, 'db> {
                 }
             }
         }
-        let all = (0..self.variables.len()).fold(Indices::default(), |mut all, number| {
-            all.insert(number);
-            all
-        });
+        let all = Indices::before(self.variables.len());
         for (state, before) in before.iter().enumerate() {
             let mut assigned = all.clone();
             let open = open.iter().enumerate().filter(|(bit, _)| !before.contains(*bit));
@@ -254,7 +248,7 @@ impl<'a, 'db> Flow<'a, 'db> {
         of_open: impl Fn(&Indices) -> Indices,
     ) -> Vec<(usize, Indices)> {
         let Some(state) = machine.states.get(index) else { return Vec::new() };
-        let get = |program| self.programs.get(BodyId::State(0, index as u32), program);
+        let get = |program| self.programs.of_state(index, program);
         let mut own = Indices::default();
         for (program, _) in state.code() {
             if !matches!(program, ProgramIn::Effect(_)) {
@@ -275,11 +269,8 @@ impl<'a, 'db> Flow<'a, 'db> {
     /// Checks the programs of a state, in the order of their first possible execution.
     fn state(&self, machine: &Machine, index: usize, assigned: &mut Indices, unassigned: &mut Unassigned) {
         let Some(state) = machine.states.get(index) else { return };
-        let get = |program| self.programs.get(BodyId::State(0, index as u32), program);
-        let method = |kind| {
-            let number = state.methods.iter().position(|method| method.kind == kind)?;
-            get(ProgramIn::Method(number as u32))
-        };
+        let get = |program| self.programs.of_state(index, program);
+        let method = |kind| self.programs.method(index, state, kind);
         let transitions = 0..state.transitions.len() as u32;
         self.execute(method(MethodKind::Entry), assigned, unassigned);
         self.execute(method(MethodKind::Run), assigned, unassigned);
@@ -298,11 +289,8 @@ impl<'a, 'db> Flow<'a, 'db> {
         self.programs.groups().for_each(|group| used.add(&group.used));
         // Lazy, because most cores have no unused variables.
         let named = LazyCell::new(|| {
-            let variable = |(_, binding)| match binding {
-                Binding::Variable(VariableId { group: None, index }) => Some(index as usize),
-                _ => None,
-            };
-            inference.bindings().filter_map(variable).collect::<FxHashSet<usize>>()
+            let all = inference.bindings().filter_map(|(_, binding)| binding.shared_variable());
+            all.collect::<FxHashSet<usize>>()
         });
         let calls = LazyCell::new(|| {
             let with_call = self.core.shared_variables().filter(|variable| variable.calls_in_value());

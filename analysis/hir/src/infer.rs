@@ -10,7 +10,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::body::{
-    Body, BodyId, Code, CoreScope, InitialValues, ProgramIn, SharedVariable, bodies_of, core_scope,
+    Body, BodyId, Code, CoreScope, InitialValues, ProgramIn, SharedVariable, bodies_of, core_scope, groups_of,
 };
 use crate::builtin::{Builtin, Operand};
 use crate::completeness::Completeness;
@@ -1170,7 +1170,7 @@ pub(crate) fn shared_names<'db>(
 }
 
 fn shared_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> &'db Shared<'db> {
-    let has_one_group = core_scope(db, of).as_ref().is_some_and(|scope| scope.groups().len() == 1);
+    let has_one_group = groups_of(db, of).len() == 1;
     let own = has_one_group.then(|| inference_of(db, project, of, 0).shared.as_deref()).flatten();
     own.unwrap_or_else(|| shared_of(db, project, of))
 }
@@ -1369,8 +1369,4 @@ pub(crate) fn total_completeness<'db>(
         core.completeness & core.machines.iter().map(|it| it.completeness).collect()
     });
     own & groups_of(db, of).map(|group| inference_of(db, project, of, group).uses.completeness).collect()
-}
-
-fn groups_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> std::ops::Range<u32> {
-    core_scope(db, of).as_ref().map_or(0..0, CoreScope::groups)
 }

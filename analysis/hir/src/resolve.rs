@@ -45,6 +45,14 @@ pub enum Callee<'db> {
 }
 
 impl<'db> Binding<'db> {
+    /// Returns the index of a variable that all bodies share.
+    pub(crate) fn shared_variable(&self) -> Option<usize> {
+        match self {
+            Binding::Variable(VariableId { group: None, index }) => Some(*index as usize),
+            _ => None,
+        }
+    }
+
     pub(crate) fn feature(&self) -> Option<FeatureOf<'db>> {
         match self {
             Binding::Feature(feature) => Some(*feature),

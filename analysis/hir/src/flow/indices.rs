@@ -5,6 +5,11 @@
 pub(super) struct Indices(Vec<u64>);
 
 impl Indices {
+    /// Returns the set of all indices before `end`.
+    pub(super) fn before(end: usize) -> Indices {
+        Indices(vec![u64::MAX; end.div_ceil(64)]).below(end)
+    }
+
     pub(super) fn insert(&mut self, index: usize) {
         if self.0.len() <= index / 64 {
             self.0.resize(index / 64 + 1, 0);

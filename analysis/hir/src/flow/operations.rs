@@ -5,10 +5,10 @@ use std::borrow::Cow;
 use crate::ModelDb;
 use crate::body::{BodyId, CoreScope, core_scope, statements};
 use crate::graph::topological_order;
-use crate::infer::{Inference, inference_of, shared_variables};
+use crate::infer::{Inference, inference_of};
 use crate::item_tree::{Expr, Name, Operation, Statement};
 use crate::project::Project;
-use crate::resolve::{Binding, Callee};
+use crate::resolve::Callee;
 use crate::source::{Decl, core};
 
 use super::indices::Indices;
@@ -52,12 +52,11 @@ fn effects<'db>(
     scope: &CoreScope,
 ) -> Vec<Effects> {
     let Some(core) = core(db, of) else { return Vec::new() };
-    let shared = shared_variables(db, project, of).len();
     let (mut calls, mut effects) = (Vec::new(), Vec::new());
     for (index, operation) in core.operations.iter().enumerate() {
         let Some(group) = scope.group(BodyId::Operation(index as u32)) else { continue };
         let inference = inference_of(db, project, of, group);
-        let (called, assigns) = calls_and_assigns(operation, inference, shared);
+        let (called, assigns) = calls_and_assigns(operation, inference);
         let writes = top_level_writes(&operation.program.statements, inference);
         calls.push(called);
         effects.push(Effects { assigns, writes });
@@ -73,18 +72,11 @@ fn effects<'db>(
     effects
 }
 
-fn calls_and_assigns(
-    operation: &Operation,
-    inference: &Inference<'_>,
-    shared: usize,
-) -> (Vec<usize>, Indices) {
+fn calls_and_assigns(operation: &Operation, inference: &Inference<'_>) -> (Vec<usize>, Indices) {
     let (mut called, mut assigned) = (Vec::new(), Indices::default());
     let mut assign = |id| {
-        if let Some(Binding::Variable(variable)) = inference.binding(id)
-            && variable.group.is_none()
-        {
-            assigned.insert(variable.index as usize);
-        }
+        let variable = inference.binding(id).and_then(|binding| binding.shared_variable());
+        variable.into_iter().for_each(|number| assigned.insert(number));
     };
     for statement in statements(&operation.program.statements) {
         if let Statement::Assign(target, _) = statement {
@@ -103,5 +95,5 @@ fn calls_and_assigns(
             }
         }
     }
-    (called, assigned.below(shared))
+    (called, assigned)
 }

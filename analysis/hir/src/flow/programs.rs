@@ -1,8 +1,8 @@
 //! The data flow through each program, for each group of bodies: an edit of one group does not invalidate the others.
 //!
 //! A program is a function of the variables that are assigned before it and of the ports that are written after it. What it
-//! reads, assigns and writes describes this function, so that nobody walks through its statements again. Local variables and
-//! the statements after a `return` concern no other program: their facts are here.
+//! reads, assigns and writes describes this function: no other module reads its statements. Local variables and the
+//! statements after a `return` concern no other program: their facts are here.
 
 use std::borrow::Cow;
 use std::cell::{LazyCell, OnceCell};
@@ -11,8 +11,8 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::body::{
-    Body, BodyId, ByProgram, Code, CoreScope, InitialValues, ProgramIn, bodies_of, by_program, core_scope,
-    of_program, statements,
+    Body, BodyId, ByProgram, Code, CoreScope, InitialValues, ProgramIn, bodies_of, by_group, by_program,
+    core_scope, of_program, statements,
 };
 use crate::fact::{Defined, Fact, FactKind, Unreachable, repeated};
 use crate::infer::{
@@ -20,7 +20,8 @@ use crate::infer::{
     shared_names, shared_variables,
 };
 use crate::item_tree::{
-    BinaryOperator, Direction, Expr, HookKind, Machine, Name, NameRef, Program, SourceId, Statement,
+    BinaryOperator, Direction, Expr, HookKind, Machine, MethodKind, Name, NameRef, Program, SourceId, State,
+    Statement,
 };
 use crate::project::Project;
 use crate::resolve::{Binding, Callee};
@@ -85,6 +86,16 @@ impl<'a, 'db> Programs<'a, 'db> {
         of_program(&self.groups.get(group)?.programs, index, program)
     }
 
+    /// Returns a program of a state of the only state machine of the core.
+    pub(super) fn of_state(&self, index: usize, program: ProgramIn) -> Option<&'a ProgramFlow> {
+        self.get(BodyId::State(0, index as u32), program)
+    }
+
+    /// Returns the method of a state of the only state machine of the core.
+    pub(super) fn method(&self, index: usize, state: &State, kind: MethodKind) -> Option<&'a ProgramFlow> {
+        self.of_state(index, state.place_of(kind)?)
+    }
+
     /// Returns all programs and guards.
     pub(super) fn all(&self) -> impl Iterator<Item = &'a (ProgramIn, ProgramFlow)> {
         self.groups().flat_map(|group| &group.programs).flatten()
@@ -102,12 +113,10 @@ pub(super) fn groups_of<'db>(
     project: Project<'db>,
     of: Decl<'db>,
     scope: &'db CoreScope,
+    effects: &[Effects],
 ) -> Vec<Cow<'db, GroupFlow<'db>>> {
-    match scope.groups().len() {
-        // A query for the only group would be recomputed with each change of the core.
-        1 => vec![Cow::Owned(flow_in(db, project, of, scope, 0))],
-        _ => scope.groups().map(|group| Cow::Borrowed(flow_of_group(db, project, of, group))).collect(),
-    }
+    let of_group = |group| flow_of_group(db, project, of, group);
+    by_group(db, of, || flow_in(db, project, of, scope, effects, 0), of_group)
 }
 
 /// Returns the data flow of one of several groups of bodies.
@@ -118,8 +127,8 @@ fn flow_of_group<'db>(
     of: Decl<'db>,
     group: u32,
 ) -> GroupFlow<'db> {
-    let scope = core_scope(db, of).as_ref();
-    scope.map_or_else(GroupFlow::default, |scope| flow_in(db, project, of, scope, group))
+    let Some(scope) = core_scope(db, of) else { return GroupFlow::default() };
+    flow_in(db, project, of, scope, &effects_of(db, project, of, scope), group)
 }
 
 fn flow_in<'db>(
@@ -127,6 +136,7 @@ fn flow_in<'db>(
     project: Project<'db>,
     of: Decl<'db>,
     scope: &'db CoreScope,
+    effects: &[Effects],
     group: u32,
 ) -> GroupFlow<'db> {
     let bodies = bodies_of(db, of, scope, group);
@@ -137,7 +147,7 @@ fn flow_in<'db>(
         scope,
         inference: inference_of(db, project, of, group),
         shared: shared_variables(db, project, of),
-        effects: &effects_of(db, project, of, scope),
+        effects,
         previous: FxHashMap::default(),
         conditions: 0,
         used: Indices::default(),
@@ -215,11 +225,6 @@ impl<'db> Flow<'_, 'db> {
         previous
     }
 
-    /// Returns the variable and, if it repeats a name of its scope, the variables of that name before it.
-    fn with_repeated(&self, number: usize) -> impl Iterator<Item = usize> {
-        std::iter::successors(Some(number), |later| self.previous.get(later).copied())
-    }
-
     fn variable_of(&self, number: usize) -> Option<&'db VariableOf> {
         match number.checked_sub(self.shared.len()) {
             Some(own) => self.inference.variables.get(own),
@@ -294,7 +299,7 @@ impl<'db> Flow<'_, 'db> {
         let local = reads.split_off(reads.partition_point(|read| read.variable < self.shared.len()));
         for of_variable in local.chunk_by(|one, other| one.variable == other.variable) {
             let is_unassigned = |read: &&Read| {
-                let mut all = self.with_repeated(read.variable);
+                let mut all = with_repeated(&self.previous, read.variable);
                 !read.is_conditional || !all.any(|it| assigned.contains(it))
             };
             let first = of_variable.iter().filter(is_unassigned).map(|read| (read.id, read.variable)).min();
@@ -361,18 +366,14 @@ impl<'db> Flow<'_, 'db> {
         // Whether an unknown type, such as a pointer, has an initial value is unknown.
         let ty = self.variable_of(variable).map(|it| &it.ty);
         if !matches!(ty, None | Some(Type::External(_) | Type::Unknown))
-            && !self.with_repeated(variable).any(|it| assigned.contains(it) || has_value(it))
+            && !with_repeated(&self.previous, variable).any(|it| assigned.contains(it) || has_value(it))
         {
             self.reads.push(Read { variable, is_conditional: self.conditions > 0, id });
         }
     }
 
     fn use_variable(&mut self, number: usize) {
-        let mut next = Some(number);
-        while let Some(number) = next {
-            self.used.insert(number);
-            next = self.previous.get(&number).copied();
-        }
+        with_repeated(&self.previous, number).for_each(|it| self.used.insert(it));
     }
 
     fn call(&mut self, callee: SourceId, arguments: &[Expr], assigned: &mut Indices) {
@@ -430,6 +431,11 @@ impl<'db> Flow<'_, 'db> {
         }
         self.found.local.extend(found);
     }
+}
+
+/// Returns a variable and, if it repeats a name of its scope, the variables of that name before it.
+fn with_repeated(previous: &FxHashMap<usize, usize>, number: usize) -> impl Iterator<Item = usize> {
+    std::iter::successors(Some(number), |later| previous.get(later).copied())
 }
 
 /// Returns the fact about a variable that no program uses; `None` if its name is missing.

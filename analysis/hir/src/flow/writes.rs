@@ -5,7 +5,9 @@ use rustc_hash::FxHashSet;
 use crate::body::{BodyId, ProgramIn, statements};
 use crate::builtin::Builtin;
 use crate::infer::Inference;
-use crate::item_tree::{Core, Expr, HookKind, Machine, MethodKind, Name, SourceId, State, Statement};
+use crate::item_tree::{
+    Core, Expr, HookKind, Machine, MethodKind, Name, NameRef, SourceId, State, Statement,
+};
 use crate::resolve::Callee;
 
 use super::operations::Effects;
@@ -74,17 +76,14 @@ impl<'a> Writer<'a, '_> {
     /// Adds the ports that `value` writes if it is a call; nested calls are ignored, because they may not be executed.
     fn call_writes(&mut self, value: Option<&'a Expr>, after: &mut Ports<'a>) {
         let Some(Expr::Call { callee, arguments, .. }) = value else { return };
-        match (self.inference.callee(callee.id), arguments.first()) {
-            (Some(Callee::Builtin(Builtin::Write)), Some(Expr::Name(port))) => {
-                let is_last = after.insert(&port.name);
-                let writes = if is_last { &mut self.last } else { &mut self.lost };
-                writes.push((callee.id, port.name.clone()));
-            }
-            // The callees of the operation are ignored: an operation may be recursive, which is an error.
-            (Some(Callee::Operation(index)), _) => {
-                after.extend(self.effects.get(index).into_iter().flat_map(|effects| &effects.writes));
-            }
-            _ => {}
+        if let Some(port) = written_port(self.inference, callee, arguments) {
+            let is_last = after.insert(port);
+            let writes = if is_last { &mut self.last } else { &mut self.lost };
+            writes.push((callee.id, port.clone()));
+        }
+        // The callees of the operation are ignored: an operation may be recursive, which is an error.
+        if let Some(Callee::Operation(index)) = self.inference.callee(callee.id) {
+            after.extend(self.effects.get(index).into_iter().flat_map(|effects| &effects.writes));
         }
     }
 }
@@ -95,11 +94,7 @@ pub(super) fn top_level_writes(statements: &[Statement], inference: &Inference<'
     for statement in statements {
         match statement {
             Statement::Expr(Expr::Call { callee, arguments, .. }) => {
-                if let (Some(Callee::Builtin(Builtin::Write)), Some(Expr::Name(port))) =
-                    (inference.callee(callee.id), arguments.first())
-                {
-                    ports.insert(&port.name);
-                }
+                ports.extend(written_port(inference, callee, arguments));
             }
             // A branch may return.
             statement if has_return(statement) => break,
@@ -107,6 +102,14 @@ pub(super) fn top_level_writes(statements: &[Statement], inference: &Inference<'
         }
     }
     ports.into_iter().cloned().collect()
+}
+
+/// Returns the port that a call writes.
+fn written_port<'a>(inference: &Inference<'_>, callee: &NameRef, arguments: &'a [Expr]) -> Option<&'a Name> {
+    match (inference.callee(callee.id), arguments.first()) {
+        (Some(Callee::Builtin(Builtin::Write)), Some(Expr::Name(port))) => Some(&port.name),
+        _ => None,
+    }
 }
 
 fn has_return(statement: &Statement) -> bool {
@@ -134,7 +137,7 @@ fn lost_in(program: Option<&ProgramFlow>) -> impl Iterator<Item = &Write> {
     program.into_iter().flat_map(|program| &program.writes.lost)
 }
 
-/// Returns the writes of a program that `is_written` tells to be written after it.
+/// Returns the last writes of a program to the ports for which `is_written` holds: those that are written after it.
 fn lost_after(
     program: Option<&ProgramFlow>,
     is_written: impl Fn(&Name) -> bool,
@@ -150,23 +153,16 @@ struct Period<'p, 'a, 'db> {
 }
 
 impl<'a, 'db> Period<'_, 'a, 'db> {
-    fn method(&self, index: usize, state: &State, kind: MethodKind) -> Option<&'a ProgramFlow> {
-        let number = state.methods.iter().position(|method| method.kind == kind)?;
-        self.programs.get(BodyId::State(0, index as u32), ProgramIn::Method(number as u32))
-    }
-
     /// Adds the writes in a state that the programs after them overwrite.
     fn lost_in(&self, index: usize, state: &State, lost: &mut Vec<&'a Write>) {
-        let method = |kind: MethodKind| -> Option<&'a ProgramFlow> { self.method(index, state, kind) };
+        let method = |kind| self.programs.method(index, state, kind);
         let [entry, run, handle, exit] =
             [MethodKind::Entry, MethodKind::Run, MethodKind::Handle, MethodKind::Exit].map(method);
-        let effect = |number: usize| -> Option<&'a ProgramFlow> {
-            self.programs.get(BodyId::State(0, index as u32), ProgramIn::Effect(number as u32))
-        };
+        let effect = |number| self.programs.of_state(index, ProgramIn::Effect(number as u32));
         let next_entry = |number: usize| -> Option<&'a ProgramFlow> {
             let target = &state.transitions.get(number)?.target.as_ref()?.name;
             let target = *self.programs.states(self.machine).get(target)?;
-            self.method(target, self.machine.states.get(target)?, MethodKind::Entry)
+            self.programs.method(target, self.machine.states.get(target)?, MethodKind::Entry)
         };
         // The transitions that may fire.
         let always = state.transitions.iter().position(|transition| transition.guard.is_none());
