@@ -10,7 +10,7 @@ use std::sync::{Arc, LazyLock};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::item_tree::{Kind, Name};
-use crate::project::{Project, is_model, project_files};
+use crate::project::{Project, group_in, groups_of, is_model, project_files};
 use crate::source::{declarations, item_tree_of};
 use crate::{File, ModelDb, Workspace};
 
@@ -100,18 +100,20 @@ pub fn used_packages<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHash
 /// Returns the names in the models of a workspace that may be message packages: `use package`, `package.Message`.
 #[salsa::tracked(returns(ref))]
 pub fn named_packages(db: &dyn ModelDb, workspace: Workspace) -> BTreeSet<Name> {
-    let groups = 0..workspace.files(db).len().div_ceil(GROUP) as u32;
+    let groups = groups_of(models_in(db, workspace));
     groups.flat_map(|group| named_in_group(db, workspace, group)).cloned().collect()
 }
 
-/// The number of files in a group.
-const GROUP: usize = 32;
+#[salsa::tracked(returns(ref))]
+fn models_in(db: &dyn ModelDb, workspace: Workspace) -> Vec<File> {
+    workspace.files(db).values().filter(|file| is_model(file.path(db))).copied().collect()
+}
 
-/// Returns the names in a group of files. After an edit, salsa verifies a group of closed files in one step.
+/// Returns the names in a group of models, as [`crate::file_groups`] has them.
 #[salsa::tracked(returns(ref))]
 fn named_in_group(db: &dyn ModelDb, workspace: Workspace, group: u32) -> BTreeSet<Name> {
-    let files = workspace.files(db).values().skip(group as usize * GROUP).take(GROUP);
-    files.filter(|file| is_model(file.path(db))).flat_map(|&file| named_in(db, file)).cloned().collect()
+    let models = group_in(models_in(db, workspace), group).iter();
+    models.flat_map(|&file| named_in(db, file)).cloned().collect()
 }
 
 #[salsa::tracked(returns(ref))]

@@ -173,12 +173,22 @@ const GROUP: usize = 32;
 /// Returns the numbers of the groups of files of a project. A query about all files depends on one query for each group instead of
 /// one for each file: after an edit, salsa verifies a group of closed files in one step.
 pub fn file_groups<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> impl Iterator<Item = u32> + use<> {
-    0..project_files(db, project).len().div_ceil(GROUP) as u32
+    groups_of(project_files(db, project))
 }
 
 /// Returns the files of a group, see [`file_groups`].
 pub fn files_in_group<'db>(db: &'db dyn ModelDb, project: Project<'db>, group: u32) -> &'db [File] {
-    project_files(db, project).chunks(GROUP).nth(group as usize).unwrap_or_default()
+    group_in(project_files(db, project), group)
+}
+
+/// Returns the numbers of the groups of `files`.
+pub(crate) fn groups_of(files: &[File]) -> std::ops::Range<u32> {
+    0..files.len().div_ceil(GROUP) as u32
+}
+
+/// Returns a group of `files`.
+pub(crate) fn group_in(files: &[File], group: u32) -> &[File] {
+    files.chunks(GROUP).nth(group as usize).unwrap_or_default()
 }
 
 /// Returns the files in include cycles, each with the number of its strongly connected component.
