@@ -15,15 +15,15 @@ const MOST_INTERFERENCE: usize = 100;
 
 const SHOWN_ITERATIONS: usize = 12;
 
-/// Explains the response time of an activity of `report`.
+/// Explains the response time of the activity of `report` with that index; empty without such an activity.
 pub fn explain_response<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     report: &Report<'db>,
-    activity: &ActivityReport<'db>,
+    activity: usize,
     query: Query,
 ) -> String {
-    let component = activity.component;
+    let component = report.activities.get(activity).and_then(|activity| activity.component);
     let psm = component.and_then(|component| psm_of(db, project, component, query.level).as_ref().ok());
     let path = |program: usize| {
         component.map_or_else(Vec::new, |of| worst_path(db, project, of, query.level, program))
@@ -32,24 +32,19 @@ pub fn explain_response<'db>(
     explain(db, report, activity, query, &Origin { throttling, psm, worst_path: &path })
 }
 
-/// Explains the response time of an activity of a task set, which has programs but not the codels that they call.
+/// [`explain_response`] for the report of a task set, which has programs but not the codels that they call.
 pub fn explain_response_of<'db>(
     db: &'db dyn ModelDb,
     set: &TaskSet,
     report: &Report<'db>,
-    activity: &ActivityReport<'db>,
+    activity: usize,
     query: Query,
 ) -> String {
-    let machine = index_of(report, activity).and_then(|index| set.activities.get(index)?.machine.as_ref());
+    let machine = set.activities.get(activity).and_then(|activity| activity.machine.as_ref());
     let psm = machine.zip(set.column(query.level)).and_then(|(machine, column)| psm_at(machine, column));
     let throttling = set.rt_throttling;
     let origin = Origin { throttling, psm: psm.as_ref(), worst_path: &|_| Vec::new() };
     explain(db, report, activity, query, &origin)
-}
-
-/// Returns the index of an activity of `report`.
-fn index_of(report: &Report<'_>, activity: &ActivityReport<'_>) -> Option<usize> {
-    report.activities.iter().position(|it| std::ptr::eq(it, activity))
 }
 
 struct Origin<'a> {
@@ -63,11 +58,12 @@ struct Origin<'a> {
 fn explain<'db>(
     db: &'db dyn ModelDb,
     report: &Report<'db>,
-    activity: &ActivityReport<'db>,
+    index: usize,
     query: Query,
     origin: &Origin<'_>,
 ) -> String {
     let mut out = String::new();
+    let Some(activity) = report.activities.get(index) else { return out };
     let time = |time: Option<Time>| time.map_or_else(|| "—".to_owned(), |time| time.to_string());
     let _ = writeln!(
         out,
@@ -91,7 +87,7 @@ fn explain<'db>(
         out += "  assumes real-time throttling off\n";
     }
     window(&mut out, activity);
-    interference(&mut out, db, report, activity);
+    interference(&mut out, db, report, index);
     crossed_deadline(&mut out, activity);
     if let Some(psm) = origin.psm {
         own_time(&mut out, psm, query.method, origin.worst_path);
@@ -165,8 +161,8 @@ fn window(out: &mut String, activity: &ActivityReport<'_>) {
     }
 }
 
-fn interference(out: &mut String, db: &dyn ModelDb, report: &Report<'_>, activity: &ActivityReport<'_>) {
-    let Some(index) = index_of(report, activity) else { return };
+fn interference(out: &mut String, db: &dyn ModelDb, report: &Report<'_>, index: usize) {
+    let Some(activity) = report.activities.get(index) else { return };
     let interrupt = || db.unwind_if_revision_cancelled();
     let (shown, left) = report.breakdown(&interrupt).greatest_of(index, MOST_INTERFERENCE);
     if shown.is_empty() {

@@ -13,7 +13,7 @@ use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Decl, File, Message, ModelDb, Package, Project, Workspace, message_of, parse};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, comment_above, tokens_at};
-use mauve_wcrt::{Lookup, Query, response_times, timetable_of};
+use mauve_wcrt::{ActivityReport, Lookup, Query, response_times, timetable_of};
 
 use crate::definition::{definition_of, names};
 use crate::explanation::explain_response;
@@ -87,9 +87,8 @@ fn of_activity(
     for &project in projects {
         let query = Query::shown(db, project);
         let report = response_times(db, project, deployment, query);
-        for activity in
-            report.activities.iter().filter(|it| it.at.as_ref().is_some_and(|at| at.range(db) == name))
-        {
+        let is_here = |it: &ActivityReport<'_>| it.at.as_ref().is_some_and(|at| at.range(db) == name);
+        for (activity, _) in report.activities.iter().enumerate().filter(|(_, it)| is_here(it)) {
             let explanation = explain_response(db, project, report, activity, query);
             explanations.entry(explanation).or_default().push(project);
         }

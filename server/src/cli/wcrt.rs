@@ -218,8 +218,9 @@ fn explain(all: &[Deployed<'_>], instance: &str) -> Result<String, String> {
     let mut texts = Vec::new();
     for it in all {
         for (query, report) in &it.reports {
-            let activities = report.activities.iter().filter(|activity| activity.instance == *instance);
-            texts.extend(activities.map(|activity| match it.origin {
+            let activities = report.activities.iter().enumerate();
+            let activities = activities.filter(|(_, activity)| activity.instance == *instance);
+            texts.extend(activities.map(|(activity, _)| match it.origin {
                 Origin::Model(project) => explain_response(it.db, project, report, activity, *query),
                 Origin::File { set, .. } => explain_response_of(it.db, set, report, activity, *query),
             }));
