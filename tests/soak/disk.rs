@@ -168,7 +168,7 @@ impl Session {
         }
     }
 
-    /// Removes a folder, restores it, or replaces it by another one.
+    /// Removes, restores or replaces a folder.
     pub(super) fn move_a_folder(&mut self, random: &mut Random) {
         self.disk_operations += 1;
         let name = *random.of(&["p3dx/timing", "p3dx/components"]);

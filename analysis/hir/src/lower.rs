@@ -213,6 +213,7 @@ fn names_in_errors(declaration: &SyntaxNode) -> Vec<Option<Name>> {
 
 /// See [`Lowering::shared`].
 const STATE_ID_ALIGNMENT: usize = 32;
+/// See [`Lowering::shared`].
 const ACTIVITY_ID_ALIGNMENT: usize = 16;
 
 /// Returns whether `node` has no syntax error.

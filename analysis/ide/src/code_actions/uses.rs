@@ -77,7 +77,7 @@ fn as_use(item: ast::Item) -> Option<ast::Use> {
 #[derive(Default)]
 struct Libraries<'db> {
     declarations: FxHashMap<&'db Name, Vec<Decl<'db>>>,
-    /// Those of which an error may hide a declaration.
+    /// The libraries in files with a syntax error, which may hide a declaration.
     damaged: FxHashSet<&'db Name>,
 }
 
