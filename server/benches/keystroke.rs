@@ -1,64 +1,132 @@
 //! Over the real binary: from a keystroke to published diagnostics and fresh hints. `cargo bench -p mauve --bench keystroke`
 //!
-//! This is no test: it prints times, median and 95th percentile. `latency.rs` has the other times.
+//! This is no test: it prints times, median and 95th percentile, and what they are to be on a quiet machine with two cores. They
+//! are the server's: the client's own parsing does not count. Behind `--`, words that the rows to be measured have in them, such
+//! as `1000 files`. `MAUVE_BINARY=PATH:PATH` measures other binaries, row by row. `latency.rs` has the other times.
 
 #![allow(clippy::panic)]
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use mauve_tests::{Client, Times, copy, generated_project, models, write};
+use mauve_tests::axes::Axis;
+use mauve_tests::{Client, Times, copy, generated_project, is_answer, long_file, models, whole_text, write};
+use serde_json::json;
 
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
 const ROUNDS: usize = 300;
 
 fn main() {
-    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("keystroke");
-    let _ = std::fs::remove_dir_all(&folder);
-    let (robot, project, one) = (folder.join("robot"), folder.join("project"), folder.join("one"));
+    let robot = folder("robot");
     copy(&models().join("p3dx"), &robot);
-    write(&project, &generated_project(200, 10_000));
+    let robot = |what, file, texts| keystrokes(what, &robot, [file, "deployment.mal"], texts, 2.0);
     println!("{}", Times::HEAD);
-    keystrokes(&robot, "deployment.mal", "sample robot, period", ["period = 1000", "period = 2000"]);
-    keystrokes(&robot, "components/navigation.mal", "sample robot, comment in a component", ["//", "// so:"]);
-    keystrokes(&project, "root.mal", "200 files, period", ["period = 20 ", "period = 30 "]);
-    keystrokes(&project, "part7.mal", "200 files, program of one", ["next = 0;", "next = sense(1);"]);
-    keystrokes(&project, "part7.mal", "200 files, comment in one", ["// Part", "// The part"]);
-    for lines in [1_000, 10_000] {
-        let _ = std::fs::remove_dir_all(&one);
-        write(&one, &generated_project(2, lines));
-        let what = format!("a file of {lines} lines, program");
-        keystrokes(&one, "part0.mal", &what, ["next = 0;", "next = sense(1);"]);
+    robot("sample robot, period", "deployment.mal", ["period = 1000", "period = 2000"]);
+    robot("sample robot, comment in a component", "components/navigation.mal", ["//", "// so:"]);
+
+    let literal = ["sense(value + ", "sense(value + 1"];
+    let comment = ["// Part", "// The part"];
+    let period = ["period = 20 ", "period = 30 "];
+    let parts = [
+        ("1000 lines in one core", 2, 1_000, 2.0),
+        ("10000 lines in one core", 2, 10_000, 5.0),
+        ("200 files", 200, 10_000, 2.0),
+        ("1000 files", 1_000, 100_000, 5.0),
+    ];
+    for (what, files, lines, target) in parts {
+        let part = format!("part{}.mal", (files - 1) / 2);
+        let project = project(what, || generated_project(files, lines));
+        let row = |kind: &str, file: &str, texts| {
+            keystrokes(&format!("{what}, {kind}"), &project, [file, "root.mal"], texts, target);
+        };
+        row("literal", &part, literal);
+        row("call", &part, ["next = ", "next = sense(1) + "]);
+        row("comment", &part, comment);
+        if files > 2 {
+            row("period", "root.mal", period);
+        }
+    }
+
+    let what = "1000 activities, period";
+    let activities = project(what, || (Axis::named("activities").project)(1_000));
+    keystrokes(what, &activities, ["model.mal", "model.mal"], period, 8.0);
+    let what = "10 MB and 200000 codels in a file, type";
+    let long = project(what, || long_file(200_000));
+    keystrokes(what, &long, ["model.mal", "model.mal"], [": int\n", ": double\n"], 100.0);
+}
+
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("keystroke").join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    folder
+}
+
+/// The folder with this project; it is empty where none of its rows is to be measured.
+fn project(what: &str, files: impl Fn() -> Vec<(String, String)>) -> PathBuf {
+    let folder = folder(&what.split(',').next().unwrap_or(what).replace(' ', "-"));
+    let mut words = std::env::args().skip(1).filter(|it| !it.starts_with('-')).peekable();
+    if words.peek().is_none() || words.any(|it| what.contains(&it) || it.contains(what)) {
+        write(&folder, &files());
+    }
+    folder
+}
+
+fn is_wanted(what: &str) -> bool {
+    let mut words = std::env::args().skip(1).filter(|it| !it.starts_with('-')).peekable();
+    words.peek().is_none() || words.any(|it| what.contains(&it))
+}
+
+fn keystrokes(what: &str, folder: &Path, files: [&str; 2], texts: [&str; 2], target: f64) {
+    if !is_wanted(what) {
+        return;
+    }
+    let built = env!("CARGO_BIN_EXE_mauve");
+    let binaries = std::env::var_os("MAUVE_BINARY").unwrap_or_else(|| built.into());
+    for binary in std::env::split_paths(&binaries) {
+        let (published, hinted) = measure(&binary.display().to_string(), folder, files, texts);
+        let name = binary.file_name().unwrap_or_default().display();
+        let what = if binary == Path::new(built) { what.to_owned() } else { format!("{name}: {what}") };
+        println!("{}", published.row(&format!("{what}: to diagnostics")));
+        println!("{}", hinted.row_with_target(&format!("{what}: and hints"), target));
     }
 }
 
-/// Replaces one text by the other, to and fro, and waits each time for the diagnostics and for the hints.
-fn keystrokes(folder: &Path, file: &str, what: &str, texts: [&str; 2]) {
-    // `cargo bench … -- 'file of 10000'` measures that alone.
-    if std::env::args().skip(1).any(|only| !only.starts_with('-') && !what.contains(&only)) {
-        return;
-    }
-    let mut client = Client::of_folder(MAUVE, folder);
-    let deployment = if folder.join("deployment.mal").exists() { "deployment.mal" } else { "root.mal" };
-    let deployment = client.open_file(&folder.join(deployment));
-    client.diagnostics(&deployment);
-    let mut text = if deployment.uri.ends_with(file) {
-        deployment.clone()
-    } else {
-        client.open_file(&folder.join(file))
-    };
-    client.hints(&deployment.uri);
-    let Some(at) = text.text.find(texts[0]) else { panic!("no {} in {file}", texts[0]) };
+/// Replaces one text in the middle of the first file by the other, to and fro. Each time it waits for the diagnostics, and then
+/// for the hints of the deployment, which is in the second file.
+fn measure(binary: &str, folder: &Path, files: [&str; 2], texts: [&str; 2]) -> (Times, Times) {
+    let [file, deployment] = files;
+    let mut client = Client::of_folder(binary, folder);
+    let deployed = client.open_file(&folder.join(deployment));
+    client.diagnostics(&deployed);
+    let mut text = if file == deployment { deployed.clone() } else { client.open_file(&folder.join(file)) };
+    client.hints(&deployed.uri);
+    let middle = text.text.len() / 2;
+    let at =
+        text.text[middle..].find(texts[0]).map_or_else(|| text.text.find(texts[0]), |at| Some(middle + at));
+    let Some(at) = at else { panic!("no `{}` in {file}", texts[0]) };
+    let (start, mut length) = (text.position(at), texts[0].len());
     let (mut published, mut hinted) = (Times::default(), Times::default());
-    for round in 0..ROUNDS {
-        let (old, new) = (texts[round % 2], texts[(round + 1) % 2]);
+    // A session of the longest file has fewer rounds, so that slow binaries can be measured too.
+    for round in 0..ROUNDS.min(200_000_000 / text.text.len()) {
+        let new = texts[(round + 1) % 2];
+        let mut end = start.clone();
+        end["character"] = (start["character"].as_u64().unwrap_or_default() + length as u64).into();
+        length = new.len();
+        text.version += 1;
         let begin = Instant::now();
-        client.replace(&mut text, at..at + old.len(), new);
-        published.add(client.wait_for_diagnostics(&text) - begin);
-        client.hints(&deployment.uri);
-        hinted.add(begin.elapsed());
+        client.notify(
+            "textDocument/didChange",
+            json!({
+                "textDocument": {"uri": text.uri, "version": text.version},
+                "contentChanges": [{"range": {"start": start, "end": end}, "text": new}],
+            }),
+        );
+        let to_diagnostics = client.wait_for_diagnostics(&text) - begin;
+        let begin = Instant::now();
+        let id = client.request("textDocument/inlayHint", whole_text(&deployed.uri));
+        let to_hints = client.wait("hints", |it| is_answer(it, id)).0 - begin;
+        published.add(to_diagnostics);
+        hinted.add(to_diagnostics + to_hints);
         client.forget();
     }
-    println!("{}", published.row(&format!("{what}: to diagnostics")));
-    println!("{}", hinted.row(&format!("{what}: to diagnostics and hints")));
+    (published, hinted)
 }

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use mauve_tests::methods::{Asked, Location, METHODS, Method, able_client, methods_of};
 use mauve_tests::{
-    Client, Random, Text, Times, copy, generated_project, is_answer, long_analysis, models, write,
+    Client, Random, Text, Times, copy, generated_project, is_answer, long_analysis, models, whole_text, write,
 };
 use serde_json::{Value, json};
 
@@ -140,7 +140,6 @@ fn bursts(folder: &Path, what: &str, file: &str, behind: &str, target: f64) {
 /// How long after an edit, or when the client does not want it any more, a request is answered that takes long: the hints of
 /// a deployment whose analysis does. None is counted that was done by itself.
 fn stale(folder: &Path) {
-    let all = json!({"start": {"line": 0, "character": 0}, "end": {"line": 9999, "character": 0}});
     let names = [("an edit", -32801), ("$/cancelRequest", -32800)];
     for (by, code) in names.map(|(by, code)| (format!("a long request: {by} to its end"), code)) {
         if !is_wanted(&by) {
@@ -150,8 +149,7 @@ fn stale(folder: &Path) {
         let mut text = client.open_file(&folder.join("a.mal"));
         let mut times = Times::default();
         for round in 0..100 {
-            let id = client
-                .request("textDocument/inlayHint", json!({"textDocument": {"uri": text.uri}, "range": all}));
+            let id = client.request("textDocument/inlayHint", whole_text(&text.uri));
             std::thread::sleep(Duration::from_millis(15));
             let start = Instant::now();
             let (from, to) = if round % 2 == 0 {

@@ -69,8 +69,7 @@ impl Client {
             loop {
                 let open = is_open.1.wait_while(is_open.0.lock().ok()?, |open| !*open);
                 drop(open.ok()?);
-                let message = read(&mut output)?;
-                sender.send((Instant::now(), message)).ok()?;
+                sender.send(read(&mut output)?).ok()?;
             }
             #[allow(unreachable_code, reason = "the type of the closure")]
             Some(())
@@ -318,11 +317,8 @@ impl Client {
 
     /// The inlay hints of a text: lines, from 0, and labels. An edit that overtakes the question has it asked again.
     pub fn hints(&mut self, uri: &str) -> Vec<(u64, String)> {
-        let everything =
-            json!({"start": {"line": 0, "character": 0}, "end": {"line": 1_000_000, "character": 0}});
         loop {
-            let params = json!({"textDocument": {"uri": uri}, "range": everything});
-            match self.call("textDocument/inlayHint", params) {
+            match self.call("textDocument/inlayHint", whole_text(uri)) {
                 Ok(hints) => {
                     let hints = hints.as_array().cloned().unwrap_or_default();
                     let label = |hint: &Value| hint["label"].as_str().unwrap_or_default().to_owned();
@@ -562,7 +558,14 @@ pub fn is_publication(message: &Value, uri: &str) -> bool {
     message["method"] == "textDocument/publishDiagnostics" && message["params"]["uri"] == uri
 }
 
-fn read(output: &mut impl std::io::BufRead) -> Option<Value> {
+/// The parameters of a request about all of a text.
+pub fn whole_text(uri: &str) -> Value {
+    let end = json!({"line": 1_000_000, "character": 0});
+    json!({"textDocument": {"uri": uri}, "range": {"start": {"line": 0, "character": 0}, "end": end}})
+}
+
+/// Reads a message; returns it with the time of its arrival.
+fn read(output: &mut impl std::io::BufRead) -> Option<(Instant, Value)> {
     let mut length = 0;
     loop {
         let mut line = String::new();
@@ -577,7 +580,8 @@ fn read(output: &mut impl std::io::BufRead) -> Option<Value> {
     }
     let mut bytes = vec![0; length];
     output.read_exact(&mut bytes).ok()?;
-    serde_json::from_slice(&bytes).ok()
+    let at = Instant::now();
+    Some((at, serde_json::from_slice(&bytes).ok()?))
 }
 
 /// Errors and warnings without hints: hints suggest improvements, and tests do not depend on them.

@@ -23,7 +23,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-pub use client::{Client, Columns, Text, address, is_answer, is_publication, wait_for_watcher};
+pub use client::{Client, Columns, Text, address, is_answer, is_publication, wait_for_watcher, whole_text};
 pub use command::{Run, copy, mauve, own_scratch, scratch, test_name, write};
 #[cfg(unix)]
 pub use lttng::{Event, Recorder, Span, spans};
@@ -187,6 +187,26 @@ fn part_text(part: usize, states: usize) -> String {
     }
     let _ = write!(text, "    }}\n  }}\n\n  component Component{part}(Shell{part}, Core{part})\n}}\n");
     text
+}
+
+/// A project with one large file: this many codels, about 50 bytes each, of which a core uses one.
+pub fn long_file(codels: usize) -> Vec<(String, String)> {
+    let mut model = String::from("library long {\n");
+    for codel in 0..codels {
+        let _ = writeln!(model, "  codel work{codel}(in value: int, in gain: double): int");
+    }
+    model += "  shell Interface { output port command: int }\n  core Behaviour(Interface) {\n    \
+              update = { write(command, work0(1, 0.5)); }\n  }\n  component Part(Interface, Behaviour)\n}\n\
+              architecture Robot {\n  instance part: long.Part\n}\n\
+              deployment Run {\n  architecture Robot\n  activity part { priority = 5 period = 1000 affinity = 1 }\n}\n";
+    let config = "[project]\nroot = \"model.mal\"\n[timing]\ntables = [\"times.toml\"]\n";
+    [
+        ("/model.mal", model.as_str()),
+        ("/mauve.toml", config),
+        ("/times.toml", "unit = \"us\"\n[codel]\n\"long.work0\" = 1\n"),
+    ]
+    .map(|(path, text)| (path.to_owned(), text.to_owned()))
+    .to_vec()
 }
 
 /// A project whose analysis takes long: `count` activities below one that leaves a millionth of the CPU, so that each is
