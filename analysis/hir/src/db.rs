@@ -12,9 +12,10 @@ use rustc_hash::FxHashMap;
 use salsa::{Database as _, DatabaseKeyIndex, Durability, Setter as _};
 
 use crate::item_tree::{ItemTree, Name, Outline};
-use crate::lower::{LoweredNodes, SourceMap, lower};
+use crate::lower::{LoweredNodes, lower};
 use crate::msg::Package;
 use crate::query_counts::QueryCounts;
+use crate::source_map::SourceMap;
 
 /// A text file: a model, a timing table or a `mauve.toml`.
 ///

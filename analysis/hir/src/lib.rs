@@ -12,7 +12,8 @@
 //! | file | contents |
 //! |---|---|
 //! | `db.rs` | the inputs: files and workspaces; the previous trees, for incremental parsing and lowering |
-//! | `item_tree.rs`, `lower.rs` | the declarations of a file, without locations; the source map; incremental lowering |
+//! | `item_tree.rs`, `lower.rs` | the declarations of a file, without locations; incremental lowering |
+//! | `source_map.rs` | the ranges of the elements of a declaration |
 //! | `source.rs`, `lines.rs` | declarations, their data, and [`Location`]s; line numbers |
 //! | `project.rs`, `config.rs` | roots, includes, `mauve.toml` |
 //! | `completeness.rs` | whether a list of items, or a program, is complete |
@@ -73,6 +74,7 @@ mod severity;
 mod size;
 mod skeleton;
 mod source;
+mod source_map;
 mod types;
 mod values;
 mod wiring;
@@ -97,7 +99,6 @@ pub use flat::{Flat, FlatInstance, deployed, first_target_of, flat_of, target_of
 pub use infer::{CoreInference, Uses, VariableKind, VariableOf, inference_of_core, returns, uses_of};
 pub use lines::{file_and_line, line_index, line_of};
 pub use link::Link;
-pub use lower::{DeclarationMap, SourceMap};
 pub use messages::{catalogue, message_of, named_packages, package, used_packages};
 pub use msg::{BUILT_IN_TYPES, Message, MessageConstant, MessageField, Package, read_message};
 pub use names::{
@@ -123,5 +124,6 @@ pub use source::{
     CoreInterface, Decl, Declarations, Location, architecture, codel, component, core, core_interface, data,
     declaration_at, declaration_map, declarations, deployment, item_tree_of, parse, shell, source_map,
 };
+pub use source_map::{DeclarationMap, SourceMap};
 pub use types::{C_TYPES, Integer, LANGUAGE_TYPES, Signature, Type, built_in_type, type_of};
 pub use values::{Value, whole_number};

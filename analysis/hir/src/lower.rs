@@ -12,64 +12,39 @@ use rustc_hash::FxHashMap;
 
 use crate::completeness::Completeness;
 use crate::item_tree::*;
-
-/// The ranges of the sources of a file. Only queries whose results are shown to a user may read it.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct SourceMap {
-    /// For each declaration of the item tree.
-    pub declarations: Vec<DeclarationMap>,
-    /// For each include of the item tree, its path or, if the path is missing, the line.
-    pub includes: Vec<TextRange>,
-}
-
-/// The range of a declaration, and the ranges of its sources.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct DeclarationMap {
-    /// The range of the declaration.
-    pub range: TextRange,
-    /// By [`SourceId`], relative to the start of the declaration; 0 is its name or, if that is missing, its keyword.
-    ranges: Arc<[TextRange]>,
-}
-
-impl DeclarationMap {
-    /// Returns the range of a source.
-    pub fn range_of(&self, id: SourceId) -> Option<TextRange> {
-        Some(*self.ranges.get(id.0 as usize)? + self.range.start())
-    }
-
-    /// Returns the ranges of all its sources, by [`SourceId`].
-    pub fn ranges(&self) -> impl Iterator<Item = TextRange> {
-        self.ranges.iter().map(|range| *range + self.range.start())
-    }
-}
+use crate::source_map::{DeclarationMap, Run, SourceMap, Sources};
 
 /// The lowered declarations, states and activities of a file, by the addresses of their green trees: an edit shares the trees
 /// that it does not touch, and lowering reuses their results.
 #[derive(Debug, Default)]
 pub(crate) struct LoweredNodes {
-    declarations: FxHashMap<usize, Arc<LoweredNode<Data>>>,
+    declarations: Shared<Data, Arc<[Run]>>,
     states: Shared<State>,
     activities: Shared<Activity>,
 }
 
-/// Items of declarations, by the addresses of their green trees.
-type Shared<T> = FxHashMap<usize, Arc<LoweredNode<T>>>;
+/// Declarations or their items, by the addresses of their green trees.
+type Shared<T, S = Arc<[TextRange]>> = FxHashMap<usize, Arc<LoweredNode<T, S>>>;
 
 #[derive(Debug)]
-struct LoweredNode<T> {
+struct LoweredNode<T, S> {
     /// Keeps the tree alive, so that no other tree has its address.
     green: GreenNode,
     data: Arc<T>,
     /// Its first source.
     first: u32,
-    /// The ranges of its sources, relative to its start.
-    ranges: Arc<[TextRange]>,
+    /// Its sources, relative to its start.
+    sources: S,
     /// The addresses of the states or activities in it.
     shared: Vec<usize>,
 }
 
 /// Returns the previous result of lowering `node`, if its sources began at `first`.
-fn lowered_before<T>(nodes: &Shared<T>, node: &SyntaxNode, first: u32) -> Option<Arc<LoweredNode<T>>> {
+fn lowered_before<T, S>(
+    nodes: &Shared<T, S>,
+    node: &SyntaxNode,
+    first: u32,
+) -> Option<Arc<LoweredNode<T, S>>> {
     let lowered = nodes.get(&address(node))?;
     (std::ptr::eq(&*lowered.green, node.green()) && lowered.first == first).then(|| lowered.clone())
 }
@@ -99,7 +74,7 @@ pub(crate) fn lower(
         data: Vec::new(),
         map: SourceMap::default(),
         lowered: LoweredNodes::default(),
-        ranges: Vec::new(),
+        sources: Sources::default(),
         shared: Vec::new(),
     };
     lowering.items(file.items(), None);
@@ -212,9 +187,9 @@ fn names_in_errors(declaration: &SyntaxNode) -> Vec<Option<Name>> {
 }
 
 /// See [`Lowering::shared`].
-const STATE_ID_ALIGNMENT: usize = 32;
+const STATE_ID_ALIGNMENT: u32 = 32;
 /// See [`Lowering::shared`].
-const ACTIVITY_ID_ALIGNMENT: usize = 16;
+const ACTIVITY_ID_ALIGNMENT: u32 = 16;
 
 /// Returns whether `node` has no syntax error.
 fn completeness_of(node: &SyntaxNode) -> Completeness {
@@ -246,8 +221,8 @@ struct Lowering<'a> {
     data: Vec<Arc<Data>>,
     map: SourceMap,
     lowered: LoweredNodes,
-    /// The ranges of the current declaration.
-    ranges: Vec<TextRange>,
+    /// Those of the current declaration.
+    sources: Sources,
     /// The addresses of the states or activities of the current declaration.
     shared: Vec<usize>,
 }
@@ -358,11 +333,11 @@ impl Lowering<'_> {
         let name = node.children().find(is_name);
         let lowered = lowered_before(&self.previous.declarations, node, 0).unwrap_or_else(|| {
             let keyword = node.first_token().map_or(range, |token| token.text_range());
-            self.ranges = vec![name.as_ref().map_or(keyword, SyntaxNode::text_range)];
+            self.sources = Sources::of_declaration(range.start());
+            self.sources.add(name.as_ref().map_or(keyword, SyntaxNode::text_range));
             let data = Arc::new(lower(self));
-            let ranges = self.ranges.drain(..).map(|it| it - range.start()).collect();
-            let shared = std::mem::take(&mut self.shared);
-            Arc::new(LoweredNode { green: node.green().to_owned(), data, first: 0, ranges, shared })
+            let (sources, shared) = (self.sources.end(), std::mem::take(&mut self.shared));
+            Arc::new(LoweredNode { green: node.green().to_owned(), data, first: 0, sources, shared })
         });
         keep(&lowered.shared, &self.previous.states, &mut self.lowered.states);
         keep(&lowered.shared, &self.previous.activities, &mut self.lowered.activities);
@@ -380,13 +355,12 @@ impl Lowering<'_> {
             expansion: Expansion::of(&lowered.data),
         });
         self.data.push(lowered.data.clone());
-        self.map.declarations.push(DeclarationMap { range, ranges: lowered.ranges.clone() });
+        self.map.declarations.push(DeclarationMap::new(range, lowered.sources.clone()));
         self.lowered.declarations.insert(address(node), lowered);
     }
 
     fn id(&mut self, range: TextRange) -> SourceId {
-        self.ranges.push(range);
-        SourceId((self.ranges.len() - 1) as u32)
+        self.sources.add(range)
     }
 
     /// Lowers `name`; a missing name is empty and has the range of `around`.
@@ -576,22 +550,21 @@ impl Lowering<'_> {
     fn shared<T>(
         &mut self,
         node: &SyntaxNode,
-        alignment: usize,
+        alignment: u32,
         previous: &Shared<T>,
         lower: impl FnOnce(&mut Self) -> T,
-    ) -> Arc<LoweredNode<T>> {
-        let start = node.text_range().start();
-        let first = self.ranges.len().next_multiple_of(alignment);
-        self.ranges.resize(first, TextRange::empty(start));
+    ) -> Arc<LoweredNode<T, Arc<[TextRange]>>> {
+        let range = node.text_range();
+        let first = self.sources.next().next_multiple_of(alignment);
+        self.sources.begin_at(first);
         self.shared.push(address(node));
-        if let Some(lowered) = lowered_before(previous, node, first as u32) {
-            self.ranges.extend(lowered.ranges.iter().map(|range| *range + start));
+        if let Some(lowered) = lowered_before(previous, node, first) {
+            self.sources.add_run(range, lowered.sources.clone());
             return lowered;
         }
         let data = Arc::new(lower(self));
-        let ranges = self.ranges.iter().skip(first).map(|range| *range - start).collect();
-        let green = node.green().to_owned();
-        Arc::new(LoweredNode { green, data, first: first as u32, ranges, shared: Vec::new() })
+        let (green, sources) = (node.green().to_owned(), self.sources.end_run(range));
+        Arc::new(LoweredNode { green, data, first, sources, shared: Vec::new() })
     }
 
     fn state(&mut self, state: &ast::State) -> State {

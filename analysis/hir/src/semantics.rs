@@ -19,6 +19,7 @@ use crate::names::names_of;
 use crate::project::Project;
 use crate::resolve::{Binding, CallError, Callee, ResolvedCall, Resolver, Scope, SharedNames, VariableId};
 use crate::source::{Decl, declaration_at, declaration_map, shell};
+use crate::source_map::DeclarationMap;
 use crate::types::{Type, type_of};
 use crate::{File, ModelDb};
 
@@ -30,8 +31,7 @@ pub struct Semantics<'db> {
     pub core: Decl<'db>,
     /// The inferred types, names and calls of its programs.
     pub inference: CoreInference<'db>,
-    /// The inverse source map.
-    ids: FxHashMap<TextRange, SourceId>,
+    map: &'db DeclarationMap,
 }
 
 impl<'db> Semantics<'db> {
@@ -48,14 +48,13 @@ impl<'db> Semantics<'db> {
 
     /// Returns the semantics of a core.
     pub fn of_core(db: &'db dyn ModelDb, project: Project<'db>, core: Decl<'db>) -> Option<Semantics<'db>> {
-        let ranges = declaration_map(db, core)?.ranges().enumerate();
-        let ids = ranges.map(|(id, range)| (range, SourceId(id as u32))).collect();
-        Some(Semantics { db, project, core, inference: inference_of_core(db, project, core), ids })
+        let map = declaration_map(db, core)?;
+        Some(Semantics { db, project, core, inference: inference_of_core(db, project, core), map })
     }
 
     /// Returns the number of the element with exactly this range.
     pub fn id(&self, range: TextRange) -> Option<SourceId> {
-        self.ids.get(&range).copied()
+        self.map.source_at(range)
     }
 
     /// Returns the binding of a name.
