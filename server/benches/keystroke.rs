@@ -34,7 +34,7 @@ fn main() {
     ];
     for (what, files, lines, target) in parts {
         let part = format!("part{}.mal", (files - 1) / 2);
-        let project = project(what, || generated_project(files, lines));
+        let project = project(what, &generated_project(files, lines));
         let row = |kind: &str, file: &str, texts| {
             keystrokes(&format!("{what}, {kind}"), &project, [file, "root.mal"], texts, target);
         };
@@ -46,27 +46,22 @@ fn main() {
         }
     }
 
-    let what = "1000 activities, period";
-    let activities = project(what, || (Axis::named("activities").project)(1_000));
-    keystrokes(what, &activities, ["model.mal", "model.mal"], period, 8.0);
-    let what = "10 MB and 200000 codels in a file, type";
-    let long = project(what, || long_file(200_000));
-    keystrokes(what, &long, ["model.mal", "model.mal"], [": int\n", ": double\n"], 100.0);
+    let activities = project("activities", &(Axis::named("activities").project)(1_000));
+    keystrokes("1000 activities, period", &activities, ["model.mal", "model.mal"], period, 8.0);
+    let long = project("long", &long_file(200_000));
+    let texts = [": int\n", ": double\n"];
+    keystrokes("10 MB and 200000 codels in a file, type", &long, ["model.mal", "model.mal"], texts, 100.0);
 }
 
 fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("keystroke").join(name);
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("keystroke").join(name.replace(' ', "-"));
     let _ = std::fs::remove_dir_all(&folder);
     folder
 }
 
-/// The folder with this project; it is empty where none of its rows is to be measured.
-fn project(what: &str, files: impl Fn() -> Vec<(String, String)>) -> PathBuf {
-    let folder = folder(&what.split(',').next().unwrap_or(what).replace(' ', "-"));
-    let mut words = std::env::args().skip(1).filter(|it| !it.starts_with('-')).peekable();
-    if words.peek().is_none() || words.any(|it| what.contains(&it) || it.contains(what)) {
-        write(&folder, &files());
-    }
+fn project(name: &str, files: &[(String, String)]) -> PathBuf {
+    let folder = folder(name);
+    write(&folder, files);
     folder
 }
 
