@@ -164,10 +164,12 @@ fn a_changed_program_runs_its_core_and_where_a_time_changed_the_response_times()
     let of_core = [
         ("behaviour_of", 1),
         ("declaration_facts", 1),
-        ("inference_of", 1),
-        ("uses_of", 1),
         ("errors_in", 1),
+        ("flow_facts", 1),
+        ("inference_of", 1),
+        ("structure_of", 1),
         ("unknown_types", 1),
+        ("uses_of", 1),
     ];
     let and = |more: &[(&'static str, usize)]| [&of_core, more].concat();
     check(
@@ -304,6 +306,12 @@ fn a_changed_state_runs_the_group_of_its_body_in_a_large_core() {
     let counts = executed(&texts, "/part0.mal", "next = 7;", "next = sense(7);");
     for of_a_group in ["inference_of", "flow_of_group", "costs_of_group"] {
         assert_eq!(counts.get(of_a_group), Some(&1), "{of_a_group}: {counts:?}");
+    }
+    // The same calls and the same names: nothing is computed anew for the core as a whole.
+    let counts = executed(&texts, "/part0.mal", "next = 7;", "next = 8;");
+    assert_eq!(counts.get("inference_of"), Some(&1), "{counts:?}");
+    for of_the_core in ["behaviour_of", "declaration_facts", "errors_in", "flow_facts", "uses_of"] {
+        assert_eq!(counts.get(of_the_core), None, "{of_the_core}: {counts:?}");
     }
 }
 

@@ -3,7 +3,6 @@
 //! Combines the inference and the costs of the bodies. A behaviour has no times: a changed timing table invalidates no
 //! behaviour, a changed program only that of its core.
 
-use crate::cost::{Cost, Costs, ProgramCost, costs_of, operations_in};
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -11,19 +10,22 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::body::{BodyId, CoreScope, ProgramIn, core_scope, groups_of, of_program};
+use crate::completeness::Completeness;
+use crate::cost::{Cost, Costs, ProgramCost, costs_of, operations_in};
 use crate::fact::{
     CorePart, CoreReason, Defined, Fact, FactKind, Reason, Refusal, Unreachable, repeated, unresolved_type,
 };
 use crate::features::{Features, features_of};
 use crate::graph::{reachable, topological_order};
 use crate::infer::{NameProblem, Problems, inference_of};
-use crate::item_tree::{
-    Core, FeatureKind, HookKind, Kind, Machine, MethodKind, Name, NameRef, SourceId, State, Transition,
-};
+use crate::item_tree::{FeatureKind, HookKind, Kind, MethodKind, Name, NameRef, SourceId};
 use crate::names::{names_of, resolve_type, similar};
 use crate::program_id::ProgramId;
 use crate::project::Project;
-use crate::source::{Decl, Location, core, declarations};
+use crate::source::{Decl, Location, declarations};
+use crate::structure::{
+    MachineStructure, StateStructure, Structure, TransitionStructure, indices_of, structure_of, successors,
+};
 
 /// The programs that a core executes in each period.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
@@ -102,8 +104,8 @@ const UPDATE_STATE: &str = "update";
 /// Returns the behaviour of a core.
 #[salsa::tracked(returns(ref))]
 pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Behaviour<'db> {
-    let Some(data) = core(db, of) else { return Behaviour::default() };
-    let shell = resolve_type(db, project, of, Kind::Shell, data.shell.as_ref());
+    let Some(core) = structure_of(db, of) else { return Behaviour::default() };
+    let shell = resolve_type(db, project, of, Kind::Shell, core.shell.as_ref());
     let features =
         shell.as_ref().map_or_else(|_| Features::unknown(), |&shell| features_of(db, project, shell));
     let mut context = BehaviourContext {
@@ -111,19 +113,20 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
         project,
         of,
         features,
-        core: data,
-        states: FxHashMap::default(),
+        core,
+        states: Vec::new(),
+        indices: FxHashMap::default(),
         methods: FxHashMap::default(),
         groups: known_of(db, project, of),
         found: Behaviour::default(),
     };
     if let Err(unresolved) = &shell {
-        context.found.facts.extend(unresolved_type(of, Kind::Shell, data.shell.as_ref(), unresolved));
+        context.found.facts.extend(unresolved_type(of, Kind::Shell, core.shell.as_ref(), unresolved));
         context.refuse_once(CoreReason::UnknownShell);
     } else if features.completeness.is_incomplete() || features.cycle {
         context.refuse_once(CoreReason::IncompleteShell(features.incomplete(names_of(db, project))));
     }
-    if data.completeness.is_incomplete() {
+    if core.completeness.is_incomplete() {
         context.refuse_once(CoreReason::SyntaxError(CorePart::Core));
     }
     context.core();
@@ -166,9 +169,11 @@ struct BehaviourContext<'db> {
     project: Project<'db>,
     of: Decl<'db>,
     features: &'db Features<'db>,
-    core: &'db Core,
+    core: &'db Structure,
+    /// The states of its only state machine.
+    states: Vec<&'db StateStructure>,
     /// The first state of each name.
-    states: FxHashMap<&'db Name, usize>,
+    indices: FxHashMap<&'db Name, usize>,
     /// The programs of methods, by state.
     methods: FxHashMap<(usize, MethodKind), usize>,
     groups: Groups<'db>,
@@ -215,11 +220,11 @@ impl<'db> BehaviourContext<'db> {
         self.name_problems(BodyId::CoreValues, ProgramIn::Whole);
         self.operations();
         self.hooks();
-        let update = self.core.hooks.iter().position(|hook| hook.kind == HookKind::Update);
-        match (self.core.machines.as_slice(), update) {
-            ([machine], None) => self.machine(machine),
+        let core = self.core;
+        match (core.machines.as_slice(), core.hook(HookKind::Update)) {
+            ([_], None) => self.machine(),
             ([], Some(update)) => {
-                let cost = self.cost(BodyId::Hook(update as u32), ProgramIn::Whole);
+                let cost = self.cost(update, ProgramIn::Whole);
                 self.found.states.push(UPDATE_STATE.into());
                 let then = vec![self.add_program(ProgramId::UPDATE, cost)];
                 let edge = Edge { source: 0, target: 0, transition: None, first: 0, then };
@@ -282,12 +287,12 @@ impl<'db> BehaviourContext<'db> {
         let variables = core.variables.iter().map(|it| (&it.name, Defined::Variable));
         let handlers = core.handlers.iter().map(|it| (&it.name, Defined::Handler));
         self.found.facts.extend(repeated(self.of, variables.chain(handlers)));
-        self.refuse_repeated(core.operations.iter().map(|it| &it.name), Defined::Operation);
+        self.refuse_repeated(core.operations.iter(), Defined::Operation);
         let mut seen = FxHashSet::default();
-        for hook in core.hooks.iter().filter(|hook| !seen.insert(hook.kind)) {
-            match hook.kind {
-                HookKind::Update => self.refuse_at(hook.id, FactKind::DuplicateHook(hook.kind)),
-                _ => self.report(hook.id, FactKind::DuplicateHook(hook.kind)),
+        for &(kind, id) in core.hooks.iter().filter(|(kind, _)| !seen.insert(*kind)) {
+            match kind {
+                HookKind::Update => self.refuse_at(id, FactKind::DuplicateHook(kind)),
+                _ => self.report(id, FactKind::DuplicateHook(kind)),
             }
         }
     }
@@ -295,8 +300,8 @@ impl<'db> BehaviourContext<'db> {
     /// Checks the hooks that no period executes. Their cost does not count, but a syntax error in a hook may hide programs that
     /// a period executes.
     fn hooks(&mut self) {
-        for (index, hook) in self.core.hooks.iter().enumerate() {
-            if hook.kind != HookKind::Update {
+        for (index, (kind, _)) in self.core.hooks.iter().enumerate() {
+            if *kind != HookKind::Update {
                 self.cost(BodyId::Hook(index as u32), ProgramIn::Whole);
             }
         }
@@ -306,12 +311,11 @@ impl<'db> BehaviourContext<'db> {
         for (index, operation) in self.core.operations.iter().enumerate() {
             // An incomplete operation refuses the core: the operation executes in the core's own thread.
             let cost = self.cost(BodyId::Operation(index as u32), ProgramIn::Whole);
-            let id = ProgramId::Operation(operation.name.name.clone());
+            let id = ProgramId::Operation(operation.name.clone());
             self.found.operations.push(TimedProgram { id, cost });
         }
         self.order_operations();
-        for operation in &self.core.operations {
-            let NameRef { name, id } = &operation.name;
+        for NameRef { name, id } in &self.core.operations {
             let mut declared = self.features.by_name.get(name).into_iter().flatten();
             if name.is_empty() || declared.any(|it| it.kind == FeatureKind::Provided) {
                 continue;
@@ -321,7 +325,7 @@ impl<'db> BehaviourContext<'db> {
                 self.refuse_at(*id, FactKind::UndeclaredOperation { name: name.clone() });
             }
         }
-        let defined: FxHashSet<&Name> = self.core.operations.iter().map(|it| &it.name.name).collect();
+        let defined: FxHashSet<&Name> = self.core.operations.iter().map(|it| &it.name).collect();
         let is_complete = (self.core.completeness & self.features.completeness).is_complete();
         for (name, found) in
             self.features.by_name.iter().filter(|(name, _)| is_complete && !defined.contains(name))
@@ -339,44 +343,51 @@ impl<'db> BehaviourContext<'db> {
         let calls: Vec<Vec<usize>> = self.found.operations.iter().map(|it| operations_in(&it.cost)).collect();
         let (order, in_cycle) = topological_order(&calls);
         for (operation, _) in self.core.operations.iter().zip(in_cycle).filter(|(_, in_cycle)| *in_cycle) {
-            let name = operation.name.name.clone();
-            self.refuse_at(operation.name.id, FactKind::RecursiveOperation { name });
+            let name = operation.name.clone();
+            self.refuse_at(operation.id, FactKind::RecursiveOperation { name });
         }
         self.found.order = order;
     }
 
-    fn machine(&mut self, machine: &'db Machine) {
-        if machine.state_completeness().is_incomplete() {
+    fn machine(&mut self) {
+        let Some((machine, states)) = self.core.machine() else { return };
+        self.states = states;
+        if self.state_completeness(machine).is_incomplete() {
             self.refuse_once(CoreReason::SyntaxError(CorePart::Machine));
         }
         self.name_problems(BodyId::MachineValues, ProgramIn::Whole);
         let variables = machine.variables.iter().map(|it| (&it.name, Defined::Variable));
         self.found.facts.extend(repeated(self.of, variables));
-        self.refuse_repeated(machine.states.iter().map(|it| &it.name), Defined::State);
+        let names: Vec<&'db NameRef> = self.states.iter().map(|it| &it.name).collect();
+        self.refuse_repeated(names.into_iter(), Defined::State);
         let Some(start) = self.initial(machine) else { return };
-        self.states = machine.state_indices();
+        self.indices = indices_of(&self.states);
         let mut edges = Edges::default();
-        for index in 0..machine.states.len() {
+        for index in 0..self.states.len() {
             self.state(machine, index, &mut edges);
         }
-        self.unreachable(machine, start);
-        self.keep_reachable(machine, start, edges);
+        self.unreachable(start);
+        self.keep_reachable(start, edges);
     }
 
-    fn initial(&mut self, machine: &Machine) -> Option<usize> {
-        let initial: Vec<usize> =
-            (0..machine.states.len()).filter(|&it| machine.states[it].initial).collect();
+    /// Returns whether all states are known: the error in a state may be the beginning of another state.
+    fn state_completeness(&self, machine: &MachineStructure) -> Completeness {
+        machine.completeness & self.states.iter().map(|state| state.completeness).collect()
+    }
+
+    fn initial(&mut self, machine: &MachineStructure) -> Option<usize> {
+        let initial: Vec<usize> = (0..self.states.len()).filter(|&it| self.states[it].initial).collect();
         match initial.as_slice() {
             [one] => return Some(*one),
             [] => {
                 if machine.completeness.is_complete() {
-                    let first = machine.states.first().map(|it| (it.name.name.clone(), it.start));
+                    let first = self.states.first().map(|it| (it.name.name.clone(), it.start));
                     self.refuse_at(machine.id, FactKind::NoInitialState { first });
                 }
             }
             [first, second, ..] => {
-                let (first, second) = (&machine.states[*first].name, &machine.states[*second].name);
-                let all = initial.iter().map(|&it| &machine.states[it]);
+                let (first, second) = (&self.states[*first].name, &self.states[*second].name);
+                let all = initial.iter().map(|&it| self.states[it]);
                 let kind = FactKind::SeveralInitialStates {
                     first: (first.name.clone(), first.id),
                     second: second.name.clone(),
@@ -389,35 +400,36 @@ impl<'db> BehaviourContext<'db> {
     }
 
     /// Reports states that are unreachable even if every guard holds.
-    fn unreachable(&mut self, machine: &Machine, start: usize) {
+    fn unreachable(&mut self, start: usize) {
         if !self.found.refusals.is_empty() {
             return;
         }
-        let reached = reachable(&successors(machine, &self.states), start);
-        for (state, _) in machine.states.iter().zip(reached).filter(|(_, reached)| !reached) {
-            let NameRef { name, id } = &state.name;
+        let reached = reachable(&successors(&self.states, &self.indices), start);
+        let unreached = self.states.iter().zip(reached).filter(|(_, reached)| !reached);
+        let unreached: Vec<&'db NameRef> = unreached.map(|(state, _)| &state.name).collect();
+        for NameRef { name, id } in unreached {
             self.report(*id, FactKind::UnreachableState { name: name.clone() });
         }
     }
 
     /// Adds the edges of a state: its transitions in the order of the text, then the edge that stays in the state.
-    fn state(&mut self, machine: &'db Machine, index: usize, edges: &mut Edges) {
-        let state = &machine.states[index];
+    fn state(&mut self, machine: &MachineStructure, index: usize, edges: &mut Edges) {
+        let state = self.states[index];
         self.refuse_repeated(state.transitions.iter().map(|it| &it.name), Defined::Transition);
         let mut seen = FxHashSet::default();
-        for method in state.methods.iter().filter(|method| !seen.insert(method.kind)) {
-            self.refuse_at(method.id, FactKind::DuplicateMethod(method.kind));
+        for &(kind, id) in state.methods.iter().filter(|(kind, _)| !seen.insert(*kind)) {
+            self.refuse_at(id, FactKind::DuplicateMethod(kind));
         }
         // The programs of a state include `entry`, which its incoming edges execute.
-        self.method(index, state, MethodKind::Entry);
-        let run = self.method(index, state, MethodKind::Run);
-        let exit = self.method(index, state, MethodKind::Exit);
-        let handle = self.method(index, state, MethodKind::Handle);
+        self.method(index, MethodKind::Entry);
+        let run = self.method(index, MethodKind::Run);
+        let exit = self.method(index, MethodKind::Exit);
+        let handle = self.method(index, MethodKind::Handle);
         // `run`, then the guards up to the first that holds.
         let mut before: Vec<usize> = run.into_iter().collect();
         // The greatest number of them that an edge executes.
         let mut executed = 0;
-        let mut fires_always: Option<&Transition> = None;
+        let mut fires_always: Option<&TransitionStructure> = None;
         for (number, transition) in state.transitions.iter().enumerate() {
             let body = BodyId::State(0, index as u32);
             let (name, number) = (&transition.name.name, number as u32);
@@ -425,14 +437,14 @@ impl<'db> BehaviourContext<'db> {
                 self.refuse_once(CoreReason::SyntaxError(CorePart::Transition));
             }
             let mut constant = None;
-            if transition.guard.is_some() {
+            if transition.has_guard {
                 let (cost, value) = self.cost_and_value(body, ProgramIn::Guard(number));
                 constant = value;
                 let (state, transition) = (state.name.name.clone(), name.clone());
                 before.push(self.add_program(ProgramId::Guard { state, transition }, cost));
             }
             let mut effect = None;
-            if transition.effect.is_some() {
+            if transition.has_effect {
                 let cost = self.cost(body, ProgramIn::Effect(number));
                 let (state, transition) = (state.name.name.clone(), name.clone());
                 effect = Some(self.add_program(ProgramId::Effect { state, transition }, cost));
@@ -442,8 +454,8 @@ impl<'db> BehaviourContext<'db> {
             if let Some(always) = fires_always {
                 self.never_taken(transition, always);
                 // Transitions after one without a guard are a warning, even if a constant guard precedes both.
-                let has_no_guard = transition.guard.is_none() && transition.completeness.is_complete();
-                if always.guard.is_some() && has_no_guard {
+                let has_no_guard = !transition.has_guard && transition.completeness.is_complete();
+                if always.has_guard && has_no_guard {
                     fires_always = Some(transition);
                 }
                 continue;
@@ -453,7 +465,7 @@ impl<'db> BehaviourContext<'db> {
                 continue;
             }
             if let Some(target) = target {
-                let entry = self.method(target, &machine.states[target], MethodKind::Entry);
+                let entry = self.method(target, MethodKind::Entry);
                 executed = before.len();
                 edges.all.push(Edge {
                     source: index,
@@ -463,7 +475,7 @@ impl<'db> BehaviourContext<'db> {
                     then: exit.into_iter().chain(effect).chain(entry).collect(),
                 });
             }
-            if transition.guard.is_none() || constant == Some(true) {
+            if !transition.has_guard || constant == Some(true) {
                 fires_always = Some(transition);
             }
         }
@@ -478,7 +490,7 @@ impl<'db> BehaviourContext<'db> {
     }
 
     /// Reports a transition after one that always fires.
-    fn never_taken(&mut self, transition: &Transition, always: &Transition) {
+    fn never_taken(&mut self, transition: &TransitionStructure, always: &TransitionStructure) {
         let (name, first) = (&transition.name, &always.name);
         if transition.completeness.is_incomplete()
             || always.completeness.is_incomplete()
@@ -489,9 +501,11 @@ impl<'db> BehaviourContext<'db> {
         let first_at = Location::Source(self.of, first.id);
         self.report(
             name.id,
-            match always.guard {
-                None => FactKind::NeverTaken { name: name.name.clone(), first: first.name.clone(), first_at },
-                Some(_) => FactKind::UnreachableCode(Unreachable::Behind(first.name.clone())),
+            match always.has_guard {
+                false => {
+                    FactKind::NeverTaken { name: name.name.clone(), first: first.name.clone(), first_at }
+                }
+                true => FactKind::UnreachableCode(Unreachable::Behind(first.name.clone())),
             },
         );
     }
@@ -502,8 +516,9 @@ impl<'db> BehaviourContext<'db> {
     }
 
     /// Returns the index of the program of a method; adds it at the first call.
-    fn method(&mut self, index: usize, state: &'db State, kind: MethodKind) -> Option<usize> {
-        let place = state.place_of(kind)?;
+    fn method(&mut self, index: usize, kind: MethodKind) -> Option<usize> {
+        let state = self.states[index];
+        let place = state.method(kind)?;
         if let Some(&program) = self.methods.get(&(index, kind)) {
             return Some(program);
         }
@@ -513,27 +528,27 @@ impl<'db> BehaviourContext<'db> {
         Some(program)
     }
 
-    fn target(&mut self, machine: &'db Machine, transition: &Transition) -> Option<usize> {
+    fn target(&mut self, machine: &MachineStructure, transition: &TransitionStructure) -> Option<usize> {
         let Some(NameRef { name, id }) = &transition.target else {
             self.refuse_once(CoreReason::SyntaxError(CorePart::Transition));
             return None;
         };
-        let found = self.states.get(name).copied();
+        let found = self.indices.get(name).copied();
         // An error in the core may hide the state, and refuses the core.
-        if found.is_none() && (self.core.completeness & machine.state_completeness()).is_complete() {
-            let near = similar(name, machine.states.iter().map(|state| &state.name.name));
+        if found.is_none() && (self.core.completeness & self.state_completeness(machine)).is_complete() {
+            let near = similar(name, self.states.iter().map(|state| &state.name.name));
             self.refuse_at(*id, FactKind::UnresolvedState { name: name.clone(), near });
         }
         found
     }
 
     /// Adds the states and edges that are reachable from the initial state.
-    fn keep_reachable(&mut self, machine: &Machine, start: usize, edges: Edges) {
-        let mut targets = vec![Vec::new(); machine.states.len()];
+    fn keep_reachable(&mut self, start: usize, edges: Edges) {
+        let mut targets = vec![Vec::new(); self.states.len()];
         edges.all.iter().for_each(|edge| targets[edge.source].push(edge.target));
         let reached = reachable(&targets, start);
-        let mut number = vec![0; machine.states.len()];
-        for (index, state) in machine.states.iter().enumerate().filter(|(index, _)| reached[*index]) {
+        let mut number = vec![0; self.states.len()];
+        for (index, state) in self.states.iter().enumerate().filter(|(index, _)| reached[*index]) {
             number[index] = self.found.states.len();
             self.found.states.push(state.name.name.clone());
         }
@@ -545,14 +560,4 @@ impl<'db> BehaviourContext<'db> {
         self.found.edges =
             Arc::new(Edges { all: renumbered.collect(), first: first.map(|(first, _)| first).collect() });
     }
-}
-
-/// Returns the target states of each state's transitions, including those that never fire. `indices`: the index of each
-/// state.
-pub(crate) fn successors(machine: &Machine, indices: &FxHashMap<&Name, usize>) -> Vec<Vec<usize>> {
-    let targets = |state: &State| {
-        let targets = state.transitions.iter().filter_map(|it| it.target.as_ref());
-        targets.filter_map(|target| indices.get(&target.name).copied()).collect()
-    };
-    machine.states.iter().map(|state| targets(state)).collect()
 }

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use crate::ModelDb;
 use crate::completeness::Completeness;
 use crate::item_tree::{
-    Core, Expr, Guard, Handler, Hook, MethodKind, Name, NameRef, Operation, Parameter, Program, SourceId,
-    State, Statement, TypeRef, Variable,
+    Core, Expr, Guard, Handler, Hook, Name, NameRef, Operation, Parameter, Program, SourceId, State,
+    Statement, TypeRef, Variable,
 };
 use crate::source::{Decl, core};
 
@@ -119,12 +119,6 @@ impl Body {
 }
 
 impl State {
-    /// Returns where its first method of this kind is.
-    pub(crate) fn place_of(&self, kind: MethodKind) -> Option<ProgramIn> {
-        let index = self.methods.iter().position(|method| method.kind == kind)?;
-        Some(ProgramIn::Method(index as u32))
-    }
-
     /// Returns its programs and guards: the methods, then the guard and the effect of each transition.
     pub fn code(&self) -> Vec<(ProgramIn, Code<'_>)> {
         let methods = self.methods.iter().enumerate();

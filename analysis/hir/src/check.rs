@@ -37,9 +37,8 @@ pub fn declaration_facts<'db>(
     match decl.kind(db) {
         Kind::Core => {
             checker.found.extend(behaviour_of(db, project, decl).facts.iter().cloned());
-            let inference = inference_of_core(db, project, decl);
-            checker.found.extend(inference.facts().cloned());
-            checker.found.extend(flow_facts(db, project, decl, &inference));
+            checker.found.extend(inference_of_core(db, project, decl).facts().cloned());
+            checker.found.extend(flow_facts(db, project, decl).iter().cloned());
         }
         Kind::Architecture => {
             checker.names_in_architecture();

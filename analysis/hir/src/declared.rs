@@ -1,38 +1,36 @@
 //! Checks of declared names and types: reserved names, unknown and invalid types, unused declarations.
 
+use std::borrow::Cow;
+
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
+use crate::body::{CoreScope, core_scope};
 use crate::completeness::Completeness;
 use crate::fact::{Checker, Defined, Fact, FactKind, Reserved, repeated};
 use crate::features::{FeatureOf, features_of, shell_of};
 use crate::flat::{flat_of, target_of};
 use crate::infer::uses_of;
-use crate::item_tree::{Data, Kind, Name, NameRef, Parameter, SourceId, TypeRef};
+use crate::item_tree::{Data, Kind, Name, NameRef, Parameter, SourceId, TypeRef, Variable, types_in_core};
 use crate::messages::used_packages;
 use crate::names::names_of;
 use crate::project::{Project, file_groups, files_in_group};
 use crate::settings::names_in_values;
 use crate::source::{Decl, Location, data, declarations, shell};
+use crate::structure::{Structure, local_variables_of, structure_of};
 use crate::types::{self, Type};
 
 impl<'db> Checker<'db> {
     /// Reports values of type `void` and repeated parameters: the errors in the types and names of a declaration.
     pub(crate) fn void_values_and_parameters(&mut self) {
-        let Some(data) = data(self.db, self.of).as_deref() else { return };
+        let declared = DeclaredIn::of(self.db, self.of);
         let library = self.of.library(self.db).as_ref();
-        for (ty, may_be_void) in data.types() {
+        for (ty, may_be_void) in declared.types() {
             if !may_be_void && types::resolved(self.db, self.project, library, &ty.path) == Some(Type::Void) {
                 self.report(ty.id, FactKind::VoidValue);
             }
         }
-        let lists: Vec<&[Parameter]> = match data {
-            Data::Codel(codel) => vec![&codel.parameters],
-            Data::Shell(shell) => shell.features.iter().map(|it| it.parameters.as_slice()).collect(),
-            Data::Core(core) => core.operations.iter().map(|it| it.parameters.as_slice()).collect(),
-            _ => Vec::new(),
-        };
-        for parameters in lists {
+        for parameters in declared.parameters() {
             self.found.extend(repeated(self.of, parameters.iter().map(|it| (&it.name, Defined::Parameter))));
         }
     }
@@ -40,7 +38,6 @@ impl<'db> Checker<'db> {
     /// Checks the names and types of a declaration.
     pub(crate) fn names_and_types(&mut self) {
         let (db, project, of) = (self.db, self.project, self.of);
-        let Some(data) = data(db, of).as_deref() else { return };
         self.void_values_and_parameters();
         for ty in has_types(db, of).then(|| unknown_types(db, project, of)).into_iter().flatten() {
             let first = first_unknown(db, project).get(&(of.library(db).clone(), ty.path.clone()));
@@ -49,16 +46,17 @@ impl<'db> Checker<'db> {
             }
         }
         let own = NameRef { name: of.name(db).clone(), id: SourceId(0) };
-        let own = matches!(data, Data::Codel(_) | Data::Component(_)).then_some((&own, None));
-        for (NameRef { name, id }, reserved) in own.into_iter().chain(names_in(data)) {
+        let own = matches!(of.kind(db), Kind::Codel | Kind::Component).then_some((&own, None));
+        let declared = DeclaredIn::of(db, of);
+        for (NameRef { name, id }, reserved) in own.into_iter().chain(declared.names()) {
             let reserved = reserved.filter(|(names, _)| names.contains(&name.as_str())).map(|(_, what)| what);
             if let Some(is) = reserved.or_else(|| is_cpp(name).then_some(Reserved::Cpp)) {
                 self.report(*id, FactKind::ReservedName { name: name.clone(), is });
             }
         }
-        if let Data::Core(core) = data {
-            core.colon.into_iter().for_each(|colon| self.report(colon, FactKind::HeaderColon));
-            for variable in core.all_variables() {
+        if let DeclaredIn::Core(core) = &declared {
+            core.structure.colon.into_iter().for_each(|colon| self.report(colon, FactKind::HeaderColon));
+            for variable in core.variables() {
                 if let Some((token, white)) = variable.continued {
                     let name = variable.name.name.clone();
                     self.report(token, FactKind::ContinuedLine { name, white });
@@ -121,33 +119,93 @@ fn is_cpp(name: &str) -> bool {
     WORDS.binary_search(&name).is_ok()
 }
 
-/// Returns the names in a declaration that generated C++ contains, with the reserved names for their kind.
-fn names_in(data: &Data) -> Vec<(&NameRef, ReservedNames)> {
-    let mut names: Vec<(&NameRef, ReservedNames)> = Vec::new();
-    match data {
-        Data::Codel(codel) => names.extend(codel.parameters.iter().map(|it| (&it.name, None))),
-        Data::Shell(shell) => {
-            for feature in &shell.features {
-                let reserved = match feature.kind {
-                    kind if kind.is_port() => PORTS,
-                    kind if kind.is_value() => PROPERTIES,
-                    _ => None,
-                };
-                names.push((&feature.name, reserved));
-                names.extend(feature.parameters.iter().map(|it| (&it.name, None)));
-            }
-        }
-        Data::Core(core) => {
-            let parameters = core.operations.iter().flat_map(|it| &it.parameters);
-            names.extend(parameters.map(|it| (&it.name, None)));
-            names.extend(core.all_variables().map(|it| (&it.name, None)));
-            names.extend(core.handlers.iter().map(|handler| (&handler.name, None)));
-            let states = core.states();
-            names.extend(states.map(|state| (&state.name, None)));
-        }
-        _ => {}
+/// What the checks of names and types read of a declaration: for a core, not its programs.
+enum DeclaredIn<'db> {
+    Core(DeclaredInCore<'db>),
+    Other(&'db Data),
+    Nothing,
+}
+
+struct DeclaredInCore<'db> {
+    structure: &'db Structure,
+    scope: &'db CoreScope,
+    /// The variables that its programs declare, by group of bodies.
+    local: Vec<Cow<'db, Vec<Variable>>>,
+}
+
+impl DeclaredInCore<'_> {
+    fn variables(&self) -> impl Iterator<Item = &Variable> {
+        self.structure.shared_variables().chain(self.local.iter().flat_map(|group| group.iter()))
     }
-    names
+}
+
+impl<'db> DeclaredIn<'db> {
+    fn of(db: &'db dyn ModelDb, of: Decl<'db>) -> DeclaredIn<'db> {
+        if of.kind(db) != Kind::Core {
+            return data(db, of).as_deref().map_or(DeclaredIn::Nothing, DeclaredIn::Other);
+        }
+        match (structure_of(db, of), core_scope(db, of)) {
+            (Some(structure), Some(scope)) => {
+                let local = local_variables_of(db, of);
+                DeclaredIn::Core(DeclaredInCore { structure, scope, local })
+            }
+            _ => DeclaredIn::Nothing,
+        }
+    }
+
+    /// Returns the types of values, as [`Data::types`].
+    fn types(&self) -> Vec<(&TypeRef, bool)> {
+        match self {
+            DeclaredIn::Core(core) => {
+                let heads = core.scope.operations.iter();
+                let operations = heads.map(|it| (it.parameters.as_slice(), it.result.as_ref()));
+                types_in_core(operations, core.variables()).collect()
+            }
+            DeclaredIn::Other(data) => data.types(),
+            DeclaredIn::Nothing => Vec::new(),
+        }
+    }
+
+    /// Returns the lists of parameters.
+    fn parameters(&self) -> Vec<&[Parameter]> {
+        match self {
+            DeclaredIn::Core(core) => {
+                core.scope.operations.iter().map(|it| it.parameters.as_slice()).collect()
+            }
+            DeclaredIn::Other(Data::Codel(codel)) => vec![&codel.parameters],
+            DeclaredIn::Other(Data::Shell(shell)) => {
+                shell.features.iter().map(|it| it.parameters.as_slice()).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// Returns the names that generated C++ contains, with the reserved names for their kind.
+    fn names(&self) -> Vec<(&NameRef, ReservedNames)> {
+        let parameters = self.parameters().into_iter().flatten();
+        let mut names: Vec<(&NameRef, ReservedNames)> = Vec::new();
+        match self {
+            DeclaredIn::Other(Data::Shell(shell)) => {
+                for feature in &shell.features {
+                    let reserved = match feature.kind {
+                        kind if kind.is_port() => PORTS,
+                        kind if kind.is_value() => PROPERTIES,
+                        _ => None,
+                    };
+                    names.push((&feature.name, reserved));
+                    names.extend(feature.parameters.iter().map(|it| (&it.name, None)));
+                }
+            }
+            DeclaredIn::Core(core) => {
+                names.extend(parameters.map(|it| (&it.name, None)));
+                names.extend(core.variables().map(|it| (&it.name, None)));
+                names.extend(core.structure.handlers.iter().map(|handler| (&handler.name, None)));
+                names.extend(core.structure.states().map(|state| (&state.name, None)));
+            }
+            _ => names.extend(parameters.map(|it| (&it.name, None))),
+        }
+        names
+    }
 }
 
 fn has_types<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> bool {
@@ -157,9 +215,9 @@ fn has_types<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> bool {
 /// Returns the unresolved types in a declaration, each at its first occurrence.
 #[salsa::tracked(returns(ref))]
 fn unknown_types<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<TypeRef> {
-    let Some(data) = data(db, of).as_deref() else { return Vec::new() };
+    let declared = DeclaredIn::of(db, of);
     let library = of.library(db).as_ref();
-    let mut types: Vec<&TypeRef> = data.types().into_iter().map(|(ty, _)| ty).collect();
+    let mut types: Vec<&TypeRef> = declared.types().into_iter().map(|(ty, _)| ty).collect();
     types.sort_by_key(|ty| ty.id);
     let mut seen = FxHashSet::default();
     types.retain(|ty| seen.insert(&ty.path));

@@ -18,43 +18,41 @@ use std::collections::BTreeSet;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
-use crate::behaviour::{behaviour_of, successors};
-use crate::body::{BodyId, ProgramIn, core_scope};
+use crate::behaviour::behaviour_of;
+use crate::body::{ProgramIn, core_scope};
 use crate::fact::{Fact, FactKind};
 use crate::features::core_of;
 use crate::flat::flat_of;
 use crate::graph::reachable;
 use crate::infer::{
-    CoreInference, VariableKind, VariableOf, shared_names, shared_variables, total_completeness,
+    CoreInference, VariableKind, VariableOf, inference_of_core, shared_names, shared_variables,
+    total_completeness,
 };
-use crate::item_tree::{Core, HookKind, Kind, Machine, MethodKind, Name, NameRef, SourceId, Transition};
+use crate::item_tree::{HookKind, Kind, MethodKind, Name, NameRef, SourceId};
 use crate::names::names_of;
 use crate::project::Project;
 use crate::resolve::SharedNames;
-use crate::source::{Decl, Location, architecture, core};
+use crate::source::{Decl, Location, architecture};
+use crate::structure::{StateStructure, Structure, TransitionStructure, structure_of, successors};
 
 use self::indices::Indices;
 use self::operations::{Effects, effects_of};
 use self::programs::{ProgramFlow, Programs, groups_of, unused};
 use self::writes::lost_writes;
 
-/// Returns the facts about the data flow in a core. No query: only the facts of the declaration contain them.
-pub(crate) fn flow_facts<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    of: Decl<'db>,
-    inference: &CoreInference<'db>,
-) -> Vec<Fact<'db>> {
-    let (Some(data), Some(scope)) = (core(db, of), core_scope(db, of)) else { return Vec::new() };
+/// Returns the facts about the data flow in a core.
+#[salsa::tracked(returns(ref))]
+pub(crate) fn flow_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Fact<'db>> {
+    let (Some(core), Some(scope)) = (structure_of(db, of), core_scope(db, of)) else { return Vec::new() };
     let effects = effects_of(db, project, of, scope);
     let groups = groups_of(db, project, of, scope, &effects);
     let mut flow = Flow {
         db,
         project,
         of,
-        core: data,
+        core,
         effects: &effects,
-        programs: Programs::new(scope, &groups),
+        programs: Programs::new(core, scope, &groups),
         variables: shared_variables(db, project, of),
         names: shared_names(db, project, of),
         assigned_anywhere: OnceCell::new(),
@@ -65,10 +63,11 @@ pub(crate) fn flow_facts<'db>(
     let is_error =
         |fact: &Fact<'db>| fact.is_error() && !matches!(fact.kind, FactKind::DuplicateDefinition { .. });
     if total_completeness(db, project, of).is_complete() {
+        let inference = inference_of_core(db, project, of);
         if !inference.is_unresolved() && !inference.facts().any(is_error) {
             flow.found.extend(groups.iter().flat_map(|group| &group.local).cloned());
             flow.reads_before_assignment();
-            flow.unused_variables(inference);
+            flow.unused_variables(&inference);
         }
         flow.lost_writes();
         flow.no_path_back();
@@ -96,7 +95,7 @@ struct Flow<'a, 'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-    core: &'db Core,
+    core: &'db Structure,
     /// Those of each operation.
     effects: &'a [Effects],
     programs: Programs<'a, 'db>,
@@ -121,8 +120,7 @@ impl<'a, 'db> Flow<'a, 'db> {
     }
 
     fn hook(&self, kind: HookKind) -> Option<&'a ProgramFlow> {
-        let index = self.core.hooks.iter().position(|hook| hook.kind == kind)?;
-        self.programs.get(BodyId::Hook(index as u32), ProgramIn::Whole)
+        self.programs.get(self.core.hook(kind)?, ProgramIn::Whole)
     }
 
     /// Returns the number of the variable that names of a shared variable refer to: the last one with its name. Another fact
@@ -139,9 +137,7 @@ impl<'a, 'db> Flow<'a, 'db> {
         let mut unassigned = Unassigned::default();
         let start = self.assigned_at_start(&mut unassigned);
         self.execute(self.hook(HookKind::Update), &mut start.clone(), &mut unassigned);
-        if let [machine] = self.core.machines.as_slice() {
-            self.machine(machine, &start, &mut unassigned);
-        }
+        self.machine(&start, &mut unassigned);
         let mut unassigned: Vec<(usize, SourceId)> = unassigned.into_iter().collect();
         unassigned.sort_by_key(|(_, id)| *id);
         for (number, id) in unassigned {
@@ -195,7 +191,7 @@ impl<'a, 'db> Flow<'a, 'db> {
 
     /// Checks the programs of a state machine, each with the variables that are assigned before the `entry` of its state: a
     /// forward data flow analysis with intersection at states. `start`: the variables assigned before the first period.
-    fn machine(&self, machine: &'db Machine, start: &Indices, unassigned: &mut Unassigned) {
+    fn machine(&self, start: &Indices, unassigned: &mut Unassigned) {
         // The variables that may be unassigned at all: the sets below are small if there are few. Bit `n` is for the nth.
         let numbers = self.variables.iter().filter_map(|variable| self.number(variable));
         let open: BTreeSet<usize> = numbers.filter(|&number| !start.contains(number)).collect();
@@ -208,15 +204,16 @@ impl<'a, 'db> Flow<'a, 'db> {
             assigned.for_each(|(bit, _)| found.insert(bit));
             found
         };
+        let states = self.programs.states();
         let transfers: Vec<Vec<(usize, Indices)>> =
-            (0..machine.states.len()).map(|state| self.transfers(machine, state, of_open)).collect();
-        let mut before: Vec<Indices> = vec![Indices::before(open.len()); machine.states.len()];
-        let initial = machine.states.iter().position(|state| state.initial);
+            states.iter().enumerate().map(|(index, state)| self.transfers(index, state, of_open)).collect();
+        let mut before: Vec<Indices> = vec![Indices::before(open.len()); states.len()];
+        let initial = states.iter().position(|state| state.initial);
         if let Some(before) = initial.and_then(|initial| before.get_mut(initial)) {
             *before = Indices::default();
         }
         // A variable that may be unassigned in a state may be unassigned in its successors.
-        let mut worklist: Vec<usize> = (0..machine.states.len()).collect();
+        let mut worklist: Vec<usize> = (0..states.len()).collect();
         while let Some(source) = worklist.pop() {
             for (target, assigned) in transfers.get(source).into_iter().flatten() {
                 let (Some(mut from), Some(to)) = (before.get(source).cloned(), before.get_mut(*target))
@@ -232,31 +229,28 @@ impl<'a, 'db> Flow<'a, 'db> {
             }
         }
         let all = Indices::before(self.variables.len());
-        for (state, before) in before.iter().enumerate() {
+        for (index, (state, before)) in states.iter().zip(before).enumerate() {
             let mut assigned = all.clone();
             let open = open.iter().enumerate().filter(|(bit, _)| !before.contains(*bit));
             open.for_each(|(_, number)| assigned.remove(*number));
-            self.state(machine, state, &mut assigned, unassigned);
+            self.state(index, state, &mut assigned, unassigned);
         }
     }
 
     /// Returns the target of each transition of a state, with the variables that may be assigned up to there.
     fn transfers(
         &self,
-        machine: &'db Machine,
         index: usize,
+        state: &StateStructure,
         of_open: impl Fn(&Indices) -> Indices,
     ) -> Vec<(usize, Indices)> {
-        let Some(state) = machine.states.get(index) else { return Vec::new() };
         let get = |program| self.programs.of_state(index, program);
         let mut own = Indices::default();
-        for (program, _) in state.code() {
-            if !matches!(program, ProgramIn::Effect(_)) {
-                get(program).into_iter().for_each(|program| own.add(&program.assigns));
-            }
+        for program in state.methods_and_guards() {
+            get(program).into_iter().for_each(|program| own.add(&program.assigns));
         }
-        let transfer = |(number, transition): (usize, &Transition)| {
-            let target = *self.programs.states(machine).get(&transition.target.as_ref()?.name)?;
+        let transfer = |(number, transition): (usize, &TransitionStructure)| {
+            let target = self.programs.target(transition)?;
             let mut assigned = own.clone();
             get(ProgramIn::Effect(number as u32))
                 .into_iter()
@@ -267,10 +261,15 @@ impl<'a, 'db> Flow<'a, 'db> {
     }
 
     /// Checks the programs of a state, in the order of their first possible execution.
-    fn state(&self, machine: &Machine, index: usize, assigned: &mut Indices, unassigned: &mut Unassigned) {
-        let Some(state) = machine.states.get(index) else { return };
+    fn state(
+        &self,
+        index: usize,
+        state: &StateStructure,
+        assigned: &mut Indices,
+        unassigned: &mut Unassigned,
+    ) {
         let get = |program| self.programs.of_state(index, program);
-        let method = |kind| self.programs.method(index, state, kind);
+        let method = |kind| self.programs.method(index, kind);
         let transitions = 0..state.transitions.len() as u32;
         self.execute(method(MethodKind::Entry), assigned, unassigned);
         self.execute(method(MethodKind::Run), assigned, unassigned);
@@ -321,26 +320,26 @@ impl<'a, 'db> Flow<'a, 'db> {
     fn no_path_back(&mut self) {
         let behaviour = behaviour_of(self.db, self.project, self.of);
         let [machine] = self.core.machines.as_slice() else { return };
-        let Some(initial) = machine.states.iter().position(|state| state.initial) else { return };
+        let all = self.programs.states();
+        let Some(initial) = all.iter().position(|state| state.initial) else { return };
         if !behaviour.refusals.is_empty() {
             return;
         }
-        let mut predecessors = vec![Vec::new(); machine.states.len()];
-        for (source, targets) in successors(machine, self.programs.states(machine)).into_iter().enumerate() {
+        let mut predecessors = vec![Vec::new(); all.len()];
+        for (source, targets) in successors(all, self.programs.indices()).into_iter().enumerate() {
             targets.into_iter().for_each(|target| predecessors[target].push(source));
         }
         let back = reachable(&predecessors, initial);
         // Another fact reports the unreachable states.
         let entered = LazyCell::new(|| behaviour.states.iter().collect::<FxHashSet<&Name>>());
-        let states: Vec<(Name, Location<'db>)> = machine
-            .states
+        let states: Vec<(Name, Location<'db>)> = all
             .iter()
             .zip(back)
             .filter(|(state, back)| !back && entered.contains(&state.name.name))
             .map(|(state, _)| (state.name.name.clone(), self.at(state.name.id)))
             .collect();
         if !states.is_empty() {
-            let initial = machine.states[initial].name.name.clone();
+            let initial = all[initial].name.name.clone();
             self.report(machine.id, FactKind::NotStronglyConnected { initial, states });
         }
     }

@@ -19,13 +19,14 @@ use crate::fact::{
 };
 use crate::features::{FeatureOf, Features, features_of};
 use crate::item_tree::{
-    Core, Direction, Expr, FeatureKind, Handler, HookKind, Kind, Name, NameRef, Operation, Parameter,
-    SourceId, State, Statement, TypeRef, Variable,
+    Direction, Expr, FeatureKind, Handler, HookKind, Kind, Name, NameRef, Operation, Parameter, SourceId,
+    State, Statement, TypeRef, Variable,
 };
 use crate::names::{Unresolved, names_of, resolve_type, similar};
 use crate::project::Project;
 use crate::resolve::{Binding, CallError, Callee, Resolver, Scope, SharedNames, VariableId};
 use crate::source::{Decl, Location, codel, core};
+use crate::structure::structure_of;
 use crate::types::{OperatorError, Signature, Type, Typed, type_of, type_of_value};
 
 /// The bindings, callees and types of a group of bodies.
@@ -1181,7 +1182,8 @@ pub struct CoreInference<'db> {
     shared: &'db Shared<'db>,
     /// The groups of bodies, each with the number of variables in the shared variables and the previous groups.
     groups: Vec<(&'db Inference<'db>, usize)>,
-    core: Option<&'db Core>,
+    db: &'db dyn ModelDb,
+    of: Decl<'db>,
     /// For several groups: the first source of each body except initial values, with its group. Most users need only facts.
     by_source: OnceCell<Vec<(SourceId, u32)>>,
 }
@@ -1194,10 +1196,9 @@ pub fn inference_of_core<'db>(
 ) -> CoreInference<'db> {
     let scope = core_scope(db, of).as_ref();
     let shared = shared_in(db, project, of);
-    let core = core(db, of);
-    let mut found = CoreInference { scope, shared, groups: Vec::new(), core, by_source: OnceCell::new() };
+    let mut found = CoreInference { scope, shared, groups: Vec::new(), db, of, by_source: OnceCell::new() };
     let mut variables = shared.variables.len();
-    for group in scope.filter(|_| core.is_some()).map_or(0..0, CoreScope::groups) {
+    for group in scope.map_or(0..0, CoreScope::groups) {
         let inference = inference_of(db, project, of, group);
         found.groups.push((inference, variables));
         variables += inference.variables.len();
@@ -1266,10 +1267,10 @@ impl<'db> CoreInference<'db> {
     }
 
     fn by_source(&self) -> Vec<(SourceId, u32)> {
-        let (Some(core), Some(scope)) = (self.core, self.scope) else { return Vec::new() };
         if self.groups.len() <= 1 {
             return Vec::new();
         }
+        let (Some(core), Some(scope)) = (core(self.db, self.of), self.scope) else { return Vec::new() };
         let first = |id| Some((core.first_id(id)?, scope.group(id)?));
         let mut by_source: Vec<(SourceId, u32)> = core.bodies().filter_map(first).collect();
         by_source.sort_unstable();
@@ -1365,7 +1366,7 @@ pub(crate) fn total_completeness<'db>(
     project: Project<'db>,
     of: Decl<'db>,
 ) -> Completeness {
-    let own = core(db, of).map_or(Completeness::Complete, |core| {
+    let own = structure_of(db, of).map_or(Completeness::Complete, |core| {
         core.completeness & core.machines.iter().map(|it| it.completeness).collect()
     });
     own & groups_of(db, of).map(|group| inference_of(db, project, of, group).uses.completeness).collect()

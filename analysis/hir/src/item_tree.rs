@@ -213,9 +213,6 @@ pub enum Data {
 impl Data {
     /// Returns the types of the values that it declares, each with whether `void` is allowed.
     pub fn types(&self) -> Vec<(&TypeRef, bool)> {
-        fn of_parameters(parameters: &[Parameter]) -> impl Iterator<Item = (&TypeRef, bool)> {
-            parameters.iter().filter_map(|parameter| Some((parameter.ty.as_ref()?, false)))
-        }
         let mut types = Vec::new();
         match self {
             Data::Codel(codel) => {
@@ -229,16 +226,29 @@ impl Data {
                 }
             }
             Data::Core(core) => {
-                for operation in &core.operations {
-                    types.extend(of_parameters(&operation.parameters));
-                    types.extend(operation.result.as_ref().map(|ty| (ty, true)));
-                }
-                types.extend(core.all_variables().filter_map(|it| Some((it.ty.as_ref()?, false))));
+                let operations =
+                    core.operations.iter().map(|it| (it.parameters.as_slice(), it.result.as_ref()));
+                types.extend(types_in_core(operations, core.all_variables()));
             }
             Data::Use | Data::Component(_) | Data::Architecture(_) | Data::Deployment(_) => {}
         }
         types
     }
+}
+
+fn of_parameters(parameters: &[Parameter]) -> impl Iterator<Item = (&TypeRef, bool)> {
+    parameters.iter().filter_map(|parameter| Some((parameter.ty.as_ref()?, false)))
+}
+
+/// Returns the types of the operations, by their parameters and results, and of the variables of a core; as [`Data::types`].
+pub(crate) fn types_in_core<'a>(
+    operations: impl Iterator<Item = (&'a [Parameter], Option<&'a TypeRef>)>,
+    variables: impl Iterator<Item = &'a Variable>,
+) -> impl Iterator<Item = (&'a TypeRef, bool)> {
+    let of_operation = |(parameters, result): (&'a [Parameter], Option<&'a TypeRef>)| {
+        of_parameters(parameters).chain(result.map(|ty| (ty, true)))
+    };
+    operations.flat_map(of_operation).chain(variables.filter_map(|it| Some((it.ty.as_ref()?, false))))
 }
 
 /// The path of a type, shell, component, …, as written: one or several segments.
@@ -466,11 +476,6 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// Returns whether all states are known: the error in a state may be the beginning of another state.
-    pub(crate) fn state_completeness(&self) -> Completeness {
-        self.completeness & self.states.iter().map(|state| state.completeness).collect()
-    }
-
     /// Returns the index of the first state of each name.
     pub fn state_indices(&self) -> FxHashMap<&Name, usize> {
         let states = self.states.iter().enumerate().rev();

@@ -22,6 +22,7 @@
 //! | `resolve.rs`, `builtin.rs` | resolution of the names and the calls in programs, and nowhere else |
 //! | `infer.rs` | bindings, callees and types of each body |
 //! | `semantics.rs` | resolution at a position of a text, for editors |
+//! | `structure.rs` | a core without its programs: what an edit of a program does not change |
 //! | `cost.rs`, `behaviour.rs` | the demand of programs, as calls of codels; the states and edges of a core |
 //! | `flow.rs`, `flow/` | data flow through the states of a core: read before assignment, lost writes, unreachable code |
 //! | `program_id.rs` | the identity of a program, and its key in timing tables |
@@ -75,6 +76,7 @@ mod size;
 mod skeleton;
 mod source;
 mod source_map;
+mod structure;
 mod types;
 mod values;
 mod wiring;
@@ -125,5 +127,6 @@ pub use source::{
     declaration_at, declaration_map, declarations, deployment, item_tree_of, parse, shell, source_map,
 };
 pub use source_map::{DeclarationMap, SourceMap};
+pub use structure::structure_of;
 pub use types::{C_TYPES, Integer, LANGUAGE_TYPES, Signature, Type, built_in_type, type_of};
 pub use values::{Value, whole_number};

@@ -20,12 +20,12 @@ use crate::infer::{
     shared_names, shared_variables,
 };
 use crate::item_tree::{
-    BinaryOperator, Direction, Expr, HookKind, Machine, MethodKind, Name, NameRef, Program, SourceId, State,
-    Statement,
+    BinaryOperator, Direction, Expr, HookKind, MethodKind, Name, NameRef, Program, SourceId, Statement,
 };
 use crate::project::Project;
 use crate::resolve::{Binding, Callee};
 use crate::source::{Decl, Location};
+use crate::structure::{StateStructure, Structure, TransitionStructure, indices_of};
 use crate::types::Type;
 
 use super::indices::Indices;
@@ -69,12 +69,19 @@ pub(super) struct Read {
 pub(super) struct Programs<'a, 'db> {
     scope: &'db CoreScope,
     groups: &'a [Cow<'db, GroupFlow<'db>>],
-    states: OnceCell<FxHashMap<&'db Name, usize>>,
+    /// The states of its only state machine.
+    states: Vec<&'db StateStructure>,
+    indices: OnceCell<FxHashMap<&'db Name, usize>>,
 }
 
 impl<'a, 'db> Programs<'a, 'db> {
-    pub(super) fn new(scope: &'db CoreScope, groups: &'a [Cow<'db, GroupFlow<'db>>]) -> Programs<'a, 'db> {
-        Programs { scope, groups, states: OnceCell::new() }
+    pub(super) fn new(
+        core: &'db Structure,
+        scope: &'db CoreScope,
+        groups: &'a [Cow<'db, GroupFlow<'db>>],
+    ) -> Programs<'a, 'db> {
+        let states = core.machine().map_or_else(Vec::new, |(_, states)| states);
+        Programs { scope, groups, states, indices: OnceCell::new() }
     }
 
     pub(super) fn groups(&self) -> impl Iterator<Item = &'a GroupFlow<'db>> {
@@ -92,8 +99,8 @@ impl<'a, 'db> Programs<'a, 'db> {
     }
 
     /// Returns the method of a state of the only state machine of the core.
-    pub(super) fn method(&self, index: usize, state: &State, kind: MethodKind) -> Option<&'a ProgramFlow> {
-        self.of_state(index, state.place_of(kind)?)
+    pub(super) fn method(&self, index: usize, kind: MethodKind) -> Option<&'a ProgramFlow> {
+        self.of_state(index, self.states.get(index)?.method(kind)?)
     }
 
     /// Returns all programs and guards.
@@ -101,9 +108,19 @@ impl<'a, 'db> Programs<'a, 'db> {
         self.groups().flat_map(|group| &group.programs).flatten()
     }
 
-    /// Returns the index of each state of the only state machine of the core.
-    pub(super) fn states(&self, machine: &'db Machine) -> &FxHashMap<&'db Name, usize> {
-        self.states.get_or_init(|| machine.state_indices())
+    /// Returns the states of the only state machine of the core.
+    pub(super) fn states(&self) -> &[&'db StateStructure] {
+        &self.states
+    }
+
+    /// Returns the index of the first state of each name.
+    pub(super) fn indices(&self) -> &FxHashMap<&'db Name, usize> {
+        self.indices.get_or_init(|| indices_of(&self.states))
+    }
+
+    /// Returns the index of the state that a transition leads to.
+    pub(super) fn target(&self, transition: &TransitionStructure) -> Option<usize> {
+        self.indices().get(&transition.target.as_ref()?.name).copied()
     }
 }
 

@@ -5,10 +5,9 @@ use rustc_hash::FxHashSet;
 use crate::body::{BodyId, ProgramIn, statements};
 use crate::builtin::Builtin;
 use crate::infer::Inference;
-use crate::item_tree::{
-    Core, Expr, HookKind, Machine, MethodKind, Name, NameRef, SourceId, State, Statement,
-};
+use crate::item_tree::{Expr, HookKind, MethodKind, Name, NameRef, SourceId, Statement};
 use crate::resolve::Callee;
+use crate::structure::{StateStructure, Structure};
 
 use super::operations::Effects;
 use super::programs::{ProgramFlow, Programs};
@@ -117,16 +116,13 @@ fn has_return(statement: &Statement) -> bool {
 }
 
 /// Returns the writes of a core that every path overwrites in the same period.
-pub(super) fn lost_writes<'a, 'db>(core: &'db Core, programs: &Programs<'a, 'db>) -> Vec<&'a Write> {
+pub(super) fn lost_writes<'a, 'db>(core: &'db Structure, programs: &Programs<'a, 'db>) -> Vec<&'a Write> {
     let operations = (0..core.operations.len()).map(|index| BodyId::Operation(index as u32));
-    let update = core.hooks.iter().position(|hook| hook.kind == HookKind::Update);
-    let bodies = operations.chain(update.map(|index| BodyId::Hook(index as u32)));
+    let bodies = operations.chain(core.hook(HookKind::Update));
     let mut lost: Vec<&Write> =
         bodies.flat_map(|body| lost_in(programs.get(body, ProgramIn::Whole))).collect();
-    if let [machine] = core.machines.as_slice() {
-        let period = Period { machine, programs };
-        let states = machine.states.iter().enumerate();
-        states.for_each(|(index, state)| period.lost_in(index, state, &mut lost));
+    for (index, state) in programs.states().iter().enumerate() {
+        lost_in_state(index, state, programs, &mut lost);
     }
     lost.sort();
     lost.dedup();
@@ -146,45 +142,41 @@ fn lost_after(
     last.filter(move |(_, port)| is_written(port))
 }
 
-/// The programs of a state machine in the order of a period: `run`, then `exit`, an effect and `entry`, or `handle`.
-struct Period<'p, 'a, 'db> {
-    machine: &'db Machine,
-    programs: &'p Programs<'a, 'db>,
-}
-
-impl<'a, 'db> Period<'_, 'a, 'db> {
-    /// Adds the writes in a state that the programs after them overwrite.
-    fn lost_in(&self, index: usize, state: &State, lost: &mut Vec<&'a Write>) {
-        let method = |kind| self.programs.method(index, state, kind);
-        let [entry, run, handle, exit] =
-            [MethodKind::Entry, MethodKind::Run, MethodKind::Handle, MethodKind::Exit].map(method);
-        let effect = |number| self.programs.of_state(index, ProgramIn::Effect(number as u32));
-        let next_entry = |number: usize| -> Option<&'a ProgramFlow> {
-            let target = &state.transitions.get(number)?.target.as_ref()?.name;
-            let target = *self.programs.states(self.machine).get(target)?;
-            self.programs.method(target, self.machine.states.get(target)?, MethodKind::Entry)
-        };
-        // The transitions that may fire.
-        let always = state.transitions.iter().position(|transition| transition.guard.is_none());
-        let fire = 0..always.map_or(state.transitions.len(), |always| always + 1);
-        let writes = |program: Option<&ProgramFlow>, port: &Name| {
-            program.is_some_and(|program| program.writes.include(port))
-        };
-        let after_exit = |port: &Name| {
-            let fires = |number| writes(effect(number), port) || writes(next_entry(number), port);
-            !fire.is_empty() && fire.clone().all(fires)
-        };
-        let after_run = |port: &Name| {
-            let leaves = fire.is_empty() || writes(exit, port) || after_exit(port);
-            leaves && (always.is_some() || writes(handle, port))
-        };
-        [entry, run, handle, exit].into_iter().for_each(|program| lost.extend(lost_in(program)));
-        lost.extend(lost_after(run, after_run));
-        lost.extend(lost_after(exit, after_exit));
-        for number in fire.clone() {
-            let effect = effect(number);
-            lost.extend(lost_in(effect));
-            lost.extend(lost_after(effect, |port| writes(next_entry(number), port)));
-        }
+/// Adds the writes in a state that the programs after them overwrite. The programs of a period are `run`, then `exit`, an effect
+/// and `entry`, or `handle`.
+fn lost_in_state<'a, 'db>(
+    index: usize,
+    state: &StateStructure,
+    programs: &Programs<'a, 'db>,
+    lost: &mut Vec<&'a Write>,
+) {
+    let method = |kind| programs.method(index, kind);
+    let [entry, run, handle, exit] =
+        [MethodKind::Entry, MethodKind::Run, MethodKind::Handle, MethodKind::Exit].map(method);
+    let effect = |number| programs.of_state(index, ProgramIn::Effect(number as u32));
+    let next_entry = |number: usize| -> Option<&'a ProgramFlow> {
+        programs.method(programs.target(state.transitions.get(number)?)?, MethodKind::Entry)
+    };
+    // The transitions that may fire.
+    let always = state.transitions.iter().position(|transition| !transition.has_guard);
+    let fire = 0..always.map_or(state.transitions.len(), |always| always + 1);
+    let writes = |program: Option<&ProgramFlow>, port: &Name| {
+        program.is_some_and(|program| program.writes.include(port))
+    };
+    let after_exit = |port: &Name| {
+        let fires = |number| writes(effect(number), port) || writes(next_entry(number), port);
+        !fire.is_empty() && fire.clone().all(fires)
+    };
+    let after_run = |port: &Name| {
+        let leaves = fire.is_empty() || writes(exit, port) || after_exit(port);
+        leaves && (always.is_some() || writes(handle, port))
+    };
+    [entry, run, handle, exit].into_iter().for_each(|program| lost.extend(lost_in(program)));
+    lost.extend(lost_after(run, after_run));
+    lost.extend(lost_after(exit, after_exit));
+    for number in fire.clone() {
+        let effect = effect(number);
+        lost.extend(lost_in(effect));
+        lost.extend(lost_after(effect, |port| writes(next_entry(number), port)));
     }
 }

@@ -4,8 +4,8 @@ use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
 use mauve_hir::item_tree::{HookKind, Kind, Name, SourceId};
 use mauve_hir::{
-    Decl, Location, ModelDb, ProgramId, Project, core, core_of, declarations, file_groups, files_in_group,
-    parse,
+    Decl, Location, ModelDb, ProgramId, Project, core_of, declarations, file_groups, files_in_group, parse,
+    structure_of,
 };
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize, tokens_at};
@@ -87,16 +87,18 @@ enum Place {
 /// Returns what the labels of a core are about. A query of its own: most edits of a program do not change it, and build no label.
 #[salsa::tracked(returns(ref))]
 fn places_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<(SourceId, Place)> {
-    let Some(data) = core(db, of) else { return Vec::new() };
-    let updates = data.hooks.iter().filter(|hook| hook.kind == HookKind::Update);
-    let mut places: Vec<(SourceId, Place)> = updates.map(|hook| (hook.id, Place::Update)).collect();
-    for state in data.states() {
+    let Some(core) = structure_of(db, of) else { return Vec::new() };
+    let updates = core.hooks.iter().filter(|(kind, _)| *kind == HookKind::Update);
+    let mut places: Vec<(SourceId, Place)> = updates.map(|(_, id)| (*id, Place::Update)).collect();
+    for state in core.states() {
         let name = &state.name.name;
         places.push((state.name.id, Place::State(name.clone())));
-        places.extend(state.methods.iter().map(|method| {
-            let program = ProgramId::Method { state: name.clone(), kind: method.kind };
-            (method.id, Place::Method(program))
-        }));
+        places.extend(
+            state
+                .methods
+                .iter()
+                .map(|&(kind, id)| (id, Place::Method(ProgramId::Method { state: name.clone(), kind }))),
+        );
         places.extend(state.transitions.iter().map(|transition| {
             let of = (name.clone(), transition.name.name.clone());
             (transition.name.id, Place::Transition(of))
