@@ -1,6 +1,7 @@
 //! Checks of declared names and types: reserved names, unknown and invalid types, unused declarations.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -130,7 +131,7 @@ struct DeclaredInCore<'db> {
     structure: &'db Structure,
     scope: &'db CoreScope,
     /// The variables that its programs declare, by group of bodies.
-    local: Vec<Cow<'db, Vec<Variable>>>,
+    local: Vec<Cow<'db, Arc<[Variable]>>>,
 }
 
 impl DeclaredInCore<'_> {

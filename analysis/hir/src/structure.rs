@@ -116,18 +116,18 @@ fn states_in<'db>(db: &'db dyn ModelDb, of: Decl<'db>, group: u32) -> Arc<Vec<St
 }
 
 /// Returns the variables that the programs of a core declare, by group of bodies.
-pub(crate) fn local_variables_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<Cow<'db, Vec<Variable>>> {
+pub(crate) fn local_variables_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<Cow<'db, Arc<[Variable]>>> {
     by_group(db, of, || local_variables_in(db, of, 0), |group| local_variables_of_group(db, of, group))
 }
 
 /// Returns the variables that the programs of one of several groups of bodies declare.
 #[salsa::tracked(returns(ref))]
-fn local_variables_of_group<'db>(db: &'db dyn ModelDb, of: Decl<'db>, group: u32) -> Vec<Variable> {
+fn local_variables_of_group<'db>(db: &'db dyn ModelDb, of: Decl<'db>, group: u32) -> Arc<[Variable]> {
     local_variables_in(db, of, group)
 }
 
-fn local_variables_in<'db>(db: &'db dyn ModelDb, of: Decl<'db>, group: u32) -> Vec<Variable> {
-    let Some(scope) = core_scope(db, of) else { return Vec::new() };
+fn local_variables_in<'db>(db: &'db dyn ModelDb, of: Decl<'db>, group: u32) -> Arc<[Variable]> {
+    let Some(scope) = core_scope(db, of) else { return Arc::default() };
     let bodies = bodies_of(db, of, scope, group);
     let code = bodies.iter().flat_map(|(_, body)| body.code());
     let programs = code.filter_map(|(_, code)| match code {
