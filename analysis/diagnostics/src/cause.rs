@@ -20,8 +20,8 @@ const MOST_RELATED: usize = 3;
 /// corrects them all.
 pub(super) fn one_for_each_cause<'db>(
     db: &'db dyn ModelDb,
-    found: Vec<Diagnostic<'db>>,
-) -> Vec<Diagnostic<'db>> {
+    found: Vec<Arc<Diagnostic<'db>>>,
+) -> Vec<Arc<Diagnostic<'db>>> {
     if found.iter().all(|it| it.cause.is_none()) {
         return found;
     }
@@ -29,7 +29,7 @@ pub(super) fn one_for_each_cause<'db>(
     let (mut with_cause, mut kept): (Vec<_>, Vec<_>) = found.into_iter().partition(|it| it.cause.is_some());
     with_cause.sort_by_cached_key(|it| (it.code.severity, position(it)));
     let mut first: FxHashMap<Cause, usize> = FxHashMap::default();
-    let mut folded: Vec<Diagnostic<'db>> = Vec::new();
+    let mut folded: Vec<Arc<Diagnostic<'db>>> = Vec::new();
     for diagnostic in with_cause {
         let Some(cause) = diagnostic.cause.clone() else { continue };
         let index = *first.entry(cause).or_insert(folded.len());
@@ -37,6 +37,7 @@ pub(super) fn one_for_each_cause<'db>(
             folded.push(diagnostic);
             continue;
         };
+        let earlier = Arc::make_mut(earlier);
         if earlier.related.len() < MOST_RELATED {
             earlier.related.push((diagnostic.at.clone(), "this follows from the same mistake".to_owned()));
         }

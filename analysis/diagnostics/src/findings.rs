@@ -13,8 +13,8 @@ use super::*;
 /// A diagnostic with its severity, and its project if the projects of the workspace differ.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct Finding<'db> {
-    /// The diagnostic.
-    pub diagnostic: Diagnostic<'db>,
+    /// The diagnostic. An edit shares those that it does not change.
+    pub diagnostic: Arc<Diagnostic<'db>>,
     /// Its severity according to `mauve.toml`.
     pub severity: Severity,
     /// The first project that has it; `None` if all projects with the file have it.
@@ -43,7 +43,7 @@ pub struct Findings<'db> {
 pub fn project_diagnostics<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
-) -> impl Iterator<Item = &'db Diagnostic<'db>> {
+) -> impl Iterator<Item = &'db Arc<Diagnostic<'db>>> {
     let own = project_files(db, project).iter().flat_map(move |&file| own_diagnostics(db, project, file));
     own.chain(gathered(db, project).values().flatten())
 }
@@ -52,7 +52,7 @@ pub fn project_diagnostics<'db>(
 /// with their default severity. With an error, no deployment of the project is proved.
 pub fn errors_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> usize {
     let config = config_diagnostics(db, project.workspace(db));
-    let all = project_diagnostics(db, project).chain(&config);
+    let all = project_diagnostics(db, project).map(Arc::as_ref).chain(&config);
     all.filter(|diagnostic| diagnostic.code.is_of_text()).count()
 }
 
@@ -60,7 +60,7 @@ pub fn errors_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> usize {
 pub fn errors_of_text(db: &dyn ModelDb, workspace: Workspace) -> usize {
     let files = checked_files(db, workspace).iter();
     let all = files.flat_map(|&file| diagnostics_at(db, workspace, file, Extent::All));
-    all.filter(|(diagnostic, _)| diagnostic.code.is_of_text()).count()
+    all.filter(|(_, diagnostic, _)| diagnostic.code.is_of_text()).count()
 }
 
 /// Returns the findings of a workspace that are shown, each once, sorted by file and location.
@@ -126,18 +126,20 @@ pub fn findings_of<'db>(
 ) -> Findings<'db> {
     let config = config_of(db, workspace);
     let severity = |code: &Code| severity_set(config, code).unwrap_or(Some(code.severity));
-    let mut found = Findings::default();
     let mut used: FxHashSet<usize> = FxHashSet::default();
-    for (mut diagnostic, only_in) in diagnostics_at(db, workspace, file, extent) {
-        let comment = comment_at(db, &diagnostic);
+    // Each with its start, by which they are sorted.
+    let (mut shown, mut suppressed) = (Vec::new(), Vec::new());
+    for (start, diagnostic, only_in) in diagnostics_at(db, workspace, file, extent) {
+        let of = diagnostic.at.file(db);
+        let comment = allow::allows(db, of).at(db, of, start, diagnostic.code);
         used.extend(comment.map(|(index, _)| index));
         let Some(severity) = severity(diagnostic.code) else { continue };
-        let accepted = diagnostic.accepted.take().map(Suppression::Accepted);
+        let accepted = diagnostic.accepted.clone().map(Suppression::Accepted);
         let suppression = accepted.or(comment.map(|(_, reason)| Suppression::Comment(reason.to_owned())));
         let finding = Finding { diagnostic, severity, only_in };
         match suppression {
-            Some(why) => found.suppressed.push((finding, why)),
-            None => found.shown.push(finding),
+            Some(why) => suppressed.push((start, (finding, why))),
+            None => shown.push((start, finding)),
         }
     }
     if let Some(severity) = severity(&unused_allow::UNUSED_ALLOW)
@@ -145,21 +147,26 @@ pub fn findings_of<'db>(
     {
         let allows = allow::allows(db, file).all.iter().enumerate();
         let unused = allows.filter(|(index, _)| !used.contains(index));
-        let unused = unused.map(|(_, allow)| unused_allow::report(file, allow));
-        found.shown.extend(unused.map(|diagnostic| Finding { diagnostic, severity, only_in: None }));
+        shown.extend(unused.map(|(_, allow)| {
+            let diagnostic = Arc::new(unused_allow::report(file, allow));
+            (diagnostic.at.range(db).start(), Finding { diagnostic, severity, only_in: None })
+        }));
     }
-    let key = |finding: &Finding<'db>| {
-        let diagnostic = &finding.diagnostic;
-        (diagnostic.at.range(db).start(), diagnostic.code.name)
-    };
-    found.shown.sort_by_cached_key(key);
-    found.suppressed.sort_by_cached_key(|(finding, _)| key(finding));
-    found
+    shown.sort_by_key(|(start, finding)| (*start, finding.diagnostic.code.name));
+    suppressed.sort_by_key(|(start, (finding, _))| (*start, finding.diagnostic.code.name));
+    Findings {
+        shown: shown.into_iter().map(|(_, finding)| finding).collect(),
+        suppressed: suppressed.into_iter().map(|(_, finding)| finding).collect(),
+    }
 }
 
 /// Returns the diagnostics of a file of a project and of its declarations. Some of them may be located in another file.
 #[salsa::tracked(returns(ref))]
-fn diagnostics_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> Box<[Diagnostic<'db>]> {
+fn diagnostics_in<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    file: File,
+) -> Box<[Arc<Diagnostic<'db>>]> {
     let mut found = file_diagnostics(db, project.workspace(db), file).to_vec();
     for &decl in &declarations(db, file).all {
         // Without facts, there is no need for a query result.
@@ -180,15 +187,15 @@ fn own_diagnostics<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     file: File,
-) -> impl Iterator<Item = &'db Diagnostic<'db>> {
+) -> impl Iterator<Item = &'db Arc<Diagnostic<'db>>> {
     diagnostics_in(db, project, file).iter().filter(move |it| !is_gathered(db, it, file))
 }
 
 /// Returns the diagnostics that depend on several files: of the facts of the project, of times that are missing, of tables.
 #[salsa::tracked(returns(ref))]
-fn of_project<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Box<[Diagnostic<'db>]> {
+fn of_project<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Box<[Arc<Diagnostic<'db>>]> {
     let facts = project_facts(db, project).iter().chain(unused_facts(db, project));
-    let mut found: Vec<Diagnostic<'db>> = facts.map(|fact| render(db, project, fact)).collect();
+    let mut found: Vec<Arc<Diagnostic<'db>>> = facts.map(|fact| render(db, project, fact).into()).collect();
     let missing = missing_time_facts(db, project, Query::shown(db, project));
     found.extend(timing_diagnostics(db, project, missing));
     let mut in_tables = timing_diagnostics(db, project, table_facts(db, project));
@@ -204,10 +211,10 @@ fn of_project<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Box<[Diagnost
 /// Returns, by their files, the diagnostics of a project that are not known from their file alone: those of [`of_project`], those
 /// in other files than their declarations, and one for each cause that several files may have.
 #[salsa::tracked(returns(ref))]
-fn gathered<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHashMap<File, Vec<Diagnostic<'db>>> {
+fn gathered<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHashMap<File, Vec<Arc<Diagnostic<'db>>>> {
     let in_files = file_groups(db, project).flat_map(|group| gathered_in_group(db, project, group));
     let all = in_files.chain(of_project(db, project)).cloned().collect();
-    let mut by_file: FxHashMap<File, Vec<Diagnostic<'db>>> = FxHashMap::default();
+    let mut by_file: FxHashMap<File, Vec<Arc<Diagnostic<'db>>>> = FxHashMap::default();
     for diagnostic in cause::one_for_each_cause(db, all) {
         by_file.entry(diagnostic.at.file(db)).or_default().push(diagnostic);
     }
@@ -216,7 +223,11 @@ fn gathered<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHashMap<File,
 
 /// Returns the diagnostics in a group of files that [`gathered`] has.
 #[salsa::tracked(returns(ref))]
-fn gathered_in_group<'db>(db: &'db dyn ModelDb, project: Project<'db>, group: u32) -> Vec<Diagnostic<'db>> {
+fn gathered_in_group<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    group: u32,
+) -> Vec<Arc<Diagnostic<'db>>> {
     let found = files_in_group(db, project, group).iter().flat_map(|&file| {
         diagnostics_in(db, project, file).iter().filter(move |diagnostic| is_gathered(db, diagnostic, file))
     });
@@ -255,45 +266,46 @@ fn missing_files(db: &dyn ModelDb, workspace: Workspace) -> FxHashMap<File, bool
     missing
 }
 
-/// Returns the diagnostics in a file, each once for all projects, whatever severity `mauve.toml` gives them; with
-/// [`Finding::only_in`].
+/// Returns the diagnostics in a file, each once for all projects, with its start and [`Finding::only_in`]; whatever severity
+/// `mauve.toml` gives them.
 fn diagnostics_at<'db>(
     db: &'db dyn ModelDb,
     workspace: Workspace,
     file: File,
     extent: Extent,
-) -> Vec<(Diagnostic<'db>, Option<Project<'db>>)> {
+) -> Vec<(TextSize, Arc<Diagnostic<'db>>, Option<Project<'db>>)> {
     // A table belongs to all projects. No project contains the configuration, but diagnostics of each may be there.
     let containing = projects_by_file(db, workspace).get(&file).map(Vec::as_slice);
     let is_table = containing.is_none() && mauve_wcrt::table_files(db, workspace).files.contains(&file);
     let having = if is_table { projects(db, workspace) } else { containing.unwrap_or_default() };
-    let mut found: Vec<(Diagnostic<'db>, Vec<Project<'db>>)> = Vec::new();
-    let mut index: FxHashMap<(u32, &'static str, String), usize> = FxHashMap::default();
+    let mut found: Vec<(TextSize, &'db Arc<Diagnostic<'db>>, Vec<Project<'db>>)> = Vec::new();
+    let mut index: FxHashMap<(TextSize, &'static str, &'db str), usize> = FxHashMap::default();
     for &project in containing.unwrap_or(projects(db, workspace)) {
         let own = containing.is_some().then(|| own_diagnostics(db, project, file));
         let gathered = (extent == Extent::All).then(|| gathered(db, project).get(&file));
         let gathered = gathered.flatten().into_iter().flatten();
         for diagnostic in own.into_iter().flatten().chain(gathered) {
-            let start = diagnostic.at.range(db).start().into();
-            let key = (start, diagnostic.code.name, diagnostic.message.clone());
+            let start = diagnostic.at.range(db).start();
+            let key = (start, diagnostic.code.name, diagnostic.message.as_str());
             let at = *index.entry(key).or_insert(found.len());
             match found.get_mut(at) {
-                Some((_, owners)) if owners.last() == Some(&project) => {}
-                Some((_, owners)) => owners.push(project),
-                None => found.push((diagnostic.clone(), vec![project])),
+                Some((.., owners)) if owners.last() == Some(&project) => {}
+                Some((.., owners)) => owners.push(project),
+                None => found.push((start, diagnostic, vec![project])),
             }
         }
     }
     let mut findings = Vec::new();
-    for (diagnostic, owners) in found {
+    for (start, diagnostic, owners) in found {
         let only_in = owners.first().copied().filter(|_| owners.len() < having.len());
         // A declaration that one project does not use may be used by another.
         let is_used =
             diagnostic.code.unused && diagnostic.code.severity == Severity::Hint && only_in.is_some();
         if !is_used {
-            findings.push((diagnostic, only_in));
+            findings.push((start, diagnostic.clone(), only_in));
         }
     }
+    let of_text = |diagnostic: Diagnostic<'db>| (diagnostic.at.range(db).start(), Arc::new(diagnostic), None);
     let not_included = models_not_included(db, workspace);
     if !not_included.is_empty() {
         // A missing include is reported once: where a name is missing, otherwise in the file.
@@ -304,21 +316,15 @@ fn diagnostics_at<'db>(
             }
             _ => false,
         };
-        findings.retain(|(diagnostic, _)| !in_file(&diagnostic.cause));
+        findings.retain(|(_, diagnostic, _)| !in_file(&diagnostic.cause));
         if not_included.contains(&file) && missing.get(&file) != Some(&true) {
-            findings.push((not_included::report(file), None));
+            findings.push(of_text(not_included::report(file)));
         }
     }
     if config_file(db, workspace) == Some(file) {
-        findings.extend(config_diagnostics(db, workspace).into_iter().map(|diagnostic| (diagnostic, None)));
+        findings.extend(config_diagnostics(db, workspace).into_iter().map(of_text));
     }
     findings
-}
-
-/// Returns the index and the reason of the comment that suppresses a diagnostic.
-fn comment_at<'db>(db: &'db dyn ModelDb, diagnostic: &Diagnostic<'db>) -> Option<(usize, &'db str)> {
-    let file = diagnostic.at.file(db);
-    allow::allows(db, file).at(db, file, diagnostic.at.range(db).start(), diagnostic.code)
 }
 
 /// Returns the diagnostics of `mauve.toml`.

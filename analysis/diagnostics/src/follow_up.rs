@@ -60,7 +60,7 @@ fn broken_lines(db: &dyn ModelDb, workspace: Workspace, file: File) -> FxHashSet
 pub(super) fn remove_on_broken_lines<'db>(
     db: &'db dyn ModelDb,
     workspace: Workspace,
-    found: &mut Vec<Diagnostic<'db>>,
+    found: &mut Vec<Arc<Diagnostic<'db>>>,
 ) {
     found.retain(|it| {
         let file = it.at.file(db);

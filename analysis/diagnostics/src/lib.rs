@@ -5,7 +5,9 @@
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 
+use mauve_syntax::TextSize;
 use mauve_timing::Time;
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -418,7 +420,7 @@ pub fn file_diagnostics<'db>(
     db: &'db dyn ModelDb,
     workspace: Workspace,
     file: File,
-) -> Box<[Diagnostic<'db>]> {
+) -> Box<[Arc<Diagnostic<'db>>]> {
     let mut found = Vec::new();
     // An unreadable file outside the project is reported at its include.
     let is_elsewhere = |file: File| file.is_outside(db) && workspace.included(db).contains(file.path(db));
@@ -455,7 +457,7 @@ pub fn file_diagnostics<'db>(
             _ => {}
         }
     }
-    found.into_boxed_slice()
+    found.into_iter().map(Arc::new).collect()
 }
 
 /// The files of a workspace, for suggestions at unresolved includes: a search for each of them would be quadratic.
@@ -522,23 +524,22 @@ pub fn declaration_diagnostics<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     decl: Decl<'db>,
-) -> Box<[Diagnostic<'db>]> {
-    let mut found = Vec::new();
+) -> Box<[Arc<Diagnostic<'db>>]> {
+    let mut found: Vec<Arc<Diagnostic<'db>>> = Vec::new();
     let system = (decl.kind(db) == Kind::Deployment).then(|| system_of(db, project, decl));
     if let Some(system) = system {
         found.extend(timing_diagnostics(db, project, &system.facts));
     }
     let reported = declaration_facts(db, project, decl).iter().filter(|fact| !fact.is_follow_up);
-    found.extend(reported.map(|fact| render(db, project, fact)));
+    found.extend(reported.map(|fact| Arc::new(render(db, project, fact))));
     if let Some(system) = system {
         let facts = timing_facts(db, project, decl, Query::shown(db, project));
         let mut of_priorities = priority_facts(db, project, decl, &system.activities);
         of_priorities.retain(|fact| !proof::is_moot(fact, &facts));
         found.extend(timing_diagnostics(db, project, &of_priorities));
-        let timed = facts.iter().zip(timing_diagnostics(db, project, &facts));
-        found.extend(timed.map(|(fact, diagnostic)| Diagnostic {
-            accepted: proof::acceptance(db, project, decl, fact),
-            ..diagnostic
+        found.extend(facts.iter().map(|fact| {
+            let accepted = proof::acceptance(db, project, decl, fact);
+            Arc::new(Diagnostic { accepted, ..timing_diagnostic(db, project, fact) })
         }));
     }
     found.into_boxed_slice()
@@ -550,7 +551,7 @@ pub fn diagnostics_if<'db>(
     project: Project<'db>,
     deployment: Decl<'db>,
     what_if: &[WhatIfField],
-) -> Vec<Diagnostic<'db>> {
+) -> Vec<Arc<Diagnostic<'db>>> {
     timing_diagnostics(db, project, &facts_if(db, project, deployment, what_if))
 }
 
@@ -558,6 +559,6 @@ fn timing_diagnostics<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     facts: &[TimingFact<'db>],
-) -> Vec<Diagnostic<'db>> {
-    facts.iter().map(|fact| timing_diagnostic(db, project, fact)).collect()
+) -> Vec<Arc<Diagnostic<'db>>> {
+    facts.iter().map(|fact| Arc::new(timing_diagnostic(db, project, fact))).collect()
 }

@@ -98,7 +98,7 @@ fn after_fixes(code: &str, model: &str) -> Vec<(String, String)> {
         mauve_tests::fixture(model).into_iter().map(|(path, text)| (path.into(), text)).collect();
     let db = Database::default();
     let findings = found(&db, &texts).into_iter().filter(|it| it.diagnostic.code.name == code);
-    let fixes = findings.flat_map(|it| it.diagnostic.fixes);
+    let fixes = findings.flat_map(|it| it.diagnostic.fixes.clone());
     fixes
         .map(|it| (it.title.clone(), applied(&db, &texts, &it)[&PathBuf::from("/model.mal")].clone()))
         .collect()

@@ -272,7 +272,7 @@ fn found(files: Vec<(String, String)>) -> Vec<Mark> {
                 line: line.min(text.lines().count().max(1)),
                 severity: finding.severity.name().to_owned(),
                 code: diagnostic.code.name.to_owned(),
-                text: diagnostic.message,
+                text: diagnostic.message.clone(),
             }
         })
         .collect()

@@ -12,6 +12,7 @@
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
 use std::fmt;
+use std::sync::Arc;
 
 use mauve_diagnostics::{Diagnostic, Finding, cpu_names, declaration_diagnostics, diagnostics_if};
 use mauve_hir::item_tree::Name;
@@ -276,9 +277,9 @@ fn outcome_of<'db>(
 ) -> Outcome<'db> {
     let now = response_times(db, project, of, query);
     let then = response_times_if(db, project, of, query, &fields);
-    let key = |it: Diagnostic<'db>| (it.code.name, it.at);
-    let before: Vec<_> = declaration_diagnostics(db, project, of).iter().cloned().map(key).collect();
-    let mut after: Vec<_> = diagnostics_if(db, project, of, &fields).into_iter().map(key).collect();
+    let key = |it: &Arc<Diagnostic<'db>>| (it.code.name, it.at.clone());
+    let before: Vec<_> = declaration_diagnostics(db, project, of).iter().map(key).collect();
+    let mut after: Vec<_> = diagnostics_if(db, project, of, &fields).iter().map(key).collect();
     let new_warnings = after.iter().filter(|it| !before.contains(it)).map(|(code, _)| *code).collect();
     let late = then.activities.iter().filter(|it| !it.verdict.is_met());
     after.extend(late.filter_map(|it| Some(("deadline-missed", it.at.clone()?))));

@@ -322,7 +322,7 @@ fn mend(texts: &Texts, offered: &mut BTreeMap<&str, usize>) {
     let count = |db: &Database, workspace: Workspace| {
         let mut count: BTreeMap<(&str, String), usize> = BTreeMap::new();
         for it in workspace_diagnostics(db, workspace) {
-            *count.entry((it.diagnostic.code.name, it.diagnostic.message)).or_default() += 1;
+            *count.entry((it.diagnostic.code.name, it.diagnostic.message.clone())).or_default() += 1;
         }
         count
     };

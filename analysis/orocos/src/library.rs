@@ -138,7 +138,8 @@ pub fn problems<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Problem
     for diagnostic in own.chain(configured) {
         let here = severity_set(config, diagnostic.code).flatten();
         let is_error = diagnostic.code.severity == Severity::Error || here == Some(Severity::Error);
-        let problem = Problem { kind: ProblemKind::Diagnostic(diagnostic.message), at: diagnostic.at };
+        let kind = ProblemKind::Diagnostic(diagnostic.message.clone());
+        let problem = Problem { kind, at: diagnostic.at.clone() };
         if is_error && diagnostic.code.name != "deadline-missed" && seen.insert(problem.clone()) {
             found.push(problem);
         }
