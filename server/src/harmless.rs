@@ -26,6 +26,10 @@ pub(crate) fn harmless_but_for_styles(text: &str) -> String {
 }
 
 fn made_visible(text: &str, has_styles: bool) -> String {
+    let may_be_obeyed = |letter: char| is_obeyed(letter) || matches!(letter, '#' | '\n' | '\r');
+    if !text.contains(may_be_obeyed) && !text.trim_start().starts_with("::") {
+        return text.to_owned();
+    }
     let mut out = String::with_capacity(text.len());
     for (number, line) in text.split('\n').enumerate() {
         if number > 0 {

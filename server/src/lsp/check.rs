@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::sync::{Arc, OnceLock};
 
-use mauve_diagnostics::{Extent, Severity, checked_files, extent_of, findings_of};
+use mauve_diagnostics::{Extent, Finding, Severity, checked_files, extent_of, findings_of};
 use mauve_hir::{File, ModelDb, Workspace, is_model};
 use mauve_ide::{CodeLens, LensKind};
 use tower_lsp::lsp_types::{Diagnostic, NumberOrString, TextDocumentIdentifier, Url};
@@ -29,28 +29,44 @@ pub(crate) struct Compared {
     pub(crate) meanings: BTreeMap<Url, (i32, u64)>,
 }
 
-/// The diagnostics of a file. A copy is cheap.
-#[derive(Debug, Clone, Default)]
+/// The diagnostics of a file, as JSON: a list of thousands is compared and sent as it is. A copy is cheap.
+#[derive(Debug, Clone)]
 pub(crate) struct Items(Arc<Kept>);
 
-/// Diagnostics, with what was made of them once.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Kept {
-    list: Vec<Diagnostic>,
-    json: OnceLock<String>,
+    json: String,
     id: OnceLock<ResultId>,
 }
 
 impl Items {
+    fn of(diagnostics: impl IntoIterator<Item = Diagnostic>) -> Items {
+        let mut json = String::from("[");
+        for diagnostic in diagnostics {
+            // Serialising plain data never fails.
+            if let Ok(of_one) = serde_json::to_string(&diagnostic) {
+                json.extend((json.len() > 1).then_some(','));
+                json += &of_one;
+            }
+        }
+        json.push(']');
+        json.shrink_to_fit();
+        Items(Arc::new(Kept { json, id: OnceLock::new() }))
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0.json == "[]"
+    }
+
     /// Returns the diagnostics.
-    pub(crate) fn list(&self) -> &[Diagnostic] {
-        &self.0.list
+    pub(crate) fn list(&self) -> Vec<Diagnostic> {
+        // It was written here.
+        serde_json::from_str(&self.0.json).unwrap_or_default()
     }
 
     /// Returns the diagnostics as JSON.
     pub(crate) fn json(&self) -> &str {
-        // Serialising plain data never fails.
-        self.0.json.get_or_init(|| serde_json::to_string(self.list()).unwrap_or_else(|_| "[]".to_owned()))
+        &self.0.json
     }
 
     /// Returns the result id of the diagnostics: a hash.
@@ -63,15 +79,21 @@ impl Items {
     }
 }
 
+impl Default for Items {
+    fn default() -> Items {
+        Items::of([])
+    }
+}
+
 impl From<Vec<Diagnostic>> for Items {
     fn from(list: Vec<Diagnostic>) -> Items {
-        Items(Arc::new(Kept { list, ..Kept::default() }))
+        Items::of(list)
     }
 }
 
 impl PartialEq for Items {
     fn eq(&self, other: &Items) -> bool {
-        Arc::ptr_eq(&self.0, &other.0) || self.list() == other.list()
+        Arc::ptr_eq(&self.0, &other.0) || self.json() == other.json()
     }
 }
 
@@ -98,7 +120,7 @@ pub(crate) fn diagnostics(snapshot: &Snapshot) -> Found {
         for &file in checked_files(db, workspace) {
             let extent = extent_of(db, workspace, file);
             let items = translated(db, workspace, file, extent, snapshot.diagnostic_style());
-            if !items.list().is_empty() {
+            if !items.is_empty() {
                 files.entry(file).or_default().push(items.clone());
             }
         }
@@ -133,17 +155,15 @@ fn translated(
     style: DiagnosticStyle,
 ) -> Items {
     let mut counts: BTreeMap<Severity, usize> = BTreeMap::new();
-    let mut list = Vec::new();
-    for finding in &findings_of(db, workspace, file, extent).shown {
+    let shown = findings_of(db, workspace, file, extent).shown.iter().filter(|finding| {
         let count = counts.entry(finding.severity).or_default();
         *count += 1;
-        if *count <= MOST {
-            list.push(to_proto::diagnostic(db, style, finding));
-        }
-    }
+        *count <= MOST
+    });
+    let shown: Vec<&Finding<'_>> = shown.collect();
     let more = counts.into_iter().filter(|(_, count)| *count > MOST);
-    list.extend(more.map(|(severity, count)| to_proto::more(severity, count - MOST)));
-    list.into()
+    let more = more.map(|(severity, count)| to_proto::more(severity, count - MOST));
+    Items::of(shown.into_iter().map(|finding| to_proto::diagnostic(db, style, finding)).chain(more))
 }
 
 /// Returns the diagnostics of a file that is in several workspaces, each once.
@@ -152,18 +172,16 @@ fn merged(mut of_workspaces: Vec<Items>) -> Items {
         return of_workspaces.pop().unwrap_or_default();
     }
     let mut seen = HashSet::new();
-    let mut list = Vec::new();
-    for diagnostic in of_workspaces.iter().flat_map(Items::list) {
+    let all = of_workspaces.iter().flat_map(Items::list);
+    let first = all.filter(|diagnostic| {
         let code = match &diagnostic.code {
-            Some(NumberOrString::String(code)) => code.as_str(),
-            _ => "",
+            Some(NumberOrString::String(code)) => code.clone(),
+            _ => String::new(),
         };
         let start = diagnostic.range.start;
-        if seen.insert((start.line, start.character, code, diagnostic.message.as_str())) {
-            list.push(diagnostic.clone());
-        }
-    }
-    list.into()
+        seen.insert((start.line, start.character, code, diagnostic.message.clone()))
+    });
+    Items::of(first)
 }
 
 /// Replaces the URIs of related locations by those under which the client has the files open.
@@ -171,7 +189,7 @@ fn with_open_uris(snapshot: &Snapshot, items: Items) -> Items {
     if snapshot.other_uris.is_empty() {
         return items;
     }
-    let mut list = items.list().to_vec();
+    let mut list = items.list();
     list.iter_mut().for_each(|diagnostic| snapshot.use_open_uris(diagnostic));
     list.into()
 }

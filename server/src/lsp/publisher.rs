@@ -140,7 +140,7 @@ impl Publisher {
             .map(|(url, found)| (url.clone(), found.clone()))
             .chain(gone)
             .collect();
-        found.retain(|_, (version, items)| version.is_some() || !items.list().is_empty());
+        found.retain(|_, (version, items)| version.is_some() || !items.is_empty());
         self.published = found;
         self.outbox.put(|waiting| waiting.diagnostics.extend(new));
     }

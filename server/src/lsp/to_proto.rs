@@ -32,7 +32,7 @@ pub(crate) fn diagnostic(db: &dyn ModelDb, style: DiagnosticStyle, finding: &Fin
         |at: &mauve_hir::Location<'_>| LineIndex::new(db, at.file(db), style.encoding).range(at.range(db));
     let related = found.related.iter().filter(|_| style.related);
     let related = related.filter_map(|(at, message)| {
-        let location = Location { uri: url_of(db, at.file(db))?, range: range(at) };
+        let location = Location { uri: uri_of(db, at.file(db)).clone()?, range: range(at) };
         Some(DiagnosticRelatedInformation { location, message: harmless(message) })
     });
     let related: Vec<_> = related.collect();
@@ -54,6 +54,12 @@ pub(crate) fn diagnostic(db: &dyn ModelDb, style: DiagnosticStyle, finding: &Fin
         tags: found.code.unused.then(|| vec![DiagnosticTag::UNNECESSARY]),
         ..Diagnostic::default()
     }
+}
+
+/// [`url_of`], which salsa keeps: thousands of related locations may be in one file.
+#[salsa::tracked(returns(ref))]
+fn uri_of(db: &dyn ModelDb, file: File) -> Option<Url> {
+    url_of(db, file)
 }
 
 /// Returns the URI of the path of a file; that of its document if it has no path.

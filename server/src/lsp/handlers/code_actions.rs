@@ -136,7 +136,7 @@ fn resolve_change(snapshot: &Snapshot, action: &lsp_types::CodeAction) -> Result
 }
 
 fn first_fixed(snapshot: &Snapshot, action: &CodeAction<'_>) -> Option<(Range, String)> {
-    let mauve_diagnostics::Diagnostic { at, code, .. } = &action.fixed.first()?.diagnostic;
+    let mauve_diagnostics::Diagnostic { at, code, .. } = &*action.fixed.first()?.diagnostic;
     Some((snapshot.lines(at.file(&snapshot.db)).range(at.range(&snapshot.db)), code.name.to_owned()))
 }
 

@@ -114,7 +114,7 @@ fn full_or_unchanged(
     if known == Some(result_id.as_str()) {
         return Err(UnchangedDocumentDiagnosticReport { result_id });
     }
-    Ok(FullDocumentDiagnosticReport { result_id: Some(result_id), items: items.list().to_vec() })
+    Ok(FullDocumentDiagnosticReport { result_id: Some(result_id), items: items.list() })
 }
 
 /// Returns the error for a request that an edit has cancelled, after which the client repeats it. After other errors,
