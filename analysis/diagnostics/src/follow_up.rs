@@ -62,14 +62,16 @@ pub(super) fn remove_on_broken_lines<'db>(
     workspace: Workspace,
     found: &mut Vec<Arc<Diagnostic<'db>>>,
 ) {
+    let broken_in = |file: File| {
+        let is_table = file.path(db).extension().is_some_and(|extension| extension == "toml");
+        (!is_table).then(|| broken_lines(db, workspace, file)).filter(|broken| !broken.is_empty())
+    };
+    let mut files = FxHashMap::default();
     found.retain(|it| {
         let file = it.at.file(db);
-        let is_table = || file.path(db).extension().is_some_and(|extension| extension == "toml");
-        if *it.code == syntax_error::SYNTAX_ERROR || is_table() {
-            return true;
-        }
-        let broken = broken_lines(db, workspace, file);
-        broken.is_empty() || !broken.contains(&line_of(db, file, it.at.range(db).start()))
+        let broken = *files.entry(file).or_insert_with(|| broken_in(file));
+        *it.code == syntax_error::SYNTAX_ERROR
+            || broken.is_none_or(|broken| !broken.contains(&line_of(db, file, it.at.range(db).start())))
     });
 }
 
