@@ -26,7 +26,11 @@ pub(crate) fn harmless_but_for_styles(text: &str) -> String {
 }
 
 fn made_visible(text: &str, has_styles: bool) -> String {
-    let may_be_obeyed = |letter: char| is_obeyed(letter) || matches!(letter, '#' | '\n' | '\r');
+    // Most texts are harmless.
+    let may_be_obeyed = |letter: char| match letter.is_ascii() {
+        true => letter.is_ascii_control() || letter == '#',
+        false => is_obeyed(letter),
+    };
     if !text.contains(may_be_obeyed) && !text.trim_start().starts_with("::") {
         return text.to_owned();
     }

@@ -28,8 +28,12 @@ pub(crate) struct DiagnosticStyle {
 /// Translates a diagnostic.
 pub(crate) fn diagnostic(db: &dyn ModelDb, style: DiagnosticStyle, finding: &Finding<'_>) -> Diagnostic {
     let found = &finding.diagnostic;
-    let range =
-        |at: &mauve_hir::Location<'_>| LineIndex::new(db, at.file(db), style.encoding).range(at.range(db));
+    let file = found.at.file(db);
+    let lines = LineIndex::new(db, file, style.encoding);
+    let range = |at: &mauve_hir::Location<'_>| match at.file(db) {
+        here if here == file => lines.range(at.range(db)),
+        other => LineIndex::new(db, other, style.encoding).range(at.range(db)),
+    };
     let related = found.related.iter().filter(|_| style.related);
     let related = related.filter_map(|(at, message)| {
         let location = Location { uri: uri_of(db, at.file(db)).clone()?, range: range(at) };
