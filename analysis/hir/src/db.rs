@@ -15,7 +15,7 @@ use crate::item_tree::{ItemTree, Name, Outline};
 use crate::lower::{LoweredNodes, lower};
 use crate::msg::Package;
 use crate::query_counts::QueryCounts;
-use crate::source_map::SourceMap;
+use crate::ranges::SourceMap;
 
 /// A text file: a model, a timing table or a `mauve.toml`.
 ///

@@ -13,7 +13,7 @@
 //! |---|---|
 //! | `db.rs` | the inputs: files and workspaces; the previous trees, for incremental parsing and lowering |
 //! | `item_tree.rs`, `lower.rs` | the declarations of a file, without locations; incremental lowering |
-//! | `source_map.rs` | the ranges of the elements of a declaration |
+//! | `ranges.rs` | the ranges of the elements of a declaration |
 //! | `source.rs`, `lines.rs` | declarations, their data, and [`Location`]s; line numbers |
 //! | `project.rs`, `config.rs` | roots, includes, `mauve.toml` |
 //! | `completeness.rs` | whether a list of items, or a program, is complete |
@@ -68,6 +68,7 @@ mod names;
 mod program_id;
 mod project;
 mod query_counts;
+mod ranges;
 mod resolve;
 mod semantics;
 mod settings;
@@ -75,7 +76,6 @@ mod severity;
 mod size;
 mod skeleton;
 mod source;
-mod source_map;
 mod structure;
 mod types;
 mod values;
@@ -113,6 +113,7 @@ pub use project::{
     projects, root_file,
 };
 pub use query_counts::{QueryCount, QueryCounts};
+pub use ranges::{DeclarationMap, SourceMap};
 pub use resolve::{Binding, Callee, VariableId};
 pub use semantics::{
     FeaturesByName, LikelyCallee, Semantics, VisibleScope, likely_declaration, likely_features_of,
@@ -126,7 +127,6 @@ pub use source::{
     CoreInterface, Decl, Declarations, Location, architecture, codel, component, core, core_interface, data,
     declaration_at, declaration_map, declarations, deployment, item_tree_of, parse, shell, source_map,
 };
-pub use source_map::{DeclarationMap, SourceMap};
 pub use structure::structure_of;
 pub use types::{C_TYPES, Integer, LANGUAGE_TYPES, Signature, Type, built_in_type, type_of};
 pub use values::{Value, whole_number};

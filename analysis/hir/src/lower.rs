@@ -12,7 +12,7 @@ use rustc_hash::FxHashMap;
 
 use crate::completeness::Completeness;
 use crate::item_tree::*;
-use crate::source_map::{DeclarationMap, Run, SourceMap, Sources};
+use crate::ranges::{DeclarationMap, Run, SourceMap, Sources};
 
 /// The lowered declarations, states and activities of a file, by the addresses of their green trees: an edit shares the trees
 /// that it does not touch, and lowering reuses their results.

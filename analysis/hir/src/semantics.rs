@@ -17,9 +17,9 @@ use crate::infer::{CoreInference, VariableKind, VariableOf, expression_types, in
 use crate::item_tree::{Feature, FeatureKind, HookKind, Kind, Name, SourceId, TypeRef};
 use crate::names::names_of;
 use crate::project::Project;
+use crate::ranges::DeclarationMap;
 use crate::resolve::{Binding, CallError, Callee, ResolvedCall, Resolver, Scope, SharedNames, VariableId};
 use crate::source::{Decl, declaration_at, declaration_map, shell};
-use crate::source_map::DeclarationMap;
 use crate::types::{Type, type_of};
 use crate::{File, ModelDb};
 

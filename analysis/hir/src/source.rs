@@ -15,7 +15,7 @@ use crate::item_tree::{
     Activity, Data, Declaration, Deployment, Expansion, ItemTree, Kind, Name, Outline, SourceId, TypeRef,
 };
 use crate::lower::occurrences;
-use crate::source_map::{DeclarationMap, SourceMap};
+use crate::ranges::{DeclarationMap, SourceMap};
 use crate::{File, ModelDb};
 
 /// A declaration, identified by its file, kind, library and name: edits of the text around it do not change its identity.
