@@ -189,7 +189,7 @@ fn part_text(part: usize, states: usize) -> String {
     text
 }
 
-/// A project with one large file: this many codels, about 50 bytes each, of which a core uses one.
+/// A project with one large file, which declares this many codels. Each has about 50 bytes. A core calls the first codel.
 pub fn long_file(codels: usize) -> Vec<(String, String)> {
     let mut model = String::from("library long {\n");
     for codel in 0..codels {

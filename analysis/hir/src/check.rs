@@ -6,6 +6,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::behaviour::behaviour_of;
+use crate::declared::DeclaredIn;
 use crate::fact::{Checker, Defined, Fact, FactKind, Refusal, repeated};
 use crate::features::{features_of, is_core_for, shell_of};
 use crate::flow::flow_facts;
@@ -76,7 +77,7 @@ pub fn errors_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, decl: Decl<'d
     // Only checks that report errors: the others depend on other declarations.
     let mut checker = Checker { db, project, of: decl, found: behaviour_of(db, project, decl).facts.clone() };
     checker.found.extend(inference_of_core(db, project, decl).facts().cloned());
-    checker.void_values_and_parameters();
+    checker.void_values_and_parameters(&DeclaredIn::of(db, decl));
     refusals(&checker.found)
 }
 

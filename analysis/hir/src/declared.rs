@@ -23,8 +23,7 @@ use crate::types::{self, Type};
 
 impl<'db> Checker<'db> {
     /// Reports values of type `void` and repeated parameters: the errors in the types and names of a declaration.
-    pub(crate) fn void_values_and_parameters(&mut self) {
-        let declared = DeclaredIn::of(self.db, self.of);
+    pub(crate) fn void_values_and_parameters(&mut self, declared: &DeclaredIn<'db>) {
         let library = self.of.library(self.db).as_ref();
         for (ty, may_be_void) in declared.types() {
             if !may_be_void && types::resolved(self.db, self.project, library, &ty.path) == Some(Type::Void) {
@@ -39,7 +38,8 @@ impl<'db> Checker<'db> {
     /// Checks the names and types of a declaration.
     pub(crate) fn names_and_types(&mut self) {
         let (db, project, of) = (self.db, self.project, self.of);
-        self.void_values_and_parameters();
+        let declared = DeclaredIn::of(db, of);
+        self.void_values_and_parameters(&declared);
         for ty in has_types(db, of).then(|| unknown_types(db, project, of)).into_iter().flatten() {
             let first = first_unknown(db, project).get(&(of.library(db).clone(), ty.path.clone()));
             if first == Some(&of) && self.is_mistake(ty) {
@@ -48,7 +48,6 @@ impl<'db> Checker<'db> {
         }
         let own = NameRef { name: of.name(db).clone(), id: SourceId(0) };
         let own = matches!(of.kind(db), Kind::Codel | Kind::Component).then_some((&own, None));
-        let declared = DeclaredIn::of(db, of);
         for (NameRef { name, id }, reserved) in own.into_iter().chain(declared.names()) {
             let reserved = reserved.filter(|(names, _)| names.contains(&name.as_str())).map(|(_, what)| what);
             if let Some(is) = reserved.or_else(|| is_cpp(name).then_some(Reserved::Cpp)) {
@@ -121,13 +120,13 @@ fn is_cpp(name: &str) -> bool {
 }
 
 /// What the checks of names and types read of a declaration: for a core, not its programs.
-enum DeclaredIn<'db> {
+pub(crate) enum DeclaredIn<'db> {
     Core(DeclaredInCore<'db>),
     Other(&'db Data),
     Nothing,
 }
 
-struct DeclaredInCore<'db> {
+pub(crate) struct DeclaredInCore<'db> {
     structure: &'db Structure,
     scope: &'db CoreScope,
     /// The variables that its programs declare, by group of bodies.
@@ -141,7 +140,7 @@ impl DeclaredInCore<'_> {
 }
 
 impl<'db> DeclaredIn<'db> {
-    fn of(db: &'db dyn ModelDb, of: Decl<'db>) -> DeclaredIn<'db> {
+    pub(crate) fn of(db: &'db dyn ModelDb, of: Decl<'db>) -> DeclaredIn<'db> {
         if of.kind(db) != Kind::Core {
             return data(db, of).as_deref().map_or(DeclaredIn::Nothing, DeclaredIn::Other);
         }

@@ -478,9 +478,15 @@ pub struct Machine {
 impl Machine {
     /// Returns the index of the first state of each name.
     pub fn state_indices(&self) -> FxHashMap<&Name, usize> {
-        let states = self.states.iter().enumerate().rev();
-        states.map(|(index, state)| (&state.name.name, index)).collect()
+        first_indices(self.states.iter().map(|state| &state.name.name))
     }
+}
+
+/// Returns the index of the first occurrence of each name.
+pub(crate) fn first_indices<'a>(
+    names: impl ExactSizeIterator<Item = &'a Name> + DoubleEndedIterator,
+) -> FxHashMap<&'a Name, usize> {
+    names.enumerate().rev().map(|(index, name)| (name, index)).collect()
 }
 
 /// `state S { … }`

@@ -15,6 +15,7 @@ use crate::body::{Body, BodyId, Code, ProgramIn, bodies_of, by_group, core_scope
 use crate::completeness::Completeness;
 use crate::item_tree::{
     Handler, HookKind, Machine, MethodKind, Name, NameRef, SourceId, State, Statement, TypeRef, Variable,
+    first_indices,
 };
 use crate::source::{Decl, core};
 
@@ -199,7 +200,7 @@ impl StateStructure {
 
 /// Returns the index of the first state of each name.
 pub(crate) fn indices_of<'a>(states: &[&'a StateStructure]) -> FxHashMap<&'a Name, usize> {
-    states.iter().enumerate().rev().map(|(index, state)| (&state.name.name, index)).collect()
+    first_indices(states.iter().map(|state| &state.name.name))
 }
 
 /// Returns the target states of each state's transitions, including those that never fire.
