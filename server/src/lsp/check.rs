@@ -40,7 +40,8 @@ struct Kept {
 }
 
 impl Items {
-    fn of(diagnostics: impl IntoIterator<Item = Diagnostic>) -> Items {
+    /// Returns these diagnostics.
+    pub(crate) fn of(diagnostics: impl IntoIterator<Item = Diagnostic>) -> Items {
         let mut json = String::from("[");
         for diagnostic in diagnostics {
             // Serialising plain data never fails.
@@ -82,12 +83,6 @@ impl Items {
 impl Default for Items {
     fn default() -> Items {
         Items::of([])
-    }
-}
-
-impl From<Vec<Diagnostic>> for Items {
-    fn from(list: Vec<Diagnostic>) -> Items {
-        Items::of(list)
     }
 }
 
@@ -191,7 +186,7 @@ fn with_open_uris(snapshot: &Snapshot, items: Items) -> Items {
     }
     let mut list = items.list();
     list.iter_mut().for_each(|diagnostic| snapshot.use_open_uris(diagnostic));
-    list.into()
+    Items::of(list)
 }
 
 /// Returns the diagnostics of one file, or `None` if it is in no workspace.
@@ -214,9 +209,9 @@ pub(crate) fn diagnostics_of(snapshot: &Snapshot, url: &Url) -> Option<(Url, OfF
 /// Returns the diagnostics about the state of an open document.
 fn of_document(snapshot: &Snapshot, document: &Document) -> Option<Items> {
     match document.is_analysed {
-        _ if snapshot.is_stopped => Some(vec![to_proto::stopped()].into()),
+        _ if snapshot.is_stopped => Some(Items::of([to_proto::stopped()])),
         true => None,
-        false => Some(vec![to_proto::another_text()].into()),
+        false => Some(Items::of([to_proto::another_text()])),
     }
 }
 

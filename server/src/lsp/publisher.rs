@@ -175,7 +175,7 @@ impl Publisher {
 
     /// Replaces outdated diagnostics by a message that the analysis has failed.
     pub(crate) fn panicked(&mut self, open: BTreeMap<Url, i32>, message: &str) {
-        let items = Items::from(vec![to_proto::defect(message)]);
+        let items = Items::of([to_proto::defect(message)]);
         let known = |(url, version)| (url, (Some(version), items.clone()));
         self.publish(open.into_iter().map(known).collect());
         self.hints.clear();

@@ -36,7 +36,7 @@ pub(crate) fn diagnostic(db: &dyn ModelDb, style: DiagnosticStyle, finding: &Fin
     };
     let related = found.related.iter().filter(|_| style.related);
     let related = related.filter_map(|(at, message)| {
-        let location = Location { uri: uri_of(db, at.file(db)).clone()?, range: range(at) };
+        let location = Location { uri: url_of(db, at.file(db))?, range: range(at) };
         Some(DiagnosticRelatedInformation { location, message: harmless(message) })
     });
     let related: Vec<_> = related.collect();
@@ -60,13 +60,9 @@ pub(crate) fn diagnostic(db: &dyn ModelDb, style: DiagnosticStyle, finding: &Fin
     }
 }
 
-/// [`url_of`], which salsa keeps: thousands of related locations may be in one file.
-#[salsa::tracked(returns(ref))]
-fn uri_of(db: &dyn ModelDb, file: File) -> Option<Url> {
-    url_of(db, file)
-}
-
-/// Returns the URI of the path of a file; that of its document if it has no path.
+/// Returns the URI of the path of a file; that of its document if it has no path. salsa keeps it: thousands of related
+/// locations may be in one file.
+#[salsa::tracked(returns(clone))]
 pub(crate) fn url_of(db: &dyn ModelDb, file: File) -> Option<Url> {
     let path = file.path(db);
     Url::from_file_path(path).ok().or_else(|| uri_of_document(path))

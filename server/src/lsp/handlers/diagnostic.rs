@@ -98,7 +98,7 @@ fn known(snapshot: &Snapshot, look: impl Fn(&Snapshot) -> Found) -> Result<Found
     attempt(|| look(snapshot)).or_else(|failure| match failure {
         Failure::Panicked(message) => {
             let of = |(url, document): (&Url, &Document)| {
-                (url.clone(), (Some(document.version), vec![to_proto::defect(&message)].into()))
+                (url.clone(), (Some(document.version), Items::of([to_proto::defect(&message)])))
             };
             Ok(snapshot.documents.iter().map(of).collect())
         }
