@@ -92,6 +92,7 @@ fn system(seed: u64, tasks: usize, states: u32, periods: Periods) -> Vec<Task> {
             priority: 0,
             period: Time::from_nanos(period),
             deadline: Time::from_nanos(period),
+            jitter: Time::ZERO,
             cpus: 1,
             demand: Demand::Machine { machine, whole: None },
         });

@@ -21,10 +21,26 @@ pub struct Activity {
     pub period: Option<Time>,
     /// D.
     pub deadline: Option<Time>,
+    /// J, the greatest delay of a release.
+    pub jitter: Time,
     /// The CPUs that it may use, one bit for each; `None` if unknown.
     pub cpus: Option<u64>,
     /// The demand of its jobs. [`Demand::Unknown`] if any other property of the activity is unusable.
     pub demand: Demand,
+}
+
+/// An operation that one activity executes for another: in its own thread, at the start of its next period or between two
+/// periods.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Operation {
+    /// The index of the activity that executes it.
+    pub provider: usize,
+    /// The index of the activity that sends it.
+    pub client: usize,
+    /// The greatest number of sends on one edge of the client.
+    pub sends: u64,
+    /// The execution time of one call.
+    pub time: Time,
 }
 
 /// The activities of a deployment, at one level.
@@ -32,6 +48,8 @@ pub struct Activity {
 pub struct ActivitySet {
     /// In the order of the deployment.
     pub activities: Vec<Activity>,
+    /// The connected operations that cost time.
+    pub operations: Vec<Operation>,
     /// Whether Linux keeps some time from real-time tasks.
     pub throttled: bool,
 }
@@ -150,6 +168,7 @@ impl Activity {
             priority,
             period: self.period.unwrap_or_default(),
             deadline: self.deadline.unwrap_or_default(),
+            jitter: self.jitter,
             cpus: self.cpus.unwrap_or(u64::MAX),
             demand: self.demand.clone(),
         }
@@ -170,6 +189,7 @@ fn throttling(tasks: &[Task]) -> Vec<Task> {
             priority: u32::MAX,
             period: THROTTLING_PERIOD,
             deadline: THROTTLING_PERIOD,
+            jitter: Time::ZERO,
             cpus: 1 << bit,
             demand: Demand::Machine { machine: StateMachine::single(THROTTLED), whole: None },
         })
@@ -181,7 +201,7 @@ fn shares_of(tasks: &[Task], method: Method) -> Vec<f64> {
     let share = |task: &Task| {
         let Demand::Machine { machine, whole } = &task.demand else { return 0.0 };
         let mean = match method {
-            Method::Psm => machine.greatest_cycle_mean(),
+            Method::Psm | Method::Ibf | Method::Exact => machine.greatest_cycle_mean(),
             Method::Classic => {
                 CycleMean { cost: machine.greatest_cost().max(whole.unwrap_or_default()), length: 1 }
             }

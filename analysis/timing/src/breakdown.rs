@@ -17,6 +17,7 @@ use crate::{Demand, Interference, Options, Task, Time, Window};
 ///     priority,
 ///     period: Time::from_nanos(period),
 ///     deadline: Time::from_nanos(period),
+///     jitter: Time::ZERO,
 ///     cpus: 1,
 ///     demand: Demand::Machine { machine: StateMachine::single(Time::from_nanos(cost)), whole: None },
 /// };

@@ -47,7 +47,7 @@ mod time;
 mod trace_bound;
 mod utilisation;
 
-pub use activities::{Activity, ActivitySet, SetAnalysis, SetTasks, THROTTLING};
+pub use activities::{Activity, ActivitySet, Operation, SetAnalysis, SetTasks, THROTTLING};
 pub use breakdown::Breakdown;
 pub use cycle_mean::CycleMean;
 pub use machine::{Edge, MachineError, StateMachine};

@@ -38,6 +38,7 @@ use crate::{
 ///     priority,
 ///     period: Time::from_nanos(period),
 ///     deadline: Time::from_nanos(period),
+///     jitter: Time::ZERO,
 ///     cpus: 1,
 ///     demand: Demand::Machine { machine: StateMachine::single(Time::from_nanos(cost)), whole: None },
 /// };
@@ -132,7 +133,9 @@ impl<'a> Curve<'a> {
     ) -> Curve<'a> {
         match method {
             Method::Classic => Curve::Linear(task.demand.own(method).unwrap_or_default().as_nanos()),
-            Method::Psm => Curve::Trace(Box::new(TraceBound::interruptible(machine, interrupt))),
+            Method::Psm | Method::Ibf | Method::Exact => {
+                Curve::Trace(Box::new(TraceBound::interruptible(machine, interrupt)))
+            }
         }
     }
 
@@ -616,6 +619,7 @@ mod tests {
             priority,
             period: Time::from_nanos(period),
             deadline: Time::from_nanos(period),
+            jitter: Time::ZERO,
             cpus: 1,
             demand: Demand::Machine { machine, whole: None },
         }
@@ -1041,7 +1045,7 @@ mod tests {
                 let Demand::Machine { machine, whole } = &task.demand else { panic!("known") };
                 let (cost, length) = match method {
                     Method::Classic => (machine.greatest_cost().max(whole.unwrap_or_default()).as_nanos(), 1),
-                    Method::Psm => brute_force_cycle_mean(machine),
+                    _ => brute_force_cycle_mean(machine),
                 };
                 (u128::from(cost), u128::from(length * task.period.as_nanos()))
             };
@@ -1136,6 +1140,7 @@ mod tests {
                 priority,
                 period: Time::from_nanos(period),
                 deadline: Time::from_nanos(deadline),
+                jitter: Time::ZERO,
                 cpus,
                 demand,
             }

@@ -15,6 +15,8 @@ pub struct Task {
     pub period: Time,
     /// D, counted from the release. The bounds do not depend on it.
     pub deadline: Time,
+    /// J, the greatest delay of a release after its nominal instant; a response time counts from the nominal instant.
+    pub jitter: Time,
     /// The CPUs on which the task may run: bit n for CPU n; not 0.
     pub cpus: u64,
     /// The demand of its jobs.
@@ -40,7 +42,9 @@ impl Demand {
     pub(crate) fn own(&self, method: Method) -> Option<Time> {
         match (self, method) {
             (Demand::Unknown, _) => None,
-            (Demand::Machine { machine, .. }, Method::Psm) => Some(machine.greatest_cost()),
+            (Demand::Machine { machine, .. }, Method::Psm | Method::Ibf | Method::Exact) => {
+                Some(machine.greatest_cost())
+            }
             (Demand::Machine { machine, whole }, Method::Classic) => {
                 Some(machine.greatest_cost().max(whole.unwrap_or_default()))
             }
@@ -65,6 +69,12 @@ pub enum Method {
     /// R⁺ of the paper: the demand of n jobs is the maximum cost of a path of n edges. Never greater than with
     /// `Classic`.
     Psm,
+    /// As `Psm`, but the last job of an interfering task contributes no more than the time since its release (Guan et al.,
+    /// RTSS 2014). Never greater than with `Psm`.
+    Ibf,
+    /// The greatest response over all combinations of paths of the interfering machines (Stigge & Yi, 2015). Never greater than
+    /// with `Ibf`; where its budget is exhausted, the bound so far.
+    Exact,
 }
 
 impl fmt::Display for Method {
@@ -72,6 +82,8 @@ impl fmt::Display for Method {
         f.write_str(match self {
             Method::Classic => "classic",
             Method::Psm => "psm",
+            Method::Ibf => "ibf",
+            Method::Exact => "exact",
         })
     }
 }

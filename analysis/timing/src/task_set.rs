@@ -367,12 +367,13 @@ impl TaskSet {
                 priority: it.priority,
                 period: it.period,
                 deadline: it.deadline,
+                jitter: Time::ZERO,
                 cpus: it.affinity,
                 demand: machine.map_or(Demand::Unknown, |machine| Demand::Machine { machine, whole }),
             }
         };
         let activities = self.activities.iter().map(activity).collect();
-        ActivitySet { activities, throttled: self.rt_throttling == Some(true) }
+        ActivitySet { activities, operations: Vec::new(), throttled: self.rt_throttling == Some(true) }
     }
 
     fn check(&self) -> Result<(), TaskSetError> {

@@ -21,6 +21,7 @@ fn task(priority: u32, period: u64, machine: StateMachine) -> Task {
         priority,
         period: Time::from_nanos(period),
         deadline: Time::from_nanos(period),
+        jitter: Time::ZERO,
         cpus: 1,
         demand: Demand::Machine { machine, whole: None },
     }

@@ -33,6 +33,7 @@ fn task(priority: u32, period: u64, states: u32, edges: &[(u32, u32, u64)]) -> T
         priority,
         period: Time::from_nanos(period),
         deadline: Time::from_nanos(period),
+        jitter: Time::ZERO,
         cpus: 1,
         demand: Demand::Machine { machine, whole: None },
     }

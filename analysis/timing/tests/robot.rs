@@ -61,6 +61,7 @@ fn robot(level: usize, astar: Astar) -> Vec<Task> {
             priority,
             period: ms(period),
             deadline: ms(period),
+            jitter: Time::ZERO,
             cpus: 1 << cpu,
             demand: Demand::Machine { machine, whole },
         }

@@ -91,6 +91,7 @@ pub(crate) fn activity_set<'db>(
         priority: activity.priority,
         period: activity.period,
         deadline: activity.deadline,
+        jitter: mauve_timing::Time::ZERO,
         cpus: activity.cpus,
         demand: match executed {
             Some(Ok(psm)) if refusals_of(activity, executed, method).next().is_none() => {
@@ -100,7 +101,7 @@ pub(crate) fn activity_set<'db>(
         },
     });
     let throttled = platform_of(db, project.workspace(db)).rt_throttling == Some(true);
-    ActivitySet { activities: activities.collect(), throttled }
+    ActivitySet { activities: activities.collect(), operations: Vec::new(), throttled }
 }
 
 fn refusals_of<'a, 'db>(
