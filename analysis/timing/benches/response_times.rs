@@ -105,29 +105,41 @@ fn system(seed: u64, tasks: usize, states: u32, periods: Periods) -> Vec<Task> {
     system
 }
 
-fn analyse(tasks: &[Task]) -> Analysis {
-    response_times(tasks, &Options { method: Method::Psm, horizon: None, is_brief: false }, &|| ())
+fn analyse(tasks: &[Task], method: Method) -> Analysis {
+    response_times(tasks, &Options { method, horizon: None, is_brief: false }, &|| ())
 }
 
-fn describe(name: &str, tasks: &[Task]) {
-    let analysis = analyse(tasks);
+fn describe(name: &str, tasks: &[Task], method: Method) {
+    let analysis = analyse(tasks, method);
     let count = |status| {
         let pairs = analysis.responses.iter().zip(tasks);
         pairs.filter(|(response, task)| response.status(task.deadline) == status).count()
     };
-    println!("{name}: {} met, {} missed of {}", count(Status::Met), count(Status::Missed), tasks.len());
+    let exhausted = analysis.responses.iter().filter(|response| response.is_exhausted).count();
+    println!(
+        "{name}, {method}: {} met, {} missed of {}; the budget of {exhausted} exhausted",
+        count(Status::Met),
+        count(Status::Missed),
+        tasks.len()
+    );
 }
 
 fn state_machines(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("psm");
+    for method in [Method::Psm, Method::Ibf, Method::Exact] {
+        by_method(criterion, method);
+    }
+}
+
+fn by_method(criterion: &mut Criterion, method: Method) {
+    let mut group = criterion.benchmark_group(method.to_string());
     group.warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(2)).sample_size(20);
     for (name, periods) in [("log-uniform", Periods::LogUniform), ("robot", Periods::OfRobots)] {
         for (tasks, states) in [(10, 20), (100, 20), (100, 100), (1000, 20), (1000, 100)] {
             let system = system(1, tasks, states, periods);
             let size = format!("{tasks}x{states}");
-            describe(&format!("{size} {name}"), &system);
+            describe(&format!("{size} {name}"), &system, method);
             let id = BenchmarkId::new(size, name);
-            group.bench_function(id, |bencher| bencher.iter(|| analyse(black_box(&system))));
+            group.bench_function(id, |bencher| bencher.iter(|| analyse(black_box(&system), method)));
         }
     }
     group.finish();
@@ -155,7 +167,7 @@ fn classical(criterion: &mut Criterion) {
                 })
                 .collect()
         };
-        let ours: Vec<Option<u64>> = analyse(&tasks)
+        let ours: Vec<Option<u64>> = analyse(&tasks, Method::Psm)
             .responses
             .iter()
             .map(|response| match response.bound {
@@ -164,9 +176,9 @@ fn classical(criterion: &mut Criterion) {
             })
             .collect();
         assert_eq!(ours, theirs());
-        describe(name, &tasks);
+        describe(name, &tasks, Method::Psm);
         group.bench_function(BenchmarkId::new("this crate", name), |bencher| {
-            bencher.iter(|| analyse(black_box(&tasks)));
+            bencher.iter(|| analyse(black_box(&tasks), Method::Psm));
         });
         group.bench_function(BenchmarkId::new("response-time-analysis", name), |bencher| {
             bencher.iter(theirs);

@@ -1,13 +1,14 @@
 //! The interference in the window of a response time, by task. It is computed on request: the lists of all tasks together
 //! grow with the square of their number.
 
-use crate::response_time::{Curve, jobs_released};
-use crate::{Demand, Interference, Options, Task, Time, Window};
+use crate::lane::{Lane, Member, Members};
+use crate::response_time::members;
+use crate::{Interference, Method, Options, Response, Task, Time};
 
 /// Lists the interference of tasks.
 ///
-/// In a window of length t, each task of hp(i) interferes with Mⱼ(⌈t/Tⱼ⌉); with a horizon H, with Mⱼ(⌈min(t, H)/Tⱼ⌉) in the
-/// window of a first job.
+/// In a window of length t, each task of hp(i) interferes with Mⱼ(⌈(t + Jⱼ)/Tⱼ⌉), or with what another
+/// [`Method`] counts; with a horizon H, in the window of a first job, with the jobs of min(t, H).
 ///
 /// ```
 /// use mauve_timing::*;
@@ -22,51 +23,83 @@ use crate::{Demand, Interference, Options, Task, Time, Window};
 ///     demand: Demand::Machine { machine: StateMachine::single(Time::from_nanos(cost)), whole: None },
 /// };
 /// let tasks = [task("laser", 2, 10, 4), task("pilot", 1, 30, 11)];
-/// let options = Options { method: Method::Psm, horizon: None, is_brief: false };
+/// let options = Options { method: Method::Exact, horizon: None, is_brief: false };
 /// let pilot = &response_times(&tasks, &options, &|| ()).responses[1];
-/// let laser = Breakdown::new(&tasks, &options, &|| ()).of(1, pilot.window.as_ref(), pilot.first_job)[0];
+/// let laser = Breakdown::new(&tasks, &options, &|| ()).of(1, pilot)[0];
 /// assert_eq!((laser.task, laser.jobs, laser.time), (0, 2, Time::from_nanos(8)));
 /// ```
 pub struct Breakdown<'a> {
-    tasks: &'a [Task],
     options: &'a Options,
     interrupt: &'a dyn Fn(),
-    /// The demand of each task, from its first use on.
-    curves: Vec<Option<Curve<'a>>>,
+    members: Vec<Member<'a>>,
 }
 
 impl<'a> Breakdown<'a> {
     /// Creates a breakdown of the response times of `tasks`, analysed with `options`. To cancel, `interrupt` unwinds.
     pub fn new(tasks: &'a [Task], options: &'a Options, interrupt: &'a dyn Fn()) -> Breakdown<'a> {
-        Breakdown { tasks, options, interrupt, curves: tasks.iter().map(|_| None).collect() }
+        Breakdown { options, interrupt, members: members(tasks, options, interrupt) }
     }
 
-    /// Returns the interference of each task of hp(`of`), in the order of the tasks, in the window of the response time of
-    /// `of`; without a window, until its first job ends; without either, none.
-    pub fn of(&mut self, of: usize, window: Option<&Window>, first_job: Option<Time>) -> Vec<Interference> {
-        let (length, horizon) = match (window, first_job) {
-            (Some(window), _) => (window.length, None),
-            (None, Some(first_job)) => (first_job, self.options.horizon),
+    /// Returns the interference of each task of hp(`of`), in the order of the tasks, in the window of its `response`;
+    /// without a window, until its first job ends; without either, none.
+    pub fn of(&mut self, of: usize, response: &Response) -> Vec<Interference> {
+        let (length, method, horizon) = match (&response.window, response.first_job) {
+            (Some(window), _) => (window.length, window.method, None),
+            (None, Some(first_job)) => {
+                (first_job, Method::Psm.min(self.options.method), self.options.horizon)
+            }
             (None, None) => return Vec::new(),
         };
-        let Some((task, cpu)) = self.tasks.get(of).and_then(|task| Some((task, task.known()?))) else {
+        if length == Time::ZERO {
+            return Vec::new();
+        }
+        let Some(task) = self.members.iter().find(|member| member.index == of).map(|member| member.task)
+        else {
             return Vec::new();
         };
         (self.interrupt)();
+        let is_in = |other: &Task| other.cpus & response.rule.mask() != 0 && other.priority >= task.priority;
+        let places: Vec<usize> = (0..self.members.len()).filter(|&it| is_in(self.members[it].task)).collect();
+        if method == Method::Exact {
+            return self.by_paths(of, response, &places);
+        }
         let mut found = Vec::new();
-        for (index, (other, curve)) in self.tasks.iter().zip(&mut self.curves).enumerate() {
-            let Demand::Machine { machine, .. } = &other.demand else { continue };
-            if index == of || other.priority < task.priority || other.known() != Some(cpu) {
-                continue;
-            }
-            let curve =
-                curve.get_or_insert_with(|| Curve::new(other, machine, self.options.method, self.interrupt));
-            let jobs = jobs_released(length.as_nanos(), other.period.as_nanos(), horizon);
+        for place in places {
+            let member = &mut self.members[place];
             // The analysis computed it before.
-            if let Ok(time) = curve.demand(jobs) {
-                found.push(Interference { task: index, jobs, time: Time::from_nanos(time) });
+            if member.index != of
+                && let Ok(it) = member.contribution(length.as_nanos(), method, horizon)
+            {
+                found.push(Interference {
+                    task: member.index,
+                    jobs: it.jobs,
+                    time: Time::from_nanos(it.time),
+                });
             }
         }
         found
+    }
+
+    /// Searches the combination of paths again.
+    fn by_paths(&mut self, of: usize, response: &Response, places: &[usize]) -> Vec<Interference> {
+        let lane = Lane {
+            rule: response.rule,
+            members: Members { all: &mut self.members, places },
+            options: self.options,
+            interrupt: self.interrupt,
+            lanes: 1,
+            lists_interference: true,
+        };
+        let found = lane.analyse(|member| member.index == of);
+        let interference = found.into_iter().next().map_or_else(Vec::new, |found| found.interference);
+        let mut interference: Vec<Interference> = interference
+            .into_iter()
+            .map(|(place, jobs, time)| {
+                let task = self.members[places[place]].index;
+                Interference { task, jobs, time: Time::from_nanos(time) }
+            })
+            .collect();
+        interference.sort_unstable_by_key(|it| it.task);
+        interference
     }
 }

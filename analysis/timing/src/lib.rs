@@ -36,6 +36,9 @@
 mod activities;
 mod breakdown;
 mod cycle_mean;
+mod exact;
+mod execution_bound;
+mod lane;
 mod machine;
 mod response_time;
 mod table;
@@ -55,8 +58,8 @@ pub use response_time::response_times;
 pub use table::error::{TableError, TableErrorKind, TomlKind};
 pub use table::{Entry, KeyPart, Level, MOST_LEVELS, Overhead, Table, Times, keys as table_keys};
 pub use task::{
-    Analysis, Bound, CpuLoad, Demand, Interference, Method, NoBoundReason, Options, Response, Status, Task,
-    Window,
+    Analysis, Bound, CpuLoad, CpuRule, Demand, Interference, Method, NoBoundReason, Options, Response,
+    Status, Task, Window,
 };
 pub use time::{Rounding, Time, TimeError, Unit};
 pub use trace_bound::{TraceBound, worst_trace};

@@ -203,6 +203,20 @@ impl Adjacency {
         Adjacency { first, arcs }
     }
 
+    /// The reversed edges; and one more state, the last, that each state has an edge of cost 0 to, and it itself too.
+    pub(crate) fn reversed(machine: &StateMachine) -> Adjacency {
+        let zero = |source| (source, machine.states, 0);
+        let reversed = machine.edges().iter().map(|edge| (edge.target, edge.source, edge.cost.as_nanos()));
+        let mut edges: Vec<(u32, u32, u64)> = reversed.chain((0..=machine.states).map(zero)).collect();
+        edges.sort_by_key(|&(source, ..)| source);
+        let mut first = vec![0u32];
+        for state in 0..=machine.states {
+            let end = edges.partition_point(|&(source, ..)| source <= state);
+            first.push(u32::try_from(end).unwrap_or(u32::MAX));
+        }
+        Adjacency { first, arcs: edges.into_iter().map(|(_, target, cost)| (target, cost)).collect() }
+    }
+
     pub(crate) fn states(&self) -> usize {
         self.first.len() - 1
     }

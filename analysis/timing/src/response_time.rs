@@ -1,34 +1,39 @@
 //! Worst-case response times under preemptive fixed priorities (paper, eq. 19–20, and beyond one period).
 
-use std::cmp::Ordering;
-use std::collections::BTreeMap;
+use std::collections::HashSet;
 
-use crate::utilisation::Share;
-use crate::{
-    Analysis, Bound, CpuLoad, CycleMean, Demand, Method, NoBoundReason, Options, Response, StateMachine,
-    Task, Time, TraceBound, Utilisation, Window,
-};
+use crate::lane::{Lane, Member, Members};
+use crate::{Analysis, Bound, CpuLoad, CpuRule, Options, Response, Task, Time, Utilisation};
 
 /// Returns the worst-case response time of each of `tasks`: a bound that no schedule exceeds, or the reason why there
 /// is none.
 ///
-/// A task releases a job each `period` and executes it under preemptive fixed priorities; its clock may have any
-/// phase. Late jobs of a task queue in order. hp(i) are the tasks of higher or equal priority on the CPU of i. A
-/// half-open window of length t contains at most ⌈t/T⌉ releases, with a demand of at most M(⌈t/T⌉) ([`TraceBound`];
-/// with [`Method::Classic`], n times the greatest cost).
+/// A task releases a job each `period`, at most its `jitter` later than nominally, and executes it under preemptive fixed
+/// priorities; its clock may have any phase. Late jobs of a task queue in order.
 ///
-/// The first job of a busy window, which begins with a simultaneous release of all tasks, ends at the least t > 0
-/// with t = Mᵢ(1) + Σ over hp(i) of Mⱼ(⌈t/Tⱼ⌉), where Mᵢ(1) is at least 1 ns. If that is within the period, it is the
-/// response time. Otherwise every job q of the window is analysed: f(q) is the least t with t = Mᵢ(q) + Σ Mⱼ(⌈t/Tⱼ⌉),
-/// R = max f(q) − (q − 1)·T, up to the first q with f(q) ≤ q·T. (Where the CPU is loaded to exactly 100 %, there may
-/// be no such q; then up to where f repeats.)
+/// **One CPU.** hp(i) are the tasks of higher or equal priority on the CPU of i. A half-open window of length t contains at most
+/// ⌈(t + J)/T⌉ releases, with a demand of at most M(⌈(t + J)/T⌉) ([`TraceBound`](crate::TraceBound); with
+/// [`Method::Classic`](crate::Method::Classic), n times the greatest cost). The first job of a busy window, which begins with a
+/// simultaneous release of all tasks, ends at the least t > 0 with t = Mᵢ(1) + Σ over hp(i) of Mⱼ(⌈(t + Jⱼ)/Tⱼ⌉), where Mᵢ(1) is
+/// at least 1 ns. If Jᵢ + t is within the period, it is the response time. Otherwise every job q of the window is analysed: f(q)
+/// is the least t with t = Mᵢ(q) + Σ Mⱼ(⌈(t + Jⱼ)/Tⱼ⌉), R = Jᵢ + max f(q) − (q − 1)·T, up to the first q with f(q) + Jᵢ ≤ q·T.
+/// (Where the CPU is loaded to exactly 100 %, there may be no such q; then up to where f repeats.) The better methods replace
+/// Mⱼ: see [`Method`](crate::Method).
+///
+/// **Several CPUs.** A task that may use several CPUs has the least of the response times that it would have on each of them,
+/// with all tasks of higher or equal priority that may run on that CPU. (From the last instant at which none of these had
+/// unfinished work, at every instant at least one of them executes: if one waits, the CPU executes another.) This needs a
+/// scheduler that lets no task wait while a CPU of its set runs a task of lower priority. On Linux that is so if all sets of
+/// several CPUs that share CPUs, directly or over others, are equal. Otherwise, the task is analysed on one imaginary CPU with
+/// all tasks of higher or equal priority that its CPUs are linked to: at every instant with unfinished work, one of these
+/// executes. [`Response::rule`] says which.
 ///
 /// The order of `tasks` does not matter for any figure. `interrupt` is called now and then, at least once a task and
 /// once for every pass over hp(i); it may unwind in order to cancel. Budgets are counted in steps, so that the same
 /// tasks give the same figures everywhere.
 ///
-/// In this version a task whose mask has several CPUs counts as one of unknown demand, as does one with a period of 0
-/// or without a CPU.
+/// A task with a period of 0 or without a CPU counts as one of unknown demand. A task is analysed if one of its CPUs has no task
+/// of unknown demand and higher or equal priority.
 ///
 /// ```
 /// use mauve_timing::*;
@@ -43,572 +48,206 @@ use crate::{
 ///     demand: Demand::Machine { machine: StateMachine::single(Time::from_nanos(cost)), whole: None },
 /// };
 /// let tasks = [task("laser", 2, 10, 4), task("pilot", 1, 30, 11)];
-/// let options = Options { method: Method::Psm, horizon: None, is_brief: false };
+/// let options = Options { method: Method::Exact, horizon: None, is_brief: false };
 /// let analysis = response_times(&tasks, &options, &|| ());
 /// assert_eq!(analysis.responses[1].bound, Bound::Response(Time::from_nanos(19)));
 /// ```
 pub fn response_times(tasks: &[Task], options: &Options, interrupt: &dyn Fn()) -> Analysis {
-    let unknown: Vec<usize> = (0..tasks.len()).filter(|&task| tasks[task].known().is_none()).collect();
-    let mut responses: Vec<Response> = tasks
-        .iter()
-        .enumerate()
-        .map(|(index, task)| {
-            let in_the_way = |&other: &usize| {
-                let other_task = &tasks[other];
-                other == index || other_task.priority >= task.priority && other_task.cpus & task.cpus != 0
-            };
-            let because = unknown.iter().copied().filter(in_the_way).collect();
-            Response {
-                own: task.demand.own(options.method),
-                first_job: None,
-                // A task of known demand has one CPU, so one unknown task that may delay it is sufficient. All others
-                // are analysed below.
-                bound: Bound::NotAnalysed { because },
-                window: None,
-            }
-        })
-        .collect();
-
-    let mut by_cpu: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-    for (index, task) in tasks.iter().enumerate() {
-        if let Some(cpu) = task.known() {
-            by_cpu.entry(cpu).or_default().push(index);
-        }
-    }
-    let mut cpus = Vec::with_capacity(by_cpu.len());
-    for (&cpu, members) in &by_cpu {
-        let mut walk = Walk::new(cpu, tasks, members, options, interrupt);
-        cpus.push(CpuLoad {
-            cpu,
-            utilisation: Utilisation::sum(walk.members.iter().map(|member| member.share)),
-            complete: !unknown.iter().any(|&task| tasks[task].cpus & (1 << cpu) != 0),
-        });
-        walk.analyse(
-            |task| matches!(&responses[task].bound, Bound::NotAnalysed { because } if because.is_empty()),
-        );
-        for (task, response) in walk.results {
-            responses[task] = response;
-        }
-    }
-    Analysis { responses, cpus }
-}
-
-/// The budget of one task, in members of hp(i) that are visited.
-const BUDGET: u64 = 1 << 23;
-
-/// The budget of all tasks of a CPU, shared equally, so that the order of the tasks does not matter.
-const BUDGET_OF_CPU: u64 = 1 << 28;
-
-const BRIEF_BUDGET_OF_CPU: u64 = 1 << 17;
-
-/// The minimum number of passes over all members for each task.
-const FEWEST_PASSES: u64 = 16;
-
-/// The maximum number of exact comparisons per CPU: the fractions have thousands of digits.
-const MOST_EXACT: u32 = 8;
-
-const KEPT_ITERATIONS: usize = 32;
-
-struct Member<'a> {
-    index: usize,
-    task: &'a Task,
-    period: u64,
-    share: Share,
-    curve: Curve<'a>,
-}
-
-/// The demand M of one task.
-pub(crate) enum Curve<'a> {
-    /// M(n) is n times this.
-    Linear(u64),
-    Trace(Box<TraceBound<'a>>),
-}
-
-impl<'a> Curve<'a> {
-    pub(crate) fn new(
-        task: &Task,
-        machine: &'a StateMachine,
-        method: Method,
-        interrupt: &'a dyn Fn(),
-    ) -> Curve<'a> {
-        match method {
-            Method::Classic => Curve::Linear(task.demand.own(method).unwrap_or_default().as_nanos()),
-            Method::Psm | Method::Ibf | Method::Exact => {
-                Curve::Trace(Box::new(TraceBound::interruptible(machine, interrupt)))
-            }
-        }
-    }
-
-    /// λ: see [`StateMachine::greatest_cycle_mean`].
-    fn mean(&self) -> CycleMean {
-        match self {
-            Curve::Linear(cost) => CycleMean { cost: Time::from_nanos(*cost), length: 1 },
-            Curve::Trace(bound) => bound.greatest_cycle_mean(),
-        }
-    }
-
-    /// (n₀, c): see [`TraceBound::regularity`].
-    fn regularity(&mut self) -> Option<(u64, u64)> {
-        match self {
-            Curve::Linear(_) => Some((0, 1)),
-            Curve::Trace(bound) => bound.regularity(),
-        }
-    }
-
-    pub(crate) fn demand(&mut self, jobs: u64) -> Result<u64, NoBoundReason> {
-        match self {
-            Curve::Linear(cost) => cost.checked_mul(jobs).ok_or(NoBoundReason::Overflow),
-            Curve::Trace(bound) => bound.demand(jobs).map(Time::as_nanos),
-        }
-    }
-}
-
-/// The jobs that the tasks of hp(i) release in a window, and their demand: for each member, by its index.
-///
-/// In order of decreasing priority, windows only grow: hp(i) contains all tasks of higher priority and their hp, so
-/// its fixed point is not less than theirs. So the counts of one task are a valid start for the next: they are below
-/// its least fixed point, which the iteration reaches from there as well as from 0. Each count is stored with the
-/// longest window for which it holds, so a pass over the members needs comparisons only.
-struct Counts {
-    /// The longest window in which `jobs` are released, jobs × T; of members not in hp(i), the longest there is.
-    holds_until: Vec<u64>,
-    /// 0 for members that are not in hp(i).
-    jobs: Vec<u64>,
-    time: Vec<u64>,
-    /// Σ `time`. In 128 bits, so that the overflow of 64 bits does not depend on the order of the terms.
-    total: u128,
-    /// The number of members in hp(i).
-    present: u64,
-}
-
-impl Clone for Counts {
-    fn clone(&self) -> Counts {
-        let mut copy = Counts::new(0);
-        copy.clone_from(self);
-        copy
-    }
-
-    /// Allocates nothing if there is room: a large group of equal priority copies its counts for each member.
-    fn clone_from(&mut self, other: &Counts) {
-        self.holds_until.clone_from(&other.holds_until);
-        self.jobs.clone_from(&other.jobs);
-        self.time.clone_from(&other.time);
-        (self.total, self.present) = (other.total, other.present);
-    }
-}
-
-impl Counts {
-    fn new(members: usize) -> Counts {
-        Counts {
-            holds_until: vec![u64::MAX; members],
-            jobs: vec![0; members],
-            time: vec![0; members],
-            total: 0,
-            present: 0,
-        }
-    }
-
-    /// Adds a member to hp(i), with the one job that every window has.
-    fn include(&mut self, place: usize, period: u64, cost: u64) {
-        self.holds_until[place] = period;
-        self.jobs[place] = 1;
-        self.time[place] = cost;
-        self.total += u128::from(cost);
-        self.present += 1;
-    }
-
-    fn exclude(&mut self, place: usize) {
-        self.total -= u128::from(self.time[place]);
-        self.holds_until[place] = u64::MAX;
-        self.jobs[place] = 0;
-        self.time[place] = 0;
-        self.present -= 1;
-    }
-
-    /// Raises the counts to those of a window of length `window`. Returns whether any has changed.
-    fn raise(&mut self, window: u64, members: &mut [Member]) -> Result<bool, NoBoundReason> {
-        let mut has_changed = false;
-        let mut failure = None;
-        for (place, holds_until) in self.holds_until.iter_mut().enumerate() {
-            if *holds_until >= window {
-                continue;
-            }
-            let member = &mut members[place];
-            let jobs = window.div_ceil(member.period);
-            match member.curve.demand(jobs) {
-                Ok(time) => {
-                    *holds_until = jobs.saturating_mul(member.period);
-                    self.jobs[place] = jobs;
-                    self.total += u128::from(time - self.time[place]);
-                    self.time[place] = time;
-                    has_changed = true;
-                }
-                // Continue: the reported failure must not depend on the order of the members.
-                Err(reason) => failure = failure.max(Some(reason)),
-            }
-        }
-        failure.map_or(Ok(has_changed), Err)
-    }
-}
-
-/// The analysis of one CPU.
-struct Walk<'a> {
-    cpu: u32,
-    /// In the order of the tasks.
-    members: Vec<Member<'a>>,
-    options: &'a Options,
-    interrupt: &'a dyn Fn(),
-    exact_left: u32,
-    results: Vec<(usize, Response)>,
-}
-
-impl<'a> Walk<'a> {
-    fn new(
-        cpu: u32,
-        tasks: &'a [Task],
-        members: &[usize],
-        options: &'a Options,
-        interrupt: &'a dyn Fn(),
-    ) -> Walk<'a> {
-        let mut walk = Walk {
-            cpu,
-            members: Vec::with_capacity(members.len()),
+    let mut members = members(tasks, options, interrupt);
+    let unknown: Vec<usize> = (0..tasks.len()).filter(|&task| !tasks[task].is_known()).collect();
+    let linked = linked_cpus(tasks);
+    let plans = plans(tasks, &members, &unknown, &linked);
+    let mut best: Vec<Option<Response>> = tasks.iter().map(|_| None).collect();
+    for plan in &plans {
+        let lane = Lane {
+            rule: plan.rule,
+            members: Members { all: &mut members, places: &plan.members },
             options,
             interrupt,
-            exact_left: MOST_EXACT,
-            results: Vec::new(),
+            lanes: plans.len() as u64,
+            lists_interference: false,
         };
-        for &index in members {
-            interrupt();
-            let task = &tasks[index];
-            let Demand::Machine { machine, .. } = &task.demand else { continue };
-            let curve = Curve::new(task, machine, options.method, interrupt);
-            let share = Share::new(curve.mean(), task.period);
-            walk.members.push(Member { index, task, period: task.period.as_nanos(), share, curve });
-        }
-        walk
-    }
-
-    /// Analyses the tasks for which `is_wanted`, in order of decreasing priority.
-    fn analyse(&mut self, is_wanted: impl Fn(usize) -> bool) {
-        let mut places: Vec<usize> =
-            (0..self.members.len()).filter(|&place| is_wanted(self.members[place].index)).collect();
-        places.sort_by_key(|&place| std::cmp::Reverse(self.members[place].task.priority));
-        let mut counts = Counts::new(self.members.len());
-        // The utilisation of the tasks of higher or equal priority, and of those of higher priority.
-        let mut utilisation = Utilisation::default();
-        let mut load_above = Some(Ordering::Less);
-        let priority = |walk: &Walk, place: usize| walk.members[place].task.priority;
-        let mut rest = places.as_slice();
-        while let Some(&first) = rest.first() {
-            let size =
-                rest.iter().take_while(|&&place| priority(self, place) == priority(self, first)).count();
-            let (group, after) = rest.split_at(size);
-            rest = after;
-            for &place in group {
-                utilisation.push(self.members[place].share);
-            }
-            let load = self.load(&utilisation, None, true);
-            if let &[place] = group {
-                let response = self.response(place, &mut counts, load_above, load);
-                self.results.push((self.members[place].index, response));
-                self.include(&mut counts, place);
-            } else {
-                let mut longest = 0;
-                let mut all = counts.clone();
-                let mut of_one = counts.clone();
-                for &place in group {
-                    self.include(&mut all, place);
-                }
-                // The whole group or none: the order within the group must not matter.
-                let is_close = |&&place: &&usize| {
-                    utilisation.compare_roughly(Some(&self.members[place].share)).is_none()
-                };
-                let close = group.iter().filter(is_close).count();
-                let is_exact = u32::try_from(close).is_ok_and(|close| close <= self.exact_left);
-                for &place in group {
-                    of_one.clone_from(&all);
-                    of_one.exclude(place);
-                    let load_others = match load {
-                        Some(Ordering::Less) => load,
-                        _ => self.load(&utilisation, Some(place), is_exact),
-                    };
-                    let response = self.response(place, &mut of_one, load_others, load);
-                    let window = response.window.as_ref().map(|window| window.length.as_nanos());
-                    longest = longest.max(window.unwrap_or(0));
-                    self.results.push((self.members[place].index, response));
-                }
-                // The start for the next group, which has the whole group in its hp, so its windows are not shorter.
-                // (A demand that cannot be computed fails again there.)
-                let _ = all.raise(longest, &mut self.members);
-                counts = all;
-            }
-            load_above = load;
+        for found in lane.analyse(|member| plan.wants(tasks, &linked, member.index)) {
+            let of_task = &mut best[found.task];
+            *of_task = Some(better(of_task.take(), found.response));
         }
     }
-
-    fn include(&mut self, counts: &mut Counts, place: usize) {
-        let member = &mut self.members[place];
-        // M(1) is the greatest edge, so it can always be computed.
-        let cost = member.curve.demand(1).unwrap_or(u64::MAX);
-        counts.include(place, member.period, cost);
-    }
-
-    /// Compares a utilisation, optionally `without` that of one member, with 1. Returns `None` if the exact
-    /// comparison is too expensive or not permitted.
-    fn load(
-        &mut self,
-        utilisation: &Utilisation,
-        without: Option<usize>,
-        is_exact: bool,
-    ) -> Option<Ordering> {
-        let share = without.map(|place| self.members[place].share);
-        if let Some(load) = utilisation.compare_roughly(share.as_ref()) {
-            return Some(load);
-        }
-        self.exact_left = self.exact_left.checked_sub(1).filter(|_| is_exact)?;
-        let others = share.map(|share| utilisation.without(&share));
-        Some(others.as_ref().unwrap_or(utilisation).compare_with_one())
-    }
-
-    fn budget(&self) -> u64 {
-        let members = (self.members.len() as u64).max(1);
-        let of_cpu = if self.options.is_brief { BRIEF_BUDGET_OF_CPU } else { BUDGET_OF_CPU };
-        (of_cpu / members).max(FEWEST_PASSES * members).min(BUDGET)
-    }
-
-    /// Returns the response of the member at `place`, starting from `counts` of hp(i) below its fixed point.
-    ///
-    /// `load_hp` compares the utilisation of hp(i) with 1, `load` that of hp(i) and the task itself; see [`Walk::load`].
-    fn response(
-        &mut self,
-        place: usize,
-        counts: &mut Counts,
-        load_hp: Option<Ordering>,
-        load: Option<Ordering>,
-    ) -> Response {
-        let own = self.own(place, 1).unwrap_or(u64::MAX);
-        let mut response = Response {
-            own: Some(Time::from_nanos(own)),
+    let not_analysed = |index: usize| {
+        let task = &tasks[index];
+        let scope = linked[index].unwrap_or(task.cpus);
+        let delays = |&other: &usize| {
+            other == index || tasks[other].priority >= task.priority && tasks[other].cpus & scope != 0
+        };
+        Response {
+            own: task.demand.own(options.method),
             first_job: None,
-            bound: Bound::Unbounded { cpu: self.cpu },
+            bound: Bound::NotAnalysed { because: unknown.iter().copied().filter(delays).collect() },
             window: None,
-        };
-        let mut budget = self.budget();
-        // M(n) ≥ λ·n, since λ is the limit of M(n)/n and M is subadditive. So where hp(i) has a utilisation of 1 or
-        // more, Σ Mⱼ(⌈t/Tⱼ⌉) ≥ t, and no t is its own demand or more plus at least 1 ns: no first job ends. Where it is
-        // less than 1, the demand grows more slowly than t, and one does.
-        let first_job = match load_hp {
-            Some(Ordering::Less) => self.fixed_point(place, 1, counts, &mut budget),
-            Some(_) => Err(NoBoundReason::FullyLoaded),
-            None => Err(NoBoundReason::Budget),
-        };
-        match first_job {
-            Ok(length) if length <= self.members[place].period => {
-                // Every job ends before the next one of this task is released, so no window has two of them, and this
-                // length bounds them all. (The utilisation U of hp(i) and i is at most 1 then, so that this cannot hide
-                // an overload. With t the length, t ≤ T: t ≥ Mᵢ(1) + Σ Mⱼ(⌈t/Tⱼ⌉) ≥ λᵢ·t/T + Σ λⱼ·t/Tⱼ = U·t.)
-                response.first_job = Some(Time::from_nanos(length));
-                self.conclude(&mut response, place, BusyJob { job: 1, length }, counts);
-            }
-            Ok(length) => {
-                response.first_job = Some(Time::from_nanos(length));
-                let busiest = match load {
-                    Some(Ordering::Greater) => None,
-                    // At a utilisation of less than 1, the window ends.
-                    Some(load) => {
-                        let last = if load == Ordering::Equal { self.last_job(place, counts) } else { None };
-                        Some(self.busiest_job(place, length, last, counts, &mut budget))
-                    }
-                    None => Some(Err(NoBoundReason::Budget)),
-                };
-                match busiest {
-                    Some(Ok(busiest)) => self.conclude(&mut response, place, busiest, counts),
-                    Some(Err(reason)) => response.bound = no_bound(reason, load),
-                    None => {}
+            method: options.method,
+            is_exhausted: false,
+            rule: linked[index].map_or(CpuRule::Cpu(task.cpus.trailing_zeros()), CpuRule::Linked),
+        }
+    };
+    let responses = best.into_iter().enumerate();
+    let responses = responses.map(|(index, best)| best.unwrap_or_else(|| not_analysed(index)));
+    Analysis { responses: responses.collect(), cpus: loads(tasks, &members, &unknown) }
+}
+
+/// Returns the members of all lanes: one for each task that can be analysed, in their order.
+pub(crate) fn members<'a>(tasks: &'a [Task], options: &Options, interrupt: &'a dyn Fn()) -> Vec<Member<'a>> {
+    let known = tasks.iter().enumerate().filter(|(_, task)| task.is_known());
+    known.filter_map(|(index, task)| Member::new(index, task, options.method, interrupt)).collect()
+}
+
+/// Returns, for each task, the CPUs that are linked to its own by tasks of higher or equal priority, where two of these have
+/// different sets of several CPUs: then it is analysed on all of them. Otherwise `None`.
+fn linked_cpus(tasks: &[Task]) -> Vec<Option<u64>> {
+    /// CPUs that are linked, and the set of several CPUs that tasks have there.
+    struct Group {
+        cpus: u64,
+        several: Option<u64>,
+        is_mixed: bool,
+    }
+    let mut groups: Vec<Group> = Vec::new();
+    let mut linked = vec![None; tasks.len()];
+    let mut by_priority: Vec<usize> = (0..tasks.len()).collect();
+    by_priority.sort_by_key(|&task| std::cmp::Reverse(tasks[task].priority));
+    for level in by_priority.chunk_by(|&a, &b| tasks[a].priority == tasks[b].priority) {
+        for cpus in level.iter().map(|&task| tasks[task].cpus) {
+            let several = Some(cpus).filter(|cpus| cpus.count_ones() > 1);
+            let mut merged = Group { cpus, several, is_mixed: false };
+            groups.retain(|group| {
+                let is_separate = group.cpus & merged.cpus == 0;
+                if !is_separate {
+                    merged.is_mixed |= group.is_mixed
+                        || group.several.zip(merged.several).is_some_and(|(one, other)| one != other);
+                    merged.several = merged.several.or(group.several);
+                    merged.cpus |= group.cpus;
                 }
-            }
-            Err(_) if load == Some(Ordering::Greater) => {}
-            Err(reason) => response.bound = no_bound(reason, load),
+                is_separate
+            });
+            groups.push(merged);
         }
-        if let Some(horizon) = self.options.horizon {
-            self.truncate(&mut response, place, horizon, counts);
-        }
-        response
-    }
-
-    fn own(&mut self, place: usize, jobs: u64) -> Result<u64, NoBoundReason> {
-        self.members[place].curve.demand(jobs)
-    }
-
-    /// Computes f(q) for q = `jobs` by fixed-point iteration: raises `counts` until the window is as long as the
-    /// demand.
-    fn fixed_point(
-        &mut self,
-        place: usize,
-        jobs: u64,
-        counts: &mut Counts,
-        budget: &mut u64,
-    ) -> Result<u64, NoBoundReason> {
-        // A job without demand is preempted by jobs of higher priority too, so its demand is 1 ns.
-        let own = self.own(place, jobs)?.max(1);
-        loop {
-            (self.interrupt)();
-            *budget = budget.checked_sub(counts.present + 1).ok_or(NoBoundReason::Budget)?;
-            let window =
-                u64::try_from(u128::from(own) + counts.total).map_err(|_| NoBoundReason::Overflow)?;
-            if !counts.raise(window, &mut self.members)? {
-                return Ok(window);
-            }
+        for &task in level {
+            let group = groups.iter().find(|group| group.cpus & tasks[task].cpus != 0);
+            linked[task] = group.filter(|group| group.is_mixed).map(|group| group.cpus);
         }
     }
+    linked
+}
 
-    /// At a utilisation of 1 for hp(i) and i: returns the job up to which an unfinished window contains all response
-    /// times. `None` if that job is not found.
-    ///
-    /// Let Mⱼ(n + cⱼ) = Mⱼ(n) + cⱼ·λⱼ for n ≥ nⱼ, and so for i, and let H be a common multiple of all cⱼ·Tⱼ and cᵢ·Tᵢ,
-    /// and L = H/Tᵢ. While the window lasts, f(q) > (q − 1)·Tᵢ. So for (q − 1)·Tᵢ ≥ nⱼ·Tⱼ and q ≥ nᵢ, both sides of
-    /// t = Mᵢ(q) + Σ Mⱼ(⌈t/Tⱼ⌉) grow by H, since Σ λ/T = 1, when t grows by H and q by L: f(q + L) = f(q) + H. Job q + L
-    /// responds as q does, and ends the window if and only if q does.
-    fn last_job(&mut self, place: usize, counts: &Counts) -> Option<u64> {
-        let own_period = self.members[place].period;
-        let mut first_regular = 1u64;
-        let mut lap = 1u64;
-        for (other, member) in self.members.iter_mut().enumerate() {
-            if other != place && counts.jobs[other] == 0 {
-                continue;
-            }
-            (self.interrupt)();
-            let (start, length) = member.curve.regularity()?;
-            let start =
-                if other == place { start } else { start.checked_mul(member.period)?.div_ceil(own_period) };
-            first_regular = first_regular.max(start.checked_add(1)?);
-            lap = least_common_multiple(lap, length.checked_mul(member.period)?)?;
+/// The tasks of one lane.
+struct Plan {
+    rule: CpuRule,
+    /// Indices into the members.
+    members: Vec<usize>,
+    /// Tasks of this priority or a lower one are not analysed, as one of unknown demand may delay them.
+    unknown: Option<u32>,
+    /// For [`CpuRule::Linked`]: the only priority that is analysed.
+    priority: Option<u32>,
+}
+
+impl Plan {
+    fn new<'t>(
+        members: &[Member<'_>],
+        unknown: impl Iterator<Item = &'t Task>,
+        rule: CpuRule,
+        priority: Option<u32>,
+    ) -> Plan {
+        let is_in =
+            |task: &Task| task.cpus & rule.mask() != 0 && priority.is_none_or(|least| task.priority >= least);
+        Plan {
+            rule,
+            members: (0..members.len()).filter(|&member| is_in(members[member].task)).collect(),
+            unknown: unknown.filter(|task| is_in(task)).map(|task| task.priority).max(),
+            priority,
         }
-        first_regular.checked_add(lap / own_period)
     }
 
-    /// Returns the job of the busy window with the greatest response time. The first job ends at `first`, after the
-    /// next release. Jobs after `last` are not analysed.
-    fn busiest_job(
-        &mut self,
-        place: usize,
-        first: u64,
-        last: Option<u64>,
-        counts: &mut Counts,
-        budget: &mut u64,
-    ) -> Result<BusyJob, NoBoundReason> {
-        let period = self.members[place].period;
-        let mut greatest = BusyJob { job: 1, length: first };
-        let mut greatest_response = first;
-        let mut job = 1u64;
-        let mut length = first;
-        // The release of the job after this one.
-        let mut next_release = period;
-        while length > next_release && last.is_none_or(|last| job < last) {
-            job += 1;
-            length = self.fixed_point(place, job, counts, budget)?;
-            // The job ends after its release, since the window is longer than that.
-            let response = length.saturating_sub(next_release);
-            if response > greatest_response {
-                greatest_response = response;
-                greatest = BusyJob { job, length };
-            }
-            next_release = next_release.checked_add(period).ok_or(NoBoundReason::Overflow)?;
-        }
-        Ok(greatest)
-    }
-
-    fn conclude(&mut self, response: &mut Response, place: usize, busiest: BusyJob, counts: &Counts) {
-        let BusyJob { job, length } = busiest;
-        let period = self.members[place].period;
-        let own = self.own(place, job);
-        let released = period.checked_mul(job - 1);
-        let (Ok(own), Some(time)) = (own, released.and_then(|released| length.checked_sub(released))) else {
-            // Both were computed before.
-            response.bound = Bound::NoBound(NoBoundReason::Overflow);
-            return;
+    fn wants(&self, tasks: &[Task], linked: &[Option<u64>], task: usize) -> bool {
+        let priority = tasks[task].priority;
+        let has_rule = match self.rule {
+            CpuRule::Cpu(_) => linked[task].is_none(),
+            CpuRule::Linked(cpus) => linked[task] == Some(cpus) && self.priority == Some(priority),
         };
-        let time = Time::from_nanos(time);
-        let iterations =
-            if time > self.members[place].task.deadline { self.iterations(own, counts, None) } else { None };
-        response.bound = Bound::Response(time);
-        response.window = Some(Window {
-            job,
-            own: Time::from_nanos(own),
-            length: Time::from_nanos(length),
-            iterations: iterations.unwrap_or_default(),
-        });
+        has_rule && self.unknown.is_none_or(|unknown| priority > unknown)
     }
+}
 
-    /// Returns the last values of the fixed-point iteration of the paper, eq. 19–20, from `own` on, with the tasks of
-    /// hp(i) in `counts`. `None` if it exceeds the budget or 64 bits.
-    fn iterations(&mut self, own: u64, counts: &Counts, horizon: Option<Time>) -> Option<Vec<Time>> {
-        let own = own.max(1);
-        let mut budget = self.budget();
-        let mut window = own;
-        let mut values = std::collections::VecDeque::with_capacity(KEPT_ITERATIONS);
-        loop {
-            (self.interrupt)();
-            if values.len() == KEPT_ITERATIONS {
-                values.pop_front();
-            }
-            values.push_back(Time::from_nanos(window));
-            budget = budget.checked_sub(counts.present + 1)?;
-            let mut demand = u128::from(own);
-            for (member, _) in self.members.iter_mut().zip(&counts.jobs).filter(|&(_, &jobs)| jobs > 0) {
-                let jobs = jobs_released(window, member.period, horizon);
-                demand += u128::from(member.curve.demand(jobs).ok()?);
-            }
-            let demand = u64::try_from(demand).ok()?;
-            if demand == window {
-                return Some(values.into());
-            }
-            window = demand;
+/// Returns the lanes: one for each CPU, and one for each priority of tasks on linked CPUs. CPUs with the same tasks have one lane.
+fn plans(tasks: &[Task], members: &[Member<'_>], unknown: &[usize], linked: &[Option<u64>]) -> Vec<Plan> {
+    let unknown = || unknown.iter().map(|&task| &tasks[task]);
+    let used = members.iter().fold(0, |all, member| all | member.task.cpus);
+    let mut plans: Vec<Plan> = Vec::new();
+    let mut seen = HashSet::new();
+    for cpu in (0..64).filter(|cpu| used & (1 << cpu) != 0) {
+        let plan = Plan::new(members, unknown(), CpuRule::Cpu(cpu), None);
+        if seen.insert((plan.members.clone(), plan.unknown)) {
+            plans.push(plan);
         }
     }
+    let mut of_linked: Vec<(u64, u32)> =
+        tasks.iter().zip(linked).filter_map(|(task, linked)| Some(((*linked)?, task.priority))).collect();
+    of_linked.sort_unstable();
+    of_linked.dedup();
+    let of_linked = of_linked.into_iter();
+    plans.extend(
+        of_linked
+            .map(|(cpus, priority)| Plan::new(members, unknown(), CpuRule::Linked(cpus), Some(priority))),
+    );
+    plans
+}
 
-    /// Replaces the first job's end by that under the horizon of the paper.
-    fn truncate(&mut self, response: &mut Response, place: usize, horizon: Time, counts: &Counts) {
-        let own = self.own(place, 1).unwrap_or(u64::MAX);
-        let iterations = self.iterations(own, counts, Some(horizon)).unwrap_or_default();
-        response.first_job = iterations.last().copied();
+/// Returns the better of the responses of a task in two lanes.
+fn better(one: Option<Response>, other: Response) -> Response {
+    let Some(one) = one else { return other };
+    match (&one.bound, &other.bound) {
+        (Bound::Response(a), Bound::Response(b)) if b < a => other,
+        (Bound::Response(_), _) => one,
+        (_, Bound::Response(_)) => other,
+        (a, b) => {
+            // The reason must not depend on the order.
+            let reason =
+                |bound: &Bound| if let Bound::NoBound(reason) = bound { Some(*reason) } else { None };
+            let bound = if reason(b) > reason(a) { b.clone() } else { a.clone() };
+            let later = |first_job: Option<Time>| (first_job.is_none(), first_job);
+            let earlier = if later(other.first_job) < later(one.first_job) { other } else { one };
+            Response { bound, ..earlier }
+        }
     }
 }
 
-/// A job q of a busy window, from 1, and f(q).
-#[derive(Clone, Copy)]
-struct BusyJob {
-    job: u64,
-    length: u64,
-}
-
-/// Returns the least common multiple, or `None` on overflow; both numbers are greater than 0.
-fn least_common_multiple(a: u64, b: u64) -> Option<u64> {
-    let (mut x, mut y) = (a, b);
-    while y != 0 {
-        (x, y) = (y, x % y);
+/// Returns the utilisation of each CPU, or of the CPUs together that tasks of known demand link.
+fn loads(tasks: &[Task], members: &[Member<'_>], unknown: &[usize]) -> Vec<CpuLoad> {
+    let mut groups: Vec<u64> = Vec::new();
+    for member in members.iter() {
+        let mut cpus = member.task.cpus;
+        groups.retain(|group| {
+            let is_separate = group & cpus == 0;
+            cpus |= if is_separate { 0 } else { *group };
+            is_separate
+        });
+        groups.push(cpus);
     }
-    (a / x.max(1)).checked_mul(b)
-}
-
-/// Returns the number of jobs that are released in a window, up to the horizon.
-pub(crate) fn jobs_released(window: u64, period: u64, horizon: Option<Time>) -> u64 {
-    horizon.map_or(window, |horizon| window.min(horizon.as_nanos())).div_ceil(period)
-}
-
-fn no_bound(reason: NoBoundReason, load: Option<Ordering>) -> Bound {
-    let is_full = reason == NoBoundReason::Budget && load == Some(Ordering::Equal);
-    Bound::NoBound(if is_full { NoBoundReason::FullyLoaded } else { reason })
+    groups.sort_unstable_by_key(|group| group.trailing_zeros());
+    let load = |mask: u64| CpuLoad {
+        mask,
+        utilisation: Utilisation::sum(
+            members.iter().filter(|member| member.task.cpus & mask != 0).map(|member| member.share),
+        ),
+        complete: !unknown.iter().any(|&task| tasks[task].cpus & mask != 0),
+    };
+    groups.into_iter().map(load).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::testing::{brute_force_cycle_mean, machine, machines};
-    use crate::{Breakdown, Edge, Interference, Status};
+    use crate::{Breakdown, Demand, Edge, Interference, Method, NoBoundReason, StateMachine, Status, Time};
     use expect_test::{Expect, expect};
     use proptest::prelude::*;
+    use std::cmp::Ordering;
 
     const PSM: Options = Options { method: Method::Psm, horizon: None, is_brief: false };
     const CLASSIC: Options = Options { method: Method::Classic, horizon: None, is_brief: false };
@@ -637,8 +276,25 @@ mod tests {
         response_times(tasks, &options, &|| ())
     }
 
+    /// The examples that separate the methods: the request bound combines paths that no run combines.
+    #[test]
+    fn methods_that_differ() {
+        let hp = machine(3, &[(0, 0, 1), (1, 1, 2), (2, 2, 1), (0, 1, 0), (1, 2, 3), (2, 0, 1)]);
+        let tasks = [task("hp", 2, 4, hp), single("lp", 1, 8, 2)];
+        let found = |tasks: &[Task]| {
+            [Method::Psm, Method::Ibf, Method::Exact].map(|method| {
+                let response = analyse(tasks, Options { method, ..PSM }).responses.swap_remove(1);
+                (bound(&response), response.method)
+            })
+        };
+        assert_eq!(found(&tasks), [(7, Method::Psm), (6, Method::Ibf), (6, Method::Exact)]);
+        let hp = machine(3, &[(0, 1, 2), (1, 1, 1), (1, 2, 1), (2, 0, 4), (2, 2, 2)]);
+        let tasks = [task("hp", 2, 3, hp), single("lp", 1, 5, 1)];
+        assert_eq!(found(&tasks), [(10, Method::Psm), (9, Method::Ibf), (8, Method::Exact)]);
+    }
+
     fn interference(tasks: &[Task], options: Options, of: usize, response: &Response) -> Vec<Interference> {
-        Breakdown::new(tasks, &options, &|| ()).of(of, response.window.as_ref(), response.first_job)
+        Breakdown::new(tasks, &options, &|| ()).of(of, response)
     }
 
     fn show(tasks: &[Task], options: Options) -> String {
@@ -676,7 +332,9 @@ mod tests {
         }
         for load in &analysis.cpus {
             let complete = if load.complete { "" } else { " at least" };
-            lines.push_str(&format!("cpu {}{complete} {:.3}\n", load.cpu, load.utilisation.as_f64()));
+            let cpus: Vec<String> =
+                (0..64).filter(|cpu| load.mask & (1 << cpu) != 0).map(|cpu: u32| cpu.to_string()).collect();
+            lines.push_str(&format!("cpu {}{complete} {:.3}\n", cpus.join("+"), load.utilisation.as_f64()));
         }
         lines
     }
@@ -891,14 +549,14 @@ mod tests {
             &tasks,
             PSM,
             expect![[r#"
-            two: own 1, not analysed because of two never (not-analysed)
-            none: own 1, not analysed because of none (not-analysed)
-            never: own 1, not analysed because of two never (not-analysed)
-            one: own 1, not analysed because of two (not-analysed)
-            other: own 1, first job 1, response 1 (met), window of 1 jobs 1 in 1
-            cpu 1 at least 0.100
-            cpu 2 0.100
-        "#]],
+                two: own 1, first job 1, response 1 (met), window of 1 jobs 1 in 1
+                none: own 1, not analysed because of none (not-analysed)
+                never: own 1, not analysed because of never (not-analysed)
+                one: own 1, first job 2, response 2 (met), two 1 jobs 1, window of 1 jobs 1 in 2
+                other: own 1, first job 1, response 1 (met), window of 1 jobs 1 in 1
+                cpu 0+1 at least 0.200
+                cpu 2 0.100
+            "#]],
         );
     }
 
@@ -1006,13 +664,15 @@ mod tests {
     }
 
     /// The definition: every t from 1 on, every job from the first, M by the recurrence, rationals by common
-    /// denominator.
+    /// denominator, the linked CPUs step by step.
     mod plain {
         use super::*;
 
+        #[derive(Clone)]
         pub(super) struct Found {
             pub(super) first_job: Option<u64>,
             pub(super) bound: Bound,
+            /// The job, its demand, and its end.
             pub(super) window: Option<(u64, u64, u64)>,
         }
 
@@ -1024,11 +684,11 @@ mod tests {
             let Demand::Machine { machine, whole } = &task.demand else { panic!("known") };
             if method == Method::Classic {
                 let cost = machine.greatest_cost().max(whole.unwrap_or_default()).as_nanos();
-                return (0..=LONGEST).map(|jobs| jobs * cost).collect();
+                return (0..=2 * LONGEST).map(|jobs| jobs * cost).collect();
             }
             let mut current = vec![0; machine.states() as usize];
             let mut demands = vec![0];
-            for _ in 0..LONGEST {
+            for _ in 0..2 * LONGEST {
                 let mut next = vec![0; current.len()];
                 for edge in machine.edges() {
                     let total = edge.cost.as_nanos() + current[edge.target as usize];
@@ -1055,52 +715,101 @@ mod tests {
             numerator.cmp(&denominator)
         }
 
+        fn is_known(task: &Task) -> bool {
+            task.cpus != 0 && task.period > Time::ZERO && task.demand != Demand::Unknown
+        }
+
+        /// The CPUs that tasks of at least the priority link to those of `task`, if their sets of several CPUs differ.
+        pub(super) fn linked(tasks: &[Task], task: &Task) -> Option<u64> {
+            let above = || tasks.iter().filter(|other| other.priority >= task.priority);
+            let mut cpus = task.cpus;
+            while let Some(more) = above().find(|other| other.cpus & cpus != 0 && other.cpus & !cpus != 0) {
+                cpus |= more.cpus;
+            }
+            let mut several: Vec<u64> =
+                above().map(|other| other.cpus).filter(|it| it & cpus != 0 && it.count_ones() > 1).collect();
+            several.dedup();
+            several.sort_unstable();
+            several.dedup();
+            (several.len() > 1).then_some(cpus)
+        }
+
         /// `None` where a window that may end is too long.
         pub(super) fn response(tasks: &[Task], index: usize, method: Method) -> Option<Found> {
             let task = &tasks[index];
-            let is_known = |task: &Task| {
-                task.cpus.count_ones() == 1 && task.period > Time::ZERO && task.demand != Demand::Unknown
+            let linked = linked(tasks, task);
+            let at_least_as_urgent = |scope: u64| {
+                let is_in = move |other: &usize| {
+                    *other != index
+                        && tasks[*other].priority >= task.priority
+                        && tasks[*other].cpus & scope != 0
+                };
+                (0..tasks.len()).filter(is_in)
             };
-            let at_least_as_urgent = |other: &usize| {
-                *other != index
-                    && tasks[*other].priority >= task.priority
-                    && tasks[*other].cpus & task.cpus != 0
+            let unknown = |scope: u64| -> Vec<usize> {
+                let others =
+                    at_least_as_urgent(scope).chain([index]).filter(|&other| !is_known(&tasks[other]));
+                let mut unknown: Vec<usize> = others.collect();
+                unknown.sort_unstable();
+                unknown
             };
-            let because: Vec<usize> = (0..tasks.len())
-                .filter(|other| *other == index || at_least_as_urgent(other))
-                .filter(|&other| !is_known(&tasks[other]))
-                .collect();
-            if !because.is_empty() {
+            let cpus = (0..64).map(|cpu| 1 << cpu).filter(|cpu| task.cpus & cpu != 0);
+            let scopes: Vec<u64> = linked.map_or_else(|| cpus.collect(), |cpus| vec![cpus]);
+            let clean: Vec<u64> = scopes.into_iter().filter(|&scope| unknown(scope).is_empty()).collect();
+            if clean.is_empty() {
+                let because = unknown(linked.unwrap_or(task.cpus));
                 return Some(Found { first_job: None, bound: Bound::NotAnalysed { because }, window: None });
             }
-            let hp: Vec<&Task> =
-                (0..tasks.len()).filter(at_least_as_urgent).map(|other| &tasks[other]).collect();
+            let mut found = Vec::new();
+            for scope in clean {
+                let hp: Vec<&Task> = at_least_as_urgent(scope).map(|other| &tasks[other]).collect();
+                found.push(on_one_cpu(task, &hp, method, scope)?);
+            }
+            let first_job = found.iter().filter_map(|it| it.first_job).min();
+            let least = |it: &&Found| matches!(it.bound, Bound::Response(_));
+            let time = |it: &&Found| if let Bound::Response(time) = it.bound { time } else { panic!() };
+            if let Some(least) = found.iter().filter(least).min_by_key(time) {
+                return Some(least.clone());
+            }
+            let worst = found.into_iter().max_by_key(|it| match it.bound {
+                Bound::NoBound(reason) => Some(reason),
+                _ => None,
+            });
+            worst.map(|it| Found { first_job, ..it })
+        }
+
+        fn on_one_cpu(task: &Task, hp: &[&Task], method: Method, scope: u64) -> Option<Found> {
             let all: Vec<&Task> = hp.iter().copied().chain([task]).collect();
-            let (load_hp, load_all) = (load(&hp, method), load(&all, method));
+            let (load_hp, load_all) = (load(hp, method), load(&all, method));
             let own = demands(task, method);
-            let others: Vec<(u64, Vec<u64>)> =
-                hp.iter().map(|other| (other.period.as_nanos(), demands(other, method))).collect();
+            let others: Vec<(&&Task, Vec<u64>)> =
+                hp.iter().map(|other| (other, demands(other, method))).collect();
             let end_of = |job: u64, from: u64| {
                 (from..LONGEST).find(|&length| {
-                    let interference =
-                        others.iter().map(|(period, demands)| demands[length.div_ceil(*period) as usize]);
+                    let interference = others.iter().map(|(other, demands)| {
+                        demands[(length + other.jitter.as_nanos()).div_ceil(other.period.as_nanos()) as usize]
+                    });
                     own[job as usize].max(1) + interference.sum::<u64>() == length
                 })
             };
-            let unbounded = Bound::Unbounded { cpu: task.cpus.trailing_zeros() };
+            let several_cpus = all.iter().any(|task| task.cpus.count_ones() > 1);
+            let overloaded = match several_cpus {
+                true => Bound::NoBound(NoBoundReason::SeveralCpus),
+                false => Bound::Unbounded { cpu: scope.trailing_zeros() },
+            };
             let fully_loaded = Bound::NoBound(NoBoundReason::FullyLoaded);
             if load_hp != Ordering::Less {
-                let bound = if load_all == Ordering::Greater { unbounded } else { fully_loaded };
+                let bound = if load_all == Ordering::Greater { overloaded } else { fully_loaded };
                 return Some(Found { first_job: None, bound, window: None });
             }
             let first_job = end_of(1, 1)?;
             if load_all == Ordering::Greater {
-                return Some(Found { first_job: Some(first_job), bound: unbounded, window: None });
+                return Some(Found { first_job: Some(first_job), bound: overloaded, window: None });
             }
-            let period = task.period.as_nanos();
-            let (mut worst, mut worst_response) = ((1, first_job), first_job);
+            let (period, jitter) = (task.period.as_nanos(), task.jitter.as_nanos());
+            let (mut worst, mut worst_response) = ((1, first_job), first_job + jitter);
             let (mut job, mut length) = (1, first_job);
-            while length > job * period {
+            while length + jitter > job * period {
                 job += 1;
                 length = match end_of(job, length) {
                     Some(length) => length,
@@ -1108,8 +817,9 @@ mod tests {
                     None if load_all == Ordering::Equal => break,
                     None => return None,
                 };
-                if length - (job - 1) * period > worst_response {
-                    (worst, worst_response) = ((job, length), length - (job - 1) * period);
+                let response = (length + jitter).saturating_sub((job - 1) * period);
+                if response > worst_response {
+                    (worst, worst_response) = ((job, length), response);
                 }
             }
             let (job, length) = worst;
@@ -1119,6 +829,68 @@ mod tests {
                 window: Some((job, own[job as usize], length)),
             })
         }
+    }
+
+    /// All combinations of paths of the interfering tasks on one CPU, one by one: the greatest response over all of them.
+    fn response_by_all_paths(task: &Task, hp: &[Task], longest: u64, jobs: u64) -> u64 {
+        fn paths(machine: &StateMachine, state: u32, jobs: u64) -> Vec<Vec<u64>> {
+            if jobs == 0 {
+                return vec![vec![0]];
+            }
+            let edges = machine.edges().iter().filter(|edge| edge.source == state);
+            let with_edge = |edge: &Edge| {
+                let rest = paths(machine, edge.target, jobs - 1);
+                let cost = edge.cost.as_nanos();
+                rest.into_iter()
+                    .map(move |rest| {
+                        std::iter::once(0)
+                            .chain(rest.iter().map(move |total| total + cost))
+                            .collect::<Vec<u64>>()
+                    })
+                    .collect::<Vec<_>>()
+            };
+            edges.flat_map(with_edge).collect()
+        }
+        let Demand::Machine { machine, .. } = &task.demand else { panic!("known") };
+        let own = |jobs: u64| {
+            (0..machine.states())
+                .map(|state| crate::testing::brute_force_demand(machine, state, jobs))
+                .max()
+                .unwrap()
+        };
+        let mut combinations: Vec<Vec<Vec<u64>>> = vec![Vec::new()];
+        let mut of_tasks = Vec::new();
+        for other in hp {
+            let Demand::Machine { machine, .. } = &other.demand else { panic!("known") };
+            let jobs = (longest + other.jitter.as_nanos()).div_ceil(other.period.as_nanos());
+            let mut all: Vec<Vec<u64>> =
+                (0..machine.states()).flat_map(|state| paths(machine, state, jobs)).collect();
+            all.sort_unstable();
+            all.dedup();
+            of_tasks.push((other.period.as_nanos(), other.jitter.as_nanos()));
+            combinations = combinations
+                .iter()
+                .flat_map(|chosen| all.iter().map(move |path| [chosen.clone(), vec![path.clone()]].concat()))
+                .collect();
+        }
+        let mut greatest = 0;
+        for chosen in combinations {
+            for job in 1..=jobs {
+                let end = (1..).find(|&length: &u64| {
+                    let demand = chosen.iter().zip(&of_tasks).map(|(path, (period, jitter))| {
+                        path[(((length + jitter).div_ceil(*period)) as usize).min(path.len() - 1)]
+                    });
+                    own(job).max(1) + demand.sum::<u64>() <= length
+                });
+                let (end, released) =
+                    (end.unwrap() + task.jitter.as_nanos(), (job - 1) * task.period.as_nanos());
+                greatest = greatest.max(end.saturating_sub(released));
+                if end <= job * task.period.as_nanos() {
+                    break;
+                }
+            }
+        }
+        greatest
     }
 
     fn demands() -> impl Strategy<Value = Demand> {
@@ -1132,7 +904,8 @@ mod tests {
             priority in 0..4u32,
             period in 1..16u64,
             deadline in 1..20u64,
-            cpus in prop_oneof![20 => Just(1u64), 4 => Just(2u64), 1 => Just(3u64), 1 => Just(0u64)],
+            jitter in prop_oneof![3 => Just(0u64), 1 => 1..20u64],
+            cpus in prop_oneof![20 => Just(1u64), 4 => Just(2u64), 4 => Just(3u64), 1 => Just(0u64), 2 => 1..8u64],
             demand in demands(),
         ) -> Task {
             Task {
@@ -1140,7 +913,7 @@ mod tests {
                 priority,
                 period: Time::from_nanos(period),
                 deadline: Time::from_nanos(deadline),
-                jitter: Time::ZERO,
+                jitter: Time::from_nanos(jitter),
                 cpus,
                 demand,
             }
@@ -1306,10 +1079,51 @@ mod tests {
         }
 
         #[test]
-        fn psm_is_never_above_classic(tasks in any_tasks()) {
-            let (psm, classic) = (analyse(&tasks, PSM), analyse(&tasks, CLASSIC));
-            for (psm, classic) in psm.responses.iter().zip(&classic.responses) {
-                prop_assert!(bound(psm) <= bound(classic));
+        fn each_method_is_never_above_the_one_before(tasks in any_tasks()) {
+            let methods = [Method::Classic, Method::Psm, Method::Ibf, Method::Exact];
+            let found = methods.map(|method| analyse(&tasks, Options { method, ..PSM }));
+            for (before, after) in found.iter().zip(&found[1..]) {
+                for (before, after) in before.responses.iter().zip(&after.responses) {
+                    prop_assert!(bound(after) <= bound(before));
+                }
+            }
+        }
+
+        #[test]
+        fn the_story_of_each_method_adds_up(tasks in any_tasks()) {
+            for method in [Method::Ibf, Method::Exact] {
+                let options = Options { method, ..PSM };
+                for (index, response) in analyse(&tasks, options).responses.iter().enumerate() {
+                    let Some(window) = &response.window else { continue };
+                    let parts = interference(&tasks, options, index, response);
+                    let interference: u64 = parts.iter().map(|part| part.time.as_nanos()).sum();
+                    prop_assert_eq!(window.own.as_nanos().max(1) + interference, window.length.as_nanos());
+                    let released = (window.job - 1) * tasks[index].period.as_nanos();
+                    let end = window.length.as_nanos() + tasks[index].jitter.as_nanos();
+                    prop_assert_eq!(bound(response), end - released);
+                }
+            }
+        }
+
+        #[test]
+        fn exact_equals_the_greatest_of_all_combinations(
+            hp in proptest::collection::vec((2..7u64, 0..4u64, machines(3, 5)), 1..3),
+            own in (2..12u64, 0..4u64, machines(2, 4)),
+        ) {
+            let of = |priority, (period, jitter, machine): (u64, u64, StateMachine)| Task {
+                jitter: Time::from_nanos(jitter),
+                ..task("", priority, period, machine)
+            };
+            let tasks: Vec<Task> = hp.into_iter().map(|hp| of(2, hp)).chain([of(1, own)]).collect();
+            let index = tasks.len() - 1;
+            let psm = analyse(&tasks, PSM).responses.swap_remove(index);
+            // Where the window is not too long for all combinations.
+            let Some(window) = psm.window.filter(|window| window.length.as_nanos() <= 14) else { return Ok(()) };
+            let exact = analyse(&tasks, Options { method: Method::Exact, ..PSM }).responses.swap_remove(index);
+            if exact.method == Method::Exact && !exact.is_exhausted {
+                let longest = window.length.as_nanos() + 12;
+                let expected = response_by_all_paths(&tasks[index], &tasks[..index], longest, window.job + 4);
+                prop_assert_eq!(bound(&exact), expected);
             }
         }
     }

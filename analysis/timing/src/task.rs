@@ -53,16 +53,14 @@ impl Demand {
 }
 
 impl Task {
-    /// Returns the CPU of a task that can be analysed: its demand is known, and it has one CPU.
-    pub(crate) fn known(&self) -> Option<u32> {
-        let is_known =
-            self.demand != Demand::Unknown && self.cpus.is_power_of_two() && self.period > Time::ZERO;
-        is_known.then(|| self.cpus.trailing_zeros())
+    /// Whether the task can be analysed.
+    pub(crate) fn is_known(&self) -> bool {
+        self.demand != Demand::Unknown && self.cpus != 0 && self.period > Time::ZERO
     }
 }
 
 /// How the demand of several jobs is bounded.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum Method {
     /// R⁻ of the paper: the demand of n jobs is n times the greatest one.
     Classic,
@@ -100,6 +98,27 @@ pub struct Options {
     pub is_brief: bool,
 }
 
+/// The tasks that are counted in a response time.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum CpuRule {
+    /// Those of higher or equal priority that may run on this CPU, of those on which the task may run the one with the least
+    /// response time. For tasks on one CPU each, this is the usual rule.
+    Cpu(u32),
+    /// Those of higher or equal priority that share these CPUs, a bit each, as if they were one: where tasks have different
+    /// sets of several CPUs, Linux may let one wait while a CPU of its set runs a task of lower priority.
+    Linked(u64),
+}
+
+impl CpuRule {
+    /// Returns the CPUs, a bit each, as in [`Task::cpus`].
+    pub fn mask(self) -> u64 {
+        match self {
+            CpuRule::Cpu(cpu) => 1 << cpu,
+            CpuRule::Linked(cpus) => cpus,
+        }
+    }
+}
+
 /// The result of [`response_times`](crate::response_times).
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Analysis {
@@ -109,23 +128,16 @@ pub struct Analysis {
     pub cpus: Vec<CpuLoad>,
 }
 
-/// The utilisation of a CPU.
+/// The utilisation of a CPU, or of several CPUs together that tasks may use alternatively.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct CpuLoad {
-    /// The number of the CPU: of its bit in [`Task::cpus`].
-    pub cpu: u32,
-    /// Σ λ/T over its tasks of known demand.
+    /// The CPUs, a bit each, as in [`Task::cpus`].
+    pub mask: u64,
+    /// Σ λ/T over their tasks of known demand; it may be up to the number of CPUs.
     pub utilisation: Utilisation,
     /// Whether all tasks are included; otherwise a task of unknown demand may run there, and `utilisation` is a lower
     /// bound.
     pub complete: bool,
-}
-
-impl CpuLoad {
-    /// Returns the bit of the CPU in [`Task::cpus`].
-    pub fn mask(&self) -> u64 {
-        1 << self.cpu
-    }
 }
 
 /// The response time of one task. [`Breakdown`](crate::Breakdown) lists the interference in it.
@@ -141,6 +153,12 @@ pub struct Response {
     pub bound: Bound,
     /// The window of the response time, if there is one.
     pub window: Option<Window>,
+    /// The method that gives the bound: the best of those up to [`Options::method`] that its budget allows.
+    pub method: Method,
+    /// Whether the budget of a better method was exhausted.
+    pub is_exhausted: bool,
+    /// The tasks that are counted.
+    pub rule: CpuRule,
 }
 
 impl Response {
@@ -170,8 +188,7 @@ pub enum Bound {
     NoBound(NoBoundReason),
     /// The demand of the task, or of tasks that may delay it, is unknown.
     NotAnalysed {
-        /// The tasks of unknown demand with higher or equal priority that may run on the same CPU, and the task
-        /// itself if its demand is unknown. Ascending.
+        /// The tasks of unknown demand that may delay it, and the task itself if its demand is unknown. Ascending.
         because: Vec<usize>,
     },
 }
@@ -185,6 +202,9 @@ pub enum NoBoundReason {
     Overflow,
     /// The utilisation by the task and hp(i) is exactly 1, and no end of the window was found.
     FullyLoaded,
+    /// The utilisation by the task and those that may run on each of its CPUs is greater than 1, but some of them may
+    /// run elsewhere.
+    SeveralCpus,
 }
 
 /// Whether a deadline is met.
@@ -232,9 +252,11 @@ pub struct Interference {
     pub time: Time,
 }
 
-/// The window of a response time, which is `length` − (`job` − 1) × period.
+/// The window of a response time, which is `length` − (`job` − 1) × period + jitter.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Window {
+    /// How the interference in it is counted: the simplest method that gives the length.
+    pub method: Method,
     /// q, the job of the window with the greatest response time; from 1.
     pub job: u64,
     /// The demand of the q own jobs, M(q).

@@ -33,7 +33,7 @@ pub struct TraceBound<'a> {
     /// M(0), M(1), …, as far as computed.
     totals: Vec<u64>,
     recurrence: Option<Recurrence>,
-    period: Option<Period>,
+    period: Option<Laps<Front>>,
 }
 
 /// The budget of a bound, in edges and states: about 50 ms, and 10 MB.
@@ -110,29 +110,20 @@ impl<'a> TraceBound<'a> {
         if self.totals.is_empty() {
             self.totals.push(0);
         }
-        let recurrence = recurrence_of(&mut self.recurrence, self.machine);
+        let recurrence = self.recurrence.get_or_insert_with(|| Recurrence::new(Adjacency::new(self.machine)));
         // No entry is greater than the last total: this is the only sum that needs a check.
         let last = self.totals.last().copied().unwrap_or(0);
         if last.checked_add(self.greatest).is_none() {
             return Err(NoBoundReason::Overflow);
         }
-        // Steps are too short to call `interrupt` each time.
-        let spent = recurrence.spent / INTERRUPT_EACH;
-        self.totals.push(recurrence.step()?);
-        if recurrence.spent / INTERRUPT_EACH != spent {
-            (self.interrupt)();
-        }
-        self.period = recurrence.look_for_period();
+        self.totals.push(recurrence.step(self.interrupt)?);
+        self.period = recurrence.look_for_period().map(|period| period.laps(front));
         Ok(())
     }
 }
 
-fn recurrence_of<'r>(recurrence: &'r mut Option<Recurrence>, machine: &StateMachine) -> &'r mut Recurrence {
-    recurrence.get_or_insert_with(|| Recurrence::new(Adjacency::new(machine)))
-}
-
 /// The vectors yₙ, and the search for a period in them.
-struct Recurrence {
+pub(crate) struct Recurrence {
     successors: Adjacency,
     n: u64,
     /// yₙ.
@@ -163,7 +154,7 @@ impl Search {
 }
 
 impl Recurrence {
-    fn new(successors: Adjacency) -> Recurrence {
+    pub(crate) fn new(successors: Adjacency) -> Recurrence {
         let states = successors.states();
         Recurrence {
             successors,
@@ -175,11 +166,21 @@ impl Recurrence {
         }
     }
 
-    /// One step of the recurrence: the next M. The caller has checked that it fits 64 bits.
-    fn step(&mut self) -> Result<u64, NoBoundReason> {
+    /// yₙ, of the last step.
+    pub(crate) fn values(&self) -> &[u64] {
+        &self.current
+    }
+
+    /// One step of the recurrence: the next M. The caller has checked that it fits 64 bits. Calls `interrupt` now and then:
+    /// steps are too short to call it each time.
+    pub(crate) fn step(&mut self, interrupt: &dyn Fn()) -> Result<u64, NoBoundReason> {
+        let spent = self.spent / INTERRUPT_EACH;
         self.spent += self.successors.arcs.len() as u64 + self.current.len() as u64 + 8;
         if self.spent > BUDGET {
             return Err(NoBoundReason::Budget);
+        }
+        if self.spent / INTERRUPT_EACH != spent {
+            interrupt();
         }
         let mut total = 0;
         let mut begin = 0;
@@ -197,7 +198,7 @@ impl Recurrence {
         Ok(total)
     }
 
-    fn look_for_period(&mut self) -> Option<Period> {
+    pub(crate) fn look_for_period(&mut self) -> Option<Period> {
         if self.n < self.search.start {
             return None;
         }
@@ -233,10 +234,12 @@ impl Recurrence {
 /// is yₘ₊₁₋꜀\[s\] + K\[s\]: so K\[t\] = K\[s\], and yₘ₊₁₊꜀\[s\] ≥ cost + yₘ\[t\] + K\[t\] = yₘ₊₁\[s\] + K\[s\].
 ///
 /// K differs between states if parts of the machine cannot be reached again.
-struct Period {
+pub(crate) struct Period {
     base: u64,
-    /// For each of the c remainders of n − base: the entries (yₙ\[s\], K\[s\]) that can ever be the greatest.
-    fronts: Vec<Vec<(u64, u64)>>,
+    /// yₙ for n = `base`, …, `base` + c − 1.
+    vectors: Vec<u64>,
+    /// K, by state.
+    gains: Vec<u64>,
 }
 
 impl Period {
@@ -258,27 +261,56 @@ impl Period {
                 return None;
             }
         }
-        let fronts = (0..length).map(|step| {
-            let mut entries: Vec<(u64, u64)> =
-                (0..states).map(|state| (gains[state], value(step, state))).collect();
-            entries.sort_unstable_by(|a, b| b.cmp(a));
-            let mut front: Vec<(u64, u64)> = Vec::new();
-            for (gain, value) in entries {
-                // An entry with a smaller gain must have a greater value.
-                if front.last().is_none_or(|&(ahead, _)| value > ahead) {
-                    front.push((value, gain));
-                }
-            }
-            front
-        });
-        Some(Period { base, fronts: fronts.collect() })
+        let vectors = vectors[..length * states].to_vec();
+        Some(Period { base, vectors, gains })
     }
 
+    /// Returns what is computed from the entries (yₙ\[s\], K\[s\]) of each of the c steps.
+    pub(crate) fn laps<F>(&self, of_step: impl Fn(&mut dyn Iterator<Item = (u64, u64)>) -> F) -> Laps<F> {
+        let gains = || self.gains.iter().copied();
+        let steps = self.vectors.chunks_exact(self.gains.len());
+        let steps = steps.map(|values| of_step(&mut values.iter().copied().zip(gains())));
+        Laps { base: self.base, steps: steps.collect() }
+    }
+}
+
+/// What follows from a [`Period`] for each of the c remainders of n − base.
+pub(crate) struct Laps<F> {
+    base: u64,
+    steps: Vec<F>,
+}
+
+impl<F> Laps<F> {
+    /// Returns the step of n ≥ `base`, and the number of laps before it.
+    pub(crate) fn at(&self, n: u64) -> (&F, u64) {
+        let length = self.steps.len() as u64;
+        let after = n.saturating_sub(self.base);
+        (&self.steps[(after % length) as usize], after / length)
+    }
+}
+
+/// The entries (yₙ\[s\], K\[s\]) that can ever be the greatest.
+type Front = Vec<(u64, u64)>;
+
+fn front(entries: &mut dyn Iterator<Item = (u64, u64)>) -> Front {
+    let mut entries: Vec<(u64, u64)> = entries.collect();
+    entries.sort_unstable_by_key(|&(value, gain)| std::cmp::Reverse((gain, value)));
+    let mut front = Front::new();
+    for (value, gain) in entries {
+        // An entry with a smaller gain must have a greater value.
+        if front.last().is_none_or(|&(ahead, _)| value > ahead) {
+            front.push((value, gain));
+        }
+    }
+    front
+}
+
+impl Laps<Front> {
     /// Returns the n from which on the entries with the greatest gain are the maximum, so that M has that gain; and c.
     fn regularity(&self) -> Option<(u64, u64)> {
-        let length = self.fronts.len() as u64;
+        let length = self.steps.len() as u64;
         let mut laps = 0;
-        for front in &self.fronts {
+        for front in &self.steps {
             // Sorted by decreasing gain and increasing value.
             let (&(slow_start, most), others) = front.split_first()?;
             for &(value, gain) in others {
@@ -291,10 +323,9 @@ impl Period {
 
     /// M(n), n ≥ base; `None` on overflow.
     fn demand(&self, n: u64) -> Option<u64> {
-        let length = self.fronts.len() as u64;
-        let (laps, step) = ((n - self.base) / length, (n - self.base) % length);
+        let (front, laps) = self.at(n);
         let mut total = 0;
-        for &(value, gain) in &self.fronts[step as usize] {
+        for &(value, gain) in front {
             total = total.max(gain.checked_mul(laps)?.checked_add(value)?);
         }
         Some(total)

@@ -228,7 +228,7 @@ fn navigation_at_1e_4_is_explained() {
     let options = Options { method: Method::Psm, horizon: None, is_brief: false };
     let mut breakdown = Breakdown::new(&tasks, &options, &|| ());
     let lines: Vec<String> = breakdown
-        .of(NAVIGATION, response.window.as_ref(), response.first_job)
+        .of(NAVIGATION, response)
         .iter()
         .map(|part| format!("{} {} jobs {}", tasks[part.task].name, part.jobs, part.time))
         .collect();
@@ -245,6 +245,6 @@ fn navigation_at_1e_4_is_explained() {
         ]
     );
     let cpu = &analysis.cpus[0];
-    assert_eq!((cpu.cpu, cpu.utilisation.exceeds_one(), cpu.complete), (1, false, true));
+    assert_eq!((cpu.mask, cpu.utilisation.exceeds_one(), cpu.complete), (2, false, true));
     assert!((cpu.utilisation.as_f64() - 0.997).abs() < 1e-12);
 }

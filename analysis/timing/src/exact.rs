@@ -1,0 +1,394 @@
+//! The greatest response over all combinations of paths of the interfering machines (combinatorial abstraction refinement:
+//! M. Stigge and W. Yi, "Combinatorial Abstraction Refinement for Feasibility Analysis of Static Priorities", Real-Time Systems
+//! 51, 2015).
+//!
+//! M(n) takes the greatest total of n edges for each n, from another path each time. A machine executes one path. With one path
+//! for each machine of hp(i), f(q) = least t with t = Mᵢ(q) + Σ rⱼ(t), where the request function rⱼ(t) is the total of the
+//! first ⌈(t + Jⱼ)/Tⱼ⌉ edges of the path. On one CPU, the greatest response over all combinations is attained: the paths of
+//! different machines are independent, and every task may release its first job at the start of the window.
+//!
+//! There are too many combinations, so they are grouped. The request functions of a machine that no other exceeds everywhere
+//! are the leaves of a tree, in which a node is the pointwise maximum of its children; the root is M. A combination of nodes
+//! bounds all combinations of leaves below. The search refines the combination with the greatest bound, until that consists of
+//! leaves, or is not above the response of some combination of leaves. When the budget is exhausted, the greatest bound so
+//! far holds.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+use std::rc::Rc;
+
+use crate::lane::{Busy, BusyJob, Counts, Lane};
+use crate::machine::Adjacency;
+use crate::{Method, NoBoundReason, StateMachine};
+
+/// The budget of one task, in visited members, and in values of request functions.
+const BUDGET: u64 = 1 << 16;
+
+const BRIEF_BUDGET: u64 = 1 << 10;
+
+/// The budget of the paths of one machine, in computed values.
+const BUDGET_OF_PATHS: u64 = 1 << 20;
+
+/// The maximum number of request functions of one machine.
+const MOST_PATHS: usize = 128;
+
+/// The result of the search for one task.
+pub(crate) struct Exact {
+    pub(crate) busy: Busy,
+    /// Whether no combination remains that may respond later; otherwise the budget is exhausted.
+    pub(crate) is_complete: bool,
+    /// What the members of hp(i) contribute: the place, the number of jobs, and their time.
+    pub(crate) contributions: Vec<(usize, u64, u64)>,
+}
+
+/// Searches the busy window of the member at `place`; `bound` is one that is known, and that ends.
+///
+/// The error is that of a demand which cannot be computed, or `Budget` if nothing better than `bound` was found.
+pub(crate) fn busy_window(
+    lane: &mut Lane<'_, '_>,
+    place: usize,
+    bound: Busy,
+) -> Result<Exact, NoBoundReason> {
+    let budget = if lane.options.is_brief { BRIEF_BUDGET } else { BUDGET };
+    let priority = lane.priority(place);
+    let mut search =
+        Search { place, bound, lane, method: Method::Psm, base: Counts::new(0), varied: Vec::new(), budget };
+    search.base = Counts::new(search.lane.members.len());
+    let mut fixed = Vec::new();
+    let mut is_bounded_only = false;
+    for other in 0..search.lane.members.len() {
+        if other == place || search.lane.priority(other) < priority {
+            continue;
+        }
+        let member = search.lane.members.at(other);
+        let jobs = member.jobs_released(bound.last.length, None)?;
+        let requests = match member.machine.greatest_repeats() || jobs <= 1 {
+            true => None,
+            false => match member.requests(jobs) {
+                Some(requests) => Some(requests),
+                None => {
+                    is_bounded_only = true;
+                    None
+                }
+            },
+        };
+        match requests {
+            Some(requests) if requests.nodes.len() > 1 => {
+                let values = requests.nodes.len() as u64 * jobs;
+                search.budget = search.budget.checked_sub(values).ok_or(NoBoundReason::Budget)?;
+                search.varied.push((other, requests));
+            }
+            // One function is the maximum: it is M.
+            Some(_) | None => fixed.push(other),
+        }
+    }
+    if search.varied.is_empty() {
+        let found = Exact { busy: bound, is_complete: !is_bounded_only, contributions: Vec::new() };
+        return if is_bounded_only { Err(NoBoundReason::Budget) } else { Ok(found) };
+    }
+    if is_bounded_only {
+        search.method = Method::Ibf;
+    }
+    for other in fixed {
+        search.base.include(other, &mut search.lane.members, search.method);
+    }
+    let mut found = search.run()?;
+    found.is_complete &= !is_bounded_only;
+    Ok(found)
+}
+
+struct Search<'s, 'l, 'a> {
+    lane: &'s mut Lane<'l, 'a>,
+    place: usize,
+    /// The known bound: no f(q) is later than that of its last job.
+    bound: Busy,
+    /// How the members that are not varied are bounded.
+    method: Method,
+    /// The counts of these members in the least window.
+    base: Counts,
+    /// The members of which a path is chosen.
+    varied: Vec<(usize, Rc<Requests>)>,
+    budget: u64,
+}
+
+/// A node for each of the varied members, and the busy window with them.
+#[derive(Clone, PartialEq, Eq)]
+struct Combination {
+    response: u64,
+    nodes: Vec<usize>,
+    worst: (u64, u64),
+    last: (u64, u64),
+    first_job: u64,
+}
+
+impl Search<'_, '_, '_> {
+    fn run(&mut self) -> Result<Exact, NoBoundReason> {
+        let roots = vec![0; self.varied.len()];
+        let root = self.evaluate(roots)?;
+        // The greatest first; among equals, the first found, so that the same model gives the same figures.
+        let mut open = BinaryHeap::from([(root.response, Reverse(0usize))]);
+        let mut all = vec![root];
+        let mut greatest_leaf: Option<Combination> = None;
+        let is_above = |response: u64, leaf: &Option<Combination>| {
+            leaf.as_ref().is_none_or(|leaf| response > leaf.response)
+        };
+        while let Some((response, Reverse(index))) = open.pop() {
+            if !is_above(response, &greatest_leaf) {
+                break;
+            }
+            let top = all[index].clone();
+            let Some(split) = self.split(&top) else {
+                greatest_leaf = Some(top);
+                break;
+            };
+            let below = self.leaf_below(&top);
+            let mut refined = vec![below];
+            let (varied, children) = split;
+            refined.extend(children.into_iter().map(|child| {
+                let mut nodes = top.nodes.clone();
+                nodes[varied] = child;
+                nodes
+            }));
+            for (number, nodes) in refined.into_iter().enumerate() {
+                match self.evaluate(nodes) {
+                    Ok(found) if number == 0 => {
+                        if is_above(found.response, &greatest_leaf) {
+                            greatest_leaf = Some(found);
+                        }
+                    }
+                    Ok(found) => {
+                        if is_above(found.response, &greatest_leaf) {
+                            open.push((found.response, Reverse(all.len())));
+                            all.push(found);
+                        }
+                    }
+                    // The combination on top bounds all that is open.
+                    Err(NoBoundReason::Budget) => return self.conclude(&top, false),
+                    Err(reason) => return Err(reason),
+                }
+            }
+        }
+        match greatest_leaf {
+            Some(leaf) => self.conclude(&leaf, true),
+            None => Err(NoBoundReason::Budget),
+        }
+    }
+
+    /// Chooses the member with the most leaves, and returns the children of its node.
+    fn split(&self, of: &Combination) -> Option<(usize, [usize; 2])> {
+        let node = |varied: usize| Some(&self.varied.get(varied)?.1.nodes[of.nodes[varied]]);
+        let with_children = (0..of.nodes.len()).filter_map(|varied| Some((varied, node(varied)?.children?)));
+        with_children.max_by_key(|&(varied, _)| (node(varied).map(|it| it.leaves), Reverse(varied)))
+    }
+
+    /// Returns the leaf with the greatest demand in the window, for each node.
+    fn leaf_below(&self, of: &Combination) -> Vec<usize> {
+        let leaf = |(&(place, ref requests), &node): (&(usize, Rc<Requests>), &usize)| {
+            let jobs = self.lane.members.get(place).jobs_released(of.worst.1, None).unwrap_or(u64::MAX);
+            let mut node = node;
+            while let Some([left, right]) = requests.nodes[node].children {
+                node = if requests.demand(left, jobs) >= requests.demand(right, jobs) { left } else { right };
+            }
+            node
+        };
+        self.varied.iter().zip(&of.nodes).map(leaf).collect()
+    }
+
+    fn conclude(&mut self, found: &Combination, is_complete: bool) -> Result<Exact, NoBoundReason> {
+        let busy_job = |(job, length)| BusyJob { job, length };
+        let busy = Busy {
+            // That of a later job may have another combination.
+            first_job: if found.worst.0 == 1 { found.first_job } else { self.bound.first_job },
+            worst: busy_job(found.worst),
+            last: busy_job(found.last),
+            ends: true,
+        };
+        let mut contributions = Vec::new();
+        if self.lane.lists_interference {
+            let length = found.worst.1;
+            let mut counts = self.base.clone();
+            counts.raise(length, &mut self.lane.members, self.method)?;
+            contributions = counts.contributions().collect();
+            for ((place, requests), &node) in self.varied.iter().zip(&found.nodes) {
+                let jobs = self.lane.members.get(*place).jobs_released(length, None)?;
+                contributions.push((*place, jobs, requests.demand(node, jobs)));
+            }
+        }
+        Ok(Exact { busy, is_complete, contributions })
+    }
+
+    fn evaluate(&mut self, nodes: Vec<usize>) -> Result<Combination, NoBoundReason> {
+        let member = self.lane.members.get(self.place);
+        let (period, jitter) = (member.period, member.jitter);
+        let longest = self.bound.last.length;
+        let mut counts = self.base.clone();
+        let mut found = Combination { response: 0, nodes, worst: (1, 0), last: (1, 0), first_job: 0 };
+        // Nominal, counted from J before the window.
+        let mut release = 0u64;
+        for job in 1..=self.bound.last.job {
+            let own = self.lane.members.at(self.place).demand(job)?.max(1);
+            let mut window = found.last.1.max(own);
+            let length = loop {
+                (self.lane.interrupt)();
+                let visited = counts.present() + self.varied.len() as u64 + 1;
+                self.budget = self.budget.checked_sub(visited).ok_or(NoBoundReason::Budget)?;
+                let rises_until = counts.raise(window, &mut self.lane.members, self.method)?;
+                let mut demand = u128::from(own) + counts.total();
+                for ((place, requests), &node) in self.varied.iter().zip(&found.nodes) {
+                    let jobs = self.lane.members.get(*place).jobs_released(window, None)?;
+                    demand += u128::from(requests.demand(node, jobs));
+                }
+                let demand = u64::try_from(demand).map_err(|_| NoBoundReason::Overflow)?;
+                if demand <= window {
+                    break window;
+                }
+                window = demand.max(rises_until);
+                if window >= longest {
+                    // No combination of paths is later, only the maximum of some.
+                    break longest;
+                }
+            };
+            let response = length.saturating_sub(release).saturating_add(jitter);
+            if job == 1 {
+                found.first_job = length;
+            }
+            if response > found.response {
+                (found.response, found.worst) = (response, (job, length));
+            }
+            found.last = (job, length);
+            release = release.checked_add(period).ok_or(NoBoundReason::Overflow)?;
+            if length.saturating_add(jitter) <= release || length >= longest {
+                break;
+            }
+        }
+        Ok(found)
+    }
+}
+
+/// The request functions of a machine for up to n jobs, as a tree.
+pub(crate) struct Requests {
+    /// The root is the first.
+    nodes: Vec<Node>,
+}
+
+struct Node {
+    /// The totals of the first 1, 2, …, n edges.
+    totals: Vec<u64>,
+    children: Option<[usize; 2]>,
+    leaves: usize,
+}
+
+impl Requests {
+    fn new(mut functions: Vec<Vec<u64>>) -> Requests {
+        // Neighbours are similar.
+        functions.sort_unstable_by(|a, b| b.cmp(a));
+        let mut requests = Requests { nodes: Vec::new() };
+        requests.add(&functions);
+        requests
+    }
+
+    fn add(&mut self, functions: &[Vec<u64>]) -> usize {
+        let index = self.nodes.len();
+        let mut totals = functions.first().cloned().unwrap_or_default();
+        for function in functions {
+            totals.iter_mut().zip(function).for_each(|(total, value)| *total = (*total).max(*value));
+        }
+        self.nodes.push(Node { totals, children: None, leaves: functions.len() });
+        if functions.len() > 1 {
+            let (left, right) = functions.split_at(functions.len() / 2);
+            let children = [self.add(left), self.add(right)];
+            self.nodes[index].children = Some(children);
+        }
+        index
+    }
+
+    /// Returns the demand of the first `jobs` jobs; of all, if there are fewer.
+    fn demand(&self, node: usize, jobs: u64) -> u64 {
+        let totals = &self.nodes[node].totals;
+        let last = usize::try_from(jobs).unwrap_or(usize::MAX).min(totals.len());
+        last.checked_sub(1).and_then(|last| totals.get(last)).copied().unwrap_or(0)
+    }
+}
+
+/// The paths of a machine: the totals of their first 1, 2, …, n edges, by the state where they end. A path that another with
+/// the same end exceeds nowhere is left out: whatever continues it continues the other.
+pub(crate) struct Paths {
+    successors: Adjacency,
+    jobs: usize,
+    ending_at: Vec<Vec<Vec<u64>>>,
+    spent: u64,
+    /// No paths of this length or a greater one are computed. It depends on the machine only.
+    too_long: Option<usize>,
+    /// The last result.
+    requests: Option<(usize, Rc<Requests>)>,
+}
+
+impl Paths {
+    pub(crate) fn new(machine: &StateMachine) -> Paths {
+        let successors = Adjacency::new(machine);
+        let ending_at = vec![vec![Vec::new()]; successors.states()];
+        let too_long = (successors.states() > MOST_PATHS).then_some(1);
+        Paths { successors, jobs: 0, ending_at, spent: 0, too_long, requests: None }
+    }
+
+    /// Returns the request functions of `jobs` ≥ 1 jobs, without those that another exceeds nowhere; `None` if there are too
+    /// many.
+    pub(crate) fn requests(&mut self, jobs: u64, interrupt: &dyn Fn()) -> Option<Rc<Requests>> {
+        let jobs = usize::try_from(jobs).ok()?;
+        while self.too_long.is_none_or(|too_long| jobs < too_long) && self.jobs < jobs {
+            interrupt();
+            self.extend();
+        }
+        if self.too_long.is_some_and(|too_long| jobs >= too_long) {
+            return None;
+        }
+        if let Some((_, requests)) = self.requests.as_ref().filter(|(of, _)| *of == jobs) {
+            return Some(requests.clone());
+        }
+        let functions = self.ending_at.iter().flatten().map(|totals| totals[..jobs].to_vec());
+        let requests = Rc::new(Requests::new(greatest(functions.collect())));
+        self.requests = Some((jobs, requests.clone()));
+        Some(requests)
+    }
+
+    fn extend(&mut self) {
+        let mut next: Vec<Vec<Vec<u64>>> = vec![Vec::new(); self.ending_at.len()];
+        for (state, paths) in self.ending_at.iter().enumerate() {
+            for &(target, cost) in self.successors.of(state) {
+                for path in paths {
+                    // M is not less, and fits.
+                    let total = path.last().copied().unwrap_or(0).saturating_add(cost);
+                    let mut path = path.clone();
+                    path.push(total);
+                    next[target as usize].push(path);
+                }
+            }
+        }
+        let jobs = self.jobs + 1;
+        let candidates: usize = next.iter().map(Vec::len).sum();
+        self.spent += (candidates * jobs) as u64;
+        for paths in &mut next {
+            *paths = greatest(std::mem::take(paths));
+        }
+        let kept: usize = next.iter().map(Vec::len).sum();
+        if kept > MOST_PATHS || self.spent > BUDGET_OF_PATHS {
+            self.too_long = Some(jobs);
+        } else {
+            (self.ending_at, self.jobs) = (next, jobs);
+        }
+    }
+}
+
+/// Returns the functions that no other exceeds everywhere.
+fn greatest(mut functions: Vec<Vec<u64>>) -> Vec<Vec<u64>> {
+    // A function that is nowhere less than another is before it.
+    functions.sort_unstable_by(|a, b| b.cmp(a));
+    let mut kept: Vec<Vec<u64>> = Vec::new();
+    for function in functions {
+        let is_below = |other: &Vec<u64>| other.iter().zip(&function).all(|(other, value)| other >= value);
+        if !kept.iter().any(is_below) {
+            kept.push(function);
+        }
+    }
+    kept
+}

@@ -1,0 +1,744 @@
+//! The analysis of tasks on one CPU, real or imaginary: the fixed points of paper, eq. 19–20, and beyond one period.
+
+use std::cmp::{Ordering, Reverse};
+use std::rc::Rc;
+
+use crate::exact::{self, Paths, Requests};
+use crate::execution_bound::{Execution, ExecutionBound};
+use crate::utilisation::Share;
+use crate::{
+    Bound, CpuRule, CycleMean, Demand, Method, NoBoundReason, Options, Response, StateMachine, Task, Time,
+    TraceBound, Utilisation, Window,
+};
+
+/// The budget of one task, in members of hp(i) that are visited.
+const BUDGET: u64 = 1 << 23;
+
+/// The budget of all tasks of a lane, shared equally, so that the order of the tasks does not matter.
+const BUDGET_OF_LANE: u64 = 1 << 28;
+
+const BRIEF_BUDGET_OF_LANE: u64 = 1 << 17;
+
+/// The minimum number of passes over all members for each task.
+const FEWEST_PASSES: u64 = 16;
+
+/// The maximum number of exact comparisons per lane: the fractions have thousands of digits.
+const MOST_EXACT: u32 = 8;
+
+const KEPT_ITERATIONS: usize = 32;
+
+/// A task of known demand, with what it may ask for. The lanes share it.
+pub(crate) struct Member<'a> {
+    /// The index of the task.
+    pub(crate) index: usize,
+    pub(crate) task: &'a Task,
+    pub(crate) period: u64,
+    pub(crate) jitter: u64,
+    pub(crate) machine: &'a StateMachine,
+    pub(crate) share: Share,
+    curve: Curve<'a>,
+    /// For [`Method::Ibf`], from its first use on.
+    execution: Option<Box<ExecutionBound<'a>>>,
+    /// For [`Method::Exact`], from their first use on.
+    paths: Option<Box<Paths>>,
+    interrupt: &'a dyn Fn(),
+}
+
+/// The demand M of one task.
+enum Curve<'a> {
+    /// M(n) is n times this.
+    Linear(u64),
+    Trace(Box<TraceBound<'a>>),
+}
+
+/// What a task of hp(i) contributes to a window.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Contribution {
+    /// The number of jobs that it releases.
+    pub(crate) jobs: u64,
+    /// What they execute.
+    pub(crate) time: u64,
+    /// The longest window for which this holds.
+    holds_until: u64,
+    /// The longest window up to which `time` rises by at least 1 ns for each 1 ns; 0 if it does not.
+    rises_until: u64,
+}
+
+impl<'a> Member<'a> {
+    /// `None` for a task of unknown demand.
+    pub(crate) fn new(
+        index: usize,
+        task: &'a Task,
+        method: Method,
+        interrupt: &'a dyn Fn(),
+    ) -> Option<Member<'a>> {
+        let Demand::Machine { machine, .. } = &task.demand else { return None };
+        interrupt();
+        let curve = match method {
+            Method::Classic => Curve::Linear(task.demand.own(method).unwrap_or_default().as_nanos()),
+            Method::Psm | Method::Ibf | Method::Exact => {
+                Curve::Trace(Box::new(TraceBound::interruptible(machine, interrupt)))
+            }
+        };
+        let mean = match &curve {
+            Curve::Linear(cost) => CycleMean { cost: Time::from_nanos(*cost), length: 1 },
+            Curve::Trace(bound) => bound.greatest_cycle_mean(),
+        };
+        Some(Member {
+            index,
+            task,
+            period: task.period.as_nanos(),
+            jitter: task.jitter.as_nanos(),
+            machine,
+            share: Share::new(mean, task.period),
+            curve,
+            execution: None,
+            paths: None,
+            interrupt,
+        })
+    }
+
+    /// (n₀, c): see [`TraceBound::regularity`].
+    fn regularity(&mut self) -> Option<(u64, u64)> {
+        match &mut self.curve {
+            Curve::Linear(_) => Some((0, 1)),
+            Curve::Trace(bound) => bound.regularity(),
+        }
+    }
+
+    /// M(`jobs`).
+    pub(crate) fn demand(&mut self, jobs: u64) -> Result<u64, NoBoundReason> {
+        match &mut self.curve {
+            Curve::Linear(cost) => cost.checked_mul(jobs).ok_or(NoBoundReason::Overflow),
+            Curve::Trace(bound) => bound.demand(jobs).map(Time::as_nanos),
+        }
+    }
+
+    /// Returns the number of jobs that are released in a window, ⌈(t + J)/T⌉; with a horizon, in its first part.
+    pub(crate) fn jobs_released(&self, window: u64, horizon: Option<Time>) -> Result<u64, NoBoundReason> {
+        let window = horizon.map_or(window, |horizon| window.min(horizon.as_nanos()));
+        Ok(window.checked_add(self.jitter).ok_or(NoBoundReason::Overflow)?.div_ceil(self.period))
+    }
+
+    /// See [`Paths::requests`].
+    pub(crate) fn requests(&mut self, jobs: u64) -> Option<Rc<Requests>> {
+        let machine = self.machine;
+        self.paths.get_or_insert_with(|| Box::new(Paths::new(machine))).requests(jobs, self.interrupt)
+    }
+
+    /// Returns what the task contributes to a `window` > 0: M(n) for n = ⌈(t + J)/T⌉; with [`Method::Ibf`], what n jobs
+    /// execute if the last one begins (n − 1)·T − J after the start of the window.
+    pub(crate) fn contribution(
+        &mut self,
+        window: u64,
+        method: Method,
+        horizon: Option<Time>,
+    ) -> Result<Contribution, NoBoundReason> {
+        let jobs = self.jobs_released(window, horizon)?;
+        // The nominal release of the last job, counted from J before the window; at least one is released.
+        let before = jobs.saturating_sub(1).saturating_mul(self.period);
+        let window_at = |since_release: u64| before.saturating_add(since_release) - self.jitter;
+        let next_release = window_at(self.period.max(self.jitter.saturating_sub(before)));
+        if method != Method::Ibf {
+            let time = self.demand(jobs)?;
+            return Ok(Contribution { jobs, time, holds_until: next_release, rises_until: 0 });
+        }
+        let (machine, interrupt) = (self.machine, self.interrupt);
+        let bound = self.execution.get_or_insert_with(|| Box::new(ExecutionBound::new(machine, interrupt)));
+        let since_release = window.saturating_add(self.jitter) - before;
+        let Execution { time, until, rises } = bound.execution(jobs, since_release)?;
+        let until = until.map_or(next_release, |until| window_at(until).min(next_release));
+        Ok(match rises {
+            true => Contribution { jobs, time, holds_until: window, rises_until: until },
+            false => Contribution { jobs, time, holds_until: until, rises_until: 0 },
+        })
+    }
+}
+
+/// What the tasks of hp(i) contribute to a window: for each member, by its place.
+///
+/// In order of decreasing priority, windows only grow: hp(i) contains all tasks of higher priority and their hp, so
+/// its fixed point is not less than theirs. So the counts of one task are a valid start for the next: they are below
+/// its least fixed point, which the iteration reaches from there as well as from 0. Each count is stored with the
+/// longest window for which it holds, so a pass over the members needs comparisons only.
+pub(crate) struct Counts {
+    /// The longest window for which `time` holds; of members not in hp(i), the longest there is.
+    holds_until: Vec<u64>,
+    /// 0 for members that are not in hp(i).
+    jobs: Vec<u64>,
+    time: Vec<u64>,
+    /// Σ `time`. In 128 bits, so that the overflow of 64 bits does not depend on the order of the terms.
+    total: u128,
+    /// The number of members in hp(i).
+    present: u64,
+}
+
+impl Clone for Counts {
+    fn clone(&self) -> Counts {
+        let mut copy = Counts::new(0);
+        copy.clone_from(self);
+        copy
+    }
+
+    /// Allocates nothing if there is room: a large group of equal priority copies its counts for each member.
+    fn clone_from(&mut self, other: &Counts) {
+        self.holds_until.clone_from(&other.holds_until);
+        self.jobs.clone_from(&other.jobs);
+        self.time.clone_from(&other.time);
+        (self.total, self.present) = (other.total, other.present);
+    }
+}
+
+impl Counts {
+    pub(crate) fn total(&self) -> u128 {
+        self.total
+    }
+
+    pub(crate) fn present(&self) -> u64 {
+        self.present
+    }
+
+    /// Returns the place, the number of jobs, and the time of each member.
+    pub(crate) fn contributions(&self) -> impl Iterator<Item = (usize, u64, u64)> {
+        let of_place = |(place, (&jobs, &time))| (place, jobs, time);
+        self.jobs.iter().zip(&self.time).enumerate().map(of_place).filter(|&(_, jobs, _)| jobs > 0)
+    }
+
+    pub(crate) fn new(members: usize) -> Counts {
+        Counts {
+            holds_until: vec![u64::MAX; members],
+            jobs: vec![0; members],
+            time: vec![0; members],
+            total: 0,
+            present: 0,
+        }
+    }
+
+    /// Adds a member to hp(i), with what it contributes to every window.
+    pub(crate) fn include(&mut self, place: usize, lane: &mut Members<'_, '_>, method: Method) {
+        self.holds_until[place] = 0;
+        self.present += 1;
+        // What cannot be computed fails again in the next window.
+        if let Ok(least) = lane.at(place).contribution(1, method, None) {
+            self.holds_until[place] = least.holds_until;
+            self.jobs[place] = least.jobs;
+            self.time[place] = least.time;
+            self.total += u128::from(least.time);
+        }
+    }
+
+    fn exclude(&mut self, place: usize) {
+        self.total -= u128::from(self.time[place]);
+        self.holds_until[place] = u64::MAX;
+        self.jobs[place] = 0;
+        self.time[place] = 0;
+        self.present -= 1;
+    }
+
+    /// Raises the counts to those of a window of length `window`. Returns the longest window up to which a contribution rises
+    /// with it, or 0.
+    pub(crate) fn raise(
+        &mut self,
+        window: u64,
+        lane: &mut Members<'_, '_>,
+        method: Method,
+    ) -> Result<u64, NoBoundReason> {
+        let mut rises_until = 0;
+        let mut failure = None;
+        for (place, holds_until) in self.holds_until.iter_mut().enumerate() {
+            if *holds_until >= window {
+                continue;
+            }
+            match lane.at(place).contribution(window, method, None) {
+                Ok(found) => {
+                    *holds_until = found.holds_until;
+                    rises_until = rises_until.max(found.rises_until);
+                    self.jobs[place] = found.jobs;
+                    self.total += u128::from(found.time - self.time[place]);
+                    self.time[place] = found.time;
+                }
+                // Continue: the reported failure must not depend on the order of the members.
+                Err(reason) => failure = failure.max(Some(reason)),
+            }
+        }
+        failure.map_or(Ok(rises_until), Err)
+    }
+}
+
+/// The members of a lane: some of all.
+pub(crate) struct Members<'l, 'a> {
+    pub(crate) all: &'l mut [Member<'a>],
+    /// Indices into `all`, ascending.
+    pub(crate) places: &'l [usize],
+}
+
+impl<'a> Members<'_, 'a> {
+    pub(crate) fn at(&mut self, place: usize) -> &mut Member<'a> {
+        &mut self.all[self.places[place]]
+    }
+
+    pub(crate) fn get(&self, place: usize) -> &Member<'a> {
+        &self.all[self.places[place]]
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.places.len()
+    }
+}
+
+/// A job q of a busy window, from 1, and f(q).
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct BusyJob {
+    pub(crate) job: u64,
+    pub(crate) length: u64,
+}
+
+/// The busy window of a task under one method.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Busy {
+    /// f(1).
+    pub(crate) first_job: u64,
+    /// The job with the greatest response time.
+    pub(crate) worst: BusyJob,
+    /// The last job that was analysed.
+    pub(crate) last: BusyJob,
+    /// Whether the window ends after `last`; otherwise the responses repeat from there on.
+    pub(crate) ends: bool,
+}
+
+/// The analysis of one CPU, or of linked CPUs as if they were one.
+pub(crate) struct Lane<'l, 'a> {
+    pub(crate) rule: CpuRule,
+    pub(crate) members: Members<'l, 'a>,
+    pub(crate) options: &'a Options,
+    pub(crate) interrupt: &'a dyn Fn(),
+    /// The number of lanes that share the budget.
+    pub(crate) lanes: u64,
+    /// Whether to list the interference in windows of [`Method::Exact`].
+    pub(crate) lists_interference: bool,
+}
+
+/// The result of a lane for one task.
+pub(crate) struct Found {
+    /// The index of the task.
+    pub(crate) task: usize,
+    pub(crate) response: Response,
+    /// Its busy window, if that was found.
+    pub(crate) busy: Option<Busy>,
+    /// With [`Lane::lists_interference`], for a window of [`Method::Exact`]: places, numbers of jobs, and times.
+    pub(crate) interference: Vec<(usize, u64, u64)>,
+}
+
+/// What is known of hp(i) of one member, i.
+#[derive(Clone, Copy)]
+struct Load {
+    /// The utilisation of hp(i), compared with 1; `None` if the exact comparison is too expensive.
+    others: Option<Ordering>,
+    /// The same with i.
+    all: Option<Ordering>,
+    /// Whether one of them, or i, may run elsewhere.
+    several_cpus: bool,
+}
+
+impl<'a> Lane<'_, 'a> {
+    /// Analyses the tasks for which `is_wanted`.
+    pub(crate) fn analyse(mut self, is_wanted: impl Fn(&Member<'_>) -> bool) -> Vec<Found> {
+        let wanted: Vec<bool> =
+            (0..self.members.len()).map(|place| is_wanted(self.members.get(place))).collect();
+        let mut places: Vec<usize> = (0..self.members.len()).collect();
+        places.sort_by_key(|&place| Reverse(self.priority(place)));
+        // The tasks of lower priority than all that are wanted do not matter.
+        places.truncate(places.iter().rposition(|&place| wanted[place]).map_or(0, |last| last + 1));
+        let loads = self.loads(&places);
+        let by_jobs = if self.options.method == Method::Classic { Method::Classic } else { Method::Psm };
+        let mut found: Vec<Option<Found>> = wanted.iter().map(|_| None).collect();
+        self.walk(&places, &wanted, by_jobs, &mut |lane, place, counts| {
+            let of_place = lane.by_jobs(place, counts, by_jobs, loads[place]);
+            let length = of_place.busy.map(|busy| busy.worst.length);
+            found[place] = Some(of_place);
+            length
+        });
+        if matches!(self.options.method, Method::Ibf | Method::Exact) {
+            self.walk(&places, &wanted, Method::Ibf, &mut |lane, place, counts| {
+                let found = found[place].as_mut()?;
+                let busy = lane.by_execution(place, counts, found.busy.filter(|busy| busy.ends)?)?;
+                lane.conclude(found, place, busy, Method::Ibf);
+                Some(busy.worst.length)
+            });
+        }
+        if self.options.method == Method::Exact {
+            for (place, found) in found.iter_mut().enumerate() {
+                let Some(found) = found else { continue };
+                if let Some(bound) = found.busy.filter(|busy| busy.ends) {
+                    self.by_paths(found, place, bound);
+                }
+            }
+        }
+        found.into_iter().flatten().collect()
+    }
+
+    pub(crate) fn priority(&self, place: usize) -> u32 {
+        self.members.get(place).task.priority
+    }
+
+    /// Calls `solve` for the wanted ones of `places`, in order of decreasing priority, with counts of hp(i) below its fixed
+    /// point. The result of `solve` is the length of the window that it found.
+    fn walk(
+        &mut self,
+        places: &[usize],
+        wanted: &[bool],
+        method: Method,
+        solve: &mut dyn FnMut(&mut Self, usize, &mut Counts) -> Option<u64>,
+    ) {
+        let mut counts = Counts::new(self.members.len());
+        let mut of_one = Counts::new(0);
+        let groups: Vec<&[usize]> = places.chunk_by(|&a, &b| self.priority(a) == self.priority(b)).collect();
+        for group in groups {
+            if let &[place] = group {
+                if wanted[place] {
+                    solve(self, place, &mut counts);
+                }
+                counts.include(place, &mut self.members, method);
+                continue;
+            }
+            for &place in group {
+                counts.include(place, &mut self.members, method);
+            }
+            let mut longest = 0;
+            for &place in group.iter().filter(|&&place| wanted[place]) {
+                of_one.clone_from(&counts);
+                of_one.exclude(place);
+                longest = longest.max(solve(self, place, &mut of_one).unwrap_or(0));
+            }
+            // The start for the next group, which has the whole group in its hp, so its windows are not shorter.
+            // (What cannot be computed fails again there.)
+            let _ = counts.raise(longest, &mut self.members, method);
+        }
+    }
+
+    /// Compares utilisations with 1. The result is by place.
+    fn loads(&self, places: &[usize]) -> Vec<Load> {
+        let share = |place: usize| self.members.get(place).share;
+        let mut exact_left = MOST_EXACT;
+        let unknown = Load { others: None, all: None, several_cpus: true };
+        let mut loads = vec![unknown; self.members.len()];
+        // Of the tasks of higher or equal priority, and of those of higher priority.
+        let mut utilisation = Utilisation::default();
+        let mut above = Some(Ordering::Less);
+        let mut several_cpus = matches!(self.rule, CpuRule::Linked(_));
+        for group in places.chunk_by(|&a, &b| self.priority(a) == self.priority(b)) {
+            for &place in group {
+                utilisation.push(share(place));
+                several_cpus |= !self.members.get(place).task.cpus.is_power_of_two();
+            }
+            let all = compare(&utilisation, None, &mut exact_left);
+            // The whole group or none: the order within the group must not matter.
+            let is_close = |&&place: &&usize| utilisation.compare_roughly(Some(&share(place))).is_none();
+            let close = group.iter().filter(is_close).count();
+            let mut of_group = u32::try_from(close).ok().filter(|&close| close <= exact_left).unwrap_or(0);
+            let permitted = of_group;
+            for &place in group {
+                let others = match (all, group.len()) {
+                    (_, 1) => above,
+                    (Some(Ordering::Less), _) => all,
+                    _ => compare(&utilisation, Some(&share(place)), &mut of_group),
+                };
+                loads[place] = Load { others, all, several_cpus };
+            }
+            exact_left -= permitted - of_group;
+            above = all;
+        }
+        loads
+    }
+
+    fn budget(&self) -> u64 {
+        let members = (self.members.len() as u64).max(1);
+        let of_lane = if self.options.is_brief { BRIEF_BUDGET_OF_LANE } else { BUDGET_OF_LANE };
+        (of_lane / self.lanes.max(1) / members).max(FEWEST_PASSES * members).min(BUDGET)
+    }
+
+    /// Returns the response of the member at `place` by the demand of n jobs, starting from `counts` of hp(i) below its fixed
+    /// point.
+    fn by_jobs(&mut self, place: usize, counts: &mut Counts, method: Method, load: Load) -> Found {
+        let overloaded = match self.rule {
+            CpuRule::Cpu(cpu) if !load.several_cpus => Bound::Unbounded { cpu },
+            CpuRule::Cpu(_) | CpuRule::Linked(_) => Bound::NoBound(NoBoundReason::SeveralCpus),
+        };
+        let mut budget = self.budget();
+        let member = self.members.at(place);
+        let (period, jitter) = (member.period, member.jitter);
+        let response = Response {
+            own: member.demand(1).ok().map(Time::from_nanos),
+            first_job: None,
+            bound: overloaded.clone(),
+            window: None,
+            method,
+            is_exhausted: false,
+            rule: self.rule,
+        };
+        let mut found = Found { task: member.index, response, busy: None, interference: Vec::new() };
+        // M(n) ≥ λ·n, since λ is the limit of M(n)/n and M is subadditive. So where hp(i) has a utilisation of 1 or
+        // more, Σ Mⱼ(⌈t/Tⱼ⌉) ≥ t, and no t is its own demand or more plus at least 1 ns: no first job ends. Where it is
+        // less than 1, the demand grows more slowly than t, and one does.
+        let first_job = match load.others {
+            Some(Ordering::Less) => self.fixed_point(place, 1, counts, method, &mut budget),
+            Some(_) => Err(NoBoundReason::FullyLoaded),
+            None => Err(NoBoundReason::Budget),
+        };
+        let first_job = match first_job {
+            Ok(first_job) => first_job,
+            Err(reason) => {
+                let is_overloaded = load.all == Some(Ordering::Greater);
+                found.response.bound = if is_overloaded { overloaded } else { no_bound(reason, load.all) };
+                self.truncate(&mut found.response, place);
+                return found;
+            }
+        };
+        found.response.first_job = Some(Time::from_nanos(first_job));
+        // If every job ends before the next one of this task is released, no window has two of them, and this length bounds
+        // them all. (The utilisation U of hp(i) and i is at most 1 then, so that this cannot hide an overload. With t the
+        // length, t ≤ T: t ≥ Mᵢ(1) + Σ Mⱼ(⌈t/Tⱼ⌉) ≥ λᵢ·t/T + Σ λⱼ·t/Tⱼ = U·t.)
+        let has_one_job = first_job.checked_add(jitter).is_some_and(|end| end <= period);
+        let busy = match load.all {
+            _ if has_one_job => Some(self.busy(place, counts, method, first_job, None, &mut budget)),
+            Some(Ordering::Greater) => None,
+            // At a utilisation of less than 1, the window ends.
+            Some(Ordering::Less) => Some(self.busy(place, counts, method, first_job, None, &mut budget)),
+            Some(Ordering::Equal) => {
+                let last = self.last_job(place);
+                Some(self.busy(place, counts, method, first_job, last, &mut budget))
+            }
+            None => Some(Err(NoBoundReason::Budget)),
+        };
+        match busy {
+            Some(Ok(busy)) => self.conclude(&mut found, place, busy, method),
+            Some(Err(reason)) => found.response.bound = no_bound(reason, load.all),
+            None => {}
+        }
+        self.truncate(&mut found.response, place);
+        found
+    }
+
+    /// Returns the busy window by what jobs execute at most; its jobs are some of those of `by_jobs`.
+    fn by_execution(&mut self, place: usize, counts: &mut Counts, by_jobs: Busy) -> Option<Busy> {
+        let mut budget = self.budget();
+        let first_job = self.fixed_point(place, 1, counts, Method::Ibf, &mut budget).ok()?;
+        let last = Some(by_jobs.last.job);
+        let busy = self.busy(place, counts, Method::Ibf, first_job, last, &mut budget).ok()?;
+        // No f(q) is greater than by the demand of n jobs.
+        Some(Busy { ends: true, ..busy })
+    }
+
+    /// Enters the busy window by paths.
+    fn by_paths(&mut self, found: &mut Found, place: usize, bound: Busy) {
+        match exact::busy_window(self, place, bound) {
+            Ok(exact) => {
+                let known = found.response.bound.clone();
+                self.conclude(found, place, exact.busy, Method::Exact);
+                if found.response.bound != known {
+                    found.interference = exact.contributions;
+                }
+                found.response.is_exhausted = !exact.is_complete;
+                if !exact.is_complete && found.response.bound == known {
+                    found.response.method = Method::Ibf;
+                }
+            }
+            Err(_) => found.response.is_exhausted = true,
+        }
+    }
+
+    /// Computes f(q) for q = `jobs` by fixed-point iteration: raises `counts` until the window is as long as the
+    /// demand. Where a contribution rises with the window, the demand stays ahead of the window: the iteration goes to the end
+    /// of the rise at once.
+    fn fixed_point(
+        &mut self,
+        place: usize,
+        jobs: u64,
+        counts: &mut Counts,
+        method: Method,
+        budget: &mut u64,
+    ) -> Result<u64, NoBoundReason> {
+        // A job without demand is preempted by jobs of higher priority too, so its demand is 1 ns.
+        let own = self.members.at(place).demand(jobs)?.max(1);
+        let demand = |counts: &Counts| {
+            u64::try_from(u128::from(own) + counts.total).map_err(|_| NoBoundReason::Overflow)
+        };
+        let mut window = demand(counts)?;
+        loop {
+            (self.interrupt)();
+            *budget = budget.checked_sub(counts.present + 1).ok_or(NoBoundReason::Budget)?;
+            let rises_until = counts.raise(window, &mut self.members, method)?;
+            let next = demand(counts)?;
+            if next <= window {
+                return Ok(window);
+            }
+            window = next.max(rises_until);
+        }
+    }
+
+    /// At a utilisation of 1 for hp(i) and i: returns the job up to which an unfinished window contains all response
+    /// times. `None` if that job is not found.
+    ///
+    /// Let Mⱼ(n + cⱼ) = Mⱼ(n) + cⱼ·λⱼ for n ≥ nⱼ, and so for i, and let H be a common multiple of all cⱼ·Tⱼ and cᵢ·Tᵢ,
+    /// and L = H/Tᵢ. While the window lasts, f(q) + Jᵢ > (q − 1)·Tᵢ. So for (q − 1)·Tᵢ − Jᵢ ≥ nⱼ·Tⱼ and q ≥ nᵢ, both sides of
+    /// t = Mᵢ(q) + Σ Mⱼ(⌈(t + Jⱼ)/Tⱼ⌉) grow by H, since Σ λ/T = 1, when t grows by H and q by L: f(q + L) = f(q) + H. Job q + L
+    /// responds as q does, and ends the window if and only if q does.
+    fn last_job(&mut self, place: usize) -> Option<u64> {
+        let member = self.members.get(place);
+        let (own_period, own_jitter, priority) = (member.period, member.jitter, member.task.priority);
+        let mut first_regular = 1u64;
+        let mut lap = 1u64;
+        for other in 0..self.members.len() {
+            if self.priority(other) < priority {
+                continue;
+            }
+            (self.interrupt)();
+            let member = self.members.at(other);
+            let (start, length) = member.regularity()?;
+            let start = match other == place {
+                true => start,
+                false => start.checked_mul(member.period)?.checked_add(own_jitter)?.div_ceil(own_period),
+            };
+            first_regular = first_regular.max(start.checked_add(1)?);
+            lap = least_common_multiple(lap, length.checked_mul(member.period)?)?;
+        }
+        first_regular.checked_add(lap / own_period)
+    }
+
+    /// Returns the busy window whose first job ends at `first_job`. Jobs after `last` are not analysed.
+    fn busy(
+        &mut self,
+        place: usize,
+        counts: &mut Counts,
+        method: Method,
+        first_job: u64,
+        last: Option<u64>,
+        budget: &mut u64,
+    ) -> Result<Busy, NoBoundReason> {
+        let member = self.members.get(place);
+        let (period, jitter) = (member.period, member.jitter);
+        let mut job = BusyJob { job: 1, length: first_job };
+        let mut worst = job;
+        let mut worst_response = first_job;
+        // The nominal release of the job after this one, counted from J before the window.
+        let mut next_release = period;
+        loop {
+            let ends = job.length.checked_add(jitter).ok_or(NoBoundReason::Overflow)? <= next_release;
+            if ends || last.is_some_and(|last| job.job >= last) {
+                return Ok(Busy { first_job, worst, last: job, ends });
+            }
+            let length = self.fixed_point(place, job.job + 1, counts, method, budget)?;
+            job = BusyJob { job: job.job + 1, length };
+            // With a jitter, a job may be released before the window reaches `next_release`.
+            let response = length.saturating_sub(next_release);
+            if response > worst_response {
+                (worst, worst_response) = (job, response);
+            }
+            next_release = next_release.checked_add(period).ok_or(NoBoundReason::Overflow)?;
+        }
+    }
+
+    /// Enters a busy window, unless the response time in it is not less than what is known. The bound of `method` is `busy`.
+    fn conclude(&mut self, found: &mut Found, place: usize, busy: Busy, method: Method) {
+        let BusyJob { job, length } = busy.worst;
+        let member = self.members.at(place);
+        let released = member.period.checked_mul(job - 1);
+        let response = released.and_then(|released| length.checked_sub(released)?.checked_add(member.jitter));
+        let (Ok(own), Some(time)) = (member.demand(job), response) else {
+            found.response.bound = Bound::NoBound(NoBoundReason::Overflow);
+            return;
+        };
+        let (time, deadline) = (Time::from_nanos(time), member.task.deadline);
+        found.response.method = method;
+        found.busy = Some(busy);
+        if self.options.horizon.is_none() {
+            found.response.first_job = Some(Time::from_nanos(busy.first_job));
+        }
+        if matches!(found.response.bound, Bound::Response(known) if known <= time) {
+            return;
+        }
+        let has_iterations = time > deadline && method != Method::Exact;
+        let iterations = if has_iterations { self.iterations(place, own, method, None) } else { None };
+        found.response.bound = Bound::Response(time);
+        found.response.window = Some(Window {
+            method,
+            job,
+            own: Time::from_nanos(own),
+            length: Time::from_nanos(length),
+            iterations: iterations.unwrap_or_default(),
+        });
+    }
+
+    /// Returns the last values of the fixed-point iteration of the paper, eq. 19–20, from `own` on. `None` if it exceeds the
+    /// budget or 64 bits.
+    fn iterations(
+        &mut self,
+        place: usize,
+        own: u64,
+        method: Method,
+        horizon: Option<Time>,
+    ) -> Option<Vec<Time>> {
+        let own = own.max(1);
+        let priority = self.priority(place);
+        let mut budget = self.budget();
+        let mut window = own;
+        let mut values = std::collections::VecDeque::with_capacity(KEPT_ITERATIONS);
+        loop {
+            (self.interrupt)();
+            if values.len() == KEPT_ITERATIONS {
+                values.pop_front();
+            }
+            values.push_back(Time::from_nanos(window));
+            let mut demand = u128::from(own);
+            let mut rises_until = 0;
+            for other in (0..self.members.len()).filter(|&other| other != place) {
+                let member = self.members.at(other);
+                if member.task.priority >= priority {
+                    budget = budget.checked_sub(1)?;
+                    let found = member.contribution(window, method, horizon).ok()?;
+                    demand += u128::from(found.time);
+                    rises_until = rises_until.max(found.rises_until);
+                }
+            }
+            let demand = u64::try_from(demand).ok()?;
+            if demand == window {
+                return Some(values.into());
+            }
+            window = demand.max(rises_until);
+        }
+    }
+
+    /// Replaces the first job's end by that under the horizon of the paper.
+    fn truncate(&mut self, response: &mut Response, place: usize) {
+        if let Some(horizon) = self.options.horizon {
+            let own = response.own.unwrap_or_default().as_nanos();
+            let iterations = self.iterations(place, own, response.method, Some(horizon)).unwrap_or_default();
+            response.first_job = iterations.last().copied();
+        }
+    }
+}
+
+/// Compares a utilisation, optionally `without` one of its shares, with 1. Returns `None` if the exact comparison is too
+/// expensive: `exact_left` is the number of those that may be made.
+fn compare(utilisation: &Utilisation, without: Option<&Share>, exact_left: &mut u32) -> Option<Ordering> {
+    if let Some(load) = utilisation.compare_roughly(without) {
+        return Some(load);
+    }
+    *exact_left = exact_left.checked_sub(1)?;
+    let others = without.map(|share| utilisation.without(share));
+    Some(others.as_ref().unwrap_or(utilisation).compare_with_one())
+}
+
+/// Returns the least common multiple, or `None` on overflow; both numbers are greater than 0.
+fn least_common_multiple(a: u64, b: u64) -> Option<u64> {
+    let (mut x, mut y) = (a, b);
+    while y != 0 {
+        (x, y) = (y, x % y);
+    }
+    (a / x.max(1)).checked_mul(b)
+}
+
+fn no_bound(reason: NoBoundReason, load: Option<Ordering>) -> Bound {
+    let is_full = reason == NoBoundReason::Budget && load == Some(Ordering::Equal);
+    Bound::NoBound(if is_full { NoBoundReason::FullyLoaded } else { reason })
+}
