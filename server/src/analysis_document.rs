@@ -8,7 +8,7 @@ use mauve_diagnostics::{errors_of, missing_proof, reasons_of, timing_reason};
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Database, Decl, ModelDb, Project, Workspace, accepted, config_of, names_of, projects};
 use mauve_timing::task_set::TaskSet;
-use mauve_timing::{CpuLoad, Level, Time, Unit};
+use mauve_timing::{CpuLoad, CpuRule, Level, Time, Unit};
 use mauve_wcrt::{ActivityReport, InterferenceReport, Priority, Query, Report, response_times, timetable_of};
 use salsa::Database as _;
 use serde::Serialize;
@@ -165,7 +165,7 @@ pub(crate) fn analysis_document(it: &Deployed<'_>) -> impl Serialize + use<> {
 }
 
 pub(crate) fn cpu_document(cpu: &CpuLoad) -> impl Serialize + use<> {
-    object! { mask: cpu.mask(), utilisation: cpu.utilisation.as_f64(), complete: cpu.complete }
+    object! { mask: cpu.mask, utilisation: cpu.utilisation.as_f64(), complete: cpu.complete }
 }
 
 fn activity_document(
@@ -191,7 +191,12 @@ fn activity_document(
         priority: real_time_priority(activity.priority),
         period: activity.period.map(milliseconds),
         deadline: activity.deadline.map(milliseconds),
-        method: query.method.to_string(),
+        // The method that gives the response time.
+        method: activity.method.map_or(query.method, |(method, _)| method).to_string(),
+        // Whether the budget of a better method was exhausted.
+        [exhausted]: activity.method.filter(|(_, is_exhausted)| *is_exhausted).map(|_| true),
+        // The CPUs whose activities are counted, where these are not those of the affinity.
+        [counted_cpus]: activity.rule.map(CpuRule::mask).filter(|mask| Some(*mask) != activity.cpus),
         own: activity.own.map(milliseconds),
         first_job: activity.first_job.map(milliseconds),
         response: activity.response.map(milliseconds),

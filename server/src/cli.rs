@@ -122,6 +122,10 @@ enum Method {
     Classic,
     /// The state machine of a component limits which jobs follow each other.
     Psm,
+    /// As psm; the last job of an interfering component executes no longer than since its release.
+    Ibf,
+    /// All combinations of paths of the state machines, as far as a budget allows.
+    Exact,
 }
 
 impl From<Method> for mauve_timing::Method {
@@ -129,6 +133,8 @@ impl From<Method> for mauve_timing::Method {
         match method {
             Method::Classic => mauve_timing::Method::Classic,
             Method::Psm => mauve_timing::Method::Psm,
+            Method::Ibf => mauve_timing::Method::Ibf,
+            Method::Exact => mauve_timing::Method::Exact,
         }
     }
 }

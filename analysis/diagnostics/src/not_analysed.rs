@@ -4,16 +4,29 @@
 //! either: a bound without its interference could be too low.
 //!
 //! ```mauve
-//! shell S { }
-//! core C(S) { update = { } }
-//! component Laser(S, C)
-//! architecture A { instance front: Laser  instance back: Laser }
+//! codel search(): bool
+//! shell S { provide plan(): bool }
+//! shell R { require plan(): bool }
+//! core C(S) { provide plan() = { return search(); }  update = { } }
+//! core E(R) { handler h: plan  update = { h = send(plan); } }
+//! component Planner(S, C)
+//! component Pilot(R, E)
+//! architecture A {
+//!   instance planner: Planner
+//!   instance pilot: Pilot
+//!   operation planner.plan -> pilot.plan
+//! }
 //! deployment D {
 //!   architecture A
-//!   activity front { priority = 1 period = 10 affinity = 3 }   // warning
-//!   activity back { priority = 2 period = 10 affinity = 1 }
+//!   activity planner { priority = 1 period = 10 }   // warning
+//!   activity pilot { priority = background }
 //! }
+//! //- /mauve.toml
+//! assume.codel = "1 ms"
 //! ```
+//!
+//! A `background` activity has no period: nothing bounds the number of calls that it sends to `plan`, which `planner` executes
+//! in its own time. A period for `pilot` bounds it.
 
 use super::*;
 use mauve_wcrt::Refusal;

@@ -70,12 +70,21 @@ pub fn timing_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String 
         Reason::DamagedField(field) => format!("its {} has a syntax error", field.keyword()),
         Reason::UnusableField(field) => format!("its {} cannot be used", field.keyword()),
         Reason::NoSuchCpu(missing) => no_such_cpu(*missing),
-        Reason::SeveralCpus { cpus, given } => {
-            let may = if *given { "it may run on" } else { "without an affinity, or with `affinity = 0`, it may run on" };
-            format!("{may} {}; set `affinity` to one CPU", cpu_names(*cpus))
-        }
-        Reason::ServesOperation(name) => {
-            format!("it serves the operation `{name}`; the analysis does not cover served operations yet")
+        Reason::UnknownCalls { operation, client } => format!(
+            "it executes the operation `{operation}` for `{client}`, which is not analysed: the number of calls is unknown"
+        ),
+        Reason::ClientWithoutPeriod { operation, client } => format!(
+            "it executes the operation `{operation}` for `{client}`, which has no period: the number of calls has no bound"
+        ),
+        Reason::NoResponse { operation, client } => format!(
+            "it executes the operation `{operation}` for `{client}`, and one of the two has no bound on its response time: the \
+             number of calls has none"
+        ),
+        Reason::OperationRing(operation) => format!(
+            "its operation `{operation}` is executed again by a call that it sends: the number of calls has no bound"
+        ),
+        Reason::ManyOperations => {
+            "operations send calls to other operations in more than 4096 ways: simplify the connections".to_owned()
         }
         Reason::MayServe => "it provides operations, and which connections call them is not known".to_owned(),
         Reason::SynchronisedClock => {
@@ -144,6 +153,10 @@ fn no_bound(why: NoBoundReason) -> &'static str {
         NoBoundReason::Budget => "the search was given up: the utilisation of the CPU is too close to 100 %",
         NoBoundReason::Overflow => "a time exceeds 584 years",
         NoBoundReason::FullyLoaded => "the utilisation of the CPU is exactly 100 %",
+        NoBoundReason::SeveralCpus => {
+            "on each of its CPUs, the activities of higher or equal priority that may run there have a utilisation of more \
+             than 100 %; set `affinity` to fewer CPUs"
+        }
     }
 }
 

@@ -305,8 +305,8 @@ fn cpus() {
         ),
         expect![[r#"
             a met 1 ms
-            b not-analysed: without an affinity, or with `affinity = 0`, it may run on CPUs 1 and 2; set `affinity` to one CPU
-            c not-analysed: `b` may preempt it and is not analysed
+            b met 2 ms
+            c met 6 ms
         "#]],
     );
     check(
@@ -317,7 +317,7 @@ fn cpus() {
         ),
         expect![[r#"
             a met 1 ms
-            b not-analysed: it may run on CPUs 1 and 2; set `affinity` to one CPU
+            b met 2 ms
             c met 4 ms
         "#]],
     );
@@ -347,11 +347,132 @@ fn cpus() {
     .assert_eq(&verdicts(&format!("{ROBOT}{deployed}{}", TIMES.replace("timing.", "platform.cpus = 1\ntiming."))));
     // Without any affinity: as many CPUs as the platform has.
     let nowhere = activities(FINE.0, FINE.1, FINE.2);
-    assert_eq!(verdicts(&format!("{ROBOT}{nowhere}{platform}")).matches("not-analysed").count(), 3);
+    assert_eq!(verdicts(&format!("{ROBOT}{nowhere}{platform}")), "a met 1 ms\nb met 3 ms\nc met 7 ms\n");
+}
+
+/// `b` provides operations, and `c` sends calls to them.
+const OPERATIONS: &str = "
+codel one(): int
+codel two(): int
+codel four(): int
+shell S { }
+shell Serving { provide help(): int  provide peek(): int }
+shell Asking { require help(): int  require peek(): int }
+core K1(S) { update = { one(); } }
+core KS(Serving) {
+  provide help(): int = { return four(); }
+  provide peek(): int = { return 1; }
+  update = { two(); }
+}
+core KA(Asking) {
+  handler h: help
+  handler p: peek
+  update = {
+    if one() > 0 then { h = send(help); } else { h = send(help); h = send(help); }
+    p = send(peek);
+  }
+}
+component C1(S, K1)
+component CS(Serving, KS)
+component CA(Asking, KA)
+architecture A { instance a: C1  instance b: CS  instance c: CA  CONNECTIONS }
+";
+
+#[test]
+fn the_provider_executes_the_calls_of_a_client() {
+    let robot = |connections: &str, fine: (&str, &str, &str)| {
+        let deployment = activities(fine.0, fine.1, fine.2);
+        verdicts(&format!("{}{deployment}{TIMES}", OPERATIONS.replace("CONNECTIONS", connections)))
+    };
+    // Nobody calls it, or calls what costs nothing.
+    let without = robot("", FINE);
+    expect![[r#"
+        a met 1 ms
+        b met 3 ms
+        c met 4 ms
+    "#]]
+    .assert_eq(&without);
+    assert_eq!(robot("operation b.peek -> c.peek", FINE), without);
+    // Two calls of 4 ms: a job of `b` and what was sent before it contain two releases of `c` at most.
+    let slow = ("priority = 3 period = 100", "priority = 2 period = 100", "priority = 1 period = 400");
+    expect![[r#"
+        a met 1 ms
+        b met 11 ms
+        c met 12 ms
+    "#]]
+    .assert_eq(&robot("operation b.help -> c.help", slow));
+    let fast = (slow.0, slow.1, "priority = 1 period = 100");
+    expect![[r#"
+        a met 1 ms
+        b met 19 ms
+        c met 20 ms
+    "#]]
+    .assert_eq(&robot("operation b.help -> c.help", fast));
 }
 
 #[test]
-fn served_operations_are_not_analysed_yet() {
+fn the_number_of_calls_must_be_known() {
+    let robot = |connections: &str, c: &str| {
+        let deployment = activities("priority = 3 period = 100", "priority = 2 period = 100", c);
+        verdicts(&format!("{}{deployment}{TIMES}", OPERATIONS.replace("CONNECTIONS", connections)))
+    };
+    // What costs nothing needs no client.
+    expect![[r#"
+        a met 1 ms
+        b met 3 ms
+        c background
+    "#]]
+    .assert_eq(&robot("operation b.peek -> c.peek", "priority = background"));
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: it executes the operation `help` for `c`, which has no period: the number of calls has no bound
+        c background
+    "#]].assert_eq(&robot("operation b.help -> c.help", "priority = background"));
+    // Each job of `b` would execute more calls than a period has room for.
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: it executes the operation `help` for `c`, and one of the two has no bound on its response time: the number of calls has none
+        c not-analysed: `b` may preempt it and is not analysed
+    "#]].assert_eq(&robot("operation b.help -> c.help", "priority = 1 period = 4"));
+    // The calls of a program that is not known.
+    let wrong = OPERATIONS.replace("h = send(help); } else", "h = send(help, 1); } else");
+    let found = verdicts(&format!(
+        "{}{}{TIMES}",
+        wrong.replace("CONNECTIONS", "operation b.help -> c.help"),
+        activities(FINE.0, FINE.1, FINE.2)
+    ));
+    let why = "b not-analysed: it executes the operation `help` for `c`, which is not analysed: the number of calls is unknown";
+    assert!(found.contains(why), "{found}");
+}
+
+#[test]
+fn a_ring_of_operations_has_no_bound() {
+    let model = "
+codel one(): int
+shell S { provide ask(): int  require reply(): int }
+core K(S) { handler h: reply  provide ask(): int = { h = send(reply); return one(); }  update = { h = send(reply); } }
+component C(S, K)
+architecture A { instance x: C  instance y: C  operation x.ask -> y.reply  LAST }
+deployment D { architecture A
+  activity x { priority = 2 period = 100 }
+  activity y { priority = 1 period = 100 }
+}
+//- /mauve.toml
+assume.codel = \"1 ms\"
+";
+    // `y` asks `x`, and `x` asks nobody.
+    expect![[r#"
+        x met 2 ms
+        y met 2.000001 ms
+    "#]]
+    .assert_eq(&verdicts(&model.replace("LAST", "")));
+    let found = verdicts(&model.replace("LAST", "operation y.ask -> x.reply"));
+    let ring = "not-analysed: its operation `ask` is executed again by a call that it sends: the number of calls has no bound";
+    assert!(found.contains(&format!("x {ring}")) && found.contains(&format!("y {ring}")), "{found}");
+}
+
+#[test]
+fn an_unknown_connection_may_serve_any_client() {
     let deployment = activities(FINE.0, FINE.1, FINE.2);
     let robot = |connection: &str| {
         let architecture =
@@ -360,19 +481,6 @@ fn served_operations_are_not_analysed_yet() {
             ROBOT.replace("architecture A { instance a: C1  instance b: C2  instance c: C4 }", &architecture);
         verdicts(&format!("{robot}{deployment}{TIMES}"))
     };
-    expect![[r#"
-        a met 1 ms
-        b not-analysed: it serves the operation `help`; the analysis does not cover served operations yet
-        c not-analysed: `b` may preempt it and is not analysed
-    "#]]
-    .assert_eq(&robot("operation b.help -> c.help"));
-    // Nobody calls it.
-    expect![[r#"
-        a met 1 ms
-        b met 3 ms
-        c met 4 ms
-    "#]]
-    .assert_eq(&robot(""));
     // Half typed, it may be anybody's.
     expect![[r#"
         a met 1 ms
@@ -422,8 +530,7 @@ assume.codel = \"1 ms\"
     let found = verdicts(robot);
     assert!(found.starts_with("p1 not-analysed: it provides operations, and which connections"), "{found}");
     let right = verdicts(&robot.replace("operation p2", "operation p1"));
-    assert!(right.starts_with("p1 not-analysed: it serves the operation `plan`"), "{right}");
-    assert!(right.contains("p2 met 1 ms"), "{right}");
+    assert!(right.starts_with("p1 met 1 ms\np2 met 1 ms\n"), "{right}");
 }
 
 #[test]

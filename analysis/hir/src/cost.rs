@@ -7,10 +7,11 @@ use std::sync::Arc;
 
 use crate::ModelDb;
 use crate::body::{ByProgram, Code, bodies_of, by_group, by_program, core_scope};
+use crate::builtin::Builtin;
 use crate::completeness::Completeness;
 use crate::fact::{Fact, FactKind, Unreachable};
 use crate::infer::{Inference, inference_of};
-use crate::item_tree::{BinaryOperator, Expr, Literal, Program, Statement};
+use crate::item_tree::{BinaryOperator, Expr, Literal, Name, Program, Statement};
 use crate::project::Project;
 use crate::resolve::Callee;
 use crate::source::{Decl, Location};
@@ -23,6 +24,8 @@ pub enum Cost<'db> {
     Codel(Decl<'db>),
     /// One execution of an operation that the core defines: an index into [`crate::Behaviour::operations`].
     Operation(usize),
+    /// One call sent to this required operation. It takes no time of the sender.
+    Send(Name),
     /// The sum of costs.
     Sum(Vec<Cost<'db>>),
     /// The maximum of costs.
@@ -38,10 +41,24 @@ impl Default for Cost<'_> {
 /// Returns the operations in a cost, as indices into [`crate::Behaviour::operations`].
 pub fn operations_in(cost: &Cost<'_>) -> Vec<usize> {
     match cost {
-        Cost::Codel(_) => Vec::new(),
+        Cost::Codel(_) | Cost::Send(_) => Vec::new(),
         Cost::Operation(index) => vec![*index],
         Cost::Sum(costs) | Cost::Greatest(costs) => costs.iter().flat_map(operations_in).collect(),
     }
+}
+
+/// Returns the required operations that a cost sends calls to, each once, without those of the operations that it executes.
+pub fn sends_in<'a>(cost: &'a Cost<'_>) -> Vec<&'a Name> {
+    let mut found: Vec<&Name> = Vec::new();
+    let mut open = vec![cost];
+    while let Some(cost) = open.pop() {
+        match cost {
+            Cost::Send(name) if !found.contains(&name) => found.push(name),
+            Cost::Codel(_) | Cost::Operation(_) | Cost::Send(_) => {}
+            Cost::Sum(costs) | Cost::Greatest(costs) => open.extend(costs),
+        }
+    }
+    found
 }
 
 /// The cost of a program or guard of a body.
@@ -241,6 +258,10 @@ impl<'db> CostContext<'db> {
                 costs.extend(match self.inference.callee(callee.id) {
                     Some(Callee::Codel(codel)) => Some(Cost::Codel(codel)),
                     Some(Callee::Operation(index)) => Some(Cost::Operation(index)),
+                    Some(Callee::Builtin(Builtin::Send)) => match arguments.first() {
+                        Some(Expr::Name(operation)) => Some(Cost::Send(operation.name.clone())),
+                        _ => None,
+                    },
                     // Ports are lock-free (paper, Property 2): no cost.
                     Some(Callee::Builtin(_)) | None => None,
                 });

@@ -91,7 +91,7 @@ pub use config::{
     MistakeKind, keys as config_keys,
 };
 pub use configured::{accepted, check as check_configuration};
-pub use cost::{Cost, operations_in};
+pub use cost::{Cost, operations_in, sends_in};
 pub use db::{Database, File, Log, ModelDb, Problem, Trees, Workspace, normalised};
 pub use declared::unused_facts;
 pub use features::{

@@ -291,7 +291,7 @@ fn loads(report: &Report<'_>) -> Vec<String> {
     let load = |cpu: &CpuLoad| {
         // Activities that are not analysed are not included.
         let at_least = if cpu.complete { "" } else { "≥ " };
-        format!("{} {at_least}{:.1} %", cpu_names(cpu.mask()), cpu.utilisation.as_f64() * 100.0)
+        format!("{} {at_least}{:.1} %", cpu_names(cpu.mask), cpu.utilisation.as_f64() * 100.0)
     };
     report.cpus.iter().map(load).collect()
 }

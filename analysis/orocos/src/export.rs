@@ -207,7 +207,7 @@ deployment D { architecture A  activity front { affinity = 3 priority = 2 period
                 {
                   "format": "mauve-2",
                   "unit": "ns",
-                  "digest": "6d5a6101859c7ca9",
+                  "digest": "dc77a0cfc64882f0",
                   "deployment": {
                     "name": "D",
                     "levels": [0.0001],
@@ -224,7 +224,6 @@ deployment D { architecture A  activity front { affinity = 3 priority = 2 period
                         "period": 100000000,
                         "deadline": 100000000,
                         "not_analysed": [
-                          { "reason": "it may run on CPUs 1 and 2; set `affinity` to one CPU", "levels": null, "classic_only": false },
                           { "reason": "no time for codel `look`", "levels": null, "classic_only": false }
                         ],
                         "doubt": null,

@@ -4,6 +4,7 @@
 
 use std::sync::Arc;
 
+use crate::operations::Calls;
 use crate::task_set::Priority;
 use crate::{
     Bound, Breakdown, CpuLoad, CycleMean, Demand, Method, Options, Response, StateMachine, Task, Time,
@@ -37,10 +38,12 @@ pub struct Operation {
     pub provider: usize,
     /// The index of the activity that sends it.
     pub client: usize,
-    /// The greatest number of sends on one edge of the client.
+    /// The greatest number of calls that a job of the client sends; if `during`, that one execution of that operation sends.
     pub sends: u64,
     /// The execution time of one call.
     pub time: Time,
+    /// The operation that sends the calls, executed by the client: the index of an earlier one.
+    pub during: Option<usize>,
 }
 
 /// The activities of a deployment, at one level.
@@ -65,6 +68,9 @@ pub struct SetAnalysis {
     pub overloads: Vec<Option<f64>>,
     /// The utilisation by each activity alone, rounded; none where no CPU is overloaded, and where the demand is unknown.
     pub shares: Vec<Option<f64>>,
+    /// For each operation, the number of calls that each job of its provider counts; `None` where a response time that it
+    /// depends on has no bound: then the provider is not analysed.
+    pub calls: Vec<Option<u64>>,
     /// The CPUs that are used.
     pub cpus: Vec<CpuLoad>,
     /// The analysed tasks, for a [`Breakdown`] of the response times.
@@ -80,6 +86,10 @@ pub struct SetTasks {
 }
 
 impl SetTasks {
+    pub(crate) fn tasks(&self) -> &[Task] {
+        &self.tasks
+    }
+
     /// Returns a breakdown of the response times of the tasks; see [`SetTasks::task`].
     pub fn breakdown<'a>(&'a self, options: &'a Options, interrupt: &'a dyn Fn()) -> Breakdown<'a> {
         Breakdown::new(&self.tasks, options, interrupt)
@@ -104,10 +114,16 @@ const THROTTLING_PERIOD: Time = Time::from_nanos(1_000_000_000);
 impl ActivitySet {
     /// Computes the response times. To cancel, `interrupt` unwinds.
     pub fn response_times(&self, options: &Options, interrupt: &dyn Fn()) -> SetAnalysis {
-        let set = self.tasks();
+        let mut set = self.tasks();
+        let mut calls = Vec::new();
+        if !self.operations.is_empty() {
+            let counted = Calls::new(&self.operations, &self.activities, &set, options, interrupt);
+            (set.tasks, calls) = (counted.tasks, counted.counts);
+        }
         let tasks = &set.tasks;
         let analysis = response_times(tasks, options, interrupt);
         let mut found = SetAnalysis {
+            calls,
             responses: vec![None; self.activities.len()],
             overloads: vec![None; self.activities.len()],
             shares: vec![None; self.activities.len()],

@@ -3,7 +3,7 @@
 
 use crate::lane::{Lane, Member, Members};
 use crate::response_time::members;
-use crate::{Interference, Method, Options, Response, Task, Time};
+use crate::{CpuRule, Interference, Method, Options, Task, Time, Window};
 
 /// Lists the interference of tasks.
 ///
@@ -25,7 +25,8 @@ use crate::{Interference, Method, Options, Response, Task, Time};
 /// let tasks = [task("laser", 2, 10, 4), task("pilot", 1, 30, 11)];
 /// let options = Options { method: Method::Exact, horizon: None, is_brief: false };
 /// let pilot = &response_times(&tasks, &options, &|| ()).responses[1];
-/// let laser = Breakdown::new(&tasks, &options, &|| ()).of(1, pilot)[0];
+/// let mut breakdown = Breakdown::new(&tasks, &options, &|| ());
+/// let laser = breakdown.of(1, pilot.rule, pilot.window.as_ref(), pilot.first_job)[0];
 /// assert_eq!((laser.task, laser.jobs, laser.time), (0, 2, Time::from_nanos(8)));
 /// ```
 pub struct Breakdown<'a> {
@@ -40,10 +41,17 @@ impl<'a> Breakdown<'a> {
         Breakdown { options, interrupt, members: members(tasks, options, interrupt) }
     }
 
-    /// Returns the interference of each task of hp(`of`), in the order of the tasks, in the window of its `response`;
-    /// without a window, until its first job ends; without either, none.
-    pub fn of(&mut self, of: usize, response: &Response) -> Vec<Interference> {
-        let (length, method, horizon) = match (&response.window, response.first_job) {
+    /// Returns the interference of each task of hp(`of`), in the order of the tasks, in the window of its response time;
+    /// without a window, until its first job ends; without either, none. The arguments are those of its
+    /// [`Response`](crate::Response).
+    pub fn of(
+        &mut self,
+        of: usize,
+        rule: CpuRule,
+        window: Option<&Window>,
+        first_job: Option<Time>,
+    ) -> Vec<Interference> {
+        let (length, method, horizon) = match (window, first_job) {
             (Some(window), _) => (window.length, window.method, None),
             (None, Some(first_job)) => {
                 (first_job, Method::Psm.min(self.options.method), self.options.horizon)
@@ -58,10 +66,10 @@ impl<'a> Breakdown<'a> {
             return Vec::new();
         };
         (self.interrupt)();
-        let is_in = |other: &Task| other.cpus & response.rule.mask() != 0 && other.priority >= task.priority;
+        let is_in = |other: &Task| other.cpus & rule.mask() != 0 && other.priority >= task.priority;
         let places: Vec<usize> = (0..self.members.len()).filter(|&it| is_in(self.members[it].task)).collect();
         if method == Method::Exact {
-            return self.by_paths(of, response, &places);
+            return self.by_paths(of, rule, &places);
         }
         let mut found = Vec::new();
         for place in places {
@@ -81,9 +89,9 @@ impl<'a> Breakdown<'a> {
     }
 
     /// Searches the combination of paths again.
-    fn by_paths(&mut self, of: usize, response: &Response, places: &[usize]) -> Vec<Interference> {
+    fn by_paths(&mut self, of: usize, rule: CpuRule, places: &[usize]) -> Vec<Interference> {
         let lane = Lane {
-            rule: response.rule,
+            rule,
             members: Members { all: &mut self.members, places },
             options: self.options,
             interrupt: self.interrupt,

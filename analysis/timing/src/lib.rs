@@ -25,6 +25,10 @@
 //! | `utilisation.rs` | [`Utilisation`]: Σ λ/T, compared with 1 exactly |
 //! | `task_set.rs` | [`task_set`]: what a deployment runs, as a file in JSON |
 //! | `task.rs` | [`Task`] and [`Response`]: what the analysis is asked and answers |
+//! | `execution_bound.rs` | what n jobs execute at most, if the last one has not long been released |
+//! | `exact.rs` | the search over combinations of paths |
+//! | `lane.rs` | the analysis of one CPU, or of linked CPUs as one |
+//! | `operations.rs` | the calls of operations that jobs execute for others |
 //! | `activities.rs` | [`ActivitySet`]: what a deployment runs at one level, and its response times |
 //! | `response_time.rs` | [`response_times`]: the analysis |
 //! | `breakdown.rs` | [`Breakdown`]: the interference in a response time, by task |
@@ -40,6 +44,7 @@ mod exact;
 mod execution_bound;
 mod lane;
 mod machine;
+mod operations;
 mod response_time;
 mod table;
 mod task;

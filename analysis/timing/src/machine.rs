@@ -115,6 +115,16 @@ impl StateMachine {
         }
     }
 
+    /// Returns the machine with `time` more in every edge; `None` if that is too long.
+    pub(crate) fn with_added(&self, time: Time) -> Option<StateMachine> {
+        if time == Time::ZERO {
+            return Some(self.clone());
+        }
+        let longer = |edge: &Edge| Some(Edge { cost: edge.cost.checked_add(time)?, ..edge.clone() });
+        let edges: Option<Vec<Edge>> = self.edges().iter().map(longer).collect();
+        StateMachine::new(self.states, edges?).ok()
+    }
+
     /// Returns the number of states, at least 1.
     pub fn states(&self) -> u32 {
         self.states

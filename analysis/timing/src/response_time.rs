@@ -294,7 +294,12 @@ mod tests {
     }
 
     fn interference(tasks: &[Task], options: Options, of: usize, response: &Response) -> Vec<Interference> {
-        Breakdown::new(tasks, &options, &|| ()).of(of, response)
+        Breakdown::new(tasks, &options, &|| ()).of(
+            of,
+            response.rule,
+            response.window.as_ref(),
+            response.first_job,
+        )
     }
 
     fn show(tasks: &[Task], options: Options) -> String {

@@ -228,7 +228,7 @@ fn navigation_at_1e_4_is_explained() {
     let options = Options { method: Method::Psm, horizon: None, is_brief: false };
     let mut breakdown = Breakdown::new(&tasks, &options, &|| ());
     let lines: Vec<String> = breakdown
-        .of(NAVIGATION, response)
+        .of(NAVIGATION, response.rule, response.window.as_ref(), response.first_job)
         .iter()
         .map(|part| format!("{} {} jobs {}", tasks[part.task].name, part.jobs, part.time))
         .collect();

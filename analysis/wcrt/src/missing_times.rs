@@ -10,8 +10,9 @@ use crate::psm::{Psm, psm_of, psm_with};
 use crate::reason::{Reason, Refusal, Timed, UnusableTime};
 use crate::report::{Query, Verdict};
 use crate::response::response_times;
+use crate::served::served_in;
 use crate::system::{ResolvedActivity, System, system_of};
-use crate::task_set::activity_set;
+use crate::task_set::{Executed, activity_set};
 use crate::timetable::{incomplete_tables, timetable_of};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, Location, ModelDb, Project, config_file, config_of, names_of};
@@ -58,7 +59,9 @@ pub fn budgets<'db>(
             let component = activity.executed()?;
             changed.get(&component).or_else(|| Some(psm_of(db, project, component, query.level)))
         });
-        let set = activity_set(db, project, system, &psms.collect::<Vec<_>>(), query.method);
+        let psms: Vec<Executed<'_, 'db>> = psms.collect();
+        let served = served_in(db, project, system, &psms, query.level, &what_if);
+        let set = activity_set(db, project, system, &psms, &served, query.method);
         let analysis = set.response_times(&query.options(true), &|| db.unwind_if_revision_cancelled());
         let responses = set.activities.iter().zip(&analysis.responses);
         let statuses: Vec<Status> = responses

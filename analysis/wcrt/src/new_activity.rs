@@ -109,7 +109,9 @@ fn cpus_of<'db>(
     let known = &response_times(db, project, of, Query::shown(db, project)).cpus;
     let masks = (0..64).map(|bit| 1_u64 << bit).filter(|mask| system.cpus & mask != 0);
     let cpu = |mask: u64| {
-        let utilisation = known.iter().find(|it| it.mask() == mask).map(|it| it.utilisation.as_f64());
+        let utilisation = known.iter().find(|it| it.mask & mask != 0);
+        // Of CPUs that activities use alternatively, each has its part.
+        let utilisation = utilisation.map(|it| it.utilisation.as_f64() / f64::from(it.mask.count_ones()));
         let mut cpu =
             Cpu { mask, utilisation: (utilisation.unwrap_or(0.0) * 1e9) as u64, count: 0, priorities: 0 };
         for activity in system.activities.iter().filter(|it| it.cpus.is_none_or(|cpus| cpus & mask != 0)) {

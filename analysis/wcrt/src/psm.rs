@@ -7,6 +7,7 @@ use mauve_timing::{Edge, Level, StateMachine, Time};
 use rustc_hash::FxHashMap;
 
 use crate::reason::{MOST_REASONS, Reason, Refusal, Timed, TooLong, UnusableTime};
+use crate::served::sends_of_operation;
 use crate::timetable::{Lookup, Timetable, times_of, timetable_of};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
@@ -89,20 +90,42 @@ pub(crate) fn psm_with<'db>(
     if let Some(unusable) = times.unusable_component(of) {
         return refuse(Reason::Table(unusable), at);
     }
-    let evaluator = Evaluator {
-        db,
-        component: of,
-        behaviour,
-        times,
-        level,
-        what_if,
-        operations: vec![None; behaviour.operations.len()],
-        codels: FxHashMap::default(),
-        refusals: Vec::new(),
-        missing: BTreeMap::new(),
-        assumed: BTreeMap::new(),
+    Evaluator::new(db, of, behaviour, times, level, what_if).psm()
+}
+
+/// What a component executes for each call of an operation that it provides.
+pub(crate) struct ExecutedOperation {
+    /// The execution time; with the overhead of a job, which a call between two periods has, where it is not 0.
+    pub(crate) time: Time,
+    /// The greatest number of calls that it sends to each required operation.
+    pub(crate) sends: Vec<(Name, u64)>,
+}
+
+/// Returns what a component executes for each call of the operation `name`. `what_if` gives the times of codels that no table
+/// has.
+pub(crate) fn operation_with<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    name: &Name,
+    level: Level,
+    what_if: &dyn Fn(Decl<'db>) -> Option<Time>,
+) -> Result<ExecutedOperation, Vec<Refusal<'db>>> {
+    let unknown = || {
+        let reason = Reason::UnknownCore { project, component: of };
+        Err(vec![Refusal::new(reason, Location::name_of(of))])
     };
-    evaluator.psm()
+    let Some(core) = core_of(db, project, of) else { return unknown() };
+    let behaviour = behaviour_of(db, project, core);
+    if !behaviour.refusals.is_empty() {
+        return Err(behaviour.refusals.iter().take(MOST_REASONS).map(Refusal::of_model).collect());
+    }
+    let is_it = |program: &TimedProgram<'db>| matches!(&program.id, ProgramId::Operation(it) if it == name);
+    let Some(index) = behaviour.operations.iter().position(is_it) else { return unknown() };
+    let times = times_of(db, project, of);
+    let evaluator = Evaluator::new(db, of, behaviour, times, level, what_if);
+    let time = evaluator.operation(index)?;
+    Ok(ExecutedOperation { time, sends: sends_of_operation(behaviour, index) })
 }
 
 /// Returns the errors in the declarations that a component executes: erroneous text may contain a call.
@@ -139,7 +162,59 @@ struct Evaluator<'a, 'db> {
     assumed: BTreeMap<String, Time>,
 }
 
-impl<'db> Evaluator<'_, 'db> {
+impl<'a, 'db> Evaluator<'a, 'db> {
+    fn new(
+        db: &'db dyn ModelDb,
+        component: Decl<'db>,
+        behaviour: &'db Behaviour<'db>,
+        times: &'db Timetable<'db>,
+        level: Level,
+        what_if: &'a dyn Fn(Decl<'db>) -> Option<Time>,
+    ) -> Evaluator<'a, 'db> {
+        Evaluator {
+            db,
+            component,
+            behaviour,
+            times,
+            level,
+            what_if,
+            operations: vec![None; behaviour.operations.len()],
+            codels: FxHashMap::default(),
+            refusals: Vec::new(),
+            missing: BTreeMap::new(),
+            assumed: BTreeMap::new(),
+        }
+    }
+
+    /// Returns the time of an operation of the core, and of the dispatch and the context switches for it.
+    fn operation(mut self, index: usize) -> Result<Time, Vec<Refusal<'db>>> {
+        self.evaluate_operations(vec![index]);
+        let time = self.operations.get(index).copied().flatten();
+        let overhead = match time {
+            None | Some(Time::ZERO) => Some(Time::ZERO),
+            Some(_) => self.overhead(),
+        };
+        let sum = time.zip(overhead).and_then(|(time, overhead)| time.checked_add(overhead));
+        if time.is_some() && overhead.is_some() && sum.is_none() {
+            self.refuse(Reason::TooLong(TooLong::Program));
+        }
+        self.refusals.extend(std::mem::take(&mut self.missing).into_values());
+        sum.ok_or(self.refusals)
+    }
+
+    /// Returns the overhead of a job, and refuses the component where it is unknown.
+    fn overhead(&mut self) -> Option<Time> {
+        let overhead = self.times.overhead(self.level);
+        if overhead.is_none() {
+            match self.times.without_level(self.level) {
+                // One warning reports this for the level.
+                Some(table) => self.refuse(Reason::NoOverhead { level: self.level, table: table.clone() }),
+                None => self.refuse(Reason::TooLong(TooLong::Overhead)),
+            }
+        }
+        overhead
+    }
+
     fn psm(mut self) -> Result<Psm<'db>, Vec<Refusal<'db>>> {
         let behaviour = self.behaviour;
         // Only programs of edges need a time: unreachable states, and transitions after one without a guard, are
@@ -153,14 +228,7 @@ impl<'db> Evaluator<'_, 'db> {
             .zip(used)
             .map(|(program, used)| if used { self.program(program) } else { None })
             .collect();
-        let overhead = self.times.overhead(self.level);
-        if overhead.is_none() {
-            match self.times.without_level(self.level) {
-                // One warning reports this for the level.
-                Some(table) => self.refuse(Reason::NoOverhead { level: self.level, table: table.clone() }),
-                None => self.refuse(Reason::TooLong(TooLong::Overhead)),
-            }
-        }
+        let overhead = self.overhead();
         let mut edges = Vec::new();
         for (edge, cost) in behaviour.edges.all.iter().zip(self.costs(&programs, overhead)) {
             match cost {
@@ -240,7 +308,12 @@ impl<'db> Evaluator<'_, 'db> {
             return;
         }
         let costs = behaviour.programs.iter().zip(used).filter(|(_, used)| **used);
-        let mut open: Vec<usize> = costs.flat_map(|(program, _)| operations_in(&program.cost)).collect();
+        self.evaluate_operations(costs.flat_map(|(program, _)| operations_in(&program.cost)).collect());
+    }
+
+    /// Evaluates these operations and those that they call.
+    fn evaluate_operations(&mut self, mut open: Vec<usize>) {
+        let behaviour = self.behaviour;
         let mut needed = vec![false; behaviour.operations.len()];
         while let Some(index) = open.pop() {
             let Some(operation) = behaviour.operations.get(index) else { continue };
@@ -274,6 +347,7 @@ impl<'db> Evaluator<'_, 'db> {
         match cost {
             Cost::Codel(codel) => self.codel(*codel),
             Cost::Operation(index) => self.operations.get(*index).copied().flatten(),
+            Cost::Send(_) => Some(Time::ZERO),
             // All codels are visited, so that all missing times are reported together.
             Cost::Sum(costs) => {
                 let (mut sum, mut is_too_long) = (Some(Time::ZERO), false);
@@ -356,7 +430,7 @@ pub fn worst_path<'db>(
         Cost::Operation(index) => {
             psm.operations.get(*index).and_then(|(id, time)| Some((id.to_string(), (*time)?)))
         }
-        Cost::Sum(_) | Cost::Greatest(_) => None,
+        Cost::Send(_) | Cost::Sum(_) | Cost::Greatest(_) => None,
     };
     program.map_or_else(Vec::new, |program| path(&program.cost, &time))
 }
@@ -386,7 +460,7 @@ pub(crate) fn table_of_greatest_time<'db>(
 
 fn path<'db>(cost: &Cost<'db>, time: &dyn Fn(&Cost<'db>) -> Option<(String, Time)>) -> Vec<(String, Time)> {
     match cost {
-        Cost::Codel(_) | Cost::Operation(_) => time(cost).into_iter().collect(),
+        Cost::Codel(_) | Cost::Operation(_) | Cost::Send(_) => time(cost).into_iter().collect(),
         Cost::Sum(costs) => costs.iter().flat_map(|cost| path(cost, time)).collect(),
         Cost::Greatest(costs) => {
             let sum = |path: &[(String, Time)]| {

@@ -83,10 +83,18 @@ pub enum Reason<'db> {
     UnusableField(ActivityField),
     /// An affinity names a CPU that `mauve.toml` does not have.
     NoSuchCpu(NoSuchCpu),
-    /// An activity may run on several CPUs, a bit each, and whether an affinity names them.
-    SeveralCpus { cpus: u64, given: bool },
-    /// An activity serves this operation for others.
-    ServesOperation(Name),
+    /// An activity executes an operation for a client whose calls are not known, as it is not analysed.
+    UnknownCalls { operation: Name, client: Name },
+    /// An activity executes an operation for a client that is in the background or has no period: it may send any number of
+    /// calls.
+    ClientWithoutPeriod { operation: Name, client: Name },
+    /// An activity executes an operation whose number of calls depends on response times without a bound: that of the client, or
+    /// its own.
+    NoResponse { operation: Name, client: Name },
+    /// An operation sends calls, over others or directly, that execute it again.
+    OperationRing(Name),
+    /// Operations that send calls to others: too many chains of calls.
+    ManyOperations,
     /// An activity provides operations, and the connections are unknown.
     MayServe,
     /// The clock of an instance is declared synchronised.
@@ -127,8 +135,11 @@ impl Reason<'_> {
             self,
             Reason::ComponentTime(_)
                 | Reason::NoMachine(_)
-                | Reason::ServesOperation(_)
-                | Reason::SeveralCpus { .. }
+                | Reason::ClientWithoutPeriod { .. }
+                | Reason::ManyOperations
+                | Reason::NoResponse { .. }
+                | Reason::OperationRing(_)
+                | Reason::UnknownCalls { .. }
                 | Reason::SynchronisedClock
                 | Reason::TooLong(_)
         )

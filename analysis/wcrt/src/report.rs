@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use mauve_timing::task_set::Priority;
 use mauve_timing::{
-    Activity, Breakdown, CpuLoad, Level, Method, Options, SetTasks, Status, THROTTLING, Time, Window,
+    Activity, Breakdown, CpuLoad, CpuRule, Level, Method, Options, SetTasks, Status, THROTTLING, Time, Window,
 };
 
 use crate::fact::InterferenceReport;
@@ -32,7 +32,7 @@ impl Query {
     /// Returns the query of the displayed and checked report: the level of [`level_shown`], with the most precise
     /// method.
     pub fn shown<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Query {
-        Query { level: level_shown(db, project.workspace(db)), method: Method::Psm, horizon: None }
+        Query { level: level_shown(db, project.workspace(db)), method: Method::Exact, horizon: None }
     }
 }
 
@@ -87,6 +87,10 @@ pub struct ActivityReport<'db> {
     pub verdict: Verdict,
     /// The window that gives the response time.
     pub window: Option<Window>,
+    /// The method that gives the response time, and whether the budget of a better one was exhausted; none without a bound.
+    pub method: Option<(Method, bool)>,
+    /// The activities that are counted; none where it is not analysed.
+    pub rule: Option<CpuRule>,
     /// The reasons for a missing response time: its own, then those of the deployment.
     pub reasons: Vec<Refusal<'db>>,
     /// Codels whose time is assumed, in its own component, with it.
@@ -129,7 +133,8 @@ impl ReportBreakdown<'_> {
             let report = self.activities.get(self.tasks.activity(task));
             report.map_or_else(|| THROTTLING.into(), |it| it.instance.clone())
         };
-        let parts = self.breakdown.of(task, report.window.as_ref(), report.first_job).into_iter();
+        let Some(rule) = report.rule else { return Vec::new() };
+        let parts = self.breakdown.of(task, rule, report.window.as_ref(), report.first_job).into_iter();
         let parts = parts.filter(|it| it.jobs > 0);
         parts
             .map(|it| InterferenceReport { instance: instance(it.task), jobs: it.jobs, time: it.time })
@@ -193,8 +198,9 @@ impl<'db> Report<'db> {
             here.for_each(|(_, highest)| *highest = (*highest).max(activity.real_time_priority()));
         }
         let interferes = |it: &ActivityReport<'db>| {
-            let highest = it.cpus.and_then(|cpus| highest.get(cpus.trailing_zeros() as usize)).copied();
-            it.first_job.is_some() && highest.flatten() >= it.real_time_priority()
+            let counted = it.rule.map_or(0, CpuRule::mask);
+            let mut highest = highest.iter().enumerate().filter(|(bit, _)| counted & (1 << bit) != 0);
+            it.first_job.is_some() && highest.any(|(_, highest)| *highest >= it.real_time_priority())
         };
         self.activities.iter().map(|it| !it.assumed.is_empty() || interferes(it)).collect()
     }

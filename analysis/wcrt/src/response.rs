@@ -1,7 +1,7 @@
 //! The response times of a deployment, of a model or of an exported file.
 
 use mauve_timing::task_set::TaskSet;
-use mauve_timing::{Bound, CpuLoad, Response, SetAnalysis, Status};
+use mauve_timing::{Bound, CpuLoad, Operation, Response, SetAnalysis, Status};
 use rustc_hash::FxHashSet;
 
 use crate::fact::TimingFact;
@@ -87,10 +87,13 @@ impl<'db> Deployed<'db> {
             report.assumed.clear();
             return Some(report);
         };
-        report.own = response.own;
+        report.own = response.own.or(report.own);
         report.share = analysis.shares.get(index).copied().flatten().map(Share);
         report.reasons.extend_from_slice(&self.not_analysed);
         if self.not_analysed.is_empty() {
+            if report.reasons.is_empty() {
+                report.reasons.extend(self.unknown_calls(index, analysis));
+            }
             report.reasons.extend(self.delayed_by(&report.instance, response));
         }
         if !report.reasons.is_empty() {
@@ -100,9 +103,11 @@ impl<'db> Deployed<'db> {
         report.verdict = Verdict::RealTime(response.status(report.deadline.unwrap_or_default()));
         report.first_job = response.first_job;
         report.window = response.window.clone();
+        report.rule = Some(response.rule);
         let no_bound = match &response.bound {
             Bound::Response(time) => {
                 report.response = Some(*time);
+                report.method = Some((response.method, response.is_exhausted));
                 None
             }
             Bound::Unbounded { cpu } => {
@@ -119,6 +124,19 @@ impl<'db> Deployed<'db> {
         };
         report.reasons.extend(no_bound.map(|reason| Refusal { reason, at: report.at.clone() }));
         Some(report)
+    }
+
+    /// Returns the operations that an activity executes an unknown number of times, as reasons.
+    fn unknown_calls(&self, index: usize, analysis: &SetAnalysis) -> Vec<Refusal<'db>> {
+        let operations = self.set.operations.iter().zip(&self.operations).zip(&analysis.calls);
+        let unknown =
+            operations.filter(|((operation, _), calls)| operation.provider == index && calls.is_none());
+        let refusal = |((operation, name), _): ((&Operation, &Name), _)| {
+            let client = self.reports.get(operation.client)?.instance.clone();
+            let reason = Reason::NoResponse { operation: name.clone(), client };
+            Some(Refusal { reason, at: self.reports.get(index)?.at.clone() })
+        };
+        unknown.filter_map(refusal).collect()
     }
 
     /// Returns the activities that are not analysed and may delay that of `instance`, as a reason.

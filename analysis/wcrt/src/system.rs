@@ -9,6 +9,7 @@ use mauve_timing::{Rounding, Time, Unit};
 
 use crate::fact::{Expected, NoTime, TimingFact, TimingFactKind};
 use crate::reason::{ActivityField, MOST_REASONS, NoSuchCpu, Reason, Refusal, UnknownPriority};
+use crate::served::Connected;
 use crate::timetable::incomplete_tables;
 use mauve_hir::fact::{self, Fact, FactKind, unresolved_type};
 use mauve_hir::item_tree::{
@@ -28,6 +29,8 @@ pub struct System<'db> {
     pub activities: Vec<ResolvedActivity<'db>>,
     /// The CPUs, a bit each: those of `mauve.toml`, otherwise those that an activity names.
     pub cpus: u64,
+    /// The connected operations.
+    pub connected: Vec<Connected>,
     /// Why nothing is analysed: an activity may be missing, or a time that makes every bound longer.
     pub not_analysed: Vec<Refusal<'db>>,
     /// The facts about the deployment.
@@ -448,19 +451,28 @@ impl<'db> Reader<'db> {
         u32::try_from(below).unwrap_or(1)
     }
 
-    /// Refuses the activities that serve operations: the owner executes them in its own time, which is not analysed yet.
+    /// Enters the connected operations, and refuses the activities that may provide another one.
     fn served(&mut self, serving: &Serving) {
-        for resolved in &mut self.found.activities {
-            if resolved.component.is_none() || !serving.providing.contains(&resolved.instance) {
-                continue;
-            }
-            let at = resolved.at.clone();
-            if let Some(feature) = serving.serves.get(&resolved.instance) {
-                resolved.refuse(Reason::ServesOperation(feature.clone()), at);
-            } else if serving.may_serve {
-                resolved.refuse(Reason::MayServe, at);
+        let mut numbers: FxHashMap<Name, usize> = FxHashMap::default();
+        for (number, resolved) in self.found.activities.iter_mut().enumerate() {
+            numbers.entry(resolved.instance.clone()).or_insert(number);
+            let may_provide = resolved.component.is_some() && serving.providing.contains(&resolved.instance);
+            if serving.may_serve && may_provide {
+                resolved.refuse(Reason::MayServe, resolved.at.clone());
             }
         }
+        self.found.connected = serving
+            .connected
+            .iter()
+            .filter_map(|((provider, operation), (client, required))| {
+                Some(Connected {
+                    provider: *numbers.get(provider)?,
+                    operation: operation.clone(),
+                    client: *numbers.get(client)?,
+                    required: required.clone(),
+                })
+            })
+            .collect();
     }
 
     fn synchronised(&mut self) {
@@ -485,8 +497,7 @@ impl<'db> Reader<'db> {
         self.found.cpus = all;
         for (index, resolved) in self.found.activities.iter_mut().enumerate() {
             let Some(cpus) = resolved.cpus else { continue };
-            let given = cpus != 0;
-            let cpus = if given { cpus } else { all };
+            let cpus = if cpus == 0 { all } else { cpus };
             resolved.cpus = Some(cpus);
             if resolved.priority == Priority::Background {
                 continue;
@@ -500,8 +511,6 @@ impl<'db> Reader<'db> {
                 resolved.refuse(Reason::NoSuchCpu(missing), at);
                 // The value may be a mistyped affinity, or that of another field.
                 resolved.forget_priority(UnknownPriority::NoSuchCpu);
-            } else if cpus.count_ones() > 1 {
-                resolved.refuse(Reason::SeveralCpus { cpus, given }, at);
             }
         }
     }
@@ -512,8 +521,8 @@ impl<'db> Reader<'db> {
 struct Serving {
     /// The instances that provide operations.
     providing: FxHashSet<Name>,
-    /// For each instance with a connected operation, the first such operation.
-    serves: FxHashMap<Name, Name>,
+    /// The connected operations: the provider and the client, each with the name in its shell.
+    connected: Vec<((Name, Name), (Name, Name))>,
     /// Whether any instance that provides operations may serve one.
     may_serve: bool,
 }
@@ -545,7 +554,7 @@ fn serving_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, target: Decl<'db
         let kinds = (kind(source), kind(target));
         let is_port = |kind: Option<FeatureKind>| kind.is_some_and(FeatureKind::is_port);
         if *operation && kinds == (Some(FeatureKind::Provided), Some(FeatureKind::Required)) {
-            serving.serves.entry(source.0.clone()).or_insert_with(|| source.1.clone());
+            serving.connected.push((source.clone(), target.clone()));
         } else {
             serving.may_serve |= *operation || !is_port(kinds.0) || !is_port(kinds.1);
         }

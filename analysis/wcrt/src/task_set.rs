@@ -6,14 +6,18 @@ use mauve_timing::{Activity, ActivitySet, Demand, Level, Method};
 use crate::psm::{Psm, psm_of};
 use crate::reason::{Reason, Refusal, UnknownPriority};
 use crate::report::{ActivityReport, Query};
+use crate::served::{Served, served_in};
 use crate::system::{ResolvedActivity, System};
 use crate::timetable::incomplete_tables;
+use mauve_hir::item_tree::Name;
 use mauve_hir::{ModelDb, Project, platform_of};
 
 pub(crate) struct Deployed<'db> {
     pub(crate) set: ActivitySet,
     /// The reports without figures, by the index of the activity. Their reasons are why the activity itself is not analysed.
     pub(crate) reports: Vec<ActivityReport<'db>>,
+    /// The names of the operations of the set.
+    pub(crate) operations: Vec<Name>,
     pub(crate) not_analysed: Vec<Refusal<'db>>,
 }
 
@@ -25,18 +29,21 @@ impl<'db> Deployed<'db> {
         query: Query,
     ) -> Deployed<'db> {
         let psms = psms_of(db, project, system, query.level);
-        let set = activity_set(db, project, system, &psms, query.method);
-        let activities = set.activities.iter().zip(&system.activities).zip(&psms);
-        let reports = activities.map(|((activity, resolved), psm)| ActivityReport {
+        let served = served_in(db, project, system, &psms, query.level, &|_| None);
+        let set = activity_set(db, project, system, &psms, &served, query.method);
+        let activities = set.activities.iter().zip(&system.activities).zip(&psms).enumerate();
+        let reports = activities.map(|(index, ((activity, resolved), psm))| ActivityReport {
             component_name: resolved.component_name.clone(),
             component: resolved.component,
             at: Some(resolved.at.clone()),
             unknown_priority: resolved.unknown_priority.clone(),
-            reasons: refusals_of(resolved, *psm, query.method).collect(),
+            reasons: refusals_of(resolved, *psm, &served, index, query.method).collect(),
+            own: psm.and_then(|psm| psm.as_ref().ok()).map(|psm| psm.machine.greatest_cost()),
             assumed: psm.and_then(|psm| psm.as_ref().ok()).map_or_else(Vec::new, |psm| psm.assumed.clone()),
             ..ActivityReport::without_figures(activity)
         });
-        Deployed { reports: reports.collect(), set, not_analysed: system.not_analysed.clone() }
+        let reports = reports.collect();
+        Deployed { reports, set, operations: served.names, not_analysed: system.not_analysed.clone() }
     }
 
     /// Returns none where the file has no times at the level.
@@ -46,12 +53,13 @@ impl<'db> Deployed<'db> {
         let stated = |reason: &String| Refusal { reason: Reason::Stated(reason.clone()), at: None };
         let reports = set.activities.iter().zip(&file.activities).map(|(activity, written)| {
             let refusals = written.not_analysed.iter().filter(|it| it.holds(query.level, query.method));
-            let machine = written.machine.iter().filter(|machine| machine.is_known(column));
-            let assumed = machine.flat_map(|machine| &machine.assumed);
+            let machine = written.machine.as_ref().filter(|machine| machine.is_known(column));
+            let assumed = machine.into_iter().flat_map(|machine| &machine.assumed);
             ActivityReport {
                 component_name: written.component.as_str().into(),
                 unknown_priority: written.doubt.as_deref().map(|it| UnknownPriority::Stated(it.into())),
                 reasons: refusals.map(|it| stated(&it.reason)).collect(),
+                own: machine.and_then(|machine| machine.state_machine(column)).map(|it| it.greatest_cost()),
                 assumed: assumed.map(|it| (it.codel.clone(), it.time)).collect(),
                 ..ActivityReport::without_figures(activity)
             }
@@ -59,6 +67,7 @@ impl<'db> Deployed<'db> {
         Some(Deployed {
             reports: reports.collect(),
             set,
+            operations: Vec::new(),
             not_analysed: file.not_analysed.iter().map(stated).collect(),
         })
     }
@@ -84,9 +93,11 @@ pub(crate) fn activity_set<'db>(
     project: Project<'db>,
     system: &System<'db>,
     psms: &[Executed<'_, 'db>],
+    served: &Served<'db>,
     method: Method,
 ) -> ActivitySet {
-    let activities = system.activities.iter().zip(psms).map(|(activity, &executed)| Activity {
+    let activities = system.activities.iter().zip(psms).enumerate();
+    let activities = activities.map(|(index, (activity, &executed))| Activity {
         name: activity.instance.to_string(),
         priority: activity.priority,
         period: activity.period,
@@ -94,24 +105,27 @@ pub(crate) fn activity_set<'db>(
         jitter: mauve_timing::Time::ZERO,
         cpus: activity.cpus,
         demand: match executed {
-            Some(Ok(psm)) if refusals_of(activity, executed, method).next().is_none() => {
+            Some(Ok(psm)) if refusals_of(activity, executed, served, index, method).next().is_none() => {
                 Demand::Machine { machine: psm.machine.clone(), whole: psm.component_time }
             }
             _ => Demand::Unknown,
         },
     });
     let throttled = platform_of(db, project.workspace(db)).rt_throttling == Some(true);
-    ActivitySet { activities: activities.collect(), operations: Vec::new(), throttled }
+    ActivitySet { activities: activities.collect(), operations: served.operations.clone(), throttled }
 }
 
 fn refusals_of<'a, 'db>(
     activity: &'a ResolvedActivity<'db>,
     psm: Executed<'a, 'db>,
+    served: &'a Served<'db>,
+    index: usize,
     method: Method,
 ) -> impl Iterator<Item = Refusal<'db>> + use<'a, 'db> {
     let of_component = psm.and_then(|psm| psm.as_ref().err()).into_iter().flatten();
     let unusable = psm.filter(|_| method == Method::Classic).and_then(|psm| psm.as_ref().ok());
     let unusable = unusable.and_then(|psm| psm.unusable_component_time.clone());
     let unusable = unusable.map(|why| Refusal::new(Reason::ComponentTime(why), activity.at.clone()));
-    activity.refusals.iter().chain(of_component).cloned().chain(unusable)
+    let of_operations = served.refusals.get(&index).into_iter().flatten();
+    activity.refusals.iter().chain(of_component).chain(of_operations).cloned().chain(unusable)
 }

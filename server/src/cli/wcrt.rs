@@ -41,8 +41,8 @@ pub(crate) struct Wcrt {
     /// Significance levels, separated by commas, or `all`; by default that of mauve.toml, else 1e-4.
     #[arg(long, value_name = "LEVELS")]
     significance: Option<Significance>,
-    /// How the demand of several jobs is bounded.
-    #[arg(long, value_enum, default_value = "psm")]
+    /// How the interference is bounded: by default, by the best method that the budget allows for each activity.
+    #[arg(long, value_enum, default_value = "exact")]
     method: Method,
     /// UNSAFE: let traces end at this time, such as 1000ms, in the first job's figure. Only to compare with the
     /// published tables; verdicts never depend on it.
@@ -361,9 +361,19 @@ fn assumptions(assumed: &[(String, Time)]) -> String {
 /// column of its own if it is not the greatest one for all activities.
 fn one_level(of: &Deployed<'_>, report: &Report<'_>) -> String {
     let is_first_greatest = report.activities.iter().all(|it| it.first_job == it.response);
+    // The best method for each activity; a column where they differ.
+    let methods: BTreeSet<_> = report.activities.iter().filter_map(|it| it.method).collect();
+    let method = |activity: &ActivityReport<'_>| match activity.method {
+        Some((method, true)) => format!("{method} *"),
+        Some((method, false)) => method.to_string(),
+        None => String::new(),
+    };
+    let has_methods = methods.len() > 1 || methods.iter().any(|(_, is_exhausted)| *is_exhausted);
     let mut header = vec!["instance", "component", "CPU", "priority", "period", "deadline", "WCET"];
     header.extend((!is_first_greatest).then_some("first job"));
-    header.extend(["response", "slack", ""]);
+    header.extend(["response", "slack"]);
+    header.extend(has_methods.then_some("method"));
+    header.push("");
     let rows: Vec<Vec<String>> = report
         .activities
         .iter()
@@ -382,11 +392,17 @@ fn one_level(of: &Deployed<'_>, report: &Report<'_>) -> String {
                 number(activity.own),
             ];
             cells.extend((!is_first_greatest).then(|| number(activity.first_job)));
-            cells.extend([number(activity.response), number(slack), verdict(of, activity)]);
+            cells.extend([number(activity.response), number(slack)]);
+            cells.extend(has_methods.then(|| method(activity)));
+            cells.push(verdict(of, activity));
             cells
         })
         .collect();
-    columns(&header, &rows)
+    let mut out = columns(&header, &rows);
+    if methods.iter().any(|(_, is_exhausted)| *is_exhausted) {
+        out += "  *: the budget of a better method is exhausted: the response time may be shorter\n";
+    }
+    out
 }
 
 fn several_levels(reports: &[(Query, &Report<'_>)]) -> String {
@@ -418,7 +434,7 @@ fn utilisations(report: &Report<'_>) -> String {
     let utilisation = |(index, cpu): (usize, &mauve_timing::CpuLoad)| {
         let what = if index == 0 { " utilisation" } else { "" };
         let at_least = if cpu.complete { "" } else { "at least " };
-        format!("{}{what}: {at_least}{:.1} %", cpu_names(cpu.mask()), cpu.utilisation.as_f64() * 100.0)
+        format!("{}{what}: {at_least}{:.1} %", cpu_names(cpu.mask), cpu.utilisation.as_f64() * 100.0)
     };
     let all: Vec<String> = report.cpus.iter().enumerate().map(utilisation).collect();
     if all.is_empty() { String::new() } else { format!("  {}\n", all.join(" · ")) }
@@ -502,7 +518,7 @@ fn csv(all: &[Deployed<'_>]) -> String {
                 let cells = [
                     quoted(it.name),
                     query.level.to_string(),
-                    query.method.to_string(),
+                    activity.method.map_or(query.method, |(method, _)| method).to_string(),
                     quoted(&activity.instance),
                     quoted(&activity.component_name),
                     activity.cpus.map(|cpus| cpus.to_string()).unwrap_or_default(),

@@ -54,10 +54,10 @@ fn affinity<'db>(
     let sum: Vec<String> = bits.iter().map(u64::to_string).collect();
     let sum = if sum.len() > 1 { format!(" = {}", sum.join(" + ")) } else { String::new() };
     let known = &response_times(db, project, deployment, Query::shown(db, project)).cpus;
-    let used = bits.iter().filter_map(|bit| {
-        let cpu = known.iter().find(|it| it.mask() == *bit)?;
+    // CPUs that activities use alternatively have one utilisation.
+    let used = known.iter().filter(|cpu| cpu.mask & mask != 0).map(|cpu| {
         let least = if cpu.complete { "" } else { "at least " };
-        Some(format!("{} {least}{:.1} %", cpu_names(*bit), cpu.utilisation.as_f64() * 100.0))
+        format!("{} {least}{:.1} %", cpu_names(cpu.mask), cpu.utilisation.as_f64() * 100.0)
     });
     let used: Vec<String> = used.collect();
     let used = if used.is_empty() { "unknown".to_owned() } else { used.join(", ") };

@@ -47,8 +47,10 @@ enum All {
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum AskedMethod {
-    Psm,
     Classic,
+    Psm,
+    Ibf,
+    Exact,
 }
 
 /// Returns the requested response times.
@@ -70,7 +72,9 @@ pub(crate) fn analysis(snapshot: &Snapshot, params: &AnalysisParams) -> Result<V
     };
     let method = match params.method {
         Some(AskedMethod::Classic) => Method::Classic,
-        Some(AskedMethod::Psm) | None => Method::Psm,
+        Some(AskedMethod::Psm) => Method::Psm,
+        Some(AskedMethod::Ibf) => Method::Ibf,
+        Some(AskedMethod::Exact) | None => Method::Exact,
     };
     let file = params.text_document.as_ref().map(|document| snapshot.file(document)).transpose()?;
     let found = deployments(db, &snapshot.workspaces, params.deployment.as_deref());

@@ -1,0 +1,111 @@
+//! The operations that tasks execute for others: how many calls a job of the provider counts, and what it takes for them.
+
+use crate::activities::SetTasks;
+use crate::{Activity, Analysis, Bound, Demand, Method, Operation, Options, Task, Time, response_times};
+
+/// The calls of operations, and the response times that follow from them.
+///
+/// The provider executes a call in its own thread: at the start of its next job, or, between two jobs, at once. So what it
+/// executes in the ⌈t/Tp⌉ periods of a window was sent in the window, or up to Tp + Rp before, by jobs of the client that were
+/// released at most Rc before that. Each job of the provider counts k · ⌈(Tp + Rp + Rc)/Tc⌉ calls, with k the greatest number that
+/// one job of the client sends; for n jobs, that is not less than the number of calls that were sent in n·Tp + Rp + Rc.
+///
+/// The response times R depend on the numbers of calls, and these on R. Every fixed point is sound: suppose that all jobs up to
+/// some instant keep to R; then the calls of that time are counted, and the next job keeps to R too. The least fixed point is
+/// found by iteration from R = 0. Where a response time has no bound, the demand of the provider is unknown.
+pub(crate) struct Calls {
+    /// For each operation, the number of calls that each job of its provider counts; `None` where it is unknown.
+    pub(crate) counts: Vec<Option<u64>>,
+    /// The tasks, each with the calls that it executes.
+    pub(crate) tasks: Vec<Task>,
+}
+
+/// The maximum number of iterations, before and after the providers whose numbers of calls still grow count as unknown.
+const MOST_ROUNDS: u32 = 32;
+
+impl Calls {
+    /// Counts the calls of `operations` between `activities`, whose tasks are `set`.
+    pub(crate) fn new(
+        operations: &[Operation],
+        activities: &[Activity],
+        set: &SetTasks,
+        options: &Options,
+        interrupt: &dyn Fn(),
+    ) -> Calls {
+        let method = options.method.min(Method::Psm);
+        let options = Options { method, horizon: None, ..*options };
+        let mut responses: Vec<Option<Time>> = vec![Some(Time::ZERO); activities.len()];
+        let mut counts = counts(operations, activities, &responses);
+        let mut rounds = 0;
+        loop {
+            let tasks = with_calls(operations, &counts, set);
+            let Analysis { responses: found, .. } = response_times(&tasks, &options, interrupt);
+            for (task, response) in found.iter().enumerate() {
+                let Some(known) = responses.get_mut(set.activity(task)) else { continue };
+                // What has no bound once stays unknown, and what is counted never falls: so the iteration ends.
+                *known = match response.bound {
+                    Bound::Response(time) => known.map(|known| known.max(time)),
+                    _ => None,
+                };
+            }
+            let mut next = self::counts(operations, activities, &responses);
+            if next == counts {
+                return Calls { counts, tasks };
+            }
+            rounds += 1;
+            if rounds >= MOST_ROUNDS {
+                let changes = next.iter_mut().zip(&counts).filter(|(next, before)| next != before);
+                changes.for_each(|(next, _)| *next = None);
+                for (operation, _) in operations.iter().zip(&next).filter(|(_, count)| count.is_none()) {
+                    if let Some(known) = responses.get_mut(operation.provider) {
+                        *known = None;
+                    }
+                }
+            }
+            counts = next;
+        }
+    }
+}
+
+/// Returns the number of calls of each operation that a job of its provider counts, with these response times of the activities.
+fn counts(operations: &[Operation], activities: &[Activity], responses: &[Option<Time>]) -> Vec<Option<u64>> {
+    let mut counts: Vec<Option<u64>> = Vec::with_capacity(operations.len());
+    for operation in operations {
+        let response = |activity: usize| responses.get(activity).copied().flatten();
+        let period = |activity: usize| activities.get(activity)?.period.filter(|period| *period > Time::ZERO);
+        let count = || {
+            let of_jobs = response(operation.client)?.checked_add(response(operation.provider)?)?;
+            let window = of_jobs.checked_add(period(operation.provider)?)?;
+            let jobs = window.as_nanos().div_ceil(period(operation.client)?.as_nanos());
+            let sends = match operation.during {
+                Some(during) => operation.sends.checked_mul(counts.get(during).copied().flatten()?)?,
+                None => operation.sends,
+            };
+            sends.checked_mul(jobs)
+        };
+        let count = count();
+        counts.push(count);
+    }
+    counts
+}
+
+/// Returns the tasks, each with the calls that it executes in each job; of unknown demand where their number is unknown.
+fn with_calls(operations: &[Operation], counts: &[Option<u64>], set: &SetTasks) -> Vec<Task> {
+    let mut tasks = set.tasks().to_vec();
+    for (operation, count) in operations.iter().zip(counts) {
+        let Some(task) = set.task(operation.provider).and_then(|task| tasks.get_mut(task)) else { continue };
+        let time = count.and_then(|count| operation.time.checked_mul(count));
+        let demand = time.and_then(|time| match &task.demand {
+            Demand::Machine { machine, whole } => Some(Demand::Machine {
+                machine: machine.with_added(time)?,
+                whole: match whole {
+                    Some(whole) => Some(whole.checked_add(time)?),
+                    None => None,
+                },
+            }),
+            Demand::Unknown => None,
+        });
+        task.demand = demand.unwrap_or(Demand::Unknown);
+    }
+    tasks
+}
