@@ -134,20 +134,20 @@ platform.cpus = 4
         check(
             "affinity = 1 priority = 30",
             expect![[r#"
-            affinity
-            ---
-            `affinity`: The CPUs on which the activity may run, as a bit mask: 1 is CPU 1, 2 is CPU 2, 3 is both, 4 is CPU 3. With 0, or without affinity: any CPU.
+                affinity
+                ---
+                `affinity`: The CPUs on which the activity may run, as a bit mask: 1 is CPU 1, 2 is CPU 2, 3 is both, 4 is CPU 3. With 0, or without affinity: any CPU.
 
-            CPU 1 (mask 1). Utilisation: CPU 1 at least 35.0 %.
-        "#]],
+                CPU 1 (mask 1). Utilisation: CPUs 1 and 3 40.0 %.
+            "#]],
         );
         check(
             "5 priority",
             expect![[r#"
-            affinity = 5
-            ---
-            CPUs 1 and 3 (mask 5 = 1 + 4). Utilisation: CPU 1 at least 35.0 %.
-        "#]],
+                affinity = 5
+                ---
+                CPUs 1 and 3 (mask 5 = 1 + 4). Utilisation: CPUs 1 and 3 40.0 %.
+            "#]],
         );
     }
 
