@@ -191,6 +191,8 @@ fn activity_document(
         priority: real_time_priority(activity.priority),
         period: activity.period.map(milliseconds),
         deadline: activity.deadline.map(milliseconds),
+        // The greatest delay of a release, if there is any.
+        [jitter]: Some(activity.jitter).filter(|jitter| *jitter > Time::ZERO).map(milliseconds),
         // The method that gives the response time.
         method: activity.method.map_or(query.method, |(method, _)| method).to_string(),
         // Whether the budget of a better method was exhausted.

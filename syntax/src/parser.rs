@@ -132,7 +132,7 @@ impl List {
             List::State => &["entry", "run", "handle", "exit", "transition"],
             List::Architecture => &ARCHITECTURE_ITEMS,
             List::Deployment => &DEPLOYMENT_ITEMS,
-            List::Activity => &["affinity", "priority", "period", "deadline"],
+            List::Activity => &["affinity", "priority", "period", "deadline", "jitter"],
             List::Block => &[],
         }
     }
@@ -288,7 +288,9 @@ impl<'a> Parser<'a> {
                 _ => false,
             },
             List::Activity => {
-                matches!(self.current(), AFFINITY_KW | PRIORITY_KW | PERIOD_KW | DEADLINE_KW) && next == EQ
+                let is_field =
+                    matches!(self.current(), AFFINITY_KW | PRIORITY_KW | PERIOD_KW | DEADLINE_KW | JITTER_KW);
+                is_field && next == EQ
             }
             List::Block => match self.current() {
                 VAR_KW => named(&[COLON]),

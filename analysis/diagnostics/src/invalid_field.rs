@@ -1,8 +1,8 @@
 //! # invalid-field
 //!
 //! The value of a field of an activity is invalid. `priority` is a whole number from 1 (lowest) to 99, or `background`;
-//! `period` and `deadline` are times in milliseconds, exact to the nanosecond; `affinity` is a bit mask of CPUs: 1 is CPU 1, 2
-//! is CPU 2, 3 is both, 0 is any.
+//! `period`, `deadline` and `jitter` are times in milliseconds, exact to the nanosecond; `affinity` is a bit mask of CPUs: 1 is
+//! CPU 1, 2 is CPU 2, 3 is both, 0 is any.
 //!
 //! ```mauve
 //! shell S { }

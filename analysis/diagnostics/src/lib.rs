@@ -297,6 +297,7 @@ codes! {
     invalid_field::INVALID_FIELD;
     deadline_exceeds_period::DEADLINE_EXCEEDS_PERIOD;
     unused_deadline::UNUSED_DEADLINE;
+    unused_jitter::UNUSED_JITTER;
     deadline_missed::DEADLINE_MISSED;
     missing_time::MISSING_TIME;
     not_analysed::NOT_ANALYSED;

@@ -144,7 +144,7 @@ mod tests {
         ];
         let messages: String = errors.iter().map(|error| task_set_error_message(error) + "\n").collect();
         expect![[r#"
-            unknown format `mauve�`: this version reads `mauve-2`; generate the file again
+            unknown format `mauve�`: this version reads `mauve-3`; generate the file again
             unknown unit `ms`: expected `ns`
             expected either `deployment` or `component`
             the file was changed after it was generated (other `digest`): generate it again, or remove `digest` to keep the change

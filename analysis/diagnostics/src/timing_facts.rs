@@ -1,7 +1,7 @@
 //! Renders timing facts as diagnostics.
 
 use super::*;
-use mauve_wcrt::{TimingFact, TimingFactKind as Fact};
+use mauve_wcrt::{ActivityField, TimingFact, TimingFactKind as Fact};
 
 /// Returns the diagnostic of a fact.
 pub(super) fn timing_diagnostic<'db>(
@@ -27,7 +27,10 @@ pub(super) fn timing_diagnostic<'db>(
         }
         Fact::MissingPeriod { of, activity, priority } => missing_field::period(*of, activity, *priority),
         Fact::InvalidField(field, expected) => invalid_field::report(at, *field, expected),
-        Fact::BackgroundDeadline { of, id, instance } => unused_deadline::report(*of, *id, instance),
+        Fact::BackgroundField { of, id, field: ActivityField::Jitter, instance } => {
+            unused_jitter::report(*of, *id, instance)
+        }
+        Fact::BackgroundField { of, id, instance, .. } => unused_deadline::report(*of, *id, instance),
         Fact::NoSuchCpu(missing) => invalid_field::no_such_cpu(at, *missing),
         Fact::DeadlineExceedsPeriod { deadline, period, written, period_at } => {
             deadline_exceeds_period::report(at, *deadline, (*period, written, period_at))

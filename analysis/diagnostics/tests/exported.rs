@@ -38,13 +38,14 @@ fn said<'db>(db: &'db Database, report: &Report<'db>) -> Vec<String> {
         let reasons: Vec<String> =
             it.reasons.iter().map(|reason| timing_reason(db, &reason.reason)).collect();
         format!(
-            "{} {} {:?} {:?} {:?} {:?} {:?}: {:?} {:?} {:?} {:?} {:?} {:?} {:?} {reasons:?}",
+            "{} {} {:?} {:?} {:?} {:?} {} {:?}: {:?} {:?} {:?} {:?} {:?} {:?} {:?} {reasons:?}",
             it.instance,
             it.component_name,
             it.priority,
             it.cpus,
             it.period,
             it.deadline,
+            it.jitter,
             it.unknown_priority.as_ref().map(PROSE.unknown_priority),
             it.verdict,
             it.own,

@@ -465,17 +465,17 @@ fn example() -> Value {
     });
     let reason = json!({ "reason": "no time", "levels": [1e-3, 1e-6], "classic_only": false });
     json!({
-        "format": "mauve-2", "unit": "ns", "digest": null,
+        "format": "mauve-3", "unit": "ns", "digest": null,
         "deployment": {
             "name": "D", "levels": [1e-3, 1e-6], "significance": 1e-6, "cpus": 3, "rt_throttling": true, "not_analysed": [],
             "activities": [
                 {
                     "instance": "a", "component": "C", "affinity": 2, "priority": 99, "period": 100, "deadline": 50,
-                    "not_analysed": [], "doubt": null, "machine": machine,
+                    "jitter": 5, "not_analysed": [], "doubt": null, "machine": machine,
                 },
                 {
                     "instance": "b", "component": "C", "affinity": null, "priority": null, "period": null,
-                    "deadline": null, "not_analysed": [reason], "doubt": "which is doubted", "machine": null,
+                    "deadline": null, "jitter": 0, "not_analysed": [reason], "doubt": "which is doubted", "machine": null,
                 },
             ],
         },
@@ -492,11 +492,11 @@ fn schema_and_reader_agree_on_task_sets() {
     assert_eq!(agree(&whole), (true, true));
     let machine = &whole["deployment"]["activities"][0]["machine"];
     let component = json!({ "name": "m.C", "levels": [1e-3, 1e-6], "not_analysed": [], "machine": machine });
-    assert_eq!(agree(&json!({ "format": "mauve-2", "unit": "ns", "component": component })), (true, true));
+    assert_eq!(agree(&json!({ "format": "mauve-3", "unit": "ns", "component": component })), (true, true));
     let of_first = "/deployment/activities/0";
     let state = &machine["states"][0];
     for (path, value) in [
-        ("/format", json!("mauve-1")),
+        ("/format", json!("mauve-2")),
         ("/unit", json!("us")),
         ("/digest", json!(5)),
         ("/component", json!({})),
@@ -517,6 +517,8 @@ fn schema_and_reader_agree_on_task_sets() {
         ("front/priority", json!("Background")),
         ("front/period", json!(0)),
         ("front/deadline", json!(0)),
+        ("front/jitter", json!(-1)),
+        ("front/jitter", json!(null)),
         ("front/period", json!("5 ms")),
         ("front/doubt", json!(1)),
         ("front/machine/states", json!([state, state])),

@@ -158,7 +158,7 @@ fn a_broken_field_takes_what_it_may_delay_with_it() {
         &activities(FINE.0, "priority = 2 period = 10 deadlin = 5", FINE.2),
         expect![[r#"
             a met 1 ms
-            b not-analysed: unknown field `deadlin`: expected affinity, priority, period or deadline; did you mean `deadline`?
+            b not-analysed: unknown field `deadlin`: expected affinity, priority, period, deadline or jitter; did you mean `deadline`?
             c not-analysed: `b` may preempt it and is not analysed
         "#]],
     );

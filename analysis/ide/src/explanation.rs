@@ -73,9 +73,13 @@ fn explain<'db>(
     if activity.verdict == Verdict::Background {
         return out + "  background: not real-time, not analysed\n";
     }
+    let jitter = match activity.jitter {
+        Time::ZERO => String::new(),
+        jitter => format!(", jitter {jitter}"),
+    };
     let _ = writeln!(
         out,
-        "  {}: response time {}, deadline {}, period {}",
+        "  {}: response time {}, deadline {}, period {}{jitter}",
         activity.verdict.name(),
         time(activity.response),
         time(activity.deadline),

@@ -32,7 +32,7 @@ pub enum TokenKind {
     Name(SymbolKind),
     /// `read`, `write`, `status`, `send`, `collect`.
     Function,
-    /// `priority`, `period`, `deadline`, `affinity`.
+    /// `affinity`, `priority`, `period`, `deadline`, `jitter`.
     Field,
     /// `new_data`, `success`, …
     Status,

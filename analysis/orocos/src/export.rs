@@ -87,9 +87,9 @@ component.C = [9, 12]
             expect![[r#"
                 //- models/C.psm.json
                 {
-                  "format": "mauve-2",
+                  "format": "mauve-3",
                   "unit": "ns",
-                  "digest": "8a832d39efaa8672",
+                  "digest": "3b9bed266d365c25",
                   "component": {
                     "name": "C",
                     "levels": [0.001, 1e-6],
@@ -118,9 +118,9 @@ component.C = [9, 12]
                 }
                 //- models/D.json
                 {
-                  "format": "mauve-2",
+                  "format": "mauve-3",
                   "unit": "ns",
-                  "digest": "01c2d7fcc5c253bf",
+                  "digest": "8bd9af8cee9db4dc",
                   "deployment": {
                     "name": "D",
                     "levels": [0.001, 1e-6],
@@ -136,6 +136,7 @@ component.C = [9, 12]
                         "priority": 2,
                         "period": 100000000,
                         "deadline": 50500000,
+                        "jitter": 0,
                         "not_analysed": [],
                         "doubt": null,
                         "machine": {
@@ -166,6 +167,7 @@ component.C = [9, 12]
                         "priority": "background",
                         "period": null,
                         "deadline": null,
+                        "jitter": 0,
                         "not_analysed": [],
                         "doubt": null,
                         "machine": null
@@ -191,9 +193,9 @@ deployment D { architecture A  activity front { affinity = 3 priority = 2 period
             expect![[r#"
                 //- models/C.psm.json
                 {
-                  "format": "mauve-2",
+                  "format": "mauve-3",
                   "unit": "ns",
-                  "digest": "f45e0bbec6a8709f",
+                  "digest": "d8938a41a3f92a04",
                   "component": {
                     "name": "C",
                     "levels": [0.0001],
@@ -205,7 +207,7 @@ deployment D { architecture A  activity front { affinity = 3 priority = 2 period
                 }
                 //- models/D.json
                 {
-                  "format": "mauve-2",
+                  "format": "mauve-3",
                   "unit": "ns",
                   "digest": "dc77a0cfc64882f0",
                   "deployment": {
@@ -223,6 +225,7 @@ deployment D { architecture A  activity front { affinity = 3 priority = 2 period
                         "priority": 2,
                         "period": 100000000,
                         "deadline": 100000000,
+                        "jitter": 0,
                         "not_analysed": [
                           { "reason": "no time for codel `look`", "levels": null, "classic_only": false }
                         ],

@@ -3,7 +3,7 @@
 //!
 //! ```json
 //! {
-//!   "format": "mauve-2",
+//!   "format": "mauve-3",
 //!   "unit": "ns",
 //!   "digest": "6f0c8d0a1b2c3d4e",
 //!   "deployment": {
@@ -21,6 +21,7 @@
 //!         "priority": 10,
 //!         "period": 100000000,
 //!         "deadline": 100000000,
+//!         "jitter": 0,
 //!         "not_analysed": [],
 //!         "doubt": null,
 //!         "machine": {
@@ -45,8 +46,8 @@
 //!
 //! The edges of a state execute its `run` and its guards first, up to the guard of the transition that fires. So the state
 //! has one list of these programs, `first`, and an edge has the number of those that it executes: with a list for each edge,
-//! the size would be quadratic in the number of transitions. Files of the earlier format, `mauve-1`, which had these lists,
-//! are refused.
+//! the size would be quadratic in the number of transitions. Files of earlier formats are refused: `mauve-1`, which had these
+//! lists, and `mauve-2`, which had no jitter.
 //!
 //! A response time is a safety claim, and a file may be damaged. So what could not be analysed is in it with its reason,
 //! never left out; every key must be there, and no other; times are whole nanoseconds; whatever does not fit together is
@@ -140,6 +141,8 @@ pub struct Activity {
     /// D.
     #[serde(deserialize_with = "nullable")]
     pub deadline: Option<Time>,
+    /// J, the greatest delay of a release.
+    pub jitter: Time,
     /// Why it cannot be analysed.
     pub not_analysed: Vec<NotAnalysed>,
     /// Why its priority counts as unknown although one is written, in words that follow its name.
@@ -265,7 +268,7 @@ struct Document {
 }
 
 /// The only format that is read.
-pub const FORMAT: &str = "mauve-2";
+pub const FORMAT: &str = "mauve-3";
 
 /// Returns whether a text has the digest of its content, in this format or in an earlier one: MAUVE wrote it.
 pub fn is_sealed(text: &str) -> bool {
@@ -367,7 +370,7 @@ impl TaskSet {
                 priority: it.priority,
                 period: it.period,
                 deadline: it.deadline,
-                jitter: Time::ZERO,
+                jitter: it.jitter,
                 cpus: it.affinity,
                 demand: machine.map_or(Demand::Unknown, |machine| Demand::Machine { machine, whole }),
             }
@@ -503,6 +506,7 @@ impl Activity {
                 ("priority", line(&self.priority)),
                 ("period", line(&self.period)),
                 ("deadline", line(&self.deadline)),
+                ("jitter", line(&self.jitter)),
                 ("not_analysed", items(4, self.not_analysed.iter().map(line))),
                 ("doubt", line(&self.doubt)),
                 ("machine", Machine::write(self.machine.as_ref(), 4)),
@@ -749,6 +753,7 @@ mod tests {
             priority,
             period: Some(always),
             deadline: Some(always),
+            jitter: Time::from_nanos(7),
             not_analysed: Vec::new(),
             doubt: None,
             machine: None,
@@ -918,7 +923,7 @@ mod tests {
         let busy = json!({ "state": "Busy", "first": [] });
         check(
             &[
-                ("/format", json!("mauve-1")),
+                ("/format", json!("mauve-2")),
                 ("/unit", json!("ms")),
                 ("/deployment/levels", json!([1e-3, 1e-3])),
                 ("/deployment/levels", json!([1e-3, 2])),
@@ -941,6 +946,10 @@ mod tests {
                 ("front/period", json!("5 ms")),
                 ("front/period", json!(null)),
                 ("front/deadline", json!(1001)),
+                ("front/jitter", json!(0)),
+                ("front/jitter", json!(1001)),
+                ("front/jitter", json!(-1)),
+                ("front/jitter", json!(null)),
                 ("front/machine", json!(null)),
                 ("front/instance", json!("rear")),
                 ("front/machine/states/1/state", json!("Idle")),
@@ -971,29 +980,33 @@ mod tests {
                 ("rear/machine/overhead", json!([null, null])),
             ],
             expect![[r#"
-                OtherFormat("mauve-1")
+                OtherFormat("mauve-2")
                 OtherUnit("ms")
                 RepeatedLevel(Level { bits: 4562254508917369340 })
-                Json("invalid value: floating point `2.0`, expected a probability between 0 and 1, such as 1e-4 at line 220 column 5")
+                Json("invalid value: floating point `2.0`, expected a probability between 0 and 1, such as 1e-4 at line 223 column 5")
                 NoLevels
                 NoCpu
                 ControlCharacter("a\nb")
-                Json("invalid type: integer `1`, expected a boolean at line 223 column 22")
+                Json("invalid type: integer `1`, expected a boolean at line 226 column 22")
                 OfActivity("front", NoReason(Cpu, Level { bits: 4562254508917369340 }))
                 OfActivity("front", NoReason(Cpu, Level { bits: 4562254508917369340 }))
                 OfActivity("front", NoReason(Cpu, Level { bits: 4562254508917369340 }))
-                Json("invalid value: integer `0`, expected a priority from 1 to 99, \"background\", or null where it is unknown at line 102 column 21")
-                Json("invalid value: integer `100`, expected a priority from 1 to 99, \"background\", or null where it is unknown at line 102 column 23")
-                Json("invalid value: string \"idle\", expected a priority from 1 to 99, \"background\", or null where it is unknown at line 102 column 26")
+                Json("invalid value: integer `0`, expected a priority from 1 to 99, \"background\", or null where it is unknown at line 103 column 21")
+                Json("invalid value: integer `100`, expected a priority from 1 to 99, \"background\", or null where it is unknown at line 103 column 23")
+                Json("invalid value: string \"idle\", expected a priority from 1 to 99, \"background\", or null where it is unknown at line 103 column 26")
                 OfActivity("front", NoReason(Priority, Level { bits: 4562254508917369340 }))
                 OfActivity("front", BackgroundMachine)
                 OfActivity("front", NoPeriod)
-                Json("invalid type: integer `-5`, expected a whole number of nanoseconds at line 101 column 20")
-                Json("invalid type: floating point `1.5`, expected a whole number of nanoseconds at line 101 column 21")
-                Json("invalid type: floating point `1e+30`, expected a whole number of nanoseconds at line 101 column 23")
-                Json("invalid type: string \"5 ms\", expected a whole number of nanoseconds at line 101 column 24")
+                Json("invalid type: integer `-5`, expected a whole number of nanoseconds at line 102 column 20")
+                Json("invalid type: floating point `1.5`, expected a whole number of nanoseconds at line 102 column 21")
+                Json("invalid type: floating point `1e+30`, expected a whole number of nanoseconds at line 102 column 23")
+                Json("invalid type: string \"5 ms\", expected a whole number of nanoseconds at line 102 column 24")
                 OfActivity("front", NoReason(PeriodOrDeadline, Level { bits: 4562254508917369340 }))
                 OfActivity("front", LateDeadline)
+                fine
+                fine
+                Json("invalid type: integer `-1`, expected a whole number of nanoseconds at line 10 column 20")
+                Json("invalid type: null, expected a whole number of nanoseconds at line 10 column 22")
                 OfActivity("front", NoReason(Times, Level { bits: 4562254508917369340 }))
                 RepeatedActivity("rear")
                 OfActivity("front", RepeatedState)
@@ -1007,7 +1020,7 @@ mod tests {
                 OfActivity("front", LowCost(0))
                 fine
                 OfActivity("front", MoreFirst(0))
-                Json("invalid value: integer `-1`, expected usize at line 27 column 25")
+                Json("invalid value: integer `-1`, expected usize at line 28 column 25")
                 OfActivity("front", LowCost(0))
                 OfActivity("front", OtherCount { of: Edge(0), times: 1, levels: 2 })
                 OfActivity("front", OtherLevels(Edge(0), Some(Level { bits: 4472406533629990549 })))
@@ -1030,7 +1043,7 @@ mod tests {
             "null",
             "{}",
             "{\"name\": \"a\"}",
-            "{\"format\": \"mauve-2\"}",
+            "{\"format\": \"mauve-3\"}",
             "{\"format\": \"\u{7}\"}",
         ] {
             assert!(Exported::parse(text).is_err(), "{text}");

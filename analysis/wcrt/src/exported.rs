@@ -36,6 +36,7 @@ pub fn task_set_of<'db>(
             priority: resolved.priority,
             period: resolved.period,
             deadline: resolved.deadline,
+            jitter: resolved.jitter,
             not_analysed: always.chain(refusals_of(&levels, &psms, &message)).collect(),
             doubt: resolved.unknown_priority.as_ref().map(prose.unknown_priority),
             machine: machine_of(&psms),

@@ -46,8 +46,8 @@ pub enum TimingFactKind<'db> {
     MissingPeriod { of: Decl<'db>, activity: (Name, SourceId), priority: Option<SourceId> },
     /// A field has an invalid value.
     InvalidField(ActivityField, Expected),
-    /// A background activity has a deadline, which the analysis ignores: the name of the field.
-    BackgroundDeadline { of: Decl<'db>, id: SourceId, instance: Name },
+    /// A background activity has a deadline or a jitter, which the analysis ignores. With the location of the field's name.
+    BackgroundField { of: Decl<'db>, id: SourceId, field: ActivityField, instance: Name },
     /// An affinity names a CPU that does not exist.
     NoSuchCpu(NoSuchCpu),
     /// A deadline is later than the period. With the period as written, and its location.

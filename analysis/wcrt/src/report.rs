@@ -73,6 +73,8 @@ pub struct ActivityReport<'db> {
     pub period: Option<Time>,
     /// D.
     pub deadline: Option<Time>,
+    /// J, the greatest delay of a release. The response time counts from the nominal release.
+    pub jitter: Time,
     /// Why its priority counts as unknown although one is written.
     pub unknown_priority: Option<UnknownPriority>,
     /// The greatest cost of one of its jobs.
@@ -109,6 +111,7 @@ impl ActivityReport<'_> {
             cpus: activity.cpus,
             period: activity.period,
             deadline: activity.deadline,
+            jitter: activity.jitter,
             ..ActivityReport::default()
         }
     }

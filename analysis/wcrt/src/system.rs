@@ -58,6 +58,8 @@ pub struct ResolvedActivity<'db> {
     pub deadline: Option<Time>,
     /// Whether the written deadline is later than the period, and ignored.
     pub has_late_deadline: bool,
+    /// J, the greatest delay of a release; 0 where none is written.
+    pub jitter: Time,
     /// Why it is not analysed.
     pub refusals: Vec<Refusal<'db>>,
     /// Why its priority counts as unknown although one is written.
@@ -291,6 +293,7 @@ impl<'db> Reader<'db> {
             period: None,
             deadline: None,
             has_late_deadline: false,
+            jitter: Time::ZERO,
             refusals: Vec::new(),
             unknown_priority: None,
         }
@@ -317,12 +320,12 @@ impl<'db> Reader<'db> {
             self.field(&mut found, &mut fields, field);
         }
         let has_wrong_field = found.refusals.len() > of_instance;
-        if let Some(deadline) = fields.written.get(&ActivityField::Deadline)
-            && found.priority == Priority::Background
-            && !has_wrong_field
-        {
-            let (of, id, instance) = (self.of, deadline.name.id, found.instance.clone());
-            self.report(self.at(id), TimingFactKind::BackgroundDeadline { of, id, instance });
+        if found.priority == Priority::Background && !has_wrong_field {
+            for field in [ActivityField::Deadline, ActivityField::Jitter] {
+                let Some(written) = fields.written.get(&field) else { continue };
+                let (of, id, instance) = (self.of, written.name.id, found.instance.clone());
+                self.report(self.at(id), TimingFactKind::BackgroundField { of, id, field, instance });
+            }
         }
         if activity.completeness.is_incomplete() && found.refusals.is_empty() {
             found.refuse(Reason::DamagedActivity, at.clone());
@@ -429,6 +432,8 @@ impl<'db> Reader<'db> {
                 ActivityField::Priority => found.priority = Priority::Unknown,
                 ActivityField::Period => found.period = None,
                 ActivityField::Deadline => found.deadline = None,
+                // The refusal is enough: nothing else is derived from it.
+                ActivityField::Jitter => {}
             }
             return;
         }
@@ -663,6 +668,7 @@ fn read_field(found: &mut ResolvedActivity<'_>, field: ActivityField, value: &Ex
         }
         ActivityField::Period => found.period = Some(positive(value)?),
         ActivityField::Deadline => found.deadline = Some(positive(value)?),
+        ActivityField::Jitter => found.jitter = milliseconds(value).map_err(Expected::Time)?,
     }
     Ok(())
 }

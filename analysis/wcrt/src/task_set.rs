@@ -102,7 +102,7 @@ pub(crate) fn activity_set<'db>(
         priority: activity.priority,
         period: activity.period,
         deadline: activity.deadline,
-        jitter: mauve_timing::Time::ZERO,
+        jitter: activity.jitter,
         cpus: activity.cpus,
         demand: match executed {
             Some(Ok(psm)) if refusals_of(activity, executed, served, index, method).next().is_none() => {

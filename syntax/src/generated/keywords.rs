@@ -36,12 +36,13 @@ keyword_set! {
 }
 
 keyword_set! {
-    /// `affinity`, `priority`, `period`, `deadline`.
+    /// `affinity`, `priority`, `period`, `deadline`, `jitter`.
     ActivityField {
         Affinity "affinity" AFFINITY_KW;
         Priority "priority" PRIORITY_KW;
         Period "period" PERIOD_KW;
         Deadline "deadline" DEADLINE_KW;
+        Jitter "jitter" JITTER_KW;
     }
 }
 

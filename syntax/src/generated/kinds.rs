@@ -59,6 +59,7 @@ syntax_kinds! {
         INOUT_KW "inout";
         INPUT_KW "input";
         INSTANCE_KW "instance";
+        JITTER_KW "jitter";
         LIBRARY_KW "library";
         NEW_DATA_KW "new_data";
         NO_DATA_KW "no_data";

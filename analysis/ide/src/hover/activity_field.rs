@@ -35,7 +35,7 @@ pub(super) fn of_field(
         match kind {
             ActivityField::Affinity => affinity(db, project, deployment, activity),
             ActivityField::Priority => priority(activity, activities),
-            ActivityField::Period | ActivityField::Deadline => None,
+            ActivityField::Period | ActivityField::Deadline | ActivityField::Jitter => None,
         }
     });
     let markdown = each_once(texts).concat();

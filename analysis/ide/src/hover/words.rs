@@ -72,7 +72,7 @@ const PROGRAMS: [(SyntaxKind, &str); 9] = [
     (EXIT_KW, "Executed when a transition leaves the state, before the program of the transition."),
 ];
 
-const FIELDS: [(ActivityField, &str); 4] = [
+const FIELDS: [(ActivityField, &str); 5] = [
     (
         ActivityField::Affinity,
         "The CPUs on which the activity may run, as a bit mask: 1 is CPU 1, 2 is CPU 2, 3 is both, 4 is CPU 3. With 0, or \
@@ -91,6 +91,11 @@ const FIELDS: [(ActivityField, &str); 4] = [
         ActivityField::Deadline,
         "The deadline of the activity in milliseconds after its release. Not greater than the period; without a deadline, the \
          period is the deadline.",
+    ),
+    (
+        ActivityField::Jitter,
+        "The release jitter of the activity in milliseconds: a release may be late by as much. The response time counts from \
+         the nominal release. Without jitter: 0.",
     ),
 ];
 
@@ -166,7 +171,7 @@ core D(S) {
 component K(S, C)
 architecture X { instance a: K  instance b: K  connection a.next -> [4] b.goal }
 deployment Y { architecture X
-  activity a { affinity = 1 priority = 3 period = 10 deadline = 10 }
+  activity a { affinity = 1 priority = 3 period = 10 deadline = 10 jitter = 0.5 }
   activity b { priority = background }
 }
 ";
@@ -204,6 +209,7 @@ deployment Y { architecture X
             "priority",
             "period",
             "deadline",
+            "jitter",
             "background",
             "4]",
         ] {
