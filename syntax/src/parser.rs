@@ -132,7 +132,7 @@ impl List {
             List::State => &["entry", "run", "handle", "exit", "transition"],
             List::Architecture => &ARCHITECTURE_ITEMS,
             List::Deployment => &DEPLOYMENT_ITEMS,
-            List::Activity => &["affinity", "priority", "period", "deadline", "jitter"],
+            List::Activity => &["affinity", "priority", "period", "deadline", "jitter", "offset"],
             List::Block => &[],
         }
     }
@@ -288,8 +288,10 @@ impl<'a> Parser<'a> {
                 _ => false,
             },
             List::Activity => {
-                let is_field =
-                    matches!(self.current(), AFFINITY_KW | PRIORITY_KW | PERIOD_KW | DEADLINE_KW | JITTER_KW);
+                let is_field = matches!(
+                    self.current(),
+                    AFFINITY_KW | PRIORITY_KW | PERIOD_KW | DEADLINE_KW | JITTER_KW | OFFSET_KW
+                );
                 is_field && next == EQ
             }
             List::Block => match self.current() {

@@ -1,8 +1,8 @@
 //! # invalid-field
 //!
 //! The value of a field of an activity is invalid. `priority` is a whole number from 1 (lowest) to 99, or `background`;
-//! `period`, `deadline` and `jitter` are times in milliseconds, exact to the nanosecond; `affinity` is a bit mask of CPUs: 1 is
-//! CPU 1, 2 is CPU 2, 3 is both, 0 is any.
+//! `period`, `deadline`, `jitter` and `offset` are times in milliseconds, exact to the nanosecond, and the offset is less than
+//! the period; `affinity` is a bit mask of CPUs: 1 is CPU 1, 2 is CPU 2, 3 is both, 0 is any.
 //!
 //! ```mauve
 //! shell S { }
@@ -28,6 +28,7 @@ pub(super) fn report<'db>(at: Location<'db>, field: ActivityField, expected: &Ex
         }
         Expected::Priority => "a whole number from 1 to 99, or `background`".to_owned(),
         Expected::PositiveTime => "a time in milliseconds greater than 0".to_owned(),
+        Expected::Below(period) => format!("a time less than the period of {period}"),
         Expected::Time(why) => format!("a time in milliseconds ({})", no_time(why)),
     };
     let message = format!("invalid {}: expected {expected}", field.keyword());

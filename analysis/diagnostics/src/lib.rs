@@ -298,6 +298,7 @@ codes! {
     deadline_exceeds_period::DEADLINE_EXCEEDS_PERIOD;
     unused_deadline::UNUSED_DEADLINE;
     unused_jitter::UNUSED_JITTER;
+    unused_offset::UNUSED_OFFSET;
     deadline_missed::DEADLINE_MISSED;
     missing_time::MISSING_TIME;
     not_analysed::NOT_ANALYSED;

@@ -50,6 +50,7 @@ fn message(error: &TaskSetError) -> String {
         TaskSetError::OfActivity(name, error) => format!("activity `{name}`: {}", message(error)),
         TaskSetError::NoPeriod => "the period and the deadline must be greater than 0".to_owned(),
         TaskSetError::LateDeadline => "the deadline exceeds the period".to_owned(),
+        TaskSetError::LateOffset => "the offset is not less than the period".to_owned(),
         TaskSetError::BackgroundMachine => "a background activity has no state machine".to_owned(),
         TaskSetError::NoReason(unknown, level) => {
             let unknown = match unknown {
@@ -122,6 +123,7 @@ mod tests {
             TaskSetError::RepeatedActivity("front".to_owned()),
             TaskSetError::OfActivity("front".to_owned(), Box::new(TaskSetError::NoPeriod)),
             TaskSetError::LateDeadline,
+            TaskSetError::LateOffset,
             TaskSetError::BackgroundMachine,
             TaskSetError::NoReason(Unknown::Times, level),
             TaskSetError::NoReason(Unknown::Priority, level),
@@ -158,6 +160,7 @@ mod tests {
             a second activity `front`
             activity `front`: the period and the deadline must be greater than 0
             the deadline exceeds the period
+            the offset is not less than the period
             a background activity has no state machine
             no times at 1e-4, and `not_analysed` has no reason
             the priority is unknown at 1e-4, and `not_analysed` has no reason

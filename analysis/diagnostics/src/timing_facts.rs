@@ -30,6 +30,10 @@ pub(super) fn timing_diagnostic<'db>(
         Fact::BackgroundField { of, id, field: ActivityField::Jitter, instance } => {
             unused_jitter::report(*of, *id, instance)
         }
+        Fact::BackgroundField { of, id, field: ActivityField::Offset, instance } => {
+            unused_offset::of_background(*of, *id, instance)
+        }
+        Fact::NotSynchronised { of, id, instance } => unused_offset::not_synchronised(*of, *id, instance),
         Fact::BackgroundField { of, id, instance, .. } => unused_deadline::report(*of, *id, instance),
         Fact::NoSuchCpu(missing) => invalid_field::no_such_cpu(at, *missing),
         Fact::DeadlineExceedsPeriod { deadline, period, written, period_at } => {

@@ -87,11 +87,6 @@ pub fn timing_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String 
             "operations send calls to other operations in more than 4096 ways: simplify the connections".to_owned()
         }
         Reason::MayServe => "it provides operations, and which connections call them is not known".to_owned(),
-        Reason::SynchronisedClock => {
-            "its clock is synchronised; the analysis does not cover synchronised clocks yet (without `[clocks]`, \
-                                      it covers any phasing)"
-                .to_owned()
-        }
 
         Reason::Damaged(of) => format!("{} {} has a syntax error", of.kind(db), of.name(db)),
         Reason::CoreOfOtherShell(of) => format!("the core of component {} is for another shell", of.name(db)),

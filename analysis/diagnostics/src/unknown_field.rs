@@ -1,7 +1,7 @@
 //! # unknown-field
 //!
-//! The fields of an activity are `affinity`, `priority`, `period`, `deadline` and `jitter`. Another name may be a misspelt one
-//! of these, and the activity is not analysed.
+//! The fields of an activity are `affinity`, `priority`, `period`, `deadline`, `jitter` and `offset`. Another name may be a
+//! misspelt one of these, and the activity is not analysed.
 //!
 //! ```mauve
 //! shell S { }
@@ -30,7 +30,7 @@ pub(super) fn report<'db>(at: Location<'db>, name: &str) -> Diagnostic<'db> {
 
 pub(super) fn message(name: &str) -> String {
     let near = similar_field(name).map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-    format!("unknown field `{name}`: expected affinity, priority, period, deadline or jitter{near}")
+    format!("unknown field `{name}`: expected affinity, priority, period, deadline, jitter or offset{near}")
 }
 
 fn similar_field(name: &str) -> Option<&'static str> {

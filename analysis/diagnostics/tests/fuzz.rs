@@ -23,7 +23,7 @@ const OTHER_PIECES: &str = "[codel] [program] [component] [overhead] [timing] [t
 
 const TASK_SET: &str = r#"{"format":"mauve-3","unit":"ns","deployment":{"name":"D","levels":[1e-4],"significance":1e-4,
     "cpus":1,"rt_throttling":null,"not_analysed":[],"activities":[{"instance":"i","component":"K","affinity":1,
-    "priority":1,"period":90,"deadline":80,"jitter":0,"not_analysed":[],"doubt":null,"machine":{"states":[{"state":"u","first":["p"]}],"initial":"u",
+    "priority":1,"period":90,"deadline":80,"jitter":0,"offset":null,"not_analysed":[],"doubt":null,"machine":{"states":[{"state":"u","first":["p"]}],"initial":"u",
     "overhead":[0],"component_time":[null],"assumed":[],"programs":[{"program":"p","time":[5]}],
     "edges":[{"source":"u","target":"u","transition":null,"first":1,"then":[],"cost":[5]}]}}]}}"#;
 

@@ -471,11 +471,11 @@ fn example() -> Value {
             "activities": [
                 {
                     "instance": "a", "component": "C", "affinity": 2, "priority": 99, "period": 100, "deadline": 50,
-                    "jitter": 5, "not_analysed": [], "doubt": null, "machine": machine,
+                    "jitter": 5, "offset": 99, "not_analysed": [], "doubt": null, "machine": machine,
                 },
                 {
                     "instance": "b", "component": "C", "affinity": null, "priority": null, "period": null,
-                    "deadline": null, "jitter": 0, "not_analysed": [reason], "doubt": "which is doubted", "machine": null,
+                    "deadline": null, "jitter": 0, "offset": null, "not_analysed": [reason], "doubt": "which is doubted", "machine": null,
                 },
             ],
         },
@@ -519,6 +519,7 @@ fn schema_and_reader_agree_on_task_sets() {
         ("front/deadline", json!(0)),
         ("front/jitter", json!(-1)),
         ("front/jitter", json!(null)),
+        ("front/offset", json!(-1)),
         ("front/period", json!("5 ms")),
         ("front/doubt", json!(1)),
         ("front/machine/states", json!([state, state])),
@@ -563,6 +564,7 @@ fn schema_and_reader_agree_on_task_sets() {
         ("/machine/edges/0/cost", json!([8, 9])),
         ("/machine/edges/0/cost", json!([8])),
         ("/deadline", json!(101)),
+        ("/offset", json!(100)),
         ("/affinity", json!(4)),
         ("/machine", json!(null)),
     ] {

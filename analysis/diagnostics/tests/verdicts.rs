@@ -158,7 +158,7 @@ fn a_broken_field_takes_what_it_may_delay_with_it() {
         &activities(FINE.0, "priority = 2 period = 10 deadlin = 5", FINE.2),
         expect![[r#"
             a met 1 ms
-            b not-analysed: unknown field `deadlin`: expected affinity, priority, period, deadline or jitter; did you mean `deadline`?
+            b not-analysed: unknown field `deadlin`: expected affinity, priority, period, deadline, jitter or offset; did you mean `deadline`?
             c not-analysed: `b` may preempt it and is not analysed
         "#]],
     );
@@ -768,9 +768,10 @@ fn platform_clocks_and_assumptions() {
     .assert_eq(&with("platform.rt_throttling = true"));
     expect![[r#"
         a met 1 ms
-        b not-analysed: its clock is synchronised; the analysis does not cover synchronised clocks yet (without `[clocks]`, it covers any phasing)
-        c not-analysed: `b` may preempt it and is not analysed
-    "#]].assert_eq(&with("clocks.synchronised = [\"b\"]"));
+        b met 3 ms
+        c met 7 ms
+    "#]]
+    .assert_eq(&with("clocks.synchronised = [\"b\"]"));
     let missing = TIMES.replace("two = 2\n", "");
     expect![[r#"
         a met 1 ms

@@ -33,7 +33,7 @@ pub struct Config {
     /// `[platform] rt_throttling`: whether Linux reserves 50 ms of each second for other tasks. If absent, it does not, and
     /// reports show this assumption.
     pub rt_throttling: Option<bool>,
-    /// `[clocks] synchronised`: instances with simultaneous releases, with their ranges.
+    /// `[clocks] synchronised`: instances whose activities have one clock, with their ranges.
     pub synchronised: Vec<(String, Range<usize>)>,
     /// `[types.…]`: types that no message package declares.
     pub types: BTreeMap<Name, ExternalType>,

@@ -2,7 +2,7 @@
 
 #![allow(missing_docs, reason = "salsa writes constructors without any")]
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -53,16 +53,19 @@ pub fn external_types(db: &dyn ModelDb, workspace: Workspace) -> BTreeMap<Name, 
 pub struct Platform {
     pub cpus: Option<u32>,
     pub rt_throttling: Option<bool>,
-    pub synchronised: Vec<String>,
+    pub synchronised: BTreeSet<String>,
+    /// Whether no error in the configuration hides a value of these.
+    pub is_complete: bool,
 }
 
 #[salsa::tracked(returns(ref))]
 pub fn platform_of(db: &dyn ModelDb, workspace: Workspace) -> Platform {
-    let Config { cpus, rt_throttling, synchronised, .. } = config_of(db, workspace);
+    let Config { cpus, rt_throttling, synchronised, completeness, .. } = config_of(db, workspace);
     Platform {
         cpus: *cpus,
         rt_throttling: *rt_throttling,
         synchronised: synchronised.iter().map(|(name, _)| name.clone()).collect(),
+        is_complete: completeness.is_complete(),
     }
 }
 

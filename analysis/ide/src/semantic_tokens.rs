@@ -32,7 +32,7 @@ pub enum TokenKind {
     Name(SymbolKind),
     /// `read`, `write`, `status`, `send`, `collect`.
     Function,
-    /// `affinity`, `priority`, `period`, `deadline`, `jitter`.
+    /// `affinity`, `priority`, `period`, `deadline`, `jitter`, `offset`.
     Field,
     /// `new_data`, `success`, …
     Status,

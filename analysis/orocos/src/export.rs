@@ -120,7 +120,7 @@ component.C = [9, 12]
                 {
                   "format": "mauve-3",
                   "unit": "ns",
-                  "digest": "8bd9af8cee9db4dc",
+                  "digest": "73b233da14db826c",
                   "deployment": {
                     "name": "D",
                     "levels": [0.001, 1e-6],
@@ -137,6 +137,7 @@ component.C = [9, 12]
                         "period": 100000000,
                         "deadline": 50500000,
                         "jitter": 0,
+                        "offset": null,
                         "not_analysed": [],
                         "doubt": null,
                         "machine": {
@@ -168,6 +169,7 @@ component.C = [9, 12]
                         "period": null,
                         "deadline": null,
                         "jitter": 0,
+                        "offset": null,
                         "not_analysed": [],
                         "doubt": null,
                         "machine": null
@@ -226,6 +228,7 @@ deployment D { architecture A  activity front { affinity = 3 priority = 2 period
                         "period": 100000000,
                         "deadline": 100000000,
                         "jitter": 0,
+                        "offset": null,
                         "not_analysed": [
                           { "reason": "no time for codel `look`", "levels": null, "classic_only": false }
                         ],

@@ -24,6 +24,9 @@ pub struct Activity {
     pub deadline: Option<Time>,
     /// J, the greatest delay of a release.
     pub jitter: Time,
+    /// The offset of its releases in the period, counted from the instant that all synchronised clocks share; `None` if its
+    /// phase is unknown. The bounds hold for any phase.
+    pub offset: Option<Time>,
     /// The CPUs that it may use, one bit for each; `None` if unknown.
     pub cpus: Option<u64>,
     /// The demand of its jobs. [`Demand::Unknown`] if any other property of the activity is unusable.

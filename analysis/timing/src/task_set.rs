@@ -22,6 +22,7 @@
 //!         "period": 100000000,
 //!         "deadline": 100000000,
 //!         "jitter": 0,
+//!         "offset": null,
 //!         "not_analysed": [],
 //!         "doubt": null,
 //!         "machine": {
@@ -47,7 +48,7 @@
 //! The edges of a state execute its `run` and its guards first, up to the guard of the transition that fires. So the state
 //! has one list of these programs, `first`, and an edge has the number of those that it executes: with a list for each edge,
 //! the size would be quadratic in the number of transitions. Files of earlier formats are refused: `mauve-1`, which had these
-//! lists, and `mauve-2`, which had no jitter.
+//! lists, and `mauve-2`, which had neither jitters nor offsets.
 //!
 //! A response time is a safety claim, and a file may be damaged. So what could not be analysed is in it with its reason,
 //! never left out; every key must be there, and no other; times are whole nanoseconds; whatever does not fit together is
@@ -143,6 +144,9 @@ pub struct Activity {
     pub deadline: Option<Time>,
     /// J, the greatest delay of a release.
     pub jitter: Time,
+    /// The offset of its releases in the period, less than the period, if its clock is synchronised.
+    #[serde(deserialize_with = "nullable")]
+    pub offset: Option<Time>,
     /// Why it cannot be analysed.
     pub not_analysed: Vec<NotAnalysed>,
     /// Why its priority counts as unknown although one is written, in words that follow its name.
@@ -371,6 +375,7 @@ impl TaskSet {
                 period: it.period,
                 deadline: it.deadline,
                 jitter: it.jitter,
+                offset: it.offset,
                 cpus: it.affinity,
                 demand: machine.map_or(Demand::Unknown, |machine| Demand::Machine { machine, whole }),
             }
@@ -467,6 +472,9 @@ impl Activity {
         if self.period.zip(self.deadline).is_some_and(|(period, deadline)| deadline > period) {
             return Err(TaskSetError::LateDeadline);
         }
+        if self.period.zip(self.offset).is_some_and(|(period, offset)| offset >= period) {
+            return Err(TaskSetError::LateOffset);
+        }
         if let Some(machine) = &self.machine {
             if self.priority == Priority::Background {
                 return Err(TaskSetError::BackgroundMachine);
@@ -507,6 +515,7 @@ impl Activity {
                 ("period", line(&self.period)),
                 ("deadline", line(&self.deadline)),
                 ("jitter", line(&self.jitter)),
+                ("offset", line(&self.offset)),
                 ("not_analysed", items(4, self.not_analysed.iter().map(line))),
                 ("doubt", line(&self.doubt)),
                 ("machine", Machine::write(self.machine.as_ref(), 4)),
@@ -754,6 +763,7 @@ mod tests {
             period: Some(always),
             deadline: Some(always),
             jitter: Time::from_nanos(7),
+            offset: Some(Time::from_nanos(8)),
             not_analysed: Vec::new(),
             doubt: None,
             machine: None,
@@ -946,6 +956,9 @@ mod tests {
                 ("front/period", json!("5 ms")),
                 ("front/period", json!(null)),
                 ("front/deadline", json!(1001)),
+                ("front/offset", json!(null)),
+                ("front/offset", json!(999)),
+                ("front/offset", json!(1000)),
                 ("front/jitter", json!(0)),
                 ("front/jitter", json!(1001)),
                 ("front/jitter", json!(-1)),
@@ -983,26 +996,29 @@ mod tests {
                 OtherFormat("mauve-2")
                 OtherUnit("ms")
                 RepeatedLevel(Level { bits: 4562254508917369340 })
-                Json("invalid value: floating point `2.0`, expected a probability between 0 and 1, such as 1e-4 at line 223 column 5")
+                Json("invalid value: floating point `2.0`, expected a probability between 0 and 1, such as 1e-4 at line 226 column 5")
                 NoLevels
                 NoCpu
                 ControlCharacter("a\nb")
-                Json("invalid type: integer `1`, expected a boolean at line 226 column 22")
+                Json("invalid type: integer `1`, expected a boolean at line 229 column 22")
                 OfActivity("front", NoReason(Cpu, Level { bits: 4562254508917369340 }))
                 OfActivity("front", NoReason(Cpu, Level { bits: 4562254508917369340 }))
                 OfActivity("front", NoReason(Cpu, Level { bits: 4562254508917369340 }))
-                Json("invalid value: integer `0`, expected a priority from 1 to 99, \"background\", or null where it is unknown at line 103 column 21")
-                Json("invalid value: integer `100`, expected a priority from 1 to 99, \"background\", or null where it is unknown at line 103 column 23")
-                Json("invalid value: string \"idle\", expected a priority from 1 to 99, \"background\", or null where it is unknown at line 103 column 26")
+                Json("invalid value: integer `0`, expected a priority from 1 to 99, \"background\", or null where it is unknown at line 104 column 21")
+                Json("invalid value: integer `100`, expected a priority from 1 to 99, \"background\", or null where it is unknown at line 104 column 23")
+                Json("invalid value: string \"idle\", expected a priority from 1 to 99, \"background\", or null where it is unknown at line 104 column 26")
                 OfActivity("front", NoReason(Priority, Level { bits: 4562254508917369340 }))
                 OfActivity("front", BackgroundMachine)
                 OfActivity("front", NoPeriod)
-                Json("invalid type: integer `-5`, expected a whole number of nanoseconds at line 102 column 20")
-                Json("invalid type: floating point `1.5`, expected a whole number of nanoseconds at line 102 column 21")
-                Json("invalid type: floating point `1e+30`, expected a whole number of nanoseconds at line 102 column 23")
-                Json("invalid type: string \"5 ms\", expected a whole number of nanoseconds at line 102 column 24")
+                Json("invalid type: integer `-5`, expected a whole number of nanoseconds at line 103 column 20")
+                Json("invalid type: floating point `1.5`, expected a whole number of nanoseconds at line 103 column 21")
+                Json("invalid type: floating point `1e+30`, expected a whole number of nanoseconds at line 103 column 23")
+                Json("invalid type: string \"5 ms\", expected a whole number of nanoseconds at line 103 column 24")
                 OfActivity("front", NoReason(PeriodOrDeadline, Level { bits: 4562254508917369340 }))
                 OfActivity("front", LateDeadline)
+                fine
+                fine
+                OfActivity("front", LateOffset)
                 fine
                 fine
                 Json("invalid type: integer `-1`, expected a whole number of nanoseconds at line 10 column 20")

@@ -37,6 +37,7 @@ pub fn task_set_of<'db>(
             period: resolved.period,
             deadline: resolved.deadline,
             jitter: resolved.jitter,
+            offset: resolved.phase(),
             not_analysed: always.chain(refusals_of(&levels, &psms, &message)).collect(),
             doubt: resolved.unknown_priority.as_ref().map(prose.unknown_priority),
             machine: machine_of(&psms),

@@ -46,8 +46,10 @@ pub enum TimingFactKind<'db> {
     MissingPeriod { of: Decl<'db>, activity: (Name, SourceId), priority: Option<SourceId> },
     /// A field has an invalid value.
     InvalidField(ActivityField, Expected),
-    /// A background activity has a deadline or a jitter, which the analysis ignores. With the location of the field's name.
+    /// A background activity has a deadline, a jitter or an offset, which the analysis ignores. With the location of the field's name.
     BackgroundField { of: Decl<'db>, id: SourceId, field: ActivityField, instance: Name },
+    /// An activity has an offset, and its clock is not synchronised. With the location of the field's name.
+    NotSynchronised { of: Decl<'db>, id: SourceId, instance: Name },
     /// An affinity names a CPU that does not exist.
     NoSuchCpu(NoSuchCpu),
     /// A deadline is later than the period. With the period as written, and its location.
@@ -112,6 +114,8 @@ pub enum Expected {
     Priority,
     /// A time greater than 0.
     PositiveTime,
+    /// A time less than this period.
+    Below(Time),
     /// A time: why the value is invalid.
     Time(NoTime),
 }

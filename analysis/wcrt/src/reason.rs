@@ -97,8 +97,6 @@ pub enum Reason<'db> {
     ManyOperations,
     /// An activity provides operations, and the connections are unknown.
     MayServe,
-    /// The clock of an instance is declared synchronised.
-    SynchronisedClock,
 
     /// A declaration has a syntax error.
     Damaged(Decl<'db>),
@@ -140,7 +138,6 @@ impl Reason<'_> {
                 | Reason::NoResponse { .. }
                 | Reason::OperationRing(_)
                 | Reason::UnknownCalls { .. }
-                | Reason::SynchronisedClock
                 | Reason::TooLong(_)
         )
     }

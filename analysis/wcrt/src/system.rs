@@ -60,6 +60,11 @@ pub struct ResolvedActivity<'db> {
     pub has_late_deadline: bool,
     /// J, the greatest delay of a release; 0 where none is written.
     pub jitter: Time,
+    /// The written offset of its releases in the period, less than the period. It has an effect only if the clock is
+    /// synchronised.
+    pub offset: Option<Time>,
+    /// Whether `[clocks] synchronised` names the instance.
+    pub synchronised: bool,
     /// Why it is not analysed.
     pub refusals: Vec<Refusal<'db>>,
     /// Why its priority counts as unknown although one is written.
@@ -70,6 +75,13 @@ impl<'db> ResolvedActivity<'db> {
     /// Returns the component whose state machine it executes, if it is known; none in the background.
     pub(crate) fn executed(&self) -> Option<Decl<'db>> {
         self.component.filter(|_| self.priority != Priority::Background)
+    }
+
+    /// Returns the offset of its releases in the period, counted from the instant that all synchronised clocks share; `None`
+    /// if its phase is unknown.
+    pub fn phase(&self) -> Option<Time> {
+        let is_released = self.synchronised && self.priority != Priority::Background;
+        is_released.then(|| self.offset.unwrap_or_default())
     }
 
     fn refuse(&mut self, reason: Reason<'db>, at: Location<'db>) {
@@ -244,7 +256,6 @@ impl<'db> Reader<'db> {
         // Only now: missing activities are reported in a deployment with such an activity too.
         self.found.not_analysed.extend(strays);
         self.served(serving_of(self.db, self.project, target));
-        self.synchronised();
     }
 
     /// Refuses the instances that an item with an error declares, connects or sets a value of: their component may be wrong.
@@ -294,6 +305,8 @@ impl<'db> Reader<'db> {
             deadline: None,
             has_late_deadline: false,
             jitter: Time::ZERO,
+            offset: None,
+            synchronised: false,
             refusals: Vec::new(),
             unknown_priority: None,
         }
@@ -321,12 +334,13 @@ impl<'db> Reader<'db> {
         }
         let has_wrong_field = found.refusals.len() > of_instance;
         if found.priority == Priority::Background && !has_wrong_field {
-            for field in [ActivityField::Deadline, ActivityField::Jitter] {
+            for field in [ActivityField::Deadline, ActivityField::Jitter, ActivityField::Offset] {
                 let Some(written) = fields.written.get(&field) else { continue };
                 let (of, id, instance) = (self.of, written.name.id, found.instance.clone());
                 self.report(self.at(id), TimingFactKind::BackgroundField { of, id, field, instance });
             }
         }
+        self.offset(&mut found, &fields);
         if activity.completeness.is_incomplete() && found.refusals.is_empty() {
             found.refuse(Reason::DamagedActivity, at.clone());
         }
@@ -405,6 +419,26 @@ impl<'db> Reader<'db> {
         }
     }
 
+    /// Checks the offset, and whether the clock is synchronised. An invalid configuration may lack the instance.
+    fn offset(&mut self, found: &mut ResolvedActivity<'db>, fields: &Fields<'_>) {
+        let workspace = self.project.workspace(self.db);
+        let platform = platform_of(self.db, workspace);
+        found.synchronised = platform.synchronised.contains(found.instance.as_str());
+        let Some(written) = fields.written.get(&ActivityField::Offset) else { return };
+        if let Some((offset, period)) = found.offset.zip(found.period)
+            && offset >= period
+        {
+            let at = self.at(written.value_id);
+            found.refuse(Reason::UnusableField(ActivityField::Offset), at.clone());
+            self.report(at, TimingFactKind::InvalidField(ActivityField::Offset, Expected::Below(period)));
+        }
+        let is_reported = found.priority == Priority::Background || !found.refusals.is_empty();
+        if !found.synchronised && !is_reported && platform.is_complete {
+            let (of, id, instance) = (self.of, written.name.id, found.instance.clone());
+            self.report(self.at(id), TimingFactKind::NotSynchronised { of, id, instance });
+        }
+    }
+
     fn field<'a>(&mut self, found: &mut ResolvedActivity<'db>, fields: &mut Fields<'a>, written: &'a Field) {
         let at = self.at(written.name.id);
         let Some(field) = ActivityField::from_keyword(&written.name.name) else {
@@ -432,8 +466,8 @@ impl<'db> Reader<'db> {
                 ActivityField::Priority => found.priority = Priority::Unknown,
                 ActivityField::Period => found.period = None,
                 ActivityField::Deadline => found.deadline = None,
-                // The refusal is enough: nothing else is derived from it.
-                ActivityField::Jitter => {}
+                // The refusal is enough: nothing else is derived from them.
+                ActivityField::Jitter | ActivityField::Offset => {}
             }
             return;
         }
@@ -478,15 +512,6 @@ impl<'db> Reader<'db> {
                 })
             })
             .collect();
-    }
-
-    fn synchronised(&mut self) {
-        let platform = platform_of(self.db, self.project.workspace(self.db));
-        for it in self.found.activities.iter_mut().filter(|it| it.priority != Priority::Background) {
-            if platform.synchronised.iter().any(|name| *name == it.instance.as_str()) {
-                it.refuse(Reason::SynchronisedClock, it.at.clone());
-            }
-        }
     }
 
     fn cpus(&mut self, activities: &[&Activity]) {
@@ -669,6 +694,7 @@ fn read_field(found: &mut ResolvedActivity<'_>, field: ActivityField, value: &Ex
         ActivityField::Period => found.period = Some(positive(value)?),
         ActivityField::Deadline => found.deadline = Some(positive(value)?),
         ActivityField::Jitter => found.jitter = milliseconds(value).map_err(Expected::Time)?,
+        ActivityField::Offset => found.offset = Some(milliseconds(value).map_err(Expected::Time)?),
     }
     Ok(())
 }

@@ -103,6 +103,7 @@ pub(crate) fn activity_set<'db>(
         period: activity.period,
         deadline: activity.deadline,
         jitter: activity.jitter,
+        offset: activity.phase(),
         cpus: activity.cpus,
         demand: match executed {
             Some(Ok(psm)) if refusals_of(activity, executed, served, index, method).next().is_none() => {

@@ -36,13 +36,14 @@ keyword_set! {
 }
 
 keyword_set! {
-    /// `affinity`, `priority`, `period`, `deadline`, `jitter`.
+    /// `affinity`, `priority`, `period`, `deadline`, `jitter`, `offset`.
     ActivityField {
         Affinity "affinity" AFFINITY_KW;
         Priority "priority" PRIORITY_KW;
         Period "period" PERIOD_KW;
         Deadline "deadline" DEADLINE_KW;
         Jitter "jitter" JITTER_KW;
+        Offset "offset" OFFSET_KW;
     }
 }
 

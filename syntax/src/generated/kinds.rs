@@ -64,6 +64,7 @@ syntax_kinds! {
         NEW_DATA_KW "new_data";
         NO_DATA_KW "no_data";
         NOT_READY_KW "not_ready";
+        OFFSET_KW "offset";
         OLD_DATA_KW "old_data";
         OPERATION_KW "operation";
         OUT_KW "out";

@@ -6,7 +6,7 @@ use crate::foreign::Foreign;
 // test deployment
 // deployment D {
 //   architecture nav.A
-//   activity laser { affinity = 0x1 priority = 9; period = 100 deadline = 80.5 jitter = 0.5 }
+//   activity laser { affinity = 0x1 priority = 9; period = 100 deadline = 80.5 jitter = 0.5 offset = 2 }
 //   activity ui { priority = background }
 //   property laser.device = "/dev/ttyACM0";
 //   constant laser.rate = 10

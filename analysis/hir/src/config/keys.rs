@@ -157,10 +157,11 @@ pub static SECTIONS: [Section; 10] = [
             documentation: "Does Linux keep 50 ms of each second from real-time tasks (kernel.sched_rt_runtime_us)? When left \
                             out, it does not, and that is shown as an assumption." },
     ]), documentation: "The machine that the robot runs on." },
-    Section { name: "clocks", summary: "what is released together", entries: Entries::Keys(&[
+    Section { name: "clocks", summary: "which releases keep their distance", entries: Entries::Keys(&[
         Key { name: "synchronised", kind: Kind::Instances(|it| &mut it.synchronised), default: None,
-            examples: r#"[["hokuyo", "p3dx_driver"]]"#, documentation: "Their instances." },
-    ]), documentation: "Activities that are released together. Read, and reported as not analysed." },
+            examples: r#"[["hokuyo", "p3dx_driver"]]"#, documentation: "Instances whose activities have one clock: each is released at its offset in every \
+                            period, counted from one instant. Without this, the phases of their releases are unknown." },
+    ]), documentation: "Activities whose releases keep their distance." },
     Section { name: "deployment", summary: "what is accepted of a deployment", entries: Entries::Deployments(&[
         Key { name: "accept", kind: Kind::Reasons(|it| &mut it.accepted), default: None,
             examples: r#"[{ "planner": "measured by hand" }]"#,

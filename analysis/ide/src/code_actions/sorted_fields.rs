@@ -1,4 +1,4 @@
-//! Sorts the fields of an activity: affinity, priority, period, deadline, jitter.
+//! Sorts the fields of an activity: affinity, priority, period, deadline, jitter, offset.
 
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
@@ -42,11 +42,11 @@ mod tests {
     #[test]
     fn only_what_is_clear_is_sorted() {
         check(
-            "deployment D {\n  architecture A\n  activity a$0 { jitter = 1; period = 10; priority = 2  deadline = 5 affinity = 1 }\n}\n",
+            "deployment D {\n  architecture A\n  activity a$0 { offset = 3 jitter = 1; period = 10; priority = 2  deadline = 5 affinity = 1 }\n}\n",
             "Sort the fields",
             expect![[r#"
                 --- /model.mal
-                  activity a { affinity = 1; priority = 2; period = 10  deadline = 5 jitter = 1 }
+                  activity a { affinity = 1 priority = 2; period = 10; deadline = 5  jitter = 1 offset = 3 }
             "#]],
         );
         check(

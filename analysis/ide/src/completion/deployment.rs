@@ -14,12 +14,13 @@ use mauve_wcrt::{NewActivity, new_activities, system_of};
 use super::{Completer, Completion, CompletionKind};
 
 /// The fields of an activity: the required ones first, then the affinity, which projects with several CPUs require.
-const FIELDS: [(ActivityField, &str); 5] = [
+const FIELDS: [(ActivityField, &str); 6] = [
     (ActivityField::Priority, "1 to 99, the highest is 99; or background"),
     (ActivityField::Period, "in milliseconds"),
     (ActivityField::Affinity, "the CPUs as a mask: 1 is CPU 1, 2 is CPU 2, 3 is both"),
     (ActivityField::Deadline, "in milliseconds; by default the period"),
     (ActivityField::Jitter, "in milliseconds; by default 0"),
+    (ActivityField::Offset, "in milliseconds, less than the period; only with a synchronised clock"),
 ];
 
 impl<'db> Completer<'_, 'db> {

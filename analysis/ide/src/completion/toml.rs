@@ -397,7 +397,7 @@ library nav {
             2 [lints] (how bad a diagnostic is)
             2 [assume] (times that the tables lack)
             2 [platform] (what the programs run on)
-            2 [clocks] (what is released together)
+            2 [clocks] (which releases keep their distance)
             2 [deployment.Name] (what is accepted of a deployment)
             2 [chains] (ports that data goes through)
         "#]]
@@ -409,7 +409,7 @@ library nav {
             0 [generate] (where generated sources go)
             0 [lints] (how bad a diagnostic is)
             0 [assume] (times that the tables lack)
-            0 [clocks] (what is released together)
+            0 [clocks] (which releases keep their distance)
             0 [deployment.Name] (what is accepted of a deployment)
             0 [chains] (ports that data goes through)
         "#]]

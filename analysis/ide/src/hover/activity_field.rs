@@ -35,7 +35,10 @@ pub(super) fn of_field(
         match kind {
             ActivityField::Affinity => affinity(db, project, deployment, activity),
             ActivityField::Priority => priority(activity, activities),
-            ActivityField::Period | ActivityField::Deadline | ActivityField::Jitter => None,
+            ActivityField::Period
+            | ActivityField::Deadline
+            | ActivityField::Jitter
+            | ActivityField::Offset => None,
         }
     });
     let markdown = each_once(texts).concat();

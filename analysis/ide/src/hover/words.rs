@@ -72,7 +72,7 @@ const PROGRAMS: [(SyntaxKind, &str); 9] = [
     (EXIT_KW, "Executed when a transition leaves the state, before the program of the transition."),
 ];
 
-const FIELDS: [(ActivityField, &str); 5] = [
+const FIELDS: [(ActivityField, &str); 6] = [
     (
         ActivityField::Affinity,
         "The CPUs on which the activity may run, as a bit mask: 1 is CPU 1, 2 is CPU 2, 3 is both, 4 is CPU 3. With 0, or \
@@ -96,6 +96,11 @@ const FIELDS: [(ActivityField, &str); 5] = [
         ActivityField::Jitter,
         "The release jitter of the activity in milliseconds: a release may be late by as much. The response time counts from \
          the nominal release. Without jitter: 0.",
+    ),
+    (
+        ActivityField::Offset,
+        "The offset of the activity in milliseconds, less than the period: the distance of its releases from the multiples of \
+         the period. Has an effect only if `[clocks] synchronised` in mauve.toml names the instance. Without offset: 0.",
     ),
 ];
 
@@ -171,7 +176,7 @@ core D(S) {
 component K(S, C)
 architecture X { instance a: K  instance b: K  connection a.next -> [4] b.goal }
 deployment Y { architecture X
-  activity a { affinity = 1 priority = 3 period = 10 deadline = 10 jitter = 0.5 }
+  activity a { affinity = 1 priority = 3 period = 10 deadline = 10 jitter = 0.5 offset = 2 }
   activity b { priority = background }
 }
 ";
@@ -210,6 +215,7 @@ deployment Y { architecture X
             "period",
             "deadline",
             "jitter",
+            "offset",
             "background",
             "4]",
         ] {

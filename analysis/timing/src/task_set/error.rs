@@ -38,6 +38,8 @@ pub enum TaskSetError {
     NoPeriod,
     /// The deadline is later than the period.
     LateDeadline,
+    /// The offset is not less than the period.
+    LateOffset,
     /// An activity in the background has a state machine.
     BackgroundMachine,
     /// Something is unknown at this level, and no reason is given.

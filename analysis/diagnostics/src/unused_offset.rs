@@ -1,0 +1,46 @@
+//! # unused-offset
+//!
+//! An activity has an offset that the analysis ignores: its clock is not synchronised with others, so the phase of its releases
+//! is unknown; or it is a background activity.
+//!
+//! ```mauve
+//! shell S { }
+//! core C(S) { update = { } }
+//! component Laser(S, C)
+//! architecture A { instance front: Laser  instance back: Laser }
+//! deployment D {
+//!   architecture A
+//!   activity front { priority = 2 period = 10 offset = 2 }   // warning
+//!   activity back { priority = 1 period = 10 offset = 5 }
+//! }
+//! //- /mauve.toml
+//! [clocks]
+//! synchronised = ["back"]
+//! ```
+//!
+//! Fix: remove the offset. If the activities share a clock, name their instances in `[clocks] synchronised` of `mauve.toml`.
+
+use super::*;
+
+code!(UNUSED_OFFSET, Warning, "unused-offset");
+
+pub(super) fn not_synchronised<'db>(of: Decl<'db>, id: SourceId, instance: &str) -> Diagnostic<'db> {
+    let message = format!(
+        "the analysis ignores the offset of `{instance}`: its clock is not synchronised; add `{instance}` to `[clocks] \
+         synchronised` in mauve.toml, or remove the offset"
+    );
+    report(of, id, message)
+}
+
+pub(super) fn of_background<'db>(of: Decl<'db>, id: SourceId, instance: &str) -> Diagnostic<'db> {
+    let message = format!(
+        "the analysis ignores the offset of `{instance}`: its priority is `background`; for a real-time activity, write a \
+         priority from 1 to 99"
+    );
+    report(of, id, message)
+}
+
+fn report<'db>(of: Decl<'db>, id: SourceId, message: String) -> Diagnostic<'db> {
+    let found = Diagnostic::new(&UNUSED_OFFSET, Location::Source(of, id), message);
+    found.remove("Remove the offset".to_owned(), of, id)
+}
