@@ -7,7 +7,7 @@ use std::path::Path;
 use mauve_diagnostics::{errors_of, missing_proof, reasons_of, timing_reason};
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Database, Decl, ModelDb, Project, Workspace, accepted, config_of, names_of, projects};
-use mauve_timing::task_set::TaskSet;
+use mauve_timing::task_set::{Other, TaskSet};
 use mauve_timing::{CpuLoad, CpuRule, Level, Time, Unit};
 use mauve_wcrt::{ActivityReport, InterferenceReport, Priority, Query, Report, response_times, timetable_of};
 use salsa::Database as _;
@@ -145,6 +145,7 @@ pub(crate) fn analysis_document(it: &Deployed<'_>) -> impl Serialize + use<> {
             activities: activities.collect::<Vec<_>>(),
         }
     });
+    let others = it.reports.first().into_iter().flat_map(|(_, report)| &report.others);
     object! {
         deployment: it.name.to_owned(),
         // The root of its project, or the file that it comes from.
@@ -158,9 +159,22 @@ pub(crate) fn analysis_document(it: &Deployed<'_>) -> impl Serialize + use<> {
         [errors]: Some(it.errors).filter(|errors| *errors > 0),
         // Only for a file without a digest: its figures are those of its author.
         [unsealed]: it.is_unsealed().then_some(true),
+        // Real-time work that is not in the model, and interferes too.
+        [other]: non_empty(others.map(other_document)),
         // Only with `--horizon`: `first_job` ignores later jobs, and is not a bound.
         [unsafe_horizon]: query.and_then(|query| query.horizon).map(milliseconds),
         results: results.collect::<Vec<_>>(),
+    }
+}
+
+fn other_document(other: &Other) -> impl Serialize + use<> {
+    object! {
+        name: other.name.clone(),
+        affinity: other.cpus,
+        priority: other.priority,
+        period: milliseconds(other.period),
+        jitter: milliseconds(other.jitter),
+        time: milliseconds(other.time),
     }
 }
 

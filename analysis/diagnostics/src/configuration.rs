@@ -3,6 +3,8 @@
 use mauve_hir::{ExpectedValue, MistakeKind};
 use mauve_timing::TimeError;
 
+use crate::cpu_names;
+
 /// Returns the message of an error in a `mauve.toml`.
 pub(super) fn mistake(kind: &MistakeKind) -> String {
     match kind {
@@ -27,6 +29,18 @@ pub(super) fn mistake(kind: &MistakeKind) -> String {
                 "the string in `{key}` spans several lines and may contain other keys: write it on one line"
             )
         }
+        MistakeKind::MissingKey { key, section } => format!("[[{section}]] has no `{key}`: add it"),
+        MistakeKind::RepeatedName { name, section } => {
+            format!("a second [[{section}]] with the name `{name}`: give it another name")
+        }
+        MistakeKind::NoSuchCpu { named, cpus } => {
+            let available = u64::MAX >> (64 - cpus.clamp(&1, &64));
+            format!(
+                "`cpus` names {}, and `[platform] cpus` has {}",
+                cpu_names(*named & !available),
+                cpu_names(available)
+            )
+        }
         MistakeKind::WrongValue { key, expected } => format!("`{key}` {}", expected_value(key, *expected)),
     }
 }
@@ -47,6 +61,13 @@ fn expected_value(key: &str, expected: ExpectedValue) -> String {
         ExpectedValue::Time(Some(error)) => {
             return format!("is a time such as \"5 ms\": {}", time_error(error));
         }
+        ExpectedValue::Period(None) => "is a time greater than 0 with its unit, such as \"10 ms\"",
+        ExpectedValue::Period(Some(error)) => {
+            return format!("is a time such as \"10 ms\": {}", time_error(error));
+        }
+        ExpectedValue::Cpus => "is a list of CPUs, numbered from 1 to 64, such as [1, 2]",
+        ExpectedValue::Tables => return format!("is a list of sections, such as `[[platform.{key}]]`"),
+        ExpectedValue::Name => "is a name on one line, such as \"network interrupt\"",
         ExpectedValue::Integer(from, to) => return format!("is a whole number from {from} to {to}"),
         ExpectedValue::Boolean => "is true or false",
         ExpectedValue::Folder => "is the path of a folder",

@@ -48,6 +48,9 @@ fn message(error: &TaskSetError) -> String {
         }
         TaskSetError::RepeatedActivity(name) => format!("a second activity `{name}`"),
         TaskSetError::OfActivity(name, error) => format!("activity `{name}`: {}", message(error)),
+        TaskSetError::OfOther(name, error) => format!("other work `{name}`: {}", message(error)),
+        TaskSetError::RepeatedOther(name) => format!("a second entry `{name}` in `other`"),
+        TaskSetError::NoPriority(priority) => format!("priority {priority}: expected 1 to 99"),
         TaskSetError::NoPeriod => "the period and the deadline must be greater than 0".to_owned(),
         TaskSetError::LateDeadline => "the deadline exceeds the period".to_owned(),
         TaskSetError::LateOffset => "the offset is not less than the period".to_owned(),
@@ -122,6 +125,8 @@ mod tests {
             TaskSetError::TooManyActivities(9999),
             TaskSetError::RepeatedActivity("front".to_owned()),
             TaskSetError::OfActivity("front".to_owned(), Box::new(TaskSetError::NoPeriod)),
+            TaskSetError::OfOther("lan".to_owned(), Box::new(TaskSetError::NoPriority(100))),
+            TaskSetError::RepeatedOther("lan".to_owned()),
             TaskSetError::LateDeadline,
             TaskSetError::LateOffset,
             TaskSetError::BackgroundMachine,
@@ -159,6 +164,8 @@ mod tests {
             9999 activities: the limit is 2896
             a second activity `front`
             activity `front`: the period and the deadline must be greater than 0
+            other work `lan`: priority 100: expected 1 to 99
+            a second entry `lan` in `other`
             the deadline exceeds the period
             the offset is not less than the period
             a background activity has no state machine

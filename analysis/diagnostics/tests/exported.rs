@@ -148,6 +148,42 @@ fn the_sample_robot() {
     assert_eq!(counted.machines, 63, "of nine components: nobody measured the one in the background");
 }
 
+/// What random models do not have: jitters, offsets, and work that is not in the model.
+#[test]
+fn releases_and_other_work() {
+    let model = "codel work(): int  shell S { }  core K(S) { update = { work(); } }  component C(S, K)
+        architecture A { instance a: C  instance b: C  instance c: C }
+        deployment D {
+          architecture A
+          activity a { priority = 30 period = 10 jitter = 0.5 offset = 2 }
+          activity b { priority = 20 period = 20 offset = 3 }
+          activity c { priority = 10 period = 40 jitter = 50 }
+        }";
+    let config = "assume.codel = \"1 ms\"\nclocks.synchronised = [\"a\", \"c\"]\n[[platform.other]]\nname = \"lan\"\n\
+                  priority = 25\nperiod = \"5 ms\"\ntime = \"0.5 ms\"\n";
+    let db = Database::default();
+    let texts = [("/robot.mal".into(), model.to_owned()), ("/mauve.toml".into(), config.to_owned())];
+    let workspace = Workspace::of_texts(&db, "/".into(), texts);
+    let mut counted = Counted::default();
+    check(&db, workspace, "releases", &mut counted);
+    assert!(counted.responses > 0 && counted.not_analysed == 0, "{counted:?}");
+    let (project, deployment) = deployments(&db, workspace)[0];
+    let set = task_set_of(&db, project, deployment, &PROSE);
+    let millis = |time: Time| time.as_nanos() as f64 / 1e6;
+    let releases: Vec<_> =
+        set.activities.iter().map(|it| (millis(it.jitter), it.offset.map(millis))).collect();
+    assert_eq!(releases, [(0.5, Some(2.0)), (0.0, None), (50.0, Some(0.0))]);
+    let [other] = set.other.as_slice() else { panic!("{:?}", set.other) };
+    assert_eq!((other.name.as_str(), other.cpus, other.priority), ("lan", 1, 25));
+    // It delays only the activities of lower priority.
+    let query = Query { level: set.significance, method: Method::Psm, horizon: None };
+    let report = response_times(&db, project, deployment, query);
+    let mut breakdown = report.breakdown(&|| ());
+    let delays: Vec<bool> =
+        (0..3).map(|index| breakdown.of(index).iter().any(|it| it.instance == "lan (platform)")).collect();
+    assert_eq!(delays, [false, true, true]);
+}
+
 #[test]
 fn random_models() {
     let mut counted = Counted::default();

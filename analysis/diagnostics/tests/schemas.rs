@@ -157,7 +157,21 @@ fn configuration_key<T>(depth: usize, key: &Key<T>) -> String {
                 .to_owned()
         }
         Kind::Level(_) => "\"type\": \"number\"\n\"exclusiveMinimum\": 0\n\"exclusiveMaximum\": 1".to_owned(),
-        Kind::Time(_) => pattern(TIME),
+        Kind::Time(_) | Kind::Period(_) => pattern(TIME),
+        Kind::Cpus(_) => "\"type\": \"array\"\n\"minItems\": 1\n\
+                          \"items\": { \"type\": \"integer\", \"minimum\": 1, \"maximum\": 64 }"
+            .to_owned(),
+        Kind::Others(_, keys) => {
+            let required =
+                ["name", "priority", "period", "time"].map(|name| format!("\"{name}\"")).join(", ");
+            let mut members =
+                closed(depth + 2, keys.iter().map(|key| configuration_key(depth + 3, key)).collect());
+            members.insert(2, format!("\"required\": [{required}]"));
+            let items = object(depth + 1, "items", &members);
+            let members =
+                vec!["\"type\": \"array\"".to_owned(), items, format!("\"examples\": {}", key.examples)];
+            return property(depth, key.name, key.documentation, &members);
+        }
         Kind::Integer(from, to, _) => {
             format!("\"type\": \"integer\"\n\"minimum\": {from}\n\"maximum\": {to}")
         }
@@ -288,6 +302,9 @@ fn schema_and_reader_agree_on_configurations() {
         "platform = { cpus = 1, rt_throttling = true }\n",
         "platform.cpus = 0x40\n",
         "[platform]\n",
+        "[[platform.other]]\nname = \"lan\"\npriority = 50\nperiod = \"1 ms\"\ntime = \"50 us\"\n",
+        "platform.other = [{ name = \"a b\", priority = 1, period = \"1 s\", time = \"0 s\", cpus = [1, 64], jitter = \"2 s\" }]\n",
+        "platform.other = []\n",
         "clocks.synchronised = [\"a\", \"b\"]\n",
         "clocks.synchronised = \"a\"\n",
         "[chains]\nscan-to-wheels = [\"hokuyo.scan\", \"guidance.command\"]\nempty = []\n",
@@ -334,6 +351,19 @@ fn schema_and_reader_agree_on_configurations() {
         "platform.cpus = \"2\"\n",
         "platform.rt_throttling = 1\n",
         "platform.rt_throttling = \"true\"\n",
+        "[platform.other]\nname = \"lan\"\npriority = 50\nperiod = \"1 ms\"\ntime = \"50 us\"\n",
+        "platform.other = [1]\n",
+        "platform.other = [{ priority = 1, period = \"1 s\", time = \"0 s\" }]\n",
+        "platform.other = [{ name = \"a\", period = \"1 s\", time = \"0 s\" }]\n",
+        "platform.other = [{ name = \"a\", priority = 1, time = \"0 s\" }]\n",
+        "platform.other = [{ name = \"a\", priority = 1, period = \"1 s\" }]\n",
+        "platform.other = [{ name = \" \", priority = 1, period = \"1 s\", time = \"0 s\" }]\n",
+        "platform.other = [{ name = \"a\", priority = 0, period = \"1 s\", time = \"0 s\" }]\n",
+        "platform.other = [{ name = \"a\", priority = 1, period = 1, time = \"0 s\" }]\n",
+        "platform.other = [{ name = \"a\", priority = 1, period = \"1 s\", time = \"0 s\", cpus = [] }]\n",
+        "platform.other = [{ name = \"a\", priority = 1, period = \"1 s\", time = \"0 s\", cpus = [65] }]\n",
+        "platform.other = [{ name = \"a\", priority = 1, period = \"1 s\", time = \"0 s\", cpus = 1 }]\n",
+        "platform.other = [{ name = \"a\", priority = 1, period = \"1 s\", time = \"0 s\", cpu = [1] }]\n",
         "clocks.synchronized = [\"a\"]\n",
         "clocks.synchronised = [1]\n",
         "clocks.synchronised = true\n",
@@ -377,6 +407,10 @@ fn schema_and_reader_agree_on_configurations() {
     for (text, both) in [
         ("platform.cpus = 2.0\n", (true, false)),
         ("assume.codel = \"1e99 s\"\n", (true, false)),
+        (
+            "platform.other = [{ name = \"a\", priority = 1, period = \"0 s\", time = \"0 s\" }]\n",
+            (true, false),
+        ),
         ("types.X.cpp = \"int x, y\"\n", (true, false)),
         ("assume.codel = \"-0 ms\"\n", (false, true)),
     ] {
@@ -468,6 +502,7 @@ fn example() -> Value {
         "format": "mauve-3", "unit": "ns", "digest": null,
         "deployment": {
             "name": "D", "levels": [1e-3, 1e-6], "significance": 1e-6, "cpus": 3, "rt_throttling": true, "not_analysed": [],
+            "other": [{ "name": "lan", "affinity": 2, "priority": 50, "period": 100, "jitter": 0, "time": 5 }],
             "activities": [
                 {
                     "instance": "a", "component": "C", "affinity": 2, "priority": 99, "period": 100, "deadline": 50,
@@ -511,6 +546,16 @@ fn schema_and_reader_agree_on_task_sets() {
         ("/deployment/rt_throttling", json!("on")),
         ("/deployment/not_analysed", json!([1])),
         ("/deployment/activities", json!({})),
+        ("/deployment/other", json!(null)),
+        ("/deployment/other/0/name", json!("a\u{1b}b")),
+        ("/deployment/other/0/affinity", json!(0)),
+        ("/deployment/other/0/affinity", json!(null)),
+        ("/deployment/other/0/priority", json!(0)),
+        ("/deployment/other/0/priority", json!(100)),
+        ("/deployment/other/0/priority", json!("background")),
+        ("/deployment/other/0/period", json!(0)),
+        ("/deployment/other/0/jitter", json!(null)),
+        ("/deployment/other/0/time", json!(-5)),
         ("front/affinity", json!(-1)),
         ("front/priority", json!(0)),
         ("front/priority", json!(100)),

@@ -33,6 +33,8 @@ pub struct Config {
     /// `[platform] rt_throttling`: whether Linux reserves 50 ms of each second for other tasks. If absent, it does not, and
     /// reports show this assumption.
     pub rt_throttling: Option<bool>,
+    /// `[[platform.other]]`: real-time work that is not in the model.
+    pub others: Vec<OtherConfig>,
     /// `[clocks] synchronised`: instances whose activities have one clock, with their ranges.
     pub synchronised: Vec<(String, Range<usize>)>,
     /// `[types.…]`: types that no message package declares.
@@ -76,6 +78,23 @@ pub struct DeploymentConfig {
     pub span: Range<usize>,
     /// `accept`: the instances whose deadlines need no proof.
     pub accepted: Vec<Acceptance>,
+}
+
+/// `[[platform.other]]`: an entry without errors has every value but the optional ones.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct OtherConfig {
+    /// Its name in reports.
+    pub name: Option<String>,
+    /// Its priority, 1 to 99.
+    pub priority: Option<u32>,
+    /// The least time between two of its releases, greater than 0.
+    pub period: Option<Time>,
+    /// The greatest execution time of a release.
+    pub time: Option<Time>,
+    /// The CPUs that it may run on, a bit each, with their range; if absent, all.
+    pub cpus: Option<(u64, Range<usize>)>,
+    /// The greatest delay of a release; if absent, 0.
+    pub jitter: Option<Time>,
 }
 
 /// `planner = "measured by hand"`
@@ -124,6 +143,12 @@ pub enum MistakeKind {
     OutsideSections(String),
     /// The value of this key contains a string over several lines.
     SeveralLines(String),
+    /// A section lacks this key.
+    MissingKey { key: &'static str, section: String },
+    /// Two entries of this section have this name.
+    RepeatedName { name: String, section: String },
+    /// An entry names these CPUs, a bit each, and `[platform] cpus` has this many.
+    NoSuchCpu { named: u64, cpus: u32 },
     /// The value of a key is invalid; with the valid values.
     WrongValue { key: String, expected: ExpectedValue },
 }
@@ -141,6 +166,14 @@ pub enum ExpectedValue {
     Level,
     /// A time with its unit; with the error of an invalid time.
     Time(Option<TimeError>),
+    /// A time greater than 0 with its unit; with the error of an invalid time.
+    Period(Option<TimeError>),
+    /// A list of CPUs, numbered from 1 to 64.
+    Cpus,
+    /// A list of tables, with the header of one.
+    Tables,
+    /// A name on one line, without a space in front.
+    Name,
     /// An integer between two bounds, inclusive.
     Integer(u32, u32),
     /// `true` or `false`.
@@ -266,6 +299,7 @@ impl Reader<'_> {
                 }
             }
         }
+        self.cpus_of_others(config);
     }
 
     fn entry(&mut self, config: &mut Config, section: &Section, key: &TomlKey<'_>, value: &Value<'_>) {
@@ -290,6 +324,9 @@ impl Reader<'_> {
             let kind = MistakeKind::UnknownKey { key: name.to_string(), section, expected };
             return self.unknown(key, known(), kind);
         };
+        if let Kind::Others(field, keys) = &found.kind {
+            return self.others(field(into), &format!("{section}.{name}"), keys, (key, value));
+        }
         if let Err(expected) = found.kind.read(into, value) {
             // No response time depends on a string in a wrong format, nor on a missing root.
             self.completeness &= Completeness::of(match found.kind {
@@ -298,6 +335,60 @@ impl Reader<'_> {
                 _ => false,
             });
             self.error(MistakeKind::WrongValue { key: name.to_string(), expected }, value.span());
+        }
+    }
+
+    /// `[[platform.other]]`: every error leaves an unknown interference.
+    fn others(
+        &mut self,
+        into: &mut Vec<OtherConfig>,
+        section: &str,
+        keys: &[Key<OtherConfig>],
+        (key, value): (&TomlKey<'_>, &Value<'_>),
+    ) {
+        let Some(entries) = value.get_ref().as_array() else {
+            return self.wrong_value(key, value, ExpectedValue::Tables);
+        };
+        for entry in entries.iter() {
+            let Some(values) = entry.get_ref().as_table() else {
+                self.wrong_value(key, entry, ExpectedValue::Tables);
+                continue;
+            };
+            let mut other = OtherConfig::default();
+            let errors = self.errors.len();
+            for (key, value) in values {
+                self.key(&mut other, section, keys, key, value);
+            }
+            let missing = ["name", "priority", "period", "time"];
+            // An unknown key may be a misspelt one.
+            if self.errors.len() == errors
+                && let Some(missing) = missing.into_iter().find(|&name| !values.contains_key(name))
+            {
+                let at = values.iter().next().map_or(entry.span(), |(key, _)| key.span());
+                self.errors.push(Mistake {
+                    kind: MistakeKind::MissingKey { key: missing, section: section.to_owned() },
+                    span: at,
+                    near: None,
+                });
+            }
+            if let Some((name, at)) = other.name.as_ref().zip(values.get("name"))
+                && into.iter().any(|known| known.name.as_ref() == Some(name))
+            {
+                let (name, section) = (name.clone(), section.to_owned());
+                self.error(MistakeKind::RepeatedName { name, section }, at.span());
+            }
+            self.completeness &= Completeness::of(self.errors.len() == errors);
+            into.push(other);
+        }
+    }
+
+    /// Reports CPUs of `[[platform.other]]` that `[platform] cpus` does not have.
+    fn cpus_of_others(&mut self, config: &Config) {
+        let Some(cpus @ ..64) = config.cpus else { return };
+        for (named, span) in config.others.iter().filter_map(|other| other.cpus.clone()) {
+            if named >> cpus != 0 {
+                self.incomplete(MistakeKind::NoSuchCpu { named, cpus }, span);
+            }
         }
     }
 
@@ -388,10 +479,21 @@ impl<T> Kind<T> {
                 let time = Time::parse_with_unit(text, Rounding::Up);
                 *field(into) = Some(time.map_err(|error| ExpectedValue::Time(Some(error)))?);
             }
+            Kind::Period(field) => {
+                let text = text.ok_or(ExpectedValue::Period(None))?;
+                let time = Time::parse_with_unit(text, Rounding::Exact);
+                let time = time.map_err(|error| ExpectedValue::Period(Some(error)))?;
+                *field(into) = Some(time).filter(|time| *time > Time::ZERO);
+                field(into).ok_or(ExpectedValue::Period(None))?;
+            }
+            Kind::Cpus(field) => {
+                let cpus = cpus(found).ok_or(ExpectedValue::Cpus)?;
+                *field(into) = Some((cpus, value.span()));
+            }
+            // The reader reports the errors in the tables one by one.
+            Kind::Others(..) => return Err(ExpectedValue::Tables),
             Kind::Integer(from, to, field) => {
-                let number =
-                    found.as_integer().and_then(|it| u32::from_str_radix(it.as_str(), it.radix()).ok());
-                let number = number.filter(|it| (from..=to).contains(&it));
+                let number = integer(found).filter(|it| (from..=to).contains(&it));
                 *field(into) = Some(number.ok_or(ExpectedValue::Integer(*from, *to))?);
             }
             Kind::Boolean(field) => *field(into) = Some(found.as_bool().ok_or(ExpectedValue::Boolean)?),
@@ -413,6 +515,17 @@ fn strings(value: &Value<'_>) -> Option<Vec<(String, Range<usize>)>> {
         DeValue::Array(values) => values.iter().map(one).collect(),
         _ => Some(vec![one(value)?]),
     }
+}
+
+/// Returns the CPUs in a list of numbers from 1 to 64, a bit each; `None` for an empty list.
+fn cpus(value: &DeValue<'_>) -> Option<u64> {
+    let bit = |number: u32| (1..=64).contains(&number).then(|| 1 << (number - 1));
+    let numbers = value.as_array().filter(|numbers| !numbers.is_empty())?;
+    numbers.iter().try_fold(0, |all, number| Some(all | bit(integer(number.get_ref())?)?))
+}
+
+fn integer(value: &DeValue<'_>) -> Option<u32> {
+    value.as_integer().and_then(|it| u32::from_str_radix(it.as_str(), it.radix()).ok())
 }
 
 fn number(value: &DeValue<'_>) -> Option<f64> {
@@ -559,6 +672,52 @@ mod tests {
         let (found, is_incomplete) = mistakes("project.roots = [\n\"a.mal\",\n5,\n]\n");
         assert!(is_incomplete && found.len() == 1, "{found:?}");
         assert_eq!(mistakes("project.roots = [\n\"a.mal\",\n\"b.mal\",\n]\n"), (Vec::new(), false));
+    }
+
+    #[test]
+    fn other_real_time_work() {
+        const LAN: &str =
+            "[[platform.other]]\nname = \"lan\"\npriority = 50\nperiod = \"1 ms\"\ntime = \"50 us\"\n";
+        let config = read(&format!("{LAN}cpus = [1, 3]\njitter = \"0.1 ms\"\n"));
+        assert_eq!((config.errors, config.completeness), (Vec::new(), Completeness::Complete));
+        let [other] = config.others.as_slice() else { panic!("one") };
+        assert_eq!((other.name.as_deref(), other.priority), (Some("lan"), Some(50)));
+        assert_eq!(other.cpus.as_ref().map(|(cpus, _)| *cpus), Some(0b101));
+        let nanos = [other.period, other.time, other.jitter].map(|time| time.map(Time::as_nanos));
+        assert_eq!(nanos, [Some(1_000_000), Some(50_000), Some(100_000)]);
+        assert_eq!(read(LAN).others[0].cpus, None);
+        // Whatever is wrong, an interference is unknown.
+        for (old, new) in [
+            ("name = \"lan\"\n", ""),
+            ("priority = 50\n", ""),
+            ("period = \"1 ms\"\n", ""),
+            ("time = \"50 us\"\n", ""),
+            ("\"lan\"", "\" \""),
+            ("\"lan\"", "\"a\\u001bb\""),
+            ("50\n", "0\n"),
+            ("50\n", "100\n"),
+            ("\"1 ms\"", "\"0 ms\""),
+            ("\"1 ms\"", "1"),
+            ("\"1 ms\"", "\"0.1 ns\""),
+            ("\"50 us\"", "50"),
+            ("time", "tiem"),
+            ("[[platform.other]]", "[[platform.othr]]"),
+            ("[[platform.other]]", "[platform.other]"),
+            ("priority", "cpus = []\npriority"),
+            ("priority", "cpus = [0]\npriority"),
+            ("priority", "cpus = [65]\npriority"),
+            ("priority", "cpus = 1\npriority"),
+        ] {
+            assert!(LAN.contains(old), "{old}");
+            let (found, is_incomplete) = mistakes(&LAN.replacen(old, new, 1));
+            assert!(is_incomplete && found.len() == 1, "{old:?} -> {new:?}: {found:?}");
+        }
+        let (found, is_incomplete) = mistakes(&format!("{LAN}{LAN}"));
+        assert!(is_incomplete && matches!(found.as_slice(), [MistakeKind::RepeatedName { .. }]), "{found:?}");
+        let (found, is_incomplete) = mistakes(&format!("platform.cpus = 2\n{LAN}cpus = [3]\n"));
+        let kind = MistakeKind::NoSuchCpu { named: 4, cpus: 2 };
+        assert_eq!((found, is_incomplete), (vec![kind], true));
+        assert!(mistakes("platform.other = [1]").1 && mistakes("platform.other = 1").1);
     }
 
     #[test]

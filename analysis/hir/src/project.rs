@@ -5,10 +5,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use mauve_timing::Time;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::completeness::Completeness;
-use crate::config::{self, Config, ExternalType};
+use crate::config::{self, Config, ExternalType, OtherConfig};
 use crate::graph::closure;
 use crate::item_tree::Name;
 use crate::{File, ModelDb, Workspace, normalised};
@@ -48,9 +49,24 @@ pub fn external_types(db: &dyn ModelDb, workspace: Workspace) -> BTreeMap<Name, 
     config_of(db, workspace).types.clone()
 }
 
+/// Real-time work that is not in the model, such as an interrupt thread.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[allow(missing_docs, reason = "see `OtherConfig`")]
+pub struct OtherWork {
+    pub name: String,
+    pub priority: u32,
+    pub period: Time,
+    pub time: Time,
+    pub jitter: Time,
+    /// The CPUs that it may run on, a bit each; `None` for all.
+    pub cpus: Option<u64>,
+}
+
 /// The configuration that response times depend on, without ranges: a comment does not change it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Platform {
+    /// `[[platform.other]]`: the complete entries. If one is incomplete, nothing is analysed.
+    pub others: Vec<OtherWork>,
     pub cpus: Option<u32>,
     pub rt_throttling: Option<bool>,
     pub synchronised: BTreeSet<String>,
@@ -60,8 +76,19 @@ pub struct Platform {
 
 #[salsa::tracked(returns(ref))]
 pub fn platform_of(db: &dyn ModelDb, workspace: Workspace) -> Platform {
-    let Config { cpus, rt_throttling, synchronised, completeness, .. } = config_of(db, workspace);
+    let Config { cpus, rt_throttling, synchronised, completeness, others, .. } = config_of(db, workspace);
+    let other = |it: &OtherConfig| {
+        Some(OtherWork {
+            name: it.name.clone()?,
+            priority: it.priority?,
+            period: it.period?,
+            time: it.time?,
+            jitter: it.jitter.unwrap_or_default(),
+            cpus: it.cpus.as_ref().map(|(cpus, _)| *cpus),
+        })
+    };
     Platform {
+        others: others.iter().filter_map(other).collect(),
         cpus: *cpus,
         rt_throttling: *rt_throttling,
         synchronised: synchronised.iter().map(|(name, _)| name.clone()).collect(),

@@ -120,7 +120,7 @@ component.C = [9, 12]
                 {
                   "format": "mauve-3",
                   "unit": "ns",
-                  "digest": "73b233da14db826c",
+                  "digest": "a2ceae2f28629dbe",
                   "deployment": {
                     "name": "D",
                     "levels": [0.001, 1e-6],
@@ -128,6 +128,7 @@ component.C = [9, 12]
                     "cpus": 3,
                     "rt_throttling": false,
                     "not_analysed": [],
+                    "other": [],
                     "activities": [
                       {
                         "instance": "front",
@@ -219,6 +220,7 @@ deployment D { architecture A  activity front { affinity = 3 priority = 2 period
                     "cpus": 3,
                     "rt_throttling": null,
                     "not_analysed": [],
+                    "other": [],
                     "activities": [
                       {
                         "instance": "front",

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use crate::operations::Calls;
-use crate::task_set::Priority;
+use crate::task_set::{Other, Priority};
 use crate::{
     Bound, Breakdown, CpuLoad, CycleMean, Demand, Method, Options, Response, StateMachine, Task, Time,
     Utilisation, response_times,
@@ -56,12 +56,14 @@ pub struct ActivitySet {
     pub activities: Vec<Activity>,
     /// The connected operations that cost time.
     pub operations: Vec<Operation>,
+    /// Real-time work that is not in the model.
+    pub others: Vec<Other>,
     /// Whether Linux keeps some time from real-time tasks.
     pub throttled: bool,
 }
 
 /// The response times of an [`ActivitySet`]. The tasks in it are numbered as the activities are; a number behind theirs is
-/// real-time throttling.
+/// other real-time work, or real-time throttling.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct SetAnalysis {
     /// One for each activity; none for those in the background.
@@ -80,11 +82,12 @@ pub struct SetAnalysis {
     pub tasks: Arc<SetTasks>,
 }
 
-/// The tasks of an [`ActivitySet`]: those of the real-time activities, then real-time throttling.
+/// The tasks of an [`ActivitySet`]: those of the real-time activities, other real-time work, then real-time throttling.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct SetTasks {
     tasks: Vec<Task>,
-    /// The number of each task's activity. Ascending; throttling has numbers behind those of the activities.
+    /// The number of each task's activity. Ascending; other work has the numbers behind those of the activities, then
+    /// throttling.
     numbers: Vec<usize>,
 }
 
@@ -103,9 +106,14 @@ impl SetTasks {
         self.numbers.binary_search(&activity).ok()
     }
 
-    /// Returns the activity of a task; for real-time throttling, a number behind those of the activities.
+    /// Returns the activity of a task; for other work and real-time throttling, a number behind those of the activities.
     pub fn activity(&self, task: usize) -> usize {
         self.numbers.get(task).copied().unwrap_or(usize::MAX)
+    }
+
+    /// Returns the name of a task that is no activity: other work ([`Other::shown`]), or [`THROTTLING`].
+    pub fn name(&self, task: usize) -> &str {
+        self.tasks.get(task).map_or("", |task| &task.name)
     }
 }
 
@@ -166,9 +174,12 @@ impl ActivitySet {
         let activities = self.activities.iter().enumerate().filter(real_time);
         let (mut numbers, mut tasks): (Vec<usize>, Vec<Task>) =
             activities.map(|(index, it)| (index, it.task())).unzip();
+        let mut next = self.activities.len()..;
+        numbers.extend(next.by_ref().take(self.others.len()));
+        tasks.extend(self.others.iter().map(Other::task));
         if self.throttled {
             let throttling = throttling(&tasks);
-            numbers.extend((self.activities.len()..).take(throttling.len()));
+            numbers.extend(next.take(throttling.len()));
             tasks.extend(throttling);
         }
         SetTasks { tasks, numbers }
@@ -190,6 +201,25 @@ impl Activity {
             jitter: self.jitter,
             cpus: self.cpus.unwrap_or(u64::MAX),
             demand: self.demand.clone(),
+        }
+    }
+}
+
+impl Other {
+    /// Returns its name with an addition that no name of an instance has: `network interrupt (platform)`.
+    pub fn shown(&self) -> String {
+        format!("{} (platform)", self.name)
+    }
+
+    fn task(&self) -> Task {
+        Task {
+            name: self.shown(),
+            priority: self.priority,
+            period: self.period,
+            deadline: self.period,
+            jitter: self.jitter,
+            cpus: self.cpus,
+            demand: Demand::Machine { machine: StateMachine::single(self.time), whole: None },
         }
     }
 }

@@ -13,6 +13,7 @@
 //!     "cpus": 1,
 //!     "rt_throttling": null,
 //!     "not_analysed": [],
+//!     "other": [],
 //!     "activities": [
 //!       {
 //!         "instance": "laser",
@@ -48,7 +49,7 @@
 //! The edges of a state execute its `run` and its guards first, up to the guard of the transition that fires. So the state
 //! has one list of these programs, `first`, and an edge has the number of those that it executes: with a list for each edge,
 //! the size would be quadratic in the number of transitions. Files of earlier formats are refused: `mauve-1`, which had these
-//! lists, and `mauve-2`, which had neither jitters nor offsets.
+//! lists, and `mauve-2`, which had no jitters, offsets and `other`.
 //!
 //! A response time is a safety claim, and a file may be damaged. So what could not be analysed is in it with its reason,
 //! never left out; every key must be there, and no other; times are whole nanoseconds; whatever does not fit together is
@@ -104,6 +105,8 @@ pub struct TaskSet {
     pub rt_throttling: Option<bool>,
     /// Why nothing of it can be analysed: an activity or a time may be missing.
     pub not_analysed: Vec<String>,
+    /// Real-time work that is not in the model.
+    pub other: Vec<Other>,
     /// In the order of the deployment.
     pub activities: Vec<Activity>,
 }
@@ -155,6 +158,25 @@ pub struct Activity {
     /// What its jobs execute; none where that is not known at any level, and in the background.
     #[serde(deserialize_with = "nullable")]
     pub machine: Option<Machine>,
+}
+
+/// Real-time work that is not in the model, such as an interrupt thread or a driver: it interferes as an activity does.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Other {
+    /// Its name; no two have the same.
+    pub name: String,
+    /// The CPUs that it may use, a bit each; not 0.
+    #[serde(rename = "affinity")]
+    pub cpus: u64,
+    /// Its priority, 1 to 99.
+    pub priority: u32,
+    /// T, the least time between two releases; greater than 0.
+    pub period: Time,
+    /// J, the greatest delay of a release.
+    pub jitter: Time,
+    /// The greatest execution time of a release.
+    pub time: Time,
 }
 
 /// The priority of an activity.
@@ -381,7 +403,13 @@ impl TaskSet {
             }
         };
         let activities = self.activities.iter().map(activity).collect();
-        ActivitySet { activities, operations: Vec::new(), throttled: self.rt_throttling == Some(true) }
+        let others = self.other.clone();
+        ActivitySet {
+            activities,
+            operations: Vec::new(),
+            others,
+            throttled: self.rt_throttling == Some(true),
+        }
     }
 
     fn check(&self) -> Result<(), TaskSetError> {
@@ -390,9 +418,16 @@ impl TaskSet {
         if self.cpus == 0 {
             return Err(TaskSetError::NoCpu);
         }
-        let count = self.activities.len();
+        let count = self.activities.len().saturating_add(self.other.len());
         if count > MOST_ACTIVITIES {
             return Err(TaskSetError::TooManyActivities(count));
+        }
+        let mut others = HashSet::new();
+        for other in &self.other {
+            other.check().map_err(|error| TaskSetError::OfOther(other.name.clone(), Box::new(error)))?;
+            if !others.insert(&other.name) {
+                return Err(TaskSetError::RepeatedOther(other.name.clone()));
+            }
         }
         let mut known: HashMap<&str, &Activity> = HashMap::new();
         for activity in &self.activities {
@@ -423,9 +458,26 @@ impl TaskSet {
                 ("cpus", line(&self.cpus)),
                 ("rt_throttling", line(&self.rt_throttling)),
                 ("not_analysed", line(&self.not_analysed)),
+                ("other", items(2, self.other.iter().map(line))),
                 ("activities", items(2, self.activities.iter().map(Activity::write))),
             ],
         )
+    }
+}
+
+impl Other {
+    fn check(&self) -> Result<(), TaskSetError> {
+        is_one_line(&self.name)?;
+        if self.period == Time::ZERO {
+            return Err(TaskSetError::NoPeriod);
+        }
+        if !(1..=99).contains(&self.priority) {
+            return Err(TaskSetError::NoPriority(self.priority));
+        }
+        if self.cpus == 0 {
+            return Err(TaskSetError::NoCpu);
+        }
+        Ok(())
     }
 }
 
@@ -797,6 +849,14 @@ mod tests {
             cpus: 1,
             rt_throttling: Some(true),
             not_analysed: Vec::new(),
+            other: vec![Other {
+                name: "lan".to_owned(),
+                cpus: 1,
+                priority: 50,
+                period: always,
+                jitter: Time::from_nanos(2),
+                time: Time::from_nanos(9),
+            }],
             activities: vec![front, rear, idle],
         })
     }
@@ -941,6 +1001,14 @@ mod tests {
                 ("/deployment/cpus", json!(0)),
                 ("/deployment/name", json!("a\nb")),
                 ("/deployment/rt_throttling", json!(1)),
+                ("/deployment/other/0/name", json!("a\nb")),
+                ("/deployment/other/0/affinity", json!(0)),
+                ("/deployment/other/0/priority", json!(100)),
+                ("/deployment/other/0/period", json!(0)),
+                (
+                    "/deployment/other",
+                    json!([{ "name": "a", "affinity": 1, "priority": 1, "period": 1, "jitter": 0, "time": 1 }, { "name": "a", "affinity": 1, "priority": 1, "period": 1, "jitter": 0, "time": 1 }]),
+                ),
                 ("front/affinity", json!(2)),
                 ("front/affinity", json!(3)),
                 ("front/affinity", json!(null)),
@@ -1000,7 +1068,12 @@ mod tests {
                 NoLevels
                 NoCpu
                 ControlCharacter("a\nb")
-                Json("invalid type: integer `1`, expected a boolean at line 229 column 22")
+                Json("invalid type: integer `1`, expected a boolean at line 239 column 22")
+                OfOther("a\nb", ControlCharacter("a\nb"))
+                OfOther("lan", NoCpu)
+                OfOther("lan", NoPriority(100))
+                OfOther("lan", NoPeriod)
+                RepeatedOther("a")
                 OfActivity("front", NoReason(Cpu, Level { bits: 4562254508917369340 }))
                 OfActivity("front", NoReason(Cpu, Level { bits: 4562254508917369340 }))
                 OfActivity("front", NoReason(Cpu, Level { bits: 4562254508917369340 }))

@@ -11,7 +11,7 @@ use mauve_timing::{Level, Time};
 use crate::psm::{Psm, psm_of};
 use crate::reason::{Prose, Reason};
 use crate::system::{ResolvedActivity, system_of};
-use crate::task_set::{Executed, psms_of};
+use crate::task_set::{Executed, others_of, psms_of};
 use crate::timetable::timetable_of;
 use mauve_hir::{Decl, Edges, ModelDb, ProgramId, Project, config_of, platform_of};
 
@@ -50,6 +50,7 @@ pub fn task_set_of<'db>(
         cpus: system.cpus,
         rt_throttling: platform_of(db, workspace).rt_throttling,
         not_analysed: system.not_analysed.iter().map(|it| message(&it.reason)).collect(),
+        other: others_of(db, project, system),
         activities: system.activities.iter().enumerate().map(activity).collect(),
         levels,
     }

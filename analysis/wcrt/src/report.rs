@@ -3,9 +3,9 @@
 use std::cmp::Reverse;
 use std::sync::Arc;
 
-use mauve_timing::task_set::Priority;
+use mauve_timing::task_set::{Other, Priority};
 use mauve_timing::{
-    Activity, Breakdown, CpuLoad, CpuRule, Level, Method, Options, SetTasks, Status, THROTTLING, Time, Window,
+    Activity, Breakdown, CpuLoad, CpuRule, Level, Method, Options, SetTasks, Status, Time, Window,
 };
 
 use crate::fact::InterferenceReport;
@@ -50,6 +50,8 @@ pub struct Report<'db> {
     pub cpus: Vec<CpuLoad>,
     /// Why nothing is analysed: an activity or a time may be missing.
     pub not_analysed: Vec<Refusal<'db>>,
+    /// Real-time work that is not in the model, and interferes too.
+    pub others: Vec<Other>,
     pub(crate) tasks: Arc<SetTasks>,
     pub(crate) options: Options,
 }
@@ -134,7 +136,7 @@ impl ReportBreakdown<'_> {
         };
         let instance = |task: usize| {
             let report = self.activities.get(self.tasks.activity(task));
-            report.map_or_else(|| THROTTLING.into(), |it| it.instance.clone())
+            report.map_or_else(|| self.tasks.name(task).into(), |it| it.instance.clone())
         };
         let Some(rule) = report.rule else { return Vec::new() };
         let parts = self.breakdown.of(task, rule, report.window.as_ref(), report.first_job).into_iter();

@@ -74,6 +74,7 @@ fn report<'db>(deployed: &Deployed<'db>, query: Query, interrupt: &dyn Fn()) -> 
             .map(|it| CpuLoad { complete: it.complete && deployed.not_analysed.is_empty(), ..it })
             .collect(),
         not_analysed: deployed.not_analysed.clone(),
+        others: deployed.set.others.clone(),
         tasks: analysis.tasks,
         options,
     }

@@ -1,6 +1,6 @@
 //! A deployment at one level as `timing` analyses it, made of a model or of an exported file.
 
-use mauve_timing::task_set::TaskSet;
+use mauve_timing::task_set::{Other, TaskSet};
 use mauve_timing::{Activity, ActivitySet, Demand, Level, Method};
 
 use crate::psm::{Psm, psm_of};
@@ -10,7 +10,7 @@ use crate::served::{Served, served_in};
 use crate::system::{ResolvedActivity, System};
 use crate::timetable::incomplete_tables;
 use mauve_hir::item_tree::Name;
-use mauve_hir::{ModelDb, Project, platform_of};
+use mauve_hir::{ModelDb, OtherWork, Project, platform_of};
 
 pub(crate) struct Deployed<'db> {
     pub(crate) set: ActivitySet,
@@ -113,7 +113,26 @@ pub(crate) fn activity_set<'db>(
         },
     });
     let throttled = platform_of(db, project.workspace(db)).rt_throttling == Some(true);
-    ActivitySet { activities: activities.collect(), operations: served.operations.clone(), throttled }
+    let others = others_of(db, project, system);
+    ActivitySet { activities: activities.collect(), operations: served.operations.clone(), others, throttled }
+}
+
+/// Returns the real-time work that is not in the model. Without CPUs, it may run on all.
+pub(crate) fn others_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    system: &System<'db>,
+) -> Vec<Other> {
+    let others = platform_of(db, project.workspace(db)).others.iter();
+    let other = |it: &OtherWork| Other {
+        name: it.name.clone(),
+        cpus: it.cpus.unwrap_or(system.cpus),
+        priority: it.priority,
+        period: it.period,
+        jitter: it.jitter,
+        time: it.time,
+    };
+    others.map(other).collect()
 }
 
 fn refusals_of<'a, 'db>(

@@ -1,11 +1,12 @@
 //! Facts about the response times of a deployment: missed deadlines and overloaded CPUs.
 
+use mauve_timing::task_set::Other;
 use mauve_timing::{Level, Status};
 
 use crate::fact::{InterferenceReport, Missed, Overload, TimingFact, TimingFactKind};
 use crate::psm::table_of_greatest_time;
-use crate::reason::{Reason, Refusal};
-use crate::report::{ActivityReport, Query, Verdict};
+use crate::reason::{Reason, Refusal, Share};
+use crate::report::{ActivityReport, Query, Report, Verdict};
 use crate::response::response_times;
 use crate::system::{Priority, system_of};
 use mauve_hir::{Decl, Location, ModelDb, Project};
@@ -50,7 +51,7 @@ pub fn timing_facts<'db>(
         };
         found.push(TimingFact::new(activity.at.clone(), kind));
     }
-    found.extend(overloads(db, project, reports, query.level));
+    found.extend(overloads(db, project, report, query.level));
     found
 }
 
@@ -58,7 +59,7 @@ pub fn timing_facts<'db>(
 fn overloads<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
-    reports: &[ActivityReport<'db>],
+    Report { activities: reports, others, .. }: &Report<'db>,
     level: Level,
 ) -> Vec<TimingFact<'db>> {
     let mut found: Vec<(Overload<'db>, Option<Location<'db>>)> = Vec::new();
@@ -101,6 +102,16 @@ fn overloads<'db>(
         let contributing = reports.iter().filter(contributes);
         let Some(greatest) = contributing.max_by(|a, b| share(a).total_cmp(&share(b))) else { continue };
         (overload.greatest, overload.share) = (greatest.instance.clone(), greatest.share);
+        let share_of = |it: &Other| it.time.as_nanos() as f64 / it.period.as_nanos() as f64;
+        let contributing =
+            others.iter().filter(|it| it.priority >= overload.priority && it.cpus == overload.cpu);
+        let other = contributing.max_by(|a, b| share_of(a).total_cmp(&share_of(b)));
+        if let Some(other) = other.filter(|other| share_of(other) > share(greatest)) {
+            let share = share_of(other);
+            (overload.greatest, overload.share) = (other.shown().as_str().into(), Some(Share(share)));
+            overload.alone = (share > 1.0).then_some((other.time, other.period, None));
+            continue;
+        }
         if let Some((own, period)) = greatest.own.zip(greatest.period).filter(|_| share(greatest) > 1.0) {
             *at = greatest.at.clone();
             let table = greatest.component.and_then(|it| table_of_greatest_time(db, project, it, level));

@@ -296,6 +296,14 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
     if it.rt_throttling().is_none() {
         out += "  assumption: real-time throttling is off; set `[platform] rt_throttling` in mauve.toml\n";
     }
+    let others = it.reports.first().into_iter().flat_map(|(_, report)| &report.others);
+    out.extend(others.map(|other| {
+        let (name, cpus) = (other.shown(), cpu_names(other.cpus));
+        format!(
+            "  {name} interferes too: {} every {}, priority {}, {cpus}\n",
+            other.time, other.period, other.priority
+        )
+    }));
     out.extend(notes(it));
     out
 }

@@ -6,7 +6,9 @@ use std::ops::Range;
 use mauve_timing::{Level, Time};
 
 use super::cpp::is_cpp_type;
-use super::{Acceptance, Config, DeploymentConfig, ExpectedValue, ExternalType, is_header, maintainer_of};
+use super::{
+    Acceptance, Config, DeploymentConfig, ExpectedValue, ExternalType, OtherConfig, is_header, maintainer_of,
+};
 use crate::severity::Severity;
 
 /// A section of `mauve.toml`. Completion shows `summary`, the schema `documentation`.
@@ -62,6 +64,12 @@ pub enum Kind<T> {
     Level(fn(&mut T, Level, Range<usize>)),
     /// A time with its unit.
     Time(fn(&mut T) -> &mut Option<Time>),
+    /// A time greater than 0 with its unit, exact to the nanosecond.
+    Period(fn(&mut T) -> &mut Option<Time>),
+    /// A list of CPUs, numbered from 1; stored with a bit for each.
+    Cpus(Field<T, Option<(u64, Range<usize>)>>),
+    /// A list of tables with these keys, such as `[[platform.other]]`.
+    Others(Field<T, Vec<OtherConfig>>, &'static [Key<OtherConfig>]),
     /// An integer between two bounds, inclusive.
     Integer(u32, u32, fn(&mut T) -> &mut Option<u32>),
     /// `true` or `false`.
@@ -156,6 +164,10 @@ pub static SECTIONS: [Section; 10] = [
         Key { name: "rt_throttling", kind: Kind::Boolean(|it| &mut it.rt_throttling), default: None, examples: "[false]",
             documentation: "Does Linux keep 50 ms of each second from real-time tasks (kernel.sched_rt_runtime_us)? When left \
                             out, it does not, and that is shown as an assumption." },
+        Key { name: "other", kind: Kind::Others(|it| &mut it.others, &OTHER), default: None,
+            examples: r#"[[{ "name": "network interrupt", "priority": 50, "period": "1 ms", "time": "50 us" }]]"#,
+            documentation: "Real-time work that is not in the model, such as interrupt threads and drivers: it interferes with \
+                            the activities of every deployment." },
     ]), documentation: "The machine that the robot runs on." },
     Section { name: "clocks", summary: "which releases keep their distance", entries: Entries::Keys(&[
         Key { name: "synchronised", kind: Kind::Instances(|it| &mut it.synchronised), default: None,
@@ -171,6 +183,50 @@ pub static SECTIONS: [Section; 10] = [
     Section { name: "chains", summary: "ports that data goes through", entries: Entries::Chains,
         documentation: "Chains of ports from a cause to its effect, each under a name. Read, and reported as not analysed." },
 ];
+
+/// The keys of `[[platform.other]]`.
+#[rustfmt::skip]
+static OTHER: [Key<OtherConfig>; 6] = [
+    Key { name: "name", kind: Kind::Text {
+            store: |it, text| is_name(text).then(|| it.name = Some(text.to_owned())),
+            expected: ExpectedValue::Name,
+            pattern: r"^[^\u0000-\u0020\u007f-\u00a0][^\u0000-\u001f\u007f-\u009f]*$", usual: &["network interrupt"],
+        }, default: None, examples: r#"["network interrupt"]"#, documentation: "Its name in reports. No two have the same." },
+    Key { name: "priority", kind: Kind::Integer(1, 99, |it| &mut it.priority), default: None, examples: "[50]",
+        documentation: "Its priority, as that of an activity; 99 is the highest." },
+    Key { name: "period", kind: Kind::Period(|it| &mut it.period), default: None, examples: r#"["1 ms"]"#,
+        documentation: "The least time between two of its releases, with its unit: ns, us, ms or s." },
+    Key { name: "time", kind: Kind::Time(|it| &mut it.time), default: None, examples: r#"["50 us"]"#,
+        documentation: "The greatest execution time of a release, with its unit: ns, us, ms or s." },
+    Key { name: "cpus", kind: Kind::Cpus(|it| &mut it.cpus), default: None, examples: "[[1], [1, 2]]",
+        documentation: "The CPUs that it may run on, numbered from 1. When left out, all." },
+    Key { name: "jitter", kind: Kind::Time(|it| &mut it.jitter), default: Some("\"0 ms\""), examples: r#"["0.1 ms"]"#,
+        documentation: "By how much a release may be late, with its unit: ns, us, ms or s." },
+];
+
+/// Returns whether this is a name for a report: on one line, and without a space in front.
+fn is_name(text: &str) -> bool {
+    !text.is_empty() && !text.starts_with([' ', '\u{a0}']) && !text.contains(char::is_control)
+}
+
+/// Returns the keys of a list of tables by the name in its headers, such as `platform.other`.
+pub fn keys_in_list(header: &str) -> Option<&'static [Key<OtherConfig>]> {
+    let (section, name) = header.split_once('.')?;
+    let Entries::Keys(keys) = section_named(section)?.entries else { return None };
+    match keys.iter().find(|key| key.name == name)?.kind {
+        Kind::Others(_, keys) => Some(keys),
+        _ => None,
+    }
+}
+
+/// Returns the names in the headers of lists of tables, such as `platform.other`, each with its summary.
+pub fn lists_of_tables() -> impl Iterator<Item = (String, &'static str)> {
+    SECTIONS.iter().flat_map(|section| {
+        let keys = if let Entries::Keys(keys) = section.entries { keys } else { &[] };
+        let lists = keys.iter().filter(|key| matches!(key.kind, Kind::Others(..)));
+        lists.map(|key| (format!("{}.{}", section.name, key.name), "real-time work that is not in the model"))
+    })
+}
 
 /// Returns the section of that name.
 pub fn section_named(name: &str) -> Option<&'static Section> {

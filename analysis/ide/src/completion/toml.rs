@@ -4,7 +4,10 @@
 use std::collections::BTreeSet;
 
 use mauve_diagnostics::codes;
-use mauve_hir::config_keys::{Entries, Kind as ValueKind, SECTIONS, SEVERITIES, Section, section_named};
+use mauve_hir::config_keys::{
+    Entries, Key as ConfigKey, Kind as ValueKind, SECTIONS, SEVERITIES, Section, keys_in_list,
+    lists_of_tables, section_named,
+};
 use mauve_hir::item_tree::{FeatureKind, Kind, Name};
 use mauve_hir::{
     File, ModelDb, ProgramKey, Project, Workspace, behaviour_of, config_file, core_of, flat_of, is_model,
@@ -61,13 +64,17 @@ pub(super) fn completions(
                 KEYS.iter().filter(|it| it.is_section()).map(|it| (it.name, it.summary, false)).collect()
             }
         };
+        let lists = lists_of_tables().filter(|_| is_config);
+        let rank = if matches!(place.what, What::Header) { 0 } else { 2 };
         for (name, summary, is_named) in sections {
             if is_named || !place.sections.contains(name) {
                 let label = if is_named { format!("[{name}.Name]") } else { format!("[{name}]") };
-                let rank = if matches!(place.what, What::Header) { 0 } else { 2 };
                 items.push(Completion::new(CompletionKind::Key, label).note(summary).rank(rank));
             }
         }
+        items.extend(lists.map(|(name, summary)| {
+            Completion::new(CompletionKind::Key, format!("[[{name}]]")).note(summary).rank(rank)
+        }));
     }
     items.sort_by_key(|item| item.rank);
     let replaced = TextRange::new((place.start as u32).into(), (place.end as u32).into());
@@ -89,6 +96,8 @@ struct Location {
     what: What,
     /// The section around the cursor; empty before the first one.
     section: String,
+    /// The number of the section, in the order of the text.
+    number: usize,
     sections: BTreeSet<String>,
     /// The keys on other lines of the section.
     given: BTreeSet<String>,
@@ -104,19 +113,20 @@ impl Location {
         let (mut section, mut open_key, mut depth) = (String::new(), String::new(), 0_i32);
         let mut here: Option<Location> = None;
         let mut sections = BTreeSet::new();
-        let mut keys: Vec<(String, String)> = Vec::new();
+        let (mut number, mut keys): (usize, Vec<(usize, String)>) = (0, Vec::new());
         let mut line_start = 0;
         for line in text.split('\n') {
             let is_here = (line_start..=line_start + line.len()).contains(&offset);
             if is_here {
                 let before = line.get(..offset - line_start)?;
                 let place = Location::in_line(line, before, line_start, depth > 0, &open_key)?;
-                here = Some(Location { section: section.clone(), ..place });
+                here = Some(Location { section: section.clone(), number, ..place });
             }
             let trimmed = without_comment(line).trim();
             let assigned = equals(trimmed);
             if depth == 0 && trimmed.starts_with('[') && assigned.is_none() {
                 section = trimmed.trim_matches(['[', ']']).trim().to_owned();
+                number += 1;
                 if !is_here {
                     sections.insert(section.clone());
                 }
@@ -124,7 +134,7 @@ impl Location {
                 let (key, value) = trimmed.split_at(at);
                 open_key = unquoted(key.trim());
                 if !is_here {
-                    keys.push((section.clone(), open_key.clone()));
+                    keys.push((number, open_key.clone()));
                 }
                 depth += brackets(value);
             } else if depth > 0 {
@@ -134,7 +144,7 @@ impl Location {
             line_start += line.len() + 1;
         }
         let mut here = here?;
-        let given = keys.into_iter().filter(|(of, _)| *of == here.section);
+        let given = keys.into_iter().filter(|(of, _)| *of == here.number);
         here.given = given.map(|(_, key)| key).collect();
         Some(Location { sections, ..here })
     }
@@ -180,6 +190,7 @@ impl Location {
         Some(Location {
             what,
             section: String::new(),
+            number: 0,
             sections: BTreeSet::new(),
             given: BTreeSet::new(),
             start: line_start + start,
@@ -232,6 +243,9 @@ impl Toml<'_, '_> {
     fn config_keys(&self, section: &str) -> Vec<Completion> {
         let kind = section.split('.').next().unwrap_or_default();
         let item = |key| Completion::new(CompletionKind::Key, key);
+        if let Some(keys) = keys_in_list(section) {
+            return keys.iter().map(|key| item(key.name).rank(0)).collect();
+        }
         match section_named(kind).map(|it| &it.entries) {
             Some(Entries::Keys(keys)) => keys.iter().map(|key| item(key.name).rank(0)).collect(),
             Some(Entries::Types(keys)) if section != kind => {
@@ -246,12 +260,18 @@ impl Toml<'_, '_> {
     }
 
     fn config_values(&self, section: &str, key: &str) -> Vec<Completion> {
-        let keys = match section_named(section).map(|it| &it.entries) {
-            Some(Entries::Keys(keys)) => keys,
-            Some(Entries::Lints) => return SEVERITIES.map(|(name, _)| text(name)).into(),
-            Some(Entries::Chains) => return self.instances(true),
-            Some(Entries::Types(_) | Entries::Deployments(_)) | None => return Vec::new(),
-        };
+        if let Some(keys) = keys_in_list(section) {
+            return self.values(keys, key);
+        }
+        match section_named(section).map(|it| &it.entries) {
+            Some(Entries::Keys(keys)) => self.values(keys, key),
+            Some(Entries::Lints) => SEVERITIES.map(|(name, _)| text(name)).into(),
+            Some(Entries::Chains) => self.instances(true),
+            Some(Entries::Types(_) | Entries::Deployments(_)) | None => Vec::new(),
+        }
+    }
+
+    fn values<T>(&self, keys: &[ConfigKey<T>], key: &str) -> Vec<Completion> {
         match keys.iter().find(|it| it.name == key).map(|it| &it.kind) {
             Some(ValueKind::Models(_)) => self.files(true),
             Some(ValueKind::Tables(_)) => self.files(false),
@@ -265,7 +285,11 @@ impl Toml<'_, '_> {
             Some(ValueKind::Time(_)) => vec![text("5 ms")],
             Some(ValueKind::Folder(_)) => vec![text("generated")],
             Some(ValueKind::Text { usual, .. }) => usual.iter().map(|word| text(word)).collect(),
-            Some(ValueKind::Integer(..) | ValueKind::Reasons(_)) | None => Vec::new(),
+            Some(ValueKind::Period(_)) => vec![text("10 ms")],
+            Some(
+                ValueKind::Integer(..) | ValueKind::Reasons(_) | ValueKind::Cpus(_) | ValueKind::Others(..),
+            )
+            | None => Vec::new(),
         }
     }
 
@@ -400,6 +424,7 @@ library nav {
             2 [clocks] (which releases keep their distance)
             2 [deployment.Name] (what is accepted of a deployment)
             2 [chains] (ports that data goes through)
+            2 [[platform.other]] (real-time work that is not in the model)
         "#]]
         .assert_eq(&offered(&with("[timing]\ntables = []\n$0", ""), 9));
         expect![[r#"
@@ -412,8 +437,19 @@ library nav {
             0 [clocks] (which releases keep their distance)
             0 [deployment.Name] (what is accepted of a deployment)
             0 [chains] (ports that data goes through)
+            0 [[platform.other]] (real-time work that is not in the model)
         "#]]
         .assert_eq(&offered(&with("[platform]\ncpus = 1\n[pl$0]", ""), 9));
+        // Each entry of a list has its own keys.
+        let others = "[[platform.other]]\nname = \"lan\"\n[[platform.other]]\npriority = 1\n$0";
+        expect![[r#"
+            0 name ⇒ "name = "
+            0 period ⇒ "period = "
+            0 time ⇒ "time = "
+            0 cpus ⇒ "cpus = "
+            0 jitter ⇒ "jitter = "
+        "#]]
+        .assert_eq(&offered(&with(others, ""), 0));
         assert!(labels(&with("[lints]\nlost$0", "")).contains(&"lost-write".to_owned()));
     }
 
@@ -452,6 +488,12 @@ library nav {
                 expect![[r#"
                 1 true
                 1 false
+            "#]],
+            ),
+            (
+                "[[platform.other]]\nperiod = \"$0",
+                expect![[r#"
+                1 10 ms ⇒ "\"10 ms\""
             "#]],
             ),
             (

@@ -7,6 +7,7 @@ use mauve_hir::{Decl, File, ModelDb, Project, declaration_at, parse};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::keywords::ActivityField;
 use mauve_syntax::{TextSize, tokens_at};
+use mauve_timing::task_set::Other;
 use mauve_wcrt::{Priority, Query, ResolvedActivity, response_times, system_of};
 
 use super::Hover;
@@ -34,7 +35,10 @@ pub(super) fn of_field(
         let activity = activities.iter().find(|it| it.at.range(db) == name)?;
         match kind {
             ActivityField::Affinity => affinity(db, project, deployment, activity),
-            ActivityField::Priority => priority(activity, activities),
+            ActivityField::Priority => {
+                let report = response_times(db, project, deployment, Query::shown(db, project));
+                priority(activity, activities, &report.others)
+            }
             ActivityField::Period
             | ActivityField::Deadline
             | ActivityField::Jitter
@@ -68,10 +72,17 @@ fn affinity<'db>(
 }
 
 /// `Higher or equal priority on CPU 1: laser 30, pilot 20 (equal).`
-fn priority(activity: &ResolvedActivity<'_>, activities: &[ResolvedActivity<'_>]) -> Option<String> {
+fn priority(
+    activity: &ResolvedActivity<'_>,
+    activities: &[ResolvedActivity<'_>],
+    others: &[Other],
+) -> Option<String> {
     let Priority::RealTime(own) = activity.priority else { return None };
     let cpus = activity.cpus?;
-    let mut above: Vec<(u32, &str)> = Vec::new();
+    let others = others.iter().filter(|it| it.priority >= own && it.cpus & cpus != 0);
+    let others: Vec<(u32, String)> = others.map(|it| (it.priority, it.shown())).collect();
+    let mut above: Vec<(u32, &str)> =
+        others.iter().map(|(priority, name)| (*priority, name.as_str())).collect();
     let mut unknown: Vec<&str> = Vec::new();
     for other in activities.iter().filter(|it| it.cpus.is_none_or(|other| other & cpus != 0)) {
         match other.priority {

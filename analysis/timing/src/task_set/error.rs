@@ -34,6 +34,12 @@ pub enum TaskSetError {
     RepeatedActivity(String),
     /// The activity of this name has an error.
     OfActivity(String, Box<TaskSetError>),
+    /// Other work of this name has an error.
+    OfOther(String, Box<TaskSetError>),
+    /// Two entries of other work have this name.
+    RepeatedOther(String),
+    /// This is no priority.
+    NoPriority(u32),
     /// A period or a deadline is 0.
     NoPeriod,
     /// The deadline is later than the period.
