@@ -119,8 +119,8 @@ impl SetTasks {
 
 /// Linux keeps real-time tasks from the CPU for this long in each period, unless it is told otherwise
 /// (`kernel.sched_rt_runtime_us`, `kernel.sched_rt_period_us`).
-const THROTTLED: Time = Time::from_nanos(50_000_000);
-const THROTTLING_PERIOD: Time = Time::from_nanos(1_000_000_000);
+pub(crate) const THROTTLED: Time = Time::from_nanos(50_000_000);
+pub(crate) const THROTTLING_PERIOD: Time = Time::from_nanos(1_000_000_000);
 
 impl ActivitySet {
     /// Computes the response times. To cancel, `interrupt` unwinds.

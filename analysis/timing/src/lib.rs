@@ -31,6 +31,7 @@
 //! | `operations.rs` | the calls of operations that jobs execute for others |
 //! | `activities.rs` | [`ActivitySet`]: what a deployment runs at one level, and its response times |
 //! | `response_time.rs` | [`response_times`]: the analysis |
+//! | `simulation.rs` | [`ActivitySet::simulate`]: one of the possible schedules, at random |
 //! | `breakdown.rs` | [`Breakdown`]: the interference in a response time, by task |
 //!
 //! The tests compare each of these with its definition on small random inputs. Beside them, `tests/reachability.rs` runs
@@ -46,6 +47,7 @@ mod lane;
 mod machine;
 mod operations;
 mod response_time;
+mod simulation;
 mod table;
 mod task;
 pub mod task_set;
@@ -60,6 +62,7 @@ pub use breakdown::Breakdown;
 pub use cycle_mean::CycleMean;
 pub use machine::{Edge, MachineError, StateMachine};
 pub use response_time::response_times;
+pub use simulation::{Calls, Executed, Job, LeftOut, Random, Schedule, SimulationOptions, Slice, Statistics};
 pub use table::error::{TableError, TableErrorKind, TomlKind};
 pub use table::{Entry, KeyPart, Level, MOST_LEVELS, Overhead, Table, Times, keys as table_keys};
 pub use task::{

@@ -1,0 +1,563 @@
+//! Simulated schedules of an [`ActivitySet`]: preemptive fixed priorities, in integer nanoseconds.
+//!
+//! A simulation shows one of many possible schedules. It proves nothing about the others: a response time that it never
+//! shows may still occur. It never exceeds a bound, which is what `tests/simulation.rs` checks.
+//!
+//! What is simulated:
+//!
+//! - **Releases**: every period from a random phase, or from 0 ([`SimulationOptions::simultaneous`]); each is late by a random
+//!   time up to the jitter, and their order is kept.
+//! - **Jobs**: a job takes a random edge of its state, and a random part of the cost of that edge. Late jobs queue: each starts
+//!   after the end of the earlier one.
+//! - **Scheduling**: as `SCHED_FIFO` does. A ready activity never waits while a CPU of its mask is idle or executes an activity
+//!   of lower priority. Activities of equal priority do not preempt each other. An activity keeps its CPU where it can.
+//! - **Operations**: a job of the client sends a random number of calls, up to [`Operation::sends`](crate::Operation::sends),
+//!   at random instants of its execution. [`Calls`] says when the provider executes them.
+//! - **Throttling**: as in the analysis, an activity of the highest priority on each CPU.
+//!
+//! Left out are activities that the analysis does not know (of unknown demand, priority or CPUs, without a period), and those in
+//! the background, which never delay the others. [`Schedule::left_out`] lists them.
+
+mod engine;
+mod random;
+
+pub use self::random::Random;
+
+use crate::task_set::Priority;
+use crate::{Activity, ActivitySet, Demand, Time};
+
+/// The options of a simulation.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct SimulationOptions {
+    /// Determines all random choices. Those of an activity depend on the seed and its index only, not on the others:
+    /// after a change of a priority, all jobs still take the same paths.
+    pub seed: u64,
+    /// The end of the simulation, which starts at 0. At most 2⁶³ ns are simulated.
+    pub length: Time,
+    /// Releases the first jobs of all activities at 0, otherwise each at a random instant of its first period.
+    pub simultaneous: bool,
+    /// The state at the start of each activity's first job, by the index of the activity; random where there is none.
+    pub initial_states: Vec<Option<u32>>,
+    /// The least execution time of a job or a call, in percent of the greatest; from 100 on, all take the greatest.
+    pub least_time: u32,
+    /// The probability that a job takes the edge of greatest cost of its state, in percent; the others take any edge of
+    /// their state, each with the same probability.
+    pub heavy: u32,
+    /// When providers execute calls.
+    pub calls: Calls,
+    /// Whether the schedule is kept, otherwise only the statistics.
+    pub keeps_schedule: bool,
+    /// The simulation ends early after this number of events. A job has at least two: its release and its end.
+    pub most_events: u64,
+}
+
+/// When a provider executes the pending calls of its operations.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Calls {
+    /// At the start of its next job.
+    AtJobs,
+    /// At once if it has no unfinished job, otherwise after the current job.
+    BetweenJobs,
+}
+
+impl SimulationOptions {
+    /// Random phases, uniform paths, at least half of each execution time; the schedule is kept.
+    pub fn new(seed: u64, length: Time) -> SimulationOptions {
+        SimulationOptions {
+            seed,
+            length,
+            simultaneous: false,
+            initial_states: Vec::new(),
+            least_time: 50,
+            heavy: 0,
+            calls: Calls::AtJobs,
+            keeps_schedule: true,
+            most_events: 1 << 40,
+        }
+    }
+}
+
+/// The result of a simulation.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Schedule {
+    /// The instant where the simulation ended: the requested one, unless the number of events was exhausted.
+    pub end: Time,
+    /// Of each activity; none for those that are left out.
+    pub statistics: Vec<Option<Statistics>>,
+    /// The activities that are not simulated, ascending, with the reason.
+    pub left_out: Vec<(usize, LeftOut)>,
+    /// What the CPUs executed, by start and CPU.
+    pub slices: Vec<Slice>,
+    /// The released jobs, by their release and activity.
+    pub jobs: Vec<Job>,
+}
+
+/// The jobs of an activity.
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
+pub struct Statistics {
+    /// The number of jobs that ended.
+    pub jobs: u64,
+    /// The number of released jobs that did not end.
+    pub unfinished: u64,
+    /// The number of jobs that did not end at their deadline or before; also unfinished ones.
+    pub misses: u64,
+    /// The greatest response time; none without a job that ended.
+    pub greatest: Option<Time>,
+    /// The average response time, rounded down; none without a job that ended.
+    pub average: Option<Time>,
+}
+
+/// Why an activity is not simulated.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum LeftOut {
+    /// It is in the background: it never delays the others.
+    Background,
+    /// The analysis does not know its demand, its period, its priority or its CPUs. It may delay others, so that real response
+    /// times may be greater than those of the simulation.
+    Unknown,
+}
+
+/// An uninterrupted execution on one CPU.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Slice {
+    /// The index of the activity. Numbers after those of all activities are real-time throttling.
+    pub activity: usize,
+    /// The number of the job, from 1; of a call between two jobs, that of the next.
+    pub job: u64,
+    /// The number of the CPU.
+    pub cpu: u32,
+    /// Its start.
+    pub start: Time,
+    /// Its end; equal to the start where the execution time of a job is 0.
+    pub end: Time,
+    /// The executed part of the job.
+    pub executed: Executed,
+}
+
+/// A part of a job.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Executed {
+    /// The edge of the state machine with this index.
+    Edge(usize),
+    /// A call of the operation with this index of [`ActivitySet::operations`].
+    Operation(usize),
+}
+
+/// A job that was released.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct Job {
+    /// The index of the activity.
+    pub activity: usize,
+    /// From 1.
+    pub number: u64,
+    /// The nominal instant of the release. The response time and the deadline count from it.
+    pub nominal: Time,
+    /// The instant of the release: at most the jitter later.
+    pub release: Time,
+    /// The instant of the deadline.
+    pub deadline: Time,
+    /// Its end, if it ended.
+    pub end: Option<Time>,
+    /// Whether it did not end at its deadline or before. A job whose deadline is after the end of the simulation is no miss.
+    pub is_missed: bool,
+}
+
+impl ActivitySet {
+    /// Simulates one schedule. The same options give the same schedule, on every machine. To cancel, `interrupt` unwinds.
+    pub fn simulate(&self, options: &SimulationOptions, interrupt: &dyn Fn()) -> Schedule {
+        engine::run(self, options, interrupt)
+    }
+
+    /// Returns a length for simulations that are shown: the hyperperiod or ten times the longest period, whichever is less,
+    /// but no more than `most_jobs` jobs. Zero where no activity can be simulated.
+    pub fn length_to_show(&self, most_jobs: u64) -> Time {
+        let periods: Vec<u64> =
+            self.activities.iter().filter_map(Activity::simulated).map(|it| it.period).collect();
+        let longest = periods.iter().copied().max().unwrap_or_default();
+        let hyperperiod = periods.iter().try_fold(1, |all, &period| least_common_multiple(all, period));
+        let length = hyperperiod.unwrap_or(u64::MAX).min(longest.saturating_mul(10));
+        let jobs =
+            |length: u64| periods.iter().map(|period| u128::from(length.div_ceil(*period))).sum::<u128>();
+        if jobs(length) <= u128::from(most_jobs) {
+            return Time::from_nanos(length);
+        }
+        let (mut short, mut long) = (0, length);
+        while long - short > 1 {
+            let middle = short + (long - short) / 2;
+            if jobs(middle) <= u128::from(most_jobs) {
+                short = middle;
+            } else {
+                long = middle;
+            }
+        }
+        Time::from_nanos(short)
+    }
+}
+
+fn least_common_multiple(a: u64, b: u64) -> Option<u64> {
+    let (mut divisor, mut rest) = (a, b);
+    while rest > 0 {
+        (divisor, rest) = (rest, divisor % rest);
+    }
+    (a / divisor.max(1)).checked_mul(b)
+}
+
+/// The properties of an activity that can be simulated.
+struct Simulated<'a> {
+    priority: u32,
+    /// Greater than 0.
+    period: u64,
+    deadline: u64,
+    /// Not 0.
+    cpus: u64,
+    machine: &'a crate::StateMachine,
+}
+
+impl Activity {
+    /// Returns the properties that a simulation needs; none if the activity cannot be simulated.
+    fn simulated(&self) -> Option<Simulated<'_>> {
+        let Priority::RealTime(priority) = self.priority else { return None };
+        let Demand::Machine { machine, .. } = &self.demand else { return None };
+        let period = self.period.filter(|period| *period > Time::ZERO)?;
+        Some(Simulated {
+            priority,
+            period: period.as_nanos(),
+            deadline: self.deadline.unwrap_or(period).as_nanos(),
+            cpus: self.cpus.filter(|cpus| *cpus != 0)?,
+            machine,
+        })
+    }
+
+    fn left_out(&self) -> LeftOut {
+        match self.priority {
+            Priority::Background => LeftOut::Background,
+            Priority::RealTime(_) | Priority::Unknown => LeftOut::Unknown,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Write as _;
+
+    use super::*;
+    use crate::testing::machine;
+    use crate::{Operation, StateMachine};
+    use expect_test::{Expect, expect};
+
+    fn activity(priority: u32, period: u64, cpus: u64, machine: StateMachine) -> Activity {
+        Activity {
+            name: String::new(),
+            priority: Priority::RealTime(priority),
+            period: Some(Time::from_nanos(period)),
+            deadline: Some(Time::from_nanos(period)),
+            jitter: Time::ZERO,
+            cpus: Some(cpus),
+            demand: Demand::Machine { machine, whole: None },
+        }
+    }
+
+    fn simple(priority: u32, period: u64, cpus: u64, cost: u64) -> Activity {
+        activity(priority, period, cpus, StateMachine::single(Time::from_nanos(cost)))
+    }
+
+    fn set(activities: Vec<Activity>) -> ActivitySet {
+        ActivitySet { activities, operations: Vec::new(), throttled: false }
+    }
+
+    /// All released at 0, with full execution times.
+    fn worst(length: u64) -> SimulationOptions {
+        SimulationOptions {
+            simultaneous: true,
+            least_time: 100,
+            ..SimulationOptions::new(1, Time::from_nanos(length))
+        }
+    }
+
+    /// The slices as `activity.job@cpu start-end`, then the jobs that are late or unfinished.
+    fn shown(schedule: &Schedule) -> String {
+        let mut out = String::new();
+        for it in &schedule.slices {
+            let executed = match it.executed {
+                Executed::Edge(edge) => format!("edge {edge}"),
+                Executed::Operation(operation) => format!("operation {operation}"),
+            };
+            let (start, end) = (it.start.as_nanos(), it.end.as_nanos());
+            let _ = writeln!(out, "{}.{}@{} {start}-{end} {executed}", it.activity, it.job, it.cpu);
+        }
+        for job in &schedule.jobs {
+            let what = match (job.is_missed, job.end) {
+                (false, Some(_)) => continue,
+                (true, _) => "late",
+                (false, None) => "unfinished",
+            };
+            let _ = writeln!(out, "{}.{} {what}", job.activity, job.number);
+        }
+        out
+    }
+
+    fn check(set: &ActivitySet, options: &SimulationOptions, expected: Expect) {
+        expected.assert_eq(&shown(&set.simulate(options, &|| ())));
+    }
+
+    #[test]
+    fn a_job_is_preempted_and_continues() {
+        let set = set(vec![simple(1, 12, 1, 5), simple(2, 4, 1, 2)]);
+        check(
+            &set,
+            &worst(12),
+            expect![[r#"
+                1.1@0 0-2 edge 0
+                0.1@0 2-4 edge 0
+                1.2@0 4-6 edge 0
+                0.1@0 6-8 edge 0
+                1.3@0 8-10 edge 0
+                0.1@0 10-11 edge 0
+            "#]],
+        );
+        let schedule = set.simulate(&worst(12), &|| ());
+        let statistics = Statistics {
+            jobs: 1,
+            unfinished: 0,
+            misses: 0,
+            greatest: Some(Time::from_nanos(11)),
+            average: Some(Time::from_nanos(11)),
+        };
+        assert_eq!(schedule.statistics[0], Some(statistics));
+        assert_eq!(schedule.end.as_nanos(), 12);
+    }
+
+    #[test]
+    fn late_jobs_queue() {
+        // The first edge takes longer than a period, and the next jobs catch up.
+        let heavy = machine(2, &[(0, 1, 13), (1, 1, 1)]);
+        let set = set(vec![activity(1, 5, 1, heavy)]);
+        let options = SimulationOptions { initial_states: vec![Some(0)], ..worst(22) };
+        check(
+            &set,
+            &options,
+            expect![[r#"
+                0.1@0 0-13 edge 0
+                0.2@0 13-14 edge 1
+                0.3@0 14-15 edge 1
+                0.4@0 15-16 edge 1
+                0.5@0 20-21 edge 1
+                0.1 late
+                0.2 late
+            "#]],
+        );
+        let statistics = set.simulate(&options, &|| ()).statistics[0].unwrap();
+        assert_eq!((statistics.jobs, statistics.misses, statistics.unfinished), (5, 2, 0));
+        assert_eq!(statistics.average, Some(Time::from_nanos((13 + 9 + 5 + 1 + 1) / 5)));
+    }
+
+    #[test]
+    fn unfinished_jobs_are_late_once_their_deadline_is_over() {
+        let set = set(vec![simple(2, 4, 1, 4), simple(1, 4, 1, 1)]);
+        for (length, misses) in [(4, 0), (5, 1), (8, 1), (9, 2), (13, 3)] {
+            let schedule = set.simulate(&worst(length), &|| ());
+            assert_eq!(schedule.statistics[1].unwrap().misses, misses, "{length}");
+            assert_eq!(schedule.jobs.iter().filter(|job| job.is_missed).count() as u64, misses, "{length}");
+        }
+    }
+
+    #[test]
+    fn equal_priorities_take_turns_in_the_order_of_their_releases() {
+        let set = set(vec![simple(1, 10, 1, 3), simple(1, 5, 1, 2)]);
+        check(
+            &set,
+            &worst(10),
+            expect![[r#"
+                0.1@0 0-3 edge 0
+                1.1@0 3-5 edge 0
+                1.2@0 5-7 edge 0
+            "#]],
+        );
+    }
+
+    #[test]
+    fn several_cpus() {
+        // 0 may use both CPUs, and moves where a higher priority takes its own.
+        let set = set(vec![simple(1, 20, 0b11, 9), simple(3, 8, 0b01, 2), simple(2, 10, 0b10, 3)]);
+        check(
+            &set,
+            &worst(20),
+            expect![[r#"
+                1.1@0 0-2 edge 0
+                2.1@1 0-3 edge 0
+                0.1@0 2-8 edge 0
+                1.2@0 8-10 edge 0
+                0.1@1 8-10 edge 0
+                0.1@0 10-11 edge 0
+                2.2@1 10-13 edge 0
+                1.3@0 16-18 edge 0
+            "#]],
+        );
+    }
+
+    #[test]
+    fn jobs_without_a_cost_take_no_time() {
+        let set = set(vec![simple(1, 10, 1, 0), simple(2, 5, 1, 2)]);
+        check(
+            &set,
+            &worst(10),
+            expect![[r#"
+                1.1@0 0-2 edge 0
+                0.1@0 2-2 edge 0
+                1.2@0 5-7 edge 0
+            "#]],
+        );
+    }
+
+    #[test]
+    fn calls_are_executed_by_the_provider() {
+        let mut set = set(vec![simple(2, 10, 1, 1), simple(1, 10, 1, 6)]);
+        set.operations = vec![Operation { provider: 0, client: 1, sends: 1, time: Time::from_nanos(2) }];
+        let options = SimulationOptions { seed: 5, ..worst(20) };
+        check(
+            &set,
+            &options,
+            expect![[r#"
+                0.1@0 0-1 edge 0
+                1.1@0 1-7 edge 0
+                0.2@0 10-12 operation 0
+                0.2@0 12-13 edge 0
+                1.2@0 13-19 edge 0
+            "#]],
+        );
+        check(
+            &set,
+            &SimulationOptions { calls: Calls::BetweenJobs, ..options },
+            expect![[r#"
+                0.1@0 0-1 edge 0
+                1.1@0 1-6 edge 0
+                0.2@0 6-8 operation 0
+                1.1@0 8-9 edge 0
+                0.2@0 10-11 edge 0
+                1.2@0 11-17 edge 0
+            "#]],
+        );
+    }
+
+    #[test]
+    fn throttling_is_an_activity_of_the_highest_priority() {
+        let second = 1_000_000_000;
+        let mut set = set(vec![simple(99, second, 0b100, second / 2)]);
+        set.throttled = true;
+        check(
+            &set,
+            &worst(second),
+            expect![[r#"
+                1.1@2 0-50000000 edge 0
+                0.1@2 50000000-550000000 edge 0
+            "#]],
+        );
+    }
+
+    #[test]
+    fn releases_are_late_in_order() {
+        let mut late = simple(1, 5, 1, 1);
+        late.jitter = Time::from_nanos(12);
+        let schedule = set(vec![late]).simulate(&worst(200), &|| ());
+        let delays: Vec<u64> =
+            schedule.jobs.iter().map(|job| job.release.as_nanos() - job.nominal.as_nanos()).collect();
+        assert!(
+            delays.iter().all(|delay| *delay <= 12) && delays.iter().any(|delay| *delay > 5),
+            "{delays:?}"
+        );
+        assert!(schedule.jobs.is_sorted_by_key(|job| (job.release, job.number)));
+        let response = |job: &Job| Some(job.end?.as_nanos() - job.nominal.as_nanos());
+        let greatest = schedule.jobs.iter().filter_map(response).max();
+        assert_eq!(schedule.statistics[0].unwrap().greatest.map(Time::as_nanos), greatest);
+    }
+
+    #[test]
+    fn left_out() {
+        let background = Activity { priority: Priority::Background, ..simple(1, 5, 1, 1) };
+        let unknown = Activity { demand: Demand::Unknown, ..simple(1, 5, 1, 1) };
+        let aperiodic = Activity { period: None, ..simple(1, 5, 1, 1) };
+        let everywhere = Activity { cpus: None, ..simple(1, 5, 1, 1) };
+        let any_priority = Activity { priority: Priority::Unknown, ..simple(1, 5, 1, 1) };
+        let set = set(vec![background, unknown, simple(1, 5, 1, 1), aperiodic, everywhere, any_priority]);
+        let schedule = set.simulate(&worst(10), &|| ());
+        let reasons =
+            [LeftOut::Background, LeftOut::Unknown, LeftOut::Unknown, LeftOut::Unknown, LeftOut::Unknown];
+        assert_eq!(schedule.left_out, [0, 1, 3, 4, 5].into_iter().zip(reasons).collect::<Vec<_>>());
+        assert_eq!(schedule.jobs.len(), 2);
+        let nothing = ActivitySet::default();
+        assert_eq!(nothing.simulate(&worst(10), &|| ()).end.as_nanos(), 10);
+        assert_eq!(nothing.length_to_show(10), Time::ZERO);
+    }
+
+    #[test]
+    fn a_simulation_ends_after_its_events_and_before_the_longest_time() {
+        let set = set(vec![simple(1, 10, 1, 4)]);
+        let schedule = set.simulate(&SimulationOptions { most_events: 3, ..worst(1000) }, &|| ());
+        assert_eq!((schedule.end.as_nanos(), schedule.jobs.len()), (10, 2));
+        let long = simple(1, u64::MAX, u64::MAX, u64::MAX);
+        let all = ActivitySet { activities: vec![long.clone(), long], ..ActivitySet::default() };
+        for simultaneous in [false, true] {
+            let schedule = all.simulate(&SimulationOptions { simultaneous, ..worst(u64::MAX) }, &|| ());
+            assert_eq!(schedule.end.as_nanos(), 1 << 63);
+            assert!(schedule.statistics.iter().all(|it| it.is_some_and(|it| it.jobs == 0)));
+        }
+    }
+
+    #[test]
+    fn the_statistics_do_not_depend_on_the_schedule_being_kept() {
+        let heavy = machine(2, &[(0, 1, 3), (1, 1, 1), (1, 0, 4), (0, 0, 2)]);
+        let set = set(vec![activity(1, 11, 1, heavy.clone()), activity(2, 7, 1, heavy)]);
+        let options = SimulationOptions::new(5, Time::from_nanos(5000));
+        let kept = set.simulate(&options, &|| ());
+        assert_eq!(kept, set.simulate(&options, &|| ()));
+        let brief = set.simulate(&SimulationOptions { keeps_schedule: false, ..options.clone() }, &|| ());
+        assert_eq!(brief, Schedule { slices: Vec::new(), jobs: Vec::new(), ..kept.clone() });
+        assert_ne!(kept, set.simulate(&SimulationOptions { seed: 6, ..options }, &|| ()));
+    }
+
+    #[test]
+    fn an_activity_makes_its_own_choices() {
+        let choices = machine(2, &[(0, 1, 3), (1, 1, 1), (1, 0, 4), (0, 0, 2)]);
+        let path = |priority: u32| {
+            let set =
+                set(vec![activity(2, 20, 1, choices.clone()), activity(priority, 30, 1, choices.clone())]);
+            let schedule = set.simulate(&SimulationOptions::new(3, Time::from_nanos(3000)), &|| ());
+            let mut of_first: Vec<(u64, Executed)> = schedule
+                .slices
+                .iter()
+                .filter(|slice| slice.activity == 0)
+                .map(|slice| (slice.job, slice.executed))
+                .collect();
+            of_first.dedup();
+            of_first
+        };
+        assert_eq!(path(1), path(3));
+    }
+
+    #[test]
+    fn heavy_paths() {
+        let choices = machine(1, &[(0, 0, 1), (0, 0, 2), (0, 0, 3)]);
+        let set = set(vec![activity(1, 10, 1, choices)]);
+        let count = |heavy: u32| {
+            let options = SimulationOptions { heavy, ..worst(10_000) };
+            let slices = set.simulate(&options, &|| ()).slices;
+            slices.iter().filter(|slice| slice.executed == Executed::Edge(2)).count()
+        };
+        assert_eq!(count(100), 1000);
+        assert!((280..390).contains(&count(0)) && (600..740).contains(&count(50)));
+    }
+
+    #[test]
+    fn lengths_to_show() {
+        let of = |periods: &[u64], most: u64| {
+            let set = set(periods.iter().map(|period| simple(1, *period, 1, 1)).collect());
+            set.length_to_show(most).as_nanos()
+        };
+        assert_eq!(of(&[100, 1000, 40], 1000), 1000);
+        // No multiple within ten periods; too many jobs; too few for one of each.
+        assert_eq!(of(&[97, 1009], 1000), 10090);
+        assert_eq!(of(&[100, 1000], 6), 500);
+        assert_eq!(of(&[100, 1000], 1), 0);
+        assert_eq!(of(&[u64::MAX, u64::MAX - 1], 100), u64::MAX);
+    }
+}

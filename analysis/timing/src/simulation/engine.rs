@@ -1,0 +1,636 @@
+//! The simulation itself: from one event to the next. An event is a release, or an instant at which an executing activity
+//! sends a call or ends a part of a job.
+
+use std::cmp::Reverse;
+use std::collections::binary_heap::PeekMut;
+use std::collections::{BinaryHeap, VecDeque};
+
+use super::random::Random;
+use super::{Calls, Executed, Job, Schedule, Simulated, SimulationOptions, Slice, Statistics};
+use crate::activities::{THROTTLED, THROTTLING_PERIOD};
+use crate::{Activity, ActivitySet, StateMachine, Time};
+
+/// The longest simulation. A sum of two instants within it does not overflow.
+const LONGEST: u64 = 1 << 63;
+
+/// The most calls of one operation that one job sends.
+const MOST_CALLS: u64 = 1000;
+
+/// The events between two calls of `interrupt`.
+const UNINTERRUPTED: u64 = 1 << 16;
+
+pub(super) fn run(set: &ActivitySet, options: &SimulationOptions, interrupt: &dyn Fn()) -> Schedule {
+    let mut engine = Engine::new(set, options);
+    let mut events = 0;
+    while events < options.most_events && engine.step() {
+        events += 1;
+        if events % UNINTERRUPTED == 0 {
+            interrupt();
+        }
+    }
+    if events < options.most_events {
+        engine.now = engine.length;
+    }
+    engine.finish(set)
+}
+
+/// A thread: of an activity, or real-time throttling.
+struct Task {
+    /// The index of the activity, or a number after those of all activities.
+    activity: usize,
+    priority: u32,
+    period: u64,
+    deadline: u64,
+    jitter: u64,
+    /// The CPUs on which it may run, a bit for each index of [`Engine::cpus`].
+    cpus: u64,
+    /// The index of its group.
+    group: usize,
+    paths: Paths,
+    /// The operations that it sends.
+    sends: Vec<Sends>,
+    /// For the phase and the jitter.
+    release_choices: Random,
+    /// For edges, execution times and calls.
+    job_choices: Random,
+    /// The state of the machine.
+    state: usize,
+    /// The nominal instant of the next release.
+    next_release: u64,
+    /// The nominal instant of the release of the first unfinished job; of the next release if there is none.
+    nominal: u64,
+    released: u64,
+    finished: u64,
+    /// Calls to execute: the index of the operation.
+    calls: VecDeque<usize>,
+    /// The number of calls that the current job still executes before its edge; none if the job did not start.
+    calls_of_job: Option<usize>,
+    /// What it executes.
+    part: Option<Part>,
+    /// The calls that the current part sends: its remaining time at that instant, ascending, with the index of the operation.
+    stops: Vec<(u64, usize)>,
+    /// Its place among the activities of equal priority that are ready.
+    ready_since: u64,
+    /// The CPU that it last used.
+    last_cpu: Option<usize>,
+    is_running: bool,
+    /// The sum of its response times.
+    total: u128,
+    statistics: Statistics,
+    /// The indices of its unfinished jobs in the schedule.
+    open: VecDeque<usize>,
+}
+
+/// The current part of a job.
+struct Part {
+    executed: Executed,
+    /// The execution time that remained at `since`.
+    remaining: u64,
+    since: u64,
+    /// The start of the current slice.
+    slice: u64,
+}
+
+struct Sends {
+    operation: usize,
+    most: u64,
+}
+
+/// The edges of a machine by their source.
+struct Paths {
+    /// The edges of state s are `first[s]..first[s + 1]`.
+    first: Vec<usize>,
+    steps: Vec<Step>,
+    /// For each state, its edge of greatest cost.
+    heaviest: Vec<Step>,
+}
+
+/// An edge.
+#[derive(Clone, Copy)]
+struct Step {
+    edge: usize,
+    target: usize,
+    cost: u64,
+}
+
+impl Paths {
+    fn new(machine: &StateMachine) -> Paths {
+        let states = machine.states() as usize;
+        let mut of_state: Vec<Vec<Step>> = vec![Vec::new(); states];
+        for (index, edge) in machine.edges().iter().enumerate() {
+            let step = Step { edge: index, target: edge.target as usize, cost: edge.cost.as_nanos() };
+            of_state[edge.source as usize].push(step);
+        }
+        let mut paths = Paths { first: vec![0], steps: Vec::new(), heaviest: Vec::new() };
+        for steps in of_state {
+            // Every state has an edge.
+            let heaviest =
+                steps.iter().copied().reduce(|best, it| if it.cost > best.cost { it } else { best });
+            paths.heaviest.extend(heaviest);
+            paths.steps.extend(steps);
+            paths.first.push(paths.steps.len());
+        }
+        paths
+    }
+
+    fn random(&self, state: usize, heavy: u32, random: &mut Random) -> Step {
+        if heavy > 0 && random.up_to(99) < u64::from(heavy) {
+            return self.heaviest[state];
+        }
+        let steps = &self.steps[self.first[state]..self.first[state + 1]];
+        if let [only] = steps { *only } else { steps[random.up_to(steps.len() as u64 - 1) as usize] }
+    }
+}
+
+/// A CPU that an activity may use.
+struct Cpu {
+    number: u32,
+    /// The index of the task that it executes.
+    running: Option<usize>,
+    /// The instant at which its task sends a call or ends a part, unless it is preempted. `u64::MAX` without a task.
+    event: u64,
+}
+
+/// CPUs that masks link, with the tasks that use them.
+struct Group {
+    /// Its CPUs, a bit for each index of [`Engine::cpus`].
+    cpus: u64,
+    /// The tasks with unfinished work, by descending priority; those of equal priority in the order in which they became ready.
+    ready: Vec<usize>,
+}
+
+struct Engine<'a> {
+    options: &'a SimulationOptions,
+    length: u64,
+    now: u64,
+    tasks: Vec<Task>,
+    /// The number of activities; further tasks are throttling.
+    activities: usize,
+    /// For each operation its provider, if that is simulated, and the execution time of a call.
+    operations: Vec<(Option<usize>, u64)>,
+    cpus: Vec<Cpu>,
+    groups: Vec<Group>,
+    /// The groups to assign to CPUs again, a bit for each.
+    changed: u64,
+    /// The instant of the next release of each task, with its index.
+    releases: BinaryHeap<Reverse<(u64, usize)>>,
+    /// How often a task became ready.
+    became_ready: u64,
+    slices: Vec<Slice>,
+    jobs: Vec<Job>,
+}
+
+impl<'a> Engine<'a> {
+    fn new(set: &ActivitySet, options: &'a SimulationOptions) -> Engine<'a> {
+        let simulated: Vec<(usize, &Activity, Simulated<'_>)> = set
+            .activities
+            .iter()
+            .enumerate()
+            .filter_map(|(index, activity)| Some((index, activity, activity.simulated()?)))
+            .collect();
+        let used = simulated.iter().fold(0, |all, (_, _, it)| all | it.cpus);
+        // The bit of a CPU is that of its index, not of its number.
+        let indices = |mask: u64| {
+            let used = bits(used).enumerate().filter(|(_, number)| mask & (1 << number) != 0);
+            used.fold(0, |all, (index, _)| all | 1 << index)
+        };
+        let mut engine = Engine {
+            options,
+            length: options.length.as_nanos().min(LONGEST),
+            now: 0,
+            tasks: Vec::new(),
+            activities: set.activities.len(),
+            operations: Vec::new(),
+            cpus: bits(used).map(|bit| Cpu { number: bit as u32, running: None, event: u64::MAX }).collect(),
+            groups: Vec::new(),
+            changed: 0,
+            releases: BinaryHeap::new(),
+            became_ready: 0,
+            slices: Vec::new(),
+            jobs: Vec::new(),
+        };
+        let masks: Vec<u64> = simulated.iter().map(|(_, _, it)| indices(it.cpus)).collect();
+        engine.groups = groups(&masks);
+        let mut task_of = vec![None; set.activities.len()];
+        for ((index, activity, it), cpus) in simulated.into_iter().zip(masks) {
+            task_of[index] = Some(engine.tasks.len());
+            let sends = set.operations.iter().enumerate().filter(|(_, operation)| operation.client == index);
+            let sends = sends.map(|(operation, it)| Sends { operation, most: it.sends.min(MOST_CALLS) });
+            let sends = sends.collect();
+            engine.add(index, &it, cpus, activity.jitter.as_nanos(), sends);
+        }
+        if set.throttled {
+            let machine = StateMachine::single(THROTTLED);
+            let period = THROTTLING_PERIOD.as_nanos();
+            for cpu in 0..engine.cpus.len() {
+                let throttling = Simulated {
+                    priority: u32::MAX,
+                    period,
+                    deadline: period,
+                    cpus: 1 << cpu,
+                    machine: &machine,
+                };
+                engine.add(engine.activities + cpu, &throttling, 1 << cpu, 0, Vec::new());
+            }
+        }
+        let provider = |index: usize| task_of.get(index).copied().flatten();
+        let operations = set.operations.iter().map(|it| (provider(it.provider), it.time.as_nanos()));
+        engine.operations = operations.collect();
+        engine
+    }
+
+    fn add(&mut self, activity: usize, it: &Simulated<'_>, cpus: u64, jitter: u64, sends: Vec<Sends>) {
+        let mut seeds = Random::new(Random::new(self.options.seed).bits().wrapping_add(activity as u64));
+        let mut release_choices = Random::new(seeds.bits());
+        let mut job_choices = Random::new(seeds.bits());
+        let phase = if self.options.simultaneous { 0 } else { release_choices.up_to(it.period - 1) };
+        let initial = self.options.initial_states.get(activity).copied().flatten();
+        let initial = initial.filter(|state| *state < it.machine.states());
+        let states = u64::from(it.machine.states());
+        let state = initial.map_or_else(|| job_choices.up_to(states - 1) as usize, |state| state as usize);
+        let first = phase.saturating_add(release_choices.up_to(jitter));
+        if first < self.length {
+            self.releases.push(Reverse((first, self.tasks.len())));
+        }
+        self.tasks.push(Task {
+            activity,
+            priority: it.priority,
+            period: it.period,
+            deadline: it.deadline,
+            jitter,
+            cpus,
+            group: self.groups.iter().position(|group| group.cpus & cpus != 0).unwrap_or_default(),
+            paths: Paths::new(it.machine),
+            sends,
+            release_choices,
+            job_choices,
+            state,
+            next_release: phase,
+            nominal: phase,
+            released: 0,
+            finished: 0,
+            calls: VecDeque::new(),
+            calls_of_job: None,
+            part: None,
+            stops: Vec::new(),
+            ready_since: 0,
+            last_cpu: None,
+            is_running: false,
+            total: 0,
+            statistics: Statistics::default(),
+            open: VecDeque::new(),
+        });
+    }
+
+    /// Goes to the next instant with an event. Returns whether there was one.
+    fn step(&mut self) -> bool {
+        let release = self.releases.peek().map_or(u64::MAX, |Reverse((at, _))| *at);
+        let next = self.cpus.iter().map(|cpu| cpu.event).fold(release, u64::min);
+        if next > self.length {
+            return false;
+        }
+        self.now = next;
+        for cpu in 0..self.cpus.len() {
+            if self.cpus[cpu].event == next {
+                self.progress(cpu);
+            }
+        }
+        while self.releases.peek().is_some_and(|Reverse((at, _))| *at == next) {
+            self.release();
+        }
+        while self.changed != 0 {
+            let group = self.changed.trailing_zeros() as usize;
+            self.changed &= self.changed - 1;
+            self.assign(group);
+        }
+        true
+    }
+
+    /// Releases the next job.
+    fn release(&mut self) {
+        let Some(mut first) = self.releases.peek_mut() else { return };
+        let Reverse((now, index)) = *first;
+        let task = &mut self.tasks[index];
+        let nominal = task.next_release;
+        task.next_release = nominal.saturating_add(task.period);
+        let late = if task.jitter > 0 { task.release_choices.up_to(task.jitter) } else { 0 };
+        let next = task.next_release.saturating_add(late).max(now);
+        if next < self.length {
+            *first = Reverse((next, index));
+            drop(first);
+        } else {
+            PeekMut::pop(first);
+        }
+        task.released += 1;
+        if self.options.keeps_schedule && task.activity < self.activities {
+            task.open.push_back(self.jobs.len());
+            self.jobs.push(Job {
+                activity: task.activity,
+                number: task.released,
+                nominal: Time::from_nanos(nominal),
+                release: Time::from_nanos(now),
+                deadline: Time::from_nanos(nominal.saturating_add(task.deadline)),
+                end: None,
+                is_missed: false,
+            });
+        }
+        if task.part.is_none() {
+            self.wake(index);
+        }
+    }
+
+    /// Makes a task ready if it has work.
+    fn wake(&mut self, index: usize) {
+        if !self.begin(index) {
+            return;
+        }
+        self.became_ready += 1;
+        let task = &mut self.tasks[index];
+        task.ready_since = self.became_ready;
+        let (group, priority) = (task.group, task.priority);
+        let ready = &mut self.groups[group].ready;
+        let place = ready.partition_point(|&other| self.tasks[other].priority >= priority);
+        ready.insert(place, index);
+        self.changed |= 1 << group;
+    }
+
+    /// Begins the next part of a task: a call, or the edge of a job. Returns whether there is one.
+    fn begin(&mut self, index: usize) -> bool {
+        let task = &mut self.tasks[index];
+        let has_job = task.finished < task.released;
+        let is_between = task.calls_of_job.is_none();
+        let calls = match (task.calls_of_job, self.options.calls) {
+            (Some(left), _) => left,
+            (None, Calls::AtJobs) if has_job => task.calls.len(),
+            (None, Calls::AtJobs) => 0,
+            (None, Calls::BetweenJobs) => task.calls.len(),
+        };
+        let least_time = self.options.least_time;
+        let mut begin = |executed, cost| {
+            task.part = Some(Part { executed, remaining: cost, since: self.now, slice: self.now });
+        };
+        if calls > 0
+            && let Some(operation) = task.calls.pop_front()
+        {
+            let time = self.operations.get(operation).map_or(0, |(_, time)| *time);
+            begin(Executed::Operation(operation), execution_time(time, least_time, &mut task.job_choices));
+            if !is_between || self.options.calls == Calls::AtJobs {
+                task.calls_of_job = Some(calls - 1);
+            }
+            return true;
+        }
+        if !has_job {
+            return false;
+        }
+        task.calls_of_job = Some(0);
+        let step = task.paths.random(task.state, self.options.heavy, &mut task.job_choices);
+        task.state = step.target;
+        let cost = execution_time(step.cost, least_time, &mut task.job_choices);
+        begin(Executed::Edge(step.edge), cost);
+        for sends in &task.sends {
+            for _ in 0..task.job_choices.up_to(sends.most) {
+                task.stops.push((task.job_choices.up_to(cost), sends.operation));
+            }
+        }
+        task.stops.sort_unstable();
+        true
+    }
+
+    /// Brings the task of a CPU to this instant: sends its calls, and ends its part if that has no time left.
+    fn progress(&mut self, cpu: usize) {
+        let Some(index) = self.cpus[cpu].running else { return };
+        let now = self.now;
+        let task = &mut self.tasks[index];
+        let Some(part) = &mut task.part else { return };
+        part.remaining -= now - part.since;
+        part.since = now;
+        let remaining = part.remaining;
+        while let Some((_, operation)) = self.tasks[index].stops.pop_if(|(at, _)| *at >= remaining) {
+            self.send(operation);
+        }
+        if remaining > 0 {
+            self.cpus[cpu].event = self.tasks[index].event();
+            return;
+        }
+        self.end_slice(index);
+        let task = &mut self.tasks[index];
+        if let Some(Part { executed: Executed::Edge(_), .. }) = task.part.take() {
+            self.end_job(index);
+        }
+        if self.begin(index) {
+            self.cpus[cpu].event = self.tasks[index].event();
+            return;
+        }
+        let task = &mut self.tasks[index];
+        task.is_running = false;
+        let group = task.group;
+        let ready = &mut self.groups[group].ready;
+        if let Some(place) = ready.iter().position(|&other| other == index) {
+            ready.remove(place);
+        }
+        self.cpus[cpu].running = None;
+        self.cpus[cpu].event = u64::MAX;
+        self.changed |= 1 << group;
+    }
+
+    fn send(&mut self, operation: usize) {
+        let Some(&(Some(provider), _)) = self.operations.get(operation) else { return };
+        self.tasks[provider].calls.push_back(operation);
+        if self.options.calls == Calls::BetweenJobs && self.tasks[provider].part.is_none() {
+            self.wake(provider);
+        }
+    }
+
+    /// Ends the first unfinished job of a task.
+    fn end_job(&mut self, index: usize) {
+        let task = &mut self.tasks[index];
+        let response = self.now - task.nominal;
+        let is_missed = response > task.deadline;
+        task.nominal = task.nominal.saturating_add(task.period);
+        task.finished += 1;
+        task.calls_of_job = None;
+        task.total += u128::from(response);
+        let statistics = &mut task.statistics;
+        statistics.misses += u64::from(is_missed);
+        statistics.greatest = statistics.greatest.max(Some(Time::from_nanos(response)));
+        if let Some(job) = task.open.pop_front() {
+            self.jobs[job].end = Some(Time::from_nanos(self.now));
+            self.jobs[job].is_missed = is_missed;
+        }
+    }
+
+    /// Ends the slice of a task that executes.
+    fn end_slice(&mut self, index: usize) {
+        if !self.options.keeps_schedule {
+            return;
+        }
+        let task = &self.tasks[index];
+        if let (Some(part), Some(cpu)) = (&task.part, task.last_cpu) {
+            self.slices.push(Slice {
+                activity: task.activity,
+                job: task.finished + 1,
+                cpu: self.cpus[cpu].number,
+                start: Time::from_nanos(part.slice),
+                end: Time::from_nanos(self.now),
+                executed: part.executed,
+            });
+        }
+    }
+
+    /// Assigns the ready tasks of a group to its CPUs, in the order of their priority: each takes a CPU of its mask that no
+    /// earlier one took, so that it waits only for those. A task keeps its CPU where it can.
+    fn assign(&mut self, group: usize) {
+        let Group { cpus, ready } = &self.groups[group];
+        let cpus = *cpus;
+        let mut next: [Option<usize>; u64::BITS as usize] = [None; u64::BITS as usize];
+        let idle =
+            bits(cpus).filter(|cpu| self.cpus[*cpu].running.is_none()).fold(0, |all, cpu| all | 1 << cpu);
+        let mut free: u64 = cpus;
+        for &index in ready {
+            if free == 0 {
+                break;
+            }
+            let task = &self.tasks[index];
+            let possible = task.cpus & free;
+            if possible != 0 {
+                let cpu = self.choose(task, possible, possible & idle);
+                next[cpu] = Some(index);
+                free &= !(1 << cpu);
+            }
+        }
+        let changed = bits(cpus).filter(|cpu| self.cpus[*cpu].running != next[*cpu]);
+        let changed = changed.fold(0_u64, |all, cpu| all | 1 << cpu);
+        // A task that moves leaves its CPU before it starts on another.
+        for cpu in bits(changed) {
+            if let Some(index) = self.cpus[cpu].running.take() {
+                self.preempt(index);
+                self.cpus[cpu].event = u64::MAX;
+            }
+        }
+        for cpu in bits(changed) {
+            if let Some(index) = next[cpu] {
+                self.start(index, cpu);
+            }
+        }
+    }
+
+    /// Chooses one of the `possible` CPUs for a task: its own, its last one if that is idle, another `idle` one, or the one with
+    /// the task of lowest priority.
+    fn choose(&self, task: &Task, possible: u64, idle: u64) -> usize {
+        if let Some(last) = task.last_cpu {
+            let is_own = task.is_running && possible & (1 << last) != 0;
+            if is_own || idle & (1 << last) != 0 {
+                return last;
+            }
+        }
+        if idle != 0 || possible.is_power_of_two() {
+            return if idle != 0 { idle.trailing_zeros() } else { possible.trailing_zeros() } as usize;
+        }
+        let rank = |cpu: &usize| {
+            let running = self.cpus[*cpu].running.map(|index| &self.tasks[index]);
+            running.map(|task| (task.priority, Reverse(task.ready_since)))
+        };
+        bits(possible).min_by_key(rank).unwrap_or_default()
+    }
+
+    fn start(&mut self, index: usize, cpu: usize) {
+        let task = &mut self.tasks[index];
+        task.is_running = true;
+        task.last_cpu = Some(cpu);
+        if let Some(part) = &mut task.part {
+            (part.since, part.slice) = (self.now, self.now);
+        }
+        self.cpus[cpu].running = Some(index);
+        self.cpus[cpu].event = task.event();
+    }
+
+    fn preempt(&mut self, index: usize) {
+        let now = self.now;
+        let task = &mut self.tasks[index];
+        task.is_running = false;
+        let Some(part) = &mut task.part else { return };
+        part.remaining -= now - part.since;
+        part.since = now;
+        if part.slice < now {
+            self.end_slice(index);
+        }
+    }
+
+    fn finish(mut self, set: &ActivitySet) -> Schedule {
+        for cpu in 0..self.cpus.len() {
+            if let Some(index) = self.cpus[cpu].running {
+                self.preempt(index);
+            }
+        }
+        let end = Time::from_nanos(self.now);
+        for job in self.jobs.iter_mut().filter(|job| job.end.is_none()) {
+            job.is_missed = job.deadline < end;
+        }
+        self.slices.sort_by_key(|slice| (slice.start, slice.cpu));
+        let mut statistics = vec![None; self.activities];
+        for task in &self.tasks {
+            if let Some(statistics) = statistics.get_mut(task.activity) {
+                *statistics = Some(task.statistics(self.now));
+            }
+        }
+        let activities = set.activities.iter().zip(&statistics).enumerate();
+        let left_out = activities.filter(|(_, (_, statistics))| statistics.is_none());
+        let left_out = left_out.map(|(index, (activity, _))| (index, activity.left_out())).collect();
+        Schedule { end, statistics, left_out, slices: self.slices, jobs: self.jobs }
+    }
+}
+
+impl Task {
+    /// Returns the instant at which it sends a call or ends its part, if it executes until then.
+    fn event(&self) -> u64 {
+        let until = self.stops.last().map_or(0, |(at, _)| *at);
+        self.part.as_ref().map_or(u64::MAX, |part| part.since.saturating_add(part.remaining - until))
+    }
+
+    fn statistics(&self, end: u64) -> Statistics {
+        let unfinished = self.released - self.finished;
+        // Each further job has its deadline a period later.
+        let first = self.nominal.saturating_add(self.deadline);
+        let late = if first < end { (end - first - 1) / self.period + 1 } else { 0 };
+        let average = self.total.checked_div(u128::from(self.finished));
+        Statistics {
+            jobs: self.finished,
+            unfinished,
+            misses: self.statistics.misses + late.min(unfinished),
+            average: average.and_then(|it| u64::try_from(it).ok()).map(Time::from_nanos),
+            ..self.statistics
+        }
+    }
+}
+
+/// Returns a random execution time from `least_time` percent of `cost` to `cost`.
+fn execution_time(cost: u64, least_time: u32, random: &mut Random) -> u64 {
+    if least_time >= 100 {
+        return cost;
+    }
+    let least = (u128::from(cost) * u128::from(least_time)).div_ceil(100) as u64;
+    cost - random.up_to(cost - least)
+}
+
+/// Returns the bits of a mask, ascending.
+fn bits(mask: u64) -> impl Iterator<Item = usize> {
+    let mut rest = mask;
+    std::iter::from_fn(move || {
+        let bit = rest.trailing_zeros() as usize;
+        (rest != 0).then(|| {
+            rest &= rest - 1;
+            bit
+        })
+    })
+}
+
+/// Returns the CPUs that masks link.
+fn groups(masks: &[u64]) -> Vec<Group> {
+    let mut groups: Vec<u64> = Vec::new();
+    for mask in masks {
+        let linked = groups.iter().filter(|group| *group & mask != 0).fold(*mask, |all, group| all | group);
+        groups.retain(|group| group & mask == 0);
+        groups.push(linked);
+    }
+    groups.into_iter().map(|cpus| Group { cpus, ready: Vec::new() }).collect()
+}

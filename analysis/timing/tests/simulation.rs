@@ -1,0 +1,302 @@
+//! Random simulations: the schedules obey the rules of the scheduler, and no job takes longer than the bounds.
+//!
+//! `MAUVE_SIMULATED_JOBS=10000000 cargo test --release -p mauve-timing --test simulation -- --nocapture` simulates more jobs,
+//! and prints the greatest ratio of a simulated response time to its bound.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use std::time::Instant;
+
+use mauve_timing::task_set::Priority;
+use mauve_timing::{
+    Activity, ActivitySet, Bound, Calls, Demand, Edge, Executed, Method, Operation, Options, Random,
+    Schedule, SimulationOptions, StateMachine, Time,
+};
+
+/// The jobs that are compared with bounds, where the environment does not say otherwise.
+const JOBS: u64 = 200_000;
+
+struct Systems {
+    random: Random,
+}
+
+impl Systems {
+    fn new(seed: u64) -> Systems {
+        Systems { random: Random::new(seed) }
+    }
+
+    /// A number in a range.
+    fn from(&mut self, least: u64, greatest: u64) -> u64 {
+        least + self.random.up_to(greatest - least)
+    }
+
+    /// A ring with chords and self-loops.
+    fn machine(&mut self, greatest: u64) -> StateMachine {
+        let states = self.from(1, 4) as u32;
+        let spread = [1, 4, 100][self.from(0, 2) as usize];
+        let mut edges = Vec::new();
+        for source in 0..states {
+            edges.push((source, (source + 1) % states));
+            for _ in 0..self.from(0, 2) {
+                edges.push((source, self.from(0, u64::from(states) - 1) as u32));
+            }
+        }
+        let edges = edges.into_iter().map(|(source, target)| {
+            let cost = self.from(greatest / spread, greatest);
+            Edge { source, target, cost: Time::from_nanos(cost) }
+        });
+        StateMachine::new(states, edges.collect()).unwrap()
+    }
+
+    /// Activities whose greatest jobs together use about `percent` of each CPU.
+    fn set(&mut self, cpus: u64, percent: u64) -> ActivitySet {
+        let count = self.from(2, 6) * cpus;
+        let activities = (0..count).map(|index| {
+            let period = [10, 20, 50, 100, 1000, 7, 13, 31][self.from(0, 7) as usize] * self.from(1, 3);
+            let share = self.from(0, 2 * percent * cpus / count);
+            let everywhere = (1 << cpus) - 1;
+            let mask = if cpus == 1 { 1 } else { self.from(1, everywhere) };
+            Activity {
+                name: index.to_string(),
+                priority: Priority::RealTime(self.from(1, 1 + count) as u32),
+                period: Some(Time::from_nanos(period)),
+                deadline: Some(Time::from_nanos(self.from(period / 2, period))),
+                jitter: Time::ZERO,
+                cpus: Some(mask),
+                demand: Demand::Machine { machine: self.machine(period * share / 100), whole: None },
+            }
+        });
+        ActivitySet { activities: activities.collect(), operations: Vec::new(), throttled: false }
+    }
+
+    fn options(&mut self, length: u64) -> SimulationOptions {
+        SimulationOptions {
+            simultaneous: self.from(0, 3) == 0,
+            least_time: [0, 50, 100, 100][self.from(0, 3) as usize],
+            heavy: [0, 30, 90][self.from(0, 2) as usize],
+            ..SimulationOptions::new(self.random.bits(), Time::from_nanos(length))
+        }
+    }
+}
+
+fn jobs_wanted() -> u64 {
+    std::env::var("MAUVE_SIMULATED_JOBS").map_or(JOBS, |text| text.parse().unwrap())
+}
+
+#[test]
+fn no_response_exceeds_its_bound() {
+    let methods = [Method::Classic, Method::Psm, Method::Ibf, Method::Exact];
+    // The greatest ratio of a response to its bound, and the number of compared activities, by method.
+    let mut greatest = [(0.0_f64, 0_u64, 0_u64); 4];
+    let mut systems = Systems::new(1);
+    let (wanted, mut jobs, mut seed) = (jobs_wanted(), 0, 0);
+    let mut simulating = std::time::Duration::ZERO;
+    while jobs < wanted {
+        seed += 1;
+        let percent = systems.from(30, 90);
+        let set = systems.set(1, percent);
+        let bounds = methods.map(|method| {
+            set.response_times(&Options { method, horizon: None, is_brief: false }, &|| ()).responses
+        });
+        for _ in 0..5 {
+            let mut options = systems.options(2_000);
+            options.keeps_schedule = false;
+            let start = Instant::now();
+            let schedule = set.simulate(&options, &|| ());
+            simulating += start.elapsed();
+            for (activity, statistics) in schedule.statistics.iter().enumerate() {
+                let statistics = statistics.unwrap();
+                jobs += statistics.jobs;
+                let Some(found) = statistics.greatest else { continue };
+                for (bounds, (ratio, compared, reached)) in bounds.iter().zip(&mut greatest) {
+                    let Some(Bound::Response(bound)) = bounds[activity].as_ref().map(|it| it.bound.clone())
+                    else {
+                        continue;
+                    };
+                    assert!(
+                        found <= bound,
+                        "system {seed}, activity {activity}: {found} > {bound}\n{set:?}\n{options:?}"
+                    );
+                    *ratio = ratio.max(found.as_nanos() as f64 / bound.as_nanos() as f64);
+                    *compared += 1;
+                    *reached += u64::from(found == bound);
+                    let deadline = set.activities[activity].deadline.unwrap();
+                    assert!(bound > deadline || statistics.misses == 0, "system {seed}, activity {activity}");
+                }
+            }
+        }
+    }
+    println!(
+        "{jobs} jobs of {seed} systems, {:.1} million jobs/s",
+        jobs as f64 / simulating.as_secs_f64() / 1e6
+    );
+    for (method, (ratio, compared, reached)) in methods.iter().zip(greatest) {
+        println!(
+            "{method}: greatest ratio {ratio:.4}; {compared} responses compared, {reached} equal to their bound"
+        );
+        // Otherwise nothing was compared, or every bound is too long.
+        assert!(ratio > 0.99 && compared > 1000, "{method}");
+    }
+}
+
+/// The speed for ten activities, without the schedule.
+#[test]
+fn ten_activities() {
+    let mut systems = Systems::new(2);
+    let mut set = systems.set(1, 70);
+    while set.activities.len() < 10 {
+        set.activities.extend(systems.set(1, 70).activities);
+    }
+    set.activities.truncate(10);
+    for (index, activity) in set.activities.iter_mut().enumerate() {
+        let period = [10, 20, 50, 100, 100][index % 5] * 1000;
+        activity.period = Some(Time::from_nanos(period));
+        activity.deadline = activity.period;
+        activity.demand = Demand::Machine { machine: systems.machine(period * 7 / 100), whole: None };
+    }
+    let frequency: f64 = set.activities.iter().map(|it| 1.0 / it.period.unwrap().as_nanos() as f64).sum();
+    let length = (jobs_wanted() as f64 / frequency) as u64;
+    let options =
+        SimulationOptions { keeps_schedule: false, ..SimulationOptions::new(1, Time::from_nanos(length)) };
+    let start = Instant::now();
+    let schedule = set.simulate(&options, &|| ());
+    let jobs: u64 = schedule.statistics.iter().flatten().map(|it| it.jobs).sum();
+    println!(
+        "{jobs} jobs in {:.2?}: {:.1} million/s",
+        start.elapsed(),
+        jobs as f64 / start.elapsed().as_secs_f64() / 1e6
+    );
+    assert!(jobs > jobs_wanted() / 10 * 9);
+}
+
+/// The work of each job, from its slices.
+fn executed_of(schedule: &Schedule, activity: usize, job: u64) -> Vec<(u64, u64)> {
+    let slices = schedule.slices.iter().filter(|slice| (slice.activity, slice.job) == (activity, job));
+    slices.map(|slice| (slice.start.as_nanos(), slice.end.as_nanos())).collect()
+}
+
+/// Checks a schedule without operations against the rules, one nanosecond after the other.
+fn check(set: &ActivitySet, schedule: &Schedule) {
+    let end = schedule.end.as_nanos();
+    let mask = |activity: usize| set.activities[activity].cpus.unwrap();
+    let priority = |activity: usize| match set.activities[activity].priority {
+        Priority::RealTime(priority) => priority,
+        _ => panic!("real-time"),
+    };
+    // What each CPU executes in each nanosecond.
+    let mut cpus = vec![[None; 4]; end as usize];
+    for slice in &schedule.slices {
+        assert!(mask(slice.activity) & 1 << slice.cpu != 0, "{slice:?}");
+        for now in slice.start.as_nanos()..slice.end.as_nanos() {
+            let executes = &mut cpus[now as usize][slice.cpu as usize];
+            assert_eq!(*executes, None, "two on one CPU: {slice:?}");
+            *executes = Some(slice.activity);
+        }
+    }
+    let mut is_ready = vec![vec![false; end as usize]; set.activities.len()];
+    for job in &schedule.jobs {
+        let slices = executed_of(schedule, job.activity, job.number);
+        let ended = job.end.map_or(end, Time::as_nanos);
+        assert!(slices.first().is_none_or(|(start, _)| *start >= job.release.as_nanos()));
+        assert!(slices.last().is_none_or(|(_, last)| *last <= ended));
+        assert!(job.end.is_none() || slices.last().is_some_and(|(_, last)| *last == ended), "{job:?}");
+        is_ready[job.activity][job.release.as_nanos() as usize..ended as usize].fill(true);
+        let edges: Vec<usize> = schedule
+            .slices
+            .iter()
+            .filter(|slice| (slice.activity, slice.job) == (job.activity, job.number))
+            .map(|slice| match slice.executed {
+                Executed::Edge(edge) => edge,
+                Executed::Operation(_) => panic!("no operations"),
+            })
+            .collect();
+        assert!(edges.windows(2).all(|pair| pair[0] == pair[1]), "one edge for each job");
+        if let (Some(edge), Demand::Machine { machine, .. }) =
+            (edges.first(), &set.activities[job.activity].demand)
+        {
+            let executed: u64 = slices.iter().map(|(start, end)| end - start).sum();
+            assert!(executed <= machine.edges()[*edge].cost.as_nanos());
+        }
+    }
+    for now in 0..end as usize {
+        for (activity, is_ready) in is_ready.iter().enumerate() {
+            let on = cpus[now].iter().filter(|executes| **executes == Some(activity)).count();
+            assert!(on <= 1, "{activity} is on two CPUs at {now}");
+            assert!(on == 0 || is_ready[now], "{activity} executes without a job at {now}");
+            if on == 0 && is_ready[now] {
+                let own = (0..4).filter(|cpu| mask(activity) & 1 << cpu != 0);
+                for cpu in own {
+                    let other = cpus[now][cpu].map(priority);
+                    assert!(
+                        other >= Some(priority(activity)),
+                        "{activity} waits at {now}, CPU {cpu} executes {other:?}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn schedules_obey_the_scheduler() {
+    let mut systems = Systems::new(3);
+    for index in 0..400 {
+        let cpus = systems.from(1, 4);
+        let percent = systems.from(30, 130);
+        let mut set = systems.set(cpus, percent);
+        if index % 3 == 0 {
+            set.activities.iter_mut().for_each(|it| it.jitter = Time::from_nanos(systems.from(0, 30)));
+        }
+        let schedule = set.simulate(&systems.options(400), &|| ());
+        check(&set, &schedule);
+        // A job takes the edge that follows that of the job before.
+        for activity in 0..set.activities.len() {
+            let Demand::Machine { machine, .. } = &set.activities[activity].demand else { panic!("known") };
+            let of_activity = schedule.slices.iter().filter(|slice| slice.activity == activity);
+            let mut path: Vec<(u64, usize)> = of_activity
+                .map(|slice| match slice.executed {
+                    Executed::Edge(edge) => (slice.job, edge),
+                    Executed::Operation(_) => panic!("no operations"),
+                })
+                .collect();
+            path.dedup();
+            for pair in path.windows(2) {
+                assert_eq!(pair[0].0 + 1, pair[1].0);
+                assert_eq!(machine.edges()[pair[0].1].target, machine.edges()[pair[1].1].source);
+            }
+        }
+    }
+}
+
+#[test]
+fn calls_are_sent_and_executed() {
+    let mut systems = Systems::new(4);
+    for calls in [Calls::AtJobs, Calls::BetweenJobs] {
+        let mut executed = 0;
+        for _ in 0..200 {
+            let cpus = systems.from(1, 3);
+            let mut set = systems.set(cpus, 40);
+            let last = set.activities.len() as u64 - 1;
+            let operation = |systems: &mut Systems| Operation {
+                provider: systems.from(0, last) as usize,
+                client: systems.from(0, last) as usize,
+                sends: systems.from(0, 2),
+                time: Time::from_nanos(systems.from(0, 3)),
+            };
+            set.operations = (0..2).map(|_| operation(&mut systems)).collect();
+            let schedule = set.simulate(&SimulationOptions { calls, ..systems.options(2000) }, &|| ());
+            let slices = schedule.slices.iter();
+            for slice in slices {
+                if let Executed::Operation(operation) = slice.executed {
+                    assert_eq!(slice.activity, set.operations[operation].provider);
+                    executed += 1;
+                }
+            }
+            for cpu in 0..cpus as u32 {
+                let of_cpu: Vec<_> = schedule.slices.iter().filter(|slice| slice.cpu == cpu).collect();
+                assert!(of_cpu.windows(2).all(|pair| pair[0].end <= pair[1].start));
+            }
+        }
+        assert!(executed > 1000, "{executed}");
+    }
+}
