@@ -15,6 +15,7 @@
 //! | `served.rs` | the operations that activities execute for others |
 //! | `task_set.rs` | a deployment at one level as `timing` analyses it, made of a model or of an exported file |
 //! | `response.rs`, `report.rs` | its response times |
+//! | `simulated.rs` | a deployment for simulations, with the names of what its jobs execute |
 //! | `timing_facts.rs` | missed deadlines, overloaded CPUs |
 //! | `missing_times.rs` | codels without a time, with the time that each may take |
 //! | `priorities.rs` | what may be wrong with the order of priorities |
@@ -40,6 +41,7 @@ mod reason;
 mod report;
 mod response;
 mod served;
+mod simulated;
 mod system;
 mod task_set;
 mod timetable;
@@ -61,6 +63,7 @@ pub use reason::{
 };
 pub use report::{ActivityReport, Deadlines, Query, Report, ReportBreakdown, Verdict, level_shown};
 pub use response::{facts_if, response_times, response_times_if, response_times_of};
+pub use simulated::{EdgeNames, Simulated, simulated, simulated_of};
 pub use system::{Priority, ResolvedActivity, System, field_of, mask, system_of};
 pub use timetable::{
     LONGEST_PATTERN, Lookup, TableFiles, Timetable, file_name, pattern_of_path, table, table_facts,
