@@ -12,6 +12,7 @@ mod parse;
 mod psm;
 mod replay;
 mod schema;
+mod simulate;
 mod wcrt;
 
 use std::path::{Path, PathBuf};
@@ -41,6 +42,12 @@ enum Command {
     Wcrt(wcrt::Wcrt),
     /// Show a component's periodic state machine with its times.
     Psm(psm::Psm),
+    /// Simulate a schedule, and compare its response times with their bounds.
+    ///
+    /// The releases, the paths through the state machines and the execution times are random. Exit codes: 0 each simulated
+    /// deadline was met; 1 a deadline was missed, the models have errors, or nothing could be simulated; 2 wrong usage, or a
+    /// file that cannot be read.
+    Simulate(simulate::Simulate),
     /// Generate Orocos packages from models: C++ components, scripts and launch files.
     ///
     /// Each library becomes one package. Only files that change are written. The files in src/codels are
@@ -82,6 +89,7 @@ impl Arguments {
             Command::Check(it) => it.run(),
             Command::Wcrt(it) => it.run(),
             Command::Psm(it) => it.run(),
+            Command::Simulate(it) => it.run(),
             Command::Generate(it) => it.run(),
             Command::Explain(it) => it.run(),
             Command::Fmt(it) => it.run(),

@@ -1,10 +1,10 @@
 //! A deployment for simulations: its activities at one level, and the names of what their jobs execute.
 
-use std::borrow::Cow;
+use std::sync::Arc;
 
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Decl, ModelDb, ProgramId, Project};
-use mauve_timing::task_set::TaskSet;
+use mauve_hir::{Decl, Edges, ModelDb, ProgramId, Project};
+use mauve_timing::task_set::{Activity, TaskSet};
 use mauve_timing::{ActivitySet, Executed, Level, Method, Slice};
 
 use crate::exported::psm_at;
@@ -14,11 +14,31 @@ use crate::task_set::{activity_set, psms_of};
 
 /// A deployment at one level, to be simulated.
 #[derive(Debug, Clone)]
-pub struct Simulated<'db> {
+pub struct Simulated {
     /// Its activities, in the order of the deployment.
     pub set: ActivitySet,
     /// The state machine of each activity, where it is known.
-    psms: Vec<Option<Cow<'db, Psm<'db>>>>,
+    machines: Vec<Option<Machine>>,
+}
+
+/// The names in a periodic state machine.
+#[derive(Debug, Clone)]
+struct Machine {
+    states: Vec<Name>,
+    initial: usize,
+    edges: Arc<Edges>,
+    programs: Vec<ProgramId>,
+}
+
+impl Machine {
+    fn new(psm: &Psm<'_>) -> Machine {
+        Machine {
+            states: psm.states.clone(),
+            initial: psm.initial,
+            edges: psm.edges.clone(),
+            programs: psm.programs.iter().map(|(program, _)| program.clone()).collect(),
+        }
+    }
 }
 
 /// The names of the edge of a state machine that a job executes.
@@ -40,39 +60,39 @@ pub fn simulated<'db>(
     project: Project<'db>,
     deployment: Decl<'db>,
     level: Level,
-) -> Simulated<'db> {
+) -> Simulated {
     let system = system_of(db, project, deployment);
     let psms = psms_of(db, project, system, level);
     let set = activity_set(db, project, system, &psms, Method::Psm);
-    let known = psms.into_iter().map(|psm| psm?.as_ref().ok().map(Cow::Borrowed));
-    Simulated { set, psms: known.collect() }
+    let machines = psms.into_iter().map(|psm| psm?.as_ref().ok().map(Machine::new));
+    Simulated { set, machines: machines.collect() }
 }
 
 /// Returns the deployment of an exported task set; none where it has no times at the level.
-pub fn simulated_of(file: &TaskSet, level: Level) -> Option<Simulated<'static>> {
+pub fn simulated_of(file: &TaskSet, level: Level) -> Option<Simulated> {
     let column = file.column(level)?;
-    let psms = file.activities.iter().map(|it| psm_at(it.machine.as_ref()?, column).map(Cow::Owned));
-    Some(Simulated { set: file.activities_at(column, Method::Psm), psms: psms.collect() })
+    let machine = |it: &Activity| Some(Machine::new(&psm_at(it.machine.as_ref()?, column)?));
+    let machines = file.activities.iter().map(machine).collect();
+    Some(Simulated { set: file.activities_at(column, Method::Psm), machines })
 }
 
-impl Simulated<'_> {
+impl Simulated {
     /// Returns the initial state of each activity's machine.
     pub fn initial_states(&self) -> Vec<Option<u32>> {
-        let initial = |psm: &Option<Cow<'_, Psm<'_>>>| u32::try_from(psm.as_ref()?.initial).ok();
-        self.psms.iter().map(initial).collect()
+        let initial = |machine: &Option<Machine>| u32::try_from(machine.as_ref()?.initial).ok();
+        self.machines.iter().map(initial).collect()
     }
 
     /// Returns the names of the edge that a slice executes; none where it executes a call or real-time throttling.
     pub fn edge(&self, slice: &Slice) -> Option<EdgeNames<'_>> {
         let Executed::Edge(edge) = slice.executed else { return None };
-        let psm = self.psms.get(slice.activity)?.as_ref()?;
-        let edge = psm.edges.all.get(edge)?;
-        let program = |index: usize| psm.programs.get(index).map(|(program, _)| program);
+        let machine = self.machines.get(slice.activity)?.as_ref()?;
+        let edge = machine.edges.all.get(edge)?;
         Some(EdgeNames {
-            source: psm.states.get(edge.source)?,
-            target: psm.states.get(edge.target)?,
+            source: machine.states.get(edge.source)?,
+            target: machine.states.get(edge.target)?,
             transition: edge.transition.as_ref(),
-            programs: psm.edges.programs(edge).filter_map(program).collect(),
+            programs: machine.edges.programs(edge).filter_map(|index| machine.programs.get(index)).collect(),
         })
     }
 

@@ -184,7 +184,7 @@ impl Wcrt {
 }
 
 /// Reads a task set, and gives it with its path behind all links, and whether it has a digest.
-fn task_set(path: &Path) -> Result<(PathBuf, TaskSet, bool), String> {
+pub(super) fn task_set(path: &Path) -> Result<(PathBuf, TaskSet, bool), String> {
     let shown = path.display();
     let read = || -> std::io::Result<(String, PathBuf)> {
         let path = path.canonicalize()?;
@@ -209,7 +209,7 @@ fn task_set(path: &Path) -> Result<(PathBuf, TaskSet, bool), String> {
     }
 }
 
-fn with_errors(errors: usize) -> String {
+pub(super) fn with_errors(errors: usize) -> String {
     let them = if errors == 1 { "it" } else { "them" };
     format!("the project has {} (`mauve check` shows {them})", counted(errors, "error"))
 }
@@ -448,11 +448,11 @@ fn utilisations(report: &Report<'_>) -> String {
     if all.is_empty() { String::new() } else { format!("  {}\n", all.join(" · ")) }
 }
 
-fn cpu_numbers(mask: u64) -> String {
+pub(super) fn cpu_numbers(mask: u64) -> String {
     cpu_names(mask).trim_start_matches("CPUs ").trim_start_matches("CPU ").to_owned()
 }
 
-fn priority(priority: Priority) -> String {
+pub(super) fn priority(priority: Priority) -> String {
     match priority {
         Priority::RealTime(priority) => priority.to_string(),
         Priority::Background => "background".to_owned(),
@@ -460,7 +460,7 @@ fn priority(priority: Priority) -> String {
     }
 }
 
-fn number(time: Option<Time>) -> String {
+pub(super) fn number(time: Option<Time>) -> String {
     time.map_or_else(|| "—".to_owned(), Time::number)
 }
 

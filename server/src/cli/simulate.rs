@@ -1,0 +1,344 @@
+//! `mauve simulate [PATH]`: one of the possible schedules of a deployment, of a model or of the task set in a generated package,
+//! with the simulated response times beside their bounds.
+
+mod document;
+mod trace_events;
+
+use std::fmt::Write as _;
+
+use clap::ValueEnum;
+use mauve_diagnostics::{errors_of, errors_of_text, reasons_of, time_error_message, timing_reason};
+use mauve_hir::Database;
+use mauve_ide::draw_schedule;
+use mauve_timing::{LeftOut, Level, Method, Rounding, Schedule, SimulationOptions, Statistics, Time, Unit};
+use mauve_wcrt::{
+    ActivityReport, Query, Report, Simulated, response_times, response_times_of, simulated, simulated_of,
+};
+
+use super::wcrt::{cpu_numbers, number, priority, shown_tables, task_set, with_errors};
+use super::{Outside, Paths, columns, counted, say};
+use crate::Output;
+use crate::analysis_document::deployments;
+use crate::json;
+use crate::load::load;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Simulate {
+    #[command(flatten)]
+    paths: Paths,
+    #[command(flatten)]
+    outside: Outside,
+    /// Only this deployment.
+    #[arg(long, value_name = "NAME")]
+    deployment: Option<String>,
+    /// The significance level of the execution times; by default that of mauve.toml, otherwise 1e-4.
+    #[arg(long, value_name = "LEVEL")]
+    significance: Option<f64>,
+    /// The simulated time, such as 10s. By default the hyperperiod or ten times the longest period, whichever is less; the
+    /// table simulates 100 times as long.
+    #[arg(long = "for", value_name = "TIME")]
+    length: Option<String>,
+    /// Determines the random choices: the same seed gives the same schedule.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Release all activities at time 0 instead of at random instants of their first periods.
+    #[arg(long)]
+    simultaneous: bool,
+    /// Let each job take the full execution time of its path; otherwise a random time from half of it.
+    #[arg(long)]
+    full_times: bool,
+    /// How to show the schedule.
+    #[arg(long, value_enum, default_value = "table")]
+    format: Format,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// The response times, for people.
+    Table,
+    /// A Gantt chart for browsers.
+    Svg,
+    /// One document with the response times and the schedule.
+    Json,
+    /// The schedule as trace events, for ui.perfetto.dev and chrome://tracing.
+    Perfetto,
+}
+
+impl Format {
+    /// The most jobs of a simulation whose length is not given.
+    fn most_jobs(self, activities: usize) -> u64 {
+        match self {
+            Format::Table => 10_000,
+            Format::Svg => (25 * activities as u64).max(100),
+            Format::Json | Format::Perfetto => 100_000,
+        }
+    }
+
+    /// The most events of a simulation, so that the memory is enough for the schedule.
+    fn most_events(self) -> u64 {
+        match self {
+            Format::Table => 1_000_000_000,
+            Format::Svg => 50_000,
+            Format::Json | Format::Perfetto => 2_000_000,
+        }
+    }
+}
+
+/// A simulated deployment.
+struct Simulation<'db> {
+    db: &'db Database,
+    name: String,
+    level: Level,
+    /// The bounds. The activities are those of the deployment, in the same order.
+    report: Report<'db>,
+    deployment: Simulated,
+    options: SimulationOptions,
+    schedule: Schedule,
+    /// The number of errors in its project.
+    errors: usize,
+}
+
+impl Simulate {
+    pub(crate) fn run(self) -> Result<Output, String> {
+        let length = match &self.length {
+            Some(text) => {
+                let time = Time::parse_with_unit(text, Rounding::Exact);
+                let time = time
+                    .map_err(|error| format!("--for is a time such as 10s: {}", time_error_message(error)))?;
+                Some(time).filter(|time| *time > Time::ZERO).map(Some).ok_or("--for is greater than 0")?
+            }
+            None => None,
+        };
+        let level = match self.significance {
+            Some(level) => Some(
+                Level::from_f64(level).ok_or("the significance is a number between 0 and 1, such as 1e-4")?,
+            ),
+            None => None,
+        };
+        let mut db = Database::default();
+        if self.paths.paths.iter().any(|path| path.extension().is_some_and(|extension| extension == "json")) {
+            let all = self.of_task_sets(&db, level, length)?;
+            return self.output(&all, 0);
+        }
+        let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
+        let found = deployments(&db, &workspaces, self.deployment.as_deref())?;
+        let errors = workspaces.iter().map(|&workspace| errors_of_text(&db, workspace)).sum();
+        if found.is_empty() {
+            let nothing = "no deployment in these models: nothing to simulate".to_owned();
+            return Err(if errors == 0 { nothing } else { format!("{nothing}; {}", with_errors(errors)) });
+        }
+        let of_model = |(project, deployment)| {
+            let shown = Query::shown(&db, project);
+            let query = Query { level: level.unwrap_or(shown.level), ..shown };
+            let report = response_times(&db, project, deployment, query).clone();
+            let name = deployment.name(&db).to_string();
+            let deployment = simulated(&db, project, deployment, query.level);
+            let errors = errors_of(&db, project);
+            Simulation { errors, ..self.simulate(&db, name, query.level, report, deployment, length) }
+        };
+        let all: Vec<Simulation<'_>> = found.into_iter().map(of_model).collect();
+        self.output(&all, errors)
+    }
+
+    fn of_task_sets<'db>(
+        &self,
+        db: &'db Database,
+        level: Option<Level>,
+        length: Option<Time>,
+    ) -> Result<Vec<Simulation<'db>>, String> {
+        let mut all = Vec::new();
+        for path in &self.paths.paths {
+            let (path, set, _) = task_set(path)?;
+            if self.deployment.as_ref().is_some_and(|only| *only != set.name) {
+                continue;
+            }
+            let level = level.unwrap_or(set.significance);
+            let query = Query { level, method: Method::Psm, horizon: None };
+            let Some((report, deployment)) = response_times_of(&set, query).zip(simulated_of(&set, level))
+            else {
+                let known: Vec<String> = set.levels.iter().map(Level::to_string).collect();
+                let (path, known) = (path.display(), known.join(", "));
+                return Err(format!("`{path}` has no times at {level}: it has {known}"));
+            };
+            all.push(self.simulate(db, set.name, level, report, deployment, length));
+        }
+        match (&self.deployment, all.as_slice()) {
+            (Some(only), []) => Err(format!("no deployment `{only}` in these files")),
+            _ => Ok(all),
+        }
+    }
+
+    fn simulate<'db>(
+        &self,
+        db: &'db Database,
+        name: String,
+        level: Level,
+        report: Report<'db>,
+        deployment: Simulated,
+        length: Option<Time>,
+    ) -> Simulation<'db> {
+        let set = &deployment.set;
+        let length = length.unwrap_or_else(|| {
+            let shown = set.length_to_show(self.format.most_jobs(set.activities.len()));
+            let times = if self.format == Format::Table { 100 } else { 1 };
+            shown.checked_mul(times).unwrap_or(shown)
+        });
+        let new = SimulationOptions::new(self.seed, length);
+        let options = SimulationOptions {
+            simultaneous: self.simultaneous,
+            initial_states: deployment.initial_states(),
+            least_time: if self.full_times { 100 } else { new.least_time },
+            keeps_schedule: self.format != Format::Table,
+            most_events: self.format.most_events(),
+            ..new
+        };
+        let schedule = set.simulate(&options, &|| ());
+        if schedule.end < options.length {
+            say(&format!(
+                "the simulation of {name} ends at {} instead of {}: it is too long for this format",
+                schedule.end, options.length
+            ));
+        }
+        Simulation { db, name, level, report, deployment, options, schedule, errors: 0 }
+    }
+
+    fn output(&self, all: &[Simulation<'_>], errors: usize) -> Result<Output, String> {
+        let text = match self.format {
+            Format::Table => {
+                let tables: Vec<String> = all.iter().map(table).collect();
+                shown_tables(&tables).join("\n")
+            }
+            Format::Json => {
+                let documents: Vec<_> = all.iter().map(document::document).collect();
+                match documents.as_slice() {
+                    [one] => json::text(one)?,
+                    several => json::text(&several)?,
+                }
+            }
+            Format::Svg => {
+                let it = only(all)?;
+                let title = format!("{} at {}: a simulated schedule, seed {}", it.name, it.level, self.seed);
+                draw_schedule(&title, &it.deployment, &it.schedule)
+            }
+            Format::Perfetto => trace_events::text(only(all)?)?,
+        };
+        if errors > 0 {
+            say(&with_errors(errors));
+        }
+        for it in all.iter().filter(|it| it.schedule.statistics.iter().all(Option::is_none)) {
+            say(&format!("no activity of {} can be simulated", it.name));
+        }
+        let is_fine = all.iter().all(Simulation::is_fine);
+        Ok(Output::verbatim(text, u8::from(!is_fine || errors > 0)))
+    }
+}
+
+/// Returns the only deployment.
+fn only<'a, 'db>(all: &'a [Simulation<'db>]) -> Result<&'a Simulation<'db>, String> {
+    match all {
+        [one] => Ok(one),
+        several => {
+            let names: Vec<&str> = several.iter().map(|it| it.name.as_str()).collect();
+            Err(format!(
+                "this format shows one deployment: choose it with --deployment: {}",
+                names.join(", ")
+            ))
+        }
+    }
+}
+
+/// An activity of a simulation.
+struct Row<'a, 'db> {
+    activity: &'a ActivityReport<'db>,
+    statistics: Option<Statistics>,
+    left_out: Option<LeftOut>,
+}
+
+impl Row<'_, '_> {
+    /// Returns the greatest simulated response time as a part of the bound.
+    fn ratio(&self) -> Option<f64> {
+        let greatest = self.statistics?.greatest?.as_f64(Unit::Milliseconds);
+        let bound = self.activity.response?.as_f64(Unit::Milliseconds);
+        (bound > 0.0).then_some(greatest / bound)
+    }
+}
+
+impl<'db> Simulation<'db> {
+    fn rows(&self) -> impl Iterator<Item = Row<'_, 'db>> {
+        let left_out = |index: usize| self.schedule.left_out.iter().find(|(activity, _)| *activity == index);
+        let activities = self.report.activities.iter().enumerate().zip(&self.schedule.statistics);
+        activities.map(move |((index, activity), statistics)| Row {
+            activity,
+            statistics: *statistics,
+            left_out: left_out(index).map(|(_, why)| *why),
+        })
+    }
+
+    /// Returns the name of an activity; none for real-time throttling.
+    fn instance(&self, activity: usize) -> Option<String> {
+        self.deployment.set.activities.get(activity).map(|it| it.name.clone())
+    }
+
+    /// Returns whether something was simulated, and each deadline was met.
+    fn is_fine(&self) -> bool {
+        let mut statistics = self.schedule.statistics.iter().flatten().peekable();
+        self.errors == 0 && statistics.peek().is_some() && statistics.all(|it| it.misses == 0)
+    }
+}
+
+/// The response times of a deployment for people.
+fn table(it: &Simulation<'_>) -> String {
+    let mut out = String::new();
+    let Simulation { name, level, schedule, options, .. } = it;
+    let _ = writeln!(
+        out,
+        "{name}: simulated response times in ms, {} at {level}, seed {}",
+        schedule.end, options.seed
+    );
+    let header = [
+        "instance", "CPU", "priority", "period", "deadline", "jobs", "average", "greatest", "bound",
+        "of bound", "",
+    ];
+    let rows: Vec<Vec<String>> = it.rows().map(|row| cells(&row)).collect();
+    out += &columns(&header, &rows);
+    out += "  a simulation shows some of the possible schedules: only the bounds hold for all\n";
+    let lost = it.report.not_analysed.iter();
+    out.extend(lost.map(|lost| format!("  incomplete: {}\n", timing_reason(it.db, &lost.reason))));
+    for row in it.rows().filter(|row| row.left_out == Some(LeftOut::Unknown)) {
+        let own = row.activity.reasons.len().saturating_sub(it.report.not_analysed.len());
+        let reasons: Vec<String> = reasons_of(it.db, row.activity).into_iter().take(own).collect();
+        let reasons = if reasons.is_empty() { String::new() } else { format!(": {}", reasons.join("; ")) };
+        let _ = writeln!(out, "  {} is not simulated, and may delay others{reasons}", row.activity.instance);
+    }
+    if it.errors > 0 {
+        let _ = writeln!(out, "  the project has {}", counted(it.errors, "error"));
+    }
+    out
+}
+
+fn cells(row: &Row<'_, '_>) -> Vec<String> {
+    let Row { activity, statistics, .. } = row;
+    let rounded = |time: Option<Time>| match time {
+        Some(time) => format!("{:.3}", time.as_f64(Unit::Milliseconds)),
+        None => "—".to_owned(),
+    };
+    let verdict = match (statistics, row.left_out) {
+        (Some(Statistics { misses: 0, .. }), _) => "✓ met".to_owned(),
+        (Some(statistics), _) => format!("✗ {} missed", statistics.misses),
+        (None, Some(LeftOut::Background)) => "background".to_owned(),
+        (None, _) => "not simulated".to_owned(),
+    };
+    vec![
+        activity.instance.to_string(),
+        activity.cpus.map_or_else(|| "?".to_owned(), cpu_numbers),
+        priority(activity.priority),
+        number(activity.period),
+        number(activity.deadline),
+        statistics.map_or_else(|| "—".to_owned(), |it| it.jobs.to_string()),
+        rounded(statistics.and_then(|it| it.average)),
+        rounded(statistics.and_then(|it| it.greatest)),
+        number(activity.response),
+        row.ratio().map_or_else(|| "—".to_owned(), |ratio| format!("{:.1} %", ratio * 100.0)),
+        verdict,
+    ]
+}

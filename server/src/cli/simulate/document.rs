@@ -1,0 +1,113 @@
+//! A simulated schedule as one JSON document.
+//!
+//! ```json
+//! {
+//!   "deployment": "Robot", "unit": "ms", "significance": 0.0001, "seed": 1, "end": 1000,
+//!   "activities": [
+//!     {
+//!       "instance": "pilot", "component": "Pilot", "affinity": 1, "priority": 2, "period": 100, "deadline": 100,
+//!       "status": "met", "jobs": 10, "unfinished": 0, "misses": 0, "greatest": 52.25, "average": 47.5, "bound": 60,
+//!       "reasons": []
+//!     }
+//!   ],
+//!   "jobs": [
+//!     { "instance": "pilot", "job": 1, "nominal": 17, "release": 17, "deadline": 117, "end": 64.5, "missed": false }
+//!   ],
+//!   "slices": [
+//!     {
+//!       "instance": "pilot", "job": 1, "cpu": 1, "start": 17, "end": 64.5,
+//!       "source": "Idle", "transition": "go", "target": "Moving", "programs": ["Idle.run", "Idle.go.guard"], "client": null
+//!     }
+//!   ]
+//! }
+//! ```
+//!
+//! - `end`: the simulated time, from 0.
+//! - `status`: `met`; `missed` where a job did not end at its deadline or before; `background` and `not-simulated` for activities
+//!   that are left out. Their `jobs`, `unfinished`, `misses`, `greatest` and `average` are null, and `reasons` says why.
+//! - `bound`: the worst-case response time; null without one.
+//! - `nominal`: the instant from which the response time and the deadline count; `release` is later by the jitter. The `end` of an
+//!   unfinished job is null.
+//! - `cpu`: the mask with the bit of the CPU, as in `affinity`.
+//! - `source`, `transition`, `target`, `programs`: the path of the job; `transition` is null where the machine stays in its
+//!   state. Where a slice executes a call of an operation, they are null, and `client` is the instance that sent it. `instance`
+//!   is null where a slice is real-time throttling.
+
+use mauve_diagnostics::reasons_of;
+use mauve_timing::{Job, LeftOut, Slice};
+use mauve_wcrt::ActivityReport;
+use serde::Serialize;
+
+use super::{Row, Simulation};
+use crate::analysis_document::{milliseconds, real_time_priority};
+use crate::json::object;
+
+pub(super) fn document(it: &Simulation<'_>) -> impl Serialize + use<> {
+    object! {
+        deployment: it.name.clone(),
+        unit: "ms",
+        significance: it.level.as_f64(),
+        seed: it.options.seed,
+        end: milliseconds(it.schedule.end),
+        activities: it.rows().map(|row| activity_document(it, &row)).collect::<Vec<_>>(),
+        jobs: it.schedule.jobs.iter().map(|job| job_document(it, job)).collect::<Vec<_>>(),
+        slices: it.schedule.slices.iter().map(|slice| slice_document(it, slice)).collect::<Vec<_>>(),
+    }
+}
+
+fn activity_document(of: &Simulation<'_>, row: &Row<'_, '_>) -> impl Serialize + use<> {
+    let ActivityReport { instance, component_name, cpus, priority, period, deadline, response, .. } =
+        row.activity;
+    let statistics = row.statistics;
+    let status = match (statistics, row.left_out) {
+        (Some(it), _) if it.misses == 0 => "met",
+        (Some(_), _) => "missed",
+        (None, Some(LeftOut::Background)) => "background",
+        (None, _) => "not-simulated",
+    };
+    let reasons = if statistics.is_none() { reasons_of(of.db, row.activity) } else { Vec::new() };
+    object! {
+        instance: instance.to_string(),
+        component: component_name.to_string(),
+        affinity: *cpus,
+        priority: real_time_priority(*priority),
+        period: period.map(milliseconds),
+        deadline: deadline.map(milliseconds),
+        status: status,
+        jobs: statistics.map(|it| it.jobs),
+        unfinished: statistics.map(|it| it.unfinished),
+        misses: statistics.map(|it| it.misses),
+        greatest: statistics.and_then(|it| it.greatest).map(milliseconds),
+        average: statistics.and_then(|it| it.average).map(milliseconds),
+        bound: response.map(milliseconds),
+        reasons: reasons,
+    }
+}
+
+fn job_document(of: &Simulation<'_>, job: &Job) -> impl Serialize + use<> {
+    object! {
+        instance: of.instance(job.activity),
+        job: job.number,
+        nominal: milliseconds(job.nominal),
+        release: milliseconds(job.release),
+        deadline: milliseconds(job.deadline),
+        end: job.end.map(milliseconds),
+        missed: job.is_missed,
+    }
+}
+
+fn slice_document(of: &Simulation<'_>, slice: &Slice) -> impl Serialize + use<> {
+    let edge = of.deployment.edge(slice);
+    object! {
+        instance: of.instance(slice.activity),
+        job: slice.job,
+        cpu: 1_u64 << slice.cpu,
+        start: milliseconds(slice.start),
+        end: milliseconds(slice.end),
+        source: edge.as_ref().map(|it| it.source.to_string()),
+        transition: edge.as_ref().and_then(|it| it.transition).map(ToString::to_string),
+        target: edge.as_ref().map(|it| it.target.to_string()),
+        programs: edge.map(|it| it.programs.iter().map(ToString::to_string).collect::<Vec<_>>()),
+        client: of.deployment.client(slice).and_then(|client| of.instance(client)),
+    }
+}

@@ -1,0 +1,114 @@
+//! A simulated schedule in the trace event format, which <https://ui.perfetto.dev> and `chrome://tracing` open.
+//!
+//! A CPU is a process, and each activity that may use it is a thread of it. A slice is a complete event (`X`), named after the
+//! state of the machine; a release and a missed deadline are instants (`i`). Times are in microseconds with three decimals, so
+//! that they are exact.
+
+use std::fmt::Write as _;
+
+use mauve_diagnostics::cpu_names;
+use mauve_timing::task_set::Priority;
+use mauve_timing::{Slice, THROTTLING, Time};
+use serde_json::{Value, json};
+
+use super::Simulation;
+
+/// Returns the document: an event a line.
+pub(super) fn text(it: &Simulation<'_>) -> Result<String, String> {
+    let mut events: Vec<String> = Vec::new();
+    let mut cpus: u64 = 0;
+    for (index, activity) in it.deployment.set.activities.iter().enumerate() {
+        if it.schedule.statistics.get(index).copied().flatten().is_none() {
+            continue;
+        }
+        let mask = activity.cpus.unwrap_or_default();
+        cpus |= mask;
+        for cpu in (0..u64::BITS).filter(|cpu| mask & (1 << cpu) != 0) {
+            let Priority::RealTime(priority) = activity.priority else { continue };
+            let name = format!("{} (priority {priority})", activity.name);
+            // Higher priorities are above.
+            let order = u32::MAX - priority;
+            events.extend(thread(cpu, index, &name, order)?);
+        }
+    }
+    for cpu in (0..u64::BITS).filter(|cpu| cpus & (1 << cpu) != 0) {
+        let args = json!({ "name": cpu_names(1 << cpu) });
+        events.push(line(&[], json!({ "ph": "M", "name": "process_name", "pid": cpu + 1, "args": args }))?);
+        let args = json!({ "sort_index": cpu });
+        events.push(line(
+            &[],
+            json!({ "ph": "M", "name": "process_sort_index", "pid": cpu + 1, "args": args }),
+        )?);
+    }
+    let activities = it.deployment.set.activities.len();
+    let mut throttled: Vec<usize> = Vec::new();
+    for slice in &it.schedule.slices {
+        if slice.activity >= activities && !throttled.contains(&slice.activity) {
+            throttled.push(slice.activity);
+            events.extend(thread(slice.cpu, slice.activity, THROTTLING, 0)?);
+        }
+        let times = [("ts", slice.start), ("dur", slice.end.checked_sub(slice.start).unwrap_or_default())];
+        let (name, args) = described(it, slice);
+        let (pid, tid) = (slice.cpu + 1, slice.activity + 1);
+        let event = json!({ "ph": "X", "name": name, "cat": "job", "pid": pid, "tid": tid, "args": args });
+        events.push(line(&times, event)?);
+    }
+    for job in &it.schedule.jobs {
+        let mask = it.deployment.set.activities.get(job.activity).and_then(|it| it.cpus).unwrap_or(1);
+        let (pid, tid) = (mask.trailing_zeros() + 1, job.activity + 1);
+        let mut instant = |name: &str, at: Time| -> Result<(), String> {
+            let args = json!({ "job": job.number });
+            let event = json!({ "ph": "i", "s": "t", "name": name, "cat": name, "pid": pid, "tid": tid, "args": args });
+            events.push(line(&[("ts", at)], event)?);
+            Ok(())
+        };
+        instant("release", job.release)?;
+        if job.is_missed {
+            instant("deadline missed", job.deadline)?;
+        }
+    }
+    Ok(format!("{{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n{}\n]}}\n", events.join(",\n")))
+}
+
+/// The name and the place of a thread.
+fn thread(cpu: u32, activity: usize, name: &str, order: u32) -> Result<[String; 2], String> {
+    let (pid, tid) = (cpu + 1, activity + 1);
+    let named = json!({ "ph": "M", "name": "thread_name", "pid": pid, "tid": tid, "args": { "name": name } });
+    let args = json!({ "sort_index": order });
+    let placed = json!({ "ph": "M", "name": "thread_sort_index", "pid": pid, "tid": tid, "args": args });
+    Ok([line(&[], named)?, line(&[], placed)?])
+}
+
+/// The name of a slice, and its arguments.
+fn described(it: &Simulation<'_>, slice: &Slice) -> (String, Value) {
+    match (it.deployment.edge(slice), it.deployment.client(slice)) {
+        (Some(edge), _) => {
+            let programs: Vec<String> = edge.programs.iter().map(ToString::to_string).collect();
+            let transition = edge.transition.map(|name| name.as_str());
+            let args = json!({
+                "job": slice.job,
+                "target": edge.target.as_str(),
+                "transition": transition,
+                "programs": programs.join(", "),
+            });
+            (edge.source.to_string(), args)
+        }
+        (None, Some(client)) => {
+            let client = it.instance(client).unwrap_or_default();
+            (format!("call of {client}"), json!({ "job": slice.job, "client": client }))
+        }
+        (None, None) => (THROTTLING.to_owned(), json!({})),
+    }
+}
+
+/// Returns an event as text. The times are written as decimals of whole nanoseconds.
+fn line(times: &[(&str, Time)], event: Value) -> Result<String, String> {
+    let mut out = String::from("{");
+    for (key, time) in times {
+        let nanos = time.as_nanos();
+        let _ = write!(out, "\"{key}\":{}.{:03},", nanos / 1000, nanos % 1000);
+    }
+    let event = serde_json::to_string(&event).map_err(|error| error.to_string())?;
+    out += event.strip_prefix('{').unwrap_or(&event);
+    Ok(out)
+}
