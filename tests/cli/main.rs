@@ -12,6 +12,7 @@ mod fixes;
 #[cfg(unix)]
 mod hostile;
 mod robot;
+mod simulate;
 mod task_sets;
 
 const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");

@@ -1,10 +1,535 @@
-//! A simulated schedule as a Gantt chart.
+//! A simulated schedule as a Gantt chart: a lane for each activity, with its releases, its deadlines and what it executes.
 
-use mauve_timing::Schedule;
+use std::cmp::Reverse;
+use std::fmt::Write as _;
+
+use mauve_diagnostics::cpu_names;
+use mauve_timing::task_set::Priority;
+use mauve_timing::{Job, LeftOut, Schedule, Slice, THROTTLING, Time, Unit};
 use mauve_wcrt::Simulated;
 
-/// Draws a schedule.
+use crate::drawing::{svg_head, svg_text};
+
+/// Draws a schedule, in SVG. The lanes are in the order of CPUs, then of priorities. A slice has the name of the state that it
+/// executes where that fits, and a title with its job, its path and its times; `data-activity` holds the index of its activity.
 pub fn draw_schedule(title: &str, deployment: &Simulated, schedule: &Schedule) -> String {
-    let _ = (deployment, schedule);
-    title.to_owned()
+    let lanes = lanes(deployment, schedule);
+    Chart::new(&lanes, deployment, schedule).draw(title)
+}
+
+/// A row of the chart.
+struct Lane<'a> {
+    /// The index of the activity, or a number after those of all activities for throttling.
+    activity: usize,
+    name: String,
+    /// None for throttling.
+    priority: Option<u32>,
+    cpus: u64,
+    jobs: Vec<&'a Job>,
+    slices: Vec<&'a Slice>,
+}
+
+fn lanes<'a>(deployment: &Simulated, schedule: &'a Schedule) -> Vec<Lane<'a>> {
+    let lane = |activity, name: &str, priority, cpus| Lane {
+        activity,
+        name: name.to_owned(),
+        priority,
+        cpus,
+        jobs: Vec::new(),
+        slices: Vec::new(),
+    };
+    let activities = deployment.set.activities.iter().zip(&schedule.statistics).enumerate();
+    let simulated = activities.filter(|(_, (_, statistics))| statistics.is_some());
+    let mut lanes: Vec<Lane<'_>> = simulated
+        .map(|(index, (activity, _))| {
+            let Priority::RealTime(priority) = activity.priority else { return lane(index, "", None, 0) };
+            lane(index, &activity.name, Some(priority), activity.cpus.unwrap_or_default())
+        })
+        .collect();
+    // Throttling has no activity: its slices show its CPUs.
+    let count = deployment.set.activities.len();
+    for slice in schedule.slices.iter().filter(|slice| slice.activity >= count) {
+        if !lanes.iter().any(|lane| lane.activity == slice.activity) {
+            lanes.push(lane(slice.activity, THROTTLING, None, 1 << slice.cpu));
+        }
+    }
+    lanes.sort_by_key(|lane| {
+        let priority = lane.priority.unwrap_or(u32::MAX);
+        (lane.cpus.trailing_zeros(), lane.cpus, Reverse(priority), lane.activity)
+    });
+    let last = lanes.iter().map(|lane| lane.activity + 1).max().unwrap_or_default();
+    let mut lane_of = vec![None; last];
+    for (index, lane) in lanes.iter().enumerate() {
+        if let Some(lane_of) = lane_of.get_mut(lane.activity) {
+            *lane_of = Some(index);
+        }
+    }
+    let lane_of = |activity: usize| lane_of.get(activity).copied().flatten();
+    for job in &schedule.jobs {
+        if let Some(lane) = lane_of(job.activity).and_then(|lane| lanes.get_mut(lane)) {
+            lane.jobs.push(job);
+        }
+    }
+    for slice in &schedule.slices {
+        if let Some(lane) = lane_of(slice.activity).and_then(|lane| lanes.get_mut(lane)) {
+            lane.slices.push(slice);
+        }
+    }
+    lanes
+}
+
+/// The width of the part with the times, in pixels.
+const PLOT: f64 = 1200.0;
+/// The height of the name of a group of CPUs.
+const HEADING: f64 = 24.0;
+/// The height above the lanes: the title, and the times.
+const TOP: f64 = 64.0;
+
+/// The fill and the border of the slices of each CPU; from the ninth CPU on again.
+const COLOURS: [(&str, &str); 8] = [
+    ("#9cc3e6", "#3b6f9c"),
+    ("#a9d8a0", "#4a8440"),
+    ("#e8c98a", "#94702a"),
+    ("#cbb3e3", "#75559a"),
+    ("#97d8d3", "#36817b"),
+    ("#e9b1c9", "#9a4f70"),
+    ("#c9cf94", "#737a36"),
+    ("#c8bcb0", "#776553"),
+];
+const LATE: (&str, &str) = ("#f0635a", "#a31d15");
+const THROTTLED: (&str, &str) = ("#d0d0d0", "#888");
+
+fn colour(cpu: u32) -> (&'static str, &'static str) {
+    COLOURS.get(cpu as usize % COLOURS.len()).copied().unwrap_or(THROTTLED)
+}
+
+struct Chart<'a> {
+    lanes: &'a [Lane<'a>],
+    deployment: &'a Simulated,
+    schedule: &'a Schedule,
+    /// The height of a lane, and the size of its texts.
+    lane: f64,
+    font: f64,
+    /// Where the times begin.
+    left: f64,
+}
+
+impl<'a> Chart<'a> {
+    fn new(lanes: &'a [Lane<'a>], deployment: &'a Simulated, schedule: &'a Schedule) -> Chart<'a> {
+        let (lane, font) = match lanes.len() {
+            ..=16 => (36.0, 13.0),
+            17..=40 => (26.0, 12.0),
+            _ => (18.0, 11.0),
+        };
+        let longest =
+            lanes.iter().map(|lane| shortened(&lane.name).chars().count()).max().unwrap_or_default();
+        let left = 64.0 + 0.6 * font * longest as f64;
+        Chart { lanes, deployment, schedule, lane, font, left }
+    }
+
+    fn draw(&self, title: &str) -> String {
+        let groups = self.groups();
+        let bottom = TOP + self.lane * self.lanes.len() as f64 + HEADING * groups as f64 + 8.0;
+        let width = self.left + PLOT + 40.0;
+        let left_out = self.left_out();
+        let notes = if left_out.is_empty() { 0.0 } else { 22.0 };
+        let mut out =
+            svg_head((width, bottom + 66.0 + notes), "x=\"20\" y=\"26\"", &format!("{title}; times in ms"));
+        self.axis(&mut out, bottom);
+        let mut y = TOP;
+        let mut cpus = None;
+        for (index, lane) in self.lanes.iter().enumerate() {
+            if cpus != Some(lane.cpus) {
+                cpus = Some(lane.cpus);
+                let _ = writeln!(
+                    out,
+                    "<text x=\"20\" y=\"{:.1}\" font-weight=\"bold\" fill=\"#234\">{}</text>",
+                    y + HEADING - 7.0,
+                    cpu_names(lane.cpus)
+                );
+                y += HEADING;
+            }
+            self.lane(&mut out, lane, y, index % 2 == 0);
+            y += self.lane;
+        }
+        self.legend(&mut out, bottom + 44.0);
+        if !left_out.is_empty() {
+            let _ = writeln!(
+                out,
+                "<text x=\"20\" y=\"{:.1}\" font-size=\"12\" fill=\"#555\">{}</text>",
+                bottom + 68.0,
+                svg_text(&left_out)
+            );
+        }
+        out + "</svg>\n"
+    }
+
+    fn groups(&self) -> usize {
+        let mut masks: Vec<u64> = self.lanes.iter().map(|lane| lane.cpus).collect();
+        masks.dedup();
+        masks.len()
+    }
+
+    fn left_out(&self) -> String {
+        let names = |reason: LeftOut| {
+            let of_reason = self.schedule.left_out.iter().filter(|(_, why)| *why == reason);
+            let names = of_reason.filter_map(|(index, _)| self.deployment.set.activities.get(*index));
+            names.map(|activity| activity.name.as_str()).collect::<Vec<_>>()
+        };
+        let listed = |what: &str, names: Vec<&str>| {
+            let left = names.len().saturating_sub(MOST_NAMES);
+            let more = if left > 0 { format!(" and {left} more") } else { String::new() };
+            let shown: Vec<&str> = names.into_iter().take(MOST_NAMES).collect();
+            (!shown.is_empty()).then(|| format!("{what}: {}{more}", shown.join(", ")))
+        };
+        let unknown = listed("not simulated, and may delay others", names(LeftOut::Unknown));
+        let background = listed("not simulated, in the background", names(LeftOut::Background));
+        unknown.into_iter().chain(background).collect::<Vec<_>>().join("; ")
+    }
+
+    fn x(&self, time: Time) -> f64 {
+        let end = self.schedule.end.as_f64(Unit::Milliseconds);
+        let part = if end > 0.0 { time.as_f64(Unit::Milliseconds) / end } else { 0.0 };
+        self.left + PLOT * part.min(1.0)
+    }
+
+    /// The times above and below the lanes, with a line for each.
+    fn axis(&self, out: &mut String, bottom: f64) {
+        let step = step(self.schedule.end.as_nanos());
+        let mut at = 0_u64;
+        while at <= self.schedule.end.as_nanos() {
+            let time = Time::from_nanos(at);
+            let x = self.x(time);
+            let _ = writeln!(
+                out,
+                "<path d=\"M{x:.1} {:.1} V{bottom:.1}\" stroke=\"#dde3e9\"/>\n\
+                 <text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-size=\"11\" fill=\"#456\">{label}</text>\n\
+                 <text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-size=\"11\" fill=\"#456\">{label}</text>",
+                TOP - 6.0,
+                TOP - 11.0,
+                bottom + 14.0,
+                label = time.number(),
+            );
+            let Some(next) = at.checked_add(step) else { break };
+            at = next;
+        }
+    }
+
+    fn lane(&self, out: &mut String, lane: &Lane<'_>, top: f64, is_shaded: bool) {
+        let base = top + self.lane - 5.0;
+        let height = self.lane * 0.56;
+        if is_shaded {
+            let _ = writeln!(
+                out,
+                "<rect x=\"{:.1}\" y=\"{top:.1}\" width=\"{PLOT:.1}\" height=\"{:.1}\" fill=\"#456\" fill-opacity=\"0.045\"/>",
+                self.left, self.lane
+            );
+        }
+        let priority = lane.priority.map_or_else(String::new, |priority| priority.to_string());
+        let _ = writeln!(
+            out,
+            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\" font-size=\"{}\">{}<title>{}</title></text>\n\
+             <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\" font-size=\"{}\" fill=\"#789\">{priority}</text>\n\
+             <path d=\"M{:.1} {base:.1} h{PLOT:.1}\" stroke=\"#b6c2cd\"/>",
+            self.left - 34.0,
+            base - 0.3 * height,
+            self.font,
+            svg_text(&shortened(&lane.name)),
+            svg_text(&lane.name),
+            self.left - 10.0,
+            base - 0.3 * height,
+            self.font - 1.0,
+            self.left,
+        );
+        self.releases(out, lane, base);
+        self.slices(out, lane, base, height);
+        self.misses(out, lane, base);
+    }
+
+    /// The slices, and thin lines where a job is preempted.
+    fn slices(&self, out: &mut String, lane: &Lane<'_>, base: f64, height: f64) {
+        let mut preempted = String::new();
+        for pair in lane.slices.windows(2) {
+            if let [before, after] = pair
+                && before.job == after.job
+                && before.end < after.start
+            {
+                let y = base - height / 2.0;
+                let _ = write!(preempted, "M{:.1} {y:.1} H{:.1}", self.x(before.end), self.x(after.start));
+            }
+        }
+        if !preempted.is_empty() {
+            let _ = writeln!(out, "<path d=\"{preempted}\" stroke=\"#456\" stroke-width=\"1\"/>");
+        }
+        let deadline = |slice: &Slice| {
+            let first = lane.jobs.first()?.number;
+            let index = usize::try_from(slice.job.checked_sub(first)?).ok()?;
+            lane.jobs.get(index).map(|job| job.deadline)
+        };
+        for slice in &lane.slices {
+            let (fill, stroke) = if lane.priority.is_none() { THROTTLED } else { colour(slice.cpu) };
+            let end = deadline(slice).map_or(slice.end, |deadline| deadline.clamp(slice.start, slice.end));
+            let label = self.label(slice);
+            let _ = writeln!(
+                out,
+                "<g data-activity=\"{}\"><title>{}</title>",
+                lane.activity,
+                svg_text(&self.description(lane, slice))
+            );
+            let parts = [(slice.start, end, fill, stroke), (end, slice.end, LATE.0, LATE.1)];
+            for (start, end, fill, stroke) in parts {
+                if start == end && (slice.start != slice.end || stroke == LATE.1) {
+                    continue;
+                }
+                let (x, width) = (self.x(start), (self.x(end) - self.x(start)).max(0.8));
+                let _ = writeln!(
+                    out,
+                    "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"{fill}\" \
+                     stroke=\"{stroke}\" stroke-width=\"0.8\"/>",
+                    base - height
+                );
+            }
+            let (x, width) = (self.x(slice.start), self.x(slice.end) - self.x(slice.start));
+            let size = (self.font - 1.5).min(10.5);
+            // Letters of a sans-serif font are at most 0.6 as wide as high on average.
+            if 0.6 * size * label.chars().count() as f64 + 2.0 <= width {
+                let _ = writeln!(
+                    out,
+                    "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-size=\"{size}\">{}</text>",
+                    x + width / 2.0,
+                    base - height / 2.0 + 0.36 * size,
+                    svg_text(&label)
+                );
+            }
+            out.push_str("</g>\n");
+        }
+    }
+
+    /// Arrows up for the releases, and marks below the line for the deadlines.
+    fn releases(&self, out: &mut String, lane: &Lane<'_>, base: f64) {
+        let (mut arrows, mut marks) = (String::new(), String::new());
+        let top = base - self.lane + 9.0;
+        for job in &lane.jobs {
+            let x = self.x(job.release);
+            let _ = write!(arrows, "M{x:.1} {base:.1} V{top:.1} m-2.5 4 l2.5 -4 l2.5 4");
+            if job.deadline <= self.schedule.end {
+                let _ = write!(marks, "M{:.1} {:.1} v6", self.x(job.deadline), base - 1.0);
+            }
+        }
+        if !arrows.is_empty() {
+            let _ =
+                writeln!(out, "<path d=\"{arrows}\" fill=\"none\" stroke=\"#234\" stroke-width=\"1.2\"/>");
+        }
+        if !marks.is_empty() {
+            let _ = writeln!(out, "<path d=\"{marks}\" stroke=\"#234\" stroke-width=\"2\"/>");
+        }
+    }
+
+    /// A red line from each missed deadline to the end of the job.
+    fn misses(&self, out: &mut String, lane: &Lane<'_>, base: f64) {
+        let mut lines = String::new();
+        for job in lane.jobs.iter().filter(|job| job.is_missed) {
+            let end = self.x(job.end.unwrap_or(self.schedule.end));
+            let _ = write!(lines, "M{:.1} {:.1} v6 m0 -3 H{end:.1}", self.x(job.deadline), base - 1.0);
+        }
+        if !lines.is_empty() {
+            let stroke = LATE.1;
+            let _ =
+                writeln!(out, "<path d=\"{lines}\" fill=\"none\" stroke=\"{stroke}\" stroke-width=\"2.5\"/>");
+        }
+    }
+
+    /// The name of the state that a slice executes.
+    fn label(&self, slice: &Slice) -> String {
+        match (self.deployment.edge(slice), self.client(slice)) {
+            (Some(edge), _) => edge.source.to_string(),
+            (None, Some(client)) => format!("call of {client}"),
+            (None, None) => String::new(),
+        }
+    }
+
+    fn client(&self, slice: &Slice) -> Option<&str> {
+        let client = self.deployment.client(slice)?;
+        self.deployment.set.activities.get(client).map(|activity| activity.name.as_str())
+    }
+
+    /// `pilot, job 3 on CPU 1, 20 to 25 ms: Idle → Moving (go)`
+    fn description(&self, lane: &Lane<'_>, slice: &Slice) -> String {
+        let (name, job) = (&lane.name, slice.job);
+        let cpu = cpu_names(1 << slice.cpu);
+        let times = format!("{} to {}", slice.start.number(), slice.end);
+        let Some(edge) = self.deployment.edge(slice) else {
+            return match self.client(slice) {
+                Some(client) => format!("{name}, call of {client} on {cpu}, {times}"),
+                None => format!("{name} on {cpu}, {times}"),
+            };
+        };
+        let transition = edge.transition.map_or_else(String::new, |transition| format!(" ({transition})"));
+        format!("{name}, job {job} on {cpu}, {times}: {} → {}{transition}", edge.source, edge.target)
+    }
+
+    fn legend(&self, out: &mut String, y: f64) {
+        let mut x = self.left;
+        let mut entry = |sign: &str, text: &str| {
+            let _ = writeln!(
+                out,
+                "<g transform=\"translate({x:.1} {y:.1})\">{sign}<text x=\"30\" font-size=\"12\" fill=\"#345\">{text}</text></g>"
+            );
+            x += 56.0 + 6.6 * text.chars().count() as f64;
+        };
+        entry(
+            "<path d=\"M12 1 V-11 m-2.5 4 l2.5 -4 l2.5 4\" fill=\"none\" stroke=\"#234\" stroke-width=\"1.2\"/>",
+            "release",
+        );
+        entry("<path d=\"M12 -8 v8\" stroke=\"#234\" stroke-width=\"2\"/>", "deadline");
+        let bar = |(fill, stroke): (&str, &str), x: f64, width: f64| {
+            format!(
+                "<rect x=\"{x}\" y=\"-11\" width=\"{width}\" height=\"12\" fill=\"{fill}\" stroke=\"{stroke}\" stroke-width=\"0.8\"/>"
+            )
+        };
+        let used =
+            self.schedule.slices.iter().filter(|slice| slice.activity < self.schedule.statistics.len());
+        let used = used.fold(0_u64, |all, slice| all | 1 << slice.cpu);
+        for cpu in (0..u64::BITS).filter(|cpu| used & (1 << cpu) != 0) {
+            entry(&bar(colour(cpu), 0.0, 24.0), &cpu_names(1 << cpu));
+        }
+        let first = used.trailing_zeros() % u64::BITS;
+        let line = "<path d=\"M8 -5 h8\" stroke=\"#456\"/>";
+        entry(
+            &format!("{}{line}{}", bar(colour(first), 0.0, 8.0), bar(colour(first), 16.0, 8.0)),
+            "preempted",
+        );
+        if self.schedule.jobs.iter().any(|job| job.is_missed) {
+            entry(&bar(LATE, 0.0, 24.0), "after the deadline");
+        }
+    }
+}
+
+/// The most activities that a note lists.
+const MOST_NAMES: usize = 8;
+
+/// The most letters of a name in a lane.
+const MOST_LETTERS: usize = 28;
+
+fn shortened(name: &str) -> String {
+    if name.chars().count() <= MOST_LETTERS {
+        return name.to_owned();
+    }
+    name.chars().take(MOST_LETTERS - 1).chain(['…']).collect()
+}
+
+/// Returns the time between two marks of the axis: 1, 2 or 5 times a power of ten, for about ten marks.
+fn step(length: u64) -> u64 {
+    let mut power = 1_u64;
+    loop {
+        for factor in [1, 2, 5] {
+            let step = power.saturating_mul(factor);
+            if length / step <= 12 {
+                return step;
+            }
+        }
+        power = power.saturating_mul(10);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixture::Fixture;
+    use expect_test::expect;
+    use mauve_hir::item_tree::Kind;
+    use mauve_hir::{names_of, projects};
+    use mauve_timing::{Level, SimulationOptions};
+    use mauve_wcrt::simulated;
+
+    const MODEL: &str = r#"
+codel plan(): int
+shell S { }
+core C(S) {
+  statemachine {
+    initial state Waiting { transition go if (plan() > 0) to Moving }
+    state Moving { run = { plan(); plan(); }  transition done to Waiting }
+  }
+}
+core K(S) { update = { plan(); } }
+component Pilot(S, C)
+component Laser(S, K)
+architecture A { instance pilot: Pilot  instance laser: Laser  instance spare: Missing  instance logger: Pilot }
+deployment D {
+  architecture A
+  activity pilot { priority = 1 period = 10  deadline = 4 }
+  activity laser { priority = 2 period = 5 }
+  activity spare { priority = 3 period = 10 }
+  activity logger { priority = background }
+}
+//- /mauve.toml
+[assume]
+codel = "1.5 ms"
+[platform]
+rt_throttling = false
+"#;
+
+    fn drawn() -> (Simulated, Schedule) {
+        let Fixture { db, workspace, .. } = Fixture::new(MODEL);
+        let project = projects(&db, workspace)[0];
+        let deployment = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
+        let deployment = simulated(&db, project, deployment, Level::TEN_TO_MINUS_FOUR);
+        let options = SimulationOptions {
+            initial_states: deployment.initial_states(),
+            simultaneous: true,
+            least_time: 100,
+            ..SimulationOptions::new(4, Time::from_nanos(20_000_000))
+        };
+        let schedule = deployment.set.simulate(&options, &|| ());
+        (deployment, schedule)
+    }
+
+    #[test]
+    fn lanes_have_the_order_of_priorities_and_slices_their_paths() {
+        let (deployment, schedule) = drawn();
+        let svg = draw_schedule("D", &deployment, &schedule);
+        assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
+        let titles = svg.split("<title>").skip(1).filter_map(|rest| rest.split("</title>").next());
+        let titles: String = titles.map(|title| format!("{title}\n")).collect();
+        expect![[r#"
+            laser
+            laser, job 1 on CPU 1, 0 to 1.5 ms: update → update
+            laser, job 2 on CPU 1, 5 to 6.5 ms: update → update
+            laser, job 3 on CPU 1, 10 to 11.5 ms: update → update
+            laser, job 4 on CPU 1, 15 to 16.5 ms: update → update
+            pilot
+            pilot, job 1 on CPU 1, 1.5 to 3 ms: Waiting → Moving (go)
+            pilot, job 2 on CPU 1, 11.5 to 14.5 ms: Moving → Waiting (done)
+        "#]]
+        .assert_eq(&titles);
+        for label in [
+            ">D; times in ms<",
+            ">Moving<",
+            ">after the deadline<",
+            ">not simulated, and may delay others: spare; not simulated, in the background: logger<",
+        ] {
+            assert!(svg.contains(label), "{label} in {svg}");
+        }
+    }
+
+    #[test]
+    fn names_are_escaped_and_an_empty_schedule_is_drawn() {
+        let (mut deployment, schedule) = drawn();
+        for activity in &mut deployment.set.activities {
+            activity.name = format!("<&\"{}", "x".repeat(40));
+        }
+        let svg = draw_schedule("<D>", &deployment, &schedule);
+        assert!(svg.contains("&lt;&amp;&quot;xxx") && svg.contains("x…<") && !svg.contains("<&"), "{svg}");
+        deployment.set.activities.clear();
+        let empty = deployment.set.simulate(&SimulationOptions::new(1, Time::ZERO), &|| ());
+        let svg = draw_schedule("", &deployment, &empty);
+        assert!(svg.ends_with("</svg>\n") && !svg.contains("NaN"), "{svg}");
+    }
+
+    #[test]
+    fn marks_of_the_axis() {
+        let ms = 1_000_000;
+        let found = [1000 * ms, 420 * ms, 60 * ms, 1, 0, u64::MAX].map(step);
+        assert_eq!(found, [100 * ms, 50 * ms, 5 * ms, 1, 1, 2_000_000_000_000_000_000]);
+    }
 }

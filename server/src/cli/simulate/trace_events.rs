@@ -27,8 +27,7 @@ pub(super) fn text(it: &Simulation<'_>) -> Result<String, String> {
             let Priority::RealTime(priority) = activity.priority else { continue };
             let name = format!("{} (priority {priority})", activity.name);
             // Higher priorities are above.
-            let order = u32::MAX - priority;
-            events.extend(thread(cpu, index, &name, order)?);
+            events.extend(thread(place(it, cpu, index), &name, -i64::from(priority))?);
         }
     }
     for cpu in (0..u64::BITS).filter(|cpu| cpus & (1 << cpu) != 0) {
@@ -45,17 +44,17 @@ pub(super) fn text(it: &Simulation<'_>) -> Result<String, String> {
     for slice in &it.schedule.slices {
         if slice.activity >= activities && !throttled.contains(&slice.activity) {
             throttled.push(slice.activity);
-            events.extend(thread(slice.cpu, slice.activity, THROTTLING, 0)?);
+            events.extend(thread(place(it, slice.cpu, slice.activity), THROTTLING, -1000)?);
         }
         let times = [("ts", slice.start), ("dur", slice.end.checked_sub(slice.start).unwrap_or_default())];
         let (name, args) = described(it, slice);
-        let (pid, tid) = (slice.cpu + 1, slice.activity + 1);
+        let (pid, tid) = place(it, slice.cpu, slice.activity);
         let event = json!({ "ph": "X", "name": name, "cat": "job", "pid": pid, "tid": tid, "args": args });
         events.push(line(&times, event)?);
     }
     for job in &it.schedule.jobs {
         let mask = it.deployment.set.activities.get(job.activity).and_then(|it| it.cpus).unwrap_or(1);
-        let (pid, tid) = (mask.trailing_zeros() + 1, job.activity + 1);
+        let (pid, tid) = place(it, mask.trailing_zeros(), job.activity);
         let mut instant = |name: &str, at: Time| -> Result<(), String> {
             let args = json!({ "job": job.number });
             let event = json!({ "ph": "i", "s": "t", "name": name, "cat": name, "pid": pid, "tid": tid, "args": args });
@@ -70,9 +69,16 @@ pub(super) fn text(it: &Simulation<'_>) -> Result<String, String> {
     Ok(format!("{{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n{}\n]}}\n", events.join(",\n")))
 }
 
-/// The name and the place of a thread.
-fn thread(cpu: u32, activity: usize, name: &str, order: u32) -> Result<[String; 2], String> {
-    let (pid, tid) = (cpu + 1, activity + 1);
+/// Returns the numbers of the process and of the thread of an activity on a CPU. Each thread has a number of its own, and none
+/// that of a process: viewers take such a thread for the main one.
+fn place(it: &Simulation<'_>, cpu: u32, activity: usize) -> (u32, usize) {
+    let most_cpus = u64::BITS as usize;
+    let threads = it.deployment.set.activities.len() + most_cpus;
+    (cpu + 1, 1 + most_cpus + cpu as usize * threads + activity)
+}
+
+/// The name of a thread, and its place among those of its process.
+fn thread((pid, tid): (u32, usize), name: &str, order: i64) -> Result<[String; 2], String> {
     let named = json!({ "ph": "M", "name": "thread_name", "pid": pid, "tid": tid, "args": { "name": name } });
     let args = json!({ "sort_index": order });
     let placed = json!({ "ph": "M", "name": "thread_sort_index", "pid": pid, "tid": tid, "args": args });
