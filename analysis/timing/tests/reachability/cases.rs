@@ -1,0 +1,166 @@
+//! Small systems whose greatest response times are known by hand.
+
+use mauve_timing::Method;
+
+use crate::explore::{Outcome, explore, greatest_responses, schedule_above};
+use crate::system::{Calls, Served, System, simple, task};
+
+/// The exploration finds these greatest response times, and notices each limit that is 1 ns lower.
+fn check(system: &System, greatest: &[u64]) {
+    assert_eq!(greatest_responses(system), greatest);
+    for lower in 0..greatest.len() {
+        let mut limits: Vec<_> = greatest.iter().copied().map(Some).collect();
+        assert_eq!(explore(system, &limits), Outcome::Greatest(limits.clone()));
+        limits[lower] = Some(greatest[lower] - 1);
+        assert_eq!(explore(system, &limits), Outcome::Above { task: lower });
+    }
+}
+
+#[test]
+fn paths_that_do_not_start_together_with_the_greatest_edge() {
+    let system = System::new(vec![
+        task(2, 4, &[(0, 0, 1), (1, 1, 2), (2, 2, 1), (0, 1, 0), (1, 2, 3), (2, 0, 1)]),
+        simple(1, 8, 2),
+    ]);
+    assert_eq!(system.bounds(Method::Psm), [Some(3), Some(7)]);
+    check(&system, &[3, 6]);
+    check(&system.early(), &[3, 6]);
+}
+
+#[test]
+fn an_edge_that_is_longer_than_the_period() {
+    let system = System::new(vec![
+        task(2, 3, &[(0, 1, 2), (1, 1, 1), (1, 2, 1), (2, 0, 4), (2, 2, 2)]),
+        simple(1, 5, 1),
+    ]);
+    assert_eq!(system.bounds(Method::Psm), [Some(4), Some(10)]);
+    check(&system, &[4, 8]);
+    check(&system.early(), &[4, 8]);
+}
+
+#[test]
+fn full_load_without_an_end_of_the_window() {
+    let system = System::new(vec![task(1, 3, &[(0, 0, 3), (0, 1, 4), (1, 0, 2), (1, 1, 1)])]);
+    assert_eq!(system.bounds(Method::Psm), [Some(4)]);
+    check(&system, &[4]);
+    check(&system.early(), &[4]);
+}
+
+#[test]
+fn tasks_of_equal_priority() {
+    check(&System::new(vec![task(1, 5, &[(0, 1, 1), (1, 0, 2)]), simple(1, 9, 3)]), &[5, 5]);
+}
+
+#[test]
+fn a_release_that_is_late() {
+    check(&System::new(vec![simple(1, 10, 1).jitter(2)]), &[3]);
+    // The late job and the next one: 2 from 0 to 2, and from 7 to 9.
+    check(&System::new(vec![simple(2, 10, 2).jitter(3), simple(1, 20, 5)]), &[5, 7]);
+    check(&System::new(vec![simple(2, 10, 2).jitter(3), simple(1, 20, 6)]), &[5, 10]);
+}
+
+#[test]
+fn a_release_that_is_later_than_the_next_nominal_one() {
+    check(&System::new(vec![simple(1, 3, 1).jitter(7)]), &[8]);
+    // The jobs of 0, 3 and 6 are released at 7; the first ends at 9, the next ones earlier after their nominal releases.
+    check(&System::new(vec![simple(1, 3, 2).jitter(7)]), &[9]);
+    // Two jobs are released together, and one three later.
+    check(&System::new(vec![simple(2, 4, 1).jitter(5), simple(1, 20, 2)]), &[6, 5]);
+}
+
+#[test]
+fn a_task_on_two_cpus() {
+    let others = [simple(3, 5, 2).cpus(0b01), simple(2, 6, 3).cpus(0b10)];
+    let on_both = |cost| {
+        let mut tasks = others.to_vec();
+        tasks.push(simple(1, 10, cost).cpus(0b11));
+        System::new(tasks)
+    };
+    check(&on_both(1), &[2, 3, 3]);
+    // It waits from 0 to 2 and from 5 to 7, where both others execute.
+    check(&on_both(4), &[2, 3, 8]);
+}
+
+#[test]
+fn three_tasks_of_equal_priority_on_two_cpus() {
+    check(&System::new(vec![simple(1, 10, 2).cpus(0b11); 3]), &[4, 4, 4]);
+    check(&System::new(vec![simple(1, 10, 2).cpus(0b11); 2]), &[2, 2]);
+}
+
+#[test]
+fn different_masks_that_share_a_cpu() {
+    let tasks = vec![simple(3, 10, 2).cpus(0b011), simple(2, 10, 2).cpus(0b110)];
+    // Three CPUs: the second task may wait, although a CPU is idle.
+    check(&System::new(tasks.clone()), &[2, 4]);
+    // Equal masks: it may not.
+    let [first, second] = &tasks[..] else { unreachable!() };
+    check(&System::new(vec![first.clone(), second.clone().cpus(0b011)]), &[2, 2]);
+    // Two CPUs: it waits only where the first task is on its only CPU.
+    check(&System::new(vec![first.clone(), second.clone().cpus(0b010)]), &[2, 4]);
+    check(&System::new(vec![first.clone().cpus(0b001), second.clone().cpus(0b011)]), &[2, 2]);
+    // A task of lower priority makes the masks of the others different as well.
+    let lower =
+        vec![simple(3, 10, 2).cpus(0b011), simple(2, 10, 2).cpus(0b011), simple(1, 10, 2).cpus(0b110)];
+    check(&System::new(lower), &[2, 4, 6]);
+}
+
+#[test]
+fn a_task_without_a_limit_delays_others() {
+    // It is overloaded on CPU 0, and the other task waits for it for ever, or never.
+    let system = |cpus| System::new(vec![simple(2, 2, 3), simple(1, 10, 1).cpus(cpus)]);
+    assert_eq!(explore(&system(0b01), &[None, Some(100)]), Outcome::Above { task: 1 });
+    assert_eq!(explore(&system(0b11), &[None, Some(100)]), Outcome::Greatest(vec![None, Some(1)]));
+    assert_eq!(explore(&system(0b10), &[None, Some(100)]), Outcome::Greatest(vec![None, Some(1)]));
+}
+
+fn served(provider: usize, client: usize, time: u64) -> Served {
+    Served { provider, client, sends: 1, time }
+}
+
+#[test]
+fn a_call_delays_the_job_of_the_provider() {
+    // Client from 0 to 2, call from 2 to 4, own edge until 5.
+    let tasks = vec![simple(1, 4, 1), simple(2, 8, 2)];
+    for calls in [Calls::AtNextPeriod, Calls::BetweenPeriods] {
+        check(&System::new(tasks.clone()).serving(calls, &[served(0, 1, 2)]), &[5, 2]);
+    }
+    check(&System::new(tasks), &[3, 2]);
+}
+
+#[test]
+fn calls_that_wait_for_the_next_period() {
+    let tasks = vec![simple(2, 20, 1), simple(3, 5, 1), simple(1, 20, 3)];
+    // Of the clients' jobs at 5, 10, 15 and 20, each sends a call. The provider begins at 21, and executes for 5; the next
+    // job of the client preempts it. The third task executes from 27 to 30.
+    let system = System::new(tasks.clone()).serving(Calls::AtNextPeriod, &[served(0, 1, 1)]);
+    check(&system, &[7, 1, 10]);
+    // Each call is executed soon. The third task executes from 3 to 5, and after the next job and call from 7 to 8.
+    let system = System::new(tasks).serving(Calls::BetweenPeriods, &[served(0, 1, 1)]);
+    check(&system, &[3, 1, 8]);
+}
+
+#[test]
+fn a_call_between_periods_is_not_preempted_by_the_next_job() {
+    // The client, on another CPU, sends a call, and the release follows immediately: the call, then the jobs.
+    let tasks = vec![simple(1, 10, 1), simple(1, 10, 1).cpus(0b10), simple(0, 10, 1)];
+    let operations = [served(0, 1, 3)];
+    check(&System::new(tasks.clone()).serving(Calls::BetweenPeriods, &operations), &[4, 1, 5]);
+    // Here two calls may wait: one is sent at the end of a job of the client, just after the provider has begun, and the other
+    // at the begin of the next job, just before the provider begins.
+    check(&System::new(tasks).serving(Calls::AtNextPeriod, &operations), &[7, 1, 8]);
+}
+
+#[test]
+fn a_schedule_above_a_limit_is_shown() {
+    let system = System::new(vec![simple(2, 4, 1), simple(1, 6, 2)]);
+    let schedule = schedule_above(&system, &[Some(1), Some(2)]);
+    let lines: Vec<&str> = schedule.lines().collect();
+    assert_eq!(
+        lines,
+        [
+            "Above { task: 1 } in the nanosecond after the last of these states:",
+            "   0 | release in 0, 0 jobs | release in 0, 0 jobs",
+            "   1 | release in 3, 0 jobs | release in 5, 1 jobs",
+        ]
+    );
+}

@@ -1,0 +1,17 @@
+//! No schedule is later than a bound: small systems are executed in every way, one nanosecond after the other.
+//!
+//! Nothing here knows of critical instants, request bounds or busy windows: the exploration shares no code with the crate, and
+//! only compares its greatest response times with the bounds. A schedule is free in: the offsets and the initial states of the machines, their
+//! paths, the order of tasks of equal priority, the CPUs (see [`scheduler`]), the delay of each release within the
+//! jitter, the instants at which a job sends calls, and, in some systems, jobs that end early. A job executes for 1 ns at
+//! least.
+//!
+//! `MAUVE_ORACLE_SYSTEMS=100000 cargo test --release -p mauve-timing --test reachability` tries more systems.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod cases;
+mod explore;
+mod random;
+mod scheduler;
+mod system;

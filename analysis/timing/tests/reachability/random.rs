@@ -1,0 +1,376 @@
+//! Random systems: no greatest response time exceeds a bound.
+
+use std::cmp::Ordering;
+use std::fmt;
+
+use mauve_timing::Method;
+
+use crate::explore::{MOST_STATES, OPERATIONS, Outcome, explore, schedule_above};
+use crate::scheduler::keeps_priorities;
+use crate::system::{Bounds, Calls, METHODS, Served, System, Task, task};
+
+/// The random systems of each test, unless the environment says otherwise.
+const SYSTEMS: u64 = 5000;
+
+/// A kind of random systems.
+#[derive(Clone, Copy, PartialEq, Debug)]
+enum Kind {
+    /// One CPU, with this number of tasks.
+    OneCpu(u64),
+    /// Two or three CPUs; no task waits while a CPU of its mask executes a task of lower priority.
+    SeveralCpus,
+    /// Three CPUs, with different masks of several CPUs that share CPUs; see [`crate::scheduler::Scheduler`].
+    LinkedCpus,
+    /// One CPU, with release jitter.
+    Jitter,
+    /// One to three CPUs, with release jitter.
+    JitterOnSeveralCpus,
+    /// One CPU or two, with operations.
+    Operations(Calls),
+}
+
+/// SplitMix64.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, end: u64) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (z ^ (z >> 31)) % end
+    }
+
+    fn within(&mut self, least: u64, greatest: u64) -> u64 {
+        least + self.below(greatest - least + 1)
+    }
+
+    fn one_in(&mut self, number: u64) -> bool {
+        self.below(number) == 0
+    }
+
+    /// Returns one of `tasks` tasks, which have together about the given number of CPUs.
+    fn task(&mut self, tasks: u64, cpus: u64, most_states: u64) -> Task {
+        let period = self.within(2, 10 - tasks);
+        let states = self.within(1, most_states) as u32;
+        // A single greatest cost may be far above the share of the task, as long as it cannot repeat.
+        let greatest = self.within(1, 2 * period * cpus / tasks);
+        let state = |random: &mut Random| random.below(u64::from(states)) as u32;
+        let mut edges: Vec<(u32, u32, u64)> =
+            (0..states).map(|source| (source, state(self), self.within(0, greatest))).collect();
+        for _ in 0..self.below(u64::from(states) + 1) {
+            edges.push((state(self), state(self), self.within(0, greatest)));
+        }
+        // Few priorities, so that some are equal.
+        task(self.below(tasks + 1) as u32, period, &edges)
+    }
+
+    /// Returns a task of less utilisation, for systems with operations. The count of its calls depends on the deadlines.
+    fn light_task(&mut self, tasks: u64) -> Task {
+        let period = self.within(3, 13 - 2 * tasks);
+        let states = self.within(1, 4 - tasks) as u32;
+        let edges: Vec<_> = (0..states)
+            .flat_map(|source| (0..states).map(move |target| (source, target)))
+            .map(|(source, target)| (source, target, self.within(1, period.div_ceil(3))))
+            .collect();
+        let jitter = if self.one_in(8) { self.within(1, period) } else { 0 };
+        let deadline = self.within(period / 2, 2 * period);
+        task(self.below(tasks + 1) as u32, period, &edges).jitter(jitter).deadline(deadline)
+    }
+
+    fn system(&mut self, kind: Kind) -> System {
+        match kind {
+            Kind::OneCpu(tasks) => {
+                let most_states = if tasks < 4 { 4 } else { 2 };
+                let mut system = self.tasks(tasks, 1, most_states);
+                system.jobs_may_end_early = self.one_in(4);
+                system
+            }
+            Kind::SeveralCpus | Kind::LinkedCpus => loop {
+                let tasks = self.within(if kind == Kind::LinkedCpus { 3 } else { 2 }, 4);
+                let cpus = if kind == Kind::LinkedCpus { 3 } else { self.within(2, 3) };
+                let mut system = self.tasks(tasks, 2, 5 - tasks);
+                self.place(&mut system, cpus);
+                system.jobs_may_end_early = self.one_in(2);
+                if self.one_in(12) {
+                    system.tasks[0].is_unknown = true;
+                }
+                if keeps_priorities(&system) == (kind == Kind::SeveralCpus) {
+                    return system;
+                }
+            },
+            Kind::Jitter | Kind::JitterOnSeveralCpus => {
+                let tasks = self.within(1, 3);
+                let cpus = if kind == Kind::Jitter { 1 } else { self.within(2, 3) };
+                let mut system = self.tasks(tasks, cpus.min(2), 4 - tasks);
+                for task in &mut system.tasks {
+                    task.jitter = match self.below(4) {
+                        0 => 0,
+                        1 => self.within(0, 2 * task.period),
+                        _ => self.within(1, task.period),
+                    };
+                }
+                if cpus > 1 {
+                    self.place(&mut system, cpus);
+                }
+                system.jobs_may_end_early = self.one_in(4);
+                system
+            }
+            Kind::Operations(calls) => {
+                let tasks = self.within(2, 3);
+                let cpus = if self.one_in(4) { 2 } else { 1 };
+                let mut system = System::new((0..tasks).map(|_| self.light_task(tasks)).collect());
+                if cpus > 1 {
+                    self.place(&mut system, cpus);
+                }
+                let operations = if self.one_in(4) { OPERATIONS } else { 1 };
+                let served: Vec<_> = (0..operations).map(|_| self.served(tasks)).collect();
+                system.jobs_may_end_early = self.one_in(8);
+                system.serving(calls, &served)
+            }
+        }
+    }
+
+    fn tasks(&mut self, tasks: u64, cpus: u64, most_states: u64) -> System {
+        System::new((0..tasks).map(|_| self.task(tasks, cpus, most_states)).collect())
+    }
+
+    /// Gives each task a random set of CPUs.
+    fn place(&mut self, system: &mut System, cpus: u64) {
+        for task in &mut system.tasks {
+            task.cpus = self.within(1, (1 << cpus) - 1);
+        }
+    }
+
+    fn served(&mut self, tasks: u64) -> Served {
+        let provider = self.below(tasks);
+        let client = (provider + self.within(1, tasks - 1)) % tasks;
+        let sends = if self.one_in(6) { 2 } else { 1 };
+        Served {
+            provider: provider as usize,
+            client: client as usize,
+            sends,
+            time: if self.one_in(3) { 2 } else { 1 },
+        }
+    }
+}
+
+/// The counts of one test.
+#[derive(Default)]
+struct Totals {
+    explored: u64,
+    too_many_states: u64,
+    too_large: u64,
+    /// Systems in which two tasks have equal priorities.
+    tied: u64,
+    /// Systems in which a CPU has a utilisation of exactly 1.
+    full: u64,
+    bounds: u64,
+    without_bound: u64,
+    /// Bounds that are the greatest response time, by method.
+    attained: [u64; 4],
+    /// Bounds that are later than the period.
+    late: u64,
+    /// Tasks on several CPUs that have a bound and wait for others; and those whose bound is attained as well.
+    waiting_on_several_cpus: u64,
+    attained_on_several_cpus: u64,
+    /// Tasks whose greatest response is later than a bound would be without jitter and operations.
+    later_than_plain: u64,
+    /// Bounds that are claimed to be the greatest response time.
+    claimed_exact: u64,
+}
+
+impl fmt::Display for Totals {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} systems ({} fully loaded, {} with equal priorities; dropped: {} above {MOST_STATES} states, {} with \
+             too great counters); {} tasks with a bound, {} without; bounds attained:",
+            self.explored,
+            self.full,
+            self.tied,
+            self.too_many_states,
+            self.too_large,
+            self.bounds,
+            self.without_bound
+        )?;
+        for (method, attained) in METHODS.iter().zip(self.attained) {
+            write!(f, " {method} {attained}")?;
+        }
+        write!(
+            f,
+            " ({} claimed); {} later than the period; {} with several CPUs that wait, {} of these attained; {} later \
+             because of jitter or operations",
+            self.claimed_exact,
+            self.late,
+            self.waiting_on_several_cpus,
+            self.attained_on_several_cpus,
+            self.later_than_plain
+        )
+    }
+}
+
+impl Totals {
+    /// Counts a system, and panics if a greatest response time contradicts a bound.
+    fn add(&mut self, system: &System, bounds: &Bounds, greatest: &[Option<u64>]) {
+        self.explored += 1;
+        let mut priorities: Vec<u32> = system.tasks.iter().map(|task| task.priority).collect();
+        priorities.sort_unstable();
+        self.tied += u64::from(priorities.windows(2).any(|pair| pair[0] == pair[1]));
+        let loads = system.analyse(Method::Psm).cpus;
+        self.full +=
+            u64::from(loads.iter().any(|load| load.utilisation.compare_with_one() == Ordering::Equal));
+        let plain = system.without_jitter_and_operations();
+        let plain_bounds = plain.map(|plain| plain.bounds(Method::Psm));
+        for (place, task) in system.tasks.iter().enumerate() {
+            let Some(greatest) = greatest[place] else {
+                self.without_bound += 1;
+                continue;
+            };
+            self.bounds += 1;
+            for (method, bound) in bounds.of(place).into_iter().enumerate() {
+                if let Some(bound) = bound {
+                    assert!(
+                        greatest <= bound,
+                        "a response of task {place} takes {greatest}, but its bound by {} is {bound}, in\n{system}\n{}",
+                        METHODS[method],
+                        schedule_of(system, place, bound)
+                    );
+                    self.attained[method] += u64::from(greatest == bound);
+                }
+            }
+            if system.is_on_one_cpu()
+                && system.operations.is_empty()
+                && bounds.is_exact[place]
+                && let Some(exact) = bounds.exact(place)
+            {
+                self.claimed_exact += 1;
+                assert_eq!(
+                    greatest, exact,
+                    "no response of task {place} takes as long as the exact one, in\n{system}"
+                );
+            }
+            let tightest = bounds.exact(place).or(bounds.greatest(place));
+            self.late += u64::from(tightest > Some(task.period));
+            if !task.cpus.is_power_of_two() && greatest > task.greatest_cost() {
+                self.waiting_on_several_cpus += 1;
+                self.attained_on_several_cpus += u64::from(tightest == Some(greatest));
+            }
+            if let Some(bounds) = &plain_bounds {
+                self.later_than_plain += u64::from(bounds[place].is_some_and(|bound| greatest > bound));
+            }
+        }
+    }
+}
+
+/// Returns a schedule in which a response of the task at `place` takes longer than `limit`.
+fn schedule_of(system: &System, place: usize, limit: u64) -> String {
+    // Not above any greater limit: the others are above no bound.
+    let mut limits: Vec<_> = system.tasks.iter().map(|task| Some(14 * task.period)).collect();
+    limits[place] = Some(limit);
+    schedule_above(system, &limits)
+}
+
+fn explore_random_systems(kind: Kind, seed: u64) -> Totals {
+    let systems = std::env::var("MAUVE_ORACLE_SYSTEMS").ok().and_then(|number| number.parse().ok());
+    let systems: u64 = systems.unwrap_or(SYSTEMS);
+    let mut random = Random(seed);
+    let mut totals = Totals::default();
+    for tried in 0.. {
+        if totals.explored == systems {
+            break;
+        }
+        assert!(tried < 30 * systems, "too few systems can be explored: {totals}");
+        let system = random.system(kind);
+        let bounds = system.all_bounds();
+        bounds.check_order(&system);
+        let limits: Vec<_> = (0..system.tasks.len()).map(|place| bounds.greatest(place)).collect();
+        if limits.iter().all(Option::is_none) {
+            totals.without_bound += limits.len() as u64;
+            continue;
+        }
+        match explore(&system, &limits) {
+            Outcome::Greatest(greatest) => totals.add(&system, &bounds, &greatest),
+            Outcome::Above { task } => panic!(
+                "a response of task {task} takes longer than its bound {:?}, in\n{system}\n{}",
+                limits[task],
+                schedule_above(&system, &limits)
+            ),
+            Outcome::TooManyStates => totals.too_many_states += 1,
+            Outcome::TooLarge => totals.too_large += 1,
+        }
+    }
+    println!("{kind:?}: {totals}");
+    totals
+}
+
+/// One CPU: the bounds are not vacuous, and the difficult cases occur.
+fn explore_one_cpu(tasks: u64) {
+    let totals = explore_random_systems(Kind::OneCpu(tasks), tasks);
+    assert!(totals.attained[1] * 2 > totals.bounds && totals.late * 50 > totals.bounds);
+    assert!(totals.full * 500 > totals.explored && totals.tied * 10 > totals.explored);
+}
+
+#[test]
+fn no_schedule_of_two_tasks_is_above_a_bound() {
+    explore_one_cpu(2);
+}
+
+#[test]
+fn no_schedule_of_three_tasks_is_above_a_bound() {
+    explore_one_cpu(3);
+}
+
+#[test]
+fn no_schedule_of_four_tasks_is_above_a_bound() {
+    explore_one_cpu(4);
+}
+
+#[test]
+fn no_schedule_on_several_cpus_is_above_a_bound() {
+    let totals = explore_random_systems(Kind::SeveralCpus, 5);
+    assert!(totals.attained[3] * 4 > totals.bounds && totals.late * 50 > totals.bounds);
+    assert!(totals.waiting_on_several_cpus * 20 > totals.explored);
+    assert!(totals.attained_on_several_cpus * 50 > totals.explored);
+    assert!(totals.full * 500 > totals.explored && totals.tied * 10 > totals.explored);
+    assert!(totals.without_bound > 0);
+}
+
+#[test]
+fn no_schedule_on_linked_cpus_is_above_a_bound() {
+    let totals = explore_random_systems(Kind::LinkedCpus, 6);
+    assert!(totals.attained[3] * 4 > totals.bounds && totals.late * 50 > totals.bounds);
+    assert!(totals.waiting_on_several_cpus * 10 > totals.explored);
+    assert!(totals.attained_on_several_cpus * 50 > totals.explored);
+    assert!(totals.tied * 10 > totals.explored && totals.without_bound > 0);
+}
+
+#[test]
+fn no_schedule_with_jitter_is_above_a_bound() {
+    let totals = explore_random_systems(Kind::Jitter, 7);
+    assert!(totals.attained[3] * 2 > totals.bounds && totals.late * 20 > totals.bounds);
+    assert!(totals.later_than_plain * 10 > totals.explored && totals.tied * 10 > totals.explored);
+    assert!(totals.full * 500 > totals.explored);
+}
+
+#[test]
+fn no_schedule_with_jitter_on_several_cpus_is_above_a_bound() {
+    let totals = explore_random_systems(Kind::JitterOnSeveralCpus, 8);
+    assert!(totals.attained[3] * 4 > totals.bounds && totals.late * 20 > totals.bounds);
+    assert!(totals.later_than_plain * 10 > totals.explored && totals.tied * 10 > totals.explored);
+    assert!(totals.attained_on_several_cpus * 100 > totals.explored);
+}
+
+#[test]
+fn no_schedule_with_calls_at_the_next_period_is_above_a_bound() {
+    let totals = explore_random_systems(Kind::Operations(Calls::AtNextPeriod), 9);
+    assert!(totals.attained[3] * 10 > totals.bounds && totals.late * 100 > totals.bounds);
+    assert!(totals.later_than_plain * 10 > totals.explored);
+}
+
+#[test]
+fn no_schedule_with_calls_between_periods_is_above_a_bound() {
+    let totals = explore_random_systems(Kind::Operations(Calls::BetweenPeriods), 10);
+    assert!(totals.attained[3] * 10 > totals.bounds && totals.late * 100 > totals.bounds);
+    assert!(totals.later_than_plain * 10 > totals.explored);
+}
