@@ -113,6 +113,13 @@ fn a_task_without_a_limit_delays_others() {
     assert_eq!(explore(&system(0b10), &[None, Some(100)]), Outcome::Greatest(vec![None, Some(1)]));
 }
 
+#[test]
+fn a_task_of_unknown_demand_has_no_bound() {
+    let system = System::new(vec![simple(1, 10, 1).unknown(), simple(2, 10, 1)]);
+    assert_eq!(system.bounds(Method::Exact), [None, Some(1)]);
+    check(&system, &[2, 1]);
+}
+
 fn served(provider: usize, client: usize, time: u64) -> Served {
     Served { provider, client, sends: 1, time }
 }
@@ -146,7 +153,7 @@ fn a_call_between_periods_is_not_preempted_by_the_next_job() {
     let operations = [served(0, 1, 3)];
     check(&System::new(tasks.clone()).serving(Calls::BetweenPeriods, &operations), &[4, 1, 5]);
     // Here two calls may wait: one is sent at the end of a job of the client, just after the provider has begun, and the other
-    // at the begin of the next job, just before the provider begins.
+    // at the start of the next job, just before the provider begins.
     check(&System::new(tasks).serving(Calls::AtNextPeriod, &operations), &[7, 1, 8]);
 }
 

@@ -7,13 +7,13 @@
 use std::collections::VecDeque;
 use std::fmt::Write;
 
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
 
 use crate::scheduler::Scheduler;
 use crate::system::{Calls, System};
 
 /// A system with more states than this is dropped.
-pub(crate) const MOST_STATES: usize = 60_000;
+pub(crate) const MOST_STATES: usize = 30_000;
 
 /// The most unended jobs of a task without a bound: releases beyond them are lost, and the task is ready all the same.
 const MOST_UNENDED: u8 = 3;
@@ -161,6 +161,50 @@ pub(crate) fn schedule_above(system: &System, limits: &[Option<u64>]) -> String 
     text
 }
 
+/// The states that were reached: a hash table with linear probing, which is faster than that of the standard library
+/// where neither is optimised.
+struct Seen {
+    /// Each state plus 1; 0 where there is none.
+    slots: Vec<u128>,
+    count: usize,
+}
+
+impl Seen {
+    fn new() -> Seen {
+        Seen { slots: vec![0; 1 << 8], count: 0 }
+    }
+
+    /// Adds a state, and returns whether it is new.
+    fn insert(&mut self, packed: u128) -> bool {
+        if self.count * 2 >= self.slots.len() {
+            let larger = vec![0; self.slots.len() * 4];
+            for slot in std::mem::replace(&mut self.slots, larger) {
+                if slot != 0 {
+                    let (place, _) = self.find(slot);
+                    self.slots[place] = slot;
+                }
+            }
+        }
+        let (place, is_new) = self.find(packed + 1);
+        self.slots[place] = packed + 1;
+        self.count += usize::from(is_new);
+        is_new
+    }
+
+    /// Returns the place of a slot's value, and whether it is empty.
+    fn find(&self, value: u128) -> (usize, bool) {
+        let folded = (value as u64 ^ (value >> 64) as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let mut place = (folded >> 32) as usize & (self.slots.len() - 1);
+        loop {
+            let slot = self.slots[place];
+            if slot == value || slot == 0 {
+                return (place, slot == 0);
+            }
+            place = (place + 1) & (self.slots.len() - 1);
+        }
+    }
+}
+
 /// A task, as the exploration reads it.
 struct ExploredTask {
     period: u8,
@@ -205,7 +249,7 @@ impl<'a> Model<'a> {
 
 struct Exploration<'a> {
     model: &'a Model<'a>,
-    seen: FxHashSet<u128>,
+    seen: Seen,
     open: VecDeque<u128>,
     /// The states after the one that is expanded.
     next: Vec<State>,
@@ -222,7 +266,7 @@ impl<'a> Exploration<'a> {
     fn new(model: &'a Model<'a>) -> Exploration<'a> {
         Exploration {
             model,
-            seen: FxHashSet::default(),
+            seen: Seen::new(),
             open: VecDeque::new(),
             next: Vec::new(),
             greatest: vec![0; model.tasks.len()],
@@ -274,7 +318,7 @@ impl<'a> Exploration<'a> {
         let packed = state.pack(self.model.tasks.len(), self.model.system.operations.len());
         let packed = packed.ok_or(Outcome::TooLarge)?;
         if self.seen.insert(packed) {
-            if self.seen.len() > MOST_STATES {
+            if self.seen.count > MOST_STATES {
                 return Err(Outcome::TooManyStates);
             }
             if let (Some(before), Some(expanded)) = (&mut self.before, self.expanded) {

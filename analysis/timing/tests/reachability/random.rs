@@ -7,16 +7,15 @@ use mauve_timing::Method;
 
 use crate::explore::{MOST_STATES, OPERATIONS, Outcome, explore, schedule_above};
 use crate::scheduler::keeps_priorities;
-use crate::system::{Bounds, Calls, METHODS, Served, System, Task, task};
-
-/// The random systems of each test, unless the environment says otherwise.
-const SYSTEMS: u64 = 5000;
+use crate::system::{Bounds, Calls, METHODS, Served, System, Task, simple, task};
 
 /// A kind of random systems.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Kind {
     /// One CPU, with this number of tasks.
     OneCpu(u64),
+    /// One CPU, with machines whose paths matter: the windows have several jobs of tasks with very different edges.
+    Paths,
     /// Two or three CPUs; no task waits while a CPU of its mask executes a task of lower priority.
     SeveralCpus,
     /// Three CPUs, with different masks of several CPUs that share CPUs; see [`crate::scheduler::Scheduler`].
@@ -27,6 +26,18 @@ enum Kind {
     JitterOnSeveralCpus,
     /// One CPU or two, with operations.
     Operations(Calls),
+}
+
+impl Kind {
+    /// The number of systems, unless the environment says otherwise: fewer where each takes longer.
+    fn systems(self) -> u64 {
+        match self {
+            Kind::OneCpu(4) => 1500,
+            Kind::LinkedCpus => 400,
+            Kind::OneCpu(3) | Kind::Paths | Kind::SeveralCpus | Kind::JitterOnSeveralCpus => 3000,
+            _ => 5000,
+        }
+    }
 }
 
 /// SplitMix64.
@@ -65,16 +76,30 @@ impl Random {
         task(self.below(tasks + 1) as u32, period, &edges)
     }
 
+    /// Returns a task whose path has a ring, and other edges that are mostly cheaper.
+    fn machine(&mut self, tasks: u64) -> Task {
+        let period = self.within(2, 4);
+        let states = if tasks == 2 { self.within(2, 4) } else { self.within(2, 3) } as u32;
+        let mut edges: Vec<(u32, u32, u64)> = Vec::new();
+        for source in 0..states {
+            edges.push((source, (source + 1) % states, self.within(0, 2 * period / (tasks - 1))));
+            if self.one_in(2) {
+                edges.push((source, self.below(u64::from(states)) as u32, self.within(0, period / 2)));
+            }
+        }
+        task(self.within(1, 2) as u32, period, &edges)
+    }
+
     /// Returns a task of less utilisation, for systems with operations. The count of its calls depends on the deadlines.
     fn light_task(&mut self, tasks: u64) -> Task {
-        let period = self.within(3, 13 - 2 * tasks);
+        let period = self.within(3, if tasks == 2 { 14 } else { 9 });
         let states = self.within(1, 4 - tasks) as u32;
         let edges: Vec<_> = (0..states)
             .flat_map(|source| (0..states).map(move |target| (source, target)))
-            .map(|(source, target)| (source, target, self.within(1, period.div_ceil(3))))
+            .map(|(source, target)| (source, target, self.within(1, period.div_ceil(5))))
             .collect();
         let jitter = if self.one_in(8) { self.within(1, period) } else { 0 };
-        let deadline = self.within(period / 2, 2 * period);
+        let deadline = self.within(period / 3, 3 * period / 2);
         task(self.below(tasks + 1) as u32, period, &edges).jitter(jitter).deadline(deadline)
     }
 
@@ -86,8 +111,16 @@ impl Random {
                 system.jobs_may_end_early = self.one_in(4);
                 system
             }
+            Kind::Paths => {
+                let tasks = self.within(2, 3);
+                let mut machines: Vec<_> = (1..tasks).map(|_| self.machine(tasks)).collect();
+                let cost = self.within(1, 2);
+                machines.push(simple(0, self.within(4, 11), cost));
+                System::new(machines)
+            }
             Kind::SeveralCpus | Kind::LinkedCpus => loop {
-                let tasks = self.within(if kind == Kind::LinkedCpus { 3 } else { 2 }, 4);
+                let most = if self.one_in(4) { 4 } else { 3 };
+                let tasks = self.within(if kind == Kind::LinkedCpus { 3 } else { 2 }, most);
                 let cpus = if kind == Kind::LinkedCpus { 3 } else { self.within(2, 3) };
                 let mut system = self.tasks(tasks, 2, 5 - tasks);
                 self.place(&mut system, cpus);
@@ -117,7 +150,7 @@ impl Random {
                 system
             }
             Kind::Operations(calls) => {
-                let tasks = self.within(2, 3);
+                let tasks = if self.one_in(3) { 3 } else { 2 };
                 let cpus = if self.one_in(4) { 2 } else { 1 };
                 let mut system = System::new((0..tasks).map(|_| self.light_task(tasks)).collect());
                 if cpus > 1 {
@@ -273,7 +306,7 @@ fn schedule_of(system: &System, place: usize, limit: u64) -> String {
 
 fn explore_random_systems(kind: Kind, seed: u64) -> Totals {
     let systems = std::env::var("MAUVE_ORACLE_SYSTEMS").ok().and_then(|number| number.parse().ok());
-    let systems: u64 = systems.unwrap_or(SYSTEMS);
+    let systems: u64 = systems.unwrap_or(kind.systems());
     let mut random = Random(seed);
     let mut totals = Totals::default();
     for tried in 0.. {
@@ -324,6 +357,15 @@ fn no_schedule_of_three_tasks_is_above_a_bound() {
 #[test]
 fn no_schedule_of_four_tasks_is_above_a_bound() {
     explore_one_cpu(4);
+}
+
+#[test]
+fn no_schedule_of_machines_is_above_a_bound() {
+    let totals = explore_random_systems(Kind::Paths, 11);
+    // The methods differ.
+    let [classic, psm, _, exact] = totals.attained;
+    assert!(classic < psm && psm < totals.bounds && exact * 4 > totals.bounds * 3);
+    assert!(totals.late * 20 > totals.bounds && totals.full * 500 > totals.explored);
 }
 
 #[test]
