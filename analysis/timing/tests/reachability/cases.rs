@@ -137,8 +137,8 @@ fn a_call_delays_the_job_of_the_provider() {
 #[test]
 fn calls_that_wait_for_the_next_period() {
     let tasks = vec![simple(2, 20, 1), simple(3, 5, 1), simple(1, 20, 3)];
-    // Of the clients' jobs at 5, 10, 15 and 20, each sends a call. The provider begins at 21, and executes for 5; the next
-    // job of the client preempts it. The third task executes from 27 to 30.
+    // Of the client's jobs at 5, 10, 15 and 20, each sends a call. The provider begins at 21, and executes for 5; the
+    // next job of the client preempts it. The third task executes from 27 to 30.
     let system = System::new(tasks.clone()).serving(Calls::AtNextPeriod, &[served(0, 1, 1)]);
     check(&system, &[7, 1, 10]);
     // Each call is executed soon. The third task executes from 3 to 5, and after the next job and call from 7 to 8.
@@ -152,8 +152,8 @@ fn a_call_between_periods_is_not_preempted_by_the_next_job() {
     let tasks = vec![simple(1, 10, 1), simple(1, 10, 1).cpus(0b10), simple(0, 10, 1)];
     let operations = [served(0, 1, 3)];
     check(&System::new(tasks.clone()).serving(Calls::BetweenPeriods, &operations), &[4, 1, 5]);
-    // Here two calls may wait: one is sent at the end of a job of the client, just after the provider has begun, and the other
-    // at the start of the next job, just before the provider begins.
+    // Here two calls may wait: one is sent at the end of a job of the client, just after the provider has begun, and
+    // the other at the start of the next job, just before the provider begins.
     check(&System::new(tasks).serving(Calls::AtNextPeriod, &operations), &[7, 1, 8]);
 }
 

@@ -9,8 +9,9 @@ use crate::system::{System, Task};
 ///
 /// - Where the group has one or two CPUs, or all its masks of several CPUs are equal: no ready task waits while a CPU of
 ///   its mask is idle or executes a task of lower priority.
-/// - Otherwise Linux may leave a task waiting for longer, and CPUs idle. For each priority, among the tasks of this priority or a higher
-///   one that share CPUs (directly or through others of these): if any is ready, at least one executes.
+/// - Otherwise Linux may leave a task waiting for longer, and CPUs idle. For each priority, among the tasks of this
+///   priority or a higher one that share CPUs (directly or through others of these): if any is ready, at least one
+///   executes.
 pub(crate) struct Scheduler {
     choices: Vec<Vec<u8>>,
 }
