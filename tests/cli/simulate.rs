@@ -31,9 +31,13 @@ fn the_critical_instant_of_the_sample_robot_reaches_the_bounds() {
     assert_eq!((found.code, found.err.as_str()), (0, ""));
     let document = document(&found);
     assert_eq!((&document["deployment"], &document["unit"]), (&"P3dxDeployment".into(), &"ms".into()));
-    assert_eq!((&document["significance"], &document["end"], &document["seed"]), (&1e-4.into(), &1000.into(), &1.into()));
+    assert_eq!(
+        (&document["significance"], &document["end"], &document["seed"]),
+        (&1e-4.into(), &1000.into(), &1.into())
+    );
     let activities = document["activities"].as_array().unwrap();
-    let reached = activities.iter().filter(|it| !it["bound"].is_null() && it["bound"] == it["greatest"]).count();
+    let reached =
+        activities.iter().filter(|it| !it["bound"].is_null() && it["bound"] == it["greatest"]).count();
     assert!(reached >= 5, "{document:#}");
     for activity in activities {
         assert!(activity["greatest"].as_f64() <= activity["bound"].as_f64(), "{activity}");
@@ -67,7 +71,8 @@ fn a_missed_deadline() {
     let found = run(&["p3dx", "--significance", "1e-6", "--for", "20s", "--full-times", "--format", "json"]);
     let document = document(&found);
     let misses = document["jobs"].as_array().unwrap().iter().filter(|job| job["missed"] == true).count();
-    let navigation = document["activities"].as_array().unwrap().iter().find(|it| it["instance"] == "navigation");
+    let navigation =
+        document["activities"].as_array().unwrap().iter().find(|it| it["instance"] == "navigation");
     let navigation = navigation.unwrap();
     assert_eq!((&navigation["status"], &navigation["misses"]), (&"missed".into(), &misses.into()));
     assert_eq!((found.code, misses > 0), (1, true));

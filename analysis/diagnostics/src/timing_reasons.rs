@@ -84,7 +84,8 @@ pub fn timing_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String 
             "its operation `{operation}` is executed again by a call that it sends: the number of calls has no bound"
         ),
         Reason::ManyOperations => {
-            "operations send calls to other operations in more than 4096 ways: simplify the connections".to_owned()
+            "operations send calls to other operations in more than 4096 ways: simplify the connections"
+                .to_owned()
         }
         Reason::MayServe => "it provides operations, and which connections call them is not known".to_owned(),
 

@@ -780,12 +780,14 @@ fn platform_clocks_and_assumptions() {
         a met 2 ms
         b met 4 ms
         c met 9 ms
-    "#]].assert_eq(&lan("", "1 ms"));
+    "#]]
+    .assert_eq(&lan("", "1 ms"));
     expect![[r#"
         a unbounded: CPU 1 overloaded (130.0 % at priority ≥ 3)
         b unbounded: CPU 1 overloaded (150.0 % at priority ≥ 2)
         c unbounded: CPU 1 overloaded (190.0 % at priority ≥ 1)
-    "#]].assert_eq(&lan("", "6 ms"));
+    "#]]
+    .assert_eq(&lan("", "6 ms"));
     expect![[r#"
         a not-analysed: `lan (platform)` may delay it and may run on CPUs 1 and 2; set its `cpus` in mauve.toml to one CPU
         b not-analysed: `lan (platform)` may delay it and may run on CPUs 1 and 2; set its `cpus` in mauve.toml to one CPU
@@ -795,12 +797,14 @@ fn platform_clocks_and_assumptions() {
         a met 1 ms
         b met 3 ms
         c met 7 ms
-    "#]].assert_eq(&lan(", cpus = [2]", "1 ms"));
+    "#]]
+    .assert_eq(&lan(", cpus = [2]", "1 ms"));
     expect![[r#"
         a not-analysed: mauve.toml: `cpus` is a list of CPUs, numbered from 1 to 64, such as [1, 2]
         b not-analysed: mauve.toml: `cpus` is a list of CPUs, numbered from 1 to 64, such as [1, 2]
         c not-analysed: mauve.toml: `cpus` is a list of CPUs, numbered from 1 to 64, such as [1, 2]
-    "#]].assert_eq(&lan(", cpus = [0]", "1 ms"));
+    "#]]
+    .assert_eq(&lan(", cpus = [0]", "1 ms"));
     let missing = TIMES.replace("two = 2\n", "");
     expect![[r#"
         a met 1 ms

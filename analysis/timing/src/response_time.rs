@@ -25,8 +25,8 @@ use crate::{Analysis, Bound, CpuLoad, CpuRule, Options, Response, Task, Time, Ut
 /// unfinished work, at every instant at least one of them executes: if one waits, the CPU executes another.) This needs a
 /// scheduler that lets no task wait while a CPU of its set runs a task of lower priority. On Linux that is so if all sets of
 /// several CPUs that share CPUs, directly or over others, are equal. Otherwise, the task is analysed on one imaginary CPU with
-/// all tasks of higher or equal priority that its CPUs are linked to: at every instant with unfinished work, one of these
-/// executes. [`Response::rule`] says which.
+/// all tasks of higher or equal priority that share CPUs with it, directly or over others: at every instant with unfinished
+/// work, one of these executes. [`Response::rule`] says which.
 ///
 /// The order of `tasks` does not matter for any figure. `interrupt` is called now and then, at least once a task and
 /// once for every pass over hp(i); it may unwind in order to cancel. Budgets are counted in steps, so that the same
@@ -99,41 +99,56 @@ pub(crate) fn members<'a>(tasks: &'a [Task], options: &Options, interrupt: &'a d
     known.filter_map(|(index, task)| Member::new(index, task, options.method, interrupt)).collect()
 }
 
-/// Returns, for each task, the CPUs that are linked to its own by tasks of higher or equal priority, where two of these have
-/// different sets of several CPUs: then it is analysed on all of them. Otherwise `None`.
+/// Returns, for each task that is analysed on linked CPUs, these: those that tasks of higher or equal priority link to its own,
+/// where one of these may use several CPUs, and tasks of any priority have different sets of several CPUs there.
 fn linked_cpus(tasks: &[Task]) -> Vec<Option<u64>> {
-    /// CPUs that are linked, and the set of several CPUs that tasks have there.
-    struct Group {
-        cpus: u64,
-        several: Option<u64>,
-        is_mixed: bool,
-    }
-    let mut groups: Vec<Group> = Vec::new();
-    let mut linked = vec![None; tasks.len()];
-    let mut by_priority: Vec<usize> = (0..tasks.len()).collect();
+    let mixed = linked(tasks.iter().map(|task| task.cpus)).filter(|group| group.is_mixed);
+    let mixed = mixed.fold(0, |all, group| all | group.cpus);
+    let mut by_priority: Vec<usize> =
+        (0..tasks.len()).filter(|&task| tasks[task].cpus & mixed != 0).collect();
     by_priority.sort_by_key(|&task| std::cmp::Reverse(tasks[task].priority));
+    let mut groups: Vec<LinkedCpus> = Vec::new();
+    let mut found = vec![None; tasks.len()];
     for level in by_priority.chunk_by(|&a, &b| tasks[a].priority == tasks[b].priority) {
-        for cpus in level.iter().map(|&task| tasks[task].cpus) {
-            let several = Some(cpus).filter(|cpus| cpus.count_ones() > 1);
-            let mut merged = Group { cpus, several, is_mixed: false };
-            groups.retain(|group| {
-                let is_separate = group.cpus & merged.cpus == 0;
-                if !is_separate {
-                    merged.is_mixed |= group.is_mixed
-                        || group.several.zip(merged.several).is_some_and(|(one, other)| one != other);
-                    merged.several = merged.several.or(group.several);
-                    merged.cpus |= group.cpus;
-                }
-                is_separate
-            });
-            groups.push(merged);
-        }
+        level.iter().for_each(|&task| link(&mut groups, tasks[task].cpus));
         for &task in level {
             let group = groups.iter().find(|group| group.cpus & tasks[task].cpus != 0);
-            linked[task] = group.filter(|group| group.is_mixed).map(|group| group.cpus);
+            found[task] = group.filter(|group| group.several.is_some()).map(|group| group.cpus);
         }
     }
-    linked
+    found
+}
+
+/// CPUs that tasks link.
+struct LinkedCpus {
+    cpus: u64,
+    /// A set of several CPUs that a task has.
+    several: Option<u64>,
+    /// Whether another task has another one.
+    is_mixed: bool,
+}
+
+fn linked(masks: impl Iterator<Item = u64>) -> impl Iterator<Item = LinkedCpus> {
+    let mut groups = Vec::new();
+    masks.for_each(|mask| link(&mut groups, mask));
+    groups.into_iter()
+}
+
+/// Links the CPUs of a task.
+fn link(groups: &mut Vec<LinkedCpus>, cpus: u64) {
+    let several = Some(cpus).filter(|cpus| cpus.count_ones() > 1);
+    let mut linked = LinkedCpus { cpus, several, is_mixed: false };
+    groups.retain(|group| {
+        let is_separate = group.cpus & linked.cpus == 0;
+        if !is_separate {
+            let differs = group.several.zip(linked.several).is_some_and(|(one, other)| one != other);
+            linked.is_mixed |= group.is_mixed || differs;
+            linked.several = linked.several.or(group.several);
+            linked.cpus |= group.cpus;
+        }
+        is_separate
+    });
+    groups.push(linked);
 }
 
 /// The tasks of one lane.
@@ -219,16 +234,8 @@ fn better(one: Option<Response>, other: Response) -> Response {
 
 /// Returns the utilisation of each CPU, or of the CPUs together that tasks of known demand link.
 fn loads(tasks: &[Task], members: &[Member<'_>], unknown: &[usize]) -> Vec<CpuLoad> {
-    let mut groups: Vec<u64> = Vec::new();
-    for member in members.iter() {
-        let mut cpus = member.task.cpus;
-        groups.retain(|group| {
-            let is_separate = group & cpus == 0;
-            cpus |= if is_separate { 0 } else { *group };
-            is_separate
-        });
-        groups.push(cpus);
-    }
+    let groups = linked(members.iter().map(|member| member.task.cpus));
+    let mut groups: Vec<u64> = groups.map(|group| group.cpus).collect();
     groups.sort_unstable_by_key(|group| group.trailing_zeros());
     let load = |mask: u64| CpuLoad {
         mask,
@@ -724,19 +731,22 @@ mod tests {
             task.cpus != 0 && task.period > Time::ZERO && task.demand != Demand::Unknown
         }
 
-        /// The CPUs that tasks of at least the priority link to those of `task`, if their sets of several CPUs differ.
+        /// The CPUs that tasks of at least the priority link to those of `task`, if these have sets of several CPUs, and all
+        /// tasks that are linked have different ones.
         pub(super) fn linked(tasks: &[Task], task: &Task) -> Option<u64> {
-            let above = || tasks.iter().filter(|other| other.priority >= task.priority);
-            let mut cpus = task.cpus;
-            while let Some(more) = above().find(|other| other.cpus & cpus != 0 && other.cpus & !cpus != 0) {
-                cpus |= more.cpus;
-            }
-            let mut several: Vec<u64> =
-                above().map(|other| other.cpus).filter(|it| it & cpus != 0 && it.count_ones() > 1).collect();
-            several.dedup();
-            several.sort_unstable();
-            several.dedup();
-            (several.len() > 1).then_some(cpus)
+            let linked = |priority: u32| {
+                let above = || tasks.iter().filter(move |other| other.priority >= priority);
+                let mut cpus = task.cpus;
+                while let Some(more) = above().find(|other| other.cpus & cpus != 0 && other.cpus & !cpus != 0)
+                {
+                    cpus |= more.cpus;
+                }
+                let several =
+                    above().map(|other| other.cpus).filter(|it| it & cpus != 0 && it.count_ones() > 1);
+                (cpus, several.collect::<std::collections::BTreeSet<u64>>().len())
+            };
+            let (cpus, several) = linked(task.priority);
+            (several > 0 && linked(0).1 > 1).then_some(cpus)
         }
 
         /// `None` where a window that may end is too long.

@@ -120,7 +120,7 @@ pub enum LeftOut {
 /// An uninterrupted execution on one CPU.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Slice {
-    /// The index of the activity. Numbers after those of all activities are real-time throttling.
+    /// The index of the activity. Numbers after those of all activities are other work, then real-time throttling.
     pub activity: usize,
     /// The number of the job, from 1; of a call between two jobs, that of the next.
     pub job: u64,
@@ -252,6 +252,7 @@ mod tests {
             period: Some(Time::from_nanos(period)),
             deadline: Some(Time::from_nanos(period)),
             jitter: Time::ZERO,
+            offset: None,
             cpus: Some(cpus),
             demand: Demand::Machine { machine, whole: None },
         }
@@ -262,7 +263,7 @@ mod tests {
     }
 
     fn set(activities: Vec<Activity>) -> ActivitySet {
-        ActivitySet { activities, operations: Vec::new(), throttled: false }
+        ActivitySet { activities, ..ActivitySet::default() }
     }
 
     /// All released at 0, with full execution times.
@@ -412,7 +413,8 @@ mod tests {
     #[test]
     fn calls_are_executed_by_the_provider() {
         let mut set = set(vec![simple(2, 10, 1, 1), simple(1, 10, 1, 6)]);
-        set.operations = vec![Operation { provider: 0, client: 1, sends: 1, time: Time::from_nanos(2) }];
+        set.operations =
+            vec![Operation { provider: 0, client: 1, sends: 1, time: Time::from_nanos(2), during: None }];
         let options = SimulationOptions { seed: 5, ..worst(20) };
         check(
             &set,

@@ -62,11 +62,12 @@ impl Systems {
                 period: Some(Time::from_nanos(period)),
                 deadline: Some(Time::from_nanos(self.from(period / 2, period))),
                 jitter: Time::ZERO,
+                offset: None,
                 cpus: Some(mask),
                 demand: Demand::Machine { machine: self.machine(period * share / 100), whole: None },
             }
         });
-        ActivitySet { activities: activities.collect(), operations: Vec::new(), throttled: false }
+        ActivitySet { activities: activities.collect(), ..ActivitySet::default() }
     }
 
     fn options(&mut self, length: u64) -> SimulationOptions {
@@ -282,6 +283,7 @@ fn calls_are_sent_and_executed() {
                 client: systems.from(0, last) as usize,
                 sends: systems.from(0, 2),
                 time: Time::from_nanos(systems.from(0, 3)),
+                during: None,
             };
             set.operations = (0..2).map(|_| operation(&mut systems)).collect();
             let schedule = set.simulate(&SimulationOptions { calls, ..systems.options(2000) }, &|| ());

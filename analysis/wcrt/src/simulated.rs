@@ -9,6 +9,7 @@ use mauve_timing::{ActivitySet, Executed, Level, Method, Slice};
 
 use crate::exported::psm_at;
 use crate::psm::Psm;
+use crate::served::served_in;
 use crate::system::system_of;
 use crate::task_set::{activity_set, psms_of};
 
@@ -63,7 +64,8 @@ pub fn simulated<'db>(
 ) -> Simulated {
     let system = system_of(db, project, deployment);
     let psms = psms_of(db, project, system, level);
-    let set = activity_set(db, project, system, &psms, Method::Psm);
+    let served = served_in(db, project, system, &psms, level, &|_| None);
+    let set = activity_set(db, project, system, &psms, &served, Method::Psm);
     let machines = psms.into_iter().map(|psm| psm?.as_ref().ok().map(Machine::new));
     Simulated { set, machines: machines.collect() }
 }

@@ -94,6 +94,8 @@ struct Part {
 struct Sends {
     operation: usize,
     most: u64,
+    /// The operation whose execution sends them; none for each job.
+    during: Option<usize>,
 }
 
 /// The edges of a machine by their source.
@@ -164,7 +166,7 @@ struct Engine<'a> {
     length: u64,
     now: u64,
     tasks: Vec<Task>,
-    /// The number of activities; further tasks are throttling.
+    /// The number of activities; further tasks are other work, then throttling.
     activities: usize,
     /// For each operation its provider, if that is simulated, and the execution time of a call.
     operations: Vec<(Option<usize>, u64)>,
@@ -188,7 +190,8 @@ impl<'a> Engine<'a> {
             .enumerate()
             .filter_map(|(index, activity)| Some((index, activity, activity.simulated()?)))
             .collect();
-        let used = simulated.iter().fold(0, |all, (_, _, it)| all | it.cpus);
+        let others = set.others.iter().fold(0, |all, other| all | other.cpus);
+        let used = simulated.iter().fold(others, |all, (_, _, it)| all | it.cpus);
         // The bit of a CPU is that of its index, not of its number.
         let indices = |mask: u64| {
             let used = bits(used).enumerate().filter(|(_, number)| mask & (1 << number) != 0);
@@ -210,14 +213,37 @@ impl<'a> Engine<'a> {
             jobs: Vec::new(),
         };
         let masks: Vec<u64> = simulated.iter().map(|(_, _, it)| indices(it.cpus)).collect();
-        engine.groups = groups(&masks);
+        let of_others = set.others.iter().map(|other| indices(other.cpus)).filter(|cpus| *cpus != 0);
+        engine.groups = groups(&masks.iter().copied().chain(of_others).collect::<Vec<_>>());
         let mut task_of = vec![None; set.activities.len()];
         for ((index, activity, it), cpus) in simulated.into_iter().zip(masks) {
             task_of[index] = Some(engine.tasks.len());
             let sends = set.operations.iter().enumerate().filter(|(_, operation)| operation.client == index);
-            let sends = sends.map(|(operation, it)| Sends { operation, most: it.sends.min(MOST_CALLS) });
+            let sends = sends.map(|(operation, it)| {
+                let most = it.sends.min(MOST_CALLS);
+                Sends { operation, most, during: it.during }
+            });
             let sends = sends.collect();
             engine.add(index, &it, cpus, activity.jitter.as_nanos(), sends);
+        }
+        for (index, other) in set.others.iter().enumerate() {
+            let machine = StateMachine::single(other.time);
+            let it = Simulated {
+                priority: other.priority,
+                period: other.period.as_nanos(),
+                deadline: other.period.as_nanos(),
+                cpus: other.cpus,
+                machine: &machine,
+            };
+            if it.period > 0 && indices(it.cpus) != 0 {
+                engine.add(
+                    engine.activities + index,
+                    &it,
+                    indices(it.cpus),
+                    other.jitter.as_nanos(),
+                    Vec::new(),
+                );
+            }
         }
         if set.throttled {
             let machine = StateMachine::single(THROTTLED);
@@ -230,7 +256,7 @@ impl<'a> Engine<'a> {
                     cpus: 1 << cpu,
                     machine: &machine,
                 };
-                engine.add(engine.activities + cpu, &throttling, 1 << cpu, 0, Vec::new());
+                engine.add(engine.activities + set.others.len() + cpu, &throttling, 1 << cpu, 0, Vec::new());
             }
         }
         let provider = |index: usize| task_of.get(index).copied().flatten();
@@ -373,7 +399,9 @@ impl<'a> Engine<'a> {
             && let Some(operation) = task.calls.pop_front()
         {
             let time = self.operations.get(operation).map_or(0, |(_, time)| *time);
-            begin(Executed::Operation(operation), execution_time(time, least_time, &mut task.job_choices));
+            let cost = execution_time(time, least_time, &mut task.job_choices);
+            begin(Executed::Operation(operation), cost);
+            task.choose_sends(Some(operation), cost);
             if !is_between || self.options.calls == Calls::AtJobs {
                 task.calls_of_job = Some(calls - 1);
             }
@@ -387,12 +415,7 @@ impl<'a> Engine<'a> {
         task.state = step.target;
         let cost = execution_time(step.cost, least_time, &mut task.job_choices);
         begin(Executed::Edge(step.edge), cost);
-        for sends in &task.sends {
-            for _ in 0..task.job_choices.up_to(sends.most) {
-                task.stops.push((task.job_choices.up_to(cost), sends.operation));
-            }
-        }
-        task.stops.sort_unstable();
+        task.choose_sends(None, cost);
         true
     }
 
@@ -581,6 +604,16 @@ impl<'a> Engine<'a> {
 }
 
 impl Task {
+    /// Chooses the calls that a part of this length sends: a job, or the execution of an operation.
+    fn choose_sends(&mut self, during: Option<usize>, cost: u64) {
+        for sends in self.sends.iter().filter(|sends| sends.during == during) {
+            for _ in 0..self.job_choices.up_to(sends.most) {
+                self.stops.push((self.job_choices.up_to(cost), sends.operation));
+            }
+        }
+        self.stops.sort_unstable();
+    }
+
     /// Returns the instant at which it sends a call or ends its part, if it executes until then.
     fn event(&self) -> u64 {
         let until = self.stops.last().map_or(0, |(at, _)| *at);

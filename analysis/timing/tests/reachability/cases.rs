@@ -23,6 +23,7 @@ fn paths_that_do_not_start_together_with_the_greatest_edge() {
         simple(1, 8, 2),
     ]);
     assert_eq!(system.bounds(Method::Psm), [Some(3), Some(7)]);
+    assert_eq!(system.bounds(Method::Exact), [Some(3), Some(6)]);
     check(&system, &[3, 6]);
     check(&system.early(), &[3, 6]);
 }
@@ -34,6 +35,8 @@ fn an_edge_that_is_longer_than_the_period() {
         simple(1, 5, 1),
     ]);
     assert_eq!(system.bounds(Method::Psm), [Some(4), Some(10)]);
+    assert_eq!(system.bounds(Method::Ibf), [Some(4), Some(9)]);
+    assert_eq!(system.bounds(Method::Exact), [Some(4), Some(8)]);
     check(&system, &[4, 8]);
     check(&system.early(), &[4, 8]);
 }

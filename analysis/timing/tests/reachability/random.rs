@@ -275,6 +275,7 @@ impl Totals {
             if system.is_on_one_cpu()
                 && system.operations.is_empty()
                 && bounds.is_exact[place]
+                && system.attains_every_combination()
                 && let Some(exact) = bounds.exact(place)
             {
                 self.claimed_exact += 1;

@@ -25,6 +25,24 @@ pub(crate) struct Task {
     pub(crate) is_unknown: bool,
 }
 
+impl Task {
+    /// Whether every state is reached from every other.
+    fn is_strongly_connected(&self) -> bool {
+        let states = self.edges.iter().map(|&(source, ..)| source);
+        states.clone().all(|start| {
+            let mut reached = std::collections::BTreeSet::from([start]);
+            while let Some(&(_, target, _)) = self
+                .edges
+                .iter()
+                .find(|(source, target, _)| reached.contains(source) && !reached.contains(target))
+            {
+                reached.insert(target);
+            }
+            states.clone().all(|state| reached.contains(&state))
+        })
+    }
+}
+
 /// Returns a task on CPU 0, without jitter, whose deadline is its period.
 pub(crate) fn task(priority: u32, period: u64, edges: &[(u32, u32, u64)]) -> Task {
     let edges = edges.iter().map(|&(source, target, cost)| (source, target, cost.max(1))).collect();
@@ -75,6 +93,7 @@ impl Task {
             period: Some(Time::from_nanos(self.period)),
             deadline: Some(Time::from_nanos(self.deadline)),
             jitter: Time::from_nanos(self.jitter),
+            offset: None,
             cpus: Some(self.cpus),
             demand: self.demand(),
         }
@@ -128,6 +147,14 @@ impl System {
         self.tasks.iter().all(|task| task.cpus == self.tasks[0].cpus && task.cpus.is_power_of_two())
     }
 
+    /// Whether every window can begin with every combination of states. All tasks start within their first periods here, so the
+    /// first job of one, which begins in a state that is never entered again, does not meet a job of another that was released
+    /// long after its nominal instant.
+    pub(crate) fn attains_every_combination(&self) -> bool {
+        let has_jitter = self.tasks.iter().any(|task| task.jitter > 0);
+        !has_jitter || self.tasks.iter().all(Task::is_strongly_connected)
+    }
+
     /// Returns the system without jitter and operations; `None` if it has none.
     pub(crate) fn without_jitter_and_operations(&self) -> Option<System> {
         let tasks = self.tasks.iter().map(|task| Task { jitter: 0, ..task.clone() }).collect();
@@ -142,11 +169,12 @@ impl System {
             client: served.client,
             sends: served.sends,
             time: Time::from_nanos(served.time),
+            during: None,
         };
         let set = ActivitySet {
             activities: self.tasks.iter().map(Task::activity).collect(),
             operations: self.operations.iter().map(operation).collect(),
-            throttled: false,
+            ..ActivitySet::default()
         };
         set.response_times(&Options { method, horizon: None, is_brief: false }, &|| ())
     }
@@ -177,9 +205,8 @@ fn bound(response: &Response) -> Option<u64> {
 }
 
 /// Whether the analyser says that the bound is the greatest response time on one CPU.
-fn is_exact(_response: &Response) -> bool {
-    // To be replaced when a response has these fields: response.method == Method::Exact && !response.is_exhausted
-    false
+fn is_exact(response: &Response) -> bool {
+    response.method == Method::Exact && !response.is_exhausted
 }
 
 /// The bounds of a system.
