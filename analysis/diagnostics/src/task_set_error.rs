@@ -50,6 +50,11 @@ fn message(error: &TaskSetError) -> String {
         TaskSetError::OfActivity(name, error) => format!("activity `{name}`: {}", message(error)),
         TaskSetError::OfOther(name, error) => format!("other work `{name}`: {}", message(error)),
         TaskSetError::RepeatedOther(name) => format!("a second entry `{name}` in `other`"),
+        TaskSetError::OfOperation(name, error) => format!("operation `{name}`: {}", message(error)),
+        TaskSetError::NoActivity(name) => format!("no activity `{name}`"),
+        TaskSetError::NoOperation(number) => {
+            format!("`during` is {number}: expected the number of an earlier operation that the client executes")
+        }
         TaskSetError::NoPriority(priority) => format!("priority {priority}: expected 1 to 99"),
         TaskSetError::NoPeriod => "the period and the deadline must be greater than 0".to_owned(),
         TaskSetError::LateDeadline => "the deadline exceeds the period".to_owned(),
@@ -96,6 +101,7 @@ fn name(of: &Times) -> String {
     match of {
         Times::Overhead => "overhead".to_owned(),
         Times::ComponentTime => "component_time".to_owned(),
+        Times::Operation => "time".to_owned(),
         Times::Program(name) => format!("program `{name}`"),
         Times::Edge(index) => format!("edge {index}"),
     }
@@ -127,6 +133,11 @@ mod tests {
             TaskSetError::OfActivity("front".to_owned(), Box::new(TaskSetError::NoPeriod)),
             TaskSetError::OfOther("lan".to_owned(), Box::new(TaskSetError::NoPriority(100))),
             TaskSetError::RepeatedOther("lan".to_owned()),
+            TaskSetError::OfOperation(
+                "plan".to_owned(),
+                Box::new(TaskSetError::NoActivity("rear".to_owned())),
+            ),
+            TaskSetError::OfOperation("plan".to_owned(), Box::new(TaskSetError::NoOperation(3))),
             TaskSetError::LateDeadline,
             TaskSetError::LateOffset,
             TaskSetError::BackgroundMachine,

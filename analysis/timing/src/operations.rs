@@ -94,6 +94,9 @@ fn with_calls(operations: &[Operation], counts: &[Option<u64>], set: &SetTasks) 
     let mut tasks = set.tasks().to_vec();
     for (operation, count) in operations.iter().zip(counts) {
         let Some(task) = set.task(operation.provider).and_then(|task| tasks.get_mut(task)) else { continue };
+        if operation.time == Time::ZERO {
+            continue;
+        }
         let time = count.and_then(|count| operation.time.checked_mul(count));
         let demand = time.and_then(|time| match &task.demand {
             Demand::Machine { machine, whole } => Some(Demand::Machine {

@@ -14,6 +14,7 @@
 //!     "rt_throttling": null,
 //!     "not_analysed": [],
 //!     "other": [],
+//!     "operations": [],
 //!     "activities": [
 //!       {
 //!         "instance": "laser",
@@ -49,7 +50,7 @@
 //! The edges of a state execute its `run` and its guards first, up to the guard of the transition that fires. So the state
 //! has one list of these programs, `first`, and an edge has the number of those that it executes: with a list for each edge,
 //! the size would be quadratic in the number of transitions. Files of earlier formats are refused: `mauve-1`, which had these
-//! lists, and `mauve-2`, which had no jitters, offsets and `other`.
+//! lists, and `mauve-2`, which had no jitters, offsets, `other` and `operations`.
 //!
 //! A response time is a safety claim, and a file may be damaged. So what could not be analysed is in it with its reason,
 //! never left out; every key must be there, and no other; times are whole nanoseconds; whatever does not fit together is
@@ -107,6 +108,8 @@ pub struct TaskSet {
     pub not_analysed: Vec<String>,
     /// Real-time work that is not in the model.
     pub other: Vec<Other>,
+    /// The connected operations that take time. One that sends calls is before those that it sends them to.
+    pub operations: Vec<Called>,
     /// In the order of the deployment.
     pub activities: Vec<Activity>,
 }
@@ -177,6 +180,25 @@ pub struct Other {
     pub jitter: Time,
     /// The greatest execution time of a release.
     pub time: Time,
+}
+
+/// An operation that an activity executes for a client, which sends calls to it.
+#[derive(Clone, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Called {
+    /// Its name.
+    pub operation: String,
+    /// The instance that executes it.
+    pub provider: String,
+    /// The instance that sends the calls.
+    pub client: String,
+    /// The greatest number of calls that one job of the client sends, or one execution of the operation `during`.
+    pub sends: u64,
+    /// The number of the operation that sends the calls, an earlier one that the client executes; none for a job.
+    #[serde(deserialize_with = "nullable")]
+    pub during: Option<usize>,
+    /// The execution time of one call.
+    pub time: Vec<Time>,
 }
 
 /// The priority of an activity.
@@ -404,9 +426,19 @@ impl TaskSet {
         };
         let activities = self.activities.iter().map(activity).collect();
         let others = self.other.clone();
+        let number = |name: &String| self.activities.iter().position(|activity| activity.instance == *name);
+        let operation = |it: &Called| {
+            Some(crate::Operation {
+                provider: number(&it.provider)?,
+                client: number(&it.client)?,
+                sends: it.sends,
+                time: it.time.get(column).copied()?,
+                during: it.during,
+            })
+        };
         ActivitySet {
             activities,
-            operations: Vec::new(),
+            operations: self.operations.iter().filter_map(operation).collect(),
             others,
             throttled: self.rt_throttling == Some(true),
         }
@@ -439,6 +471,14 @@ impl TaskSet {
                 return Err(TaskSetError::RepeatedActivity(name.clone()));
             }
         }
+        if self.operations.len() > MOST_ACTIVITIES {
+            return Err(TaskSetError::TooManyActivities(self.operations.len()));
+        }
+        for (number, called) in self.operations.iter().enumerate() {
+            let check =
+                || called.check(self.operations.get(..number).unwrap_or_default(), &known, &self.levels);
+            check().map_err(|error| TaskSetError::OfOperation(called.operation.clone(), Box::new(error)))?;
+        }
         Ok(())
     }
 
@@ -459,6 +499,7 @@ impl TaskSet {
                 ("rt_throttling", line(&self.rt_throttling)),
                 ("not_analysed", line(&self.not_analysed)),
                 ("other", items(2, self.other.iter().map(line))),
+                ("operations", items(2, self.operations.iter().map(line))),
                 ("activities", items(2, self.activities.iter().map(Activity::write))),
             ],
         )
@@ -476,6 +517,32 @@ impl Other {
         }
         if self.cpus == 0 {
             return Err(TaskSetError::NoCpu);
+        }
+        Ok(())
+    }
+}
+
+impl Called {
+    fn check(
+        &self,
+        earlier: &[Called],
+        known: &HashMap<&str, &Activity>,
+        levels: &[Level],
+    ) -> Result<(), TaskSetError> {
+        is_one_line(&self.operation)?;
+        for instance in [&self.provider, &self.client] {
+            if !known.contains_key(instance.as_str()) {
+                return Err(TaskSetError::NoActivity(instance.clone()));
+            }
+        }
+        if let Some(during) = self.during
+            && earlier.get(during).is_none_or(|sender| sender.provider != self.client)
+        {
+            return Err(TaskSetError::NoOperation(during));
+        }
+        if self.time.len() != levels.len() {
+            let (times, levels) = (self.time.len(), levels.len());
+            return Err(TaskSetError::OtherCount { of: Times::Operation, times, levels });
         }
         Ok(())
     }
@@ -546,7 +613,7 @@ impl Activity {
                 Unknown::Priority
             } else if self.period.is_none() || self.deadline.is_none() {
                 Unknown::PeriodOrDeadline
-            } else if !self.affinity.is_some_and(|cpus| cpus.is_power_of_two() && cpus & set.cpus != 0) {
+            } else if !self.affinity.is_some_and(|cpus| cpus != 0 && cpus & !set.cpus == 0) {
                 Unknown::Cpu
             } else {
                 continue;
@@ -857,8 +924,29 @@ mod tests {
                 jitter: Time::from_nanos(2),
                 time: Time::from_nanos(9),
             }],
+            operations: vec![
+                called("plan", "front", "rear", None, [3, 4]),
+                called("log", "rear", "front", Some(0), [0, 5]),
+            ],
             activities: vec![front, rear, idle],
         })
+    }
+
+    fn called(
+        operation: &str,
+        provider: &str,
+        client: &str,
+        during: Option<usize>,
+        time: [u64; 2],
+    ) -> Called {
+        Called {
+            operation: operation.to_owned(),
+            provider: provider.to_owned(),
+            client: client.to_owned(),
+            sends: 2,
+            during,
+            time: time.map(Time::from_nanos).to_vec(),
+        }
     }
 
     /// The example as somebody wrote it himself.
@@ -1009,6 +1097,13 @@ mod tests {
                     "/deployment/other",
                     json!([{ "name": "a", "affinity": 1, "priority": 1, "period": 1, "jitter": 0, "time": 1 }, { "name": "a", "affinity": 1, "priority": 1, "period": 1, "jitter": 0, "time": 1 }]),
                 ),
+                ("/deployment/operations/0/provider", json!("nobody")),
+                ("/deployment/operations/0/client", json!("nobody")),
+                ("/deployment/operations/0/time", json!([1])),
+                ("/deployment/operations/0/during", json!(0)),
+                ("/deployment/operations/1/during", json!(1)),
+                ("/deployment/operations/1/client", json!("rear")),
+                ("/deployment/operations/0/operation", json!("a\nb")),
                 ("front/affinity", json!(2)),
                 ("front/affinity", json!(3)),
                 ("front/affinity", json!(null)),

@@ -1,16 +1,17 @@
 //! Exports models as task sets and state machines ([`mauve_timing::task_set`]).
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 use mauve_timing::task_set::{
-    Activity, Assumed, Component, Edge, Machine, NotAnalysed, Program, State, TaskSet,
+    Activity, Assumed, Called, Component, Edge, Machine, NotAnalysed, Program, State, TaskSet,
 };
 use mauve_timing::{Level, Time};
 
 use crate::psm::{Psm, psm_of};
 use crate::reason::{Prose, Reason};
-use crate::system::{ResolvedActivity, system_of};
+use crate::served::{Connected, Served, served_in};
+use crate::system::{ResolvedActivity, System, system_of};
 use crate::task_set::{Executed, others_of, psms_of};
 use crate::timetable::timetable_of;
 use mauve_hir::{Decl, Edges, ModelDb, ProgramId, Project, config_of, platform_of};
@@ -26,7 +27,17 @@ pub fn task_set_of<'db>(
     let levels = levels_of(db, project);
     let system = system_of(db, project, deployment);
     let psms: Vec<Psms<'db>> = levels.iter().map(|&level| psms_of(db, project, system, level)).collect();
+    let served: Vec<Served<'db>> = levels
+        .iter()
+        .zip(&psms)
+        .map(|(&level, psms)| served_in(db, project, system, psms, level, &|_| None))
+        .collect();
     let activity = |(index, resolved): (usize, &ResolvedActivity<'db>)| {
+        let of_operations = served.iter().map(|served| {
+            let refusals = served.refusals.get(&index).into_iter().flatten();
+            refusals.map(|refusal| message(&refusal.reason)).collect()
+        });
+        let of_operations = grouped(&levels, of_operations.collect(), false);
         let psms: Psms<'db> = psms.iter().map(|psms| psms.get(index).copied().flatten()).collect();
         let always = resolved.refusals.iter().map(|it| always(message(&it.reason)));
         Activity {
@@ -38,7 +49,7 @@ pub fn task_set_of<'db>(
             deadline: resolved.deadline,
             jitter: resolved.jitter,
             offset: resolved.phase(),
-            not_analysed: always.chain(refusals_of(&levels, &psms, &message)).collect(),
+            not_analysed: always.chain(refusals_of(&levels, &psms, &message)).chain(of_operations).collect(),
             doubt: resolved.unknown_priority.as_ref().map(prose.unknown_priority),
             machine: machine_of(&psms),
         }
@@ -51,9 +62,46 @@ pub fn task_set_of<'db>(
         rt_throttling: platform_of(db, workspace).rt_throttling,
         not_analysed: system.not_analysed.iter().map(|it| message(&it.reason)).collect(),
         other: others_of(db, project, system),
+        operations: operations_of(system, &served),
         activities: system.activities.iter().enumerate().map(activity).collect(),
         levels,
     }
+}
+
+/// Returns the operations of all levels. One that takes no time at a level is not among those of that level.
+fn operations_of(system: &System<'_>, served: &[Served<'_>]) -> Vec<Called> {
+    let mut found: Vec<Called> = Vec::new();
+    // The number of each operation, by what identifies it; a connection may be there twice.
+    let mut numbers: HashMap<(&Connected, Option<usize>, usize), usize> = HashMap::new();
+    let instance =
+        |index: usize| system.activities.get(index).map_or_else(String::new, |it| it.instance.to_string());
+    for (column, served) in served.iter().enumerate() {
+        let mut of_level: Vec<usize> = Vec::new();
+        let mut seen: HashMap<(&Connected, Option<usize>), usize> = HashMap::new();
+        for (operation, connected) in served.operations.iter().zip(&served.connections) {
+            let during = operation.during.and_then(|during| of_level.get(during)).copied();
+            let occurrence = seen.entry((connected, during)).or_default();
+            let number = *numbers.entry((connected, during, *occurrence)).or_insert(found.len());
+            *occurrence += 1;
+            if number == found.len() {
+                found.push(Called {
+                    operation: connected.operation.to_string(),
+                    provider: instance(operation.provider),
+                    client: instance(operation.client),
+                    sends: operation.sends,
+                    during,
+                    time: Vec::new(),
+                });
+            }
+            of_level.push(number);
+            if let Some(called) = found.get_mut(number) {
+                called.time.resize(column, Time::ZERO);
+                called.time.push(operation.time);
+            }
+        }
+    }
+    found.iter_mut().for_each(|called| called.time.resize(served.len(), Time::ZERO));
+    found
 }
 
 /// Returns the state machine of a component, at all levels of its project's tables; `prose` renders reasons.
@@ -171,7 +219,7 @@ fn machine_of(psms: &Psms<'_>) -> Option<Machine> {
 
 /// Returns the machine at the level with this index, as for a model; `None` if it has no times there.
 pub fn psm_at(machine: &Machine, column: usize) -> Option<Psm<'static>> {
-    let number: std::collections::HashMap<&str, usize> =
+    let number: HashMap<&str, usize> =
         machine.programs.iter().map(|it| it.program.as_str()).zip(0..).collect();
     let indices = |programs: &[String]| -> Vec<usize> {
         programs.iter().filter_map(|it| number.get(it.as_str()).copied()).collect()

@@ -1,7 +1,7 @@
 //! The response times of a deployment, of a model or of an exported file.
 
 use mauve_timing::task_set::TaskSet;
-use mauve_timing::{Bound, CpuLoad, Operation, Response, SetAnalysis, Status};
+use mauve_timing::{Bound, CpuLoad, Operation, Response, SetAnalysis, Status, Time};
 use rustc_hash::FxHashSet;
 
 use crate::fact::TimingFact;
@@ -130,8 +130,9 @@ impl<'db> Deployed<'db> {
     /// Returns the operations that an activity executes an unknown number of times, as reasons.
     fn unknown_calls(&self, index: usize, analysis: &SetAnalysis) -> Vec<Refusal<'db>> {
         let operations = self.set.operations.iter().zip(&self.operations).zip(&analysis.calls);
-        let unknown =
-            operations.filter(|((operation, _), calls)| operation.provider == index && calls.is_none());
+        let unknown = operations.filter(|((operation, _), calls)| {
+            operation.provider == index && operation.time > Time::ZERO && calls.is_none()
+        });
         let refusal = |((operation, name), _): ((&Operation, &Name), _)| {
             let client = self.reports.get(operation.client)?.instance.clone();
             let reason = Reason::NoResponse { operation: name.clone(), client };

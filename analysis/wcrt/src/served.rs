@@ -16,7 +16,7 @@ use mauve_hir::{Cost, Decl, ModelDb, Project, behaviour_of, core_of, sends_in};
 
 /// A connected operation: who executes it, and who sends calls to it. The activities are indices into
 /// [`System::activities`].
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Connected {
     /// The activity that executes it.
     pub provider: usize,
@@ -33,8 +33,8 @@ pub struct Connected {
 pub(crate) struct Served<'db> {
     /// Those that take time, or that send calls to such ones.
     pub(crate) operations: Vec<Operation>,
-    /// The name of each.
-    pub(crate) names: Vec<Name>,
+    /// The connection of each.
+    pub(crate) connections: Vec<Connected>,
     /// Why activities are not analysed because of operations that they execute.
     pub(crate) refusals: FxHashMap<usize, Vec<Refusal<'db>>>,
 }
@@ -132,7 +132,7 @@ pub(crate) fn served_in<'db>(
         }
         let index = chains.len();
         chains.push(chain);
-        found.names.push(connected.operation.clone());
+        found.connections.push(connected.clone());
         found.operations.push(Operation {
             provider: connected.provider,
             client: connected.client,

@@ -43,7 +43,12 @@ impl<'db> Deployed<'db> {
             ..ActivityReport::without_figures(activity)
         });
         let reports = reports.collect();
-        Deployed { reports, set, operations: served.names, not_analysed: system.not_analysed.clone() }
+        Deployed {
+            reports,
+            set,
+            operations: served.connections.into_iter().map(|it| it.operation).collect(),
+            not_analysed: system.not_analysed.clone(),
+        }
     }
 
     /// Returns none where the file has no times at the level.
@@ -67,7 +72,7 @@ impl<'db> Deployed<'db> {
         Some(Deployed {
             reports: reports.collect(),
             set,
-            operations: Vec::new(),
+            operations: file.operations.iter().map(|called| called.operation.as_str().into()).collect(),
             not_analysed: file.not_analysed.iter().map(stated).collect(),
         })
     }

@@ -38,6 +38,12 @@ pub enum TaskSetError {
     OfOther(String, Box<TaskSetError>),
     /// Two entries of other work have this name.
     RepeatedOther(String),
+    /// The operation of this name has an error.
+    OfOperation(String, Box<TaskSetError>),
+    /// No activity has this name.
+    NoActivity(String),
+    /// The operation of this number is not an earlier one that the client executes.
+    NoOperation(usize),
     /// This is no priority.
     NoPriority(u32),
     /// A period or a deadline is 0.
@@ -94,6 +100,7 @@ pub enum Unknown {
 pub enum Times {
     Overhead,
     ComponentTime,
+    Operation,
     /// The program of this name.
     Program(String),
     /// The edge of this number.
