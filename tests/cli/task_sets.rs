@@ -237,3 +237,21 @@ fn what_is_not_analysed_stays_so() {
         assert_eq!(of_file["rt_throttling"], true);
     }
 }
+
+#[test]
+fn a_simulation_is_the_same() {
+    let (folder, set) = robot();
+    let model = models().join("p3dx");
+    for arguments in
+        [&["--format", "json"] as &[&str], &["--significance", "1e-6", "--format", "perfetto"], &[]]
+    {
+        let of_model = run(&folder, &[&["simulate", model.to_str().unwrap()], arguments].concat());
+        let of_file = run(&folder, &[&["simulate", set.as_str()], arguments].concat());
+        assert_eq!((of_file.code, &of_file.out), (of_model.code, &of_model.out), "{arguments:?}");
+        assert_eq!(of_file.err, "");
+    }
+    let found = run(&folder, &["simulate", set.as_str(), "--significance", "0.5"]);
+    assert_eq!(found.code, 2);
+    assert!(found.err.contains("has no times at 5e-1: it has 1e-3, 1e-4"), "{}", found.err);
+    assert_eq!(run(&folder, &["simulate", set.as_str(), "--deployment", "Other"]).code, 2);
+}
