@@ -177,6 +177,8 @@ mod tests {
             activity `front`: the period and the deadline must be greater than 0
             other work `lan`: priority 100: expected 1 to 99
             a second entry `lan` in `other`
+            operation `plan`: no activity `rear`
+            operation `plan`: `during` is 3: expected the number of an earlier operation that the client executes
             the deadline exceeds the period
             the offset is not less than the period
             a background activity has no state machine

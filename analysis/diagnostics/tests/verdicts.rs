@@ -789,10 +789,11 @@ fn platform_clocks_and_assumptions() {
     "#]]
     .assert_eq(&lan("", "6 ms"));
     expect![[r#"
-        a not-analysed: `lan (platform)` may delay it and may run on CPUs 1 and 2; set its `cpus` in mauve.toml to one CPU
-        b not-analysed: `lan (platform)` may delay it and may run on CPUs 1 and 2; set its `cpus` in mauve.toml to one CPU
-        c not-analysed: `lan (platform)` may delay it and may run on CPUs 1 and 2; set its `cpus` in mauve.toml to one CPU
-    "#]].assert_eq(&lan(", cpus = [1, 2]", "1 ms"));
+        a met 2 ms
+        b met 4 ms
+        c met 9 ms
+    "#]]
+    .assert_eq(&lan(", cpus = [1, 2]", "1 ms"));
     expect![[r#"
         a met 1 ms
         b met 3 ms

@@ -120,7 +120,7 @@ component.C = [9, 12]
                 {
                   "format": "mauve-3",
                   "unit": "ns",
-                  "digest": "a2ceae2f28629dbe",
+                  "digest": "e3148346e9f14fda",
                   "deployment": {
                     "name": "D",
                     "levels": [0.001, 1e-6],
@@ -129,6 +129,7 @@ component.C = [9, 12]
                     "rt_throttling": false,
                     "not_analysed": [],
                     "other": [],
+                    "operations": [],
                     "activities": [
                       {
                         "instance": "front",
@@ -212,7 +213,7 @@ deployment D { architecture A  activity front { affinity = 3 priority = 2 period
                 {
                   "format": "mauve-3",
                   "unit": "ns",
-                  "digest": "dc77a0cfc64882f0",
+                  "digest": "4f381af8e340bd6f",
                   "deployment": {
                     "name": "D",
                     "levels": [0.0001],
@@ -221,6 +222,7 @@ deployment D { architecture A  activity front { affinity = 3 priority = 2 period
                     "rt_throttling": null,
                     "not_analysed": [],
                     "other": [],
+                    "operations": [],
                     "activities": [
                       {
                         "instance": "front",

@@ -348,7 +348,8 @@ impl<'a> Lane<'_, 'a> {
         let mut places: Vec<usize> = (0..self.members.len()).collect();
         places.sort_by_key(|&place| Reverse(self.priority(place)));
         // The tasks of lower priority than all that are wanted do not matter.
-        places.truncate(places.iter().rposition(|&place| wanted[place]).map_or(0, |last| last + 1));
+        let least = places.iter().rev().find(|&&place| wanted[place]).map(|&place| self.priority(place));
+        places.retain(|&place| least.is_some_and(|least| self.priority(place) >= least));
         let loads = self.loads(&places);
         let by_jobs = if self.options.method == Method::Classic { Method::Classic } else { Method::Psm };
         let mut found: Vec<Option<Found>> = wanted.iter().map(|_| None).collect();
@@ -533,14 +534,14 @@ impl<'a> Lane<'_, 'a> {
     fn by_paths(&mut self, found: &mut Found, place: usize, bound: Busy) {
         match exact::busy_window(self, place, bound) {
             Ok(exact) => {
-                let known = found.response.bound.clone();
+                let (known, method) = (found.response.bound.clone(), found.response.method);
                 self.conclude(found, place, exact.busy, Method::Exact);
                 if found.response.bound != known {
                     found.interference = exact.contributions;
                 }
                 found.response.is_exhausted = !exact.is_complete;
                 if !exact.is_complete && found.response.bound == known {
-                    found.response.method = Method::Ibf;
+                    found.response.method = method;
                 }
             }
             Err(_) => found.response.is_exhausted = true,
@@ -652,7 +653,8 @@ impl<'a> Lane<'_, 'a> {
         found.response.method = method;
         found.busy = Some(busy);
         if self.options.horizon.is_none() {
-            found.response.first_job = Some(Time::from_nanos(busy.first_job));
+            let first_job = Time::from_nanos(busy.first_job);
+            found.response.first_job = found.response.first_job.map(|known| known.min(first_job));
         }
         if matches!(found.response.bound, Bound::Response(known) if known <= time) {
             return;

@@ -8,11 +8,11 @@ use mauve_timing::task_set::{
 };
 use mauve_timing::{Level, Time};
 
-use crate::psm::{Psm, psm_of};
+use crate::psm::{Executed, Psm, psm_of};
 use crate::reason::{Prose, Reason};
-use crate::served::{Connected, Served, served_in};
-use crate::system::{ResolvedActivity, System, system_of};
-use crate::task_set::{Executed, others_of, psms_of};
+use crate::served::{Served, served_in};
+use crate::system::{Connected, ResolvedActivity, System, system_of};
+use crate::task_set::{others_of, psms_of};
 use crate::timetable::timetable_of;
 use mauve_hir::{Decl, Edges, ModelDb, ProgramId, Project, config_of, platform_of};
 

@@ -12,6 +12,7 @@
 //! | `timetable/unknown_keys.rs` | unknown keys of timing tables, and the times that they may be for |
 //! | `psm.rs` | behaviour + times: the periodic state machine of a component |
 //! | `system.rs` | the activities of a deployment |
+//! | `sends.rs` | the calls that a component sends to its required operations |
 //! | `served.rs` | the operations that activities execute for others |
 //! | `task_set.rs` | a deployment at one level as `timing` analyses it, made of a model or of an exported file |
 //! | `response.rs`, `report.rs` | its response times |
@@ -40,6 +41,7 @@ mod psm;
 mod reason;
 mod report;
 mod response;
+mod sends;
 mod served;
 mod simulated;
 mod system;

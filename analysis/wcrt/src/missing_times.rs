@@ -6,13 +6,13 @@ use mauve_timing::{Status, Time};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::fact::{Budget, MissingTime, TimingFact, TimingFactKind};
-use crate::psm::{Psm, psm_of, psm_with};
+use crate::psm::{Executed, Psm, psm_of, psm_with};
 use crate::reason::{Reason, Refusal, Timed, UnusableTime};
 use crate::report::{Query, Verdict};
 use crate::response::response_times;
 use crate::served::served_in;
 use crate::system::{ResolvedActivity, System, system_of};
-use crate::task_set::{Executed, activity_set};
+use crate::task_set::activity_set;
 use crate::timetable::{incomplete_tables, timetable_of};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, Location, ModelDb, Project, config_file, config_of, names_of};

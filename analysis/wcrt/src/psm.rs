@@ -7,7 +7,7 @@ use mauve_timing::{Edge, Level, StateMachine, Time};
 use rustc_hash::FxHashMap;
 
 use crate::reason::{MOST_REASONS, Reason, Refusal, Timed, TooLong, UnusableTime};
-use crate::served::sends_of_operation;
+use crate::sends::sends_of_operation;
 use crate::timetable::{Lookup, Timetable, times_of, timetable_of};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
@@ -39,6 +39,9 @@ pub struct Psm<'db> {
     /// Codels whose time is that of `[assume]`, with it.
     pub assumed: Vec<(String, Time)>,
 }
+
+/// The state machine that an activity executes; none in the background, and if the component is unknown.
+pub(crate) type Executed<'a, 'db> = Option<&'a Result<Psm<'db>, Vec<Refusal<'db>>>>;
 
 /// The periodic state machine of a component, or why it has none.
 #[salsa::tracked(returns(ref))]

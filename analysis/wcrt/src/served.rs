@@ -7,26 +7,12 @@
 use mauve_timing::{Level, Operation, Time};
 use rustc_hash::FxHashMap;
 
-use crate::psm::operation_with;
+use crate::psm::{Executed, operation_with};
 use crate::reason::{Reason, Refusal};
-use crate::system::{Priority, System};
-use crate::task_set::Executed;
+use crate::sends::sends_of;
+use crate::system::{Connected, Priority, System};
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Cost, Decl, ModelDb, Project, behaviour_of, core_of, sends_in};
-
-/// A connected operation: who executes it, and who sends calls to it. The activities are indices into
-/// [`System::activities`].
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub struct Connected {
-    /// The activity that executes it.
-    pub provider: usize,
-    /// Its name in the shell of the provider.
-    pub operation: Name,
-    /// The activity that sends calls.
-    pub client: usize,
-    /// Its name in the shell of the client.
-    pub required: Name,
-}
+use mauve_hir::{Decl, ModelDb, Project};
 
 /// The operations that are executed in a deployment, and why they cannot be analysed.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -143,75 +129,4 @@ pub(crate) fn served_in<'db>(
         open.extend(sent.into_iter().map(|(connected, sends)| (connected, sends, Some(index))));
     }
     found
-}
-
-/// Returns the greatest number of calls that one period of a component sends to each of its required operations.
-#[salsa::tracked(returns(ref))]
-fn sends_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, component: Decl<'db>) -> FxHashMap<Name, u64> {
-    let Some(core) = core_of(db, project, component) else { return FxHashMap::default() };
-    let behaviour = behaviour_of(db, project, core);
-    let costs = behaviour.programs.iter().chain(&behaviour.operations).map(|program| &*program.cost);
-    let mut sends: FxHashMap<Name, u64> = FxHashMap::default();
-    for name in costs.flat_map(sends_in) {
-        if sends.contains_key(name) {
-            continue;
-        }
-        let of_operations = calls_of_operations(behaviour, name);
-        let count = |program: &mauve_hir::TimedProgram<'db>| calls(&program.cost, name, &of_operations);
-        let of_programs: Vec<u64> = behaviour.programs.iter().map(count).collect();
-        let of_program = |index: usize| of_programs.get(index).copied().unwrap_or(0);
-        // For each state, the sums of the first programs of its list.
-        let sums = |first: &Vec<usize>| {
-            let mut sums = vec![0u64];
-            for &index in first {
-                sums.push(sums.last().map_or(0, |sum| sum.saturating_add(of_program(index))));
-            }
-            sums
-        };
-        let first: Vec<Vec<u64>> = behaviour.edges.first.iter().map(sums).collect();
-        let of_edge = |edge: &mauve_hir::Edge| {
-            let first = first.get(edge.source).and_then(|sums| sums.get(edge.first)).copied().unwrap_or(0);
-            edge.then.iter().fold(first, |sum, &index| sum.saturating_add(of_program(index)))
-        };
-        let greatest = behaviour.edges.all.iter().map(of_edge).max().unwrap_or(0);
-        sends.insert(name.clone(), greatest);
-    }
-    sends
-}
-
-/// Returns the greatest number of calls that one execution of an operation sends, by required operation.
-pub(crate) fn sends_of_operation(behaviour: &mauve_hir::Behaviour<'_>, operation: usize) -> Vec<(Name, u64)> {
-    let mut names: Vec<&Name> = Vec::new();
-    for name in behaviour.operations.iter().flat_map(|program| sends_in(&program.cost)) {
-        if !names.contains(&name) {
-            names.push(name);
-        }
-    }
-    let calls = |name: &Name| calls_of_operations(behaviour, name).get(operation).copied().unwrap_or(0);
-    names.into_iter().map(|name| (name.clone(), calls(name))).filter(|(_, calls)| *calls > 0).collect()
-}
-
-/// Returns, for each operation that a core defines, the greatest number of calls that it sends to the required operation `name`.
-fn calls_of_operations(behaviour: &mauve_hir::Behaviour<'_>, name: &Name) -> Vec<u64> {
-    let mut found = vec![0; behaviour.operations.len()];
-    // Callees first.
-    for &index in &behaviour.order {
-        if let Some(operation) = behaviour.operations.get(index) {
-            found[index] = calls(&operation.cost, name, &found);
-        }
-    }
-    found
-}
-
-/// Returns the greatest number of calls to the required operation `name` along a path of a program; it saturates.
-fn calls(cost: &Cost<'_>, name: &Name, of_operations: &[u64]) -> u64 {
-    match cost {
-        Cost::Codel(_) => 0,
-        Cost::Operation(index) => of_operations.get(*index).copied().unwrap_or(0),
-        Cost::Send(sent) => u64::from(sent == name),
-        Cost::Sum(costs) => {
-            costs.iter().fold(0, |sum: u64, cost| sum.saturating_add(calls(cost, name, of_operations)))
-        }
-        Cost::Greatest(costs) => costs.iter().map(|cost| calls(cost, name, of_operations)).max().unwrap_or(0),
-    }
 }

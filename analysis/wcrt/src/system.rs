@@ -9,7 +9,6 @@ use mauve_timing::{Rounding, Time, Unit};
 
 use crate::fact::{Expected, NoTime, TimingFact, TimingFactKind};
 use crate::reason::{ActivityField, MOST_REASONS, NoSuchCpu, Reason, Refusal, UnknownPriority};
-use crate::served::Connected;
 use crate::timetable::incomplete_tables;
 use mauve_hir::fact::{self, Fact, FactKind, unresolved_type};
 use mauve_hir::item_tree::{
@@ -35,6 +34,20 @@ pub struct System<'db> {
     pub not_analysed: Vec<Refusal<'db>>,
     /// The facts about the deployment.
     pub facts: Vec<TimingFact<'db>>,
+}
+
+/// A connected operation: who executes it, and who sends calls to it. The activities are indices into
+/// [`System::activities`].
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct Connected {
+    /// The activity that executes it.
+    pub provider: usize,
+    /// Its name in the shell of the provider.
+    pub operation: Name,
+    /// The activity that sends calls.
+    pub client: usize,
+    /// Its name in the shell of the client.
+    pub required: Name,
 }
 
 /// An activity, or an instance that has none.

@@ -3,7 +3,7 @@
 use mauve_timing::task_set::{Other, TaskSet};
 use mauve_timing::{Activity, ActivitySet, Demand, Level, Method};
 
-use crate::psm::{Psm, psm_of};
+use crate::psm::{Executed, psm_of};
 use crate::reason::{Reason, Refusal, UnknownPriority};
 use crate::report::{ActivityReport, Query};
 use crate::served::{Served, served_in};
@@ -77,9 +77,6 @@ impl<'db> Deployed<'db> {
         })
     }
 }
-
-/// The state machine that an activity executes; none in the background, and if the component is unknown.
-pub(crate) type Executed<'a, 'db> = Option<&'a Result<Psm<'db>, Vec<Refusal<'db>>>>;
 
 pub(crate) fn psms_of<'db>(
     db: &'db dyn ModelDb,
