@@ -5,7 +5,9 @@
 use std::path::PathBuf;
 
 use mauve_diagnostics::{Code, codes, page};
-use mauve_hir::config_keys::{Entries, Key, Kind, SECTIONS, SEVERITIES, Section, list_keys};
+use mauve_hir::config_keys::{
+    Entries, Key, Kind, REQUIRED_OF_OTHER, SECTIONS, SEVERITIES, Section, list_keys,
+};
 use mauve_hir::{Database, Workspace, config_of};
 use mauve_timing::task_set::Exported;
 use mauve_timing::{Table, Unit, table_keys};
@@ -161,9 +163,8 @@ fn configuration_key<T>(depth: usize, key: &Key<T>) -> String {
         Kind::Cpus(_) => "\"type\": \"array\"\n\"minItems\": 1\n\
                           \"items\": { \"type\": \"integer\", \"minimum\": 1, \"maximum\": 64 }"
             .to_owned(),
-        Kind::Others(_, keys) => {
-            let required =
-                ["name", "priority", "period", "time"].map(|name| format!("\"{name}\"")).join(", ");
+        Kind::Others(_, keys, _) => {
+            let required = REQUIRED_OF_OTHER.map(|name| format!("\"{name}\"")).join(", ");
             let mut members =
                 closed(depth + 2, keys.iter().map(|key| configuration_key(depth + 3, key)).collect());
             members.insert(2, format!("\"required\": [{required}]"));

@@ -10,7 +10,7 @@ use mauve_timing::{Level, Rounding, Time, TimeError};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use self::keys::{Entries, Key, Kind, SECTIONS, SEVERITIES, Section};
+use self::keys::{Entries, Key, Kind, REQUIRED_OF_OTHER, SECTIONS, SEVERITIES, Section};
 use crate::completeness::Completeness;
 use crate::item_tree::Name;
 use crate::severity::Severity;
@@ -324,7 +324,7 @@ impl Reader<'_> {
             let kind = MistakeKind::UnknownKey { key: name.to_string(), section, expected };
             return self.unknown(key, known(), kind);
         };
-        if let Kind::Others(field, keys) = &found.kind {
+        if let Kind::Others(field, keys, _) = &found.kind {
             return self.others(field(into), &format!("{section}.{name}"), keys, (key, value));
         }
         if let Err(expected) = found.kind.read(into, value) {
@@ -359,10 +359,9 @@ impl Reader<'_> {
             for (key, value) in values {
                 self.key(&mut other, section, keys, key, value);
             }
-            let missing = ["name", "priority", "period", "time"];
             // An unknown key may be a misspelt one.
             if self.errors.len() == errors
-                && let Some(missing) = missing.into_iter().find(|&name| !values.contains_key(name))
+                && let Some(missing) = REQUIRED_OF_OTHER.into_iter().find(|&name| !values.contains_key(name))
             {
                 let at = values.iter().next().map_or(entry.span(), |(key, _)| key.span());
                 self.errors.push(Mistake {

@@ -68,8 +68,8 @@ pub enum Kind<T> {
     Period(fn(&mut T) -> &mut Option<Time>),
     /// A list of CPUs, numbered from 1; stored with a bit for each.
     Cpus(Field<T, Option<(u64, Range<usize>)>>),
-    /// A list of tables with these keys, such as `[[platform.other]]`.
-    Others(Field<T, Vec<OtherConfig>>, &'static [Key<OtherConfig>]),
+    /// A list of tables with these keys, such as `[[platform.other]]`, and the note of completion.
+    Others(Field<T, Vec<OtherConfig>>, &'static [Key<OtherConfig>], &'static str),
     /// An integer between two bounds, inclusive.
     Integer(u32, u32, fn(&mut T) -> &mut Option<u32>),
     /// `true` or `false`.
@@ -164,7 +164,8 @@ pub static SECTIONS: [Section; 10] = [
         Key { name: "rt_throttling", kind: Kind::Boolean(|it| &mut it.rt_throttling), default: None, examples: "[false]",
             documentation: "Does Linux keep 50 ms of each second from real-time tasks (kernel.sched_rt_runtime_us)? When left \
                             out, it does not, and that is shown as an assumption." },
-        Key { name: "other", kind: Kind::Others(|it| &mut it.others, &OTHER), default: None,
+        Key { name: "other",
+            kind: Kind::Others(|it| &mut it.others, &OTHER, "real-time work that is not in the model"), default: None,
             examples: r#"[[{ "name": "network interrupt", "priority": 50, "period": "1 ms", "time": "50 us" }]]"#,
             documentation: "Real-time work that is not in the model, such as interrupt threads and drivers: it interferes with \
                             the activities of every deployment." },
@@ -183,6 +184,9 @@ pub static SECTIONS: [Section; 10] = [
     Section { name: "chains", summary: "ports that data goes through", entries: Entries::Chains,
         documentation: "Chains of ports from a cause to its effect, each under a name. Read, and reported as not analysed." },
 ];
+
+/// The keys that an entry of `[[platform.other]]` must have.
+pub const REQUIRED_OF_OTHER: [&str; 4] = ["name", "priority", "period", "time"];
 
 /// The keys of `[[platform.other]]`.
 #[rustfmt::skip]
@@ -214,17 +218,19 @@ pub fn keys_in_list(header: &str) -> Option<&'static [Key<OtherConfig>]> {
     let (section, name) = header.split_once('.')?;
     let Entries::Keys(keys) = section_named(section)?.entries else { return None };
     match keys.iter().find(|key| key.name == name)?.kind {
-        Kind::Others(_, keys) => Some(keys),
+        Kind::Others(_, keys, _) => Some(keys),
         _ => None,
     }
 }
 
-/// Returns the names in the headers of lists of tables, such as `platform.other`, each with its summary.
+/// Returns the names in the headers of lists of tables, such as `platform.other`, each with the note of completion.
 pub fn lists_of_tables() -> impl Iterator<Item = (String, &'static str)> {
     SECTIONS.iter().flat_map(|section| {
         let keys = if let Entries::Keys(keys) = section.entries { keys } else { &[] };
-        let lists = keys.iter().filter(|key| matches!(key.kind, Kind::Others(..)));
-        lists.map(|key| (format!("{}.{}", section.name, key.name), "real-time work that is not in the model"))
+        keys.iter().filter_map(|key| match key.kind {
+            Kind::Others(_, _, note) => Some((format!("{}.{}", section.name, key.name), note)),
+            _ => None,
+        })
     })
 }
 
