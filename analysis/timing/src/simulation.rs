@@ -13,7 +13,7 @@
 //!   of lower priority. Activities of equal priority do not preempt each other. An activity keeps its CPU where it can.
 //! - **Operations**: a job of the client sends a random number of calls, up to [`Operation::sends`](crate::Operation::sends),
 //!   at random instants of its execution. [`Calls`] says when the provider executes them.
-//! - **Throttling**: as in the analysis, an activity of the highest priority on each CPU.
+//! - **Throttling**: as in the analysis, an activity of the highest priority on each CPU, always with its full execution time.
 //!
 //! Left out are activities that the analysis does not know (of unknown demand, priority or CPUs, without a period), and those in
 //! the background, which never delay the others. [`Schedule::left_out`] lists them.
@@ -241,6 +241,7 @@ mod tests {
     use std::fmt::Write as _;
 
     use super::*;
+    use crate::activities::THROTTLED;
     use crate::testing::machine;
     use crate::{Operation, StateMachine};
     use expect_test::{Expect, expect};
@@ -454,6 +455,8 @@ mod tests {
                 0.1@2 50000000-550000000 edge 0
             "#]],
         );
+        let shorter = SimulationOptions { least_time: 0, ..worst(second) };
+        assert_eq!(set.simulate(&shorter, &|| ()).slices[0].end, THROTTLED);
     }
 
     #[test]

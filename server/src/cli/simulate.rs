@@ -69,7 +69,7 @@ impl Format {
     fn most_jobs(self, activities: usize) -> u64 {
         match self {
             Format::Table => 10_000,
-            Format::Svg => (12 * activities as u64).max(30),
+            Format::Svg => (8 * activities as u64).max(30),
             Format::Json | Format::Perfetto => 100_000,
         }
     }

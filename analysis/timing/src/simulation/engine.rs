@@ -391,7 +391,8 @@ impl<'a> Engine<'a> {
             (None, Calls::AtJobs) => 0,
             (None, Calls::BetweenJobs) => task.calls.len(),
         };
-        let least_time = self.options.least_time;
+        let is_throttling = task.activity >= self.activities;
+        let least_time = if is_throttling { 100 } else { self.options.least_time };
         let mut begin = |executed, cost| {
             task.part = Some(Part { executed, remaining: cost, since: self.now, slice: self.now });
         };
