@@ -50,7 +50,7 @@ fn its_variant_gives_the_same_document() {
     let files = exported(&variant, texts);
     write(&folder, &files);
     let (set, _) = files.iter().find(|(path, _)| path.ends_with("Deployment.json")).unwrap();
-    for method in ["psm", "classic"] {
+    for method in ["psm", "classic", "ibf", "exact"] {
         let arguments = ["--format", "json", "--significance", "all", "--method", method];
         let of_model = run(&folder, &[&["wcrt", variant.to_str().unwrap()], &arguments[..]].concat());
         let of_file = run(&folder, &[&["wcrt", set.as_str()], &arguments[..]].concat());
@@ -225,7 +225,7 @@ fn what_is_not_analysed_stays_so() {
     let texts = [("robot.mal", model), ("times.toml", table), ("mauve.toml", config)];
     write(&folder, &texts);
     write(&folder, &exported(&folder, texts.map(|(path, text)| (folder.join(path), text.to_owned()))));
-    for method in ["psm", "classic"] {
+    for method in ["psm", "classic", "ibf", "exact"] {
         let arguments = ["--format", "json", "--significance", "all", "--method", method];
         let of_model = run(&folder, &[&["wcrt", "robot.mal"], &arguments[..]].concat());
         let of_file = run(&folder, &[&["wcrt", "robot/models/D.json"], &arguments[..]].concat());

@@ -503,6 +503,7 @@ fn example() -> Value {
         "format": "mauve-3", "unit": "ns", "digest": null,
         "deployment": {
             "name": "D", "levels": [1e-3, 1e-6], "significance": 1e-6, "cpus": 3, "rt_throttling": true, "not_analysed": [],
+            "operations": [{ "operation": "plan", "provider": "a", "client": "b", "sends": 2, "during": null, "time": [3, 4] }],
             "other": [{ "name": "lan", "affinity": 2, "priority": 50, "period": 100, "jitter": 0, "time": 5 }],
             "activities": [
                 {
