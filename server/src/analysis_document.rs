@@ -198,6 +198,10 @@ fn activity_document(
         .map(|it| object! { job: it.job, own: milliseconds(it.own), length: milliseconds(it.length) });
     let assumed = activity.assumed.iter();
     let assumed = assumed.map(|(codel, time)| object! { codel: codel.clone(), time: milliseconds(*time) });
+    let calls = activity.calls.iter().map(|it| {
+        let (operation, client) = (it.operation.to_string(), it.client.to_string());
+        object! { operation: operation, client: client, calls: it.calls, time: milliseconds(it.time) }
+    });
     object! {
         instance: activity.instance.to_string(),
         component: activity.component_name.to_string(),
@@ -214,6 +218,8 @@ fn activity_document(
         // The CPUs whose activities are counted, where these are not those of the affinity.
         [counted_cpus]: activity.rule.map(CpuRule::mask).filter(|mask| Some(*mask) != activity.cpus),
         own: activity.own.map(milliseconds),
+        // The calls that each job executes for other activities; `own` includes them.
+        [calls]: non_empty(calls),
         first_job: activity.first_job.map(milliseconds),
         response: activity.response.map(milliseconds),
         status: activity.verdict.name(),

@@ -134,6 +134,8 @@ enum Method {
     Ibf,
     /// All combinations of paths of the state machines, as far as a budget allows.
     Exact,
+    /// The best of these for each activity that a small budget allows.
+    Best,
 }
 
 impl From<Method> for mauve_timing::Method {
@@ -143,6 +145,7 @@ impl From<Method> for mauve_timing::Method {
             Method::Psm => mauve_timing::Method::Psm,
             Method::Ibf => mauve_timing::Method::Ibf,
             Method::Exact => mauve_timing::Method::Exact,
+            Method::Best => mauve_timing::Method::Best,
         }
     }
 }

@@ -130,7 +130,7 @@ fn the_shape_of_the_document() {
     assert_eq!(run.code, 0, "{}", run.err);
     let document: Value = serde_json::from_str(&run.out).unwrap();
     assert_eq!(document["deployment"], "P3dxDeployment");
-    assert_eq!((&document["unit"], &document["method"]), (&"ms".into(), &"exact".into()));
+    assert_eq!((&document["unit"], &document["method"]), (&"ms".into(), &"best".into()));
     let result = &document["results"][0];
     assert_eq!(result["significance"], 1e-4);
     assert_eq!(result["schedulable"], true);

@@ -1,6 +1,6 @@
 //! The messages of errors in an exported task set.
 
-use mauve_timing::task_set::{FORMAT, MOST_ACTIVITIES, TaskSetError, Times, Unknown};
+use mauve_timing::task_set::{FORMAT, MOST_ACTIVITIES, MOST_OPERATIONS, TaskSetError, Times, Unknown};
 use mauve_timing::{Level, MOST_LEVELS};
 
 use crate::timing_reasons::machine_error;
@@ -45,6 +45,9 @@ fn message(error: &TaskSetError) -> String {
         TaskSetError::NoCpu => "`cpus` is 0: expected 1 or more".to_owned(),
         TaskSetError::TooManyActivities(count) => {
             format!("{count} activities: the limit is {MOST_ACTIVITIES}")
+        }
+        TaskSetError::TooManyOperations(count) => {
+            format!("{count} operations: the limit is {MOST_OPERATIONS}")
         }
         TaskSetError::RepeatedActivity(name) => format!("a second activity `{name}`"),
         TaskSetError::OfActivity(name, error) => format!("activity `{name}`: {}", message(error)),
@@ -129,6 +132,7 @@ mod tests {
             TaskSetError::ReasonForOtherLevel(level),
             TaskSetError::NoCpu,
             TaskSetError::TooManyActivities(9999),
+            TaskSetError::TooManyOperations(99999),
             TaskSetError::RepeatedActivity("front".to_owned()),
             TaskSetError::OfActivity("front".to_owned(), Box::new(TaskSetError::NoPeriod)),
             TaskSetError::OfOther("lan".to_owned(), Box::new(TaskSetError::NoPriority(100))),

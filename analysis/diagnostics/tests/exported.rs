@@ -27,6 +27,7 @@ use serde_json::{Value, json};
 #[derive(Default, Debug)]
 struct Counted {
     responses: usize,
+    calls: usize,
     not_analysed: usize,
     machines: usize,
 }
@@ -38,7 +39,7 @@ fn said<'db>(db: &'db Database, report: &Report<'db>) -> Vec<String> {
         let reasons: Vec<String> =
             it.reasons.iter().map(|reason| timing_reason(db, &reason.reason)).collect();
         format!(
-            "{} {} {:?} {:?} {:?} {:?} {} {:?}: {:?} {:?} {:?} {:?} {:?} {:?} {:?} {reasons:?}",
+            "{} {} {:?} {:?} {:?} {:?} {} {:?}: {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {reasons:?}",
             it.instance,
             it.component_name,
             it.priority,
@@ -54,6 +55,9 @@ fn said<'db>(db: &'db Database, report: &Report<'db>) -> Vec<String> {
             breakdown.of(index),
             it.window,
             it.assumed,
+            it.calls,
+            it.method,
+            it.rule,
         )
     });
     let not_analysed: Vec<String> =
@@ -61,6 +65,35 @@ fn said<'db>(db: &'db Database, report: &Report<'db>) -> Vec<String> {
     let ends =
         format!("{:?} {not_analysed:?} {} {:?}", report.cpus, report.schedulable(), report.deadlines());
     activities.chain([ends]).collect()
+}
+
+/// Every response time is the sum of what explains it. Returns the number of calls in these sums.
+fn check_sums<'db>(
+    db: &'db Database,
+    project: Project<'db>,
+    report: &Report<'db>,
+    query: Query,
+    what: &str,
+) -> usize {
+    let mut breakdown = report.breakdown(&|| ());
+    let mut counted = 0;
+    for (index, it) in report.activities.iter().enumerate() {
+        let Some((response, window)) = it.response.zip(it.window.as_ref()) else { continue };
+        let calls: u64 = it.calls.iter().map(|calls| calls.time.as_nanos()).sum();
+        counted += it.calls.len();
+        if query.method != Method::Classic {
+            let psm = psm_of(db, project, it.component.unwrap(), query.level).as_ref().unwrap();
+            let own = psm.machine.greatest_cost().as_nanos() + calls;
+            assert_eq!(it.own.unwrap().as_nanos(), own, "{what}: {it:?}");
+        }
+        assert!(window.job > 1 || Some(window.own) == it.own, "{what}: {it:?}");
+        let interference: u64 = breakdown.of(index).iter().map(|part| part.time.as_nanos()).sum();
+        let length = window.length.as_nanos();
+        assert_eq!(window.own.as_nanos().max(1) + interference, length, "{what}, {query:?}: {it:?}");
+        let released = (window.job - 1) * it.period.unwrap().as_nanos();
+        assert_eq!(response.as_nanos(), length + it.jitter.as_nanos() - released, "{what}: {it:?}");
+    }
+    counted
 }
 
 fn written(set: TaskSet) -> TaskSet {
@@ -82,12 +115,15 @@ fn check(db: &Database, workspace: Workspace, what: &str, counted: &mut Counted)
             for (method, horizon) in [
                 (Method::Psm, None),
                 (Method::Classic, None),
+                (Method::Exact, None),
+                (Method::Best, None),
                 (Method::Psm, Some(Time::from_nanos(300_000_000))),
             ] {
                 let query = Query { level, method, horizon };
                 let model = response_times(db, project, deployment, query);
                 let from_file = response_times_of(&read, query).unwrap();
                 assert_eq!(said(db, &from_file), said(db, model), "{what}, {query:?}");
+                counted.calls += check_sums(db, project, model, query, what);
                 for activity in &model.activities {
                     counted.responses += usize::from(activity.response.is_some());
                     counted.not_analysed +=
@@ -146,6 +182,78 @@ fn the_sample_robot() {
     // Seven levels and three questions of nine activities, of which some are unbounded at some levels.
     assert!(counted.responses >= 140 && counted.not_analysed == 0, "{counted:?}");
     assert_eq!(counted.machines, 63, "of nine components: nobody measured the one in the background");
+}
+
+/// `plan` sends calls to `map`, and `drive` to both, over two connections to one of them; the last three activities may use
+/// several CPUs. At 1e-9, `draw` takes longer than `plan` has.
+#[test]
+fn operations_and_sets_of_cpus() {
+    let model = "
+codel work(): int
+codel think(): int
+codel draw(): int
+shell Map { provide view(): int  provide size(): int }
+shell Plan { provide route(): int  require look(): int }
+shell Drive { require go(): int  require again(): int  require see(): int }
+core MapCore(Map) { provide view(): int = { return draw(); }  provide size(): int = { return 1; }  update = { work(); } }
+core PlanCore(Plan) {
+  handler h: look
+  provide route(): int = { h = send(look); return think(); }
+  statemachine {
+    initial state Idle { run = { work(); }  transition go to Busy; }
+    state Busy { run = { think(); h = send(look); }  transition done to Idle; }
+  }
+}
+core DriveCore(Drive) {
+  handler g: go
+  handler a: again
+  handler s: see
+  update = { if work() > 1 then { g = send(go); g = send(go); } else { a = send(again); s = send(see); } }
+}
+component MapC(Map, MapCore)
+component PlanC(Plan, PlanCore)
+component DriveC(Drive, DriveCore)
+architecture A {
+  instance map: MapC
+  instance plan: PlanC
+  instance drive: DriveC
+  operation map.view -> plan.look
+  operation plan.route -> drive.go
+  operation plan.route -> drive.again
+  operation map.size -> drive.see
+}
+deployment D {
+  architecture A
+  activity map { priority = 3  period = 50  affinity = 1 }
+  activity plan { priority = 2  period = 100  affinity = 3 }
+  activity drive { priority = 1  period = 200 }
+}";
+    let config = "timing.tables = [\"times.toml\"]\n";
+    let times = "levels = [1e-3, 1e-9]\n[codel]\nwork = 1\nthink = [2, 3]\ndraw = [0, 40]\n";
+    let texts = [("/model.mal", model), ("/mauve.toml", config), ("/times.toml", times)];
+    let texts = texts.map(|(path, text)| (PathBuf::from(path), text.to_owned()));
+    let db = Database::default();
+    let workspace = Workspace::of_texts(&db, "/".into(), texts);
+    let mut counted = Counted::default();
+    check(&db, workspace, "operations", &mut counted);
+    assert!(counted.calls >= 12 && counted.responses >= 15 && counted.not_analysed > 0, "{counted:?}");
+    let (project, deployment) = deployments(&db, workspace)[0];
+    let set = task_set_of(&db, project, deployment, &PROSE);
+    let milliseconds = |time: &Time| time.as_nanos() / 1_000_000;
+    let times = |times: &[Time]| times.iter().map(milliseconds).collect::<Vec<_>>();
+    let operations: Vec<_> = set
+        .operations
+        .iter()
+        .map(|it| (it.operation.as_str(), it.client.as_str(), it.sends, it.during, times(&it.time)))
+        .collect();
+    let expected = [
+        ("route", "drive", 2, None, vec![2, 3]),
+        ("route", "drive", 1, None, vec![2, 3]),
+        ("view", "plan", 1, None, vec![0, 40]),
+        ("view", "plan", 1, Some(0), vec![0, 40]),
+        ("view", "plan", 1, Some(1), vec![0, 40]),
+    ];
+    assert_eq!(operations, expected);
 }
 
 /// What random models do not have: jitters, offsets, and work that is not in the model.

@@ -445,6 +445,64 @@ fn the_number_of_calls_must_be_known() {
     assert!(found.contains(why), "{found}");
 }
 
+/// `c` sends to `b`, and `b` to `a`, while it executes the call.
+const CHAIN: &str = "
+codel one(): int
+codel log(): int
+shell Last { provide last(): int }
+shell Middle { provide middle(): int  require next(): int }
+shell First { require go(): int }
+core KL(Last) { provide last(): int = { return one(); }  update = { } }
+core KM(Middle) { handler h: next  provide middle(): int = { h = send(next); return log(); }  update = { } }
+core KF(First) { handler h: go  update = { h = send(go); } }
+component CL(Last, KL)
+component CM(Middle, KM)
+component CF(First, KF)
+architecture A {
+  instance a: CL  instance b: CM  instance c: CF
+  operation a.last -> b.next
+  operation b.middle -> c.go
+}
+";
+
+#[test]
+fn what_an_operation_sends_is_counted_or_refused() {
+    let verdict = |b: &str, c: &str, codels: &str| {
+        let deployment = activities("priority = 9 period = 100", b, c);
+        verdicts(&format!(
+            "{CHAIN}{deployment}\n//- /mauve.toml\ntiming.tables = [\"times.toml\"]\n//- /times.toml\n[codel]\n{codels}"
+        ))
+    };
+    let (b, c) = ("priority = 2 period = 100", "priority = 1 period = 100");
+    // Two calls of `middle` in a period of `b`, and so four of `last` in one of `a`.
+    expect![[r#"
+        a met 4 ms
+        b met 6 ms
+        c met 6.000001 ms
+    "#]]
+    .assert_eq(&verdict(b, c, "one = 1\nlog = 1"));
+    // Where `middle` has no time, and where nothing bounds how often it is executed.
+    for (b, c, codels) in [
+        (b, c, "one = 1"),
+        ("priority = background", c, "one = 1"),
+        ("priority = background", c, "one = 1\nlog = 1"),
+        (b, "priority = background", "one = 1\nlog = 1"),
+        ("priority = background", "priority = background", "one = 1"),
+    ] {
+        let found = verdict(b, c, codels);
+        assert!(
+            found.starts_with("a not-analysed: it executes the operation `last` for `b`"),
+            "{b} {c}: {found}"
+        );
+    }
+    // What the background sends is not known if its program is not.
+    let damaged = CHAIN.replace("h = send(go);", "h = send(gone);");
+    let deployment = activities("priority = 9 period = 100", b, "priority = background");
+    let found = verdicts(&format!("{damaged}{deployment}\n//- /mauve.toml\nassume.codel = \"1 ms\"\n"));
+    assert!(found.contains("b not-analysed: it executes the operation `middle` for `c`"), "{found}");
+    assert!(found.contains("a not-analysed: it executes the operation `last` for `b`"), "{found}");
+}
+
 #[test]
 fn a_ring_of_operations_has_no_bound() {
     let model = "

@@ -2,10 +2,10 @@
 
 use std::fmt::Write as _;
 
-use mauve_diagnostics::timing_reason;
+use mauve_diagnostics::{cpu_names, timing_reason};
 use mauve_hir::{ModelDb, Project, config_of};
 use mauve_timing::task_set::TaskSet;
-use mauve_timing::{Method, Status, Time, worst_trace};
+use mauve_timing::{CpuRule, Method, Status, Time, worst_trace};
 use mauve_wcrt::{ActivityReport, Priority, Psm, Query, Reason, Report, Verdict, psm_at, psm_of, worst_path};
 use rustc_hash::FxHashSet;
 
@@ -65,10 +65,11 @@ fn explain<'db>(
     let mut out = String::new();
     let Some(activity) = report.activities.get(index) else { return out };
     let time = |time: Option<Time>| time.map_or_else(|| "—".to_owned(), |time| time.to_string());
+    let method = activity.method.map_or(query.method, |(method, _)| method);
     let _ = writeln!(
         out,
-        "{} ({}) at {}, method {}",
-        activity.instance, activity.component_name, query.level, query.method
+        "{} ({}) at {}, method {method}",
+        activity.instance, activity.component_name, query.level
     );
     if activity.verdict == Verdict::Background {
         return out + "  background: not real-time, not analysed\n";
@@ -85,6 +86,12 @@ fn explain<'db>(
         time(activity.deadline),
         time(activity.period)
     );
+    if activity.method.is_some_and(|(_, is_exhausted)| is_exhausted) {
+        out += "  the budget of a better method is exhausted: the response time may be shorter\n";
+    }
+    if let Some(counted) = counted_cpus(report, activity) {
+        let _ = writeln!(out, "  {counted}");
+    }
     why_not_analysed(&mut out, db, report, activity);
     let is_analysed = activity.verdict != Verdict::RealTime(Status::NotAnalysed);
     if is_analysed && origin.throttling.is_none() {
@@ -96,6 +103,7 @@ fn explain<'db>(
     if let Some(psm) = origin.psm {
         own_time(&mut out, psm, query.method, origin.worst_path);
     }
+    calls(&mut out, activity);
     if let Some(first_job) = activity.first_job {
         let _ = writeln!(out, "\nresponse time at the critical instant: {first_job}");
         if query.horizon.is_some() {
@@ -143,6 +151,45 @@ fn why_not_analysed<'db>(
         {
             let _ = writeln!(out, "    {}: {}", other.instance, timing_reason(db, &why.reason));
         }
+    }
+}
+
+/// Returns which activities are counted in the response time of one, unless these are just those of its only CPU.
+pub fn counted_cpus(report: &Report<'_>, activity: &ActivityReport<'_>) -> Option<String> {
+    let several = |it: &ActivityReport<'_>, mask: u64| {
+        let may_leave = it.cpus.is_some_and(|cpus| cpus & mask != 0 && cpus.count_ones() > 1);
+        it.verdict != Verdict::Background && may_leave
+    };
+    match activity.rule? {
+        rule @ CpuRule::Cpu(_) if report.activities.iter().any(|it| several(it, rule.mask())) => {
+            let of = if activity.cpus == Some(rule.mask()) { "" } else { ", the best one of its CPUs" };
+            let cpu = cpu_names(rule.mask());
+            Some(format!("on {cpu}{of}, with all activities of higher or equal priority that may run there"))
+        }
+        CpuRule::Cpu(_) => None,
+        rule @ CpuRule::Linked(_) => Some(format!(
+            "on {} as if they were one CPU: activities have different affinities with several CPUs there",
+            cpu_names(rule.mask())
+        )),
+    }
+}
+
+/// Writes the calls that each job executes for other activities.
+fn calls(out: &mut String, activity: &ActivityReport<'_>) {
+    let total = activity.calls.iter().try_fold(Time::ZERO, |sum, it| sum.checked_add(it.time));
+    if let Some(total) = total.filter(|total| *total > Time::ZERO) {
+        let _ = writeln!(out, "\nexecution time of calls in each period: {total}");
+    }
+    for it in &activity.calls {
+        let calls = if it.calls == 1 { "call" } else { "calls" };
+        let _ = writeln!(
+            out,
+            "  {:>12}  {:>4} {calls:<5}  {} for {}",
+            it.time.to_string(),
+            it.calls,
+            it.operation,
+            it.client
+        );
     }
 }
 

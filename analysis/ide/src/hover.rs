@@ -257,7 +257,7 @@ deployment D {
                 planner
                 ---
                 ```text
-                planner (Planner) at 1e-4, method exact
+                planner (Planner) at 1e-4, method best
                   unbounded: response time —, deadline 100 ms, period 100 ms
                   reason: CPU 1 overloaded (104.0 % at priority ≥ 1)
 

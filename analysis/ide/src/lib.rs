@@ -84,7 +84,7 @@ pub use definition::{Navigation, Target, definition};
 pub use document_links::{DocumentLink, document_links};
 pub use document_symbols::{Symbol, SymbolKind, document_symbols};
 pub use drawing::Drawing;
-pub use explanation::{explain_response, explain_response_of};
+pub use explanation::{counted_cpus, explain_response, explain_response_of};
 pub use folding_ranges::{FoldingKind, FoldingRange, folding_ranges};
 pub use formatting::{formatting, formatting_on_type};
 pub use gantt::draw_schedule;

@@ -250,7 +250,7 @@ fn shares_of(tasks: &[Task], method: Method) -> Vec<f64> {
     let share = |task: &Task| {
         let Demand::Machine { machine, whole } = &task.demand else { return 0.0 };
         let mean = match method {
-            Method::Psm | Method::Ibf | Method::Exact => machine.greatest_cycle_mean(),
+            Method::Psm | Method::Ibf | Method::Exact | Method::Best => machine.greatest_cycle_mean(),
             Method::Classic => {
                 CycleMean { cost: machine.greatest_cost().max(whole.unwrap_or_default()), length: 1 }
             }

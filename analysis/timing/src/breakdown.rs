@@ -2,7 +2,7 @@
 //! grow with the square of their number.
 
 use crate::lane::{Lane, Member, Members};
-use crate::response_time::members;
+use crate::response_time::{lane_count, members};
 use crate::{CpuRule, Interference, Method, Options, Task, Time, Window};
 
 /// Lists the interference of tasks.
@@ -33,12 +33,13 @@ pub struct Breakdown<'a> {
     options: &'a Options,
     interrupt: &'a dyn Fn(),
     members: Vec<Member<'a>>,
+    tasks: &'a [Task],
 }
 
 impl<'a> Breakdown<'a> {
     /// Creates a breakdown of the response times of `tasks`, analysed with `options`. To cancel, `interrupt` unwinds.
     pub fn new(tasks: &'a [Task], options: &'a Options, interrupt: &'a dyn Fn()) -> Breakdown<'a> {
-        Breakdown { options, interrupt, members: members(tasks, options, interrupt) }
+        Breakdown { options, interrupt, members: members(tasks, options, interrupt), tasks }
     }
 
     /// Returns the interference of each task of hp(`of`), in the order of the tasks, in the window of its response time;
@@ -66,11 +67,17 @@ impl<'a> Breakdown<'a> {
             return Vec::new();
         };
         (self.interrupt)();
-        let is_in = |other: &Task| other.cpus & rule.mask() != 0 && other.priority >= task.priority;
-        let places: Vec<usize> = (0..self.members.len()).filter(|&it| is_in(self.members[it].task)).collect();
+        // The members of the lane that was analysed: its budget depends on their number.
+        let is_in = |other: &Task| {
+            let is_counted = matches!(rule, CpuRule::Cpu(_)) || other.priority >= task.priority;
+            other.cpus & rule.mask() != 0 && is_counted
+        };
+        let mut places: Vec<usize> =
+            (0..self.members.len()).filter(|&it| is_in(self.members[it].task)).collect();
         if method == Method::Exact {
             return self.by_paths(of, rule, &places);
         }
+        places.retain(|&place| self.members[place].task.priority >= task.priority);
         let mut found = Vec::new();
         for place in places {
             let member = &mut self.members[place];
@@ -90,12 +97,13 @@ impl<'a> Breakdown<'a> {
 
     /// Searches the combination of paths again.
     fn by_paths(&mut self, of: usize, rule: CpuRule, places: &[usize]) -> Vec<Interference> {
+        let lanes = lane_count(self.tasks, &self.members);
         let lane = Lane {
             rule,
             members: Members { all: &mut self.members, places },
             options: self.options,
             interrupt: self.interrupt,
-            lanes: 1,
+            lanes,
             lists_interference: true,
         };
         let found = lane.analyse(|member| member.index == of);

@@ -21,11 +21,6 @@ use crate::lane::{Busy, BusyJob, Counts, Lane};
 use crate::machine::Adjacency;
 use crate::{Method, NoBoundReason, StateMachine};
 
-/// The budget of one task, in visited members, and in values of request functions.
-const BUDGET: u64 = 1 << 16;
-
-const BRIEF_BUDGET: u64 = 1 << 10;
-
 /// The budget of the paths of one machine, in computed values.
 const BUDGET_OF_PATHS: u64 = 1 << 20;
 
@@ -43,19 +38,22 @@ pub(crate) struct Exact {
 
 /// Searches the busy window of the member at `place`; `bound` is one that is known, and that ends.
 ///
-/// The error is that of a demand which cannot be computed, or `Budget` if nothing better than `bound` was found.
+/// `budget` counts visited members and values of request functions. The error is that of a demand which cannot be computed, or
+/// `Budget` if nothing better than `bound` was found.
 pub(crate) fn busy_window(
     lane: &mut Lane<'_, '_>,
     place: usize,
     bound: Busy,
+    budget: u64,
 ) -> Result<Exact, NoBoundReason> {
-    let budget = if lane.options.is_brief { BRIEF_BUDGET } else { BUDGET };
     let priority = lane.priority(place);
     let mut search =
         Search { place, bound, lane, method: Method::Psm, base: Counts::new(0), varied: Vec::new(), budget };
     search.base = Counts::new(search.lane.members.len());
     let mut fixed = Vec::new();
     let mut is_bounded_only = false;
+    let members = search.lane.members.len() as u64;
+    search.budget = search.budget.checked_sub(members).ok_or(NoBoundReason::Budget)?;
     for other in 0..search.lane.members.len() {
         if other == place || search.lane.priority(other) < priority {
             continue;
@@ -89,6 +87,17 @@ pub(crate) fn busy_window(
     if is_bounded_only {
         search.method = Method::Ibf;
     }
+    // The order of the tasks must not matter where the budget ends: those with equal keys are interchangeable.
+    let members = &search.lane.members;
+    search.varied.sort_by(|(one, of_one), (other, of_other)| {
+        let key = |place: usize| {
+            let member = members.get(place);
+            (Reverse(member.task.priority), member.period, member.jitter, member.task.cpus)
+        };
+        let totals =
+            |requests: &Requests| requests.nodes.iter().map(|node| node.totals.clone()).collect::<Vec<_>>();
+        key(*one).cmp(&key(*other)).then_with(|| totals(of_one).cmp(&totals(of_other)))
+    });
     for other in fixed {
         search.base.include(other, &mut search.lane.members, search.method);
     }
@@ -119,6 +128,8 @@ struct Combination {
     worst: (u64, u64),
     last: (u64, u64),
     first_job: u64,
+    /// Whether the iteration ended at the known bound, before its own fixed point.
+    is_capped: bool,
 }
 
 impl Search<'_, '_, '_> {
@@ -195,6 +206,10 @@ impl Search<'_, '_, '_> {
     }
 
     fn conclude(&mut self, found: &Combination, is_complete: bool) -> Result<Exact, NoBoundReason> {
+        if found.is_capped && !is_complete {
+            // The demand in the window is greater than it: there is nothing that explains it.
+            return Err(NoBoundReason::Budget);
+        }
         let busy_job = |(job, length)| BusyJob { job, length };
         let busy = Busy {
             // That of a later job may have another combination.
@@ -222,7 +237,8 @@ impl Search<'_, '_, '_> {
         let (period, jitter) = (member.period, member.jitter);
         let longest = self.bound.last.length;
         let mut counts = self.base.clone();
-        let mut found = Combination { response: 0, nodes, worst: (1, 0), last: (1, 0), first_job: 0 };
+        let mut found =
+            Combination { response: 0, nodes, worst: (1, 0), last: (1, 0), first_job: 0, is_capped: false };
         // Nominal, counted from J before the window.
         let mut release = 0u64;
         for job in 1..=self.bound.last.job {
@@ -245,6 +261,7 @@ impl Search<'_, '_, '_> {
                 window = demand.max(rises_until);
                 if window >= longest {
                     // No combination of paths is later, only the maximum of some.
+                    found.is_capped = true;
                     break longest;
                 }
             };

@@ -19,6 +19,21 @@ const BUDGET_OF_LANE: u64 = 1 << 28;
 
 const BRIEF_BUDGET_OF_LANE: u64 = 1 << 17;
 
+/// The budget of all tasks of a lane for [`Method::Exact`], shared equally, in visited members and values of request functions:
+/// about 0.5 s.
+const BUDGET_OF_PATHS: u64 = 1 << 28;
+
+/// The same for [`Method::Best`]: about 3 ms.
+const SMALL_BUDGET_OF_PATHS: u64 = 1 << 20;
+
+/// The maximum part of one task.
+const MOST_FOR_PATHS: u64 = 1 << 16;
+
+const BRIEF_FOR_PATHS: u64 = 1 << 10;
+
+/// The maximum number of tasks of a lane for which [`Method::Best`] is better than [`Method::Psm`].
+const MOST_TIGHTENED: u64 = 128;
+
 /// The minimum number of passes over all members for each task.
 const FEWEST_PASSES: u64 = 16;
 
@@ -76,7 +91,7 @@ impl<'a> Member<'a> {
         interrupt();
         let curve = match method {
             Method::Classic => Curve::Linear(task.demand.own(method).unwrap_or_default().as_nanos()),
-            Method::Psm | Method::Ibf | Method::Exact => {
+            Method::Psm | Method::Ibf | Method::Exact | Method::Best => {
                 Curve::Trace(Box::new(TraceBound::interruptible(machine, interrupt)))
             }
         };
@@ -159,8 +174,9 @@ impl<'a> Member<'a> {
 ///
 /// In order of decreasing priority, windows only grow: hp(i) contains all tasks of higher priority and their hp, so
 /// its fixed point is not less than theirs. So the counts of one task are a valid start for the next: they are below
-/// its least fixed point, which the iteration reaches from there as well as from 0. Each count is stored with the
-/// longest window for which it holds, so a pass over the members needs comparisons only.
+/// its least fixed point, which the iteration reaches from there as well as from 0. (With [`Method::Ibf`], those of the first
+/// job only.) Each count is stored with the longest window for which it holds, so a pass over the members needs comparisons
+/// only.
 pub(crate) struct Counts {
     /// The longest window for which `time` holds; of members not in hp(i), the longest there is.
     holds_until: Vec<u64>,
@@ -359,19 +375,36 @@ impl<'a> Lane<'_, 'a> {
             found[place] = Some(of_place);
             length
         });
-        if matches!(self.options.method, Method::Ibf | Method::Exact) {
+        let count = self.members.len() as u64;
+        let (is_tightened, paths) = match self.options.method {
+            Method::Classic | Method::Psm => (false, None),
+            Method::Ibf => (true, None),
+            Method::Exact => (true, Some((BUDGET_OF_PATHS / count.max(1)).min(MOST_FOR_PATHS))),
+            Method::Best if count <= MOST_TIGHTENED => {
+                (true, Some((SMALL_BUDGET_OF_PATHS / count.max(1)).min(MOST_FOR_PATHS)))
+            }
+            Method::Best => {
+                found.iter_mut().flatten().for_each(|found| found.response.is_exhausted = true);
+                (false, None)
+            }
+        };
+        if is_tightened {
             self.walk(&places, &wanted, Method::Ibf, &mut |lane, place, counts| {
                 let found = found[place].as_mut()?;
-                let busy = lane.by_execution(place, counts, found.busy.filter(|busy| busy.ends)?)?;
-                lane.conclude(found, place, busy, Method::Ibf);
-                Some(busy.worst.length)
+                match found.busy.filter(|busy| busy.ends).and_then(|it| lane.by_execution(place, counts, it))
+                {
+                    Some(busy) => lane.conclude(found, place, busy, Method::Ibf),
+                    None => found.response.is_exhausted = true,
+                }
+                Some(0)
             });
         }
-        if self.options.method == Method::Exact {
+        if let Some(budget) = paths {
+            let budget = if self.options.is_brief { budget.min(BRIEF_FOR_PATHS) } else { budget };
             for (place, found) in found.iter_mut().enumerate() {
                 let Some(found) = found else { continue };
                 if let Some(bound) = found.busy.filter(|busy| busy.ends) {
-                    self.by_paths(found, place, bound);
+                    self.by_paths(found, place, bound, budget);
                 }
             }
         }
@@ -383,7 +416,7 @@ impl<'a> Lane<'_, 'a> {
     }
 
     /// Calls `solve` for the wanted ones of `places`, in order of decreasing priority, with counts of hp(i) below its fixed
-    /// point. The result of `solve` is the length of the window that it found.
+    /// point. The result of `solve` is the length of a window that no lower priority has a shorter one than.
     fn walk(
         &mut self,
         places: &[usize],
@@ -525,14 +558,17 @@ impl<'a> Lane<'_, 'a> {
         let mut budget = self.budget();
         let first_job = self.fixed_point(place, 1, counts, Method::Ibf, &mut budget).ok()?;
         let last = Some(by_jobs.last.job);
-        let busy = self.busy(place, counts, Method::Ibf, first_job, last, &mut budget).ok()?;
+        // Tasks of lower priority start with the counts of the first job. Those of later jobs may be above their least fixed point:
+        // a long last job of this task contributes all of itself here, and to others what it executes in the window.
+        let mut counts = counts.clone();
+        let busy = self.busy(place, &mut counts, Method::Ibf, first_job, last, &mut budget).ok()?;
         // No f(q) is greater than by the demand of n jobs.
         Some(Busy { ends: true, ..busy })
     }
 
     /// Enters the busy window by paths.
-    fn by_paths(&mut self, found: &mut Found, place: usize, bound: Busy) {
-        match exact::busy_window(self, place, bound) {
+    fn by_paths(&mut self, found: &mut Found, place: usize, bound: Busy, budget: u64) {
+        match exact::busy_window(self, place, bound, budget) {
             Ok(exact) => {
                 let (known, method) = (found.response.bound.clone(), found.response.method);
                 self.conclude(found, place, exact.busy, Method::Exact);

@@ -5,10 +5,12 @@ use crate::{Activity, Analysis, Bound, Demand, Method, Operation, Options, Task,
 
 /// The calls of operations, and the response times that follow from them.
 ///
-/// The provider executes a call in its own thread: at the start of its next job, or, between two jobs, at once. So what it
-/// executes in the ⌈t/Tp⌉ periods of a window was sent in the window, or up to Tp + Rp before, by jobs of the client that were
-/// released at most Rc before that. Each job of the provider counts k · ⌈(Tp + Rp + Rc)/Tc⌉ calls, with k the greatest number that
-/// one job of the client sends; for n jobs, that is not less than the number of calls that were sent in n·Tp + Rp + Rc.
+/// The provider executes a call in its own thread, and always in the same way: at the start of its next job, or at once when it is
+/// idle. Each job of the provider counts k · ⌈(Tp + Rp + Rc)/Tc⌉ calls, with k the greatest number that one job of the client
+/// sends. For the n = ⌈t/Tp⌉ jobs of a window of length t, that is not less than k · ⌈(n·Tp + Rp + Rc)/Tc⌉, the calls that jobs of
+/// the client send in n·Tp + Rp. This is enough: *at the next job*, the n jobs execute what was sent between the start of the job
+/// before the window and that of the last one, less than n·Tp + Rp apart; *at once*, nothing waits when the window begins, so
+/// they execute what is sent in t.
 ///
 /// The response times R depend on the numbers of calls, and these on R. Every fixed point is sound: suppose that all jobs up to
 /// some instant keep to R; then the calls of that time are counted, and the next job keeps to R too. The least fixed point is
@@ -34,11 +36,13 @@ impl Calls {
     ) -> Calls {
         let method = options.method.min(Method::Psm);
         let options = Options { method, horizon: None, ..*options };
-        let mut responses: Vec<Option<Time>> = vec![Some(Time::ZERO); activities.len()];
+        // In the background, an activity may respond arbitrarily late.
+        let mut responses: Vec<Option<Time>> =
+            (0..activities.len()).map(|activity| set.task(activity).map(|_| Time::ZERO)).collect();
         let mut counts = counts(operations, activities, &responses);
         let mut rounds = 0;
         loop {
-            let tasks = with_calls(operations, &counts, set);
+            let tasks = with_calls(operations, &mut counts, set);
             let Analysis { responses: found, .. } = response_times(&tasks, &options, interrupt);
             for (task, response) in found.iter().enumerate() {
                 let Some(known) = responses.get_mut(set.activity(task)) else { continue };
@@ -89,8 +93,9 @@ fn counts(operations: &[Operation], activities: &[Activity], responses: &[Option
     counts
 }
 
-/// Returns the tasks, each with the calls that it executes in each job; of unknown demand where their number is unknown.
-fn with_calls(operations: &[Operation], counts: &[Option<u64>], set: &SetTasks) -> Vec<Task> {
+/// Returns the tasks, each with the calls that it executes in each job; of unknown demand where their number is unknown, or
+/// becomes so, because they take too long.
+fn with_calls(operations: &[Operation], counts: &mut [Option<u64>], set: &SetTasks) -> Vec<Task> {
     let mut tasks = set.tasks().to_vec();
     for (operation, count) in operations.iter().zip(counts) {
         let Some(task) = set.task(operation.provider).and_then(|task| tasks.get_mut(task)) else { continue };
@@ -108,6 +113,9 @@ fn with_calls(operations: &[Operation], counts: &[Option<u64>], set: &SetTasks) 
             }),
             Demand::Unknown => None,
         });
+        if demand.is_none() {
+            *count = None;
+        }
         task.demand = demand.unwrap_or(Demand::Unknown);
     }
     tasks

@@ -99,6 +99,12 @@ pub(crate) fn members<'a>(tasks: &'a [Task], options: &Options, interrupt: &'a d
     known.filter_map(|(index, task)| Member::new(index, task, options.method, interrupt)).collect()
 }
 
+/// Returns the number of lanes that share a budget.
+pub(crate) fn lane_count(tasks: &[Task], members: &[Member<'_>]) -> u64 {
+    let unknown: Vec<usize> = (0..tasks.len()).filter(|&task| !tasks[task].is_known()).collect();
+    plans(tasks, members, &unknown, &linked_cpus(tasks)).len() as u64
+}
+
 /// Returns, for each task that is analysed on linked CPUs, these: those that tasks of higher or equal priority link to its own,
 /// where one of these may use several CPUs, and tasks of any priority have different sets of several CPUs there.
 fn linked_cpus(tasks: &[Task]) -> Vec<Option<u64>> {
@@ -281,6 +287,18 @@ mod tests {
 
     fn analyse(tasks: &[Task], options: Options) -> Analysis {
         response_times(tasks, &options, &|| ())
+    }
+
+    /// With edges that are longer than the period, the window of one task by [`Method::Ibf`] may be longer than that of the next.
+    #[test]
+    fn a_window_of_higher_priority_that_is_longer() {
+        let tasks = [
+            single("j", 3, 20, 2),
+            task("i", 2, 6, machine(3, &[(0, 1, 11), (1, 2, 0), (2, 0, 1), (0, 2, 8), (2, 1, 2)])),
+            single("k", 1, 1000, 1),
+        ];
+        let found = |method| bound(&analyse(&tasks, Options { method, ..PSM }).responses[2]);
+        assert_eq!([Method::Psm, Method::Ibf].map(found), [48, 16]);
     }
 
     /// The examples that separate the methods: the request bound combines paths that no run combines.
@@ -1002,7 +1020,8 @@ mod tests {
             horizon in proptest::option::of((0..40u64).prop_map(Time::from_nanos)),
             is_psm: bool,
         ) {
-            let options = Options { method: if is_psm { Method::Psm } else { Method::Classic }, horizon, is_brief: false };
+            let method = if is_psm { Method::Psm } else { Method::Classic };
+            let options = Options { method, horizon, is_brief: false };
             let straight = analyse(&tasks, options);
             let other_tasks: Vec<Task> = shuffled.iter().map(|&task| tasks[task].clone()).collect();
             let other = analyse(&other_tasks, options);
@@ -1019,6 +1038,25 @@ mod tests {
                 parts.iter_mut().for_each(|part| part.task = shuffled[part.task]);
                 parts.sort_unstable_by_key(|part| part.task);
                 prop_assert_eq!(interference(&tasks, options, task, of_straight), parts);
+            }
+        }
+
+        #[test]
+        fn the_order_of_the_tasks_does_not_matter_for_paths(
+            (tasks, shuffled) in any_tasks().prop_flat_map(|tasks| {
+                let order: Vec<usize> = (0..tasks.len()).collect();
+                (Just(tasks), Just(order).prop_shuffle())
+            }),
+            is_brief: bool,
+        ) {
+            let options = Options { method: Method::Best, is_brief, ..PSM };
+            let straight = analyse(&tasks, options);
+            let other_tasks: Vec<Task> = shuffled.iter().map(|&task| tasks[task].clone()).collect();
+            let other = analyse(&other_tasks, options);
+            for (place, &task) in shuffled.iter().enumerate() {
+                let (one, other) = (&straight.responses[task], &other.responses[place]);
+                prop_assert_eq!(bound(one), bound(other));
+                prop_assert_eq!((one.method, one.is_exhausted), (other.method, other.is_exhausted));
             }
         }
 
@@ -1106,7 +1144,7 @@ mod tests {
 
         #[test]
         fn the_story_of_each_method_adds_up(tasks in any_tasks()) {
-            for method in [Method::Ibf, Method::Exact] {
+            for method in [Method::Ibf, Method::Exact, Method::Best] {
                 let options = Options { method, ..PSM };
                 for (index, response) in analyse(&tasks, options).responses.iter().enumerate() {
                     let Some(window) = &response.window else { continue };

@@ -42,7 +42,7 @@ impl Demand {
     pub(crate) fn own(&self, method: Method) -> Option<Time> {
         match (self, method) {
             (Demand::Unknown, _) => None,
-            (Demand::Machine { machine, .. }, Method::Psm | Method::Ibf | Method::Exact) => {
+            (Demand::Machine { machine, .. }, Method::Psm | Method::Ibf | Method::Exact | Method::Best) => {
                 Some(machine.greatest_cost())
             }
             (Demand::Machine { machine, whole }, Method::Classic) => {
@@ -73,6 +73,9 @@ pub enum Method {
     /// The greatest response over all combinations of paths of the interfering machines (Stigge & Yi, 2015). Never greater than
     /// with `Ibf`; where its budget is exhausted, the bound so far.
     Exact,
+    /// The best of these for each task that a small budget allows, which all tasks share: fast enough for every keystroke.
+    /// With few tasks it is `Exact`, with very many `Psm`.
+    Best,
 }
 
 impl fmt::Display for Method {
@@ -82,6 +85,7 @@ impl fmt::Display for Method {
             Method::Psm => "psm",
             Method::Ibf => "ibf",
             Method::Exact => "exact",
+            Method::Best => "best",
         })
     }
 }

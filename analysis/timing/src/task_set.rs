@@ -336,6 +336,9 @@ fn digest_of(document: &Value) -> String {
     format!("{hash:016x}")
 }
 
+/// A task set has no more operations.
+pub const MOST_OPERATIONS: usize = 1 << 16;
+
 /// A task set has no more activities: what they tell of each other grows with the square.
 pub const MOST_ACTIVITIES: usize = 2896;
 
@@ -471,8 +474,8 @@ impl TaskSet {
                 return Err(TaskSetError::RepeatedActivity(name.clone()));
             }
         }
-        if self.operations.len() > MOST_ACTIVITIES {
-            return Err(TaskSetError::TooManyActivities(self.operations.len()));
+        if self.operations.len() > MOST_OPERATIONS {
+            return Err(TaskSetError::TooManyOperations(self.operations.len()));
         }
         for (number, called) in self.operations.iter().enumerate() {
             let check =

@@ -27,11 +27,8 @@ pub fn task_set_of<'db>(
     let levels = levels_of(db, project);
     let system = system_of(db, project, deployment);
     let psms: Vec<Psms<'db>> = levels.iter().map(|&level| psms_of(db, project, system, level)).collect();
-    let served: Vec<Served<'db>> = levels
-        .iter()
-        .zip(&psms)
-        .map(|(&level, psms)| served_in(db, project, system, psms, level, &|_| None))
-        .collect();
+    let served: Vec<Served<'db>> =
+        levels.iter().map(|&level| served_in(db, project, system, level, &|_| None)).collect();
     let activity = |(index, resolved): (usize, &ResolvedActivity<'db>)| {
         let of_operations = served.iter().map(|served| {
             let refusals = served.refusals.get(&index).into_iter().flatten();

@@ -63,7 +63,9 @@ pub use reason::{
     ActivityField, IncompleteTable, NoSuchCpu, PatternError, Prose, Reason, Refusal, Share, StrayEntry,
     TableFault, TableFilesError, TableLevels, Timed, TooLong, UnknownPriority, UnusableTime, WrongProgram,
 };
-pub use report::{ActivityReport, Deadlines, Query, Report, ReportBreakdown, Verdict, level_shown};
+pub use report::{
+    ActivityReport, CallsReport, Deadlines, Query, Report, ReportBreakdown, Verdict, level_shown,
+};
 pub use response::{facts_if, response_times, response_times_if, response_times_of};
 pub use simulated::{EdgeNames, Simulated, simulated, simulated_of};
 pub use system::{Priority, ResolvedActivity, System, field_of, mask, system_of};

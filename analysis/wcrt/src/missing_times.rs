@@ -60,7 +60,7 @@ pub fn budgets<'db>(
             changed.get(&component).or_else(|| Some(psm_of(db, project, component, query.level)))
         });
         let psms: Vec<Executed<'_, 'db>> = psms.collect();
-        let served = served_in(db, project, system, &psms, query.level, &what_if);
+        let served = served_in(db, project, system, query.level, &what_if);
         let set = activity_set(db, project, system, &psms, &served, query.method);
         let analysis = set.response_times(&query.options(true), &|| db.unwind_if_revision_cancelled());
         let responses = set.activities.iter().zip(&analysis.responses);

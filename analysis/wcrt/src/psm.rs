@@ -62,6 +62,20 @@ pub(crate) fn psm_with<'db>(
     level: Level,
     what_if: &dyn Fn(Decl<'db>) -> Option<Time>,
 ) -> Result<Psm<'db>, Vec<Refusal<'db>>> {
+    let behaviour = behaviour_behind(db, project, of)?;
+    let times = times_of(db, project, of);
+    if let Some(unusable) = times.unusable_component(of) {
+        return Err(vec![Refusal::new(Reason::Table(unusable), Location::name_of(of))]);
+    }
+    Evaluator::new(db, of, behaviour, times, level, what_if).psm()
+}
+
+/// Returns what a component executes, without times, or why that is not known.
+fn behaviour_behind<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Result<&'db Behaviour<'db>, Vec<Refusal<'db>>> {
     let refuse = |reason, at| Err(vec![Refusal::new(reason, at)]);
     let at = Location::name_of(of);
     if component(db, of).is_some_and(|data| data.completeness.is_incomplete()) {
@@ -86,26 +100,26 @@ pub(crate) fn psm_with<'db>(
         return refuse(Reason::IncompleteShell { project, shell }, Location::name_of(shell));
     }
     let errors = errors_behind(db, project, of, shell, core);
-    if !errors.is_empty() {
-        return Err(errors);
-    }
-    let times = times_of(db, project, of);
-    if let Some(unusable) = times.unusable_component(of) {
-        return refuse(Reason::Table(unusable), at);
-    }
-    Evaluator::new(db, of, behaviour, times, level, what_if).psm()
+    if errors.is_empty() { Ok(behaviour) } else { Err(errors) }
+}
+
+/// Returns whether the programs of a component are known, and so the calls that they send.
+#[salsa::tracked]
+pub(crate) fn is_readable<'db>(db: &'db dyn ModelDb, project: Project<'db>, component: Decl<'db>) -> bool {
+    behaviour_behind(db, project, component).is_ok()
 }
 
 /// What a component executes for each call of an operation that it provides.
-pub(crate) struct ExecutedOperation {
-    /// The execution time; with the overhead of a job, which a call between two periods has, where it is not 0.
-    pub(crate) time: Time,
+pub(crate) struct ExecutedOperation<'db> {
+    /// The execution time; with the overhead of a job, which a call between two periods has, where it is not 0. Or why it is
+    /// unknown.
+    pub(crate) time: Result<Time, Vec<Refusal<'db>>>,
     /// The greatest number of calls that it sends to each required operation.
     pub(crate) sends: Vec<(Name, u64)>,
 }
 
-/// Returns what a component executes for each call of the operation `name`. `what_if` gives the times of codels that no table
-/// has.
+/// Returns what a component executes for each call of the operation `name`; none if its programs are not known. `what_if`
+/// gives the times of codels that no table has.
 pub(crate) fn operation_with<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -113,22 +127,16 @@ pub(crate) fn operation_with<'db>(
     name: &Name,
     level: Level,
     what_if: &dyn Fn(Decl<'db>) -> Option<Time>,
-) -> Result<ExecutedOperation, Vec<Refusal<'db>>> {
-    let unknown = || {
-        let reason = Reason::UnknownCore { project, component: of };
-        Err(vec![Refusal::new(reason, Location::name_of(of))])
-    };
-    let Some(core) = core_of(db, project, of) else { return unknown() };
-    let behaviour = behaviour_of(db, project, core);
-    if !behaviour.refusals.is_empty() {
-        return Err(behaviour.refusals.iter().take(MOST_REASONS).map(Refusal::of_model).collect());
+) -> Option<ExecutedOperation<'db>> {
+    if !is_readable(db, project, of) {
+        return None;
     }
+    let behaviour = behaviour_of(db, project, core_of(db, project, of)?);
     let is_it = |program: &TimedProgram<'db>| matches!(&program.id, ProgramId::Operation(it) if it == name);
-    let Some(index) = behaviour.operations.iter().position(is_it) else { return unknown() };
+    let index = behaviour.operations.iter().position(is_it)?;
     let times = times_of(db, project, of);
-    let evaluator = Evaluator::new(db, of, behaviour, times, level, what_if);
-    let time = evaluator.operation(index)?;
-    Ok(ExecutedOperation { time, sends: sends_of_operation(behaviour, index) })
+    let time = Evaluator::new(db, of, behaviour, times, level, what_if).operation(index);
+    Some(ExecutedOperation { time, sends: sends_of_operation(behaviour, index) })
 }
 
 /// Returns the errors in the declarations that a component executes: erroneous text may contain a call.

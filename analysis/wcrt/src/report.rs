@@ -32,7 +32,7 @@ impl Query {
     /// Returns the query of the displayed and checked report: the level of [`level_shown`], with the most precise
     /// method.
     pub fn shown<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Query {
-        Query { level: level_shown(db, project.workspace(db)), method: Method::Exact, horizon: None }
+        Query { level: level_shown(db, project.workspace(db)), method: Method::Best, horizon: None }
     }
 }
 
@@ -93,6 +93,8 @@ pub struct ActivityReport<'db> {
     pub window: Option<Window>,
     /// The method that gives the response time, and whether the budget of a better one was exhausted; none without a bound.
     pub method: Option<(Method, bool)>,
+    /// The calls that are counted in each of its jobs, of operations that take time.
+    pub calls: Vec<CallsReport>,
     /// The activities that are counted; none where it is not analysed.
     pub rule: Option<CpuRule>,
     /// The reasons for a missing response time: its own, then those of the deployment.
@@ -158,6 +160,19 @@ impl ReportBreakdown<'_> {
         }
         (parts.into_iter().map(|(_, it)| it).collect(), left)
     }
+}
+
+/// The calls of an operation that each job of an activity executes for a client.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CallsReport {
+    /// The operation.
+    pub operation: Name,
+    /// The instance of the client.
+    pub client: Name,
+    /// The number of calls.
+    pub calls: u64,
+    /// Their execution time.
+    pub time: Time,
 }
 
 /// The result of the analysis of an activity.

@@ -7,7 +7,7 @@ use rustc_hash::FxHashSet;
 use crate::fact::TimingFact;
 use crate::priorities::priority_facts;
 use crate::reason::{Reason, Refusal, Share, UnknownPriority};
-use crate::report::{ActivityReport, Query, Report, Verdict};
+use crate::report::{ActivityReport, CallsReport, Query, Report, Verdict};
 use crate::system::{Priority, read, system_of};
 use crate::task_set::Deployed;
 use crate::what_if::{WhatIfField, with_fields};
@@ -105,6 +105,7 @@ impl<'db> Deployed<'db> {
         report.first_job = response.first_job;
         report.window = response.window.clone();
         report.rule = Some(response.rule);
+        report.calls = self.calls(index, analysis);
         let no_bound = match &response.bound {
             Bound::Response(time) => {
                 report.response = Some(*time);
@@ -125,6 +126,19 @@ impl<'db> Deployed<'db> {
         };
         report.reasons.extend(no_bound.map(|reason| Refusal { reason, at: report.at.clone() }));
         Some(report)
+    }
+
+    /// Returns the calls that each job of an activity executes.
+    fn calls(&self, index: usize, analysis: &SetAnalysis) -> Vec<CallsReport> {
+        let operations = self.set.operations.iter().zip(&self.operations).zip(&analysis.calls);
+        let served = operations.filter(|((operation, _), _)| operation.provider == index);
+        let report = |((operation, name), calls): ((&Operation, &Name), &Option<u64>)| {
+            let calls = (*calls)?;
+            let client = self.reports.get(operation.client)?.instance.clone();
+            let time = operation.time.checked_mul(calls).filter(|time| *time > Time::ZERO)?;
+            Some(CallsReport { operation: name.clone(), client, calls, time })
+        };
+        served.filter_map(report).collect()
     }
 
     /// Returns the operations that an activity executes an unknown number of times, as reasons.

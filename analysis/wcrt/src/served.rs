@@ -7,7 +7,7 @@
 use mauve_timing::{Level, Operation, Time};
 use rustc_hash::FxHashMap;
 
-use crate::psm::{Executed, operation_with};
+use crate::psm::{is_readable, operation_with};
 use crate::reason::{Reason, Refusal};
 use crate::sends::sends_of;
 use crate::system::{Connected, Priority, System};
@@ -25,6 +25,29 @@ pub(crate) struct Served<'db> {
     pub(crate) refusals: FxHashMap<usize, Vec<Refusal<'db>>>,
 }
 
+/// Calls that are sent over a connection.
+struct Sent<'a> {
+    connected: &'a Connected,
+    /// The greatest number that one job of the client sends; `during` an operation, that one execution of it sends. `None` if it
+    /// is unknown.
+    sends: Option<u64>,
+    /// The operation that sends them, as an index into [`Served::operations`]; none for a job, and if the number is unknown.
+    during: Option<usize>,
+    /// The operations whose execution leads to these calls: the provider, and the name.
+    chain: Vec<(usize, Name)>,
+}
+
+impl<'db> Served<'db> {
+    fn refuse(&mut self, system: &System<'db>, provider: usize, reason: Reason<'db>) {
+        let Some(at) = system.activities.get(provider).map(|it| it.at.clone()) else { return };
+        let refusal = Refusal::new(reason, at);
+        let known = self.refusals.entry(provider).or_default();
+        if !known.contains(&refusal) {
+            known.push(refusal);
+        }
+    }
+}
+
 /// The maximum number of operations, counted for each chain of calls by which one is executed.
 const MOST_OPERATIONS: usize = 4096;
 
@@ -33,7 +56,6 @@ pub(crate) fn served_in<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     system: &System<'db>,
-    psms: &[Executed<'_, 'db>],
     level: Level,
     what_if: &dyn Fn(Decl<'db>) -> Option<Time>,
 ) -> Served<'db> {
@@ -45,88 +67,82 @@ pub(crate) fn served_in<'db>(
     for connected in &system.connected {
         by_client.entry(connected.client).or_default().push(connected);
     }
-    // The calls that are sent: by which connection, how many, and during which operation.
-    let mut open: Vec<(&Connected, u64, Option<usize>)> = Vec::new();
+    // The calls that are sent; those of every client first, in the order of the connections.
+    let mut open: Vec<Sent<'_>> = Vec::new();
     for connected in system.connected.iter().rev() {
-        let sends = system.activities.get(connected.client).and_then(|client| {
-            let is_known = psms.get(connected.client).copied().flatten().is_some_and(Result::is_ok);
-            // What is sent in the background has no period: any number of calls.
-            let component =
-                client.component.filter(|_| is_known || client.priority == Priority::Background)?;
-            sends_of(db, project, component).get(&connected.required).copied().or(Some(0))
-        });
-        match sends {
-            Some(0) => {}
-            Some(sends) => open.push((connected, sends, None)),
-            None => open.push((connected, u64::MAX, None)),
+        let component = system.activities.get(connected.client).and_then(|client| client.component);
+        // In the background too: there, it only has no period.
+        let component = component.filter(|&component| *is_readable(db, project, component));
+        let sends =
+            component.map(|it| sends_of(db, project, it).get(&connected.required).copied().unwrap_or(0));
+        if sends != Some(0) {
+            open.push(Sent { connected, sends, during: None, chain: Vec::new() });
         }
     }
-    let mut chains: Vec<Vec<(usize, Name)>> = Vec::new();
-    while let Some((connected, sends, during)) = open.pop() {
+    let mut visited = 0;
+    while let Some(Sent { connected, sends, during, mut chain }) = open.pop() {
+        visited += 1;
+        if visited > MOST_OPERATIONS {
+            for connected in &system.connected {
+                found.refuse(system, connected.provider, Reason::ManyOperations);
+            }
+            return found;
+        }
         let Some(provider) = system.activities.get(connected.provider) else { continue };
-        let (Some(client), Some(component)) = (system.activities.get(connected.client), provider.component)
-        else {
-            continue;
-        };
-        // In the background, it delays nobody; but what it sends may.
-        let executed = match operation_with(db, project, component, &connected.operation, level, what_if) {
-            Ok(executed) => executed,
-            Err(refusals) => {
-                found.refusals.entry(connected.provider).or_default().extend(refusals);
-                continue;
-            }
-        };
-        let sent: Vec<(&Connected, u64)> = executed
-            .sends
-            .iter()
-            .flat_map(|(required, sends)| {
-                let of_provider = by_client.get(&connected.provider).into_iter().flatten();
-                of_provider.filter(move |it| it.required == *required).map(move |it| (*it, *sends))
-            })
-            .collect();
-        if executed.time == Time::ZERO && sent.is_empty() {
-            continue;
-        }
-        let mut chain = during.and_then(|during| chains.get(during)).cloned().unwrap_or_default();
-        let link = (connected.provider, connected.operation.clone());
-        let is_ring = chain.contains(&link);
-        chain.push(link);
-        let operation = || connected.operation.clone();
-        let reason = if is_ring {
-            Some(Reason::OperationRing(operation()))
-        } else if chains.len() >= MOST_OPERATIONS {
-            Some(Reason::ManyOperations)
-        } else if sends == u64::MAX {
-            Some(Reason::UnknownCalls { operation: operation(), client: client.instance.clone() })
-        } else if client.priority == Priority::Background || client.period.is_none() {
-            Some(Reason::ClientWithoutPeriod { operation: operation(), client: client.instance.clone() })
-        } else {
-            None
-        };
-        if let Some(reason) = reason {
-            // All that take part: each of them may be called without end.
-            let refused = if is_ring { chain } else { vec![(connected.provider, operation())] };
-            for (provider, _) in refused {
-                let Some(at) = system.activities.get(provider).map(|it| it.at.clone()) else { continue };
-                let refusal = Refusal::new(reason.clone(), at);
-                let known = found.refusals.entry(provider).or_default();
-                if !known.contains(&refusal) {
-                    known.push(refusal);
-                }
-            }
-            continue;
-        }
-        let index = chains.len();
-        chains.push(chain);
-        found.connections.push(connected.clone());
-        found.operations.push(Operation {
-            provider: connected.provider,
-            client: connected.client,
-            sends,
-            time: executed.time,
-            during,
+        let Some(client) = system.activities.get(connected.client) else { continue };
+        let operation = connected.operation.clone();
+        let executed = provider
+            .component
+            .and_then(|component| operation_with(db, project, component, &operation, level, what_if));
+        // The provider is refused for the same reason, and what it sends is unknown.
+        let Some(executed) = executed else { continue };
+        let of_provider = by_client.get(&connected.provider).map_or(&[] as &[_], Vec::as_slice);
+        let sent = executed.sends.iter().flat_map(|(required, sends)| {
+            of_provider.iter().filter(move |it| it.required == *required).map(move |it| (*it, *sends))
         });
-        open.extend(sent.into_iter().map(|(connected, sends)| (connected, sends, Some(index))));
+        let sent: Vec<(&Connected, u64)> = sent.collect();
+        if executed.time == Ok(Time::ZERO) && sent.is_empty() {
+            continue;
+        }
+        let link = (connected.provider, operation.clone());
+        if chain.contains(&link) {
+            // All that take part: each of them may be called without end.
+            for (provider, _) in chain {
+                found.refuse(system, provider, Reason::OperationRing(operation.clone()));
+            }
+            continue;
+        }
+        chain.push(link);
+        let sends = match (sends, executed.time) {
+            (None, _) => {
+                let client = client.instance.clone();
+                found.refuse(system, connected.provider, Reason::UnknownCalls { operation, client });
+                None
+            }
+            _ if client.priority == Priority::Background || client.period.is_none() => {
+                let client = client.instance.clone();
+                found.refuse(system, connected.provider, Reason::ClientWithoutPeriod { operation, client });
+                None
+            }
+            (Some(_), Err(refusals)) => {
+                found.refusals.entry(connected.provider).or_default().extend(refusals);
+                None
+            }
+            (Some(sends), Ok(time)) => Some((sends, time)),
+        };
+        let index = sends.map(|(sends, time)| {
+            found.connections.push(connected.clone());
+            let (provider, client) = (connected.provider, connected.client);
+            found.operations.push(Operation { provider, client, sends, time, during });
+            found.operations.len() - 1
+        });
+        // What an unknown number of executions sends is unknown.
+        open.extend(sent.into_iter().map(|(connected, sends)| Sent {
+            connected,
+            sends: index.map(|_| sends),
+            during: index,
+            chain: chain.clone(),
+        }));
     }
     found
 }

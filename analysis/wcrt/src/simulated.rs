@@ -64,7 +64,7 @@ pub fn simulated<'db>(
 ) -> Simulated {
     let system = system_of(db, project, deployment);
     let psms = psms_of(db, project, system, level);
-    let served = served_in(db, project, system, &psms, level, &|_| None);
+    let served = served_in(db, project, system, level, &|_| None);
     let set = activity_set(db, project, system, &psms, &served, Method::Psm);
     let machines = psms.into_iter().map(|psm| psm?.as_ref().ok().map(Machine::new));
     Simulated { set, machines: machines.collect() }

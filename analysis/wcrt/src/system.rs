@@ -441,6 +441,7 @@ impl<'db> Reader<'db> {
         if let Some((offset, period)) = found.offset.zip(found.period)
             && offset >= period
         {
+            found.offset = None;
             let at = self.at(written.value_id);
             found.refuse(Reason::UnusableField(ActivityField::Offset), at.clone());
             self.report(at, TimingFactKind::InvalidField(ActivityField::Offset, Expected::Below(period)));

@@ -29,7 +29,7 @@ impl<'db> Deployed<'db> {
         query: Query,
     ) -> Deployed<'db> {
         let psms = psms_of(db, project, system, query.level);
-        let served = served_in(db, project, system, &psms, query.level, &|_| None);
+        let served = served_in(db, project, system, query.level, &|_| None);
         let set = activity_set(db, project, system, &psms, &served, query.method);
         let activities = set.activities.iter().zip(&system.activities).zip(&psms).enumerate();
         let reports = activities.map(|(index, ((activity, resolved), psm))| ActivityReport {

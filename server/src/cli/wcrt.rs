@@ -11,7 +11,7 @@ use mauve_diagnostics::{
 };
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Database, Decl, Location, Project, Workspace};
-use mauve_ide::{explain_response, explain_response_of};
+use mauve_ide::{counted_cpus, explain_response, explain_response_of};
 use mauve_timing::task_set::{Exported, Parsed, TaskSet};
 use mauve_timing::{Level, Rounding, Status, Time};
 use mauve_wcrt::{
@@ -41,8 +41,8 @@ pub(crate) struct Wcrt {
     /// Significance levels, separated by commas, or `all`; by default that of mauve.toml, else 1e-4.
     #[arg(long, value_name = "LEVELS")]
     significance: Option<Significance>,
-    /// How the interference is bounded: by default, by the best method that the budget allows for each activity.
-    #[arg(long, value_enum, default_value = "exact")]
+    /// How the interference is bounded.
+    #[arg(long, value_enum, default_value = "best")]
     method: Method,
     /// UNSAFE: let traces end at this time, such as 1000ms, in the first job's figure. Only to compare with the
     /// published tables; verdicts never depend on it.
@@ -338,6 +338,8 @@ fn notes<'db>(it: &Deployed<'db>) -> Vec<String> {
                 found.push(format!("{}: {}", activity.instance, reasons.join("; ")));
             }
         }
+        let counted = report.activities.iter().filter_map(|it| Some((it, counted_cpus(report, it)?)));
+        found.extend(counted.map(|(it, counted)| format!("{}: analysed {counted}", it.instance)));
         let assumed = report.activities.iter().filter(|activity| !activity.assumed.is_empty());
         found.extend(assumed.map(|it| format!("{}: {}", it.instance, assumptions(&it.assumed))));
         for note in found {

@@ -30,6 +30,8 @@ pub enum TaskSetError {
     NoCpu,
     /// There are so many activities, more than [`MOST_ACTIVITIES`](super::MOST_ACTIVITIES).
     TooManyActivities(usize),
+    /// There are so many operations, more than [`MOST_OPERATIONS`](super::MOST_OPERATIONS).
+    TooManyOperations(usize),
     /// Two activities have this name.
     RepeatedActivity(String),
     /// The activity of this name has an error.

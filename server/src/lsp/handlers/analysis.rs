@@ -51,6 +51,7 @@ enum AskedMethod {
     Psm,
     Ibf,
     Exact,
+    Best,
 }
 
 /// Returns the requested response times.
@@ -74,7 +75,8 @@ pub(crate) fn analysis(snapshot: &Snapshot, params: &AnalysisParams) -> Result<V
         Some(AskedMethod::Classic) => Method::Classic,
         Some(AskedMethod::Psm) => Method::Psm,
         Some(AskedMethod::Ibf) => Method::Ibf,
-        Some(AskedMethod::Exact) | None => Method::Exact,
+        Some(AskedMethod::Exact) => Method::Exact,
+        Some(AskedMethod::Best) | None => Method::Best,
     };
     let file = params.text_document.as_ref().map(|document| snapshot.file(document)).transpose()?;
     let found = deployments(db, &snapshot.workspaces, params.deployment.as_deref());
