@@ -12,6 +12,7 @@ mod fixes;
 #[cfg(unix)]
 mod hostile;
 mod robot;
+mod samples;
 mod simulate;
 mod task_sets;
 

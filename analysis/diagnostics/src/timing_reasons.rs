@@ -1,6 +1,6 @@
 //! The messages of the reasons why a system is not analysed, or an activity has no response time.
 
-use mauve_timing::{Level, MachineError, NoBoundReason};
+use mauve_timing::{CpuLoad, Level, MachineError, NoBoundReason};
 
 use super::configuration::mistake;
 use super::reasons;
@@ -129,6 +129,15 @@ pub(super) fn percent(Share(share): Share) -> String {
     match (100.0..100.05).contains(&percent) {
         true => "more than 100 %".to_owned(),
         false => format!("{percent:.1} %"),
+    }
+}
+
+/// Returns the utilisation of a CPU: `62.0 %`. That of several CPUs together: `131.0 % of 200 %`.
+pub fn utilisation(load: &CpuLoad) -> String {
+    let percent = format!("{:.1} %", load.utilisation.as_f64() * 100.0);
+    match load.mask.count_ones() {
+        0 | 1 => percent,
+        cpus => format!("{percent} of {cpus}00 %"),
     }
 }
 

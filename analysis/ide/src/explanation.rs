@@ -158,7 +158,12 @@ fn why_not_analysed<'db>(
 pub fn counted_cpus(report: &Report<'_>, activity: &ActivityReport<'_>) -> Option<String> {
     let several = |it: &ActivityReport<'_>, mask: u64| {
         let may_leave = it.cpus.is_some_and(|cpus| cpus & mask != 0 && cpus.count_ones() > 1);
-        it.verdict != Verdict::Background && may_leave
+        let is_counted = match (it.priority, activity.priority) {
+            (Priority::RealTime(other), Priority::RealTime(own)) => other >= own,
+            (Priority::Background, _) => false,
+            (Priority::Unknown, _) | (Priority::RealTime(_), _) => true,
+        };
+        is_counted && may_leave
     };
     match activity.rule? {
         rule @ CpuRule::Cpu(_) if report.activities.iter().any(|it| several(it, rule.mask())) => {

@@ -9,7 +9,7 @@ pub(crate) use programs::components_of;
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
-use mauve_diagnostics::{cpu_names, timing_reason};
+use mauve_diagnostics::{cpu_names, timing_reason, utilisation};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{
     Decl, File, Location, ModelDb, Project, Workspace, config_of, declarations, is_model, parse, source_map,
@@ -291,7 +291,7 @@ fn loads(report: &Report<'_>) -> Vec<String> {
     let load = |cpu: &CpuLoad| {
         // Activities that are not analysed are not included.
         let at_least = if cpu.complete { "" } else { "≥ " };
-        format!("{} {at_least}{:.1} %", cpu_names(cpu.mask), cpu.utilisation.as_f64() * 100.0)
+        format!("{} {at_least}{}", cpu_names(cpu.mask), utilisation(cpu))
     };
     report.cpus.iter().map(load).collect()
 }

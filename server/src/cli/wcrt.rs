@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use mauve_diagnostics::{
     cpu_names, errors_of_text, reasons_of, task_set_error_message, time_error_message, timing_reason,
+    utilisation,
 };
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Database, Decl, Location, Project, Workspace};
@@ -441,12 +442,12 @@ fn several_levels(reports: &[(Query, &Report<'_>)]) -> String {
 
 /// `CPU 1 utilisation: 99.7 % · CPU 2: 78.9 %`
 fn utilisations(report: &Report<'_>) -> String {
-    let utilisation = |(index, cpu): (usize, &mauve_timing::CpuLoad)| {
+    let of_cpu = |(index, cpu): (usize, &mauve_timing::CpuLoad)| {
         let what = if index == 0 { " utilisation" } else { "" };
         let at_least = if cpu.complete { "" } else { "at least " };
-        format!("{}{what}: {at_least}{:.1} %", cpu_names(cpu.mask), cpu.utilisation.as_f64() * 100.0)
+        format!("{}{what}: {at_least}{}", cpu_names(cpu.mask), utilisation(cpu))
     };
-    let all: Vec<String> = report.cpus.iter().enumerate().map(utilisation).collect();
+    let all: Vec<String> = report.cpus.iter().enumerate().map(of_cpu).collect();
     if all.is_empty() { String::new() } else { format!("  {}\n", all.join(" · ")) }
 }
 

@@ -1,7 +1,7 @@
 //! The affinity and the priority of an activity in words: the CPUs of the mask and their utilisation, and the activities of a
 //! higher or equal priority.
 
-use mauve_diagnostics::cpu_names;
+use mauve_diagnostics::{cpu_names, utilisation};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, File, ModelDb, Project, declaration_at, parse};
 use mauve_syntax::ast::{self, AstNode as _};
@@ -64,7 +64,7 @@ fn affinity<'db>(
     // CPUs that activities use alternatively have one utilisation.
     let used = known.iter().filter(|cpu| cpu.mask & mask != 0).map(|cpu| {
         let least = if cpu.complete { "" } else { "at least " };
-        format!("{} {least}{:.1} %", cpu_names(cpu.mask), cpu.utilisation.as_f64() * 100.0)
+        format!("{} {least}{}", cpu_names(cpu.mask), utilisation(cpu))
     });
     let used: Vec<String> = used.collect();
     let used = if used.is_empty() { "unknown".to_owned() } else { used.join(", ") };
@@ -152,7 +152,7 @@ platform.cpus = 4
                 ---
                 `affinity`: The CPUs on which the activity may run, as a bit mask: 1 is CPU 1, 2 is CPU 2, 3 is both, 4 is CPU 3. With 0, or without affinity: any CPU.
 
-                CPU 1 (mask 1). Utilisation: CPUs 1 and 3 40.0 %.
+                CPU 1 (mask 1). Utilisation: CPUs 1 and 3 40.0 % of 200 %.
             "#]],
         );
         check(
@@ -160,7 +160,7 @@ platform.cpus = 4
             expect![[r#"
                 affinity = 5
                 ---
-                CPUs 1 and 3 (mask 5 = 1 + 4). Utilisation: CPUs 1 and 3 40.0 %.
+                CPUs 1 and 3 (mask 5 = 1 + 4). Utilisation: CPUs 1 and 3 40.0 % of 200 %.
             "#]],
         );
     }
