@@ -150,10 +150,10 @@ impl<'a> Member<'a> {
         horizon: Option<Time>,
     ) -> Result<Contribution, NoBoundReason> {
         let jobs = self.jobs_released(window, horizon)?;
-        // The nominal release of the last job, counted from J before the window; at least one is released.
+        // The nominal release of the last job, counted from J before the window. The jobs have at least t + J together.
         let before = jobs.saturating_sub(1).saturating_mul(self.period);
         let window_at = |since_release: u64| before.saturating_add(since_release) - self.jitter;
-        let next_release = window_at(self.period.max(self.jitter.saturating_sub(before)));
+        let next_release = window_at(self.period);
         if method != Method::Ibf {
             let time = self.demand(jobs)?;
             return Ok(Contribution { jobs, time, holds_until: next_release, rises_until: 0 });
