@@ -2,7 +2,7 @@
 //! grow with the square of their number.
 
 use crate::lane::{Lane, Member, Members};
-use crate::response_time::{lane_count, members};
+use crate::response_time::{members, members_of_all};
 use crate::{CpuRule, Interference, Method, Options, Task, Time, Window};
 
 /// Lists the interference of tasks.
@@ -97,13 +97,13 @@ impl<'a> Breakdown<'a> {
 
     /// Searches the combination of paths again.
     fn by_paths(&mut self, of: usize, rule: CpuRule, places: &[usize]) -> Vec<Interference> {
-        let lanes = lane_count(self.tasks, &self.members);
+        let members_of_all = members_of_all(self.tasks, &self.members);
         let lane = Lane {
             rule,
             members: Members { all: &mut self.members, places },
             options: self.options,
             interrupt: self.interrupt,
-            lanes,
+            members_of_all,
             lists_interference: true,
         };
         let found = lane.analyse(|member| member.index == of);

@@ -14,12 +14,12 @@ use crate::{
 /// The budget of one task, in members of hp(i) that are visited.
 const BUDGET: u64 = 1 << 23;
 
-/// The budget of all tasks of a lane, shared equally, so that the order of the tasks does not matter.
-const BUDGET_OF_LANE: u64 = 1 << 28;
+/// The budget of all tasks, shared equally, so that their order does not matter.
+const BUDGET_OF_ALL: u64 = 1 << 28;
 
-const BRIEF_BUDGET_OF_LANE: u64 = 1 << 17;
+const BRIEF_BUDGET_OF_ALL: u64 = 1 << 17;
 
-/// The budget of all tasks of a lane for [`Method::Exact`], shared equally, in visited members and values of request functions:
+/// The budget of all tasks for [`Method::Exact`], shared equally, in visited members and values of request functions:
 /// about 0.5 s.
 const BUDGET_OF_PATHS: u64 = 1 << 28;
 
@@ -31,8 +31,8 @@ const MOST_FOR_PATHS: u64 = 1 << 16;
 
 const BRIEF_FOR_PATHS: u64 = 1 << 10;
 
-/// The maximum number of tasks of a lane for which [`Method::Best`] is better than [`Method::Psm`].
-const MOST_TIGHTENED: u64 = 128;
+/// The maximum number of members of all lanes for which [`Method::Best`] is better than [`Method::Psm`].
+const MOST_TIGHTENED: u64 = 256;
 
 /// The minimum number of passes over all members for each task.
 const FEWEST_PASSES: u64 = 16;
@@ -328,8 +328,8 @@ pub(crate) struct Lane<'l, 'a> {
     pub(crate) members: Members<'l, 'a>,
     pub(crate) options: &'a Options,
     pub(crate) interrupt: &'a dyn Fn(),
-    /// The number of lanes that share the budget.
-    pub(crate) lanes: u64,
+    /// The number of members of all lanes, which share the budgets.
+    pub(crate) members_of_all: u64,
     /// Whether to list the interference in windows of [`Method::Exact`].
     pub(crate) lists_interference: bool,
 }
@@ -375,7 +375,7 @@ impl<'a> Lane<'_, 'a> {
             found[place] = Some(of_place);
             length
         });
-        let count = self.members.len() as u64;
+        let count = self.members_of_all;
         let (is_tightened, paths) = match self.options.method {
             Method::Classic | Method::Psm => (false, None),
             Method::Ibf => (true, None),
@@ -487,8 +487,8 @@ impl<'a> Lane<'_, 'a> {
 
     fn budget(&self) -> u64 {
         let members = (self.members.len() as u64).max(1);
-        let of_lane = if self.options.is_brief { BRIEF_BUDGET_OF_LANE } else { BUDGET_OF_LANE };
-        (of_lane / self.lanes.max(1) / members).max(FEWEST_PASSES * members).min(BUDGET)
+        let of_all = if self.options.is_brief { BRIEF_BUDGET_OF_ALL } else { BUDGET_OF_ALL };
+        (of_all / self.members_of_all.max(members)).max(FEWEST_PASSES * members).min(BUDGET)
     }
 
     /// Returns the response of the member at `place` by the demand of n jobs, starting from `counts` of hp(i) below its fixed

@@ -64,7 +64,7 @@ pub fn response_times(tasks: &[Task], options: &Options, interrupt: &dyn Fn()) -
             members: Members { all: &mut members, places: &plan.members },
             options,
             interrupt,
-            lanes: plans.len() as u64,
+            members_of_all: member_count(&plans),
             lists_interference: false,
         };
         for found in lane.analyse(|member| plan.wants(tasks, &linked, member.index)) {
@@ -99,10 +99,14 @@ pub(crate) fn members<'a>(tasks: &'a [Task], options: &Options, interrupt: &'a d
     known.filter_map(|(index, task)| Member::new(index, task, options.method, interrupt)).collect()
 }
 
-/// Returns the number of lanes that share a budget.
-pub(crate) fn lane_count(tasks: &[Task], members: &[Member<'_>]) -> u64 {
+/// Returns the number of members of all lanes, which share the budgets.
+pub(crate) fn members_of_all(tasks: &[Task], members: &[Member<'_>]) -> u64 {
     let unknown: Vec<usize> = (0..tasks.len()).filter(|&task| !tasks[task].is_known()).collect();
-    plans(tasks, members, &unknown, &linked_cpus(tasks)).len() as u64
+    member_count(&plans(tasks, members, &unknown, &linked_cpus(tasks)))
+}
+
+fn member_count(plans: &[Plan]) -> u64 {
+    plans.iter().map(|plan| plan.members.len() as u64).sum()
 }
 
 /// Returns, for each task that is analysed on linked CPUs, these: those that tasks of higher or equal priority link to its own,
