@@ -86,6 +86,50 @@ fn jobs_wanted() -> u64 {
 
 #[test]
 fn no_response_exceeds_its_bound() {
+    compare("one CPU", &|systems| {
+        let percent = systems.from(30, 90);
+        systems.set(1, percent)
+    });
+}
+
+#[test]
+fn no_response_on_several_cpus_exceeds_its_bound() {
+    compare("several CPUs, jitter", &|systems| {
+        let (cpus, percent) = (systems.from(2, 3), systems.from(20, 60));
+        let mut set = systems.set(cpus, percent);
+        for activity in &mut set.activities {
+            let period = activity.period.unwrap().as_nanos();
+            if systems.from(0, 2) == 0 {
+                activity.jitter = Time::from_nanos(systems.from(0, 2 * period));
+            }
+        }
+        set
+    });
+}
+
+#[test]
+fn no_response_with_operations_exceeds_its_bound() {
+    compare("operations", &|systems| {
+        let (cpus, percent) = (systems.from(1, 2), systems.from(10, 40));
+        let mut set = systems.set(cpus, percent);
+        let last = set.activities.len() as u64 - 1;
+        for number in 0..3 {
+            let (provider, client) = (systems.from(0, last) as usize, systems.from(0, last) as usize);
+            // The last one is sent while the first one is executed.
+            let during = (number == 2).then_some(0);
+            let client = during.map_or(client, |first: usize| {
+                let earlier: &Vec<Operation> = &set.operations;
+                earlier[first].provider
+            });
+            let (sends, time) = (systems.from(0, 2), Time::from_nanos(systems.from(0, 3)));
+            set.operations.push(Operation { provider, client, sends, time, during });
+        }
+        set
+    });
+}
+
+/// Compares the responses of random systems with their bounds.
+fn compare(what: &str, system: &dyn Fn(&mut Systems) -> ActivitySet) {
     let methods = [Method::Classic, Method::Psm, Method::Ibf, Method::Exact];
     // The greatest ratio of a response to its bound, and the number of compared activities, by method.
     let mut greatest = [(0.0_f64, 0_u64, 0_u64); 4];
@@ -94,14 +138,14 @@ fn no_response_exceeds_its_bound() {
     let mut simulating = std::time::Duration::ZERO;
     while jobs < wanted {
         seed += 1;
-        let percent = systems.from(30, 90);
-        let set = systems.set(1, percent);
+        let set = system(&mut systems);
         let bounds = methods.map(|method| {
             set.response_times(&Options { method, horizon: None, is_brief: false }, &|| ()).responses
         });
         for _ in 0..5 {
             let mut options = systems.options(2_000);
             options.keeps_schedule = false;
+            options.calls = [Calls::AtJobs, Calls::BetweenJobs][systems.from(0, 1) as usize];
             let start = Instant::now();
             let schedule = set.simulate(&options, &|| ());
             simulating += start.elapsed();
@@ -128,12 +172,12 @@ fn no_response_exceeds_its_bound() {
         }
     }
     println!(
-        "{jobs} jobs of {seed} systems, {:.1} million jobs/s",
+        "{what}: {jobs} jobs of {seed} systems, {:.1} million jobs/s",
         jobs as f64 / simulating.as_secs_f64() / 1e6
     );
     for (method, (ratio, compared, reached)) in methods.iter().zip(greatest) {
         println!(
-            "{method}: greatest ratio {ratio:.4}; {compared} responses compared, {reached} equal to their bound"
+            "{what}, {method}: greatest ratio {ratio:.4}; {compared} responses compared, {reached} equal to their bound"
         );
         // Otherwise nothing was compared, or every bound is too long.
         assert!(ratio > 0.99 && compared > 1000, "{method}");
