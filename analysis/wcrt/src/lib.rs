@@ -19,6 +19,7 @@
 //! | `simulated.rs` | a deployment for simulations, with the names of what its jobs execute |
 //! | `timing_facts.rs` | missed deadlines, overloaded CPUs |
 //! | `missing_times.rs` | codels without a time, with the time that each may take |
+//! | `bisection.rs` | searches for the value with which the first deadline is missed: variants, budget, bisection |
 //! | `priorities.rs` | what may be wrong with the order of priorities |
 //! | `what_if.rs` | a deployment with other values in its activities |
 //! | `new_activity.rs` | values for an activity that is missing |
@@ -32,6 +33,7 @@
 //! This crate knows no prose, no editor and no file system.
 
 pub mod better_timing;
+mod bisection;
 mod exported;
 mod fact;
 mod missing_times;

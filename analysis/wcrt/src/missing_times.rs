@@ -1,18 +1,15 @@
 //! Codels without a time, once for a project, and the time that each may take.
 
-use std::cell::Cell;
-
 use mauve_timing::{Status, Time};
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use crate::bisection::{Boundary, Variants, statuses};
 use crate::fact::{Budget, MissingTime, TimingFact, TimingFactKind};
-use crate::psm::{Executed, Psm, psm_of, psm_with};
-use crate::reason::{Reason, Refusal, Timed, UnusableTime};
+use crate::psm::psm_of;
+use crate::reason::{Reason, Timed, UnusableTime};
 use crate::report::{Query, Verdict};
 use crate::response::response_times;
-use crate::served::served_in;
 use crate::system::{ResolvedActivity, System, system_of};
-use crate::task_set::activity_set;
 use crate::timetable::{incomplete_tables, timetable_of};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, Location, ModelDb, Project, config_file, config_of, names_of};
@@ -44,56 +41,40 @@ pub fn budgets<'db>(
         .filter_map(ResolvedActivity::executed)
         .filter(|&component| psm_of(db, project, component, query.level).is_err())
         .collect();
-    let left = Cell::new(MOST_ANALYSED / system.activities.len().max(1));
-    // Whether every deadline is proved where `codel` takes `time`: `None` where that is unknown.
-    let holds = |codel: Decl<'db>, time: Time| -> Option<bool> {
-        left.set(left.get().checked_sub(1)?);
-        let what_if = |of: Decl<'db>| {
-            let is_missing = missing.iter().any(|it| it.codel == of);
-            is_missing.then_some(if of == codel { time } else { Time::ZERO })
+    let variants = Variants::new(db, project, deployment, query, MOST_ANALYSED);
+    // Whether every deadline is proved where `codel` takes `time`; the outer `None` where no steps are left, the inner one where
+    // the deployment is not analysed for another reason too.
+    let holds = |codel: Decl<'db>, time: Time| -> Option<Option<bool>> {
+        let what_if = |of: &Timed<'db>| {
+            let is_missing = missing.iter().any(|it| *of == Timed::Codel(it.codel));
+            is_missing.then_some(if *of == Timed::Codel(codel) { time } else { Time::ZERO })
         };
-        let psm = |&component| (component, psm_with(db, project, component, query.level, &what_if));
-        let changed: FxHashMap<Decl<'db>, Result<Psm<'db>, Vec<Refusal<'db>>>> =
-            untimed.iter().map(psm).collect();
-        let psms = system.activities.iter().map(|activity| {
-            let component = activity.executed()?;
-            changed.get(&component).or_else(|| Some(psm_of(db, project, component, query.level)))
-        });
-        let psms: Vec<Executed<'_, 'db>> = psms.collect();
-        let served = served_in(db, project, system, query.level, &what_if);
-        let set = activity_set(db, project, system, &psms, &served, query.method);
-        let analysis = set.response_times(&query.options(true), &|| db.unwind_if_revision_cancelled());
-        let responses = set.activities.iter().zip(&analysis.responses);
-        let statuses: Vec<Status> = responses
-            .filter_map(|(it, response)| Some(response.as_ref()?.status(it.deadline.unwrap_or_default())))
-            .collect();
-        match statuses.contains(&Status::Missed) || statuses.contains(&Status::Unbounded) {
+        let set = variants.with_times(&untimed, &what_if);
+        let statuses: Vec<Status> =
+            statuses(&set, &variants.analysed(&set, true)?).into_iter().flatten().collect();
+        Some(match statuses.contains(&Status::Missed) || statuses.contains(&Status::Unbounded) {
             _ if statuses.contains(&Status::NotAnalysed) => None,
             true => Some(false),
             // A search that was given up proves neither.
             false => (!statuses.contains(&Status::NoBound)).then_some(true),
-        }
+        })
     };
     let longest = system.activities.iter().filter_map(|it| it.deadline).max().unwrap_or_default();
     let mut budgets = Vec::new();
     for &MissingTime { codel, .. } in &missing {
-        let time = match holds(codel, Time::ZERO) {
+        let time = match holds(codel, Time::ZERO).flatten() {
             // The deployment is not analysed for another reason too.
             None => continue,
             Some(false) => None,
             Some(true) => {
-                // The analysis is monotone in every time: bisect between what holds and what cannot.
-                let (mut good, mut bad) = (0, longest.as_nanos().saturating_add(1));
-                while bad - good > 1 {
-                    let middle = good + (bad - good) / 2;
-                    match holds(codel, Time::from_nanos(middle)) {
-                        Some(true) => good = middle,
-                        // No steps are left: nothing is claimed.
-                        None if left.get() == 0 => return budgets,
-                        Some(false) | None => bad = middle,
-                    }
+                // The analysis is monotone in every time.
+                let found = Boundary::between(0, longest.as_nanos().saturating_add(1), |time| {
+                    Some(holds(codel, time)?.unwrap_or(false))
+                });
+                if !found.is_complete() {
+                    return budgets;
                 }
-                Some(Time::from_nanos(good))
+                Some(Time::from_nanos(found.good))
             }
         };
         budgets.push(Budget { codel, time, alone: missing.len() == 1 });

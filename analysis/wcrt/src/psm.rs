@@ -54,13 +54,16 @@ pub fn psm_of<'db>(
     psm_with(db, project, component, level, &|_| None)
 }
 
-/// [`psm_of`], where `what_if` gives the times of codels that no table has.
+/// The times of codels and programs that replace those of the tables; `None` where the tables count.
+pub(crate) type OtherTimes<'a, 'db> = &'a dyn Fn(&Timed<'db>) -> Option<Time>;
+
+/// [`psm_of`], where `what_if` replaces times of the tables.
 pub(crate) fn psm_with<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
     level: Level,
-    what_if: &dyn Fn(Decl<'db>) -> Option<Time>,
+    what_if: OtherTimes<'_, 'db>,
 ) -> Result<Psm<'db>, Vec<Refusal<'db>>> {
     let behaviour = behaviour_behind(db, project, of)?;
     let times = times_of(db, project, of);
@@ -119,14 +122,14 @@ pub(crate) struct ExecutedOperation<'db> {
 }
 
 /// Returns what a component executes for each call of the operation `name`; none if its programs are not known. `what_if`
-/// gives the times of codels that no table has.
+/// replaces times of the tables.
 pub(crate) fn operation_with<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
     name: &Name,
     level: Level,
-    what_if: &dyn Fn(Decl<'db>) -> Option<Time>,
+    what_if: OtherTimes<'_, 'db>,
 ) -> Option<ExecutedOperation<'db>> {
     if !is_readable(db, project, of) {
         return None;
@@ -164,7 +167,7 @@ struct Evaluator<'a, 'db> {
     behaviour: &'db Behaviour<'db>,
     times: &'db Timetable<'db>,
     level: Level,
-    what_if: &'a dyn Fn(Decl<'db>) -> Option<Time>,
+    what_if: OtherTimes<'a, 'db>,
     operations: Vec<Option<Time>>,
     /// The times of the codels so far.
     codels: FxHashMap<Decl<'db>, Option<Time>>,
@@ -180,7 +183,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         behaviour: &'db Behaviour<'db>,
         times: &'db Timetable<'db>,
         level: Level,
-        what_if: &'a dyn Fn(Decl<'db>) -> Option<Time>,
+        what_if: OtherTimes<'a, 'db>,
     ) -> Evaluator<'a, 'db> {
         Evaluator {
             db,
@@ -344,7 +347,11 @@ impl<'a, 'db> Evaluator<'a, 'db> {
     }
 
     fn program(&mut self, program: &TimedProgram<'db>) -> Option<Time> {
-        match self.times.program_time(self.component, &program.id, self.level) {
+        let timed = Timed::Program(self.component, program.id.in_table());
+        if let Some(time) = (self.what_if)(&timed) {
+            return Some(time);
+        }
+        match self.times.time(&timed, self.level) {
             Lookup::Known(time) | Lookup::Assumed(time) => Some(time),
             Lookup::Absent => self.cost(&program.cost),
             Lookup::Unusable(why) => {
@@ -393,7 +400,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
 
     fn look_up(&mut self, codel: Decl<'db>) -> Option<Time> {
         let name = codel.qualified(self.db);
-        if let Some(time) = (self.what_if)(codel) {
+        if let Some(time) = (self.what_if)(&Timed::Codel(codel)) {
             return Some(time);
         }
         let refusal = |reason| Refusal::new(reason, Location::name_of(codel));

@@ -7,12 +7,12 @@
 use mauve_timing::{Level, Operation, Time};
 use rustc_hash::FxHashMap;
 
-use crate::psm::{is_readable, operation_with};
+use crate::psm::{OtherTimes, is_readable, operation_with};
 use crate::reason::{Reason, Refusal};
 use crate::sends::sends_of;
 use crate::system::{Connected, Priority, System};
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Decl, ModelDb, Project};
+use mauve_hir::{ModelDb, Project};
 
 /// The operations that are executed in a deployment, and why they cannot be analysed.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -51,13 +51,13 @@ impl<'db> Served<'db> {
 /// The maximum number of operations, counted for each chain of calls by which one is executed.
 const MOST_OPERATIONS: usize = 4096;
 
-/// Returns the operations that are executed in a deployment. `what_if` gives the times of codels that no table has.
+/// Returns the operations that are executed in a deployment. `what_if` replaces times of the tables.
 pub(crate) fn served_in<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     system: &System<'db>,
     level: Level,
-    what_if: &dyn Fn(Decl<'db>) -> Option<Time>,
+    what_if: OtherTimes<'_, 'db>,
 ) -> Served<'db> {
     let mut found = Served::default();
     if system.connected.is_empty() {

@@ -529,7 +529,8 @@ impl<'db> Timetable<'db> {
         self.with_levels.iter().find(|table| !table.levels.contains(&level))
     }
 
-    fn time(&self, of: &Timed<'db>, level: Level) -> Lookup<'db> {
+    /// Returns the time of a subject of the tables, without that of `[assume]`.
+    pub(crate) fn time(&self, of: &Timed<'db>, level: Level) -> Lookup<'db> {
         let slot = match self.slots.get(of).map_or(&[] as &[Slot], Vec::as_slice) {
             [] => {
                 let misspelt = || Some(UnusableTime::Stray(self.misspelt.get(of)?.clone(), of.clone()));

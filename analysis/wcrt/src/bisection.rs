@@ -1,0 +1,138 @@
+//! The boundary between values with which deadlines are proved and values with which they are not: a deployment with other
+//! times or periods, analysed within a budget of steps, and the bisection.
+
+use std::cell::Cell;
+
+use mauve_timing::{ActivitySet, Response, Status, Time};
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::psm::{Executed, OtherTimes, Psm, psm_of, psm_with};
+use crate::reason::Refusal;
+use crate::report::Query;
+use crate::served::served_in;
+use crate::system::{System, system_of};
+use crate::task_set::activity_set;
+use mauve_hir::{Decl, ModelDb, Project};
+
+/// The variants of a deployment, whose analyses share a budget.
+pub(crate) struct Variants<'db> {
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    query: Query,
+    pub(crate) system: &'db System<'db>,
+    /// The number of analyses that are left.
+    left: Cell<usize>,
+}
+
+impl<'db> Variants<'db> {
+    /// Analyses at most `most_analysed` activities, those of each analysis counted. The limit is a number of steps and no time, so
+    /// that the same model has the same answers everywhere.
+    pub(crate) fn new(
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        deployment: Decl<'db>,
+        query: Query,
+        most_analysed: usize,
+    ) -> Variants<'db> {
+        let system: &System<'db> = system_of(db, project, deployment);
+        let left = Cell::new(most_analysed / system.activities.len().max(1));
+        Variants { db, project, query, system, left }
+    }
+
+    /// Returns the deployment where the times in `what_if` replace those of the tables. All of them are times that
+    /// only `components` execute in their own periods.
+    pub(crate) fn with_times(
+        &self,
+        components: &FxHashSet<Decl<'db>>,
+        what_if: OtherTimes<'_, 'db>,
+    ) -> ActivitySet {
+        let Variants { db, project, query, system, .. } = *self;
+        let psm = |&component| (component, psm_with(db, project, component, query.level, what_if));
+        let changed: FxHashMap<Decl<'db>, Result<Psm<'db>, Vec<Refusal<'db>>>> =
+            components.iter().map(psm).collect();
+        let psms = system.activities.iter().map(|activity| {
+            let component = activity.executed()?;
+            changed.get(&component).or_else(|| Some(psm_of(db, project, component, query.level)))
+        });
+        let psms: Vec<Executed<'_, 'db>> = psms.collect();
+        let served = served_in(db, project, system, query.level, what_if);
+        activity_set(db, project, system, &psms, &served, query.method)
+    }
+
+    /// Analyses a variant, with the smaller budget of [`mauve_timing::Options::is_brief`] or with that of the report. Returns one
+    /// response for each activity, none for those in the background; nothing where the budget of all variants is exhausted.
+    pub(crate) fn analysed(&self, set: &ActivitySet, is_brief: bool) -> Option<Vec<Option<Response>>> {
+        self.left.set(self.left.get().checked_sub(1)?);
+        let interrupt = || self.db.unwind_if_revision_cancelled();
+        Some(set.response_times(&self.query.options(is_brief), &interrupt).responses)
+    }
+}
+
+/// Returns the status of each activity of `set`; none for those in the background.
+pub(crate) fn statuses(set: &ActivitySet, responses: &[Option<Response>]) -> Vec<Option<Status>> {
+    let responses = set.activities.iter().zip(responses);
+    responses.map(|(it, response)| Some(response.as_ref()?.status(it.deadline.unwrap_or_default()))).collect()
+}
+
+/// The result of a bisection, in nanoseconds. They are neighbours if the search was not ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Boundary {
+    /// A value with which `holds` was true.
+    pub(crate) good: u64,
+    /// A value with which it was false.
+    pub(crate) bad: u64,
+}
+
+impl Boundary {
+    /// Bisects between a value with which `holds` is true and one with which it is false, either of them the greater one. Ends
+    /// where `holds` is unknown. Where `holds` is monotone, no value on the far side of `bad` is better than `good`.
+    pub(crate) fn between(
+        mut good: u64,
+        mut bad: u64,
+        mut holds: impl FnMut(Time) -> Option<bool>,
+    ) -> Boundary {
+        while good.abs_diff(bad) > 1 {
+            let middle = good.midpoint(bad);
+            match holds(Time::from_nanos(middle)) {
+                Some(true) => good = middle,
+                Some(false) => bad = middle,
+                None => break,
+            }
+        }
+        Boundary { good, bad }
+    }
+
+    /// Returns whether the search was not ended before the two values were neighbours.
+    pub(crate) fn is_complete(self) -> bool {
+        self.good.abs_diff(self.bad) <= 1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn the_boundary_is_found_from_both_sides(low in 0_u64..1000, first in 0_u64..1000, high in 0_u64..1000) {
+            let (good, bad) = (low, low + first + high + 1);
+            let last = low + first;
+            let boundary = Boundary::between(good, bad, |time| Some(time.as_nanos() <= last));
+            prop_assert_eq!(boundary, Boundary { good: last, bad: last + 1 });
+            let boundary = Boundary::between(bad, good, |time| Some(time.as_nanos() > last));
+            prop_assert_eq!(boundary, Boundary { good: last + 1, bad: last });
+        }
+    }
+
+    #[test]
+    fn a_search_that_is_ended_claims_only_what_was_tested() {
+        let mut steps = 3;
+        let boundary = Boundary::between(0, 1 << 20, |time| {
+            steps -= 1;
+            (steps >= 0).then_some(time.as_nanos() <= 700_000)
+        });
+        assert_eq!(boundary, Boundary { good: 655_360, bad: 786_432 });
+        assert!(!boundary.is_complete());
+    }
+}
