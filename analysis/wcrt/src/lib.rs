@@ -20,6 +20,7 @@
 //! | `timing_facts.rs` | missed deadlines, overloaded CPUs |
 //! | `missing_times.rs` | codels without a time, with the time that each may take |
 //! | `bisection.rs` | searches for the value with which the first deadline is missed: variants, budget, bisection |
+//! | `sensitivity.rs` | how far each time may grow, and each period shrink |
 //! | `priorities.rs` | what may be wrong with the order of priorities |
 //! | `what_if.rs` | a deployment with other values in its activities |
 //! | `new_activity.rs` | values for an activity that is missing |
@@ -44,6 +45,7 @@ mod reason;
 mod report;
 mod response;
 mod sends;
+mod sensitivity;
 mod served;
 mod simulated;
 mod system;
@@ -69,6 +71,10 @@ pub use report::{
     ActivityReport, CallsReport, Deadlines, Query, Report, ReportBreakdown, Verdict, level_shown,
 };
 pub use response::{facts_if, response_times, response_times_if, response_times_of};
+pub use sensitivity::{
+    ActivitySensitivity, Limit, Sensitivity, TimeSensitivity, period_sensitivity, sensitivity,
+    time_sensitivity,
+};
 pub use simulated::{EdgeNames, Simulated, simulated, simulated_of};
 pub use system::{Priority, ResolvedActivity, System, field_of, mask, system_of};
 pub use timetable::{

@@ -1,0 +1,507 @@
+//! How far the time of each codel may grow, and how far each period may shrink, before the first deadline is missed.
+//!
+//! Each value changes alone: all others stay as they are. It counts for the deadlines that it *affects*: those of the
+//! activities that are not analysed if the demand of the activities that have the value is unknown. Where these deadlines are
+//! proved now, the limit is the last value with which they still are; where one is not, the first one with which all are.
+//!
+//! The response times are monotone in every time and in every period, with one exception: an activity that executes operations for
+//! others counts fewer calls in each job if its period is shorter.
+
+use mauve_timing::{ActivitySet, Bound, Demand, Level, Response, Status, Time};
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::bisection::{Boundary, Variants, statuses};
+use crate::psm::OtherTimes;
+use crate::reason::{ActivityField, Timed};
+use crate::report::{Query, Verdict};
+use crate::response::response_times;
+use crate::system::{Priority, ResolvedActivity, System, system_of, written_field};
+use crate::timetable::{Lookup, timetable_of};
+use mauve_hir::item_tree::Name;
+use mauve_hir::{Cost, Decl, ModelDb, ProgramId, Project, TimedProgram, behaviour_of, core_of};
+
+/// So many activities are analysed for each value, those of each analysis counted. A search needs about 35 analyses: so a
+/// deployment with 200 activities still gets exact limits.
+const MOST_ANALYSED: usize = 1 << 13;
+
+/// A longer period is searched up to this many times the present one.
+const MOST_LONGER: u64 = 64;
+
+/// The sensitivity of a deployment at one level.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Sensitivity<'db> {
+    /// The times of codels, and of programs with an own entry in a table, that an activity executes. In the order of the
+    /// activities, each once.
+    pub times: Vec<TimeSensitivity<'db>>,
+    /// One for each activity, in the order of the deployment.
+    pub activities: Vec<ActivitySensitivity>,
+}
+
+/// How far the time of a codel or a program may grow, or must shrink.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct TimeSensitivity<'db> {
+    /// The codel or the program.
+    pub of: Timed<'db>,
+    /// Its time now; none where it has no usable one.
+    pub time: Option<Time>,
+    /// The first affected activity whose deadline is not proved with the present time.
+    pub unproved: Option<Name>,
+    /// The greatest time.
+    pub limit: Limit,
+}
+
+/// How far the period of an activity may shrink, or must grow.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct ActivitySensitivity {
+    /// The instance.
+    pub instance: Name,
+    /// Its period now.
+    pub period: Option<Time>,
+    /// The time between its response and its deadline, where the deadline is proved.
+    pub slack: Option<Time>,
+    /// The first affected activity whose deadline is not proved with the present period.
+    pub unproved: Option<Name>,
+    /// The least period. The written deadline stays, but is at most the period; without one, the period is the deadline.
+    pub limit: Limit,
+    /// Whether the activity executes operations for others: then not every period between the present one and the limit
+    /// need be proved.
+    pub serves: bool,
+}
+
+/// How far a value may go while every deadline that it affects is proved.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
+pub enum Limit {
+    /// It affects no deadline.
+    Any,
+    /// Every affected deadline is proved with this value. It is the greatest time, or the least period.
+    Last(Time),
+    /// Every affected deadline is proved with this value. The budget of the search, or of the analysis, was exhausted before the
+    /// next one was found to be too much.
+    Proved(Time),
+    /// The deadlines are not proved with any value that was tried: for a time, not even with 0; for a period, not with
+    /// 64 times the present one.
+    NotFound,
+    /// This affected activity is not analysed; none where nothing of the deployment is.
+    NotAnalysed(Option<Name>),
+    /// The budget was exhausted before any value was proved.
+    Exhausted,
+}
+
+impl TimeSensitivity<'_> {
+    /// Returns the key of the time in a timing table.
+    pub fn key(&self, db: &dyn ModelDb) -> String {
+        match &self.of {
+            Timed::Codel(of) | Timed::Component(of) => of.qualified(db),
+            Timed::Program(component, program) => format!("{}/{program}", component.qualified(db)),
+        }
+    }
+}
+
+impl Limit {
+    /// Returns `last`, `proved`, `any`, `not-found`, `not-analysed` or `exhausted`.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Limit::Any => "any",
+            Limit::Last(_) => "last",
+            Limit::Proved(_) => "proved",
+            Limit::NotFound => "not-found",
+            Limit::NotAnalysed(_) => "not-analysed",
+            Limit::Exhausted => "exhausted",
+        }
+    }
+
+    /// Returns the value that is proved.
+    pub fn time(&self) -> Option<Time> {
+        match self {
+            Limit::Last(time) | Limit::Proved(time) => Some(*time),
+            Limit::Any | Limit::NotFound | Limit::NotAnalysed(_) | Limit::Exhausted => None,
+        }
+    }
+}
+
+/// Computes the sensitivity of a deployment: of all times and all periods in it.
+pub fn sensitivity<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    query: Query,
+) -> Sensitivity<'db> {
+    let times = executed_times(db, project, deployment, query.level).iter();
+    let activities = 0..system_of(db, project, deployment).activities.len();
+    Sensitivity {
+        times: times
+            .filter_map(|it| time_sensitivity(db, project, deployment, it.of.clone(), query).clone())
+            .collect(),
+        activities: activities
+            .filter_map(|it| period_sensitivity(db, project, deployment, it, query).clone())
+            .collect(),
+    }
+}
+
+/// Computes how far the time of a codel or a program may grow, or must shrink; none where no activity executes it.
+#[salsa::tracked(returns(ref))]
+pub fn time_sensitivity<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    of: Timed<'db>,
+    query: Query,
+) -> Option<TimeSensitivity<'db>> {
+    let executed = executed_times(db, project, deployment, query.level);
+    let ExecutedTime { activities, .. } = executed.iter().find(|it| it.of == of)?;
+    let times = timetable_of(db, project);
+    let lookup = match &of {
+        Timed::Codel(codel) => times.codel_time(db, *codel, query.level),
+        program => times.time(program, query.level),
+    };
+    let time = match lookup {
+        Lookup::Known(time) | Lookup::Assumed(time) => Some(time),
+        Lookup::Absent | Lookup::Unusable(_) => None,
+    };
+    let search = Search::new(db, project, deployment, query, activities);
+    let (unproved, limit) = search.greatest_time(&of, time);
+    Some(TimeSensitivity { of, time, unproved, limit })
+}
+
+/// Computes how far the period of the activity of this index may shrink, or must grow.
+#[salsa::tracked(returns(ref))]
+pub fn period_sensitivity<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    index: usize,
+    query: Query,
+) -> Option<ActivitySensitivity> {
+    let activity = system_of(db, project, deployment).activities.get(index)?;
+    let report = response_times(db, project, deployment, query).activities.get(index)?;
+    let slack = report.deadline.zip(report.response).and_then(|(deadline, it)| deadline.checked_sub(it));
+    let of = [index];
+    let search = Search::new(db, project, deployment, query, &of);
+    let base = search.variants.with_times(&FxHashSet::default(), &|_| None);
+    let serves = base.operations.iter().any(|operation| operation.provider == index);
+    let (unproved, limit) = search.least_period(&base, index, activity);
+    let instance = activity.instance.clone();
+    Some(ActivitySensitivity { instance, period: activity.period, slack, unproved, limit, serves })
+}
+
+/// A time of the tables, and the indices of the real-time activities that execute it.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+struct ExecutedTime<'db> {
+    of: Timed<'db>,
+    activities: Vec<usize>,
+}
+
+/// Returns the times that the edges of activities, and the connected operations that they provide, consist of: those of codels,
+/// and of programs with an own entry in a table.
+#[salsa::tracked(returns(ref))]
+fn executed_times<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    level: Level,
+) -> Vec<ExecutedTime<'db>> {
+    let system: &System<'db> = system_of(db, project, deployment);
+    let times = timetable_of(db, project);
+    let mut found: Vec<ExecutedTime<'db>> = Vec::new();
+    let mut places: FxHashMap<Timed<'db>, usize> = FxHashMap::default();
+    for (index, activity) in system.activities.iter().enumerate() {
+        let Some(component) = activity.component else { continue };
+        let Some(core) = core_of(db, project, component) else { continue };
+        let behaviour = behaviour_of(db, project, core);
+        if !behaviour.refusals.is_empty() {
+            continue;
+        }
+        let served: FxHashSet<&Name> = system
+            .connected
+            .iter()
+            .filter(|connected| connected.provider == index)
+            .map(|connected| &connected.operation)
+            .collect();
+        let mut seen = FxHashSet::default();
+        let executed = behaviour.edges.executed().filter(|program| seen.insert(*program));
+        let mut open: Vec<&TimedProgram<'db>> =
+            executed.filter_map(|program| behaviour.programs.get(program)).collect();
+        let is_served =
+            |it: &&TimedProgram<'db>| matches!(&it.id, ProgramId::Operation(name) if served.contains(name));
+        open.extend(behaviour.operations.iter().filter(is_served));
+        open.reverse();
+        let mut operations = FxHashSet::default();
+        let mut of_activity = Vec::new();
+        while let Some(program) = open.pop() {
+            let timed = Timed::Program(component, program.id.in_table());
+            if times.time(&timed, level) != Lookup::Absent {
+                of_activity.push(timed);
+                continue;
+            }
+            let mut costs: Vec<&Cost<'db>> = vec![&*program.cost];
+            while let Some(cost) = costs.pop() {
+                match cost {
+                    Cost::Codel(codel) => of_activity.push(Timed::Codel(*codel)),
+                    Cost::Operation(operation) if operations.insert(*operation) => {
+                        open.extend(behaviour.operations.get(*operation));
+                    }
+                    Cost::Operation(_) | Cost::Send(_) => {}
+                    Cost::Sum(parts) | Cost::Greatest(parts) => costs.extend(parts.iter().rev()),
+                }
+            }
+        }
+        for of in of_activity {
+            let place = *places.entry(of.clone()).or_insert(found.len());
+            if place == found.len() {
+                found.push(ExecutedTime { of, activities: Vec::new() });
+            }
+            let Some(known) = found.get_mut(place) else { continue };
+            // In the background, nothing is delayed.
+            if activity.priority != Priority::Background && known.activities.last() != Some(&index) {
+                known.activities.push(index);
+            }
+        }
+    }
+    found
+}
+
+/// The search for the limit of one value.
+struct Search<'a, 'db> {
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    query: Query,
+    variants: Variants<'db>,
+    /// The indices of the activities that have the value.
+    of: &'a [usize],
+}
+
+/// The deadlines that a value affects, as they are before it is changed.
+enum Affected {
+    /// None.
+    Nothing,
+    /// One of them is not analysed.
+    NotAnalysed(Name),
+    /// Those of these activities; with the first one that is not proved.
+    Deadlines(Vec<usize>, Option<Name>),
+}
+
+impl<'a, 'db> Search<'a, 'db> {
+    fn new(
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        deployment: Decl<'db>,
+        query: Query,
+        of: &'a [usize],
+    ) -> Search<'a, 'db> {
+        let variants = Variants::new(db, project, deployment, query, MOST_ANALYSED);
+        Search { db, project, deployment, query, variants, of }
+    }
+
+    /// Returns the limit of a time that is `now`, and the activity whose deadline is not proved with it.
+    fn greatest_time(&self, of: &Timed<'db>, now: Option<Time>) -> (Option<Name>, Limit) {
+        let system = self.variants.system;
+        if !system.not_analysed.is_empty() {
+            return (None, Limit::NotAnalysed(None));
+        }
+        let executing = self.of.iter().filter_map(|index| system.activities.get(*index)?.executed());
+        let components: FxHashSet<Decl<'db>> = executing.collect();
+        let with = |time: Time| {
+            let what_if: OtherTimes<'_, 'db> = &|other| (other == of).then_some(time);
+            self.variants.with_times(&components, what_if)
+        };
+        let start = now.unwrap_or_default();
+        let (affected, unproved) = match self.affected(&with(start), now.is_some()) {
+            Some(Affected::Deadlines(affected, unproved)) => (affected, unproved),
+            Some(Affected::Nothing) => return (None, Limit::Any),
+            Some(Affected::NotAnalysed(name)) => return (None, Limit::NotAnalysed(Some(name))),
+            None => return (None, Limit::Exhausted),
+        };
+        let holds = |time: Time| self.holds(&with(time), &affected, true);
+        let limit = match (&unproved, start.as_nanos()) {
+            (None, start) => {
+                let longest = system.activities.iter().filter_map(|it| it.deadline).max().unwrap_or_default();
+                // An activity that executes it misses its deadline.
+                let bad = longest.as_nanos().max(start).saturating_add(1);
+                match holds(Time::from_nanos(bad)) {
+                    Some(true) => Limit::Any,
+                    Some(false) => self.limit(start, bad, None, &affected, with),
+                    None => Limit::Proved(Time::from_nanos(start)),
+                }
+            }
+            (Some(_), 0) => Limit::NotFound,
+            (Some(_), start) => match self.holds(&with(Time::ZERO), &affected, false) {
+                Some(true) => self.limit(0, start, None, &affected, with),
+                Some(false) => Limit::NotFound,
+                None => Limit::Exhausted,
+            },
+        };
+        (unproved, limit)
+    }
+
+    /// Returns the limit of the period of the activity of this index, and the activity whose deadline is not proved with it.
+    fn least_period(
+        &self,
+        base: &ActivitySet,
+        index: usize,
+        activity: &ResolvedActivity<'db>,
+    ) -> (Option<Name>, Limit) {
+        let (db, deployment) = (self.db, self.deployment);
+        if !self.variants.system.not_analysed.is_empty() {
+            return (None, Limit::NotAnalysed(None));
+        }
+        let now = match (activity.priority, activity.period) {
+            (Priority::Background, _) => return (None, Limit::Any),
+            (_, Some(period)) => period.as_nanos(),
+            (_, None) => return (None, Limit::NotAnalysed(Some(activity.instance.clone()))),
+        };
+        let is_written = written_field(db, deployment, &activity.instance, ActivityField::Deadline).is_some();
+        let with = |period: Time| {
+            let mut set = base.clone();
+            if let Some(changed) = set.activities.get_mut(index) {
+                changed.period = Some(period);
+                changed.deadline =
+                    if is_written { changed.deadline.map(|it| it.min(period)) } else { Some(period) };
+            }
+            set
+        };
+        let (affected, unproved) = match self.affected(base, true) {
+            Some(Affected::Deadlines(affected, unproved)) => (affected, unproved),
+            Some(Affected::Nothing) => return (None, Limit::Any),
+            Some(Affected::NotAnalysed(name)) => return (None, Limit::NotAnalysed(Some(name))),
+            None => return (None, Limit::Exhausted),
+        };
+        let holds = |period: Time| self.holds(&with(period), &affected, true);
+        if unproved.is_none() {
+            // A period is greater than the offset; without one, greater than 0.
+            let least = activity.offset.unwrap_or_default().as_nanos();
+            return (None, self.limit(now, least, Some(least), &affected, with));
+        }
+        let (mut bad, mut factor) = (now, 2);
+        while factor <= MOST_LONGER {
+            let Some(longer) = now.checked_mul(factor) else { break };
+            match holds(Time::from_nanos(longer)) {
+                Some(true) => return (unproved, self.limit(longer, bad, None, &affected, with)),
+                Some(false) => bad = longer,
+                None => return (unproved, Limit::Exhausted),
+            }
+            factor *= 2;
+        }
+        (unproved, Limit::NotFound)
+    }
+
+    /// Returns the deadlines that the value affects. `set` has the present value if `is_present`: then the response times are
+    /// those of the report.
+    fn affected(&self, set: &ActivitySet, is_present: bool) -> Option<Affected> {
+        let mut unknown = set.clone();
+        for &index in self.of {
+            if let Some(activity) = unknown.activities.get_mut(index) {
+                activity.demand = Demand::Unknown;
+            }
+        }
+        // With operations, a response time without a bound leaves others unknown: that must not depend on the smaller budget.
+        let is_brief = set.operations.is_empty();
+        let now = self.variants.analysed(set, is_brief)?;
+        let without = self.variants.analysed(&unknown, is_brief)?;
+        let affected = without.iter().zip(&now).enumerate().filter(|(_, (without, now))| {
+            let Some(because) = unknown_for(without) else { return false };
+            because.iter().any(|index| self.of.contains(index)) || unknown_for(now) != Some(because)
+        });
+        let affected: Vec<usize> = affected.map(|(index, _)| index).collect();
+        if affected.is_empty() {
+            return Some(Affected::Nothing);
+        }
+        let found = match is_present {
+            true => {
+                let report = response_times(self.db, self.project, self.deployment, self.query);
+                let status = |index: &usize| match report.activities.get(*index)?.verdict {
+                    Verdict::RealTime(status) => Some(status),
+                    Verdict::Background => None,
+                };
+                affected.iter().map(status).collect()
+            }
+            false => {
+                let statuses = statuses(set, &now);
+                affected.iter().map(|index| statuses.get(*index).copied().flatten()).collect::<Vec<_>>()
+            }
+        };
+        let first = |is_it: &dyn Fn(Option<Status>) -> bool| {
+            let place = found.iter().position(|status| is_it(*status))?;
+            Some(set.activities.get(*affected.get(place)?)?.name.as_str().into())
+        };
+        Some(match first(&|status| status == Some(Status::NotAnalysed)) {
+            Some(name) => Affected::NotAnalysed(name),
+            None => {
+                let unproved = first(&|status| status != Some(Status::Met));
+                Affected::Deadlines(affected, unproved)
+            }
+        })
+    }
+
+    /// Returns whether the deadlines of `affected` are proved; `None` where no steps are left.
+    fn holds(&self, set: &ActivitySet, affected: &[usize], is_brief: bool) -> Option<bool> {
+        let statuses = statuses(set, &self.variants.analysed(set, is_brief)?);
+        Some(affected.iter().all(|index| statuses.get(*index) == Some(&Some(Status::Met))))
+    }
+
+    /// Searches for the limit between a value that is proved and one that is not; `invalid` is one that no analysis may have. The
+    /// smaller budget searches first, the full one where that proves more.
+    fn limit(
+        &self,
+        mut good: u64,
+        bad: u64,
+        invalid: Option<u64>,
+        affected: &[usize],
+        with: impl Fn(Time) -> ActivitySet,
+    ) -> Limit {
+        for is_brief in [true, false] {
+            let holds = |value: Time| self.holds(&with(value), affected, is_brief);
+            let boundary = Boundary::between(good, bad, holds);
+            good = boundary.good;
+            if !boundary.is_complete() {
+                break;
+            }
+            if invalid == Some(boundary.bad) {
+                return Limit::Last(Time::from_nanos(good));
+            }
+            match self.is_too_much(&with(Time::from_nanos(boundary.bad)), affected) {
+                Some(Next::Missed) => return Limit::Last(Time::from_nanos(good)),
+                Some(Next::Met) => good = boundary.bad,
+                Some(Next::Unknown) | None => break,
+            }
+            if good == bad {
+                break;
+            }
+        }
+        Limit::Proved(Time::from_nanos(good))
+    }
+
+    /// Analyses a variant with the full budget; `None` where no steps are left.
+    fn is_too_much(&self, set: &ActivitySet, affected: &[usize]) -> Option<Next> {
+        let responses = self.variants.analysed(set, false)?;
+        let statuses = statuses(set, &responses);
+        let status = |index: usize| statuses.get(index).copied().flatten();
+        if affected.iter().all(|&index| status(index) == Some(Status::Met)) {
+            return Some(Next::Met);
+        }
+        let is_missed = |index: usize| {
+            let response = responses.get(index).and_then(Option::as_ref);
+            response.is_some_and(|response| !response.is_exhausted)
+                && matches!(status(index), Some(Status::Missed | Status::Unbounded))
+        };
+        Some(if affected.iter().any(|&index| is_missed(index)) { Next::Missed } else { Next::Unknown })
+    }
+}
+
+/// What the analysis with the full budget finds of the affected deadlines with the next value.
+enum Next {
+    /// All are met.
+    Met,
+    /// One is missed, and a greater budget would not change that.
+    Missed,
+    /// One is not proved.
+    Unknown,
+}
+
+/// Returns the activities for whose unknown demand an activity is not analysed; `None` where it is analysed.
+fn unknown_for(response: &Option<Response>) -> Option<&Vec<usize>> {
+    match &response.as_ref()?.bound {
+        Bound::NotAnalysed { because } => Some(because),
+        Bound::Response(_) | Bound::Unbounded { .. } | Bound::NoBound(_) => None,
+    }
+}
