@@ -75,8 +75,8 @@ pub enum Limit {
     Any,
     /// Every affected deadline is proved with this value. It is the greatest time, or the least period.
     Last(Time),
-    /// Every affected deadline is proved with this value. The budget of the search, or of the analysis, was exhausted before the
-    /// next one was found to be too much.
+    /// Every affected deadline is proved with this value. Whether one is missed with the next value is unknown: a budget is exhausted
+    /// there, or an activity has no bound whose calls of operations must be counted.
     Proved(Time),
     /// The deadlines are not proved with any value that was tried: for a time, not even with 0; for a period, not with
     /// 64 times the present one.
@@ -503,5 +503,138 @@ fn unknown_for(response: &Option<Response>) -> Option<&Vec<usize>> {
     match &response.as_ref()?.bound {
         Bound::NotAnalysed { because } => Some(because),
         Bound::Response(_) | Bound::Unbounded { .. } | Bound::NoBound(_) => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mauve_hir::item_tree::Kind;
+    use mauve_hir::{Database, Workspace, names_of, projects};
+    use mauve_timing::Method;
+    use std::fmt::Write as _;
+
+    const ROBOT: &str = "
+codel one(): int
+codel two(): int
+codel four(): int
+codel rest(): int
+shell S { }
+shell Serving { provide help(): int  provide spare(): int }
+shell Asking { require help(): int }
+core K1(S) { update = { one(); } }
+core K2(S) { update = { two(); } }
+core K4(S) { statemachine { initial state A { run = { four(); } transition t if one() > 0 to A } } }
+core KR(S) { update = { rest(); } }
+core KS(Serving) { provide help() = { return one(); } provide spare() = { return two(); } update = { four(); } }
+core KA(Asking) { handler h: help update = { if two() > 0 then { h = send(help); } } }
+component C1(S, K1)
+component C2(S, K2)
+component C4(S, K4)
+component CR(S, KR)
+component CS(Serving, KS)
+component CA(Asking, KA)
+architecture A { instance a: C1  instance b: C2  instance c: C4  instance d: CR }
+architecture B { instance s: CS  instance c: CA  operation s.help -> c.help }
+";
+
+    const TIMES: &str = "[codel]\none = 1\ntwo = 2\nfour = 4\nrest = 9\n";
+
+    /// A line for each time and for each activity of the deployment: its limit.
+    fn limits(deployment: &str, times: &str) -> String {
+        let db = Database::default();
+        let texts = [
+            ("/robot.mal", format!("{ROBOT}deployment D {{ {deployment} }}")),
+            ("/mauve.toml", "timing.tables = [\"times.toml\"]\nplatform.rt_throttling = false".to_owned()),
+            ("/times.toml", times.to_owned()),
+        ];
+        let texts = texts.into_iter().map(|(path, text)| (path.into(), text));
+        let workspace = Workspace::of_texts(&db, "/".into(), texts);
+        let project = projects(&db, workspace)[0];
+        let of = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
+        let query = Query { level: Level::TEN_TO_MINUS_FOUR, method: Method::Exact, horizon: None };
+        let found = sensitivity(&db, project, of, query);
+        let mut out = String::new();
+        let shown = |limit: &Limit| limit.time().map_or_else(String::new, |time| format!(" {time}"));
+        let late =
+            |name: &Option<Name>| name.as_ref().map_or_else(String::new, |name| format!(" for {name}"));
+        for it in &found.times {
+            let limit = (it.limit.name(), shown(&it.limit), late(&it.unproved));
+            let _ = writeln!(out, "{}: {}{}{}", it.key(&db), limit.0, limit.1, limit.2);
+        }
+        for it in &found.activities {
+            let slack = it.slack.map_or_else(String::new, |slack| format!(", slack {slack}"));
+            let serves = if it.serves { ", serves" } else { "" };
+            let limit = (it.limit.name(), shown(&it.limit), late(&it.unproved));
+            let _ = writeln!(out, "{}: {}{}{}{slack}{serves}", it.instance, limit.0, limit.1, limit.2);
+        }
+        out
+    }
+
+    const FINE: &str = "architecture A
+        activity a { priority = 3 period = 10 }
+        activity b { priority = 2 period = 20 deadline = 12 }
+        activity c { priority = 1 period = 20 }
+        activity d { priority = background }";
+
+    #[test]
+    fn every_deadline_is_met() {
+        // `c` executes `one` too: in its 20 ms, 2 ms of `b`, 4 ms of its own and three times `one`. `b` fits into 12 ms with two
+        // jobs of `a`. In the 20 ms of `c`, 13 jobs of `a` or 6 of `b` (which end after 19 ms) have room.
+        let expected = "one: last 4.666666 ms\ntwo: last 10 ms\nfour: last 15 ms\nrest: any\n\
+                        a: last 1.538462 ms, slack 9 ms\nb: last 3.166667 ms, slack 9 ms\nc: last 8 ms, slack 12 ms\nd: any\n";
+        assert_eq!(limits(FINE, TIMES), expected);
+    }
+
+    #[test]
+    fn a_deadline_is_missed() {
+        let late = FINE.replace("deadline = 12", "deadline = 2.5");
+        let found = limits(&late, TIMES);
+        assert!(found.contains("one: last 0.5 ms for b\ntwo: last 1.5 ms for b\nfour: last"), "{found}");
+        let lost = FINE.replace("deadline = 12", "deadline = 0.5");
+        let found = limits(&lost, TIMES);
+        assert!(found.starts_with("one: not-found for b\ntwo: not-found for b\nfour: last"), "{found}");
+    }
+
+    #[test]
+    fn a_program_has_its_own_time() {
+        let times = format!("{TIMES}[program]\n\"C4/A.run\" = 6\n");
+        let found = limits(FINE, &times);
+        assert!(found.contains("C4/A.run: last"), "{found}");
+        assert!(!found.contains("four"), "{found}");
+    }
+
+    #[test]
+    fn a_codel_without_a_time() {
+        let found = limits(FINE, &TIMES.replace("two = 2\n", ""));
+        // What delays an activity that is not analysed has no limit; the codel itself has one.
+        assert!(
+            found.starts_with("one: not-analysed\ntwo: last 10 ms\nfour: not-analysed\nrest: any\n"),
+            "{found}"
+        );
+        let found = limits("architecture A", TIMES);
+        assert!(
+            found.ends_with("a: not-analysed\nb: not-analysed\nc: not-analysed\nd: not-analysed\n"),
+            "{found}"
+        );
+    }
+
+    #[test]
+    fn a_period_is_greater_than_its_offset() {
+        let found = limits(&FINE.replace("deadline = 12", "deadline = 12 offset = 15"), TIMES);
+        assert!(found.contains("b: last 15.000001 ms"), "{found}");
+    }
+
+    #[test]
+    fn operations_are_served() {
+        let served = "architecture B
+            activity s { priority = 2 period = 10 }
+            activity c { priority = 1 period = 20 }";
+        // `s` executes `help` once in each of its jobs, and never `spare`.
+        let found = limits(served, TIMES);
+        // With more, `c` has no bound: then the number of its calls is unknown, and `s` is not analysed.
+        let expected = "four: proved 7 ms\none: proved 2.5 ms\ntwo: proved 8 ms\n\
+                        s: proved 6.666667 ms, slack 4 ms, serves\nc: last 9 ms, slack 12 ms\n";
+        assert_eq!(found, expected);
     }
 }
