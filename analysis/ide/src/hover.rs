@@ -319,6 +319,8 @@ deployment D {
                 ```
                 from ``ti`mes.toml``, line 3
 
+                must take at most 66 ms in `D` (now 70 ms, -5.8 %): the deadline of `planner` is not met
+
             "#]],
         );
     }
@@ -342,6 +344,8 @@ deployment D {
                 70 ms at 1e-4 (current level)
                 ```
                 from `times.toml`, line 3
+
+                must take at most 66 ms in `D` (now 70 ms, -5.8 %): the deadline of `planner` is not met
 
             "#]],
         );
@@ -631,6 +635,8 @@ shoot = [1, 2]
                 2 ms at 1e-4 (current level)
                 ```
                 from `times/a.toml`, line 4
+
+                may take at most 2.5 ms in `D` (now 2 ms, +25 %)
 
             "#]],
         );

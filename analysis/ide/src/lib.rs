@@ -25,6 +25,7 @@
 //! | `program.rs` | signatures of callables, and the expected type at a half-typed token |
 //! | `change.rs` | changes of files |
 //! | `explanation.rs` | explanations of response times as text |
+//! | `sensitivity.rs` | how far the time of a codel may grow, as text |
 //! | `levels.rs` | the significance levels of the timing tables |
 //! | `project.rs` | the projects of a file, and their names |
 //! | `drawing.rs` | common parts of drawings in DOT and SVG |
@@ -67,6 +68,7 @@ mod rename;
 mod rename_files;
 mod selection_ranges;
 mod semantic_tokens;
+mod sensitivity;
 mod signature_help;
 mod state_machine;
 mod timing_actions;
@@ -103,6 +105,7 @@ pub use selection_ranges::selection_ranges;
 pub use semantic_tokens::{
     SemanticToken, TokenKind, TokenModifier, TokenModifiers, meanings_of_names, semantic_tokens,
 };
+pub use sensitivity::percentage;
 pub use signature_help::{Signature, signature_help};
 pub use state_machine::draw_state_machine;
 pub use type_definition::type_definition;

@@ -1,5 +1,5 @@
 //! What a hover shows of a name beyond its declaration: the values of a property, the connections of a port, the execution times
-//! of a state, the timing table of a codel.
+//! of a state, the timing table of a codel and how far its time may grow.
 
 use std::fmt::Write as _;
 
@@ -18,6 +18,7 @@ use crate::document_symbols::SymbolKind;
 use crate::inlay_hints::components_of;
 use crate::markdown;
 use crate::occurrences::{Definition, Found};
+use crate::sensitivity::limits_of_codel;
 
 const MOST_LINES: usize = 12;
 
@@ -26,7 +27,11 @@ pub(super) fn details(db: &dyn ModelDb, project: Project<'_>, found: &Found<'_>,
     if let Definition::Declaration(decl) = found.definition
         && decl.kind(db) == Kind::Codel
     {
-        return table_of_codel(db, project, decl);
+        let mut out = table_of_codel(db, project, decl);
+        for line in limits_of_codel(db, project, decl) {
+            let _ = writeln!(out, "{line}\n");
+        }
+        return out;
     }
     let Definition::At(Location::Source(of, id)) = found.definition else { return String::new() };
     match found.kind {
