@@ -9,7 +9,10 @@ use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Database, Decl, ModelDb, Project, Workspace, accepted, config_of, names_of, projects};
 use mauve_timing::task_set::{Other, TaskSet};
 use mauve_timing::{CpuLoad, CpuRule, Level, Time, Unit};
-use mauve_wcrt::{ActivityReport, InterferenceReport, Priority, Query, Report, response_times, timetable_of};
+use mauve_wcrt::{
+    ActivityReport, InterferenceReport, Limit, Priority, Query, Report, Sensitivity, response_times,
+    timetable_of,
+};
 use salsa::Database as _;
 use serde::Serialize;
 use serde_json::Value;
@@ -23,6 +26,8 @@ pub(crate) struct Deployed<'db> {
     /// Where it comes from.
     pub(crate) origin: Origin<'db>,
     pub(crate) reports: Vec<(Query, &'db Report<'db>)>,
+    /// The sensitivity for each report; empty where it was not requested.
+    pub(crate) sensitivities: Vec<Sensitivity<'db>>,
     /// The number of errors in its project: with an error, no deadline is proved.
     pub(crate) errors: usize,
     /// The accepted instances of `mauve.toml`, each with the reason.
@@ -76,7 +81,8 @@ impl<'db> Deployed<'db> {
         let activities = reports.iter().flat_map(|(_, report)| &report.activities);
         let reason = |name: &Name| Some((name.clone(), accepted(db, project, deployment, name)?));
         let accepted = activities.filter_map(|activity| reason(&activity.instance)).collect();
-        Deployed { db, name: deployment.name(db), origin, reports, errors, accepted }
+        let sensitivities = Vec::new();
+        Deployed { db, name: deployment.name(db), origin, reports, sensitivities, errors, accepted }
     }
 
     /// The reason for which the missing proof of an activity is accepted; `None` if it is proved.
@@ -129,7 +135,7 @@ const MOST_INTERFERENCE: usize = 100;
 
 pub(crate) fn analysis_document(it: &Deployed<'_>) -> impl Serialize + use<> {
     let query = it.reports.first().map(|(query, _)| query);
-    let results = it.reports.iter().map(|(query, report)| {
+    let results = it.reports.iter().enumerate().map(|(index, (query, report))| {
         let interrupt = || it.db.unwind_if_revision_cancelled();
         let mut breakdown = report.breakdown(&interrupt);
         let activities = report.activities.iter().enumerate();
@@ -143,6 +149,8 @@ pub(crate) fn analysis_document(it: &Deployed<'_>) -> impl Serialize + use<> {
             [lost]: non_empty(report.not_analysed.iter().map(|lost| timing_reason(it.db, &lost.reason))),
             cpus: report.cpus.iter().map(cpu_document).collect::<Vec<_>>(),
             activities: activities.collect::<Vec<_>>(),
+            // Only with `--sensitivity`.
+            [sensitivity]: it.sensitivities.get(index).map(|found| sensitivity_document(it.db, found)),
         }
     });
     let others = it.reports.first().into_iter().flat_map(|(_, report)| &report.others);
@@ -232,6 +240,52 @@ fn activity_document(
         [assumed]: non_empty(assumed),
         reasons: reasons_of(of.db, activity),
     }
+}
+
+/// How far each time and each period may change alone.
+fn sensitivity_document(db: &Database, found: &Sensitivity<'_>) -> impl Serialize + use<> {
+    let not_analysed = |limit: &Limit| match limit {
+        Limit::NotAnalysed(Some(instance)) => Some(instance.to_string()),
+        _ => None,
+    };
+    let unproved = |name: &Option<Name>| name.as_ref().map(Name::to_string);
+    let times = found.times.iter().map(|it| {
+        object! {
+            key: it.key(db),
+            time: it.time.map(milliseconds),
+            // The greatest time with which every deadline that it affects is proved.
+            at_most: it.limit.time().map(milliseconds),
+            // The same as a multiple of the present time, rounded.
+            factor: it.time.zip(it.limit.time()).and_then(|(now, limit)| factor(now, limit)),
+            // `last`, or `proved` if it is unknown whether a greater time misses a deadline. `any`, `not-found`, `not-analysed`
+            // or `exhausted` where there is no time.
+            limit: it.limit.name(),
+            // The first affected activity whose deadline is not proved with the present time.
+            [unproved]: unproved(&it.unproved),
+            // The affected activity that is not analysed.
+            [not_analysed]: not_analysed(&it.limit),
+        }
+    });
+    let activities = found.activities.iter().map(|it| {
+        object! {
+            instance: it.instance.to_string(),
+            period: it.period.map(milliseconds),
+            // The least period with which every deadline that it affects is proved.
+            at_least: it.limit.time().map(milliseconds),
+            slack: it.slack.map(milliseconds),
+            limit: it.limit.name(),
+            // Whether a period between the two may be too short, because the activity executes operations for others.
+            [serves]: it.serves.then_some(true),
+            [unproved]: unproved(&it.unproved),
+            [not_analysed]: not_analysed(&it.limit),
+        }
+    });
+    object! { times: times.collect::<Vec<_>>(), activities: activities.collect::<Vec<_>>() }
+}
+
+/// Returns a time as a multiple of another one; none of 0.
+pub(crate) fn factor(now: Time, then: Time) -> Option<f64> {
+    (now > Time::ZERO).then(|| then.as_f64(Unit::Nanoseconds) / now.as_f64(Unit::Nanoseconds))
 }
 
 pub(crate) fn real_time_priority(priority: Priority) -> Option<u32> {

@@ -12,6 +12,7 @@ mod parse;
 mod psm;
 mod replay;
 mod schema;
+mod sensitivity;
 mod simulate;
 mod wcrt;
 

@@ -13,6 +13,7 @@ mod fixes;
 mod hostile;
 mod robot;
 mod samples;
+mod sensitivity;
 mod simulate;
 mod task_sets;
 

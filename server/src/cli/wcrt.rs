@@ -16,10 +16,11 @@ use mauve_ide::{counted_cpus, explain_response, explain_response_of};
 use mauve_timing::task_set::{Exported, Parsed, TaskSet};
 use mauve_timing::{Level, Rounding, Status, Time};
 use mauve_wcrt::{
-    ActivityReport, Priority, Query, Refusal, Report, Verdict, response_times_of, timetable_of,
+    ActivityReport, Priority, Query, Refusal, Report, Verdict, response_times_of, sensitivity, timetable_of,
 };
 
 use super::check::Lines;
+use super::sensitivity::{sensitivity_csv, sensitivity_tables};
 use super::{Method, Outside, Paths, columns, counted, say, shown};
 use crate::Output;
 use crate::analysis_document::{
@@ -52,6 +53,10 @@ pub(crate) struct Wcrt {
     /// Show where the response time of this instance comes from; not with --format.
     #[arg(long, value_name = "INSTANCE", conflicts_with = "format")]
     explain: Option<String>,
+    /// Show how far the time of each codel may grow, and each period shrink, while every deadline is met; not for task
+    /// sets in files.
+    #[arg(long, conflicts_with = "explain")]
+    sensitivity: bool,
     /// How to show the figures.
     #[arg(long, value_enum, default_value = "table")]
     format: Format,
@@ -83,6 +88,12 @@ impl Wcrt {
         let mut db = Database::default();
         let is_task_set = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "json");
         if self.paths.paths.iter().any(is_task_set) {
+            if self.sensitivity {
+                return Err(
+                    "--sensitivity needs a model: task sets (*.json) do not have the times of codels"
+                        .to_owned(),
+                );
+            }
             if let Some(other) = self.paths.paths.iter().find(|path| !is_task_set(path)) {
                 return Err(format!(
                     "`{}` is not a task set (*.json), and others in PATH are: analyse task sets and models one after the other",
@@ -108,7 +119,12 @@ impl Wcrt {
         }
         let deployed = |(project, deployment)| {
             let queries = levels(&db, project, self.significance.as_ref()).into_iter().map(query);
-            Deployed::of_model(&db, project, deployment, queries)
+            let mut found = Deployed::of_model(&db, project, deployment, queries);
+            if self.sensitivity {
+                let of = |(query, _): &(Query, _)| sensitivity(&db, project, deployment, *query);
+                found.sensitivities = found.reports.iter().map(of).collect();
+            }
+            found
         };
         let all: Vec<Deployed<'_>> = found.into_iter().map(deployed).collect();
         let text = self.text(&all)?;
@@ -159,6 +175,7 @@ impl Wcrt {
                 db,
                 name: &set.name,
                 origin: Origin::File { path, set, is_sealed: *is_sealed },
+                sensitivities: Vec::new(),
                 errors: 0,
                 accepted: BTreeMap::new(),
                 reports: reports.iter().map(|(query, report)| (*query, report)).collect(),
@@ -171,7 +188,12 @@ impl Wcrt {
     fn text(&self, all: &[Deployed<'_>]) -> Result<String, String> {
         Ok(match (&self.explain, self.format) {
             (Some(instance), _) => harmless(&explain(all, instance)?),
-            (None, Format::Table) => shown_tables(&tables(all)).join("\n"),
+            (None, Format::Table) => {
+                let tables = tables(all).into_iter().zip(all);
+                let tables = tables.map(|(table, it)| table + &sensitivity_tables(it));
+                shown_tables(&tables.collect::<Vec<_>>()).join("\n")
+            }
+            (None, Format::Csv) if self.sensitivity => sensitivity_csv(all, &root),
             (None, Format::Csv) => csv(all),
             (None, Format::Json) => {
                 let documents: Vec<_> = all.iter().map(analysis_document).collect();
@@ -568,7 +590,7 @@ fn remarks(of: &Deployed<'_>, query: &Query) -> Vec<String> {
 }
 
 /// Returns a cell of CSV, in quotes if it needs them.
-fn quoted(cell: &str) -> String {
+pub(super) fn quoted(cell: &str) -> String {
     if cell.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", cell.replace('"', "\"\""))
     } else {
