@@ -46,7 +46,7 @@ fn the_tables() {
     let found = run(&robot("met", "30", "37", "20"), &["--sensitivity"]);
     assert_eq!((found.code, found.err.as_str()), (1, ""));
     expect![[r#"
-        Robot: response times in ms at 1e-4, method exact
+        Robot: response times in ms at 1e-4, method best
           instance  component  CPU    priority  period  deadline  WCET  first job  response  slack
           driver    Driver       1           2      30        30    20         20        20     10  ✓ met
           planner   Planner      1           1     100       100    37        117         —      —  ✗ unbounded
@@ -68,7 +68,7 @@ fn the_tables() {
     let found = run(&robot("met", "30", "27", "20"), &["--sensitivity"]);
     assert_eq!((found.code, found.err.as_str()), (0, ""));
     expect![[r#"
-        Robot: response times in ms at 1e-4, method exact
+        Robot: response times in ms at 1e-4, method best
           instance  component  CPU    priority  period  deadline  WCET  response  slack
           driver    Driver       1           2      30        30    20        20     10  ✓ met
           planner   Planner      1           1     100       100    27        87     13  ✓ met
@@ -168,12 +168,12 @@ fn documents_have_it_only_on_request() {
     .assert_eq(&format!("{:#}\n", found["results"][0]["sensitivity"]));
     expect![[r#"
         deployment,significance,method,kind,name,now_ms,limit_ms,factor,limit,slack_ms,unproved,root,remark
-        Robot,1e-4,exact,time,Driver/update,20,21,1.05,last,,,robot.mal,
-        Robot,1e-4,exact,time,plan,27,30,1.1111111111111112,last,,,robot.mal,
-        Robot,1e-4,exact,time,rest,1,,,any,,,robot.mal,
-        Robot,1e-4,exact,period,driver,30,29,0.9666666666666667,last,10,,robot.mal,
-        Robot,1e-4,exact,period,planner,100,87,0.87,last,13,,robot.mal,
-        Robot,1e-4,exact,period,rest,,,,any,,,robot.mal,
+        Robot,1e-4,best,time,Driver/update,20,21,1.05,last,,,robot.mal,
+        Robot,1e-4,best,time,plan,27,30,1.1111111111111112,last,,,robot.mal,
+        Robot,1e-4,best,time,rest,1,,,any,,,robot.mal,
+        Robot,1e-4,best,period,driver,30,29,0.9666666666666667,last,10,,robot.mal,
+        Robot,1e-4,best,period,planner,100,87,0.87,last,13,,robot.mal,
+        Robot,1e-4,best,period,rest,,,,any,,,robot.mal,
     "#]]
     .assert_eq(&run(&folder, &["--format", "csv", "--sensitivity"]).out);
 }

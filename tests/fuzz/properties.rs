@@ -99,7 +99,7 @@ pub(crate) fn task_set(text: &str) {
     assert_eq!(again.as_ref(), Ok(&content));
     if let Exported::Deployment(set) = &content {
         for &level in &set.levels {
-            let query = Query { level, method: Method::Psm, horizon: None };
+            let query = Query { level, method: Method::Best, horizon: None };
             assert!(response_times_of(set, query).is_some());
         }
     }

@@ -177,6 +177,7 @@ mod tests {
             a reason is for 1e-4, which is not one of `levels`
             `cpus` is 0: expected 1 or more
             9999 activities: the limit is 2896
+            99999 operations: the limit is 65536
             a second activity `front`
             activity `front`: the period and the deadline must be greater than 0
             other work `lan`: priority 100: expected 1 to 99

@@ -22,7 +22,8 @@ const OTHER_PIECES: &str = "[codel] [program] [component] [overhead] [timing] [t
     out \"out\" dispatch { } . , # ' \"\"\" \n \n \n uint8 FULL=1 string<=3 s \"x\" int32[] v geometry_msgs/Pose[<=4] p é";
 
 const TASK_SET: &str = r#"{"format":"mauve-3","unit":"ns","deployment":{"name":"D","levels":[1e-4],"significance":1e-4,
-    "cpus":1,"rt_throttling":null,"not_analysed":[],"other":[{"name":"lan","affinity":1,"priority":2,"period":9,"jitter":0,"time":1}],"activities":[{"instance":"i","component":"K","affinity":1,
+    "cpus":1,"rt_throttling":null,"not_analysed":[],"other":[{"name":"lan","affinity":1,"priority":2,"period":9,"jitter":0,"time":1}],
+"operations":[{"operation":"o","provider":"i","client":"i","sends":1,"during":null,"time":[1]}],"activities":[{"instance":"i","component":"K","affinity":1,
     "priority":1,"period":90,"deadline":80,"jitter":0,"offset":null,"not_analysed":[],"doubt":null,"machine":{"states":[{"state":"u","first":["p"]}],"initial":"u",
     "overhead":[0],"component_time":[null],"assumed":[],"programs":[{"program":"p","time":[5]}],
     "edges":[{"source":"u","target":"u","transition":null,"first":1,"then":[],"cost":[5]}]}}]}}"#;

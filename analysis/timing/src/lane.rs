@@ -384,15 +384,18 @@ impl<'a> Lane<'_, 'a> {
                 (true, Some((SMALL_BUDGET_OF_PATHS / count.max(1)).min(MOST_FOR_PATHS)))
             }
             Method::Best => {
-                found.iter_mut().flatten().for_each(|found| found.response.is_exhausted = true);
+                let found = found.iter_mut().flatten().filter(|found| found.busy.is_some());
+                found.for_each(|found| found.response.is_exhausted = true);
                 (false, None)
             }
         };
         if is_tightened {
             self.walk(&places, &wanted, Method::Ibf, &mut |lane, place, counts| {
                 let found = found[place].as_mut()?;
-                match found.busy.filter(|busy| busy.ends).and_then(|it| lane.by_execution(place, counts, it))
-                {
+                // Without a window by jobs, there is none by a better method.
+                let by_jobs = found.busy?;
+                let ends = Some(by_jobs).filter(|busy| busy.ends);
+                match ends.and_then(|by_jobs| lane.by_execution(place, counts, by_jobs)) {
                     Some(busy) => lane.conclude(found, place, busy, Method::Ibf),
                     None => found.response.is_exhausted = true,
                 }
