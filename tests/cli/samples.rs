@@ -46,4 +46,11 @@ fn operations_and_sets_of_cpus_have_all_figures() {
     assert_eq!(calls, ["\"way\" for \"pilot\": 5 in 15 ms", "\"way\" for \"tour\": 1 in 3 ms"]);
     let simulated = mauve(MAUVE, &models().join(model), &["simulate", "--for", "20s"]);
     assert_eq!(simulated.code, 0, "{}", simulated.out);
+    // The network driver has its name in each form of a schedule.
+    for format in ["svg", "json", "perfetto"] {
+        let simulated =
+            mauve(MAUVE, &models().join(model), &["simulate", "--for", "100ms", "--format", format]);
+        assert!(simulated.out.contains("network (platform)"), "{format}");
+        assert!(!simulated.out.contains("throttling"), "{format}");
+    }
 }

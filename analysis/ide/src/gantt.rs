@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use mauve_diagnostics::cpu_names;
 use mauve_timing::task_set::Priority;
-use mauve_timing::{Job, LeftOut, Schedule, Slice, THROTTLING, Time, Unit};
+use mauve_timing::{Job, LeftOut, Schedule, Slice, Time, Unit};
 use mauve_wcrt::Simulated;
 
 use crate::drawing::{svg_head, svg_text};
@@ -19,7 +19,7 @@ pub fn draw_schedule(title: &str, deployment: &Simulated, schedule: &Schedule) -
 
 /// A row of the chart.
 struct Lane<'a> {
-    /// The index of the activity, or a number after those of all activities for throttling.
+    /// The index of the activity, or a number after those of all activities: see [`Slice::activity`].
     activity: usize,
     name: String,
     /// None for throttling.
@@ -46,11 +46,13 @@ fn lanes<'a>(deployment: &Simulated, schedule: &'a Schedule) -> Vec<Lane<'a>> {
             lane(index, &activity.name, Some(priority), activity.cpus.unwrap_or_default())
         })
         .collect();
-    // Throttling has no activity: its slices show its CPUs.
+    // Other work and throttling are no activities. The slices of throttling show its CPUs.
     let count = deployment.set.activities.len();
     for slice in schedule.slices.iter().filter(|slice| slice.activity >= count) {
         if !lanes.iter().any(|lane| lane.activity == slice.activity) {
-            lanes.push(lane(slice.activity, THROTTLING, None, 1 << slice.cpu));
+            let other = deployment.set.other(slice.activity);
+            let (priority, cpus) = (other.map(|it| it.priority), other.map_or(1 << slice.cpu, |it| it.cpus));
+            lanes.push(lane(slice.activity, &deployment.set.name(slice.activity), priority, cpus));
         }
     }
     lanes.sort_by_key(|lane| {

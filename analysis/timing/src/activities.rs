@@ -123,6 +123,21 @@ pub(crate) const THROTTLED: Time = Time::from_nanos(50_000_000);
 pub(crate) const THROTTLING_PERIOD: Time = Time::from_nanos(1_000_000_000);
 
 impl ActivitySet {
+    /// Returns the name of what has this number in an analysis or in a schedule: an activity, other work ([`Other::shown`]), or
+    /// [`THROTTLING`].
+    pub fn name(&self, number: usize) -> String {
+        match (self.activities.get(number), self.other(number)) {
+            (Some(activity), _) => activity.name.clone(),
+            (None, Some(other)) => other.shown(),
+            (None, None) => THROTTLING.to_owned(),
+        }
+    }
+
+    /// Returns the other work that has this number, which is behind those of the activities.
+    pub fn other(&self, number: usize) -> Option<&Other> {
+        self.others.get(number.checked_sub(self.activities.len())?)
+    }
+
     /// Computes the response times. To cancel, `interrupt` unwinds.
     pub fn response_times(&self, options: &Options, interrupt: &dyn Fn()) -> SetAnalysis {
         let mut set = self.tasks();

@@ -274,9 +274,11 @@ impl<'db> Simulation<'db> {
         })
     }
 
-    /// Returns the name of an activity; none for real-time throttling.
+    /// Returns the name of an activity or of other work; none for real-time throttling.
     fn instance(&self, activity: usize) -> Option<String> {
-        self.deployment.set.activities.get(activity).map(|it| it.name.clone())
+        let set = &self.deployment.set;
+        let is_named = activity < set.activities.len() || set.other(activity).is_some();
+        is_named.then(|| set.name(activity))
     }
 
     /// Returns whether something was simulated, and each deadline was met.

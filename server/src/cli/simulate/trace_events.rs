@@ -4,11 +4,12 @@
 //! state of the machine; a release and a missed deadline are instants (`i`). Times are in microseconds with three decimals, so
 //! that they are exact.
 
+use std::collections::HashSet;
 use std::fmt::Write as _;
 
 use mauve_diagnostics::cpu_names;
 use mauve_timing::task_set::Priority;
-use mauve_timing::{Slice, THROTTLING, Time};
+use mauve_timing::{Slice, Time};
 use serde_json::{Value, json};
 
 use super::Simulation;
@@ -39,12 +40,14 @@ pub(super) fn text(it: &Simulation<'_>) -> Result<String, String> {
             json!({ "ph": "M", "name": "process_sort_index", "pid": cpu + 1, "args": args }),
         )?);
     }
-    let activities = it.deployment.set.activities.len();
-    let mut throttled: Vec<usize> = Vec::new();
+    let set = &it.deployment.set;
+    // Other work, which may change its CPU, and throttling.
+    let mut named: HashSet<(u32, usize)> = HashSet::new();
     for slice in &it.schedule.slices {
-        if slice.activity >= activities && !throttled.contains(&slice.activity) {
-            throttled.push(slice.activity);
-            events.extend(thread(place(it, slice.cpu, slice.activity), THROTTLING, -1000)?);
+        let is_activity = slice.activity < set.activities.len();
+        if !is_activity && named.insert(place(it, slice.cpu, slice.activity)) {
+            let order = set.other(slice.activity).map_or(-1000, |it| -i64::from(it.priority));
+            events.extend(thread(place(it, slice.cpu, slice.activity), &set.name(slice.activity), order)?);
         }
         let times = [("ts", slice.start), ("dur", slice.end.checked_sub(slice.start).unwrap_or_default())];
         let (name, args) = described(it, slice);
@@ -73,7 +76,7 @@ pub(super) fn text(it: &Simulation<'_>) -> Result<String, String> {
 /// that of a process: viewers take such a thread for the main one.
 fn place(it: &Simulation<'_>, cpu: u32, activity: usize) -> (u32, usize) {
     let most_cpus = u64::BITS as usize;
-    let threads = it.deployment.set.activities.len() + most_cpus;
+    let threads = it.deployment.set.activities.len() + it.deployment.set.others.len() + most_cpus;
     (cpu + 1, 1 + most_cpus + cpu as usize * threads + activity)
 }
 
@@ -103,7 +106,7 @@ fn described(it: &Simulation<'_>, slice: &Slice) -> (String, Value) {
             let client = it.instance(client).unwrap_or_default();
             (format!("call of {client}"), json!({ "job": slice.job, "client": client }))
         }
-        (None, None) => (THROTTLING.to_owned(), json!({})),
+        (None, None) => (it.deployment.set.name(slice.activity), json!({})),
     }
 }
 
