@@ -47,9 +47,8 @@ pub(crate) fn busy_window(
     budget: u64,
 ) -> Result<Exact, NoBoundReason> {
     let priority = lane.priority(place);
-    let mut search =
-        Search { place, bound, lane, method: Method::Psm, base: Counts::new(0), varied: Vec::new(), budget };
-    search.base = Counts::new(search.lane.members.len());
+    let base = Counts::new(lane.members.len());
+    let mut search = Search { place, bound, lane, method: Method::Psm, base, varied: Vec::new(), budget };
     let mut fixed = Vec::new();
     let mut is_bounded_only = false;
     let members = search.lane.members.len() as u64;
@@ -60,16 +59,9 @@ pub(crate) fn busy_window(
         }
         let member = search.lane.members.at(other);
         let jobs = member.jobs_released(bound.last.length, None)?;
-        let requests = match member.machine.greatest_repeats() || jobs <= 1 {
-            true => None,
-            false => match member.requests(jobs) {
-                Some(requests) => Some(requests),
-                None => {
-                    is_bounded_only = true;
-                    None
-                }
-            },
-        };
+        let has_one_function = member.machine.greatest_repeats() || jobs <= 1;
+        let requests = if has_one_function { None } else { member.requests(jobs) };
+        is_bounded_only |= !has_one_function && requests.is_none();
         match requests {
             Some(requests) if requests.nodes.len() > 1 => {
                 let values = requests.nodes.len() as u64 * jobs;
@@ -121,12 +113,12 @@ struct Search<'s, 'l, 'a> {
 }
 
 /// A node for each of the varied members, and the busy window with them.
-#[derive(Clone, PartialEq, Eq)]
+#[derive(Clone)]
 struct Combination {
     response: u64,
     nodes: Vec<usize>,
-    worst: (u64, u64),
-    last: (u64, u64),
+    worst: BusyJob,
+    last: BusyJob,
     first_job: u64,
     /// Whether the iteration ended at the known bound, before its own fixed point.
     is_capped: bool,
@@ -195,7 +187,7 @@ impl Search<'_, '_, '_> {
     /// Returns the leaf with the greatest demand in the window, for each node.
     fn leaf_below(&self, of: &Combination) -> Vec<usize> {
         let leaf = |(&(place, ref requests), &node): (&(usize, Rc<Requests>), &usize)| {
-            let jobs = self.lane.members.get(place).jobs_released(of.worst.1, None).unwrap_or(u64::MAX);
+            let jobs = self.lane.members.get(place).jobs_released(of.worst.length, None).unwrap_or(u64::MAX);
             let mut node = node;
             while let Some([left, right]) = requests.nodes[node].children {
                 node = if requests.demand(left, jobs) >= requests.demand(right, jobs) { left } else { right };
@@ -210,17 +202,16 @@ impl Search<'_, '_, '_> {
             // The demand in the window is greater than it: there is nothing that explains it.
             return Err(NoBoundReason::Budget);
         }
-        let busy_job = |(job, length)| BusyJob { job, length };
         let busy = Busy {
             // That of a later job may have another combination.
-            first_job: if found.worst.0 == 1 { found.first_job } else { self.bound.first_job },
-            worst: busy_job(found.worst),
-            last: busy_job(found.last),
+            first_job: if found.worst.job == 1 { found.first_job } else { self.bound.first_job },
+            worst: found.worst,
+            last: found.last,
             ends: true,
         };
         let mut contributions = Vec::new();
         if self.lane.lists_interference {
-            let length = found.worst.1;
+            let length = found.worst.length;
             let mut counts = self.base.clone();
             counts.raise(length, &mut self.lane.members, self.method)?;
             contributions = counts.contributions().collect();
@@ -237,13 +228,14 @@ impl Search<'_, '_, '_> {
         let (period, jitter) = (member.period, member.jitter);
         let longest = self.bound.last.length;
         let mut counts = self.base.clone();
+        let none = BusyJob { job: 1, length: 0 };
         let mut found =
-            Combination { response: 0, nodes, worst: (1, 0), last: (1, 0), first_job: 0, is_capped: false };
+            Combination { response: 0, nodes, worst: none, last: none, first_job: 0, is_capped: false };
         // Nominal, counted from J before the window.
         let mut release = 0u64;
         for job in 1..=self.bound.last.job {
             let own = self.lane.members.at(self.place).demand(job)?.max(1);
-            let mut window = found.last.1.max(own);
+            let mut window = found.last.length.max(own);
             let length = loop {
                 (self.lane.interrupt)();
                 let visited = counts.present() + self.varied.len() as u64 + 1;
@@ -269,10 +261,10 @@ impl Search<'_, '_, '_> {
             if job == 1 {
                 found.first_job = length;
             }
+            found.last = BusyJob { job, length };
             if response > found.response {
-                (found.response, found.worst) = (response, (job, length));
+                (found.response, found.worst) = (response, found.last);
             }
-            found.last = (job, length);
             release = release.checked_add(period).ok_or(NoBoundReason::Overflow)?;
             if length.saturating_add(jitter) <= release || length >= longest {
                 break;

@@ -771,7 +771,7 @@ fn compare(utilisation: &Utilisation, without: Option<&Share>, exact_left: &mut 
 }
 
 /// Returns the least common multiple, or `None` on overflow; both numbers are greater than 0.
-fn least_common_multiple(a: u64, b: u64) -> Option<u64> {
+pub(crate) fn least_common_multiple(a: u64, b: u64) -> Option<u64> {
     let (mut x, mut y) = (a, b);
     while y != 0 {
         (x, y) = (y, x % y);

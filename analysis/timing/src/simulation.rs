@@ -23,6 +23,7 @@ mod random;
 
 pub use self::random::Random;
 
+use crate::lane::least_common_multiple;
 use crate::task_set::Priority;
 use crate::{Activity, ActivitySet, Demand, Time};
 
@@ -192,14 +193,6 @@ impl ActivitySet {
         }
         Time::from_nanos(short)
     }
-}
-
-fn least_common_multiple(a: u64, b: u64) -> Option<u64> {
-    let (mut divisor, mut rest) = (a, b);
-    while rest > 0 {
-        (divisor, rest) = (rest, divisor % rest);
-    }
-    (a / divisor.max(1)).checked_mul(b)
 }
 
 /// The properties of an activity that can be simulated.
