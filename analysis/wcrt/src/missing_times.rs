@@ -103,6 +103,8 @@ fn missing_times<'db>(
             let user = (activity.instance.clone(), activity.at.clone());
             let at = *index.entry(codel).or_insert(missing.len());
             match missing.get_mut(at) {
+                // Its periods and the operations that it executes may need one codel.
+                Some(known) if known.users.last() == Some(&user) => {}
                 Some(known) => known.users.push(user),
                 None => missing.push(MissingTime { codel, at_other_levels, users: vec![user] }),
             }

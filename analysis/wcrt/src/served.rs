@@ -40,7 +40,10 @@ struct Sent<'a> {
 impl<'db> Served<'db> {
     fn refuse(&mut self, system: &System<'db>, provider: usize, reason: Reason<'db>) {
         let Some(at) = system.activities.get(provider).map(|it| it.at.clone()) else { return };
-        let refusal = Refusal::new(reason, at);
+        self.add(provider, Refusal::new(reason, at));
+    }
+
+    fn add(&mut self, provider: usize, refusal: Refusal<'db>) {
         let known = self.refusals.entry(provider).or_default();
         if !known.contains(&refusal) {
             known.push(refusal);
@@ -125,7 +128,7 @@ pub(crate) fn served_in<'db>(
                 None
             }
             (Some(_), Err(refusals)) => {
-                found.refusals.entry(connected.provider).or_default().extend(refusals);
+                refusals.into_iter().for_each(|refusal| found.add(connected.provider, refusal));
                 None
             }
             (Some(sends), Ok(time)) => Some((sends, time)),
