@@ -518,7 +518,7 @@ deployment D { architecture A
 //- /mauve.toml
 assume.codel = \"1 ms\"
 ";
-    // `y` asks `x`, and `x` asks nobody.
+    // `y` sends calls to `x`; `x` sends none.
     expect![[r#"
         x met 2 ms
         y met 2.000001 ms

@@ -107,7 +107,7 @@ struct Search<'s, 'l, 'a> {
     method: Method,
     /// The counts of these members in the least window.
     base: Counts,
-    /// The members of which a path is chosen.
+    /// The members whose paths are combined, with their request functions.
     varied: Vec<(usize, Rc<Requests>)>,
     budget: u64,
 }

@@ -5,7 +5,7 @@ use crate::machine::Adjacency;
 use crate::trace_bound::{Laps, Recurrence};
 use crate::{NoBoundReason, StateMachine};
 
-/// g(n, r), the greatest execution of n consecutive jobs of a machine of which the last executes for at most r:
+/// g(n, r), the greatest execution of n consecutive jobs of a machine, if the last job executes for at most r:
 /// max over the edges (a, b) of zₙ₋₁\[a\] + min(δ(a, b), r), where zₙ\[a\] is the greatest total of *at most* n edges that end
 /// at a.
 ///

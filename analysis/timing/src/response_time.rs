@@ -132,9 +132,9 @@ fn linked_cpus(tasks: &[Task]) -> Vec<Option<u64>> {
 /// CPUs that tasks link.
 struct LinkedCpus {
     cpus: u64,
-    /// A set of several CPUs that a task has.
+    /// The set of several CPUs that a task has; that of any, if they differ.
     several: Option<u64>,
-    /// Whether another task has another one.
+    /// Whether tasks have different sets of several CPUs.
     is_mixed: bool,
 }
 

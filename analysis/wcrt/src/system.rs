@@ -504,7 +504,7 @@ impl<'db> Reader<'db> {
         u32::try_from(below).unwrap_or(1)
     }
 
-    /// Enters the connected operations, and refuses the activities that may provide another one.
+    /// Enters the connected operations. Refuses the activities that may also provide an operation whose connection is unknown.
     fn served(&mut self, serving: &Serving) {
         let mut numbers: FxHashMap<Name, usize> = FxHashMap::default();
         for (number, resolved) in self.found.activities.iter_mut().enumerate() {
