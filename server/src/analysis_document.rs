@@ -199,11 +199,18 @@ fn activity_document(
     let interference = interference
         .into_iter()
         .map(|it| object! { instance: it.instance.to_string(), jobs: it.jobs, time: milliseconds(it.time) });
-    let window = activity
-        .window
-        .as_ref()
-        .filter(|window| window.job > 1)
-        .map(|it| object! { job: it.job, own: milliseconds(it.own), length: milliseconds(it.length) });
+    let window =
+        activity.window.as_ref().filter(|window| window.job > 1 || window.start.is_some()).map(|it| {
+            object! {
+                job: it.job,
+                own: milliseconds(it.own),
+                length: milliseconds(it.length),
+                // Where it begins, on the clock that synchronised activities share.
+                [start]: it.start.map(milliseconds),
+                // The response time is length − delay − (job − 1) · period + jitter.
+                [delay]: it.start.map(|_| milliseconds(it.delay)),
+            }
+        });
     let assumed = activity.assumed.iter();
     let assumed = assumed.map(|(codel, time)| object! { codel: codel.clone(), time: milliseconds(*time) });
     let calls = activity.calls.iter().map(|it| {

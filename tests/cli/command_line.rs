@@ -10,7 +10,7 @@ fn run(arguments: &[&str]) -> Run {
 }
 
 /// In a folder of the test's own.
-fn run_in(name: &str, files: &[(&str, &str)], arguments: &[&str]) -> Run {
+pub(crate) fn run_in(name: &str, files: &[(&str, &str)], arguments: &[&str]) -> Run {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("{}-{name}", test_name()));
     write(&folder, files);
     mauve(MAUVE, &folder, arguments)

@@ -6,6 +6,7 @@
 
 mod acceptance;
 mod bad_input;
+mod clocks;
 mod command_line;
 mod first_steps;
 mod fixes;

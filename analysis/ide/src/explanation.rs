@@ -199,6 +199,22 @@ fn calls(out: &mut String, activity: &ActivityReport<'_>) {
 }
 
 fn window(out: &mut String, activity: &ActivityReport<'_>) {
+    if let Some(window) = &activity.window
+        && let Some(start) = window.start
+    {
+        // Its first job is released at `delay` − J.
+        let released =
+            match (window.delay.checked_sub(activity.jitter), activity.jitter.checked_sub(window.delay)) {
+                (Some(Time::ZERO), _) => "at its start".to_owned(),
+                (Some(later), _) => format!("{later} after its start"),
+                (None, earlier) => format!("nominally {} before its start", earlier.unwrap_or_default()),
+            };
+        let _ = writeln!(
+            out,
+            "\nthe busy window begins {start} after the instant that the synchronised clocks share; its own first job is released \
+             {released}"
+        );
+    }
     match &activity.window {
         Some(window) if window.job > 1 => {
             let _ = writeln!(
@@ -244,8 +260,9 @@ fn interference(out: &mut String, db: &dyn ModelDb, report: &Report<'_>, index: 
 /// Writes the first iteration of the busy window that exceeds the deadline.
 fn crossed_deadline(out: &mut String, activity: &ActivityReport<'_>) {
     if let (Some(window), Some(period), Some(deadline)) = (&activity.window, activity.period, activity.deadline)
-        // The deadline of job q is (q − 1)·T + D after the start of the window.
+        // The deadline of job q is delay − J + (q − 1)·T + D after the start of the window.
         && let Some(deadline) = period.checked_mul(window.job - 1).and_then(|at| at.checked_add(deadline))
+        && let Some(deadline) = deadline.checked_add(window.delay).and_then(|at| at.checked_sub(activity.jitter))
         && let Some(crossed) = window.iterations.iter().position(|&length| length > deadline)
     {
         let _ = writeln!(

@@ -93,6 +93,7 @@ fn system(seed: u64, tasks: usize, states: u32, periods: Periods) -> Vec<Task> {
             period: Time::from_nanos(period),
             deadline: Time::from_nanos(period),
             jitter: Time::ZERO,
+            offset: None,
             cpus: 1,
             demand: Demand::Machine { machine, whole: None },
         });

@@ -25,7 +25,7 @@ pub struct Activity {
     /// J, the greatest delay of a release.
     pub jitter: Time,
     /// The offset of its releases in the period, counted from the instant that all synchronised clocks share; `None` if its
-    /// phase is unknown. The bounds hold for any phase.
+    /// phase is unknown.
     pub offset: Option<Time>,
     /// The CPUs that it may use, one bit for each; `None` if unknown.
     pub cpus: Option<u64>,
@@ -214,6 +214,7 @@ impl Activity {
             period: self.period.unwrap_or_default(),
             deadline: self.deadline.unwrap_or_default(),
             jitter: self.jitter,
+            offset: self.offset,
             cpus: self.cpus.unwrap_or(u64::MAX),
             demand: self.demand.clone(),
         }
@@ -233,6 +234,7 @@ impl Other {
             period: self.period,
             deadline: self.period,
             jitter: self.jitter,
+            offset: None,
             cpus: self.cpus,
             demand: Demand::Machine { machine: StateMachine::single(self.time), whole: None },
         }
@@ -254,6 +256,7 @@ fn throttling(tasks: &[Task]) -> Vec<Task> {
             period: THROTTLING_PERIOD,
             deadline: THROTTLING_PERIOD,
             jitter: Time::ZERO,
+            offset: None,
             cpus: 1 << bit,
             demand: Demand::Machine { machine: StateMachine::single(THROTTLED), whole: None },
         })

@@ -19,6 +19,7 @@ use crate::{CpuRule, Interference, Method, Options, Task, Time, Window};
 ///     period: Time::from_nanos(period),
 ///     deadline: Time::from_nanos(period),
 ///     jitter: Time::ZERO,
+///     offset: None,
 ///     cpus: 1,
 ///     demand: Demand::Machine { machine: StateMachine::single(Time::from_nanos(cost)), whole: None },
 /// };
@@ -72,50 +73,53 @@ impl<'a> Breakdown<'a> {
             let is_counted = matches!(rule, CpuRule::Cpu(_)) || other.priority >= task.priority;
             other.cpus & rule.mask() != 0 && is_counted
         };
-        let mut places: Vec<usize> =
-            (0..self.members.len()).filter(|&it| is_in(self.members[it].task)).collect();
-        if method == Method::Exact {
-            return self.by_paths(of, rule, &places);
-        }
-        places.retain(|&place| self.members[place].task.priority >= task.priority);
-        let mut found = Vec::new();
-        for place in places {
-            let member = &mut self.members[place];
-            // The analysis computed it before.
-            if member.index != of
-                && let Ok(it) = member.contribution(length.as_nanos(), method, horizon)
-            {
-                found.push(Interference {
-                    task: member.index,
-                    jobs: it.jobs,
-                    time: Time::from_nanos(it.time),
-                });
-            }
-        }
-        found
-    }
-
-    /// Searches the combination of paths again.
-    fn by_paths(&mut self, of: usize, rule: CpuRule, places: &[usize]) -> Vec<Interference> {
-        let members_of_all = members_of_all(self.tasks, &self.members);
-        let lane = Lane {
+        let places: Vec<usize> = (0..self.members.len()).filter(|&it| is_in(self.members[it].task)).collect();
+        let is_by_paths = method == Method::Exact;
+        // The other methods have found the window: they need no budget.
+        let members_of_all = if is_by_paths { members_of_all(self.tasks, &self.members) } else { 1 };
+        let mut lane = Lane {
             rule,
-            members: Members { all: &mut self.members, places },
+            members: Members { all: &mut self.members, places: &places },
             options: self.options,
             interrupt: self.interrupt,
             members_of_all,
+            start: None,
+            starts: 1,
             lists_interference: true,
         };
-        let found = lane.analyse(|member| member.index == of);
-        let interference = found.into_iter().next().map_or_else(Vec::new, |found| found.interference);
-        let mut interference: Vec<Interference> = interference
-            .into_iter()
-            .map(|(place, jobs, time)| {
-                let task = self.members[places[place]].index;
-                Interference { task, jobs, time: Time::from_nanos(time) }
-            })
-            .collect();
-        interference.sort_unstable_by_key(|it| it.task);
-        interference
+        if let Some(start) = window.and_then(|window| window.start) {
+            lane.begin_at_again(start.as_nanos());
+        }
+        let found = if is_by_paths {
+            by_paths(of, &mut lane)
+        } else {
+            let others = 0..lane.members.len();
+            let others = others.filter_map(|place| {
+                let member = lane.members.at(place);
+                let delays = member.index != of && member.task.priority >= task.priority;
+                // The analysis computed it before.
+                let it = member.contribution(length.as_nanos(), method, horizon).ok()?;
+                let interference =
+                    Interference { task: member.index, jobs: it.jobs, time: Time::from_nanos(it.time) };
+                Some(interference).filter(|it| delays && it.jobs > 0)
+            });
+            others.collect()
+        };
+        lane.begin_at(None, 1);
+        found
     }
+}
+
+/// Searches the combination of paths again.
+fn by_paths(of: usize, lane: &mut Lane<'_, '_>) -> Vec<Interference> {
+    let found = lane.analyse(|member| member.index == of);
+    let interference = found.into_iter().next().map_or_else(Vec::new, |found| found.interference).into_iter();
+    let interference = interference.map(|(place, jobs, time)| Interference {
+        task: lane.members.get(place).index,
+        jobs,
+        time: Time::from_nanos(time),
+    });
+    let mut interference: Vec<Interference> = interference.collect();
+    interference.sort_unstable_by_key(|it| it.task);
+    interference
 }

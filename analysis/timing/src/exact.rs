@@ -225,14 +225,14 @@ impl Search<'_, '_, '_> {
 
     fn evaluate(&mut self, nodes: Vec<usize>) -> Result<Combination, NoBoundReason> {
         let member = self.lane.members.get(self.place);
-        let (period, jitter) = (member.period, member.jitter);
+        let (period, jitter, delay) = (member.period, member.jitter, member.delay);
         let longest = self.bound.last.length;
         let mut counts = self.base.clone();
         let none = BusyJob { job: 1, length: 0 };
         let mut found =
             Combination { response: 0, nodes, worst: none, last: none, first_job: 0, is_capped: false };
         // Nominal, counted from J before the window.
-        let mut release = 0u64;
+        let mut release = delay;
         for job in 1..=self.bound.last.job {
             let own = self.lane.members.at(self.place).demand(job)?.max(1);
             let mut window = found.last.length.max(own);
@@ -257,7 +257,7 @@ impl Search<'_, '_, '_> {
                     break longest;
                 }
             };
-            let response = length.saturating_sub(release).saturating_add(jitter);
+            let response = length.saturating_add(jitter).saturating_sub(release);
             if job == 1 {
                 found.first_job = length;
             }

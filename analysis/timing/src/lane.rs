@@ -49,6 +49,9 @@ pub(crate) struct Member<'a> {
     pub(crate) task: &'a Task,
     pub(crate) period: u64,
     pub(crate) jitter: u64,
+    /// The nominal instant of the first release in the window, counted from J before its start. Less than the period; 0 for a
+    /// window that may begin at any instant.
+    pub(crate) delay: u64,
     pub(crate) machine: &'a StateMachine,
     pub(crate) share: Share,
     curve: Curve<'a>,
@@ -104,6 +107,7 @@ impl<'a> Member<'a> {
             task,
             period: task.period.as_nanos(),
             jitter: task.jitter.as_nanos(),
+            delay: 0,
             machine,
             share: Share::new(mean, task.period),
             curve,
@@ -129,10 +133,11 @@ impl<'a> Member<'a> {
         }
     }
 
-    /// Returns the number of jobs that are released in a window, ⌈(t + J)/T⌉; with a horizon, in its first part.
+    /// Returns the number of jobs that are released in a window, ⌈(t + J − delay)/T⌉; with a horizon, in its first part.
     pub(crate) fn jobs_released(&self, window: u64, horizon: Option<Time>) -> Result<u64, NoBoundReason> {
         let window = horizon.map_or(window, |horizon| window.min(horizon.as_nanos()));
-        Ok(window.checked_add(self.jitter).ok_or(NoBoundReason::Overflow)?.div_ceil(self.period))
+        let since_first = window.checked_add(self.jitter).ok_or(NoBoundReason::Overflow)?;
+        Ok(since_first.saturating_sub(self.delay).div_ceil(self.period))
     }
 
     /// See [`Paths::requests`].
@@ -141,8 +146,8 @@ impl<'a> Member<'a> {
         self.paths.get_or_insert_with(|| Box::new(Paths::new(machine))).requests(jobs, self.interrupt)
     }
 
-    /// Returns what the task contributes to a `window` > 0: M(n) for n = ⌈(t + J)/T⌉; with [`Method::Ibf`], what n jobs
-    /// execute if the last one begins (n − 1)·T − J after the start of the window.
+    /// Returns what the task contributes to a `window` > 0: M(n) for n = ⌈(t + J − delay)/T⌉; with [`Method::Ibf`], what n jobs
+    /// execute if the last one begins (n − 1)·T + delay − J after the start of the window.
     pub(crate) fn contribution(
         &mut self,
         window: u64,
@@ -150,19 +155,23 @@ impl<'a> Member<'a> {
         horizon: Option<Time>,
     ) -> Result<Contribution, NoBoundReason> {
         let jobs = self.jobs_released(window, horizon)?;
-        // The nominal release of the last job, counted from J before the window. The jobs have at least t + J together.
-        let before = jobs.saturating_sub(1).saturating_mul(self.period);
-        let window_at = |since_release: u64| before.saturating_add(since_release) - self.jitter;
-        let next_release = window_at(self.period);
+        // Instants are counted from J before the window, which is longer than J.
+        let window_at = |instant: u64| instant - self.jitter;
+        let next_release = window_at(jobs.saturating_mul(self.period).saturating_add(self.delay));
+        if jobs == 0 {
+            return Ok(Contribution { jobs, time: 0, holds_until: next_release, rises_until: 0 });
+        }
         if method != Method::Ibf {
             let time = self.demand(jobs)?;
             return Ok(Contribution { jobs, time, holds_until: next_release, rises_until: 0 });
         }
         let (machine, interrupt) = (self.machine, self.interrupt);
         let bound = self.execution.get_or_insert_with(|| Box::new(ExecutionBound::new(machine, interrupt)));
-        let since_release = window.saturating_add(self.jitter) - before;
+        let last_release = (jobs - 1).saturating_mul(self.period).saturating_add(self.delay);
+        let since_release = window.saturating_add(self.jitter) - last_release;
         let Execution { time, until, rises } = bound.execution(jobs, since_release)?;
-        let until = until.map_or(next_release, |until| window_at(until).min(next_release));
+        let until = until.map(|until| window_at(last_release.saturating_add(until)));
+        let until = until.map_or(next_release, |until| until.min(next_release));
         Ok(match rises {
             true => Contribution { jobs, time, holds_until: window, rises_until: until },
             false => Contribution { jobs, time, holds_until: until, rises_until: 0 },
@@ -330,6 +339,11 @@ pub(crate) struct Lane<'l, 'a> {
     pub(crate) interrupt: &'a dyn Fn(),
     /// The number of members of all lanes, which share the budgets.
     pub(crate) members_of_all: u64,
+    /// The instant at which the windows begin, on the clock of the tasks with an offset; `None` for any. See
+    /// [`Lane::begin_at`].
+    pub(crate) start: Option<u64>,
+    /// The number of such instants that are analysed, which share the budgets.
+    pub(crate) starts: u64,
     /// Whether to list the interference in windows of [`Method::Exact`].
     pub(crate) lists_interference: bool,
 }
@@ -356,9 +370,15 @@ struct Load {
     several_cpus: bool,
 }
 
+impl Load {
+    /// For tasks whose windows are known to end.
+    const BELOW_ONE: Load =
+        Load { others: Some(Ordering::Less), all: Some(Ordering::Less), several_cpus: false };
+}
+
 impl<'a> Lane<'_, 'a> {
     /// Analyses the tasks for which `is_wanted`.
-    pub(crate) fn analyse(mut self, is_wanted: impl Fn(&Member<'_>) -> bool) -> Vec<Found> {
+    pub(crate) fn analyse(&mut self, is_wanted: impl Fn(&Member<'_>) -> bool) -> Vec<Found> {
         let wanted: Vec<bool> =
             (0..self.members.len()).map(|place| is_wanted(self.members.get(place))).collect();
         let mut places: Vec<usize> = (0..self.members.len()).collect();
@@ -366,7 +386,10 @@ impl<'a> Lane<'_, 'a> {
         // The tasks of lower priority than all that are wanted do not matter.
         let least = places.iter().rev().find(|&&place| wanted[place]).map(|&place| self.priority(place));
         places.retain(|&place| least.is_some_and(|least| self.priority(place) >= least));
-        let loads = self.loads(&places);
+        let loads = match self.start {
+            None => self.loads(&places),
+            Some(_) => vec![Load::BELOW_ONE; self.members.len()],
+        };
         let by_jobs = if self.options.method == Method::Classic { Method::Classic } else { Method::Psm };
         let mut found: Vec<Option<Found>> = wanted.iter().map(|_| None).collect();
         self.walk(&places, &wanted, by_jobs, &mut |lane, place, counts| {
@@ -375,13 +398,13 @@ impl<'a> Lane<'_, 'a> {
             found[place] = Some(of_place);
             length
         });
-        let count = self.members_of_all;
+        let of_paths = |budget: u64| (budget / self.members_of_all.max(1)).min(MOST_FOR_PATHS) / self.starts;
         let (is_tightened, paths) = match self.options.method {
             Method::Classic | Method::Psm => (false, None),
             Method::Ibf => (true, None),
-            Method::Exact => (true, Some((BUDGET_OF_PATHS / count.max(1)).min(MOST_FOR_PATHS))),
-            Method::Best if count <= MOST_TIGHTENED => {
-                (true, Some((SMALL_BUDGET_OF_PATHS / count.max(1)).min(MOST_FOR_PATHS)))
+            Method::Exact => (true, Some(of_paths(BUDGET_OF_PATHS))),
+            Method::Best if self.members_of_all <= MOST_TIGHTENED => {
+                (true, Some(of_paths(SMALL_BUDGET_OF_PATHS)))
             }
             Method::Best => {
                 let found = found.iter_mut().flatten().filter(|found| found.busy.is_some());
@@ -429,9 +452,11 @@ impl<'a> Lane<'_, 'a> {
     ) {
         let mut counts = Counts::new(self.members.len());
         let mut of_one = Counts::new(0);
+        // A window that begins at one instant may end before the window of a higher priority, whose own job is released later.
+        let windows_grow = self.start.is_none();
         let groups: Vec<&[usize]> = places.chunk_by(|&a, &b| self.priority(a) == self.priority(b)).collect();
         for group in groups {
-            if let &[place] = group {
+            if let (&[place], true) = (group, windows_grow) {
                 if wanted[place] {
                     solve(self, place, &mut counts);
                 }
@@ -445,7 +470,8 @@ impl<'a> Lane<'_, 'a> {
             for &place in group.iter().filter(|&&place| wanted[place]) {
                 of_one.clone_from(&counts);
                 of_one.exclude(place);
-                longest = longest.max(solve(self, place, &mut of_one).unwrap_or(0));
+                let length = solve(self, place, &mut of_one).unwrap_or(0);
+                longest = if windows_grow { longest.max(length) } else { 0 };
             }
             // The start for the next group, which has the whole group in its hp, so its windows are not shorter.
             // (What cannot be computed fails again there.)
@@ -491,7 +517,7 @@ impl<'a> Lane<'_, 'a> {
     fn budget(&self) -> u64 {
         let members = (self.members.len() as u64).max(1);
         let of_all = if self.options.is_brief { BRIEF_BUDGET_OF_ALL } else { BUDGET_OF_ALL };
-        (of_all / self.members_of_all.max(members)).max(FEWEST_PASSES * members).min(BUDGET)
+        (of_all / self.members_of_all.max(members) / self.starts).max(FEWEST_PASSES * members).min(BUDGET)
     }
 
     /// Returns the response of the member at `place` by the demand of n jobs, starting from `counts` of hp(i) below its fixed
@@ -503,7 +529,7 @@ impl<'a> Lane<'_, 'a> {
         };
         let mut budget = self.budget();
         let member = self.members.at(place);
-        let (period, jitter) = (member.period, member.jitter);
+        let (period, jitter, delay) = (member.period, member.jitter, member.delay);
         let response = Response {
             own: member.demand(1).ok().map(Time::from_nanos),
             first_job: None,
@@ -535,7 +561,8 @@ impl<'a> Lane<'_, 'a> {
         // If every job ends before the next one of this task is released, no window has two of them, and this length bounds
         // them all. (The utilisation U of hp(i) and i is at most 1 then, so that this cannot hide an overload. With t the
         // length, t ≤ T: t ≥ Mᵢ(1) + Σ Mⱼ(⌈t/Tⱼ⌉) ≥ λᵢ·t/T + Σ λⱼ·t/Tⱼ = U·t.)
-        let has_one_job = first_job.checked_add(jitter).is_some_and(|end| end <= period);
+        let has_one_job =
+            first_job.checked_add(jitter).is_some_and(|end| end <= period.saturating_add(delay));
         let busy = match load.all {
             _ if has_one_job => Some(self.busy(place, counts, method, first_job, None, &mut budget)),
             Some(Ordering::Greater) => None,
@@ -656,12 +683,14 @@ impl<'a> Lane<'_, 'a> {
         budget: &mut u64,
     ) -> Result<Busy, NoBoundReason> {
         let member = self.members.get(place);
-        let (period, jitter) = (member.period, member.jitter);
+        let (period, jitter, delay) = (member.period, member.jitter, member.delay);
         let mut job = BusyJob { job: 1, length: first_job };
         let mut worst = job;
-        let mut worst_response = first_job;
-        // The nominal release of the job after this one, counted from J before the window.
-        let mut next_release = period;
+        // From the nominal release of the job, which is counted from J before the window. The end of a job that is released after
+        // the window has ended may be earlier; it is not late, and job 1 is not before.
+        let response = |length: u64, release: u64| length.saturating_add(jitter).saturating_sub(release);
+        let mut worst_response = response(first_job, delay);
+        let mut next_release = delay.saturating_add(period);
         loop {
             let ends = job.length.checked_add(jitter).ok_or(NoBoundReason::Overflow)? <= next_release;
             if ends || last.is_some_and(|last| job.job >= last) {
@@ -669,8 +698,7 @@ impl<'a> Lane<'_, 'a> {
             }
             let length = self.fixed_point(place, job.job + 1, counts, method, budget)?;
             job = BusyJob { job: job.job + 1, length };
-            // With a jitter, a job may be released before the window reaches `next_release`.
-            let response = length.saturating_sub(next_release);
+            let response = response(length, next_release);
             if response > worst_response {
                 (worst, worst_response) = (job, response);
             }
@@ -682,8 +710,9 @@ impl<'a> Lane<'_, 'a> {
     fn conclude(&mut self, found: &mut Found, place: usize, busy: Busy, method: Method) {
         let BusyJob { job, length } = busy.worst;
         let member = self.members.at(place);
-        let released = member.period.checked_mul(job - 1);
-        let response = released.and_then(|released| length.checked_sub(released)?.checked_add(member.jitter));
+        let released = member.period.checked_mul(job - 1).and_then(|it| it.checked_add(member.delay));
+        let response = released.and_then(|it| Some(length.checked_add(member.jitter)?.saturating_sub(it)));
+        let delay = Time::from_nanos(member.delay);
         let (Ok(own), Some(time)) = (member.demand(job), response) else {
             found.response.bound = Bound::NoBound(NoBoundReason::Overflow);
             return;
@@ -706,6 +735,8 @@ impl<'a> Lane<'_, 'a> {
             job,
             own: Time::from_nanos(own),
             length: Time::from_nanos(length),
+            start: self.start.map(Time::from_nanos),
+            delay,
             iterations: iterations.unwrap_or_default(),
         });
     }

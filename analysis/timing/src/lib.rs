@@ -28,6 +28,7 @@
 //! | `execution_bound.rs` | what n jobs execute at most, if the last one has not long been released |
 //! | `exact.rs` | the search over combinations of paths |
 //! | `lane.rs` | the analysis of one CPU, or of linked CPUs as one |
+//! | `synchronised.rs` | the windows that begin at the releases of synchronised clocks |
 //! | `operations.rs` | the calls of operations that jobs execute for others |
 //! | `activities.rs` | [`ActivitySet`]: what a deployment runs at one level, and its response times |
 //! | `response_time.rs` | [`response_times`]: the analysis |
@@ -48,6 +49,7 @@ mod machine;
 mod operations;
 mod response_time;
 mod simulation;
+mod synchronised;
 mod table;
 mod task;
 pub mod task_set;

@@ -102,6 +102,8 @@ fn with_calls(operations: &[Operation], counts: &mut [Option<u64>], set: &SetTas
         if operation.time == Time::ZERO {
             continue;
         }
+        // It may execute a call at any instant, not only from a release on.
+        task.offset = None;
         let time = count.and_then(|count| operation.time.checked_mul(count));
         let demand = time.and_then(|time| match &task.demand {
             Demand::Machine { machine, whole } => Some(Demand::Machine {

@@ -9,7 +9,7 @@ use crate::{Analysis, Bound, CpuLoad, CpuRule, Options, Response, Task, Time, Ut
 /// is none.
 ///
 /// A task releases a job each `period`, at most its `jitter` later than nominally, and executes it under preemptive fixed
-/// priorities; its clock may have any phase. Late jobs of a task queue in order.
+/// priorities; its clock may have any phase, unless it has an `offset`. Late jobs of a task queue in order.
 ///
 /// **One CPU.** hp(i) are the tasks of higher or equal priority on the CPU of i. A half-open window of length t contains at most
 /// ⌈(t + J)/T⌉ releases, with a demand of at most M(⌈(t + J)/T⌉) ([`TraceBound`](crate::TraceBound); with
@@ -19,6 +19,10 @@ use crate::{Analysis, Bound, CpuLoad, CpuRule, Options, Response, Task, Time, Ut
 /// is the least t with t = Mᵢ(q) + Σ Mⱼ(⌈(t + Jⱼ)/Tⱼ⌉), R = Jᵢ + max f(q) − (q − 1)·T, up to the first q with f(q) + Jᵢ ≤ q·T.
 /// (Where the CPU is loaded to exactly 100 %, there may be no such q; then up to where f repeats.) The better methods replace
 /// Mⱼ: see [`Method`](crate::Method).
+///
+/// **Synchronised clocks.** The windows of a task with an [`offset`](Task::offset), and of those that tasks with an offset delay,
+/// begin at the actual releases of these tasks, if two of them are on the CPU: the greatest of the responses that are found in
+/// these windows. If the releases are too many, the windows begin with a simultaneous release of all, which bounds them.
 ///
 /// **Several CPUs.** A task that may use several CPUs has the least of the response times that it would have on each of them,
 /// with all tasks of higher or equal priority that may run on that CPU. (From the last instant at which none of these had
@@ -44,6 +48,7 @@ use crate::{Analysis, Bound, CpuLoad, CpuRule, Options, Response, Task, Time, Ut
 ///     period: Time::from_nanos(period),
 ///     deadline: Time::from_nanos(period),
 ///     jitter: Time::ZERO,
+///     offset: None,
 ///     cpus: 1,
 ///     demand: Demand::Machine { machine: StateMachine::single(Time::from_nanos(cost)), whole: None },
 /// };
@@ -59,15 +64,19 @@ pub fn response_times(tasks: &[Task], options: &Options, interrupt: &dyn Fn()) -
     let plans = plans(tasks, &members, &unknown, &linked);
     let mut best: Vec<Option<Response>> = tasks.iter().map(|_| None).collect();
     for plan in &plans {
-        let lane = Lane {
+        let mut lane = Lane {
             rule: plan.rule,
             members: Members { all: &mut members, places: &plan.members },
             options,
             interrupt,
             members_of_all: member_count(&plans),
+            start: None,
+            starts: 1,
             lists_interference: false,
         };
-        for found in lane.analyse(|member| plan.wants(tasks, &linked, member.index)) {
+        let mut found = lane.analyse(|member| plan.wants(tasks, &linked, member.index));
+        lane.synchronise(&mut found);
+        for found in found {
             let of_task = &mut best[found.task];
             *of_task = Some(better(of_task.take(), found.response));
         }
@@ -276,6 +285,7 @@ mod tests {
             period: Time::from_nanos(period),
             deadline: Time::from_nanos(period),
             jitter: Time::ZERO,
+            offset: None,
             cpus: 1,
             demand: Demand::Machine { machine, whole: None },
         }
@@ -951,6 +961,7 @@ mod tests {
                 period: Time::from_nanos(period),
                 deadline: Time::from_nanos(deadline),
                 jitter: Time::from_nanos(jitter),
+                offset: None,
                 cpus,
                 demand,
             }

@@ -5,8 +5,8 @@
 //!
 //! What is simulated:
 //!
-//! - **Releases**: every period from a random phase, or from 0 ([`SimulationOptions::simultaneous`]); each is late by a random
-//!   time up to the jitter, and their order is kept.
+//! - **Releases**: every period from the [offset](Activity::offset), or where there is none from a random phase, or from 0
+//!   ([`SimulationOptions::simultaneous`]); each is late by a random time up to the jitter, and their order is kept.
 //! - **Jobs**: a job takes a random edge of its state, and a random part of the cost of that edge. Late jobs queue: each starts
 //!   after the end of the earlier one.
 //! - **Scheduling**: as `SCHED_FIFO` does. A ready activity never waits while a CPU of its mask is idle or executes an activity
@@ -35,7 +35,7 @@ pub struct SimulationOptions {
     pub seed: u64,
     /// The end of the simulation, which starts at 0. At most 2⁶³ ns are simulated.
     pub length: Time,
-    /// Releases the first jobs of all activities at 0, otherwise each at a random instant of its first period.
+    /// Releases the first jobs of all activities without an offset at 0, otherwise each at a random instant of its first period.
     pub simultaneous: bool,
     /// The state at the start of each activity's first job, by the index of the activity; random where there is none.
     pub initial_states: Vec<Option<u32>>,
@@ -200,6 +200,8 @@ struct Simulated<'a> {
     priority: u32,
     /// Greater than 0.
     period: u64,
+    /// Less than the period.
+    offset: Option<u64>,
     deadline: u64,
     /// Not 0.
     cpus: u64,
@@ -215,6 +217,7 @@ impl Activity {
         Some(Simulated {
             priority,
             period: period.as_nanos(),
+            offset: self.offset.map(|offset| offset.as_nanos() % period.as_nanos()),
             deadline: self.deadline.unwrap_or(period).as_nanos(),
             cpus: self.cpus.filter(|cpus| *cpus != 0)?,
             machine,

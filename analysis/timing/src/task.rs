@@ -17,6 +17,9 @@ pub struct Task {
     pub deadline: Time,
     /// J, the greatest delay of a release after its nominal instant; a response time counts from the nominal instant.
     pub jitter: Time,
+    /// The nominal instant of a release modulo T, on the clock that all tasks with an offset share; `None` if its phase is
+    /// unknown.
+    pub offset: Option<Time>,
     /// The CPUs on which the task may run: bit n for CPU n; not 0.
     pub cpus: u64,
     /// The demand of its jobs.
@@ -256,7 +259,7 @@ pub struct Interference {
     pub time: Time,
 }
 
-/// The window of a response time, which is `length` − (`job` − 1) × period + jitter.
+/// The window of a response time, which is `length` − `delay` − (`job` − 1) × period + jitter.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Window {
     /// How the interference in it is counted: the simplest method that gives the length.
@@ -267,6 +270,11 @@ pub struct Window {
     pub own: Time,
     /// f(q), from the start of the window to the end of job q.
     pub length: Time,
+    /// The instant at which the window begins, on the clock of the tasks with an offset, less than the least common multiple of
+    /// their periods; `None` if the window may begin at any instant.
+    pub start: Option<Time>,
+    /// The nominal release of the first own job is at `delay` − J after the start.
+    pub delay: Time,
     /// Where the response time is later than the task's deadline: the successive values of the fixed-point iteration
     /// for `length`, from M(q) (paper, eq. 19–20); the last 32 at most. Otherwise empty.
     pub iterations: Vec<Time>,

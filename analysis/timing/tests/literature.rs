@@ -22,6 +22,7 @@ fn task(priority: u32, period: u64, machine: StateMachine) -> Task {
         period: Time::from_nanos(period),
         deadline: Time::from_nanos(period),
         jitter: Time::ZERO,
+        offset: None,
         cpus: 1,
         demand: Demand::Machine { machine, whole: None },
     }

@@ -62,6 +62,7 @@ fn robot(level: usize, astar: Astar) -> Vec<Task> {
             period: ms(period),
             deadline: ms(period),
             jitter: Time::ZERO,
+            offset: None,
             cpus: 1 << cpu,
             demand: Demand::Machine { machine, whole },
         }

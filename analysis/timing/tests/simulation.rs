@@ -108,6 +108,24 @@ fn no_response_on_several_cpus_exceeds_its_bound() {
 }
 
 #[test]
+fn no_response_with_offsets_exceeds_its_bound() {
+    compare("offsets", &|systems| {
+        let (cpus, percent) = (systems.from(1, 2), systems.from(30, 80));
+        let mut set = systems.set(cpus, percent);
+        for activity in &mut set.activities {
+            let period = [100, 200, 300, 400][systems.from(0, 3) as usize];
+            let greatest = period * systems.from(1, 2 * percent) / 300;
+            activity.demand = Demand::Machine { machine: systems.machine(greatest), whole: None };
+            activity.period = Some(Time::from_nanos(period));
+            activity.jitter = Time::from_nanos([0, 0, 20][systems.from(0, 2) as usize]);
+            activity.offset =
+                (systems.from(0, 4) > 0).then(|| Time::from_nanos(systems.from(0, period / 10 - 1) * 10));
+        }
+        set
+    });
+}
+
+#[test]
 fn no_response_with_operations_exceeds_its_bound() {
     compare("operations", &|systems| {
         let (cpus, percent) = (systems.from(1, 2), systems.from(10, 40));

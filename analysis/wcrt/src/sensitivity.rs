@@ -76,7 +76,7 @@ pub enum Limit {
     /// Every affected deadline is proved with this value. It is the greatest time, or the least period.
     Last(Time),
     /// Every affected deadline is proved with this value. Whether one is missed with the next value is unknown: a budget is exhausted
-    /// there, or an activity has no bound whose calls of operations must be counted.
+    /// there, or an activity has no bound whose calls of operations must be counted, or clocks are synchronised.
     Proved(Time),
     /// The deadlines are not proved with any value that was tried: for a time, not even with 0; for a period, not with
     /// 64 times the present one.
@@ -335,6 +335,9 @@ impl<'a, 'db> Search<'a, 'db> {
     }
 
     /// Returns the limit of the period of the activity of this index, and the activity whose deadline is not proved with it.
+    ///
+    /// With synchronised clocks, a shorter period may make a response time shorter: the jobs meet less often. So the other periods
+    /// are proved for any offsets, which is monotone.
     fn least_period(
         &self,
         base: &ActivitySet,
@@ -353,12 +356,20 @@ impl<'a, 'db> Search<'a, 'db> {
         let is_written = written_field(db, deployment, &activity.instance, ActivityField::Deadline).is_some();
         let with = |period: Time| {
             let mut set = base.clone();
+            set.activities.iter_mut().for_each(|it| it.offset = None);
             if let Some(changed) = set.activities.get_mut(index) {
                 changed.period = Some(period);
                 changed.deadline =
                     if is_written { changed.deadline.map(|it| it.min(period)) } else { Some(period) };
             }
             set
+        };
+        let is_synchronised = base.activities.iter().filter(|it| it.offset.is_some()).count() > 1;
+        let limit = |good: u64, bad: u64, invalid, affected: &[usize]| match self
+            .limit(good, bad, invalid, affected, with)
+        {
+            Limit::Last(period) if is_synchronised => Limit::Proved(period),
+            limit => limit,
         };
         let (affected, unproved) = match self.affected(base, true) {
             Some(Affected::Deadlines(affected, unproved)) => (affected, unproved),
@@ -370,13 +381,13 @@ impl<'a, 'db> Search<'a, 'db> {
         if unproved.is_none() {
             // A period is greater than the offset; without one, greater than 0.
             let least = activity.offset.unwrap_or_default().as_nanos();
-            return (None, self.limit(now, least, Some(least), &affected, with));
+            return (None, limit(now, least, Some(least), &affected));
         }
         let (mut bad, mut factor) = (now, 2);
         while factor <= MOST_LONGER {
             let Some(longer) = now.checked_mul(factor) else { break };
             match holds(Time::from_nanos(longer)) {
-                Some(true) => return (unproved, self.limit(longer, bad, None, &affected, with)),
+                Some(true) => return (unproved, limit(longer, bad, None, &affected)),
                 Some(false) => bad = longer,
                 None => return (unproved, Limit::Exhausted),
             }

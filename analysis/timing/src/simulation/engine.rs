@@ -231,6 +231,7 @@ impl<'a> Engine<'a> {
             let it = Simulated {
                 priority: other.priority,
                 period: other.period.as_nanos(),
+                offset: None,
                 deadline: other.period.as_nanos(),
                 cpus: other.cpus,
                 machine: &machine,
@@ -252,6 +253,7 @@ impl<'a> Engine<'a> {
                 let throttling = Simulated {
                     priority: u32::MAX,
                     period,
+                    offset: None,
                     deadline: period,
                     cpus: 1 << cpu,
                     machine: &machine,
@@ -269,7 +271,8 @@ impl<'a> Engine<'a> {
         let mut seeds = Random::new(Random::new(self.options.seed).bits().wrapping_add(activity as u64));
         let mut release_choices = Random::new(seeds.bits());
         let mut job_choices = Random::new(seeds.bits());
-        let phase = if self.options.simultaneous { 0 } else { release_choices.up_to(it.period - 1) };
+        let any = if self.options.simultaneous { 0 } else { release_choices.up_to(it.period - 1) };
+        let phase = it.offset.unwrap_or(any);
         let initial = self.options.initial_states.get(activity).copied().flatten();
         let initial = initial.filter(|state| *state < it.machine.states());
         let states = u64::from(it.machine.states());

@@ -72,6 +72,25 @@ fn a_release_that_is_later_than_the_next_nominal_one() {
 }
 
 #[test]
+fn releases_that_never_meet() {
+    let tasks = |first: u64, second: u64| {
+        System::new(vec![simple(2, 10, 4).offset(first), simple(1, 10, 5).offset(second)])
+    };
+    check(&tasks(0, 4), &[4, 5]);
+    check(&tasks(0, 3), &[4, 6]);
+    check(&tasks(3, 1), &[4, 9]);
+    // The second may begin at 3, 1 before the first.
+    let late =
+        |jitter| System::new(vec![simple(2, 10, 4).offset(4), simple(1, 10, 4).offset(0).jitter(jitter)]);
+    check(&late(0), &[4, 4]);
+    check(&late(3), &[4, 11]);
+    // The third task, of any phase, delays either: the second has then not ended before the next release of the first.
+    let mut three = tasks(0, 5);
+    three.tasks.push(simple(3, 20, 1));
+    check(&three, &[5, 10, 1]);
+}
+
+#[test]
 fn a_task_on_two_cpus() {
     let others = [simple(3, 5, 2).cpus(0b01), simple(2, 6, 3).cpus(0b10)];
     let on_both = |cost| {

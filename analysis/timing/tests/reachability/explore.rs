@@ -2,7 +2,8 @@
 //!
 //! A state of the system holds, for each task, the time to its next nominal release, the state of its machine, how many
 //! jobs have not ended, and how much of the executing one remains; for each operation, how many calls wait and how many
-//! the client's job may still send. All initial states of the machines and all offsets are starts.
+//! the client's job may still send. All initial states of the machines are starts, and all instants of each clock; tasks with an
+//! offset share a clock.
 
 use std::collections::VecDeque;
 use std::fmt::Write;
@@ -292,7 +293,11 @@ impl<'a> Exploration<'a> {
         if starts.product::<usize>() > MOST_STATES {
             return Err(Outcome::TooManyStates);
         }
-        self.start(State::default(), 0)?;
+        // Each instant of the clock that tasks with an offset share, from some on more than once.
+        let with_offset = self.model.system.tasks.iter().filter(|task| task.offset.is_some());
+        for now in 0..with_offset.map(|task| task.period).product() {
+            self.start(State::default(), 0, now)?;
+        }
         let (tasks, operations) = (self.model.tasks.len(), self.model.system.operations.len());
         loop {
             let next = if self.before.is_some() { self.open.pop_front() } else { self.open.pop_back() };
@@ -302,13 +307,18 @@ impl<'a> Exploration<'a> {
         }
     }
 
-    /// Adds every offset and initial state of `place` and the tasks after it.
-    fn start(&mut self, mut state: State, place: usize) -> Step {
+    /// Adds every phase and initial state of `place` and the tasks after it. The clock of the tasks with an offset shows `now`.
+    fn start(&mut self, mut state: State, place: usize, now: u64) -> Step {
         let Some(task) = self.model.tasks.get(place) else { return self.reach(&state) };
+        let offset = self.model.system.tasks[place].offset;
         for to_release in 0..task.period {
+            let release = now + u64::from(to_release);
+            if offset.is_some_and(|offset| release % u64::from(task.period) != offset) {
+                continue;
+            }
             for machine in 0..task.successors.len() as u8 {
                 state.tasks[place] = TaskState { to_release, machine, ..TaskState::default() };
-                self.start(state, place + 1)?;
+                self.start(state, place + 1, now)?;
             }
         }
         Ok(())

@@ -1,8 +1,8 @@
 //! No schedule is later than a bound: small systems are executed in every way, one nanosecond after the other.
 //!
 //! Nothing here knows of critical instants, request bounds or busy windows: the exploration shares no code with the
-//! crate, and only compares the greatest response times that it finds with the bounds. A schedule chooses the offsets and
-//! the initial states of the machines, their paths, the order of tasks of equal priority, the CPUs (see
+//! crate, and only compares the greatest response times that it finds with the bounds. A schedule chooses the
+//! phases and the initial states of the machines, their paths, the order of tasks of equal priority, the CPUs (see
 //! `scheduler.rs`), the delay of each release within the jitter, the instants at which a job sends calls, and, in some
 //! systems, jobs that end early. A job executes for 1 ns at least. A response counts from the nominal release.
 //!

@@ -26,6 +26,10 @@ enum Kind {
     JitterOnSeveralCpus,
     /// One CPU or two, with operations.
     Operations(Calls),
+    /// One CPU, with offsets.
+    Offsets,
+    /// One to three CPUs, with offsets, release jitter and sometimes an operation.
+    OffsetsOnSeveralCpus,
 }
 
 impl Kind {
@@ -34,7 +38,12 @@ impl Kind {
         match self {
             Kind::OneCpu(4) => 1500,
             Kind::LinkedCpus => 400,
-            Kind::OneCpu(3) | Kind::Paths | Kind::SeveralCpus | Kind::JitterOnSeveralCpus => 3000,
+            Kind::OneCpu(3)
+            | Kind::Paths
+            | Kind::Offsets
+            | Kind::OffsetsOnSeveralCpus
+            | Kind::SeveralCpus
+            | Kind::JitterOnSeveralCpus => 3000,
             _ => 5000,
         }
     }
@@ -149,6 +158,30 @@ impl Random {
                 system.jobs_may_end_early = self.one_in(4);
                 system
             }
+            Kind::Offsets => {
+                let tasks = self.within(2, 3);
+                let mut system = self.tasks(tasks, 1, 4 - tasks);
+                if self.one_in(2) {
+                    system.tasks[0] = self.machine(tasks);
+                }
+                self.synchronise(&mut system);
+                system.jobs_may_end_early = self.one_in(4);
+                system
+            }
+            Kind::OffsetsOnSeveralCpus => {
+                let tasks = self.within(2, 3);
+                let cpus = self.within(1, 3);
+                let mut system = self.tasks(tasks, cpus.min(2), 4 - tasks);
+                self.synchronise(&mut system);
+                self.place(&mut system, cpus);
+                for task in &mut system.tasks {
+                    task.jitter = if self.one_in(2) { self.within(0, task.period) } else { 0 };
+                }
+                system.jobs_may_end_early = self.one_in(4);
+                let calls = if self.one_in(2) { Calls::AtNextPeriod } else { Calls::BetweenPeriods };
+                let served: Vec<_> = (0..u64::from(self.one_in(3))).map(|_| self.served(tasks)).collect();
+                system.serving(calls, &served)
+            }
             Kind::Operations(calls) => {
                 let tasks = if self.one_in(3) { 3 } else { 2 };
                 let cpus = if self.one_in(4) { 2 } else { 1 };
@@ -161,6 +194,18 @@ impl Random {
                 system.jobs_may_end_early = self.one_in(8);
                 system.serving(calls, &served)
             }
+        }
+    }
+
+    /// Gives most tasks an offset, and a period that has a common divisor with those of the others.
+    fn synchronise(&mut self, system: &mut System) {
+        for task in &mut system.tasks {
+            let period = [4, 6, 8, 12][self.below(4) as usize];
+            for edge in &mut task.edges {
+                edge.2 = (edge.2 * period / task.period).max(1);
+            }
+            (task.period, task.deadline) = (period, period);
+            task.offset = if self.one_in(6) { None } else { Some(self.below(period)) };
         }
     }
 
@@ -211,6 +256,8 @@ struct Totals {
     later_than_plain: u64,
     /// Bounds that are claimed to be the greatest response time.
     claimed_exact: u64,
+    /// Bounds that are less than without offsets.
+    less_by_offsets: u64,
 }
 
 impl fmt::Display for Totals {
@@ -232,9 +279,10 @@ impl fmt::Display for Totals {
         }
         write!(
             f,
-            " ({} claimed); {} later than the period; {} with several CPUs that wait, {} of these attained; {} later \
-             because of jitter or operations",
+            " ({} claimed); {} less because of offsets; {} later than the period; {} with several CPUs that wait, {} of \
+             these attained; {} later because of jitter or operations",
             self.claimed_exact,
+            self.less_by_offsets,
             self.late,
             self.waiting_on_several_cpus,
             self.attained_on_several_cpus,
@@ -255,6 +303,7 @@ impl Totals {
             u64::from(loads.iter().any(|load| load.utilisation.compare_with_one() == Ordering::Equal));
         let plain = system.without_jitter_and_operations();
         let plain_bounds = plain.map(|plain| plain.bounds(Method::Psm));
+        let of_any_phase = system.has_offsets().then(|| system.without_offsets().bounds(Method::Exact));
         for (place, task) in system.tasks.iter().enumerate() {
             let Some(greatest) = greatest[place] else {
                 self.without_bound += 1;
@@ -289,6 +338,13 @@ impl Totals {
             if !task.cpus.is_power_of_two() && greatest > task.greatest_cost() {
                 self.waiting_on_several_cpus += 1;
                 self.attained_on_several_cpus += u64::from(tightest == Some(greatest));
+            }
+            if let Some(of_any_phase) = &of_any_phase {
+                assert!(
+                    bounds.exact(place) <= of_any_phase[place],
+                    "offsets made a bound greater in\n{system}"
+                );
+                self.less_by_offsets += u64::from(bounds.exact(place) < of_any_phase[place]);
             }
             if let Some(bounds) = &plain_bounds {
                 self.later_than_plain += u64::from(bounds[place].is_some_and(|bound| greatest > bound));
@@ -416,4 +472,18 @@ fn no_schedule_with_calls_between_periods_is_above_a_bound() {
     let totals = explore_random_systems(Kind::Operations(Calls::BetweenPeriods), 10);
     assert!(totals.attained[3] * 10 > totals.bounds && totals.late * 100 > totals.bounds);
     assert!(totals.later_than_plain * 10 > totals.explored);
+}
+
+#[test]
+fn no_schedule_with_offsets_is_above_a_bound() {
+    let totals = explore_random_systems(Kind::Offsets, 12);
+    assert!(totals.attained[3] * 2 > totals.bounds && totals.late * 50 > totals.bounds);
+    assert!(totals.less_by_offsets * 10 > totals.bounds && totals.claimed_exact * 2 > totals.bounds);
+}
+
+#[test]
+fn no_schedule_with_offsets_and_jitter_is_above_a_bound() {
+    let totals = explore_random_systems(Kind::OffsetsOnSeveralCpus, 13);
+    assert!(totals.attained[3] * 4 > totals.bounds && totals.late * 50 > totals.bounds);
+    assert!(totals.less_by_offsets * 20 > totals.bounds);
 }

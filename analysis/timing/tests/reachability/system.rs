@@ -18,6 +18,8 @@ pub(crate) struct Task {
     pub(crate) period: u64,
     pub(crate) deadline: u64,
     pub(crate) jitter: u64,
+    /// The nominal instant of the first release, on the clock that all tasks with an offset share.
+    pub(crate) offset: Option<u64>,
     pub(crate) cpus: u64,
     /// (source, target, execution time); an execution time of 0 counts as 1 ns.
     pub(crate) edges: Vec<(u32, u32, u64)>,
@@ -46,7 +48,7 @@ impl Task {
 /// Returns a task on CPU 0, without jitter, whose deadline is its period.
 pub(crate) fn task(priority: u32, period: u64, edges: &[(u32, u32, u64)]) -> Task {
     let edges = edges.iter().map(|&(source, target, cost)| (source, target, cost.max(1))).collect();
-    Task { priority, period, deadline: period, jitter: 0, cpus: 1, edges, is_unknown: false }
+    Task { priority, period, deadline: period, jitter: 0, offset: None, cpus: 1, edges, is_unknown: false }
 }
 
 /// Returns a task each of whose jobs executes for `cost`.
@@ -61,6 +63,10 @@ impl Task {
 
     pub(crate) fn jitter(self, jitter: u64) -> Task {
         Task { jitter, ..self }
+    }
+
+    pub(crate) fn offset(self, offset: u64) -> Task {
+        Task { offset: Some(offset), ..self }
     }
 
     pub(crate) fn cpus(self, cpus: u64) -> Task {
@@ -93,7 +99,7 @@ impl Task {
             period: Some(Time::from_nanos(self.period)),
             deadline: Some(Time::from_nanos(self.deadline)),
             jitter: Time::from_nanos(self.jitter),
-            offset: None,
+            offset: self.offset.map(Time::from_nanos),
             cpus: Some(self.cpus),
             demand: self.demand(),
         }
@@ -149,10 +155,20 @@ impl System {
 
     /// Whether every window can begin with every combination of states. All tasks start within their first periods here, so the
     /// first job of one, which begins in a state that is never entered again, does not meet a job of another that was released
-    /// long after its nominal instant.
+    /// long after its nominal instant. With offsets, what precedes such a late job is not free either.
     pub(crate) fn attains_every_combination(&self) -> bool {
         let has_jitter = self.tasks.iter().any(|task| task.jitter > 0);
-        !has_jitter || self.tasks.iter().all(Task::is_strongly_connected)
+        !has_jitter || !self.has_offsets() && self.tasks.iter().all(Task::is_strongly_connected)
+    }
+
+    pub(crate) fn has_offsets(&self) -> bool {
+        self.tasks.iter().any(|task| task.offset.is_some())
+    }
+
+    /// Returns the system with every phase of each task.
+    pub(crate) fn without_offsets(&self) -> System {
+        let tasks = self.tasks.iter().map(|task| Task { offset: None, ..task.clone() }).collect();
+        System { tasks, ..self.clone() }
     }
 
     /// Returns the system without jitter and operations; `None` if it has none.
@@ -259,6 +275,9 @@ impl fmt::Display for System {
             }
             if task.jitter > 0 {
                 write!(f, ".jitter({})", task.jitter)?;
+            }
+            if let Some(offset) = task.offset {
+                write!(f, ".offset({offset})")?;
             }
             if task.cpus != 1 {
                 write!(f, ".cpus({:#b})", task.cpus)?;
