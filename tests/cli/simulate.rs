@@ -93,6 +93,34 @@ fn a_missed_deadline() {
 }
 
 #[test]
+fn the_worst_case_of_an_instance() {
+    let found = run(&["sorter", "--worst", "monitor"]);
+    assert_eq!((found.code, found.err.as_str()), (0, ""));
+    expect![[r#"
+        Sorter: simulated response times in ms, 40 ms at 1e-4, seed 1
+          instance  CPU  priority  period  deadline  jobs  average  greatest  bound  of bound
+          camera      1        30      10        10     4    5.500     7.000      7   100.0 %  ✓ met
+          planner     1        20      20        20     2   12.500    18.000     18   100.0 %  ✓ met
+          monitor     1        10      40        30     1   28.000    28.000     28   100.0 %  ✓ met
+          job 1 of monitor responds in 28 ms, which is its bound
+    "#]]
+    .assert_eq(&found.out);
+    let json = document(&run(&["p3dx", "--worst", "navigation", "--format", "json"]));
+    assert_eq!(
+        json["worst"],
+        serde_json::json!({"instance": "navigation", "job": 1, "bound": 997, "response": 997})
+    );
+    // It is in the schedule.
+    let mut jobs = json["jobs"].as_array().unwrap().iter();
+    assert_eq!(jobs.find(|job| job["instance"] == "navigation").unwrap()["end"], 997);
+    let svg = run(&["sorter", "--worst", "monitor", "--format", "svg"]);
+    assert!(svg.out.contains("Sorter at 1e-4: job 1 of monitor responds in 28 ms, which is its bound"));
+    // The calls of clients are at random.
+    let found = run(&["shared_cpus", "--worst", "map"]);
+    assert!(found.out.contains(" ms; no later schedule is known, its bound is 31 ms\n"), "{}", found.out);
+}
+
+#[test]
 fn a_gantt_chart() {
     let found = run(&["p3dx", "--format", "svg"]);
     assert_eq!((found.code, found.err.as_str()), (0, ""));
@@ -197,6 +225,11 @@ fn what_is_too_long_ends_early() {
 fn wrong_usage() {
     for (arguments, message) in [
         (&["p3dx", "--for", "0s"][..], "--for is greater than 0"),
+        (&["p3dx", "--worst", "x"], "no deployment here has an activity `x`; `mauve wcrt` lists them"),
+        (
+            &["p3dx", "--worst", "exploration"],
+            "`exploration` has no response time in P3dxDeployment: `mauve wcrt` says why",
+        ),
         (&["p3dx", "--for", "12"], "--for is a time such as 10s"),
         (&["p3dx", "--significance", "2"], "a number between 0 and 1"),
         (&["p3dx", "--deployment", "P3dx"], "no deployment `P3dx`: there is exploration.P3dxDeployment"),

@@ -186,7 +186,8 @@ impl<'a> Chart<'a> {
         };
         let unknown = listed("not simulated, and may delay others", names(LeftOut::Unknown));
         let background = listed("not simulated, in the background", names(LeftOut::Background));
-        unknown.into_iter().chain(background).collect::<Vec<_>>().join("; ")
+        let unscripted = listed("not simulated, since they do not delay it", names(LeftOut::Unscripted));
+        unknown.into_iter().chain(background).chain(unscripted).collect::<Vec<_>>().join("; ")
     }
 
     fn x(&self, time: Time) -> f64 {

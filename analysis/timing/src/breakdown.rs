@@ -1,9 +1,13 @@
 //! The interference in the window of a response time, by task. It is computed on request: the lists of all tasks together
 //! grow with the square of their number.
 
-use crate::lane::{Lane, Member, Members};
+use crate::lane::{BusyJob, Lane, Member, Members};
 use crate::response_time::{members, members_of_all};
+use crate::worst_case::{self, Path};
 use crate::{CpuRule, Interference, Method, Options, Task, Time, Window};
+
+/// The maximum number of jobs of a path.
+const LONGEST: u64 = 10_000;
 
 /// Lists the interference of tasks.
 ///
@@ -35,12 +39,15 @@ pub struct Breakdown<'a> {
     interrupt: &'a dyn Fn(),
     members: Vec<Member<'a>>,
     tasks: &'a [Task],
+    /// See [`Lane::members_of_all`], from its first use on.
+    members_of_all: Option<u64>,
 }
 
 impl<'a> Breakdown<'a> {
     /// Creates a breakdown of the response times of `tasks`, analysed with `options`. To cancel, `interrupt` unwinds.
     pub fn new(tasks: &'a [Task], options: &'a Options, interrupt: &'a dyn Fn()) -> Breakdown<'a> {
-        Breakdown { options, interrupt, members: members(tasks, options, interrupt), tasks }
+        let members = members(tasks, options, interrupt);
+        Breakdown { options, interrupt, members, tasks, members_of_all: None }
     }
 
     /// Returns the interference of each task of hp(`of`), in the order of the tasks, in the window of its response time;
@@ -63,20 +70,81 @@ impl<'a> Breakdown<'a> {
         if length == Time::ZERO {
             return Vec::new();
         }
-        let Some(task) = self.members.iter().find(|member| member.index == of).map(|member| member.task)
-        else {
-            return Vec::new();
-        };
+        let found = self.in_window(of, rule, window, |lane, place| {
+            if method == Method::Exact {
+                return by_paths(place, lane);
+            }
+            let priority = lane.priority(place);
+            let others =
+                (0..lane.members.len()).filter(|&other| other != place && lane.priority(other) >= priority);
+            let others: Vec<usize> = others.collect();
+            let of_other = |other: usize| {
+                let member = lane.members.at(other);
+                // The analysis computed it before.
+                let it = member.contribution(length.as_nanos(), method, horizon).ok()?;
+                Some(Interference { task: member.index, jobs: it.jobs, time: Time::from_nanos(it.time) })
+            };
+            others.into_iter().filter_map(of_other).filter(|it| it.jobs > 0).collect()
+        });
+        found.unwrap_or_default()
+    }
+
+    /// Returns the late job of a task, the length of its window, and the paths of the tasks of hp(`of`) in it: those that the
+    /// analysis combined, otherwise the greatest of each. Different jobs may be as late: that of the paths need not be that of
+    /// the window.
+    pub(crate) fn paths(
+        &mut self,
+        of: usize,
+        rule: CpuRule,
+        window: &Window,
+    ) -> Option<(BusyJob, Vec<Path>)> {
+        let has_paths = self.options.method >= Method::Exact;
+        self.in_window(of, rule, Some(window), |lane, place| {
+            let of = lane.members.get(place).index;
+            let combined = if has_paths { lane.analyse(|member| member.index == of).pop() } else { None };
+            let late = combined.as_ref().and_then(|found| found.busy);
+            let late =
+                late.map_or(BusyJob { job: window.job, length: window.length.as_nanos() }, |busy| busy.worst);
+            let mut combined = combined.map_or_else(Vec::new, |found| found.totals);
+            let priority = lane.priority(place);
+            let mut paths = Vec::new();
+            for other in 0..lane.members.len() {
+                if other == place || lane.priority(other) < priority {
+                    continue;
+                }
+                let member = lane.members.at(other);
+                let jobs = member.jobs_released(late.length, None).unwrap_or_default();
+                let totals = match combined.iter_mut().find(|(place, _)| *place == other) {
+                    Some((_, totals)) => std::mem::take(totals),
+                    None => (1..=jobs.min(LONGEST)).map_while(|jobs| member.demand(jobs).ok()).collect(),
+                };
+                let first = usize::try_from(jobs).unwrap_or(usize::MAX).min(totals.len());
+                let edges = worst_case::path(member.machine, &totals[..first]);
+                paths.push(Path { task: member.index, delay: Time::from_nanos(member.delay), edges });
+            }
+            (late, paths)
+        })
+    }
+
+    /// Calls `list` with the lane that was analysed, and the place of the task `of` in it.
+    fn in_window<R>(
+        &mut self,
+        of: usize,
+        rule: CpuRule,
+        window: Option<&Window>,
+        list: impl FnOnce(&mut Lane<'_, 'a>, usize) -> R,
+    ) -> Option<R> {
         (self.interrupt)();
-        // The members of the lane that was analysed: its budget depends on their number.
+        let task = self.members.iter().find(|member| member.index == of)?.task;
+        // All members of the lane: its budget depends on their number.
         let is_in = |other: &Task| {
             let is_counted = matches!(rule, CpuRule::Cpu(_)) || other.priority >= task.priority;
             other.cpus & rule.mask() != 0 && is_counted
         };
         let places: Vec<usize> = (0..self.members.len()).filter(|&it| is_in(self.members[it].task)).collect();
-        let is_by_paths = method == Method::Exact;
-        // The other methods have found the window: they need no budget.
-        let members_of_all = if is_by_paths { members_of_all(self.tasks, &self.members) } else { 1 };
+        let place = places.iter().position(|&it| self.members[it].index == of)?;
+        let members_of_all =
+            *self.members_of_all.get_or_insert_with(|| members_of_all(self.tasks, &self.members));
         let mut lane = Lane {
             rule,
             members: Members { all: &mut self.members, places: &places },
@@ -90,28 +158,15 @@ impl<'a> Breakdown<'a> {
         if let Some(start) = window.and_then(|window| window.start) {
             lane.begin_at_again(start.as_nanos());
         }
-        let found = if is_by_paths {
-            by_paths(of, &mut lane)
-        } else {
-            let others = 0..lane.members.len();
-            let others = others.filter_map(|place| {
-                let member = lane.members.at(place);
-                let delays = member.index != of && member.task.priority >= task.priority;
-                // The analysis computed it before.
-                let it = member.contribution(length.as_nanos(), method, horizon).ok()?;
-                let interference =
-                    Interference { task: member.index, jobs: it.jobs, time: Time::from_nanos(it.time) };
-                Some(interference).filter(|it| delays && it.jobs > 0)
-            });
-            others.collect()
-        };
+        let found = list(&mut lane, place);
         lane.begin_at(None, 1);
-        found
+        Some(found)
     }
 }
 
 /// Searches the combination of paths again.
-fn by_paths(of: usize, lane: &mut Lane<'_, '_>) -> Vec<Interference> {
+fn by_paths(place: usize, lane: &mut Lane<'_, '_>) -> Vec<Interference> {
+    let of = lane.members.get(place).index;
     let found = lane.analyse(|member| member.index == of);
     let interference = found.into_iter().next().map_or_else(Vec::new, |found| found.interference).into_iter();
     let interference = interference.map(|(place, jobs, time)| Interference {

@@ -34,6 +34,8 @@ pub(crate) struct Exact {
     pub(crate) is_complete: bool,
     /// What the members of hp(i) contribute: the place, the number of jobs, and their time.
     pub(crate) contributions: Vec<(usize, u64, u64)>,
+    /// The totals of the first 1, 2, … edges of the combined paths, by place. The other members have M(1), M(2), ….
+    pub(crate) totals: Vec<(usize, Vec<u64>)>,
 }
 
 /// Searches the busy window of the member at `place`; `bound` is one that is known, and that ends.
@@ -73,7 +75,12 @@ pub(crate) fn busy_window(
         }
     }
     if search.varied.is_empty() {
-        let found = Exact { busy: bound, is_complete: !is_bounded_only, contributions: Vec::new() };
+        let found = Exact {
+            busy: bound,
+            is_complete: !is_bounded_only,
+            contributions: Vec::new(),
+            totals: Vec::new(),
+        };
         return if is_bounded_only { Err(NoBoundReason::Budget) } else { Ok(found) };
     }
     if is_bounded_only {
@@ -209,7 +216,7 @@ impl Search<'_, '_, '_> {
             last: found.last,
             ends: true,
         };
-        let mut contributions = Vec::new();
+        let (mut contributions, mut totals) = (Vec::new(), Vec::new());
         if self.lane.lists_interference {
             let length = found.worst.length;
             let mut counts = self.base.clone();
@@ -218,9 +225,10 @@ impl Search<'_, '_, '_> {
             for ((place, requests), &node) in self.varied.iter().zip(&found.nodes) {
                 let jobs = self.lane.members.get(*place).jobs_released(length, None)?;
                 contributions.push((*place, jobs, requests.demand(node, jobs)));
+                totals.push((*place, requests.nodes[node].totals.clone()));
             }
         }
-        Ok(Exact { busy, is_complete, contributions })
+        Ok(Exact { busy, is_complete, contributions, totals })
     }
 
     fn evaluate(&mut self, nodes: Vec<usize>) -> Result<Combination, NoBoundReason> {

@@ -357,6 +357,8 @@ pub(crate) struct Found {
     pub(crate) busy: Option<Busy>,
     /// With [`Lane::lists_interference`], for a window of [`Method::Exact`]: places, numbers of jobs, and times.
     pub(crate) interference: Vec<(usize, u64, u64)>,
+    /// With [`Lane::lists_interference`], for the combination of paths that [`Method::Exact`] found: see [`exact::Exact::totals`].
+    pub(crate) totals: Vec<(usize, Vec<u64>)>,
 }
 
 /// What is known of hp(i) of one member, i.
@@ -539,7 +541,8 @@ impl<'a> Lane<'_, 'a> {
             is_exhausted: false,
             rule: self.rule,
         };
-        let mut found = Found { task: member.index, response, busy: None, interference: Vec::new() };
+        let mut found =
+            Found { task: member.index, response, busy: None, interference: Vec::new(), totals: Vec::new() };
         // M(n) ≥ λ·n, since λ is the limit of M(n)/n and M is subadditive. So where hp(i) has a utilisation of 1 or
         // more, Σ Mⱼ(⌈t/Tⱼ⌉) ≥ t, and no t is its own demand or more plus at least 1 ns: no first job ends. Where it is
         // less than 1, the demand grows more slowly than t, and one does.
@@ -602,6 +605,7 @@ impl<'a> Lane<'_, 'a> {
             Ok(exact) => {
                 let (known, method) = (found.response.bound.clone(), found.response.method);
                 self.conclude(found, place, exact.busy, Method::Exact);
+                found.totals = exact.totals;
                 if found.response.bound != known {
                     found.interference = exact.contributions;
                 }

@@ -33,6 +33,7 @@
 //! | `activities.rs` | [`ActivitySet`]: what a deployment runs at one level, and its response times |
 //! | `response_time.rs` | [`response_times`]: the analysis |
 //! | `simulation.rs` | [`ActivitySet::simulate`]: one of the possible schedules, at random |
+//! | `worst_case.rs` | [`ActivitySet::worst_case`]: the schedule behind a response time |
 //! | `breakdown.rs` | [`Breakdown`]: the interference in a response time, by task |
 //!
 //! The tests compare each of these with its definition on small random inputs. Beside them, `tests/reachability/` runs
@@ -58,13 +59,17 @@ mod testing;
 mod time;
 mod trace_bound;
 mod utilisation;
+mod worst_case;
 
 pub use activities::{Activity, ActivitySet, Operation, SetAnalysis, SetTasks, THROTTLING};
 pub use breakdown::Breakdown;
 pub use cycle_mean::CycleMean;
 pub use machine::{Edge, MachineError, StateMachine};
 pub use response_time::response_times;
-pub use simulation::{Calls, Executed, Job, LeftOut, Random, Schedule, SimulationOptions, Slice, Statistics};
+pub use simulation::{
+    Calls, Executed, Job, LeftOut, Random, Schedule, Script, ScriptedTask, SimulationOptions, Slice,
+    Statistics,
+};
 pub use table::error::{TableError, TableErrorKind, TomlKind};
 pub use table::{Entry, KeyPart, Level, MOST_LEVELS, Overhead, Table, Times, keys as table_keys};
 pub use task::{
@@ -74,3 +79,4 @@ pub use task::{
 pub use time::{Rounding, Time, TimeError, Unit};
 pub use trace_bound::{TraceBound, worst_trace};
 pub use utilisation::Utilisation;
+pub use worst_case::WorstCase;

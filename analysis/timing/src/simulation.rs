@@ -50,6 +50,36 @@ pub struct SimulationOptions {
     pub keeps_schedule: bool,
     /// The simulation ends early after this number of events. A job has at least two: its release and its end.
     pub most_events: u64,
+    /// Releases and paths that are not random. See [`ActivitySet::worst_case`].
+    pub script: Option<Script>,
+}
+
+impl SimulationOptions {
+    /// Whether the task with this number is simulated: see [`Script::tasks`].
+    fn has_part(&self, number: usize) -> bool {
+        self.script.as_ref().is_none_or(|script| matches!(script.tasks.get(number), Some(Some(_))))
+    }
+}
+
+/// Releases and paths of a simulation.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Script {
+    /// Jobs with an earlier nominal release are released at this instant.
+    pub start: Time,
+    /// By the number of an activity, of other work, or of real-time throttling: see [`Slice::activity`]. The others are left out.
+    pub tasks: Vec<Option<ScriptedTask>>,
+    /// The index of an activity that waits for all of equal priority, also for those that become ready later.
+    pub last: usize,
+}
+
+/// The releases and the path of a task.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct ScriptedTask {
+    /// The nominal release of its first job. No job is later than nominally, except at the start of the script.
+    pub first: Time,
+    /// The edges of its first jobs, by their indices. Each takes the full execution time; the edges of the jobs after them are
+    /// random.
+    pub edges: Vec<usize>,
 }
 
 /// When a provider executes the pending calls of its operations.
@@ -74,6 +104,7 @@ impl SimulationOptions {
             calls: Calls::AtJobs,
             keeps_schedule: true,
             most_events: 1 << 40,
+            script: None,
         }
     }
 }
@@ -116,6 +147,8 @@ pub enum LeftOut {
     /// The analysis does not know its demand, its period, its priority or its CPUs. It may delay others, so that real response
     /// times may be greater than those of the simulation.
     Unknown,
+    /// It has no part in the [`Script`].
+    Unscripted,
 }
 
 /// An uninterrupted execution on one CPU.
@@ -227,6 +260,7 @@ impl Activity {
     fn left_out(&self) -> LeftOut {
         match self.priority {
             Priority::Background => LeftOut::Background,
+            Priority::RealTime(_) if self.simulated().is_some() => LeftOut::Unscripted,
             Priority::RealTime(_) | Priority::Unknown => LeftOut::Unknown,
         }
     }

@@ -11,6 +11,8 @@
 //!
 //! The states of the machines are still any: a window bounds all paths, also those that no run takes at s.
 
+use std::cmp::Ordering;
+
 use crate::lane::{Found, Lane, Member, Members, least_common_multiple};
 use crate::{Bound, Time};
 
@@ -124,19 +126,22 @@ impl Lane<'_, '_> {
             let tasks: Vec<usize> = open.iter().map(|(found, _)| found.task).collect();
             let mut of_start = self.analyse(|member| tasks.binary_search(&member.index).is_ok()).into_iter();
             open.retain_mut(|(known, greatest)| {
-                let of_start = of_start.next();
-                match of_start.as_ref().and_then(bound) {
-                    Some(time) if Some(time) < bound(known) => {
+                let Some(of_start) = of_start.next() else { return false };
+                let (Some(time), Some(known_time)) = (bound(&of_start), bound(known)) else {
+                    known.response.is_exhausted = true;
+                    return false;
+                };
+                match time.cmp(&known_time) {
+                    Ordering::Less => {
                         if greatest.as_ref().and_then(bound) < Some(time) {
-                            *greatest = of_start;
+                            *greatest = Some(of_start);
                         }
-                        true
                     }
-                    _ => {
-                        known.response.is_exhausted |= of_start.is_none_or(|it| it.response.is_exhausted);
-                        false
-                    }
+                    // Nothing less will be found. This window keeps the offsets.
+                    Ordering::Equal => **known = of_start,
+                    Ordering::Greater => known.response.is_exhausted |= of_start.response.is_exhausted,
                 }
+                time < known_time
             });
         }
         self.begin_at(None, 1);

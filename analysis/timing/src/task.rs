@@ -42,6 +42,14 @@ pub enum Demand {
 }
 
 impl Demand {
+    /// Returns the state machine, if the demand is known.
+    pub(crate) fn machine(&self) -> Option<&StateMachine> {
+        match self {
+            Demand::Machine { machine, .. } => Some(machine),
+            Demand::Unknown => None,
+        }
+    }
+
     pub(crate) fn own(&self, method: Method) -> Option<Time> {
         match (self, method) {
             (Demand::Unknown, _) => None,

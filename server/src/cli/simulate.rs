@@ -1,5 +1,5 @@
 //! `mauve simulate [PATH]`: one of the possible schedules of a deployment, of a model or of the task set in a generated package,
-//! with the simulated response times beside their bounds.
+//! with the simulated response times beside their bounds; or the schedule behind one of the bounds.
 
 mod document;
 mod trace_events;
@@ -8,11 +8,14 @@ use std::fmt::Write as _;
 
 use clap::ValueEnum;
 use mauve_diagnostics::{errors_of, errors_of_text, reasons_of, time_error_message, timing_reason};
-use mauve_hir::Database;
+use mauve_hir::{Database, Decl, Project};
 use mauve_ide::draw_schedule;
-use mauve_timing::{LeftOut, Level, Method, Rounding, Schedule, SimulationOptions, Statistics, Time, Unit};
+use mauve_timing::{
+    LeftOut, Level, Method, Options, Rounding, Schedule, SimulationOptions, Statistics, Time, Unit, WorstCase,
+};
 use mauve_wcrt::{
     ActivityReport, Query, Report, Simulated, response_times, response_times_of, simulated, simulated_of,
+    system_of,
 };
 
 use super::wcrt::{cpu_numbers, number, priority, shown_tables, task_set, with_errors};
@@ -47,6 +50,9 @@ pub(crate) struct Simulate {
     /// Let each job take the full execution time of its path; otherwise a random time from half of it.
     #[arg(long)]
     full_times: bool,
+    /// Simulate the schedule behind the bound of this instance: the releases and the paths that its analysis found.
+    #[arg(long, value_name = "INSTANCE", conflicts_with_all = ["simultaneous", "full_times"])]
+    worst: Option<String>,
     /// How to show the schedule.
     #[arg(long, value_enum, default_value = "table")]
     format: Format,
@@ -94,8 +100,26 @@ struct Simulation<'db> {
     deployment: Simulated,
     options: SimulationOptions,
     schedule: Schedule,
+    /// With `--worst`.
+    worst: Option<Worst>,
     /// The number of errors in its project.
     errors: usize,
+}
+
+/// The worst case of one activity.
+struct Worst {
+    /// The index of the activity.
+    activity: usize,
+    case: WorstCase,
+}
+
+impl Worst {
+    /// Returns the response time of its late job, if that ended.
+    fn response(&self, schedule: &Schedule) -> Option<Time> {
+        let mut jobs = schedule.jobs.iter();
+        let job = jobs.find(|job| job.activity == self.activity && job.number == self.case.job)?;
+        job.end?.checked_sub(job.nominal)
+    }
 }
 
 impl Simulate {
@@ -121,11 +145,21 @@ impl Simulate {
             return self.output(&all, 0);
         }
         let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
-        let found = deployments(&db, &workspaces, self.deployment.as_deref())?;
+        let mut found = deployments(&db, &workspaces, self.deployment.as_deref())?;
         let errors = workspaces.iter().map(|&workspace| errors_of_text(&db, workspace)).sum();
         if found.is_empty() {
             let nothing = "no deployment in these models: nothing to simulate".to_owned();
             return Err(if errors == 0 { nothing } else { format!("{nothing}; {}", with_errors(errors)) });
+        }
+        if let Some(instance) = &self.worst {
+            let has_it = |&(project, deployment): &(Project<'_>, Decl<'_>)| {
+                let activities = &system_of(&db, project, deployment).activities;
+                activities.iter().any(|activity| activity.instance.as_str() == instance)
+            };
+            found.retain(has_it);
+            if found.is_empty() {
+                return Err(no_activity(instance));
+            }
         }
         let of_model = |(project, deployment)| {
             let shown = Query::shown(&db, project);
@@ -134,10 +168,10 @@ impl Simulate {
             let name = deployment.name(&db).to_string();
             let deployment = simulated(&db, project, deployment, query.level);
             let errors = errors_of(&db, project);
-            Simulation { errors, ..self.simulate(&db, name, query.level, report, deployment, length) }
+            Ok(Simulation { errors, ..self.simulate(&db, name, query, report, deployment, length)? })
         };
-        let all: Vec<Simulation<'_>> = found.into_iter().map(of_model).collect();
-        self.output(&all, errors)
+        let all: Result<Vec<Simulation<'_>>, String> = found.into_iter().map(of_model).collect();
+        self.output(&all?, errors)
     }
 
     fn of_task_sets<'db>(
@@ -153,14 +187,14 @@ impl Simulate {
                 continue;
             }
             let level = level.unwrap_or(set.significance);
-            let query = Query { level, method: Method::Psm, horizon: None };
+            let query = Query { level, method: Method::Best, horizon: None };
             let Some((report, deployment)) = response_times_of(&set, query).zip(simulated_of(&set, level))
             else {
                 let known: Vec<String> = set.levels.iter().map(Level::to_string).collect();
                 let (path, known) = (path.display(), known.join(", "));
                 return Err(format!("`{path}` has no times at {level}: it has {known}"));
             };
-            all.push(self.simulate(db, set.name, level, report, deployment, length));
+            all.push(self.simulate(db, set.name, query, report, deployment, length)?);
         }
         match (&self.deployment, all.as_slice()) {
             (Some(only), []) => Err(format!("no deployment `{only}` in these files")),
@@ -172,24 +206,39 @@ impl Simulate {
         &self,
         db: &'db Database,
         name: String,
-        level: Level,
+        query: Query,
         report: Report<'db>,
         deployment: Simulated,
         length: Option<Time>,
-    ) -> Simulation<'db> {
+    ) -> Result<Simulation<'db>, String> {
         let set = &deployment.set;
-        let length = length.unwrap_or_else(|| {
+        let worst = match &self.worst {
+            Some(instance) => {
+                let activity = set.activities.iter().position(|activity| activity.name == *instance);
+                let activity = activity.ok_or_else(|| no_activity(instance))?;
+                let Query { method, horizon, .. } = query;
+                let options = Options { method, horizon, is_brief: false };
+                let case = set.worst_case(activity, &options, &|| ());
+                let case = case.ok_or_else(|| {
+                    format!("`{instance}` has no response time in {name}: `mauve wcrt` says why")
+                })?;
+                Some(Worst { activity, case })
+            }
+            None => None,
+        };
+        let length = length.or(worst.as_ref().map(|worst| worst.case.length)).unwrap_or_else(|| {
             let shown = set.length_to_show(self.format.most_jobs(set.activities.len()));
             let times = if self.format == Format::Table { 100 } else { 1 };
             shown.checked_mul(times).unwrap_or(shown)
         });
         let new = SimulationOptions::new(self.seed, length);
         let options = SimulationOptions {
-            simultaneous: self.simultaneous,
+            simultaneous: self.simultaneous || worst.is_some(),
             initial_states: deployment.initial_states(),
-            least_time: if self.full_times { 100 } else { new.least_time },
-            keeps_schedule: self.format != Format::Table,
+            least_time: if self.full_times || worst.is_some() { 100 } else { new.least_time },
+            keeps_schedule: self.format != Format::Table || worst.is_some(),
             most_events: self.format.most_events(),
+            script: worst.as_ref().map(|worst| worst.case.script.clone()),
             ..new
         };
         let schedule = set.simulate(&options, &|| ());
@@ -199,7 +248,8 @@ impl Simulate {
                 schedule.end, options.length
             ));
         }
-        Simulation { db, name, level, report, deployment, options, schedule, errors: 0 }
+        let level = query.level;
+        Ok(Simulation { db, name, level, report, deployment, options, schedule, worst, errors: 0 })
     }
 
     fn output(&self, all: &[Simulation<'_>], errors: usize) -> Result<Output, String> {
@@ -217,7 +267,9 @@ impl Simulate {
             }
             Format::Svg => {
                 let it = only(all)?;
-                let title = format!("{} at {}: a simulated schedule, seed {}", it.name, it.level, self.seed);
+                let what = it.worst_case();
+                let what = what.unwrap_or_else(|| format!("a simulated schedule, seed {}", self.seed));
+                let title = format!("{} at {}: {what}", it.name, it.level);
                 draw_schedule(&title, &it.deployment, &it.schedule)
             }
             Format::Perfetto => trace_events::text(only(all)?)?,
@@ -231,6 +283,10 @@ impl Simulate {
         let is_fine = all.iter().all(Simulation::is_fine);
         Ok(Output::verbatim(text, u8::from(!is_fine || errors > 0)))
     }
+}
+
+fn no_activity(instance: &str) -> String {
+    format!("no deployment here has an activity `{instance}`; `mauve wcrt` lists them")
 }
 
 /// Returns the only deployment.
@@ -281,6 +337,21 @@ impl<'db> Simulation<'db> {
         is_named.then(|| set.name(activity))
     }
 
+    /// Says what `--worst` has found.
+    fn worst_case(&self) -> Option<String> {
+        let Worst { activity, case: WorstCase { job, bound, .. } } = self.worst.as_ref()?;
+        let instance = self.deployment.set.name(*activity);
+        Some(match self.worst.as_ref()?.response(&self.schedule) {
+            Some(time) if time == *bound => {
+                format!("job {job} of {instance} responds in {time}, which is its bound")
+            }
+            Some(time) => format!(
+                "job {job} of {instance} responds in {time}; no later schedule is known, its bound is {bound}"
+            ),
+            None => format!("job {job} of {instance} does not end; its bound is {bound}"),
+        })
+    }
+
     /// Returns whether something was simulated, and each deadline was met.
     fn is_fine(&self) -> bool {
         let mut statistics = self.schedule.statistics.iter().flatten().peekable();
@@ -303,7 +374,10 @@ fn table(it: &Simulation<'_>) -> String {
     ];
     let rows: Vec<Vec<String>> = it.rows().map(|row| cells(&row)).collect();
     out += &columns(&header, &rows);
-    out += "  a simulation shows some of the possible schedules: only the bounds hold for all\n";
+    match it.worst_case() {
+        Some(worst) => out += &format!("  {worst}\n"),
+        None => out += "  a simulation shows some of the possible schedules: only the bounds hold for all\n",
+    }
     let lost = it.report.not_analysed.iter();
     out.extend(lost.map(|lost| format!("  incomplete: {}\n", timing_reason(it.db, &lost.reason))));
     for row in it.rows().filter(|row| row.left_out == Some(LeftOut::Unknown)) {

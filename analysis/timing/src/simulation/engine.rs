@@ -8,7 +8,7 @@ use std::collections::{BinaryHeap, VecDeque};
 use super::random::Random;
 use super::{Calls, Executed, Job, Schedule, Simulated, SimulationOptions, Slice, Statistics};
 use crate::activities::{THROTTLED, THROTTLING_PERIOD};
-use crate::{Activity, ActivitySet, StateMachine, Time};
+use crate::{Activity, ActivitySet, Edge, StateMachine, Time};
 
 /// The longest simulation. A sum of two instants within it does not overflow.
 const LONGEST: u64 = 1 << 63;
@@ -38,7 +38,8 @@ pub(super) fn run(set: &ActivitySet, options: &SimulationOptions, interrupt: &dy
 struct Task {
     /// The index of the activity, or a number after those of all activities.
     activity: usize,
-    priority: u32,
+    /// Twice its priority, and 1 unless it waits for others of equal priority.
+    priority: u64,
     period: u64,
     deadline: u64,
     jitter: u64,
@@ -47,6 +48,10 @@ struct Task {
     /// The index of its group.
     group: usize,
     paths: Paths,
+    /// The edges of the next jobs, the first at the end; then they are random.
+    scripted: Vec<Step>,
+    /// The instant before which it releases no job.
+    not_before: u64,
     /// The operations that it sends.
     sends: Vec<Sends>,
     /// For the phase and the jitter.
@@ -115,13 +120,18 @@ struct Step {
     cost: u64,
 }
 
+impl Step {
+    fn new(index: usize, edge: &Edge) -> Step {
+        Step { edge: index, target: edge.target as usize, cost: edge.cost.as_nanos() }
+    }
+}
+
 impl Paths {
     fn new(machine: &StateMachine) -> Paths {
         let states = machine.states() as usize;
         let mut of_state: Vec<Vec<Step>> = vec![Vec::new(); states];
         for (index, edge) in machine.edges().iter().enumerate() {
-            let step = Step { edge: index, target: edge.target as usize, cost: edge.cost.as_nanos() };
-            of_state[edge.source as usize].push(step);
+            of_state[edge.source as usize].push(Step::new(index, edge));
         }
         let mut paths = Paths { first: vec![0], steps: Vec::new(), heaviest: Vec::new() };
         for steps in of_state {
@@ -217,6 +227,9 @@ impl<'a> Engine<'a> {
         engine.groups = groups(&masks.iter().copied().chain(of_others).collect::<Vec<_>>());
         let mut task_of = vec![None; set.activities.len()];
         for ((index, activity, it), cpus) in simulated.into_iter().zip(masks) {
+            if !options.has_part(index) {
+                continue;
+            }
             task_of[index] = Some(engine.tasks.len());
             let sends = set.operations.iter().enumerate().filter(|(_, operation)| operation.client == index);
             let sends = sends.map(|(operation, it)| {
@@ -236,14 +249,9 @@ impl<'a> Engine<'a> {
                 cpus: other.cpus,
                 machine: &machine,
             };
-            if it.period > 0 && indices(it.cpus) != 0 {
-                engine.add(
-                    engine.activities + index,
-                    &it,
-                    indices(it.cpus),
-                    other.jitter.as_nanos(),
-                    Vec::new(),
-                );
+            let number = engine.activities + index;
+            if it.period > 0 && indices(it.cpus) != 0 && options.has_part(number) {
+                engine.add(number, &it, indices(it.cpus), other.jitter.as_nanos(), Vec::new());
             }
         }
         if set.throttled {
@@ -258,7 +266,10 @@ impl<'a> Engine<'a> {
                     cpus: 1 << cpu,
                     machine: &machine,
                 };
-                engine.add(engine.activities + set.others.len() + cpu, &throttling, 1 << cpu, 0, Vec::new());
+                let number = engine.activities + set.others.len() + cpu;
+                if options.has_part(number) {
+                    engine.add(number, &throttling, 1 << cpu, 0, Vec::new());
+                }
             }
         }
         let provider = |index: usize| task_of.get(index).copied().flatten();
@@ -272,24 +283,39 @@ impl<'a> Engine<'a> {
         let mut release_choices = Random::new(seeds.bits());
         let mut job_choices = Random::new(seeds.bits());
         let any = if self.options.simultaneous { 0 } else { release_choices.up_to(it.period - 1) };
-        let phase = it.offset.unwrap_or(any);
+        let script = self.options.script.as_ref();
+        let of_script = script.and_then(|script| script.tasks.get(activity)?.as_ref());
+        let jitter = if of_script.is_some() { 0 } else { jitter };
+        let phase = of_script.map_or(it.offset.unwrap_or(any), |script| script.first.as_nanos());
+        let mut scripted: Vec<Step> = of_script.map_or_else(Vec::new, |script| {
+            let edges = script.edges.iter().map_while(|&index| Some((index, it.machine.edges().get(index)?)));
+            edges.map(|(index, edge)| Step::new(index, edge)).collect()
+        });
+        scripted.reverse();
+        let waits = script.is_some_and(|script| script.last == activity);
         let initial = self.options.initial_states.get(activity).copied().flatten();
-        let initial = initial.filter(|state| *state < it.machine.states());
+        let first =
+            scripted.last().and_then(|step| it.machine.edges().get(step.edge)).map(|edge| edge.source);
+        let initial = first.or(initial.filter(|state| *state < it.machine.states()));
         let states = u64::from(it.machine.states());
         let state = initial.map_or_else(|| job_choices.up_to(states - 1) as usize, |state| state as usize);
         let first = phase.saturating_add(release_choices.up_to(jitter));
+        let not_before = script.map_or(0, |script| script.start.as_nanos());
+        let first = first.max(not_before);
         if first < self.length {
             self.releases.push(Reverse((first, self.tasks.len())));
         }
         self.tasks.push(Task {
             activity,
-            priority: it.priority,
+            priority: u64::from(it.priority) * 2 + u64::from(!waits),
             period: it.period,
             deadline: it.deadline,
             jitter,
             cpus,
             group: self.groups.iter().position(|group| group.cpus & cpus != 0).unwrap_or_default(),
             paths: Paths::new(it.machine),
+            scripted,
+            not_before,
             sends,
             release_choices,
             job_choices,
@@ -343,7 +369,7 @@ impl<'a> Engine<'a> {
         let nominal = task.next_release;
         task.next_release = nominal.saturating_add(task.period);
         let late = if task.jitter > 0 { task.release_choices.up_to(task.jitter) } else { 0 };
-        let next = task.next_release.saturating_add(late).max(now);
+        let next = task.next_release.saturating_add(late).max(now).max(task.not_before);
         if next < self.length {
             *first = Reverse((next, index));
             drop(first);
@@ -415,7 +441,10 @@ impl<'a> Engine<'a> {
             return false;
         }
         task.calls_of_job = Some(0);
-        let step = task.paths.random(task.state, self.options.heavy, &mut task.job_choices);
+        let (step, least_time) = match task.scripted.pop() {
+            Some(step) => (step, 100),
+            None => (task.paths.random(task.state, self.options.heavy, &mut task.job_choices), least_time),
+        };
         task.state = step.target;
         let cost = execution_time(step.cost, least_time, &mut task.job_choices);
         begin(Executed::Edge(step.edge), cost);

@@ -23,6 +23,8 @@
 //! ```
 //!
 //! - `end`: the simulated time, from 0.
+//! - `worst`, with `--worst`: `{ "instance": "pilot", "job": 1, "bound": 60, "response": 60 }`, the job of the instance that responds
+//!   late, its bound, and its response in this schedule.
 //! - `status`: `met`; `missed` where a job did not end at its deadline or before; `background` and `not-simulated` for activities
 //!   that are left out. Their `jobs`, `unfinished`, `misses`, `greatest` and `average` are null, and `reasons` says why.
 //! - `bound`: the worst-case response time; null without one.
@@ -49,6 +51,14 @@ pub(super) fn document(it: &Simulation<'_>) -> impl Serialize + use<> {
         significance: it.level.as_f64(),
         seed: it.options.seed,
         end: milliseconds(it.schedule.end),
+        [worst]: it.worst.as_ref().map(|worst| {
+            object! {
+                instance: it.instance(worst.activity),
+                job: worst.case.job,
+                bound: milliseconds(worst.case.bound),
+                response: worst.response(&it.schedule).map(milliseconds),
+            }
+        }),
         activities: it.rows().map(|row| activity_document(it, &row)).collect::<Vec<_>>(),
         jobs: it.schedule.jobs.iter().map(|job| job_document(it, job)).collect::<Vec<_>>(),
         slices: it.schedule.slices.iter().map(|slice| slice_document(it, slice)).collect::<Vec<_>>(),

@@ -1,0 +1,264 @@
+//! The schedule behind a response time: when the tasks are released, and which paths they take, in the window that gives it.
+//!
+//! On one CPU, a bound of [`Method::Exact`](crate::Method::Exact) is attained by this schedule if its budget was enough, and no
+//! operations or release jitter of tasks with an offset are in it. Otherwise the schedule may stay below the bound.
+
+use crate::{ActivitySet, Bound, Options, Script, ScriptedTask, StateMachine, Time, worst_trace};
+
+/// The maximum number of jobs of a path.
+const LONGEST: usize = 10_000;
+
+/// The maximum number of states × jobs of a path.
+const MOST_CHOICES: usize = 10_000_000;
+
+/// A schedule in which an activity responds as late as its analysis knows.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct WorstCase {
+    /// The job of the activity that responds late; from 1.
+    pub job: u64,
+    /// The response time that the analysis gives.
+    pub bound: Time,
+    /// The releases and paths.
+    pub script: Script,
+    /// The length of a simulation that contains the window and the release of the job after it.
+    pub length: Time,
+}
+
+impl ActivitySet {
+    /// Returns the schedule behind the response time of an activity; none without a response time. To cancel, `interrupt` unwinds.
+    ///
+    /// ```
+    /// use mauve_timing::task_set::Priority;
+    /// use mauve_timing::*;
+    ///
+    /// let activity = |priority, period, cost| Activity {
+    ///     name: String::new(),
+    ///     priority: Priority::RealTime(priority),
+    ///     period: Some(Time::from_nanos(period)),
+    ///     deadline: Some(Time::from_nanos(period)),
+    ///     jitter: Time::ZERO,
+    ///     offset: None,
+    ///     cpus: Some(1),
+    ///     demand: Demand::Machine { machine: StateMachine::single(Time::from_nanos(cost)), whole: None },
+    /// };
+    /// let set = ActivitySet { activities: vec![activity(2, 10, 4), activity(1, 30, 11)], ..ActivitySet::default() };
+    /// let options = Options { method: Method::Exact, horizon: None, is_brief: false };
+    /// let worst = set.worst_case(1, &options, &|| ()).unwrap();
+    /// let simulated = SimulationOptions { script: Some(worst.script), ..SimulationOptions::new(1, worst.length) };
+    /// let late = set.simulate(&simulated, &|| ()).statistics[1].unwrap().greatest;
+    /// assert_eq!((worst.bound, late), (Time::from_nanos(19), Some(Time::from_nanos(19))));
+    /// ```
+    pub fn worst_case(&self, activity: usize, options: &Options, interrupt: &dyn Fn()) -> Option<WorstCase> {
+        let analysis = self.response_times(options, interrupt);
+        let response = analysis.responses.get(activity)?.as_ref()?;
+        let (Bound::Response(bound), Some(window)) = (&response.bound, &response.window) else { return None };
+        let set = &analysis.tasks;
+        let of = set.task(activity)?;
+        let (late, interfering) = set.breakdown(options, interrupt).paths(of, response.rule, window)?;
+        let jitter = |task: usize| set.tasks().get(task).map_or(Time::ZERO, |task| task.jitter);
+        // A job that is nominally released before the window is late, and released at its start.
+        let start = interfering.iter().map(|it| jitter(it.task)).fold(jitter(of), Time::max);
+        let first = |task: usize, delay: Time| start.checked_add(delay)?.checked_sub(jitter(task));
+        let mut tasks = vec![None; set.tasks().len().max(self.activities.len())];
+        let own = set.tasks().get(of)?.demand.machine();
+        let own = own.and_then(|machine| worst_trace(machine, usize::try_from(late.job).ok()?));
+        let scripted = interfering.into_iter().map(|it| (it.task, it.delay, it.edges));
+        for (task, delay, edges) in scripted.chain([(of, window.delay, own.unwrap_or_default())]) {
+            let number = set.activity(task);
+            if number >= tasks.len() {
+                tasks.resize(number + 1, None);
+            }
+            tasks[number] = Some(ScriptedTask { first: first(task, delay)?, edges });
+        }
+        let period = set.tasks().get(of)?.period;
+        let after = first(of, window.delay)?.checked_add(period.checked_mul(late.job)?)?;
+        let end = start.checked_add(Time::from_nanos(late.length))?;
+        let script = Script { start, tasks, last: activity };
+        Some(WorstCase { job: late.job, bound: *bound, script, length: end.max(after) })
+    }
+}
+
+/// The path of an interfering task in a window.
+pub(crate) struct Path {
+    /// The index of the task.
+    pub(crate) task: usize,
+    /// See [`Window::delay`](crate::Window::delay).
+    pub(crate) delay: Time,
+    /// The edges of its jobs; empty if no path is known.
+    pub(crate) edges: Vec<usize>,
+}
+
+/// Returns a path whose first 1, 2, …, n edges have these totals; if there is none, one whose n edges have M(n).
+pub(crate) fn path(machine: &StateMachine, totals: &[u64]) -> Vec<usize> {
+    with_totals(machine, totals).or_else(|| worst_trace(machine, totals.len())).unwrap_or_default()
+}
+
+fn with_totals(machine: &StateMachine, totals: &[u64]) -> Option<Vec<usize>> {
+    let states = machine.states() as usize;
+    if totals.len() > LONGEST || states.checked_mul(totals.len())? > MOST_CHOICES {
+        return None;
+    }
+    // For each number of edges and each state, the last edge of a path to it.
+    let mut reached = vec![true; states];
+    let mut last: Vec<Vec<Option<usize>>> = Vec::with_capacity(totals.len());
+    let mut before = 0;
+    for &total in totals {
+        let mut next = vec![None; states];
+        for (index, edge) in machine.edges().iter().enumerate() {
+            if reached[edge.source as usize] && before + edge.cost.as_nanos() == total {
+                next[edge.target as usize].get_or_insert(index);
+            }
+        }
+        reached = next.iter().map(Option::is_some).collect();
+        last.push(next);
+        before = total;
+    }
+    let mut state = reached.iter().position(|&is_reached| is_reached)?;
+    let mut path = Vec::with_capacity(totals.len());
+    for last in last.iter().rev() {
+        let index = last[state]?;
+        path.push(index);
+        state = machine.edges().get(index)?.source as usize;
+    }
+    path.reverse();
+    Some(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::task_set::Priority;
+    use crate::testing::{machine, machines};
+    use crate::{Activity, Demand, Method, Response, SimulationOptions};
+    use proptest::prelude::*;
+
+    fn activity(priority: u32, period: u64, machine: StateMachine) -> Activity {
+        Activity {
+            name: String::new(),
+            priority: Priority::RealTime(priority),
+            period: Some(Time::from_nanos(period)),
+            deadline: Some(Time::from_nanos(period)),
+            jitter: Time::ZERO,
+            offset: None,
+            cpus: Some(1),
+            demand: Demand::Machine { machine, whole: None },
+        }
+    }
+
+    fn simple(priority: u32, period: u64, cost: u64) -> Activity {
+        activity(priority, period, StateMachine::single(Time::from_nanos(cost)))
+    }
+
+    const EXACT: Options = Options { method: Method::Exact, horizon: None, is_brief: false };
+
+    /// The bound of an activity, and the response of the late job in its schedule. No other response is above its bound either.
+    fn bound_and_simulated(set: &ActivitySet, of: usize) -> Option<(u64, u64)> {
+        let worst = set.worst_case(of, &EXACT, &|| ())?;
+        let options =
+            SimulationOptions { script: Some(worst.script), ..SimulationOptions::new(1, worst.length) };
+        let schedule = set.simulate(&options, &|| ());
+        let job = schedule.jobs.iter().find(|job| job.activity == of && job.number == worst.job)?;
+        let response = job.end?.as_nanos() - job.nominal.as_nanos();
+        let responses = set.response_times(&EXACT, &|| ()).responses;
+        let has_start = responses[of].as_ref()?.window.as_ref()?.start.is_some();
+        // A window of any instant, at full load for example, does not keep the offsets of the others.
+        if set.activities.iter().filter(|it| it.offset.is_some()).count() > 1 && !has_start {
+            return Some((worst.bound.as_nanos(), response));
+        }
+        for (found, statistics) in responses.iter().zip(&schedule.statistics) {
+            if let (Some(Response { bound: Bound::Response(bound), .. }), Some(statistics)) =
+                (found, statistics)
+            {
+                assert!(statistics.greatest <= Some(*bound), "{schedule:?}");
+            }
+        }
+        Some((worst.bound.as_nanos(), response))
+    }
+
+    #[test]
+    fn the_paths_of_a_window() {
+        let paths = [(0, 0, 1), (1, 1, 2), (2, 2, 1), (0, 1, 0), (1, 2, 3), (2, 0, 1)];
+        let hp = activity(2, 4, machine(3, &paths));
+        let set = ActivitySet { activities: vec![hp, simple(1, 8, 2)], ..ActivitySet::default() };
+        assert_eq!([0, 1].map(|of| bound_and_simulated(&set, of)), [Some((3, 3)), Some((6, 6))]);
+    }
+
+    #[test]
+    fn a_late_job_of_the_window() {
+        // The fifth job is the latest (Lehoczky, RTSS 1990).
+        let set =
+            ActivitySet { activities: vec![simple(2, 70, 26), simple(1, 100, 62)], ..ActivitySet::default() };
+        assert_eq!(set.worst_case(1, &EXACT, &|| ()).unwrap().job, 5);
+        assert_eq!(bound_and_simulated(&set, 1), Some((118, 118)));
+    }
+
+    #[test]
+    fn late_releases_and_offsets() {
+        let mut activities = vec![simple(2, 10, 2), simple(1, 20, 6), simple(1, 20, 1)];
+        activities[0].jitter = Time::from_nanos(3);
+        let set = ActivitySet { activities: activities.clone(), ..ActivitySet::default() };
+        assert_eq!(bound_and_simulated(&set, 1), Some((11, 11)));
+        activities[0].jitter = Time::ZERO;
+        for (activity, offset) in activities.iter_mut().zip([0, 1, 12]) {
+            activity.offset = Some(Time::from_nanos(offset));
+        }
+        let set = ActivitySet { activities, ..ActivitySet::default() };
+        assert_eq!(
+            [0, 1, 2].map(|of| bound_and_simulated(&set, of)),
+            [Some((2, 2)), Some((7, 7)), Some((1, 1))]
+        );
+    }
+
+    /// The first job responds in 10 with another path, and the third one with the path that is found first.
+    #[test]
+    fn two_jobs_that_are_equally_late() {
+        let mut late = simple(0, 6, 4);
+        late.jitter = Time::from_nanos(1);
+        let other = activity(0, 12, machine(3, &[(0, 0, 1), (1, 0, 1), (2, 0, 5), (1, 2, 4)]));
+        let set = ActivitySet { activities: vec![late, other], ..ActivitySet::default() };
+        assert_eq!(bound_and_simulated(&set, 0), Some((10, 10)));
+    }
+
+    #[test]
+    fn nothing_without_a_response_time() {
+        let set = ActivitySet { activities: vec![simple(2, 10, 11)], ..ActivitySet::default() };
+        assert_eq!(set.worst_case(0, &EXACT, &|| ()), None);
+        assert_eq!(set.worst_case(1, &EXACT, &|| ()), None);
+    }
+
+    fn activities() -> impl Strategy<Value = Vec<Activity>> {
+        let period = prop::sample::select(&[3u64, 4, 6, 8, 12, 20][..]);
+        let jitter = prop_oneof![3 => Just(0u64), 1 => 0..20u64];
+        let offset = prop_oneof![2 => Just(None), 1 => (0..20u64).prop_map(Some)];
+        let any = (0..3u32, period, jitter, offset, machines(3, 5)).prop_map(
+            |(priority, period, jitter, offset, machine)| Activity {
+                jitter: Time::from_nanos(jitter),
+                offset: offset.map(|offset| Time::from_nanos(offset % period)),
+                // A job without demand counts as 1 ns in the analysis.
+                ..activity(priority, period, machine.with_added(Time::from_nanos(1)).unwrap())
+            },
+        );
+        proptest::collection::vec(any, 1..5)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(1000))]
+
+        #[test]
+        fn it_attains_what_is_exact(activities in activities()) {
+            let is_late = |it: &Activity| it.offset.is_some() && it.jitter > Time::ZERO;
+            let is_attained = !activities.iter().any(is_late);
+            let set = ActivitySet { activities, ..ActivitySet::default() };
+            let responses = set.response_times(&EXACT, &|| ()).responses;
+            for (of, response) in responses.iter().enumerate() {
+                let Some((bound, simulated)) = bound_and_simulated(&set, of) else { continue };
+                prop_assert!(simulated <= bound);
+                let is_exact =
+                    |it: &Response| it.method == Method::Exact && !it.is_exhausted;
+                if is_attained && response.as_ref().is_some_and(is_exact) {
+                    prop_assert_eq!(simulated, bound);
+                }
+            }
+        }
+    }
+}
