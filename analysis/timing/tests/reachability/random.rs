@@ -340,11 +340,11 @@ impl Totals {
                 self.attained_on_several_cpus += u64::from(tightest == Some(greatest));
             }
             if let Some(of_any_phase) = &of_any_phase {
-                assert!(
-                    bounds.exact(place) <= of_any_phase[place],
-                    "offsets made a bound greater in\n{system}"
-                );
-                self.less_by_offsets += u64::from(bounds.exact(place) < of_any_phase[place]);
+                // Without a bound, infinite.
+                let of = [bounds.exact(place), of_any_phase[place]];
+                let [with, without] = of.map(|bound| bound.unwrap_or(u64::MAX));
+                assert!(with <= without, "offsets made a bound greater in\n{system}");
+                self.less_by_offsets += u64::from(with < without);
             }
             if let Some(bounds) = &plain_bounds {
                 self.later_than_plain += u64::from(bounds[place].is_some_and(|bound| greatest > bound));
