@@ -99,12 +99,15 @@ fn explain<'db>(
     }
     window(&mut out, activity);
     interference(&mut out, db, report, index);
+    response_in_window(&mut out, activity);
     crossed_deadline(&mut out, activity);
     if let Some(psm) = origin.psm {
         own_time(&mut out, psm, query.method, origin.worst_path);
     }
     calls(&mut out, activity);
-    if let Some(first_job) = activity.first_job {
+    let is_critical =
+        activity.jitter == Time::ZERO && activity.window.as_ref().is_none_or(|window| window.start.is_none());
+    if let Some(first_job) = activity.first_job.filter(|_| is_critical) {
         let _ = writeln!(out, "\nresponse time at the critical instant: {first_job}");
         if query.horizon.is_some() {
             out +=
@@ -202,17 +205,9 @@ fn window(out: &mut String, activity: &ActivityReport<'_>) {
     if let Some(window) = &activity.window
         && let Some(start) = window.start
     {
-        // Its first job is released at `delay` − J.
-        let released =
-            match (window.delay.checked_sub(activity.jitter), activity.jitter.checked_sub(window.delay)) {
-                (Some(Time::ZERO), _) => "at its start".to_owned(),
-                (Some(later), _) => format!("{later} after its start"),
-                (None, earlier) => format!("nominally {} before its start", earlier.unwrap_or_default()),
-            };
         let _ = writeln!(
             out,
-            "\nthe busy window begins {start} after the instant that the synchronised clocks share; its own first job is released \
-             {released}"
+            "\nthe busy window begins {start} after the instant that the synchronised clocks share"
         );
     }
     match &activity.window {
@@ -254,6 +249,32 @@ fn interference(out: &mut String, db: &dyn ModelDb, report: &Report<'_>, index: 
     }
     if left > 0 {
         let _ = writeln!(out, "  and {left} more activities, none with more interference");
+    }
+}
+
+/// Writes how the response time follows from the length of the window, where it is not that length.
+fn response_in_window(out: &mut String, activity: &ActivityReport<'_>) {
+    let (Some(window), Some(period), Some(response)) = (&activity.window, activity.period, activity.response)
+    else {
+        return;
+    };
+    let job = match window.job {
+        1 => "its job".to_owned(),
+        job => format!("job {job}"),
+    };
+    // The nominal release is at delay − J + (q − 1)·T.
+    let released = period.checked_mul(window.job - 1).and_then(|at| at.checked_add(window.delay));
+    let (sign, between, when) = match released.and_then(|it| it.checked_sub(activity.jitter)) {
+        Some(Time::ZERO) => return,
+        Some(after) => ('−', Some(after), "after"),
+        None => ('+', released.and_then(|it| activity.jitter.checked_sub(it)), "before"),
+    };
+    if let Some(between) = between {
+        let length = window.length;
+        let _ = writeln!(
+            out,
+            "\nresponse time {response} = {length} {sign} {between}: {job} is nominally released {between} {when} the start of the window"
+        );
     }
 }
 

@@ -1,0 +1,210 @@
+//! Every figure of an explanation adds up: the texts of random deployments, which people see in hovers and with `--explain`, are
+//! read again, and their sums are computed.
+//!
+//! `MAUVE_EXPLANATIONS=10000 cargo test --release -p mauve-ide --test explanations` tries more deployments.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+use std::fmt::Write as _;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Database, Workspace, names_of, projects};
+use mauve_ide::explain_response;
+use mauve_tests::{Random, fixture};
+use mauve_timing::{Level, Method, Rounding, Time};
+use mauve_wcrt::{Query, response_times};
+
+/// Returns a deployment of two to five activities: state machines, operations between them, overhead, other work, jitter, offsets
+/// and several CPUs.
+fn model(random: &mut Random) -> String {
+    let count = 2 + random.below(4);
+    // Some systems are loaded, so that jobs overlap.
+    let load = *random.of(&[1, 1, 4]);
+    let operations: Vec<(usize, usize)> = (0..random.below(3))
+        .map(|_| (random.below(count), random.below(count)))
+        .filter(|(provider, client)| provider != client)
+        .collect();
+    let (mut model, mut times) = (String::new(), "unit = \"ms\"\n[codel]\n".to_owned());
+    let (mut instances, mut activities) = (String::new(), String::new());
+    let mut clocks = Vec::new();
+    for number in 0..count {
+        for (codel, greatest) in [("x", 40), ("y", 20), ("g", 5), ("h", 10)] {
+            let time = load * random.below(greatest);
+            let _ = writeln!(model, "codel {codel}{number}(): int");
+            let _ = writeln!(times, "{codel}{number} = {}.{}", time / 10, time % 10);
+        }
+        let provides = operations.iter().any(|(provider, _)| *provider == number);
+        let mut required: Vec<usize> = operations
+            .iter()
+            .filter(|(_, client)| *client == number)
+            .map(|(provider, _)| *provider)
+            .collect();
+        required.sort_unstable();
+        required.dedup();
+        let _ = write!(model, "shell S{number} {{ ");
+        if provides {
+            let _ = write!(model, "provide help{number}(): int  ");
+        }
+        for provider in &required {
+            let _ = write!(model, "require help{provider}(): int  ");
+        }
+        let _ = write!(model, "}}\ncore K{number}(S{number}) {{ ");
+        if provides {
+            let _ = write!(model, "provide help{number}() = {{ return h{number}(); }} ");
+        }
+        let mut sends = String::new();
+        for provider in &required {
+            let _ = write!(model, "handler of{provider}: help{provider} ");
+            let _ = write!(sends, "of{provider} = send(help{provider}); ");
+            let _ = writeln!(instances, "operation i{provider}.help{provider} -> i{number}.help{provider}");
+        }
+        let _ = writeln!(
+            model,
+            "statemachine {{ initial state A {{ run = {{ x{number}(); }} transition go if (g{number}() > 0) to B }} \
+             state B {{ run = {{ y{number}(); {sends} }} transition back to A }} }} }}\n\
+             component C{number}(S{number}, K{number})"
+        );
+        let _ = writeln!(instances, "instance i{number}: C{number}");
+        let period = *random.of(&[10, 20, 40, 50]);
+        let (priority, affinity) = (1 + random.below(count), *random.of(&[1, 1, 1, 2, 3]));
+        let _ = write!(
+            activities,
+            "activity i{number} {{ priority = {priority} affinity = {affinity} period = {period} "
+        );
+        if random.below(4) == 0 {
+            let _ = write!(activities, "jitter = 0.{} ", 1 + random.below(9));
+        }
+        if random.below(2) == 0 {
+            clocks.push(format!("\"i{number}\""));
+            let _ = write!(activities, "offset = {} ", random.below(period));
+        }
+        activities += "}\n";
+    }
+    let mut config = format!("timing.tables = [\"t.toml\"]\nclocks.synchronised = [{}]\n", clocks.join(", "));
+    let _ = writeln!(config, "[platform]\nrt_throttling = {}\ncpus = 2", random.below(8) == 0);
+    if random.below(3) == 0 {
+        let other = "name = \"network\"\npriority = 50\nperiod = \"5 ms\"\ntime = \"0.2 ms\"\njitter = \"1 ms\"\ncpus = [1]";
+        let _ = writeln!(config, "[[platform.other]]\n{other}");
+    }
+    if random.below(2) == 0 {
+        times += "[overhead]\ndispatch = 0.1\ncontext_switch = 0.02\n";
+    }
+    format!(
+        "{model}architecture Z {{\n{instances}}}\ndeployment D {{ architecture Z\n{activities}}}\n//- /mauve.toml\n{config}//- /t.toml\n{times}"
+    )
+}
+
+fn ns(text: &str) -> u64 {
+    let time = Time::parse_with_unit(text.trim(), Rounding::Exact);
+    time.unwrap_or_else(|why| panic!("{why:?} in `{text}`")).as_nanos()
+}
+
+/// Returns the part of `text` between two others.
+fn between<'a>(text: &'a str, before: &str, after: &str) -> Option<&'a str> {
+    let rest = &text[text.find(before)? + before.len()..];
+    Some(&rest[..rest.find(after)?])
+}
+
+/// The sum of the times in the lines below the one with this text, without those that are indented further.
+fn block(text: &str, head: &str) -> Option<u64> {
+    let rest = &text[text.find(head)? + head.len()..];
+    let lines = rest.lines().skip(1).take_while(|line| line.starts_with("  "));
+    let time = |line: &str| {
+        let time = line.get(2..14)?.trim();
+        (!time.is_empty()).then(|| ns(time))
+    };
+    Some(lines.filter_map(time).sum())
+}
+
+#[derive(Default)]
+struct Seen {
+    windows: usize,
+    later_jobs: usize,
+    starts: usize,
+    jitters: usize,
+    calls: usize,
+    overheads: usize,
+    others: usize,
+}
+
+fn check(text: &str, seen: &mut Seen) {
+    let Some(response) = between(text, "response time ", ", deadline").filter(|it| *it != "—") else {
+        return;
+    };
+    let response = ns(response);
+    let period = ns(between(text, ", period ", "\n").unwrap().split(',').next().unwrap());
+    let jitter = between(text, ", jitter ", "\n").map_or(0, ns);
+    let jobs = between(text, "\njob ", " of the busy window").map_or(1, |job| job.parse::<u64>().unwrap());
+    let own = match jobs {
+        1 => ns(between(text, "execution time of its own job: ", "\n").unwrap()),
+        _ => ns(between(text, &format!("execution time of its own {jobs} jobs: "), "\n").unwrap()),
+    };
+    // A job without demand counts as 1 ns.
+    let length = own.max(1) + block(text, "\ninterference:").unwrap_or(0);
+    seen.windows += 1;
+    if let Some(ends) = between(text, "it ends ", " after the start of the window") {
+        assert_eq!(ns(ends), length);
+        seen.later_jobs += 1;
+    }
+    let sum = text.lines().filter_map(|line| line.strip_prefix("response time ")?.split_once(": "));
+    match sum.filter_map(|(sum, _)| sum.split_once(" = ")).next() {
+        Some((total, terms)) => {
+            assert_eq!(ns(total), response);
+            let minus = terms.split_once(" − ").map(|(from, less)| (ns(from), -(ns(less) as i64)));
+            let plus = || terms.split_once(" + ").map(|(from, more)| (ns(from), ns(more) as i64));
+            let (from, by) = minus.or_else(plus).unwrap();
+            assert_eq!(from, length);
+            assert_eq!(from as i64 + by, response as i64);
+            if !text.contains("synchronised") {
+                assert_eq!(-by, (period * (jobs - 1)) as i64 - jitter as i64);
+            }
+        }
+        None => assert_eq!(response, length),
+    }
+    seen.starts += usize::from(text.contains("synchronised"));
+    seen.jitters += usize::from(jitter > 0);
+    seen.others += usize::from(text.contains("(platform)"));
+    // The greatest period by programs and overhead, and the programs by codels.
+    let mut edges = text.lines().filter_map(|line| line.strip_prefix("execution time ")?.split_once(':'));
+    let (edge, _) = edges.find(|(edge, _)| !edge.starts_with("of ")).unwrap();
+    let head = format!("\nexecution time {edge}:");
+    assert_eq!(block(text, &head).unwrap(), ns(edge));
+    seen.overheads += usize::from(text.contains("dispatch and context switches"));
+    let calls = between(text, "execution time of calls in each period: ", "\n").map_or(0, ns);
+    assert_eq!(block(text, "\nexecution time of calls in each period").unwrap_or(0), calls);
+    seen.calls += usize::from(calls > 0);
+    if jobs == 1 {
+        assert_eq!(own, ns(edge) + calls);
+    }
+}
+
+#[test]
+fn every_figure_adds_up() {
+    let count = std::env::var("MAUVE_EXPLANATIONS").ok().and_then(|it| it.parse().ok()).unwrap_or(250);
+    let mut seen = Seen::default();
+    for seed in 0..count {
+        let fixture_text = model(&mut Random::of_seed(seed));
+        let db = Database::default();
+        let texts = fixture(&fixture_text).into_iter().map(|(path, text)| (path.into(), text));
+        let workspace = Workspace::of_texts(&db, "/".into(), texts);
+        let project = projects(&db, workspace)[0];
+        let deployment = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
+        for method in [Method::Classic, Method::Psm, Method::Ibf, Method::Exact, Method::Best] {
+            let query = Query { level: Level::TEN_TO_MINUS_FOUR, method, horizon: None };
+            let report = response_times(&db, project, deployment, query).clone();
+            for activity in 0..report.activities.len() {
+                let text = explain_response(&db, project, &report, activity, query);
+                let checked = AssertUnwindSafe(|| check(&text, &mut seen));
+                assert!(catch_unwind(checked).is_ok(), "{text}\nof\n{fixture_text}");
+            }
+        }
+    }
+    let Seen { windows, later_jobs, starts, jitters, calls, overheads, others } = seen;
+    println!(
+        "{windows} windows: {later_jobs} of later jobs, {starts} that begin at a release, {jitters} with jitter,"
+    );
+    println!("{calls} with calls, {overheads} with overhead, {others} with other work");
+    assert!(later_jobs >= 10);
+    assert!(starts.min(jitters).min(calls).min(overheads).min(others) * 100 > windows);
+}
