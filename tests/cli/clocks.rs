@@ -40,12 +40,20 @@ fn an_offset_makes_a_response_time_shorter() {
 fn the_explanation_says_where_the_window_begins() {
     let explained = run_in("clocks", &model(SYNCHRONISED), &["wcrt", "--explain", "late"]).out;
     for part in [
+        "  assumes synchronised clocks\n",
         "the busy window begins 5 ms after the instant that the synchronised clocks share\n",
         "execution time of its own job: 4 ms\ninterference:\n          1 ms     1 job   free\n",
     ] {
         assert!(explained.contains(part), "{part} in {explained}");
     }
     assert!(!explained.contains("early"), "{explained}");
+    for (name, clocks, is_assumed) in [("clocks", SYNCHRONISED, true), ("clocks-free", FREE, false)] {
+        let table = run_in(name, &model(clocks), &["wcrt"]).out;
+        assert_eq!(
+            table.contains("\n  assumes that the clocks which mauve.toml names are synchronised\n"),
+            is_assumed
+        );
+    }
 }
 
 #[test]

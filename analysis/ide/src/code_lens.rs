@@ -169,6 +169,9 @@ fn deadlines(db: &dyn ModelDb, workspaces: &[Workspace], of: Decl<'_>) -> Option
         if met > 0 && config_of(db, project.workspace(db)).rt_throttling.is_none() {
             title += ", assumes real-time throttling off";
         }
+        if report.assumes_clocks() {
+            title += ", assumes synchronised clocks";
+        }
         match titles.iter_mut().find(|(known, _)| *known == title) {
             Some((_, having)) => having.push(project),
             None => titles.push((title, vec![project])),

@@ -97,6 +97,9 @@ fn explain<'db>(
     if is_analysed && origin.throttling.is_none() {
         out += "  assumes real-time throttling off\n";
     }
+    if activity.window.as_ref().is_some_and(|window| window.start.is_some()) {
+        out += "  assumes synchronised clocks\n";
+    }
     window(&mut out, activity);
     interference(&mut out, db, report, index);
     response_in_window(&mut out, activity);

@@ -192,6 +192,9 @@ fn of_deployment<'db>(
         if config_of(db, project.workspace(db)).rt_throttling.is_none() {
             labels.push("assumes real-time throttling off".to_owned());
         }
+        if report.assumes_clocks() {
+            labels.push("assumes synchronised clocks".to_owned());
+        }
         // There may be nothing to show: only utilisations, and no CPU.
         if is_shown {
             hints.push(InlayHint { offset, label: labels.join(" · "), explained_at: None });
@@ -507,6 +510,33 @@ codel = \"5 ms\"
                 core Planning(S) { update = { plan(); }⟨5 ms at 1e-4 · times assumed⟩ }
                 deployment D {⟨1 of 1 deadlines met at 1e-4 · CPU 1 5.0 % · times assumed · assumes real-time throttling off⟩ architecture A
                 activity planner { priority = 2 period = 100 deadline = 100 }⟨R 5 ms ≤ 100 ms · slack 95 ms · times assumed⟩
+            "#]],
+        );
+    }
+
+    #[test]
+    fn synchronised_clocks_are_said() {
+        check(
+            "
+codel plan(): int
+shell S { }
+core K(S) { update = { plan(); } }
+component C(S, K)
+architecture A { instance first: C  instance second: C }
+deployment D { architecture A
+  activity first { priority = 2 period = 100 }
+  activity second { priority = 1 period = 100 offset = 50 }
+}
+//- /mauve.toml
+assume.codel = \"5 ms\"
+platform.rt_throttling = false
+clocks.synchronised = [\"first\", \"second\"]
+",
+            expect![[r#"
+                core K(S) { update = { plan(); }⟨5 ms at 1e-4 · times assumed⟩ }
+                deployment D {⟨2 of 2 deadlines met at 1e-4 · CPU 1 10.0 % · times assumed · assumes synchronised clocks⟩ architecture A
+                activity first { priority = 2 period = 100⟨ deadline = 100⟩ }⟨R 5 ms ≤ 100 ms · slack 95 ms · times assumed⟩
+                activity second { priority = 1 period = 100 offset = 50⟨ deadline = 100⟩ }⟨R 5 ms ≤ 100 ms · slack 95 ms · times assumed⟩
             "#]],
         );
     }

@@ -230,6 +230,13 @@ impl<'db> Report<'db> {
         self.not_analysed.is_empty() && self.activities.iter().all(|activity| activity.verdict.is_met())
     }
 
+    /// Returns whether a response time holds only if the clocks are synchronised that `mauve.toml` declares to be.
+    pub fn assumes_clocks(&self) -> bool {
+        let has_start =
+            |it: &ActivityReport<'_>| it.window.as_ref().is_some_and(|window| window.start.is_some());
+        self.activities.iter().any(has_start)
+    }
+
     /// Counts the deadlines of the real-time activities.
     pub fn deadlines(&self) -> Deadlines {
         let mut counted = Deadlines::default();

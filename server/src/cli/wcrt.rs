@@ -435,6 +435,9 @@ fn one_level(of: &Deployed<'_>, report: &Report<'_>) -> String {
     if methods.iter().any(|(_, is_exhausted)| *is_exhausted) {
         out += "  *: the budget of a better method is exhausted: the response time may be shorter\n";
     }
+    if report.assumes_clocks() {
+        out += "  assumes that the clocks which mauve.toml names are synchronised\n";
+    }
     out
 }
 
