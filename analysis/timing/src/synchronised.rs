@@ -14,13 +14,16 @@
 use std::cmp::Ordering;
 
 use crate::lane::{Found, Lane, Member, Members, least_common_multiple};
-use crate::{Bound, Time};
+use crate::{Bound, Method, Options, Time};
 
 /// The maximum product of the number of instants and the square of the number of members, which is about the number of visited
 /// members if a fixed point takes few steps.
 const MOST_VISITS: u64 = 1 << 20;
 
-const BRIEF_MOST_VISITS: u64 = 1 << 16;
+/// The same for [`Method::Best`]: some 10 ms.
+const FEWER_VISITS: u64 = 1 << 17;
+
+const BRIEF_VISITS: u64 = 1 << 15;
 
 /// The instants at which windows of a lane may begin.
 #[derive(Clone, PartialEq, Debug)]
@@ -34,13 +37,17 @@ pub(crate) enum Starts {
 }
 
 /// Returns the instants at which windows of these members may begin.
-pub(crate) fn starts(members: &Members<'_, '_>, is_brief: bool) -> Starts {
+pub(crate) fn starts(members: &Members<'_, '_>, options: &Options) -> Starts {
     let with_offset = (0..members.len()).map(|place| members.get(place));
     let with_offset: Vec<&Member<'_>> = with_offset.filter(|member| member.task.offset.is_some()).collect();
     if with_offset.len() < 2 {
         return Starts::Any;
     }
-    let most = if is_brief { BRIEF_MOST_VISITS } else { MOST_VISITS };
+    let most = match (options.is_brief, options.method) {
+        (true, _) => BRIEF_VISITS,
+        (false, Method::Best) => FEWER_VISITS,
+        (false, _) => MOST_VISITS,
+    };
     let count = members.len() as u64;
     let most = most / count.saturating_mul(count);
     let common = with_offset.iter().try_fold(1, |all, member| least_common_multiple(all, member.period));
@@ -91,7 +98,7 @@ impl Lane<'_, '_> {
 
     /// Lets the windows of the lane begin at this instant, one of those that [`Lane::synchronise`] analysed.
     pub(crate) fn begin_at_again(&mut self, start: u64) {
-        let starts = match starts(&self.members, self.options.is_brief) {
+        let starts = match starts(&self.members, self.options) {
             Starts::Known(starts) => starts.len(),
             Starts::Any | Starts::TooMany => 1,
         };
@@ -109,7 +116,7 @@ impl Lane<'_, '_> {
         if open.is_empty() || self.options.horizon.is_some() {
             return;
         }
-        let starts = match starts(&self.members, self.options.is_brief) {
+        let starts = match starts(&self.members, self.options) {
             Starts::Any => return,
             Starts::Known(starts) => starts,
             Starts::TooMany => {
@@ -161,7 +168,7 @@ fn bound(found: &Found) -> Option<Time> {
 mod tests {
     use super::*;
     use crate::testing::{brute_force_demand, machine, machines};
-    use crate::{Analysis, Breakdown, Demand, Method, Options, Response, StateMachine, Task, response_times};
+    use crate::{Analysis, Breakdown, Demand, Response, StateMachine, Task, response_times};
     use proptest::prelude::*;
 
     fn task(priority: u32, period: u64, offset: Option<u64>, machine: StateMachine) -> Task {
@@ -347,7 +354,7 @@ mod tests {
             for (index, response) in analyse(&tasks, Method::Psm).responses.iter().enumerate() {
                 let of_any = bound(&any_phase[index]);
                 let Some(of_any) = of_any.filter(|&bound| bound < 200) else {
-                    prop_assert_eq!(bound(response), of_any);
+                    prop_assert!(bound(response) <= of_any && bound(response).is_some() == of_any.is_some());
                     continue;
                 };
                 // At full load, a window may have no end.
