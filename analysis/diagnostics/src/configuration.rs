@@ -29,7 +29,7 @@ pub(super) fn mistake(kind: &MistakeKind) -> String {
                 "the string in `{key}` spans several lines and may contain other keys: write it on one line"
             )
         }
-        MistakeKind::MissingKey { key, section } => format!("[[{section}]] has no `{key}`: add it"),
+        MistakeKind::MissingKey { key, header } => format!("{header} has no `{key}`: add it"),
         MistakeKind::RepeatedName { name, section } => {
             format!("a second [[{section}]] with the name `{name}`: give it another name")
         }
@@ -83,6 +83,9 @@ fn expected_value(key: &str, expected: ExpectedValue) -> String {
         }
         ExpectedValue::DeploymentSection => {
             return format!("is a section: `[deployment.{key}]` with `accept`");
+        }
+        ExpectedValue::DeploymentTables => {
+            "is a section of a deployment, such as `[timing.deployment.Sea]` with `tables`"
         }
         ExpectedValue::Reasons => {
             "is a table of instances, each with a reason that is not empty, such as { planner = \"measured by hand\" }"

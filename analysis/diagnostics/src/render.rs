@@ -103,6 +103,19 @@ pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>
         K::UnresolvedCodel { core, name, arguments, builtin } => {
             unresolved_codel::report(db, project, *core, at, (name, *arguments), *builtin)
         }
+        K::AmbiguousDeployment { name, candidates } => {
+            let candidates: Vec<String> = candidates.iter().map(|name| format!("`{name}`")).collect();
+            let candidates = enumerated(&candidates);
+            let message =
+                format!("deployment `{name}` is ambiguous, {candidates}: write the library before it");
+            invalid_configuration::report(at, message)
+        }
+        K::SecondTables { deployment } => invalid_configuration::report(
+            at,
+            format!(
+                "deployment `{deployment}` has its timing tables in a section by its qualified name: delete this one"
+            ),
+        ),
         K::UnresolvedDeployment { name, near } => {
             invalid_configuration::report(at, format!("no deployment `{name}`")).did_you_mean(near.clone())
         }

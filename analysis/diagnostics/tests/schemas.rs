@@ -173,6 +173,18 @@ fn configuration_key<T>(depth: usize, key: &Key<T>) -> String {
                 vec!["\"type\": \"array\"".to_owned(), items, format!("\"examples\": {}", key.examples)];
             return property(depth, key.name, key.documentation, &members);
         }
+        Kind::DeploymentTables(_, keys, _) => {
+            let mut of_deployment =
+                closed(depth + 2, keys.iter().map(|key| configuration_key(depth + 3, key)).collect());
+            of_deployment.insert(2, "\"required\": [\"tables\"]".to_owned());
+            let deployments = object(depth + 1, "additionalProperties", &of_deployment);
+            let members = vec![
+                "\"type\": \"object\"".to_owned(),
+                deployments,
+                format!("\"examples\": {}", key.examples),
+            ];
+            return property(depth, key.name, key.documentation, &members);
+        }
         Kind::Integer(from, to, _) => {
             format!("\"type\": \"integer\"\n\"minimum\": {from}\n\"maximum\": {to}")
         }
@@ -297,6 +309,9 @@ fn schema_and_reader_agree_on_configurations() {
         "[timing]\ntables = [\"timing/*.toml\"]\nsignificance = 1e-4\n",
         "timing.tables = \"t.toml\"\n",
         "timing.tables = []\n",
+        "timing.deployment.Sea.tables = \"sea.toml\"\n",
+        "[timing.deployment.\"marine.Sea\"]\ntables = [\"sea/*.toml\"]\n",
+        "timing.deployment = {}\n",
         "assume.codel = \"5 ms\"\n",
         "assume.codel = \" +1_000.25e-1us \"\n",
         "assume.codel = \"0s\"\n",
@@ -329,6 +344,12 @@ fn schema_and_reader_agree_on_configurations() {
         "timing.table = []\n",
         "timing.tables = {}\n",
         "timing.tables = [true]\n",
+        "timing.deployment = 1\n",
+        "timing.deployment.Sea = \"sea.toml\"\n",
+        "timing.deployment.Sea = {}\n",
+        "timing.deployment.Sea.tables = 1\n",
+        "timing.deployment.Sea.table = []\n",
+        "timing.deployment.marine.Sea.tables = []\n",
         "timing.significance = \"1e-4\"\n",
         "timing.significance = 0\n",
         "timing.significance = 1.0\n",

@@ -22,6 +22,8 @@ pub struct Config {
     pub roots: Vec<(String, Range<usize>)>,
     /// `[timing] tables`: globs from the configuration's folder.
     pub tables: Vec<(String, Range<usize>)>,
+    /// `[timing.deployment.…]`, by the name of the deployment: its own tables, instead of `tables`.
+    pub deployment_tables: BTreeMap<String, DeploymentTables>,
     /// `[timing] significance`: the displayed and checked level.
     pub significance: Option<Level>,
     /// The range of the significance.
@@ -78,6 +80,15 @@ pub struct DeploymentConfig {
     pub span: Range<usize>,
     /// `accept`: the instances whose deadlines need no proof.
     pub accepted: Vec<Acceptance>,
+}
+
+/// `[timing.deployment.Sea]`
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct DeploymentTables {
+    /// The range of its name.
+    pub span: Range<usize>,
+    /// `tables`: globs from the configuration's folder.
+    pub tables: Vec<(String, Range<usize>)>,
 }
 
 /// `[[platform.other]]`: an entry without errors has every value but the optional ones.
@@ -143,8 +154,8 @@ pub enum MistakeKind {
     OutsideSections(String),
     /// The value of this key contains a string over several lines.
     SeveralLines(String),
-    /// A section lacks this key.
-    MissingKey { key: &'static str, section: String },
+    /// The section with this header lacks this key.
+    MissingKey { key: &'static str, header: String },
     /// Two entries of this section have this name.
     RepeatedName { name: String, section: String },
     /// An entry names these CPUs, a bit each, and `[platform] cpus` has this many.
@@ -194,6 +205,8 @@ pub enum ExpectedValue {
     TypeSection,
     /// A section of a deployment.
     DeploymentSection,
+    /// A section with the tables of a deployment.
+    DeploymentTables,
     /// A table of instances, each with a reason.
     Reasons,
     /// A list of ports, for a chain.
@@ -214,6 +227,11 @@ pub struct Chain {
 }
 
 impl Config {
+    /// Returns the patterns of all tables: of those for every deployment, then of those of single deployments.
+    pub fn all_tables(&self) -> impl Iterator<Item = &(String, Range<usize>)> + Clone {
+        self.tables.iter().chain(self.deployment_tables.values().flat_map(|it| &it.tables))
+    }
+
     /// Returns the displayed level: `[timing] significance`, otherwise 10⁻⁴.
     pub fn level(&self) -> Level {
         self.significance.unwrap_or(Level::TEN_TO_MINUS_FOUR)
@@ -327,6 +345,9 @@ impl Reader<'_> {
         if let Kind::Others(field, keys, _) = &found.kind {
             return self.others(field(into), &format!("{section}.{name}"), keys, (key, value));
         }
+        if let Kind::DeploymentTables(field, keys, _) = &found.kind {
+            return self.deployment_tables(field(into), &format!("{section}.{name}"), keys, (key, value));
+        }
         if let Err(expected) = found.kind.read(into, value) {
             // No response time depends on a string in a wrong format, nor on a missing root.
             self.completeness &= Completeness::of(match found.kind {
@@ -365,7 +386,7 @@ impl Reader<'_> {
             {
                 let at = values.iter().next().map_or(entry.span(), |(key, _)| key.span());
                 self.errors.push(Mistake {
-                    kind: MistakeKind::MissingKey { key: missing, section: section.to_owned() },
+                    kind: MistakeKind::MissingKey { key: missing, header: format!("[[{section}]]") },
                     span: at,
                     near: None,
                 });
@@ -378,6 +399,37 @@ impl Reader<'_> {
             }
             self.completeness &= Completeness::of(self.errors.len() == errors);
             into.push(other);
+        }
+    }
+
+    /// `[timing.deployment.Sea]`: every error leaves the tables of a deployment unknown.
+    fn deployment_tables(
+        &mut self,
+        into: &mut BTreeMap<String, DeploymentTables>,
+        section: &str,
+        keys: &[Key<DeploymentTables>],
+        (key, value): (&TomlKey<'_>, &Value<'_>),
+    ) {
+        let Some(deployments) = value.get_ref().as_table() else {
+            return self.wrong_value(key, value, ExpectedValue::DeploymentTables);
+        };
+        for (name, value) in deployments {
+            let section = format!("{section}.{}", name.get_ref());
+            let Some(values) = value.get_ref().as_table() else {
+                self.wrong_value(name, value, ExpectedValue::DeploymentTables);
+                continue;
+            };
+            let mut found = DeploymentTables { span: name.span(), ..DeploymentTables::default() };
+            let errors = self.errors.len();
+            for (key, value) in values {
+                self.key(&mut found, &section, keys, key, value);
+            }
+            // An unknown key may be a misspelt one.
+            if self.errors.len() == errors && !values.contains_key("tables") {
+                let header = format!("[{section}]");
+                self.incomplete(MistakeKind::MissingKey { key: "tables", header }, name.span());
+            }
+            into.insert(name.get_ref().to_string(), found);
         }
     }
 
@@ -489,8 +541,9 @@ impl<T> Kind<T> {
                 let cpus = cpus(found).ok_or(ExpectedValue::Cpus)?;
                 *field(into) = Some((cpus, value.span()));
             }
-            // The reader reports the errors in the tables one by one.
+            // The reader reports the errors in these one by one.
             Kind::Others(..) => return Err(ExpectedValue::Tables),
+            Kind::DeploymentTables(..) => return Err(ExpectedValue::DeploymentTables),
             Kind::Integer(from, to, field) => {
                 let number = integer(found).filter(|it| (from..=to).contains(&it));
                 *field(into) = Some(number.ok_or(ExpectedValue::Integer(*from, *to))?);
@@ -573,7 +626,7 @@ mod tests {
     #[test]
     fn reads_all_keys() {
         let config = read(
-            "[project]\nroot = \"a.mal\"\n[timing]\ntables = [\"t/*.toml\"]\nsignificance = 1e-6\n\
+            "[project]\nroot = \"a.mal\"\n[timing]\ntables = [\"t/*.toml\"]\nsignificance = 1e-6\n[timing.deployment.D]\ntables = \"d.toml\"\n\
              [types.X]\ncpp = \"X*\"\nheader = \"x/X.h\"\n[generate]\nout = \"g\"\nros_streams = false\nlicense = \"BSD\"\n\
              maintainer = \"A B <a@b.org>\"\n[assume]\ncodel = \"5 ms\"\n[platform]\ncpus = 2\nrt_throttling = true\n\
              [clocks]\nsynchronised = [\"a\", \"b\"]\n[deployment.D]\naccept = { a = \" by hand \" }\n[chains]\nc = [\"a.x\"]\n[lints]\nlost-write = \"warn\"\n",
@@ -590,6 +643,11 @@ mod tests {
         assert_eq!(
             config.maintainer,
             Some(Maintainer { name: "A B".to_owned(), email: "a@b.org".to_owned() })
+        );
+        assert_eq!(config.deployment_tables["D"].tables[0].0, "d.toml");
+        assert_eq!(
+            config.all_tables().map(|(pattern, _)| pattern).collect::<Vec<_>>(),
+            ["t/*.toml", "d.toml"]
         );
         let [accepted] = config.deployments["D"].accepted.as_slice() else { panic!("one acceptance") };
         assert_eq!((accepted.instance.as_str(), accepted.reason.as_str()), ("a", "by hand"));
@@ -717,6 +775,27 @@ mod tests {
         let kind = MistakeKind::NoSuchCpu { named: 4, cpus: 2 };
         assert_eq!((found, is_incomplete), (vec![kind], true));
         assert!(mistakes("platform.other = [1]").1 && mistakes("platform.other = 1").1);
+    }
+
+    #[test]
+    fn tables_of_a_deployment() {
+        // Whatever is wrong, a deployment would have the times of another computer.
+        for text in [
+            "[timing.deployment.D]\n",
+            "[timing.deployment.D]\ntable = \"d.toml\"\n",
+            "[timing.deployment.D]\ntables = 1\n",
+            "[timing.deployment.D]\ntables = [1]\n",
+            "[timing]\ndeployment = [\"d.toml\"]\n",
+            "[timing.deployment]\nD = \"d.toml\"\n",
+            "[timing.deployment.l.D]\ntables = \"d.toml\"\n",
+            "[timing.deployments.D]\ntables = \"d.toml\"\n",
+        ] {
+            let (found, is_incomplete) = mistakes(text);
+            assert!(is_incomplete && found.len() == 1, "{text}: {found:?}");
+        }
+        let text = "[timing.deployment.\"l.D\"]\ntables = []\n";
+        assert_eq!(mistakes(text), (Vec::new(), false));
+        assert_eq!(read(text).deployment_tables["l.D"].tables, []);
     }
 
     #[test]

@@ -1,9 +1,10 @@
-//! Checks of the names in `mauve.toml`: synchronised instances, the ports of chains, and accepted instances of deployments.
+//! Checks of the names in `mauve.toml`: synchronised instances, the ports of chains, accepted instances of deployments, and
+//! deployments with their own timing tables.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-use crate::config::{Acceptance, Chain, DeploymentConfig};
+use crate::config::{Acceptance, Chain, Config, DeploymentConfig};
 use crate::fact::{EndKind, Fact, FactKind};
 use crate::flat::{Flat, flat_of, target_of};
 use crate::item_tree::{Kind, Name};
@@ -26,13 +27,82 @@ pub fn accepted<'db>(
     found.map(|it| it.reason.as_str())
 }
 
+/// Returns the name of the section `[timing.deployment.NAME]` with the timing tables of a deployment: the qualified name of the
+/// deployment, otherwise its name; `None` if it uses those of `[timing] tables`.
+pub fn section_with_tables<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+) -> Option<&'db str> {
+    let sections = &config_of(db, project.workspace(db)).deployment_tables;
+    let of = |name: &str| sections.get_key_value(name).map(|(name, _)| name.as_str());
+    if sections.is_empty() {
+        return None;
+    }
+    of(&deployment.qualified(db)).or_else(|| of(deployment.name(db)))
+}
+
+/// The deployments whose timing tables a section `[timing.deployment.NAME]` names, as seen from a project.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum OwnerOfTables {
+    /// A deployment of the project.
+    Own,
+    /// A deployment of another project of the workspace.
+    Elsewhere,
+    /// Several deployments of the project, with these qualified names.
+    Several(Vec<String>),
+    /// The workspace has no such deployment.
+    Missing,
+}
+
+/// Returns the deployments whose timing tables the section `[timing.deployment.NAME]` names.
+pub fn owner_of_tables<'db>(db: &'db dyn ModelDb, project: Project<'db>, section: &str) -> OwnerOfTables {
+    match owners_of_tables(db, project).get(section) {
+        Some(owners) if owners.len() == 1 => return OwnerOfTables::Own,
+        Some(owners) => return OwnerOfTables::Several(owners.iter().cloned().collect()),
+        None => {}
+    }
+    match owned_sections(db, project.workspace(db)).contains(section) {
+        true => OwnerOfTables::Elsewhere,
+        false => OwnerOfTables::Missing,
+    }
+}
+
+/// Returns the sections that name the timing tables of some deployment of a workspace.
+#[salsa::tracked(returns(ref))]
+fn owned_sections(db: &dyn ModelDb, workspace: Workspace) -> BTreeSet<String> {
+    if config_of(db, workspace).deployment_tables.is_empty() {
+        return BTreeSet::new();
+    }
+    let all = all_roots(db, workspace).iter().map(|&root| Project::new(db, workspace, root));
+    all.flat_map(|project| owners_of_tables(db, project).keys().cloned()).collect()
+}
+
+/// Returns the qualified names of the deployments whose timing tables each section names.
+#[salsa::tracked(returns(ref))]
+fn owners_of_tables<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> BTreeMap<String, BTreeSet<String>> {
+    let mut owners: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    if config_of(db, project.workspace(db)).deployment_tables.is_empty() {
+        return owners;
+    }
+    for deployment in names_of(db, project).of_kind(db, Kind::Deployment) {
+        let Some(section) = section_with_tables(db, project, deployment) else { continue };
+        // Two declarations of one name in one library are another error.
+        owners.entry(section.to_owned()).or_default().insert(deployment.qualified(db));
+    }
+    owners
+}
+
 /// Returns the facts for deployments, instances and ports in `mauve.toml` that the workspace does not have, each with a project
 /// without them. Without deployments, and if a missing or unreadable file may contain a deployment, there are none.
 pub fn check<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<(Project<'db>, Fact<'db>)> {
     let config = config_of(db, workspace);
     if config.completeness.is_incomplete()
         || !roots_exist(db, workspace)
-        || config.synchronised.is_empty() && config.chains.is_empty() && config.deployments.is_empty()
+        || config.synchronised.is_empty()
+            && config.chains.is_empty()
+            && config.deployments.is_empty()
+            && config.deployment_tables.is_empty()
     {
         return Vec::new();
     }
@@ -90,6 +160,43 @@ pub fn check<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<(Project<'d
     }
     let accepted = check_acceptances(db, file, &config.deployments, &deployed);
     found.extend(accepted.into_iter().map(|fact| (any, fact)));
+    found.extend(check_tables(db, file, config, &deployed));
+    found
+}
+
+/// Returns the facts for the names of `[timing.deployment.NAME]`, each with the project that has it.
+fn check_tables<'db>(
+    db: &'db dyn ModelDb,
+    file: File,
+    config: &Config,
+    deployed: &[Deployed<'db>],
+) -> Vec<(Project<'db>, Fact<'db>)> {
+    let mut projects: Vec<Project<'db>> = deployed.iter().map(|(project, ..)| *project).collect();
+    projects.dedup();
+    let mut found = Vec::new();
+    for (name, section) in &config.deployment_tables {
+        let at = location_of_key(file, &section.span);
+        for &project in &projects {
+            let kind = match owner_of_tables(db, project, name) {
+                OwnerOfTables::Own | OwnerOfTables::Elsewhere => continue,
+                OwnerOfTables::Several(candidates) => {
+                    FactKind::AmbiguousDeployment { name: name.as_str().into(), candidates }
+                }
+                OwnerOfTables::Missing => {
+                    let named = deployed.iter().find(|(_, of, _)| of.name(db) == name.as_str());
+                    match named {
+                        Some((_, of, _)) => FactKind::SecondTables { deployment: of.qualified(db) },
+                        None => {
+                            let near = similar(name, deployed.iter().map(|(_, of, _)| of.name(db)));
+                            FactKind::UnresolvedDeployment { name: name.as_str().into(), near }
+                        }
+                    }
+                }
+            };
+            found.push((project, Fact::new(at, kind)));
+            break;
+        }
+    }
     found
 }
 

@@ -197,6 +197,10 @@ pub enum FactKind<'db> {
     NotInDeployment { deployment: Name, instance: Name, near: Option<Name> },
     /// A connection between operations with different signatures.
     OperationSignature { provided: (Name, Signature), required: (Name, Signature) },
+    /// A section of `mauve.toml` that names the timing tables of several deployments, with their qualified names.
+    AmbiguousDeployment { name: Name, candidates: Vec<String> },
+    /// A section of `mauve.toml` by the name of a deployment whose timing tables another section has, by its qualified name.
+    SecondTables { deployment: String },
     /// A deployment in `mauve.toml` that no project of the workspace has.
     UnresolvedDeployment { name: Name, near: Option<Name> },
     /// A name refers to a feature of a wrong kind.

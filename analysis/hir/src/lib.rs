@@ -87,10 +87,12 @@ pub use builtin::{Builtin, Operand};
 pub use check::{declaration_facts, errors_in, not_checked, project_facts};
 pub use completeness::Completeness;
 pub use config::{
-    Acceptance, Chain, Config, DeploymentConfig, ExpectedValue, ExternalType, Maintainer, Mistake,
-    MistakeKind, keys as config_keys,
+    Acceptance, Chain, Config, DeploymentConfig, DeploymentTables, ExpectedValue, ExternalType, Maintainer,
+    Mistake, MistakeKind, keys as config_keys,
 };
-pub use configured::{accepted, check as check_configuration};
+pub use configured::{
+    OwnerOfTables, accepted, check as check_configuration, owner_of_tables, section_with_tables,
+};
 pub use cost::{Cost, operations_in, sends_in};
 pub use db::{Database, File, Log, ModelDb, Problem, Trees, Workspace, normalised};
 pub use declared::unused_facts;

@@ -1,13 +1,15 @@
 //! The keys of `mauve.toml`: their documentation, valid values, and fields of [`Config`]. The reader, completion and the JSON
 //! schema (written by `tests/schemas.rs`) follow this table: a new key is one entry here.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use mauve_timing::{Level, Time};
 
 use super::cpp::is_cpp_type;
 use super::{
-    Acceptance, Config, DeploymentConfig, ExpectedValue, ExternalType, OtherConfig, is_header, maintainer_of,
+    Acceptance, Config, DeploymentConfig, DeploymentTables, ExpectedValue, ExternalType, OtherConfig,
+    is_header, maintainer_of,
 };
 use crate::severity::Severity;
 
@@ -70,6 +72,12 @@ pub enum Kind<T> {
     Cpus(Field<T, Option<(u64, Range<usize>)>>),
     /// A list of tables with these keys, such as `[[platform.other]]`, and the note of completion.
     Others(Field<T, Vec<OtherConfig>>, &'static [Key<OtherConfig>], &'static str),
+    /// A section for each deployment, such as `[timing.deployment.Sea]`, with these keys, and the note of completion.
+    DeploymentTables(
+        Field<T, BTreeMap<String, DeploymentTables>>,
+        &'static [Key<DeploymentTables>],
+        &'static str,
+    ),
     /// An integer between two bounds, inclusive.
     Integer(u32, u32, fn(&mut T) -> &mut Option<u32>),
     /// `true` or `false`.
@@ -115,6 +123,11 @@ pub static SECTIONS: [Section; 10] = [
             }), default: Some("1e-4"), examples: "[1e-4]",
             documentation: "The significance level that is shown and checked: with which probability one execution of a codel \
                             may take longer than its time." },
+        Key { name: "deployment",
+            kind: Kind::DeploymentTables(|it| &mut it.deployment_tables, &DEPLOYMENT_TABLES, "a deployment's own timing tables"),
+            default: None, examples: r#"[{ "Sea": { "tables": ["timing/sea/*.toml"] } }]"#,
+            documentation: "Timing tables of one deployment, by its name: its times were measured on another computer. The \
+                            deployment uses them instead of `tables`, and no other deployment does." },
     ]), documentation: "Execution times." },
     Section { name: "types", summary: "types that no message package declares", entries: Entries::Types(&[
         Key { name: "cpp", kind: Kind::Text {
@@ -208,6 +221,13 @@ static OTHER: [Key<OtherConfig>; 6] = [
         documentation: "By how much a release may be late, with its unit: ns, us, ms or s." },
 ];
 
+/// The keys of `[timing.deployment.…]`.
+#[rustfmt::skip]
+static DEPLOYMENT_TABLES: [Key<DeploymentTables>; 1] = [
+    Key { name: "tables", kind: Kind::Tables(|it| &mut it.tables), default: None, examples: r#"[["timing/sea/*.toml"]]"#,
+        documentation: "All timing tables of the deployment, from the folder of mauve.toml." },
+];
+
 /// Returns whether this is a name for a report: on one line, and without a space in front.
 fn is_name(text: &str) -> bool {
     !text.is_empty() && !text.starts_with([' ', '\u{a0}']) && !text.contains(char::is_control)
@@ -229,6 +249,29 @@ pub fn lists_of_tables() -> impl Iterator<Item = (String, &'static str)> {
         let keys = if let Entries::Keys(keys) = section.entries { keys } else { &[] };
         keys.iter().filter_map(|key| match key.kind {
             Kind::Others(_, _, note) => Some((format!("{}.{}", section.name, key.name), note)),
+            _ => None,
+        })
+    })
+}
+
+/// Returns the keys of a section for one deployment by its header, such as `timing.deployment.Sea`.
+pub fn keys_of_deployment(header: &str) -> Option<&'static [Key<DeploymentTables>]> {
+    let (section, rest) = header.split_once('.')?;
+    let (name, _) = rest.split_once('.')?;
+    let Entries::Keys(keys) = section_named(section)?.entries else { return None };
+    match keys.iter().find(|key| key.name == name)?.kind {
+        Kind::DeploymentTables(_, keys, _) => Some(keys),
+        _ => None,
+    }
+}
+
+/// Returns the names in the headers of sections for one deployment without its name, such as `timing.deployment`, each with
+/// the note of completion.
+pub fn sections_of_deployments() -> impl Iterator<Item = (String, &'static str)> {
+    SECTIONS.iter().flat_map(|section| {
+        let keys = if let Entries::Keys(keys) = section.entries { keys } else { &[] };
+        keys.iter().filter_map(|key| match key.kind {
+            Kind::DeploymentTables(_, _, note) => Some((format!("{}.{}", section.name, key.name), note)),
             _ => None,
         })
     })

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use mauve_diagnostics::codes;
 use mauve_hir::config_keys::{
     Entries, Key as ConfigKey, Kind as ValueKind, SECTIONS, SEVERITIES, Section, keys_in_list,
-    lists_of_tables, section_named,
+    keys_of_deployment, lists_of_tables, section_named, sections_of_deployments,
 };
 use mauve_hir::item_tree::{FeatureKind, Kind, Name};
 use mauve_hir::{
@@ -65,6 +65,7 @@ pub(super) fn completions(
             }
         };
         let lists = lists_of_tables().filter(|_| is_config);
+        let of_deployments = sections_of_deployments().filter(|_| is_config);
         let rank = if matches!(place.what, What::Header) { 0 } else { 2 };
         for (name, summary, is_named) in sections {
             if is_named || !place.sections.contains(name) {
@@ -74,6 +75,9 @@ pub(super) fn completions(
         }
         items.extend(lists.map(|(name, summary)| {
             Completion::new(CompletionKind::Key, format!("[[{name}]]")).note(summary).rank(rank)
+        }));
+        items.extend(of_deployments.map(|(name, summary)| {
+            Completion::new(CompletionKind::Key, format!("[{name}.Name]")).note(summary).rank(rank)
         }));
     }
     items.sort_by_key(|item| item.rank);
@@ -246,8 +250,15 @@ impl Toml<'_, '_> {
         if let Some(keys) = keys_in_list(section) {
             return keys.iter().map(|key| item(key.name).rank(0)).collect();
         }
+        if let Some(keys) = keys_of_deployment(section) {
+            return keys.iter().map(|key| item(key.name).rank(0)).collect();
+        }
         match section_named(kind).map(|it| &it.entries) {
-            Some(Entries::Keys(keys)) => keys.iter().map(|key| item(key.name).rank(0)).collect(),
+            Some(Entries::Keys(keys)) => {
+                // These are sections.
+                let keys = keys.iter().filter(|key| !matches!(key.kind, ValueKind::DeploymentTables(..)));
+                keys.map(|key| item(key.name).rank(0)).collect()
+            }
             Some(Entries::Types(keys)) if section != kind => {
                 keys.iter().map(|key| item(key.name).rank(0)).collect()
             }
@@ -261,6 +272,9 @@ impl Toml<'_, '_> {
 
     fn config_values(&self, section: &str, key: &str) -> Vec<Completion> {
         if let Some(keys) = keys_in_list(section) {
+            return self.values(keys, key);
+        }
+        if let Some(keys) = keys_of_deployment(section) {
             return self.values(keys, key);
         }
         match section_named(section).map(|it| &it.entries) {
@@ -287,7 +301,11 @@ impl Toml<'_, '_> {
             Some(ValueKind::Text { usual, .. }) => usual.iter().map(|word| text(word)).collect(),
             Some(ValueKind::Period(_)) => vec![text("10 ms")],
             Some(
-                ValueKind::Integer(..) | ValueKind::Reasons(_) | ValueKind::Cpus(_) | ValueKind::Others(..),
+                ValueKind::Integer(..)
+                | ValueKind::Reasons(_)
+                | ValueKind::Cpus(_)
+                | ValueKind::Others(..)
+                | ValueKind::DeploymentTables(..),
             )
             | None => Vec::new(),
         }
@@ -425,6 +443,7 @@ library nav {
             2 [deployment.Name] (what is accepted of a deployment)
             2 [chains] (ports that data goes through)
             2 [[platform.other]] (real-time work that is not in the model)
+            2 [timing.deployment.Name] (a deployment's own timing tables)
         "#]]
         .assert_eq(&offered(&with("[timing]\ntables = []\n$0", ""), 9));
         expect![[r#"
@@ -438,6 +457,7 @@ library nav {
             0 [deployment.Name] (what is accepted of a deployment)
             0 [chains] (ports that data goes through)
             0 [[platform.other]] (real-time work that is not in the model)
+            0 [timing.deployment.Name] (a deployment's own timing tables)
         "#]]
         .assert_eq(&offered(&with("[platform]\ncpus = 1\n[pl$0]", ""), 9));
         // Each entry of a list has its own keys.
@@ -450,6 +470,12 @@ library nav {
             0 jitter ⇒ "jitter = "
         "#]]
         .assert_eq(&offered(&with(others, ""), 0));
+        let tables = "[timing.deployment.Sea]\n$0";
+        expect![[r#"
+            0 tables ⇒ "tables = "
+        "#]]
+        .assert_eq(&offered(&with(tables, ""), 0));
+        assert_eq!(labels(&with("[timing.deployment.Sea]\ntables = [$0]", "")), ["times.toml"]);
         assert!(labels(&with("[lints]\nlost$0", "")).contains(&"lost-write".to_owned()));
     }
 
