@@ -375,6 +375,20 @@ parts.Laser = 9
     }
 
     #[test]
+    fn a_deployment_in_its_sections() {
+        check(
+            "library l { shell S { }  architecture A { }  deployment Se$0a { architecture A } }\n\
+             //- /mauve.toml\n[timing.deployment.Sea]\ntables = []\n[deployment.\"l.Sea\"]\naccept = { }\n",
+            "Ocean",
+            expect![[r#"
+                /mauve.toml: [timing.deployment.Ocean]
+                /mauve.toml: [deployment."l.Ocean"]
+                /model.mal: library l { shell S { }  architecture A { }  deployment Ocean { architecture A } }
+            "#]],
+        );
+    }
+
+    #[test]
     fn everywhere() {
         robot(
             "codel sh$0oot",

@@ -74,6 +74,11 @@ impl<'db> Reader<'db> {
                 );
             }
         }
+        let of_tables = config.deployment_tables.iter().map(|(name, section)| (name, &section.span));
+        let of_acceptances = config.deployments.iter().map(|(name, section)| (name, &section.span));
+        for (key, span) in of_tables.chain(of_acceptances) {
+            self.deployment(db, project, key, span);
+        }
         let deployments = names_of(db, project).of_kind(db, Kind::Deployment);
         // Deployments may share an architecture.
         let deployed = each_once(deployments.filter_map(|of| first_target_of(db, project, of)));
@@ -97,6 +102,28 @@ impl<'db> Reader<'db> {
                     };
                     self.add(range, span, it.definition, it.kind);
                 }
+            }
+        }
+    }
+
+    /// Adds the deployments that a section of `mauve.toml` names with their libraries or without.
+    fn deployment(&mut self, db: &'db dyn ModelDb, project: Project<'db>, key: &str, span: &Range<usize>) {
+        let text = self.file.text(db);
+        let written = Range::<usize>::from(unquoted(text, range_of(span)));
+        let is_verbatim = text.get(written.clone()) == Some(key);
+        let piece = |from: usize, to: usize| is_verbatim.then_some(written.start + from..written.start + to);
+        let named = names_of(db, project).of_kind(db, Kind::Deployment);
+        for decl in named.filter(|it| *it.name(db) == *key || it.qualified(db) == key) {
+            let name = key.len() - decl.name(db).len();
+            let kind = kind_of(Kind::Deployment);
+            self.add(piece(name, key.len()), span, Definition::Declaration(decl), kind);
+            if let Some(library) = key.get(..name.saturating_sub(1)).filter(|library| !library.is_empty()) {
+                self.add(
+                    piece(0, library.len()),
+                    span,
+                    Definition::Library(library.into()),
+                    SymbolKind::Library,
+                );
             }
         }
     }
@@ -182,6 +209,24 @@ pub(crate) fn range_of(span: &Range<usize>) -> TextRange {
 mod tests {
     use super::super::tests::{check, of};
     use expect_test::expect;
+
+    #[test]
+    fn deployments_of_sections() {
+        check(
+            "//- /a.mal\nshell S { }\narchitecture A { }\nlibrary l { deployment D { architecture A } }\n\
+             deployment E { architecture A } deployment F { architecture A }\n\
+             //- /mauve.toml\nproject.root = 'a.mal'\n$0[timing.deployment.\"l.D\"]\ntables = []\n\
+             [timing.deployment.E]\ntables = []\n[timing.deployment.\"\\u0046\"]\ntables = []\n\
+             [deployment.D]\naccept = { }\n",
+            expect![[r#"
+                1: a.mal Mention File: /a.mal
+                2: l Mention Library: Library("l")
+                2: D Mention Deployment: deployment D
+                4: E Mention Deployment: deployment E
+                8: D Mention Deployment: deployment D
+            "#]],
+        );
+    }
 
     #[test]
     fn in_tables_and_configurations() {
