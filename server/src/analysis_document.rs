@@ -10,8 +10,8 @@ use mauve_hir::{Database, Decl, ModelDb, Project, Workspace, accepted, config_of
 use mauve_timing::task_set::{Other, TaskSet};
 use mauve_timing::{CpuLoad, CpuRule, Level, Time, Unit};
 use mauve_wcrt::{
-    ActivityReport, InterferenceReport, Limit, Priority, Query, Report, Sensitivity, response_times,
-    timetable_of,
+    ActivityReport, InterferenceReport, Limit, Priority, Query, Report, Sensitivity, TableSet,
+    response_times, tables_of, timetable_of,
 };
 use salsa::Database as _;
 use serde::Serialize;
@@ -60,8 +60,8 @@ impl Proved {
 /// What was analysed.
 #[derive(Clone, Copy)]
 pub(crate) enum Origin<'db> {
-    /// A deployment of a project.
-    Model(Project<'db>),
+    /// A deployment of a project, with these timing tables.
+    Model(TableSet<'db>),
     /// A task-set file at this path. Without a digest, its author is unknown.
     File { path: &'db Path, set: &'db TaskSet, is_sealed: bool },
 }
@@ -75,7 +75,7 @@ impl<'db> Deployed<'db> {
         queries: impl Iterator<Item = Query>,
     ) -> Deployed<'db> {
         let reports = queries.map(|query| (query, response_times(db, project, deployment, query)));
-        let origin = Origin::Model(project);
+        let origin = Origin::Model(tables_of(db, project, deployment));
         let errors = errors_of(db, project);
         let reports: Vec<(Query, &Report<'db>)> = reports.collect();
         let activities = reports.iter().flat_map(|(_, report)| &report.activities);
@@ -100,15 +100,22 @@ impl<'db> Deployed<'db> {
     /// The root of its project, or the file that it comes from.
     pub(crate) fn root(&self) -> &'db Path {
         match self.origin {
-            Origin::Model(project) => project.root(self.db).path(self.db),
+            Origin::Model(tables) => tables.project(self.db).root(self.db).path(self.db),
             Origin::File { path, .. } => path,
         }
+    }
+
+    /// The name of the section with its own timing tables; none for those of `[timing] tables`.
+    pub(crate) fn times(&self) -> Option<&str> {
+        self.reports.first().and_then(|(_, report)| report.times.as_deref())
     }
 
     /// Returns whether Linux throttles real-time tasks; `None` if the configuration does not say.
     pub(crate) fn rt_throttling(&self) -> Option<bool> {
         match self.origin {
-            Origin::Model(project) => config_of(self.db, project.workspace(self.db)).rt_throttling,
+            Origin::Model(tables) => {
+                config_of(self.db, tables.project(self.db).workspace(self.db)).rt_throttling
+            }
             Origin::File { set, .. } => set.rt_throttling,
         }
     }
@@ -158,6 +165,8 @@ pub(crate) fn analysis_document(it: &Deployed<'_>) -> impl Serialize + use<> {
         deployment: it.name.to_owned(),
         // The root of its project, or the file that it comes from.
         root: it.root().to_owned(),
+        // The section with its own timing tables, where it has one.
+        [times]: it.times().map(str::to_owned),
         unit: "ms",
         method: query.map_or_else(String::new, |query| query.method.to_string()),
         // Whether Linux reserves 50 ms of each second for non-real-time tasks; null if the configuration does not
@@ -329,13 +338,18 @@ impl std::str::FromStr for Significance {
     }
 }
 
-/// Returns the levels to analyse in a project: those requested, all levels of its tables, or the level of `mauve.toml`.
-pub(crate) fn levels(db: &Database, project: Project<'_>, asked: Option<&Significance>) -> Vec<Level> {
+/// Returns the levels to analyse for a deployment: those requested, all levels of its tables, or the level of `mauve.toml`.
+pub(crate) fn levels<'db>(
+    db: &'db Database,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    asked: Option<&Significance>,
+) -> Vec<Level> {
     let shown = Query::shown(db, project).level;
     match asked {
         Some(Significance::These(levels)) => levels.clone(),
         Some(Significance::All) => {
-            let levels = timetable_of(db, project).levels.clone();
+            let levels = timetable_of(db, tables_of(db, project, deployment)).levels.clone();
             // Times that hold at every level need one column.
             if levels.is_empty() { vec![shown] } else { levels }
         }

@@ -8,6 +8,7 @@ mod acceptance;
 mod bad_input;
 mod clocks;
 mod command_line;
+mod deployment_tables;
 mod first_steps;
 mod fixes;
 #[cfg(unix)]

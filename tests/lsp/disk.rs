@@ -106,6 +106,28 @@ fn what_was_taken_away_comes_back() {
 }
 
 #[test]
+fn the_tables_of_a_deployment() {
+    let own =
+        |tables: &str| config("times/*.toml") + &format!("[timing.deployment.D]\ntables = [\"{tables}\"]\n");
+    let files = [("robot/mauve.toml", own("sea/*.toml")), ("robot/sea/plan.toml", table(30))];
+    let files: Vec<(&str, &str)> = files.iter().map(|(path, text)| (*path, text.as_str())).collect();
+    let mut it = Session::new("own_tables", &files, |_| {});
+    it.expect("R 30 ms");
+    // No deployment uses this table.
+    it.put("robot/times/plan.toml", &table(50));
+    it.put("robot/sea/plan.toml", &table(31));
+    it.expect("R 31 ms");
+    it.put("robot/sea/more.toml", "[overhead]\ndispatch = 9\n");
+    it.expect("R 40 ms");
+    it.put("robot/mauve.toml", &own("lake/*.toml"));
+    it.expect("not analysed");
+    it.put("robot/lake/plan.toml", &table(8));
+    it.expect("R 8 ms");
+    it.put("robot/mauve.toml", &config("times/*.toml"));
+    it.expect("R 50 ms");
+}
+
+#[test]
 fn links_that_lead_to_others() {
     let files = [
         ("slow/plan.toml", table(80)),

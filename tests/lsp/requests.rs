@@ -138,6 +138,10 @@ fn a_state_machine_has_its_times_and_its_places() {
     let found = client.call("mauve/stateMachine", params);
     let found = found.unwrap_or_else(|error| panic!("{error}"));
     assert!(found["drawing"].as_str().unwrap().starts_with("digraph "));
+    assert_eq!((&found["times"], &found["otherTimes"]), (&json!(null), &json!([])));
+    let params = json!({"textDocument": at["textDocument"], "component": "P3dxDriver", "deployment": "Sea"});
+    let error = client.call("mauve/stateMachine", params).unwrap_err();
+    assert_eq!(error["message"], "no deployment `Sea` in this project");
     let params = json!({"textDocument": at["textDocument"], "component": "Nobody"});
     let error = client.call("mauve/stateMachine", params).unwrap_err();
     assert_eq!(error["message"], "no component `Nobody` in the projects of this file");

@@ -370,7 +370,7 @@ pub use findings::{
 };
 use timing_facts::timing_diagnostic;
 use timing_reasons::enumerated;
-pub use timing_reasons::{PROSE, cpu_names, reasons_of, timing_reason, unusable_time, utilisation};
+pub use timing_reasons::{PROSE, cpu_names, reasons_of, times_of, timing_reason, unusable_time, utilisation};
 pub use types::type_name;
 
 /// Codes that were renamed, each with its present name. `[lints]`, `--deny` and `mauve explain` accept the old names.

@@ -27,7 +27,7 @@
 use mauve_timing::Level;
 
 use super::*;
-use mauve_wcrt::{Budget, MissingTime, TableLevels};
+use mauve_wcrt::{Budget, MissingTime, TableLevels, TableSet};
 
 code!(MISSING_TIME, Warning, "missing-time");
 
@@ -55,7 +55,8 @@ pub(super) fn report<'db>(
     };
     let verb = if names.len() == 1 { "is" } else { "are" };
     let codel = missing.codel.qualified(db);
-    let message = format!("no time for codel `{codel}`: {} {verb} not analysed{may}", enumerated(&names));
+    let of_which = of_tables(db, missing.tables);
+    let message = format!("no time for codel `{codel}`{of_which}: {} {verb} not analysed{may}", enumerated(&names));
     let diagnostic = Diagnostic::new(&MISSING_TIME, at, message);
     users.iter().fold(diagnostic, |it, (name, at)| it.related(at, format!("`{name}` executes it")))
 }
@@ -74,19 +75,35 @@ pub(super) fn no_level<'db>(
     Diagnostic::new(&MISSING_TIME, at, message)
 }
 
-/// One warning for a project without timing tables, at its first deployment, instead of one for each codel.
+/// One warning for deployments without timing tables, at the first of them, instead of one for each codel.
 pub(super) fn no_table<'db>(
     db: &'db dyn ModelDb,
     at: Location<'db>,
+    tables: TableSet<'db>,
     codels: usize,
     others: &[Decl<'db>],
 ) -> Diagnostic<'db> {
+    let section = match tables.section(db) {
+        Some(name) => format!("[timing.deployment.{}]", key(name)),
+        None => "[timing]".to_owned(),
+    };
     let message = format!(
-        "no execution times: {} no time, and nothing is analysed; name timing tables in mauve.toml \
-         (`[timing] tables = [\"timing/*.toml\"]`)",
+        "no execution times{}: {} no time, and nothing is analysed; name timing tables in mauve.toml \
+         (`{section} tables = [\"timing/*.toml\"]`)",
+        of_tables(db, tables),
         if codels == 1 { "1 codel has".to_owned() } else { format!("{codels} codels have") }
     );
     let found = Diagnostic::new(&MISSING_TIME, at, message);
     let others = others.iter().map(|it| (Location::name_of(*it), it.name(db)));
     others.fold(found, |found, (at, name)| found.related(&at, format!("deployment {name} is not analysed either")))
+}
+
+/// Returns ` in the tables of Sea`; nothing for those of `[timing] tables`.
+fn of_tables<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> String {
+    tables.section(db).as_ref().map_or_else(String::new, |name| format!(" in the tables of {name}"))
+}
+
+/// Returns a name as a key of TOML.
+fn key(name: &str) -> String {
+    if name.contains('.') { format!("\"{name}\"") } else { name.to_owned() }
 }

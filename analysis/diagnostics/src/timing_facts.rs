@@ -69,7 +69,7 @@ pub(super) fn timing_diagnostic<'db>(
             unknown_timing_key::ambiguous(at, key, &first.qualified(db))
         }
         Fact::NoTimesAtLevel(level, table) => missing_time::no_level(db, at, *level, table),
-        Fact::NoTimes { codels, others } => missing_time::no_table(db, at, *codels, others),
+        Fact::NoTimes { tables, codels, others } => missing_time::no_table(db, at, *tables, *codels, others),
         Fact::MissingTime(missing, budget) => missing_time::report(db, at, missing, budget.as_ref()),
         Fact::Overloaded(overload) => deadline_missed::overloaded(db, at, overload),
         Fact::DeadlineMissed { instance, deadline, missed } => {

@@ -271,6 +271,12 @@ pub(super) fn table_fault(db: &dyn ModelDb, fault: &TableFault) -> String {
         TableFault::Unreadable(problem) => problem.clone(),
         TableFault::Invalid(kind) => table_error_message(kind),
         TableFault::Files(error) => table_files_error(error),
+        TableFault::UnknownDeployment(name) => {
+            format!("`[timing.deployment.{name}]` names no deployment, and may be for this one")
+        }
+        TableFault::AmbiguousDeployment(name) => {
+            format!("`[timing.deployment.{name}]` names several deployments")
+        }
         TableFault::SecondOverhead(first) => {
             format!("a second [overhead]: the first is in {}", file_name(db, *first))
         }
@@ -288,7 +294,18 @@ pub(super) fn repeated(db: &dyn ModelDb, key: &str, first: File) -> String {
     format!("a second time for `{key}`: the first is in {}", file_name(db, first))
 }
 
-/// Returns the message of an error in `[timing] tables`.
+/// Returns the words for the timing tables that figures are from, to be appended: `, times of Sea`; empty for those of `[timing]
+/// tables`.
+///
+/// ```
+/// assert_eq!(mauve_diagnostics::times_of(Some("Sea")), ", times of Sea");
+/// assert_eq!(mauve_diagnostics::times_of(None), "");
+/// ```
+pub fn times_of(section: Option<&str>) -> String {
+    section.map_or_else(String::new, |section| format!(", times of {section}"))
+}
+
+/// Returns the message of an error in a list of tables.
 pub(super) fn table_files_error(error: &TableFilesError) -> String {
     match error {
         TableFilesError::Pattern(pattern, error) => {

@@ -18,8 +18,8 @@ use mauve_tests::{Random, random_model, texts_in};
 use mauve_timing::task_set::{Component, Exported, TaskSet};
 use mauve_timing::{Level, Method, Status, Time};
 use mauve_wcrt::{
-    Query, Report, Verdict, exported_component, psm_of, response_times, response_times_of, task_set_of,
-    timetable_of,
+    Query, Report, Verdict, exported_component, first_tables, psm_of, response_times, response_times_of,
+    tables_of, task_set_of, timetable_of,
 };
 use serde_json::{Value, json};
 
@@ -82,7 +82,8 @@ fn check_sums<'db>(
         let calls: u64 = it.calls.iter().map(|calls| calls.time.as_nanos()).sum();
         counted += it.calls.len();
         if query.method != Method::Classic {
-            let psm = psm_of(db, project, it.component.unwrap(), query.level).as_ref().unwrap();
+            let psm =
+                psm_of(db, first_tables(db, project), it.component.unwrap(), query.level).as_ref().unwrap();
             let own = psm.machine.greatest_cost().as_nanos() + calls;
             assert_eq!(it.own.unwrap().as_nanos(), own, "{what}: {it:?}");
         }
@@ -109,7 +110,7 @@ fn check(db: &Database, workspace: Workspace, what: &str, counted: &mut Counted)
         let set = task_set_of(db, project, deployment, &PROSE);
         let read = written(set.clone());
         assert_eq!(read, set, "{what}");
-        let known = timetable_of(db, project).levels.as_slice();
+        let known = timetable_of(db, tables_of(db, project, deployment)).levels.as_slice();
         assert_eq!(read.levels, if known.is_empty() { vec![read.significance] } else { known.to_vec() });
         for &level in &read.levels {
             for (method, horizon) in [
@@ -137,7 +138,7 @@ fn check(db: &Database, workspace: Workspace, what: &str, counted: &mut Counted)
     }
     for &project in projects(db, workspace) {
         for &of in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Component) {
-            let component = exported_component(db, project, of, &PROSE);
+            let component = exported_component(db, first_tables(db, project), of, &PROSE);
             let text = Exported::Component(component.clone()).to_json();
             assert_eq!(
                 Exported::parse(&text).map(|it| it.content),
@@ -157,11 +158,11 @@ fn machines<'db>(
     component: &Component,
     what: &str,
 ) -> usize {
-    let is_timed = timetable_of(db, project).incomplete.is_none();
+    let is_timed = timetable_of(db, first_tables(db, project)).incomplete.is_none();
     let mut machines = 0;
     for (column, &level) in component.levels.iter().enumerate() {
         let machine = component.machine.as_ref().and_then(|machine| machine.state_machine(column));
-        let psm = psm_of(db, project, of, level).as_ref().ok().filter(|_| is_timed);
+        let psm = psm_of(db, first_tables(db, project), of, level).as_ref().ok().filter(|_| is_timed);
         assert_eq!(machine.as_ref(), psm.map(|psm| &psm.machine), "{what}");
         machines += usize::from(machine.is_some());
     }

@@ -235,6 +235,43 @@ fn a_changed_time_runs_only_the_state_machines_that_use_it() {
     assert_eq!((counts["times_of"], counts["psm_of"]), (2, 1), "{counts:?}");
 }
 
+/// [`robot`], where deployment `E` has its own tables.
+fn with_own_tables() -> Vec<(PathBuf, String)> {
+    let mut texts = robot();
+    for (path, text) in &mut texts {
+        if path.ends_with("mauve.toml") {
+            *text += "timing.deployment.E.tables = [\"e.toml\"]\n";
+        }
+    }
+    texts.push(("/e.toml".into(), "[codel]\none = 3\ntwo = 4\n".to_owned()));
+    texts
+}
+
+#[test]
+fn a_changed_time_runs_only_the_deployments_that_use_its_table() {
+    for (path, from, to) in [("/e.toml", "two = 4", "two = 5"), ("/times.toml", "two = 2", "two = 3")] {
+        let counts = executed(&with_own_tables(), path, from, to);
+        let expected = [
+            ("table", 1),
+            ("joined", 1),
+            ("timetable_of", 1),
+            ("incomplete_tables", 1),
+            ("times_of", 1),
+            ("psm_of", 1),
+            ("response_times", 1),
+            ("declaration_diagnostics", 1),
+            ("missing_time_facts", 1),
+        ];
+        check(&counts, &expected);
+    }
+    // Another deployment than `E` gets the section: both have other times.
+    let counts = executed(&with_own_tables(), "/mauve.toml", "deployment.E", "deployment.D");
+    assert_eq!((counts["tables_of"], counts["response_times"]), (2, 2), "{counts:?}");
+    // A new section changes no other deployment.
+    let counts = executed(&robot(), "/mauve.toml", "tables", "deployment.E.tables = []\ntiming.tables");
+    assert_eq!((counts["tables_of"], counts["response_times"]), (2, 1), "{counts:?}");
+}
+
 #[test]
 fn a_new_codel_runs_no_inference() {
     for new in ["codel three(): int\n", "library l { codel one(): int }\n"] {

@@ -6,6 +6,7 @@
 use std::collections::HashMap;
 use std::path::PathBuf;
 
+use mauve_diagnostics::times_of;
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{
     Decl, File, Location, ModelDb, Project, Workspace, architecture, config_of, declarations, is_model,
@@ -160,6 +161,7 @@ fn deadlines(db: &dyn ModelDb, workspaces: &[Workspace], of: Decl<'_>) -> Option
             1 => format!("{met} of 1 activity meets its deadline at {}", query.level),
             _ => format!("{met} of {all} activities meet their deadlines at {}", query.level),
         };
+        title += &times_of(report.times.as_deref());
         if unknown > 0 {
             title += &format!(", {unknown} not analysed");
         }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{
-    Config, File, Location, ModelDb, Workspace, architecture, config_file, config_of, declarations, includes,
+    File, Location, ModelDb, Workspace, architecture, config_file, config_of, declarations, includes,
     is_model, normalised, resolve_type, source_map,
 };
 use mauve_syntax::{TextRange, TextSize};
@@ -88,12 +88,12 @@ fn imported(db: &dyn ModelDb, workspaces: &[Workspace], file: File, links: &mut 
 }
 
 fn configured(db: &dyn ModelDb, workspace: Workspace, file: File, links: &mut Vec<DocumentLink>) {
-    let Config { roots, tables, .. } = config_of(db, workspace);
-    for (path, span) in roots {
+    let config = config_of(db, workspace);
+    for (path, span) in &config.roots {
         let root = workspace.file(db, &normalised(&workspace.folder(db).join(path)));
         links.extend(root.and_then(|root| link(db, workspace, file, range_of(span), root)));
     }
-    for (pattern, span) in tables {
+    for (pattern, span) in config.all_tables() {
         let Ok(glob) = table_pattern(workspace.folder(db), pattern) else { continue };
         let all = table_files(db, workspace).files.iter();
         let mut named = all.filter(|table| glob.is_match(table.path(db)));
@@ -176,6 +176,10 @@ library parts {
 roots = ["robot.mal", 'nowhere.mal']
 [timing]
 tables = ["times.toml", "more/*.toml", "one/*.toml", "none.toml"]
+[timing.deployment.Sea]
+tables = ["sea.toml"]
+//- /sea.toml
+codel.e = 1
 //- /robot.mal
 use a
 //- /times.toml
@@ -191,6 +195,7 @@ codel.d = 1
                 robot.mal -> /robot.mal | robot.mal
                 times.toml -> /times.toml | times.toml
                 one/*.toml -> /one/a.toml | one/a.toml
+                sea.toml -> /sea.toml | sea.toml
             "#]],
         );
     }

@@ -2,11 +2,13 @@
 
 use std::fmt::Write as _;
 
-use mauve_diagnostics::{cpu_names, timing_reason};
-use mauve_hir::{ModelDb, Project, config_of};
+use mauve_diagnostics::{cpu_names, times_of, timing_reason};
+use mauve_hir::{ModelDb, config_of};
 use mauve_timing::task_set::TaskSet;
 use mauve_timing::{CpuRule, Method, Status, Time, worst_trace};
-use mauve_wcrt::{ActivityReport, Priority, Psm, Query, Reason, Report, Verdict, psm_at, psm_of, worst_path};
+use mauve_wcrt::{
+    ActivityReport, Priority, Psm, Query, Reason, Report, TableSet, Verdict, psm_at, psm_of, worst_path,
+};
 use rustc_hash::FxHashSet;
 
 const SHOWN_PERIODS: usize = 12;
@@ -15,20 +17,21 @@ const MOST_INTERFERENCE: usize = 100;
 
 const SHOWN_ITERATIONS: usize = 12;
 
-/// Explains the response time of the activity of `report` with that index; empty without such an activity.
+/// Explains the response time of the activity of `report`, the report with these timing tables, with that index; empty without
+/// such an activity.
 pub fn explain_response<'db>(
     db: &'db dyn ModelDb,
-    project: Project<'db>,
+    tables: TableSet<'db>,
     report: &Report<'db>,
     activity: usize,
     query: Query,
 ) -> String {
     let component = report.activities.get(activity).and_then(|activity| activity.component);
-    let psm = component.and_then(|component| psm_of(db, project, component, query.level).as_ref().ok());
+    let psm = component.and_then(|component| psm_of(db, tables, component, query.level).as_ref().ok());
     let path = |program: usize| {
-        component.map_or_else(Vec::new, |of| worst_path(db, project, of, query.level, program))
+        component.map_or_else(Vec::new, |of| worst_path(db, tables, of, query.level, program))
     };
-    let throttling = config_of(db, project.workspace(db)).rt_throttling;
+    let throttling = config_of(db, tables.project(db).workspace(db)).rt_throttling;
     explain(db, report, activity, query, &Origin { throttling, psm, worst_path: &path })
 }
 
@@ -68,8 +71,11 @@ fn explain<'db>(
     let method = activity.method.map_or(query.method, |(method, _)| method);
     let _ = writeln!(
         out,
-        "{} ({}) at {}, method {method}",
-        activity.instance, activity.component_name, query.level
+        "{} ({}) at {}, method {method}{}",
+        activity.instance,
+        activity.component_name,
+        query.level,
+        times_of(report.times.as_deref())
     );
     if activity.verdict == Verdict::Background {
         return out + "  background: not real-time, not analysed\n";

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::fmt::Write as _;
 
 use mauve_diagnostics::reasons::reason;
+use mauve_diagnostics::times_of;
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{
     Decl, File, FlatInstance, Location, ModelDb, Project, Workspace, architecture, declaration_at,
@@ -12,7 +13,7 @@ use mauve_hir::{
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{Status, Time, Utilisation};
-use mauve_wcrt::{ActivityReport, Query, Report, Verdict, psm_of, response_times};
+use mauve_wcrt::{ActivityReport, Query, Report, Verdict, psm_of, response_times, tables_of};
 
 use crate::drawing::{Drawing, dot_text, svg_arrow, svg_head, svg_text};
 use crate::project::projects_with;
@@ -140,7 +141,7 @@ pub fn graph<'db>(
     let mut number: BTreeMap<&Name, usize> = BTreeMap::new();
     let nodes = flat.instances.iter().enumerate().filter_map(|(index, instance)| {
         number.entry(&instance.name).or_insert(index);
-        node(db, project, instance, report, query)
+        node(db, project, of, instance, report, query)
     });
     let nodes: Vec<GraphNode<'db>> = nodes.collect();
     let edges = flat.links.iter().filter_map(|link| {
@@ -154,9 +155,12 @@ pub fn graph<'db>(
     }
     let title = match report {
         None => of.name(db).to_string(),
-        Some(_) => {
-            format!("{} at {}: response times and deadlines in ms, CPU utilisation", of.name(db), query.level)
-        }
+        Some(report) => format!(
+            "{} at {}{}: response times and deadlines in ms, CPU utilisation",
+            of.name(db),
+            query.level,
+            times_of(report.times.as_deref())
+        ),
     };
     Some(Graph { title, nodes, edges: edges.collect(), report, missing })
 }
@@ -164,6 +168,7 @@ pub fn graph<'db>(
 fn node<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
+    of: Decl<'db>,
     instance: &FlatInstance<'db>,
     report: Option<&'db Report<'db>>,
     query: Query,
@@ -175,7 +180,7 @@ fn node<'db>(
     let activity = report
         .and_then(|report| report.activities.iter().find(|activity| activity.instance == instance.name));
     let load = activity.filter(|activity| activity.verdict != Verdict::Background).and_then(|activity| {
-        let psm = psm_of(db, project, instance.component?, query.level).as_ref().ok()?;
+        let psm = psm_of(db, tables_of(db, project, of), instance.component?, query.level).as_ref().ok()?;
         let mean = psm.machine.greatest_cycle_mean();
         Some(Utilisation::new([(mean, activity.period?)]).as_f64())
     });

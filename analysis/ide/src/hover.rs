@@ -8,12 +8,14 @@ mod words;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use mauve_diagnostics::unusable_time;
+use mauve_diagnostics::{times_of, unusable_time};
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Decl, File, Message, ModelDb, Package, Project, Workspace, message_of, parse};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, comment_above, tokens_at};
-use mauve_wcrt::{ActivityReport, Lookup, Query, response_times, timetable_of};
+use mauve_wcrt::{
+    ActivityReport, Lookup, Query, TableSet, response_times, table_sets, tables_of, timetable_of,
+};
 
 use crate::definition::{definition_of, names};
 use crate::explanation::explain_response;
@@ -89,7 +91,8 @@ fn of_activity(
         let report = response_times(db, project, deployment, query);
         let is_here = |it: &ActivityReport<'_>| it.at.as_ref().is_some_and(|at| at.range(db) == name);
         for (activity, _) in report.activities.iter().enumerate().filter(|(_, it)| is_here(it)) {
-            let explanation = explain_response(db, project, report, activity, query);
+            let tables = tables_of(db, project, deployment);
+            let explanation = explain_response(db, tables, report, activity, query);
             explanations.entry(explanation).or_default().push(project);
         }
     }
@@ -176,9 +179,40 @@ pub(crate) fn shown(declaration: &SyntaxNode) -> String {
     if comment.is_empty() { head } else { format!("{head}\n{comment}\n") }
 }
 
+/// Returns the times of a codel, those of other tables of a deployment only where they differ.
 fn times<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>) -> String {
-    let table = timetable_of(db, project);
-    let shown = Query::shown(db, project).level;
+    let mut out = String::new();
+    for (found, of_which) in by_tables(db, project, |tables| times_in(db, tables, codel)) {
+        out.extend(found.lines().map(|line| format!("{line}{of_which}\n")));
+    }
+    markdown::block("text", &out)
+}
+
+/// Returns each text for the timing tables of a project once, with the names of these tables, to be appended.
+fn by_tables<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    text: impl Fn(TableSet<'db>) -> String,
+) -> Vec<(String, String)> {
+    let mut found: Vec<(String, Vec<Option<&str>>)> = Vec::new();
+    for &tables in table_sets(db, project) {
+        let (text, section) = (text(tables), tables.section(db).as_deref());
+        match found.iter_mut().find(|(known, _)| *known == text) {
+            Some((_, sections)) => sections.push(section),
+            None => found.push((text, vec![section])),
+        }
+    }
+    let named = found.into_iter().map(|(text, sections)| {
+        let names: Option<Vec<&str>> = sections.into_iter().collect();
+        (text, times_of(names.map(|names| names.join(", ")).as_deref()))
+    });
+    named.collect()
+}
+
+/// Returns a line for each level of the tables.
+fn times_in<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, codel: Decl<'db>) -> String {
+    let table = timetable_of(db, tables);
+    let shown = Query::shown(db, tables.project(db)).level;
     let mut levels = table.levels.clone();
     if !levels.contains(&shown) {
         levels.push(shown);
@@ -194,7 +228,7 @@ fn times<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>) -> 
         let mark = if level == shown { " (current level)" } else { "" };
         let _ = writeln!(out, "{time} at {level}{mark}");
     }
-    markdown::block("text", &out)
+    out
 }
 
 #[cfg(test)]
@@ -615,6 +649,156 @@ shoot = [1, 2]
                           2 ms  Idle.go.guard
                           4 ms  longest period
                 ```
+            "#]],
+        );
+    }
+
+    const TWO_COMPUTERS: &str = "
+codel plan$1(): int
+codel drive$2(): int
+shell S { }
+core K(S) { statemachine { initial state Idle$3 { run = { plan(); drive(); } transition t to Idle } } }
+component C(S, K)
+architecture A { instance pilot: C }
+deployment Land { architecture A  activity pilot { priority = 1 period = 100 } }
+deployment Sea { architecture A  activity pi$4lot { priority = 1 period = 100 } }
+//- /mauve.toml
+timing.tables = [\"land.toml\"]
+timing.deployment.Sea.tables = [\"sea.toml\"]
+platform.rt_throttling = false
+//- /land.toml
+codel.plan = 3
+codel.drive = 4
+//- /sea.toml
+codel.plan = 8
+codel.drive = 4
+";
+
+    #[test]
+    fn the_times_of_all_deployments_where_they_differ() {
+        let at = |cursor: &str| {
+            let text = TWO_COMPUTERS.replace(cursor, "$0");
+            ["$1", "$2", "$3", "$4"].iter().fold(text, |text, mark| text.replace(mark, ""))
+        };
+        check(
+            &at("$1"),
+            expect![[r#"
+            plan
+            ---
+            ```mauve
+            codel plan(): int
+            ```
+
+            ```text
+            3 ms at 1e-4 (current level)
+            8 ms at 1e-4 (current level), times of Sea
+            ```
+            from `land.toml`, line 1
+
+            from `sea.toml`, line 1 (times of Sea)
+
+            may take at most 96 ms in `Land` (now 3 ms, +3100 %)
+
+            may take at most 96 ms in `Sea` (now 8 ms, +1100 %)
+
+        "#]],
+        );
+        check(
+            &at("$2"),
+            expect![[r#"
+            drive
+            ---
+            ```mauve
+            codel drive(): int
+            ```
+
+            ```text
+            4 ms at 1e-4 (current level)
+            ```
+            from `land.toml`, line 2
+
+            from `sea.toml`, line 2 (times of Sea)
+
+            may take at most 97 ms in `Land` (now 4 ms, +2325 %)
+
+            may take at most 92 ms in `Sea` (now 4 ms, +2200 %)
+
+        "#]],
+        );
+        check(
+            &at("$3"),
+            expect![[r#"
+            Idle
+            ---
+            ```mauve
+            initial state Idle
+            ```
+
+            ```text
+            C at 1e-4
+                      7 ms  Idle.run
+                      7 ms  longest period
+            C at 1e-4, times of Sea
+                     12 ms  Idle.run
+                     12 ms  longest period
+            ```
+        "#]],
+        );
+        check(
+            &at("$4"),
+            expect![[r#"
+            pilot
+            ---
+            ```text
+            pilot (C) at 1e-4, method exact, times of Sea
+              met: response time 12 ms, deadline 100 ms, period 100 ms
+
+            execution time of its own job: 12 ms
+
+            execution time 12 ms: Idle —t→ Idle
+                     12 ms  Idle.run
+                                    8 ms  plan
+                                    4 ms  drive
+
+            response time at the critical instant: 12 ms
+            ```
+
+            ```mauve
+            instance pilot: C
+            ```
+
+        "#]],
+        );
+    }
+
+    #[test]
+    fn tables_that_no_deployment_uses() {
+        let text = TWO_COMPUTERS.replace(
+            "timing.deployment.Sea",
+            "timing.deployment.Land.tables = 'sea.toml'\ntiming.deployment.Sea",
+        );
+        let text = text.replace("codel.drive = 4\n", "").replace("plan$1", "plan$0");
+        let text = ["$2", "$3", "$4"].iter().fold(text, |text, mark| text.replace(mark, ""));
+        check(
+            &text,
+            expect![[r#"
+                plan
+                ---
+                ```mauve
+                codel plan(): int
+                ```
+
+                ```text
+                8 ms at 1e-4 (current level), times of Land, Sea
+                ```
+                from `land.toml`, line 1 (used by no deployment)
+
+                from `sea.toml`, line 1 (times of Land, Sea)
+
+                how much it may take in `Land` is unknown: `pilot` is not analysed
+
+                how much it may take in `Sea` is unknown: `pilot` is not analysed
+
             "#]],
         );
     }

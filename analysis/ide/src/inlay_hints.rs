@@ -18,8 +18,8 @@ use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize, tokens_at};
 use mauve_timing::{CpuLoad, Status, Time};
 use mauve_wcrt::{
-    ActivityReport, Deadlines, Query, Reason, Refusal, Report, Verdict, budgets, psm_of, response_times,
-    system_of,
+    ActivityReport, Deadlines, Query, Reason, Refusal, Report, TableSet, Verdict, budgets, psm_of,
+    response_times, system_of, tables_of,
 };
 
 use crate::project::{name_of_root, projects_with};
@@ -173,7 +173,8 @@ fn of_deployment<'db>(
     }
     let Some(node) = deployment_at(db, &Location::name_of(deployment)) else { return };
     let query = Query::shown(db, project);
-    let report = response_times(db, project, deployment, query);
+    let (report, tables) =
+        (response_times(db, project, deployment, query), tables_of(db, project, deployment));
     let text = deployment.file(db).text(db);
     if let Some(offset) = beside(text, node.syntax())
         && report.activities.iter().any(|activity| activity.verdict != Verdict::Background)
@@ -186,6 +187,7 @@ fn of_deployment<'db>(
             labels.extend(loads(report));
         }
         let is_shown = !labels.is_empty();
+        labels.extend(report.times.as_ref().map(|section| format!("times of {section}")));
         if report.activities.iter().any(|activity| !activity.assumed.is_empty()) {
             labels.push("times assumed".to_owned());
         }
@@ -212,7 +214,7 @@ fn of_deployment<'db>(
         let name = resolved.at.range(db).start();
         // A duplicate, or an instance without an activity, has a diagnostic instead.
         let Some(node) = nodes.get(&name) else { continue };
-        let budget = missing_codel(db, project, activity, query).and_then(|codel| {
+        let budget = missing_codel(db, tables, activity, query).and_then(|codel| {
             let budgets = budgets(db, project, deployment, query).iter();
             // If other codels lack a time as well, the budget is not a guarantee.
             budgets.filter(|budget| budget.alone).find(|budget| budget.codel == codel)?.time
@@ -266,12 +268,12 @@ fn label<'db>(
 /// Returns the codel without a time, if that is the only reason why an activity is not analysed.
 fn missing_codel<'db>(
     db: &'db dyn ModelDb,
-    project: Project<'db>,
+    tables: TableSet<'db>,
     activity: &ActivityReport<'db>,
     query: Query,
 ) -> Option<Decl<'db>> {
     let component = activity.component.filter(|_| activity.reasons.len() == 1)?;
-    match psm_of(db, project, component, query.level).as_ref().err()?.as_slice() {
+    match psm_of(db, tables, component, query.level).as_ref().err()?.as_slice() {
         [Refusal { reason: Reason::NoTime(codel), .. }] => Some(*codel),
         _ => None,
     }
@@ -381,6 +383,26 @@ architecture A { instance planner: Planner  instance driver: Driver }
             "{PARTS}{deployment}\n//- /mauve.toml\n[timing]\ntables = [\"times.toml\"]\n[platform]\nrt_throttling = false\n\
              //- /times.toml\n{times}\n"
         )
+    }
+
+    #[test]
+    fn times_of_several_tables() {
+        let deployments = "deployment D { architecture A activity driver { priority = 2 period = 50 } activity planner { priority = \
+                           background } }\ndeployment Sea { architecture A activity driver { priority = 2 period = 50 } activity \
+                           planner { priority = background } }";
+        let text = robot(deployments, "codel.plan = 70\ncodel.drive = 17");
+        let sea = "[timing.deployment.Sea]\ntables = [\"sea.toml\"]\n[platform]";
+        let text =
+            text.replacen("[platform]", sea, 1) + "\n//- /sea.toml\ncodel.plan = 70\ncodel.drive = 19\n";
+        check(
+            &text,
+            expect![[r#"
+            core Planning(S) { update = { plan(); }⟨70 ms at 1e-4⟩ }
+            core Driving(S) { update = { drive(); }⟨17 ms (Driver), 19 ms (Driver, times of Sea) at 1e-4⟩ }
+            deployment D { architecture A activity driver { priority = 2 period = 50⟨ deadline = 50⟩ }⟨R 17 ms ≤ 50 ms · slack 33 ms⟩ activity planner { priority = background }⟨not real-time⟩ }⟨1 of 1 deadlines met at 1e-4 · CPU 1 34.0 %⟩
+            deployment Sea { architecture A activity driver { priority = 2 period = 50⟨ deadline = 50⟩ }⟨R 19 ms ≤ 50 ms · slack 31 ms⟩ activity planner { priority = background }⟨not real-time⟩ }⟨1 of 1 deadlines met at 1e-4 · CPU 1 38.0 % · times of Sea⟩
+        "#]],
+        );
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use mauve_hir::{ModelDb, Workspace, projects};
 use mauve_timing::Level;
-use mauve_wcrt::timetable_of;
+use mauve_wcrt::levels_of_tables;
 
 /// Returns the levels of all tables in descending order of probability; empty if no time depends on a level, so that any level can
 /// be selected.
@@ -24,7 +24,7 @@ pub fn known_levels(db: &dyn ModelDb, workspaces: &[Workspace]) -> Vec<Level> {
     let projects = workspaces.iter().flat_map(|&workspace| projects(db, workspace));
     let mut levels: Vec<Level> = Vec::new();
     for &project in projects {
-        levels.extend(&timetable_of(db, project).levels);
+        levels.extend(levels_of_tables(db, project));
     }
     levels.sort_unstable_by(|a, b| b.cmp(a));
     levels.dedup();

@@ -4,12 +4,12 @@
 use mauve_diagnostics::timing_reason;
 use mauve_hir::item_tree::{HookKind, Kind, Name, State, Transition};
 use mauve_hir::{
-    Decl, File, Location, ModelDb, ProgramId, Project, Workspace, architecture, behaviour_of, core, core_of,
+    Decl, File, Location, ModelDb, ProgramId, Workspace, architecture, behaviour_of, core, core_of,
     declaration_at, names_of, resolve_type,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{Level, Time, worst_trace};
-use mauve_wcrt::{Psm, psm_of, system_of};
+use mauve_wcrt::{Psm, TableSet, first_tables, psm_of, system_of, tables_of};
 use rustc_hash::FxHashMap;
 
 use crate::project::projects_with;
@@ -64,10 +64,10 @@ pub struct MachineEdge<'db> {
     pub at: Option<Location<'db>>,
 }
 
-/// Returns the state machine of a component of `project`.
+/// Returns the state machine of a component with the times of these tables.
 pub fn state_machine<'db>(
     db: &'db dyn ModelDb,
-    project: Project<'db>,
+    tables: TableSet<'db>,
     component: Decl<'db>,
     level: Level,
 ) -> MachineView<'db> {
@@ -78,12 +78,13 @@ pub fn state_machine<'db>(
         psm: None,
         reasons: Vec::new(),
     };
+    let project = tables.project(db);
     let Some(of) = core_of(db, project, component) else {
         view.reasons.push("the component's core is unknown".to_owned());
         return view;
     };
     let behaviour = behaviour_of(db, project, of);
-    match psm_of(db, project, component, level) {
+    match psm_of(db, tables, component, level) {
         Ok(psm) => view.psm = Some(psm),
         Err(refusals) => {
             view.reasons = refusals.iter().map(|it| timing_reason(db, &it.reason)).collect();
@@ -139,14 +140,15 @@ pub fn state_machine<'db>(
     view
 }
 
-/// Returns the component at `offset`, with a project that has it: the declaration at `offset` is the component, its core, an
-/// instance of it, or an activity of such an instance.
+/// Returns the component at `offset`, with the timing tables of a project that has it: the declaration at `offset` is the
+/// component, its core, an instance of it, or an activity of such an instance. The tables are those of the deployment of the
+/// activity, otherwise [the first of the project](first_tables).
 pub fn component_at<'db>(
     db: &'db dyn ModelDb,
     workspaces: &[Workspace],
     file: File,
     offset: TextSize,
-) -> Option<(Project<'db>, Decl<'db>)> {
+) -> Option<(TableSet<'db>, Decl<'db>)> {
     let decl = declaration_at(db, file, TextRange::empty(offset))?;
     // The last one that begins before `offset`.
     let is_before = |place: &Location<'_>| place.range(db).start() <= offset;
@@ -172,7 +174,11 @@ pub fn component_at<'db>(
             }
             Kind::Use | Kind::Codel | Kind::Shell => None,
         };
-        found.map(|component| (project, component))
+        let tables = match decl.kind(db) {
+            Kind::Deployment => tables_of(db, project, decl),
+            _ => first_tables(db, project),
+        };
+        found.map(|component| (tables, component))
     })
 }
 
@@ -185,8 +191,8 @@ mod tests {
     fn shown(fixture: &str) -> String {
         let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
         let mut shown = String::new();
-        if let Some((project, component)) = component_at(&db, &[workspace], file, offset) {
-            let view = state_machine(&db, project, component, Level::TEN_TO_MINUS_FOUR);
+        if let Some((tables, component)) = component_at(&db, &[workspace], file, offset) {
+            let view = state_machine(&db, tables, component, Level::TEN_TO_MINUS_FOUR);
             let place = |at: &Option<Location<'_>>| {
                 at.as_ref().map_or("?".to_owned(), |at| at.file(&db).text(&db)[at.range(&db)].to_owned())
             };

@@ -123,7 +123,10 @@ impl Moving<'_> {
                 change.replace(file, Replacement { range: range_of(span), text: quoted(&path) });
             }
         }
-        self.tables(workspace, file, change);
+        let of_deployments = config.deployment_tables.values().map(|it| &it.tables);
+        for patterns in std::iter::once(&config.tables).chain(of_deployments) {
+            self.tables(workspace, file, patterns, change);
+        }
     }
 
     /// Returns the new text of a path in the configuration, or `None` if it can stay, for example if its folder moves with all
@@ -135,10 +138,16 @@ impl Moving<'_> {
         (new != normalised(&new_folder.join(path))).then(|| relative(&new_folder, &new))
     }
 
-    /// `[timing] tables`: the same files are tables before and after.
-    fn tables(&self, workspace: Workspace, config: File, change: &mut Change) {
+    /// `[timing] tables`, or those of a deployment: the same files are tables before and after.
+    fn tables(
+        &self,
+        workspace: Workspace,
+        config: File,
+        written: &[(String, Range<usize>)],
+        change: &mut Change,
+    ) {
         let db = self.db;
-        let (folder, written) = (workspace.folder(db), &config_of(db, workspace).tables);
+        let folder = workspace.folder(db);
         let new_folder = self.moved(folder);
         let known = || workspace.files(db).iter().filter(|(_, file)| **file != config);
         let names = |folder: &Path, patterns: &[&str]| {
@@ -421,6 +430,19 @@ codel.f = 1
             &[("/w/timing", "/w/times")],
             "timing.tables = '**/p3*.toml'",
         );
+        // The tables of a deployment follow as well, and are no others than before.
+        let sea = |general: &str, sea: &str| {
+            format!("timing.tables = \"{general}\"\ntiming.deployment.Sea.tables = [\"{sea}\"]")
+        };
+        configured(
+            &sea("timing/*.toml", "timing/old/*.toml"),
+            &[("/w/timing/old", "/w/sea")],
+            &sea("timing/*.toml", "sea/*.toml"),
+        );
+        configured(&sea("timing/*.toml", "timing/arm.toml"), &out, &{
+            let general = "timing.tables = [\"timing/*.toml\", \"arm.toml\"]";
+            format!("{general}\ntiming.deployment.Sea.tables = [\"arm.toml\"]")
+        });
         let list = "timing.tables = [\"timing/*/*.toml\", \"none/*.toml\"]";
         configured(
             list,

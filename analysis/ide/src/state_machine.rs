@@ -3,16 +3,25 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use mauve_diagnostics::times_of;
 use mauve_timing::{Level, Time, Unit};
 use mauve_wcrt::Psm;
+#[cfg(doc)]
+use mauve_wcrt::TableSet;
 
 use crate::drawing::{Drawing, dot_text, svg_arrow, svg_head, svg_text};
 
-/// Draws `psm`, the state machine of `component` at `level`, with the initial state and the greatest edges in bold. Of several
+/// Draws `psm`, the state machine of `component` at `level` with the timing tables of `times` ([`TableSet::section`]), with the initial state and the greatest edges in bold. Of several
 /// edges between two states, draws the greatest, with the names of all transitions. In SVG, `data-state`, `data-source` and
 /// `data-target` hold the numbers of states, so that a client can handle clicks.
-pub fn draw_state_machine(component: &str, level: Level, psm: &Psm<'_>, drawing: Drawing) -> String {
-    let title = title(component, level, psm);
+pub fn draw_state_machine(
+    component: &str,
+    level: Level,
+    times: Option<&str>,
+    psm: &Psm<'_>,
+    drawing: Drawing,
+) -> String {
+    let title = title(component, level, times, psm);
     let mut arrows: BTreeMap<(usize, usize), Arrow> = BTreeMap::new();
     for (edge, described) in psm.machine.edges().iter().zip(&psm.edges.all) {
         let arrow = arrows.entry((edge.source as usize, edge.target as usize)).or_default();
@@ -61,9 +70,9 @@ fn dot(component: &str, title: &str, psm: &Psm<'_>, arrows: &BTreeMap<(usize, us
     out + "}\n"
 }
 
-fn title(component: &str, level: Level, psm: &Psm<'_>) -> String {
+fn title(component: &str, level: Level, times: Option<&str>, psm: &Psm<'_>) -> String {
     let assumed = if psm.assumed.is_empty() { "" } else { ", some of them assumed" };
-    format!("{component} at {level}: execution times per period in ms{assumed}")
+    format!("{component} at {level}{}: execution times per period in ms{assumed}", times_of(times))
 }
 
 /// Places the states on a circle, clockwise from the top in text order.
@@ -151,7 +160,7 @@ mod tests {
     use expect_test::expect;
     use mauve_hir::item_tree::Kind;
     use mauve_hir::{Database, Workspace, names_of, projects};
-    use mauve_wcrt::psm_of;
+    use mauve_wcrt::{first_tables, psm_of};
 
     const MODEL: &str = r#"
 codel plan(): int
@@ -174,8 +183,8 @@ codel = "1.5 ms"
         let workspace = Workspace::of_texts(&db, "/".into(), texts);
         let project = projects(&db, workspace)[0];
         let pilot = names_of(&db, project).anywhere(Kind::Component, "Pilot")[0];
-        let psm = psm_of(&db, project, pilot, Level::TEN_TO_MINUS_FOUR).as_ref().unwrap();
-        draw_state_machine("Pilot", Level::TEN_TO_MINUS_FOUR, psm, drawing)
+        let psm = psm_of(&db, first_tables(&db, project), pilot, Level::TEN_TO_MINUS_FOUR).as_ref().unwrap();
+        draw_state_machine("Pilot", Level::TEN_TO_MINUS_FOUR, None, psm, drawing)
     }
 
     #[test]

@@ -13,7 +13,7 @@ use mauve_hir::{Database, Workspace, names_of, projects};
 use mauve_ide::explain_response;
 use mauve_tests::{Random, fixture};
 use mauve_timing::{Level, Method, Rounding, Time};
-use mauve_wcrt::{Query, response_times};
+use mauve_wcrt::{Query, response_times, tables_of};
 
 /// Returns a deployment of two to five activities: state machines, operations between them, overhead, other work, jitter, offsets
 /// and several CPUs.
@@ -194,7 +194,8 @@ fn every_figure_adds_up() {
             let query = Query { level: Level::TEN_TO_MINUS_FOUR, method, horizon: None };
             let report = response_times(&db, project, deployment, query).clone();
             for activity in 0..report.activities.len() {
-                let text = explain_response(&db, project, &report, activity, query);
+                let text =
+                    explain_response(&db, tables_of(&db, project, deployment), &report, activity, query);
                 let checked = AssertUnwindSafe(|| check(&text, &mut seen));
                 assert!(catch_unwind(checked).is_ok(), "{text}\nof\n{fixture_text}");
             }

@@ -4,7 +4,7 @@
 
 use mauve_diagnostics::PROSE;
 use mauve_timing::task_set::Exported;
-use mauve_wcrt::{exported_component, task_set_of};
+use mauve_wcrt::{exported_component, first_tables, task_set_of};
 
 use crate::cpp_name::file_name;
 use crate::library::Model;
@@ -13,9 +13,11 @@ use crate::package::GeneratedFile;
 /// Returns the exported analyses of a package, at all levels of the timing tables.
 pub(crate) fn export_files(model: Model<'_, '_>) -> Vec<GeneratedFile> {
     let Model { db, project, library, .. } = model;
+    // A component belongs to no deployment.
+    let tables = first_tables(db, project);
     let components = library.components.iter().map(|&(component, _)| {
         db.unwind_if_revision_cancelled();
-        let content = Exported::Component(exported_component(db, project, component, &PROSE));
+        let content = Exported::Component(exported_component(db, tables, component, &PROSE));
         (format!("models/{}.psm.json", file_name(component.name(db))), content)
     });
     let deployments = library.deployments.iter().map(|&deployment| {

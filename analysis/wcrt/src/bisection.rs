@@ -11,6 +11,7 @@ use crate::reason::Refusal;
 use crate::report::Query;
 use crate::served::served_in;
 use crate::system::{System, system_of};
+use crate::table_set::{TableSet, tables_of};
 use crate::task_set::activity_set;
 use mauve_hir::{Decl, ModelDb, Project};
 
@@ -18,6 +19,7 @@ use mauve_hir::{Decl, ModelDb, Project};
 pub(crate) struct Variants<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
+    tables: TableSet<'db>,
     query: Query,
     pub(crate) system: &'db System<'db>,
     /// The number of analyses that are left.
@@ -36,7 +38,7 @@ impl<'db> Variants<'db> {
     ) -> Variants<'db> {
         let system: &System<'db> = system_of(db, project, deployment);
         let left = Cell::new(most_analysed / system.activities.len().max(1));
-        Variants { db, project, query, system, left }
+        Variants { db, project, tables: tables_of(db, project, deployment), query, system, left }
     }
 
     /// Returns the deployment where the times in `what_if` replace those of the tables. All of them are times that
@@ -46,16 +48,16 @@ impl<'db> Variants<'db> {
         components: &FxHashSet<Decl<'db>>,
         what_if: OtherTimes<'_, 'db>,
     ) -> ActivitySet {
-        let Variants { db, project, query, system, .. } = *self;
-        let psm = |&component| (component, psm_with(db, project, component, query.level, what_if));
+        let Variants { db, project, tables, query, system, .. } = *self;
+        let psm = |&component| (component, psm_with(db, tables, component, query.level, what_if));
         let changed: FxHashMap<Decl<'db>, Result<Psm<'db>, Vec<Refusal<'db>>>> =
             components.iter().map(psm).collect();
         let psms = system.activities.iter().map(|activity| {
             let component = activity.executed()?;
-            changed.get(&component).or_else(|| Some(psm_of(db, project, component, query.level)))
+            changed.get(&component).or_else(|| Some(psm_of(db, tables, component, query.level)))
         });
         let psms: Vec<Executed<'_, 'db>> = psms.collect();
-        let served = served_in(db, project, system, query.level, what_if);
+        let served = served_in(db, tables, system, query.level, what_if);
         activity_set(db, project, system, &psms, &served, query.method)
     }
 

@@ -12,11 +12,12 @@ use crate::psm::{Executed, Psm, psm_of};
 use crate::reason::{Prose, Reason};
 use crate::served::{Served, served_in};
 use crate::system::{Connected, ResolvedActivity, System, system_of};
+use crate::table_set::{TableSet, tables_of};
 use crate::task_set::{others_of, psms_of};
 use crate::timetable::timetable_of;
 use mauve_hir::{Decl, Edges, ModelDb, ProgramId, Project, config_of, platform_of};
 
-/// Returns the task set of a deployment, at all levels of its project's tables; `prose` renders reasons.
+/// Returns the task set of a deployment, at all levels of its tables; `prose` renders reasons.
 pub fn task_set_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -24,11 +25,11 @@ pub fn task_set_of<'db>(
     prose: &Prose,
 ) -> TaskSet {
     let message = |reason: &Reason<'db>| one_line(&(prose.reason)(db, reason));
-    let levels = levels_of(db, project);
-    let system = system_of(db, project, deployment);
-    let psms: Vec<Psms<'db>> = levels.iter().map(|&level| psms_of(db, project, system, level)).collect();
+    let (system, tables) = (system_of(db, project, deployment), tables_of(db, project, deployment));
+    let levels = levels_of(db, tables);
+    let psms: Vec<Psms<'db>> = levels.iter().map(|&level| psms_of(db, tables, system, level)).collect();
     let served: Vec<Served<'db>> =
-        levels.iter().map(|&level| served_in(db, project, system, level, &|_| None)).collect();
+        levels.iter().map(|&level| served_in(db, tables, system, level, &|_| None)).collect();
     let activity = |(index, resolved): (usize, &ResolvedActivity<'db>)| {
         let of_operations = served.iter().map(|served| {
             let refusals = served.refusals.get(&index).into_iter().flatten();
@@ -101,17 +102,17 @@ fn operations_of(system: &System<'_>, served: &[Served<'_>]) -> Vec<Called> {
     found
 }
 
-/// Returns the state machine of a component, at all levels of its project's tables; `prose` renders reasons.
+/// Returns the state machine of a component, at all levels of these tables; `prose` renders reasons.
 pub fn exported_component<'db>(
     db: &'db dyn ModelDb,
-    project: Project<'db>,
+    tables: TableSet<'db>,
     component: Decl<'db>,
     prose: &Prose,
 ) -> Component {
     let message = |reason: &Reason<'db>| one_line(&(prose.reason)(db, reason));
-    let levels = levels_of(db, project);
-    let incomplete = timetable_of(db, project).incomplete.as_ref();
-    let psm = |&level: &Level| incomplete.is_none().then(|| psm_of(db, project, component, level));
+    let levels = levels_of(db, tables);
+    let incomplete = timetable_of(db, tables).incomplete.as_ref();
+    let psm = |&level: &Level| incomplete.is_none().then(|| psm_of(db, tables, component, level));
     let psms: Psms<'db> = levels.iter().map(psm).collect();
     let incomplete = incomplete.map(|tables| always(message(&Reason::IncompleteTables(tables.clone()))));
     Component {
@@ -124,11 +125,11 @@ pub fn exported_component<'db>(
 
 type Psms<'db> = Vec<Executed<'db, 'db>>;
 
-/// Returns the levels of the project's tables; if no time depends on a level, that of `mauve.toml`, and not the one
+/// Returns the levels of tables; if no time depends on a level, that of `mauve.toml`, and not the one
 /// that an editor shows.
-fn levels_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Level> {
-    match timetable_of(db, project).levels.as_slice() {
-        [] => vec![config_of(db, project.workspace(db)).level()],
+fn levels_of<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> Vec<Level> {
+    match timetable_of(db, tables).levels.as_slice() {
+        [] => vec![config_of(db, tables.project(db).workspace(db)).level()],
         levels => levels.to_vec(),
     }
 }

@@ -6,6 +6,7 @@
 use mauve_timing::{Level, Time, TimeError};
 
 use crate::reason::{ActivityField, NoSuchCpu, Refusal, Share, TableFault, TableLevels, WrongProgram};
+use crate::table_set::TableSet;
 use mauve_hir::fact::FactKind;
 use mauve_hir::item_tree::{Kind, Name, SourceId};
 use mauve_hir::{Decl, File, Location};
@@ -85,8 +86,9 @@ pub enum TimingFactKind<'db> {
 
     /// A table has no times at the level of the report.
     NoTimesAtLevel(Level, TableLevels),
-    /// No codel has a time: the number of codels without one, and the other deployments that execute some of them.
-    NoTimes { codels: usize, others: Vec<Decl<'db>> },
+    /// No codel has a time in these tables: the number of codels without one, and the other deployments that execute some of
+    /// them.
+    NoTimes { tables: TableSet<'db>, codels: usize, others: Vec<Decl<'db>> },
     /// A codel has no time. With its possible time.
     MissingTime(MissingTime<'db>, Option<Budget<'db>>),
     /// A CPU is overloaded: the response times of some of its activities are unbounded.
@@ -210,6 +212,7 @@ pub struct Budget<'db> {
 /// instances.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct MissingTime<'db> {
+    pub tables: TableSet<'db>,
     pub codel: Decl<'db>,
     pub at_other_levels: bool,
     pub users: Vec<(Name, Location<'db>)>,

@@ -8,7 +8,8 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `timetable.rs` | the timing tables, joined |
+//! | `table_set.rs` | which timing tables count for a deployment |
+//! | `timetable.rs` | timing tables, joined |
 //! | `timetable/unknown_keys.rs` | unknown keys of timing tables, and the times that they may be for |
 //! | `psm.rs` | behaviour + times: the periodic state machine of a component |
 //! | `system.rs` | the activities of a deployment |
@@ -49,6 +50,7 @@ mod sensitivity;
 mod served;
 mod simulated;
 mod system;
+mod table_set;
 mod task_set;
 mod timetable;
 mod timing_facts;
@@ -77,9 +79,10 @@ pub use sensitivity::{
 };
 pub use simulated::{EdgeNames, Simulated, simulated, simulated_of};
 pub use system::{Priority, ResolvedActivity, System, field_of, mask, system_of};
+pub use table_set::{TableSet, first_tables, table_sets, tables_of};
 pub use timetable::{
-    LONGEST_PATTERN, Lookup, TableFiles, Timetable, file_name, pattern_of_path, table, table_facts,
-    table_files, table_pattern, timetable_of,
+    LONGEST_PATTERN, Lookup, TableFiles, Timetable, file_name, files_of, levels_of_tables, pattern_of_path,
+    table, table_facts, table_files, table_pattern, timetable_of,
 };
 pub use timing_facts::timing_facts;
 pub use what_if::WhatIfField;

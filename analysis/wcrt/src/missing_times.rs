@@ -10,6 +10,7 @@ use crate::reason::{Reason, Timed, UnusableTime};
 use crate::report::{Query, Verdict};
 use crate::response::response_times;
 use crate::system::{ResolvedActivity, System, system_of};
+use crate::table_set::{TableSet, table_sets, tables_of};
 use crate::timetable::{incomplete_tables, timetable_of};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, Location, ModelDb, Project, config_file, config_of, names_of};
@@ -35,11 +36,12 @@ pub fn budgets<'db>(
     if missing.len() > MOST_BUDGETS || !system.not_analysed.is_empty() {
         return Vec::new();
     }
+    let tables = tables_of(db, project, deployment);
     let untimed: FxHashSet<Decl<'db>> = system
         .activities
         .iter()
         .filter_map(ResolvedActivity::executed)
-        .filter(|&component| psm_of(db, project, component, query.level).is_err())
+        .filter(|&component| psm_of(db, tables, component, query.level).is_err())
         .collect();
     let variants = Variants::new(db, project, deployment, query, MOST_ANALYSED);
     // Whether every deadline is proved where `codel` takes `time`; the outer `None` where no steps are left, the inner one where
@@ -89,6 +91,7 @@ fn missing_times<'db>(
     deployment: Decl<'db>,
     query: Query,
 ) -> Vec<MissingTime<'db>> {
+    let tables = tables_of(db, project, deployment);
     let mut missing: Vec<MissingTime<'db>> = Vec::new();
     let mut index: FxHashMap<Decl<'db>, usize> = FxHashMap::default();
     let reports = &response_times(db, project, deployment, query).activities;
@@ -106,37 +109,56 @@ fn missing_times<'db>(
                 // Its periods and the operations that it executes may need one codel.
                 Some(known) if known.users.last() == Some(&user) => {}
                 Some(known) => known.users.push(user),
-                None => missing.push(MissingTime { codel, at_other_levels, users: vec![user] }),
+                None => missing.push(MissingTime { tables, codel, at_other_levels, users: vec![user] }),
             }
         }
     }
     missing
 }
 
-/// Returns the facts about missing times: each once for all deployments of the project.
+/// Returns the facts about missing times: each once for all deployments of the project with the same tables.
 #[salsa::tracked(returns(ref))]
 pub fn missing_time_facts<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     query: Query,
 ) -> Vec<TimingFact<'db>> {
+    let mut deployments: FxHashMap<TableSet<'db>, Vec<Decl<'db>>> = FxHashMap::default();
+    for &decl in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Deployment) {
+        deployments.entry(tables_of(db, project, decl)).or_default().push(decl);
+    }
+    let mut found = Vec::new();
+    for &tables in table_sets(db, project) {
+        let deployments = deployments.get(&tables).map_or(&[] as &[_], Vec::as_slice);
+        found.extend(missing_in(db, tables, deployments, query));
+    }
+    found
+}
+
+/// Returns the facts about times that these tables of `deployments` lack.
+fn missing_in<'db>(
+    db: &'db dyn ModelDb,
+    tables: TableSet<'db>,
+    deployments: &[Decl<'db>],
+    query: Query,
+) -> Vec<TimingFact<'db>> {
     // An incomplete table may have the times that seem to be missing.
-    if incomplete_tables(db, project).is_some() {
+    if incomplete_tables(db, tables).is_some() {
         return Vec::new();
     }
-    let deployments = names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Deployment);
-    let deployments = deployments.map(|&it| (it, missing_times(db, project, it, query)));
+    let project = tables.project(db);
+    let deployments = deployments.iter().map(|&it| (it, missing_times(db, project, it, query)));
     let deployments: Vec<(Decl<'db>, Vec<MissingTime<'db>>)> = deployments.collect();
     let mut found = Vec::new();
-    found.extend(missing_level(db, project, &deployments, query));
+    found.extend(missing_level(db, tables, &deployments, query));
     let mut lacking = deployments.iter().filter(|(_, missing)| !missing.is_empty());
-    if timetable_of(db, project).is_empty()
+    if timetable_of(db, tables).is_empty()
         && let Some((first, _)) = lacking.next()
     {
         let codels: FxHashSet<Decl<'db>> =
             deployments.iter().flat_map(|(_, missing)| missing).map(|missing| missing.codel).collect();
         let others = lacking.map(|(deployment, _)| *deployment).collect();
-        let none = TimingFactKind::NoTimes { codels: codels.len(), others };
+        let none = TimingFactKind::NoTimes { tables, codels: codels.len(), others };
         found.push(TimingFact::new(Location::name_of(*first), none));
         return found;
     }
@@ -148,11 +170,12 @@ pub fn missing_time_facts<'db>(
 /// not analysed.
 fn missing_level<'db>(
     db: &'db dyn ModelDb,
-    project: Project<'db>,
+    tables: TableSet<'db>,
     deployments: &[(Decl<'db>, Vec<MissingTime<'db>>)],
     query: Query,
 ) -> Option<TimingFact<'db>> {
-    let table = timetable_of(db, project).without_level(query.level)?;
+    let project = tables.project(db);
+    let table = timetable_of(db, tables).without_level(query.level)?;
     let is_not_analysed = |&deployment: &Decl<'db>| {
         let activities = &response_times(db, project, deployment, query).activities;
         activities.iter().any(|it| it.verdict == Verdict::RealTime(Status::NotAnalysed))

@@ -8,6 +8,7 @@ use rustc_hash::FxHashMap;
 
 use crate::reason::{MOST_REASONS, Reason, Refusal, Timed, TooLong, UnusableTime};
 use crate::sends::sends_of_operation;
+use crate::table_set::TableSet;
 use crate::timetable::{Lookup, Timetable, times_of, timetable_of};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
@@ -43,15 +44,15 @@ pub struct Psm<'db> {
 /// The state machine that an activity executes; none in the background, and if the component is unknown.
 pub(crate) type Executed<'a, 'db> = Option<&'a Result<Psm<'db>, Vec<Refusal<'db>>>>;
 
-/// The periodic state machine of a component, or why it has none.
+/// The periodic state machine of a component with the times of these tables, or why it has none.
 #[salsa::tracked(returns(ref))]
 pub fn psm_of<'db>(
     db: &'db dyn ModelDb,
-    project: Project<'db>,
+    tables: TableSet<'db>,
     component: Decl<'db>,
     level: Level,
 ) -> Result<Psm<'db>, Vec<Refusal<'db>>> {
-    psm_with(db, project, component, level, &|_| None)
+    psm_with(db, tables, component, level, &|_| None)
 }
 
 /// The times of codels and programs that replace those of the tables; `None` where the tables count.
@@ -60,13 +61,13 @@ pub(crate) type OtherTimes<'a, 'db> = &'a dyn Fn(&Timed<'db>) -> Option<Time>;
 /// [`psm_of`], where `what_if` replaces times of the tables.
 pub(crate) fn psm_with<'db>(
     db: &'db dyn ModelDb,
-    project: Project<'db>,
+    tables: TableSet<'db>,
     of: Decl<'db>,
     level: Level,
     what_if: OtherTimes<'_, 'db>,
 ) -> Result<Psm<'db>, Vec<Refusal<'db>>> {
-    let behaviour = behaviour_behind(db, project, of)?;
-    let times = times_of(db, project, of);
+    let behaviour = behaviour_behind(db, tables.project(db), of)?;
+    let times = times_of(db, tables, of);
     if let Some(unusable) = times.unusable_component(of) {
         return Err(vec![Refusal::new(Reason::Table(unusable), Location::name_of(of))]);
     }
@@ -125,19 +126,20 @@ pub(crate) struct ExecutedOperation<'db> {
 /// replaces times of the tables.
 pub(crate) fn operation_with<'db>(
     db: &'db dyn ModelDb,
-    project: Project<'db>,
+    tables: TableSet<'db>,
     of: Decl<'db>,
     name: &Name,
     level: Level,
     what_if: OtherTimes<'_, 'db>,
 ) -> Option<ExecutedOperation<'db>> {
+    let project = tables.project(db);
     if !is_readable(db, project, of) {
         return None;
     }
     let behaviour = behaviour_of(db, project, core_of(db, project, of)?);
     let is_it = |program: &TimedProgram<'db>| matches!(&program.id, ProgramId::Operation(it) if it == name);
     let index = behaviour.operations.iter().position(is_it)?;
-    let times = times_of(db, project, of);
+    let times = times_of(db, tables, of);
     let time = Evaluator::new(db, of, behaviour, times, level, what_if).operation(index);
     Some(ExecutedOperation { time, sends: sends_of_operation(behaviour, index) })
 }
@@ -430,14 +432,15 @@ impl<'a, 'db> Evaluator<'a, 'db> {
 /// of [`Psm::programs`].
 pub fn worst_path<'db>(
     db: &'db dyn ModelDb,
-    project: Project<'db>,
+    tables: TableSet<'db>,
     component: Decl<'db>,
     level: Level,
     program: usize,
 ) -> Vec<(String, Time)> {
+    let project = tables.project(db);
     let Some(core) = core_of(db, project, component) else { return Vec::new() };
-    let Ok(psm) = psm_of(db, project, component, level) else { return Vec::new() };
-    let times = timetable_of(db, project);
+    let Ok(psm) = psm_of(db, tables, component, level) else { return Vec::new() };
+    let times = timetable_of(db, tables);
     let is_in_table = |it: &ProgramId| times.program_time(component, it, level) != Lookup::Absent;
     let program = behaviour_of(db, project, core).programs.get(program).filter(|it| !is_in_table(&it.id));
     let time = |cost: &Cost<'db>| match cost {
@@ -457,12 +460,12 @@ pub fn worst_path<'db>(
 /// in it. None where the time is assumed.
 pub(crate) fn table_of_greatest_time<'db>(
     db: &'db dyn ModelDb,
-    project: Project<'db>,
+    tables: TableSet<'db>,
     component: Decl<'db>,
     level: Level,
 ) -> Option<File> {
-    let psm = psm_of(db, project, component, level).as_ref().ok()?;
-    let times = timetable_of(db, project);
+    let psm = psm_of(db, tables, component, level).as_ref().ok()?;
+    let (times, project) = (timetable_of(db, tables), tables.project(db));
     let (longest, _) = psm.programs.iter().max_by_key(|(_, time)| *time)?;
     times.table_of(&Timed::Program(component, longest.in_table())).or_else(|| {
         let core = core_of(db, project, component)?;

@@ -253,6 +253,10 @@ pub struct IncompleteTable {
 pub enum TableFault {
     /// The configuration has this error.
     Configuration(MistakeKind),
+    /// A section of the configuration names the tables of a deployment that does not exist.
+    UnknownDeployment(String),
+    /// A section of the configuration names the tables of several deployments.
+    AmbiguousDeployment(String),
     /// The configuration names missing tables.
     Files(TableFilesError),
     /// The table cannot be read, for this reason.
@@ -271,7 +275,7 @@ pub enum TableFault {
     OfOverhead(String),
 }
 
-/// An error in `[timing] tables`.
+/// An error in a list of tables.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum TableFilesError {
     /// This pattern is invalid.
@@ -284,7 +288,7 @@ pub enum TableFilesError {
     NotAllKnown(String),
 }
 
-/// The reason why a text is not a pattern of `[timing] tables`.
+/// The reason why a text is not a pattern of tables.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum PatternError {
     /// It has alternatives.

@@ -44,6 +44,9 @@ pub fn level_shown(db: &dyn ModelDb, workspace: Workspace) -> Level {
 /// The response times of a deployment.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct Report<'db> {
+    /// The name in the header `[timing.deployment.NAME]` of its own timing tables; none for those of `[timing] tables`, and in an
+    /// exported file.
+    pub times: Option<Name>,
     /// In the order of the deployment.
     pub activities: Vec<ActivityReport<'db>>,
     /// The CPUs that are used.

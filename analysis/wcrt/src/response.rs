@@ -9,6 +9,7 @@ use crate::priorities::priority_facts;
 use crate::reason::{Reason, Refusal, Share, UnknownPriority};
 use crate::report::{ActivityReport, CallsReport, Query, Report, Verdict};
 use crate::system::{Priority, read, system_of};
+use crate::table_set::tables_of;
 use crate::task_set::Deployed;
 use crate::what_if::{WhatIfField, with_fields};
 use mauve_hir::item_tree::Name;
@@ -22,7 +23,8 @@ pub fn response_times<'db>(
     deployment: Decl<'db>,
     query: Query,
 ) -> Report<'db> {
-    let deployed = Deployed::of_model(db, project, system_of(db, project, deployment), query);
+    let tables = tables_of(db, project, deployment);
+    let deployed = Deployed::of_model(db, tables, system_of(db, project, deployment), query);
     report(&deployed, query, &|| db.unwind_if_revision_cancelled())
 }
 
@@ -40,7 +42,7 @@ pub fn response_times_if<'db>(
     };
     db.unwind_if_revision_cancelled();
     let system = read(db, project, deployment, &with_fields(data, what_if));
-    let deployed = Deployed::of_model(db, project, &system, query);
+    let deployed = Deployed::of_model(db, tables_of(db, project, deployment), &system, query);
     report(&deployed, query, &|| db.unwind_if_revision_cancelled())
 }
 
@@ -67,6 +69,7 @@ fn report<'db>(deployed: &Deployed<'db>, query: Query, interrupt: &dyn Fn()) -> 
     let analysis = deployed.set.response_times(&options, interrupt);
     let cpus = analysis.cpus.iter().cloned();
     Report {
+        times: deployed.times.clone(),
         activities: (0..deployed.reports.len())
             .filter_map(|it| deployed.activity_report(it, &analysis))
             .collect(),

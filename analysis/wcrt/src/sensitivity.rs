@@ -16,6 +16,7 @@ use crate::reason::{ActivityField, Timed};
 use crate::report::{Query, Verdict};
 use crate::response::response_times;
 use crate::system::{Priority, ResolvedActivity, System, system_of, written_field};
+use crate::table_set::tables_of;
 use crate::timetable::{Lookup, timetable_of};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Cost, Decl, ModelDb, ProgramId, Project, TimedProgram, behaviour_of, core_of};
@@ -149,7 +150,7 @@ pub fn time_sensitivity<'db>(
 ) -> Option<TimeSensitivity<'db>> {
     let executed = executed_times(db, project, deployment, query.level);
     let ExecutedTime { activities, .. } = executed.iter().find(|it| it.of == of)?;
-    let times = timetable_of(db, project);
+    let times = timetable_of(db, tables_of(db, project, deployment));
     let lookup = match &of {
         Timed::Codel(codel) => times.codel_time(db, *codel, query.level),
         program => times.time(program, query.level),
@@ -201,7 +202,7 @@ fn executed_times<'db>(
     level: Level,
 ) -> Vec<ExecutedTime<'db>> {
     let system: &System<'db> = system_of(db, project, deployment);
-    let times = timetable_of(db, project);
+    let times = timetable_of(db, tables_of(db, project, deployment));
     let mut found: Vec<ExecutedTime<'db>> = Vec::new();
     let mut places: FxHashMap<Timed<'db>, usize> = FxHashMap::default();
     for (index, activity) in system.activities.iter().enumerate() {

@@ -11,8 +11,9 @@ use crate::psm::{OtherTimes, is_readable, operation_with};
 use crate::reason::{Reason, Refusal};
 use crate::sends::sends_of;
 use crate::system::{Connected, Priority, System};
+use crate::table_set::TableSet;
+use mauve_hir::ModelDb;
 use mauve_hir::item_tree::Name;
-use mauve_hir::{ModelDb, Project};
 
 /// The operations that are executed in a deployment, and why they cannot be analysed.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -57,7 +58,7 @@ const MOST_OPERATIONS: usize = 4096;
 /// Returns the operations that are executed in a deployment. `what_if` replaces times of the tables.
 pub(crate) fn served_in<'db>(
     db: &'db dyn ModelDb,
-    project: Project<'db>,
+    tables: TableSet<'db>,
     system: &System<'db>,
     level: Level,
     what_if: OtherTimes<'_, 'db>,
@@ -66,6 +67,7 @@ pub(crate) fn served_in<'db>(
     if system.connected.is_empty() {
         return found;
     }
+    let project = tables.project(db);
     let mut by_client: FxHashMap<usize, Vec<&Connected>> = FxHashMap::default();
     for connected in &system.connected {
         by_client.entry(connected.client).or_default().push(connected);
@@ -96,7 +98,7 @@ pub(crate) fn served_in<'db>(
         let operation = connected.operation.clone();
         let executed = provider
             .component
-            .and_then(|component| operation_with(db, project, component, &operation, level, what_if));
+            .and_then(|component| operation_with(db, tables, component, &operation, level, what_if));
         // The provider is refused for the same reason, and what it sends is unknown.
         let Some(executed) = executed else { continue };
         let of_provider = by_client.get(&connected.provider).map_or(&[] as &[_], Vec::as_slice);

@@ -11,6 +11,7 @@ use crate::exported::psm_at;
 use crate::psm::Psm;
 use crate::served::served_in;
 use crate::system::system_of;
+use crate::table_set::tables_of;
 use crate::task_set::{activity_set, psms_of};
 
 /// A deployment at one level, to be simulated.
@@ -62,9 +63,9 @@ pub fn simulated<'db>(
     deployment: Decl<'db>,
     level: Level,
 ) -> Simulated {
-    let system = system_of(db, project, deployment);
-    let psms = psms_of(db, project, system, level);
-    let served = served_in(db, project, system, level, &|_| None);
+    let (system, tables) = (system_of(db, project, deployment), tables_of(db, project, deployment));
+    let psms = psms_of(db, tables, system, level);
+    let served = served_in(db, tables, system, level, &|_| None);
     let set = activity_set(db, project, system, &psms, &served, Method::Psm);
     let machines = psms.into_iter().map(|psm| psm?.as_ref().ok().map(Machine::new));
     Simulated { set, machines: machines.collect() }

@@ -9,6 +9,7 @@ use mauve_timing::{Rounding, Time, Unit};
 
 use crate::fact::{Expected, NoTime, TimingFact, TimingFactKind};
 use crate::reason::{ActivityField, MOST_REASONS, NoSuchCpu, Reason, Refusal, UnknownPriority};
+use crate::table_set::tables_of;
 use crate::timetable::incomplete_tables;
 use mauve_hir::fact::{self, Fact, FactKind, unresolved_type};
 use mauve_hir::item_tree::{
@@ -125,7 +126,7 @@ pub(crate) fn read<'db>(
 ) -> System<'db> {
     let mut reader = Reader { db, project, of, found: System::default() };
     reader.deployment(data);
-    if let Some(tables) = incomplete_tables(db, project) {
+    if let Some(tables) = incomplete_tables(db, tables_of(db, project, of)) {
         let at = Location::Range(tables.file, 0, 0);
         reader.not_analysed(Reason::IncompleteTables(tables.clone()), at);
     }

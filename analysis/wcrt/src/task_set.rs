@@ -8,11 +8,13 @@ use crate::reason::{Reason, Refusal, UnknownPriority};
 use crate::report::{ActivityReport, Query};
 use crate::served::{Served, served_in};
 use crate::system::{ResolvedActivity, System};
+use crate::table_set::TableSet;
 use crate::timetable::incomplete_tables;
 use mauve_hir::item_tree::Name;
 use mauve_hir::{ModelDb, OtherWork, Project, platform_of};
 
 pub(crate) struct Deployed<'db> {
+    pub(crate) times: Option<Name>,
     pub(crate) set: ActivitySet,
     /// The reports without figures, by the index of the activity. Their reasons are why the activity itself is not analysed.
     pub(crate) reports: Vec<ActivityReport<'db>>,
@@ -24,13 +26,13 @@ pub(crate) struct Deployed<'db> {
 impl<'db> Deployed<'db> {
     pub(crate) fn of_model(
         db: &'db dyn ModelDb,
-        project: Project<'db>,
+        tables: TableSet<'db>,
         system: &System<'db>,
         query: Query,
     ) -> Deployed<'db> {
-        let psms = psms_of(db, project, system, query.level);
-        let served = served_in(db, project, system, query.level, &|_| None);
-        let set = activity_set(db, project, system, &psms, &served, query.method);
+        let psms = psms_of(db, tables, system, query.level);
+        let served = served_in(db, tables, system, query.level, &|_| None);
+        let set = activity_set(db, tables.project(db), system, &psms, &served, query.method);
         let activities = set.activities.iter().zip(&system.activities).zip(&psms).enumerate();
         let reports = activities.map(|(index, ((activity, resolved), psm))| ActivityReport {
             component_name: resolved.component_name.clone(),
@@ -44,6 +46,7 @@ impl<'db> Deployed<'db> {
         });
         let reports = reports.collect();
         Deployed {
+            times: tables.section(db).clone(),
             reports,
             set,
             operations: served.connections.into_iter().map(|it| it.operation).collect(),
@@ -70,6 +73,7 @@ impl<'db> Deployed<'db> {
             }
         });
         Some(Deployed {
+            times: None,
             reports: reports.collect(),
             set,
             operations: file.operations.iter().map(|called| called.operation.as_str().into()).collect(),
@@ -80,14 +84,14 @@ impl<'db> Deployed<'db> {
 
 pub(crate) fn psms_of<'db>(
     db: &'db dyn ModelDb,
-    project: Project<'db>,
+    tables: TableSet<'db>,
     system: &System<'db>,
     level: Level,
 ) -> Vec<Executed<'db, 'db>> {
     // If the tables are incomplete, every time may be longer.
-    let timed = incomplete_tables(db, project).is_none();
+    let timed = incomplete_tables(db, tables).is_none();
     let executed = |it: &ResolvedActivity<'db>| it.executed().filter(|_| timed);
-    system.activities.iter().map(|it| Some(psm_of(db, project, executed(it)?, level))).collect()
+    system.activities.iter().map(|it| Some(psm_of(db, tables, executed(it)?, level))).collect()
 }
 
 pub(crate) fn activity_set<'db>(

@@ -1,4 +1,5 @@
-//! The execution times of a project: its timing tables, joined, with the names in them resolved.
+//! The execution times of deployments: timing tables, joined, with the names in them resolved. A deployment has those of
+//! `[timing] tables` in `mauve.toml`, or its own ones ([`TableSet`]).
 
 mod unknown_keys;
 
@@ -16,11 +17,12 @@ use crate::reason::{
     IncompleteTable, PatternError, StrayEntry, TableFault, TableFilesError, TableLevels, Timed, UnusableTime,
     WrongProgram,
 };
+use crate::table_set::{TableSet, checked_sets, table_sets};
 use mauve_hir::item_tree::{FeatureKind, HookKind, Kind, Name};
 use mauve_hir::{
-    CONFIG_FILE, Decl, File, Location, Mistake, ModelDb, ProgramId, ProgramKey, Project, Workspace,
-    all_roots, behaviour_of, config_file, config_of, core_of, features_of, is_core_for, names_of, normalised,
-    shell_of, similar, uses_of,
+    CONFIG_FILE, Decl, File, Location, Mistake, ModelDb, OwnerOfTables, ProgramId, ProgramKey, Project,
+    Workspace, all_roots, behaviour_of, config_file, config_of, core_of, features_of, is_core_for, names_of,
+    normalised, owner_of_tables, shell_of, similar, uses_of,
 };
 use unknown_keys::UnknownKey;
 
@@ -39,13 +41,38 @@ pub struct TableFiles {
     pub errors: Vec<(TableFilesError, Range<usize>)>,
 }
 
-/// Finds the tables of a workspace.
+/// Finds all tables of a workspace, for whatever deployments.
 #[salsa::tracked(returns(ref))]
 pub fn table_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
+    files_named(db, workspace, config_of(db, workspace).all_tables())
+}
+
+/// Returns the files of a set of tables, sorted by their paths.
+pub fn files_of<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> &'db [File] {
+    &files_of_section(db, tables.project(db).workspace(db), tables.section(db).clone()).files
+}
+
+/// Finds the tables that a section of the configuration names.
+#[salsa::tracked(returns(ref))]
+fn files_of_section(db: &dyn ModelDb, workspace: Workspace, section: Option<Name>) -> TableFiles {
+    let config = config_of(db, workspace);
+    let patterns = match section {
+        None => Some(&config.tables),
+        Some(name) => config.deployment_tables.get(name.as_str()).map(|it| &it.tables),
+    };
+    files_named(db, workspace, patterns.into_iter().flatten())
+}
+
+/// Finds the tables that patterns name.
+fn files_named<'a>(
+    db: &dyn ModelDb,
+    workspace: Workspace,
+    patterns: impl Iterator<Item = &'a (String, Range<usize>)> + Clone,
+) -> TableFiles {
     let mut files: BTreeMap<&Path, File> = BTreeMap::new();
     let mut errors = Vec::new();
     let config = workspace.folder(db).join(CONFIG_FILE);
-    for (pattern, span) in &config_of(db, workspace).tables {
+    for (pattern, span) in patterns.clone() {
         let glob = match table_pattern(workspace.folder(db), pattern) {
             Ok(glob) => glob,
             Err(error) => {
@@ -67,14 +94,14 @@ pub fn table_files(db: &dyn ModelDb, workspace: Workspace) -> TableFiles {
             }
         }
     }
-    if let Some((_, span)) = config_of(db, workspace).tables.first() {
+    if let Some((_, span)) = patterns.clone().next() {
         let unreadable = workspace.unreadable(db).iter();
         errors.extend(unreadable.map(|why| (TableFilesError::NotAllKnown(why.clone()), span.clone())));
     }
     TableFiles { files: files.into_values().collect(), errors }
 }
 
-/// Compiles a pattern of `[timing] tables`, which is relative to the configuration's folder. `*` and `?` do not cross folders,
+/// Compiles a pattern of tables, which is relative to the configuration's folder. `*` and `?` do not cross folders,
 /// `**` does.
 ///
 /// # Errors
@@ -114,7 +141,7 @@ fn has_choice(pattern: &str) -> bool {
     false
 }
 
-/// Returns the pattern of `[timing] tables` that matches only this path.
+/// Returns the pattern of tables that matches only this path.
 pub fn pattern_of_path(path: &str) -> String {
     globset::escape(path)
 }
@@ -128,7 +155,7 @@ pub(crate) struct Slot {
     times: Option<Times>,
 }
 
-/// The times of a project.
+/// The times in timing tables.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct Timetable<'db> {
     pub(crate) slots: FxHashMap<Timed<'db>, Vec<Slot>>,
@@ -168,10 +195,10 @@ pub enum Lookup<'db> {
     Unusable(UnusableTime<'db>),
 }
 
-/// Joins the tables of a project, without locations: a comment in a table changes nothing.
+/// Joins tables, without locations: a comment in a table changes nothing.
 #[salsa::tracked(returns(ref))]
-pub fn timetable_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Timetable<'db> {
-    joined(db, project).0.clone()
+pub fn timetable_of<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> Timetable<'db> {
+    joined(db, tables).0.clone()
 }
 
 /// Returns the part of the timetable that the state machine of a component reads: a changed time of another codel does not
@@ -179,10 +206,10 @@ pub fn timetable_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Timetab
 #[salsa::tracked(returns(ref))]
 pub(crate) fn times_of<'db>(
     db: &'db dyn ModelDb,
-    project: Project<'db>,
+    tables: TableSet<'db>,
     component: Decl<'db>,
 ) -> Timetable<'db> {
-    let all = timetable_of(db, project);
+    let (all, project) = (timetable_of(db, tables), tables.project(db));
     let core = core_of(db, project, component);
     let codels = || core.into_iter().flat_map(|core| &uses_of(db, project, core).codels).copied();
     let programs = all.programs.get(&component).into_iter().flatten();
@@ -212,21 +239,37 @@ fn part<'db, T: Clone>(all: &FxHashMap<Timed<'db>, T>, read: &[Timed<'db>]) -> F
     read.iter().filter_map(|of| Some((of.clone(), all.get(of)?.clone()))).collect()
 }
 
-/// Returns the errors in the tables, in no particular order.
-pub fn table_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> &'db [TimingFact<'db>] {
-    &joined(db, project).1
+/// Returns the errors in the tables of a project, each once, in no particular order.
+pub fn table_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<TimingFact<'db>> {
+    let mut found: Vec<TimingFact<'db>> = Vec::new();
+    let mut known: FxHashMap<&Location<'db>, Vec<&TimingFact<'db>>> = FxHashMap::default();
+    // A table may be one of several deployments.
+    for fact in checked_sets(db, project).into_iter().flat_map(|tables| &joined(db, tables).1) {
+        let here = known.entry(&fact.at).or_default();
+        if !here.contains(&fact) {
+            here.push(fact);
+            found.push(fact.clone());
+        }
+    }
+    found
+}
+
+/// Returns the levels of all tables of a project, in no particular order.
+pub fn levels_of_tables<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> impl Iterator<Item = Level> {
+    table_sets(db, project).iter().flat_map(|&tables| timetable_of(db, tables).levels.iter().copied())
 }
 
 /// Returns why the tables are incomplete. A query that reads only this is not run again for every other change of a table.
 #[salsa::tracked(returns(ref))]
-pub(crate) fn incomplete_tables<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Option<IncompleteTable> {
-    timetable_of(db, project).incomplete.clone()
+pub(crate) fn incomplete_tables<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> Option<IncompleteTable> {
+    timetable_of(db, tables).incomplete.clone()
 }
 
 #[salsa::tracked(returns(ref), no_eq)]
-fn joined<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> (Timetable<'db>, Vec<TimingFact<'db>>) {
+fn joined<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> (Timetable<'db>, Vec<TimingFact<'db>>) {
+    let (project, section) = (tables.project(db), tables.section(db));
     let workspace = project.workspace(db);
-    let found = table_files(db, workspace);
+    let found = files_of_section(db, workspace, section.clone());
     let config = config_of(db, workspace);
     let times = Timetable { assume: config.assume, ..Timetable::default() };
     let mut builder = TimetableBuilder {
@@ -247,6 +290,9 @@ fn joined<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> (Timetable<'db>, 
         for (error, _) in &found.errors {
             builder.incomplete(file, TableFault::Files(error.clone()));
         }
+        if let Some(fault) = unclear_section(db, tables) {
+            builder.incomplete(file, fault);
+        }
     }
     let tables: Vec<(File, &Table)> = found.files.iter().map(|&file| (file, table(db, file))).collect();
     for &(file, table) in &tables {
@@ -263,6 +309,20 @@ fn joined<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> (Timetable<'db>, 
         }
     }
     (builder.times, builder.facts)
+}
+
+/// Returns why the deployments that use these tables may need other ones: a section by an unknown name may be that of any
+/// deployment without a section, and one by an ambiguous name is that of one of several deployments.
+fn unclear_section<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> Option<TableFault> {
+    let project = tables.project(db);
+    let owner = |name: &str| owner_of_tables(db, project, name);
+    if let Some(name) = tables.section(db) {
+        let is_ambiguous = matches!(owner(name), OwnerOfTables::Several(_));
+        return is_ambiguous.then(|| TableFault::AmbiguousDeployment(name.to_string()));
+    }
+    let mut sections = config_of(db, project.workspace(db)).deployment_tables.keys();
+    let unknown = sections.find(|name| owner(name) == OwnerOfTables::Missing)?;
+    Some(TableFault::UnknownDeployment(unknown.clone()))
 }
 
 pub(crate) struct TimetableBuilder<'db> {

@@ -9,6 +9,7 @@ use crate::reason::{Reason, Refusal, Share};
 use crate::report::{ActivityReport, Query, Report, Verdict};
 use crate::response::response_times;
 use crate::system::{Priority, system_of};
+use crate::table_set::{TableSet, tables_of};
 use mauve_hir::{Decl, Location, ModelDb, Project};
 
 /// Returns missed deadlines, overloaded CPUs, and activities that are not analysed for a reason that no other fact
@@ -51,14 +52,14 @@ pub fn timing_facts<'db>(
         };
         found.push(TimingFact::new(activity.at.clone(), kind));
     }
-    found.extend(overloads(db, project, report, query.level));
+    found.extend(overloads(db, tables_of(db, project, deployment), report, query.level));
     found
 }
 
 /// Returns a fact for each overloaded CPU.
 fn overloads<'db>(
     db: &'db dyn ModelDb,
-    project: Project<'db>,
+    tables: TableSet<'db>,
     Report { activities: reports, others, .. }: &Report<'db>,
     level: Level,
 ) -> Vec<TimingFact<'db>> {
@@ -114,7 +115,7 @@ fn overloads<'db>(
         }
         if let Some((own, period)) = greatest.own.zip(greatest.period).filter(|_| share(greatest) > 1.0) {
             *at = greatest.at.clone();
-            let table = greatest.component.and_then(|it| table_of_greatest_time(db, project, it, level));
+            let table = greatest.component.and_then(|it| table_of_greatest_time(db, tables, it, level));
             overload.alone = Some((own, period, table));
         }
     }

@@ -4,17 +4,17 @@
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use mauve_diagnostics::timing_reason;
+use mauve_diagnostics::{times_of, timing_reason};
 use mauve_hir::item_tree::{Kind, Name};
-use mauve_hir::{Database, Decl, Project, config_of, names_of, projects, similar};
+use mauve_hir::{Database, Decl, config_of, names_of, projects, similar};
 use mauve_ide::{Drawing, draw_state_machine};
 use mauve_timing::{Level, Time};
-use mauve_wcrt::{Refusal, psm_of};
+use mauve_wcrt::{Refusal, TableSet, first_tables, psm_of, tables_of};
 use serde_json::{Value, json};
 
 use super::Outside;
 use crate::Output;
-use crate::analysis_document::milliseconds;
+use crate::analysis_document::{deployments, deployments_of, milliseconds};
 use crate::load::load;
 
 #[derive(Debug, clap::Args)]
@@ -26,6 +26,9 @@ pub(crate) struct Psm {
     component: Vec<String>,
     #[command(flatten)]
     outside: Outside,
+    /// The deployment whose times are shown, if it has its own timing tables.
+    #[arg(long, value_name = "NAME")]
+    deployment: Option<String>,
     /// The significance level of the times; by default that of mauve.toml, otherwise 1e-4.
     #[arg(long, value_name = "LEVEL")]
     significance: Option<f64>,
@@ -44,8 +47,8 @@ enum Format {
     Json,
 }
 
-/// A component of a project, with the level of its times.
-type Found<'db> = (Project<'db>, Decl<'db>, Level);
+/// A component, with the timing tables and the level of its times.
+type Found<'db> = (TableSet<'db>, Decl<'db>, Level);
 
 impl Psm {
     pub(crate) fn run(self) -> Result<Output, String> {
@@ -63,15 +66,33 @@ impl Psm {
             ),
             None => None,
         };
+        let only = self.deployment.as_deref();
+        let of_deployments = match only {
+            Some(_) => deployments(&db, &workspaces, only)?,
+            None => Vec::new(),
+        };
         let mut found: Vec<Found<'_>> = Vec::new();
         for &workspace in &workspaces {
             let level = level.unwrap_or_else(|| config_of(&db, workspace).level());
             for &project in projects(&db, workspace) {
+                let of = of_deployments.iter().filter(|(having, _)| *having == project);
+                let mut of = of.map(|&(_, deployment)| tables_of(&db, project, deployment));
+                let tables = match (only, of.next()) {
+                    (None, _) => first_tables(&db, project),
+                    (Some(_), None) => continue,
+                    (Some(name), Some(first)) if of.any(|other| other != first) => {
+                        return Err(format!(
+                            "several deployments `{name}` have different timing tables: write the library before the name"
+                        ));
+                    }
+                    (Some(_), Some(tables)) => tables,
+                };
+                note_other_tables(&db, tables);
                 let all = names_of(&db, project).all.iter().copied();
                 for component in all.filter(|decl| decl.kind(&db) == Kind::Component) {
                     // A file that several projects include is listed once.
                     if !found.iter().any(|(_, known, _)| *known == component) {
-                        found.push((project, component, level));
+                        found.push((tables, component, level));
                     }
                 }
             }
@@ -79,13 +100,13 @@ impl Psm {
         let Some(name) = name else {
             return match found.as_slice() {
                 [] => Err(format!("no components in `{path}`")),
-                [(project, component, level)] => show(&db, *project, *component, *level, self.format),
+                [(tables, component, level)] => show(&db, *tables, *component, *level, self.format),
                 _ => list(&db, &found, self.format),
             };
         };
         let is_it = |it: &&Found<'_>| it.1.name(&db) == name.as_str() || it.1.qualified(&db) == *name;
         match found.iter().find(is_it) {
-            Some(&(project, component, level)) => show(&db, project, component, level, self.format),
+            Some(&(tables, component, level)) => show(&db, tables, component, level, self.format),
             None => {
                 let known = found.iter().map(|(_, component, _)| component.name(&db).clone());
                 let known: Vec<Name> = known.collect();
@@ -97,22 +118,37 @@ impl Psm {
     }
 }
 
+/// Says on standard error that deployments have other times than those that are shown.
+fn note_other_tables<'db>(db: &'db Database, shown: TableSet<'db>) {
+    let project = shown.project(db);
+    let others = deployments_of(db, project).filter(|&it| tables_of(db, project, it) != shown);
+    let others: Vec<String> = others.map(|it| it.qualified(db)).collect();
+    if let Some(first) = others.first() {
+        let others = others.join(", ");
+        super::say(&format!(
+            "{others}: other timing tables, not shown here (`--deployment {first}` shows them)"
+        ));
+    }
+}
+
 /// Returns a table of the components with the size of their state machines and the greatest execution time of a period.
 fn list<'db>(db: &'db Database, found: &[Found<'db>], format: Format) -> Result<Output, String> {
     let mut rows = Vec::new();
     let mut documents = Vec::new();
     let mut notes = String::new();
-    for &(project, component, level) in found {
+    for &(tables, component, level) in found {
         let same = found.iter().filter(|(_, other, _)| other.name(db) == component.name(db)).count();
         let name =
             if same > 1 { component.qualified(db).to_string() } else { component.name(db).to_string() };
-        match psm_of(db, project, component, level) {
+        let times = tables.section(db).as_deref();
+        match psm_of(db, tables, component, level) {
             Ok(psm) => {
                 let time = psm.machine.edges().iter().map(|edge| edge.cost).max().unwrap_or(Time::ZERO);
                 let (states, edges) = (psm.states.len(), psm.machine.edges().len());
-                rows.push(vec![name.clone(), states.to_string(), edges.to_string(), time.number()]);
+                let name_with_times = format!("{name}{}", times_of(times));
+                rows.push(vec![name_with_times, states.to_string(), edges.to_string(), time.number()]);
                 documents.push(json!({
-                    "component": name, "states": states, "edges": edges, "time": milliseconds(time),
+                    "component": name, "times": times, "states": states, "edges": edges, "time": milliseconds(time),
                 }));
             }
             Err(refusals) => {
@@ -141,13 +177,14 @@ fn reasons(db: &Database, refusals: &[Refusal<'_>]) -> String {
 
 fn show<'db>(
     db: &'db Database,
-    project: Project<'db>,
+    tables: TableSet<'db>,
     component: Decl<'db>,
     level: Level,
     format: Format,
 ) -> Result<Output, String> {
     let name = component.name(db);
-    let psm = match psm_of(db, project, component, level) {
+    let times = tables.section(db).as_deref();
+    let psm = match psm_of(db, tables, component, level) {
         Ok(psm) => psm,
         Err(refusals) => {
             super::say(&format!(
@@ -158,8 +195,8 @@ fn show<'db>(
         }
     };
     let text = match format {
-        Format::Dot => draw_state_machine(name, level, psm, Drawing::Dot),
-        Format::Svg => draw_state_machine(name, level, psm, Drawing::Svg),
+        Format::Dot => draw_state_machine(name, level, times, psm, Drawing::Dot),
+        Format::Svg => draw_state_machine(name, level, times, psm, Drawing::Svg),
         Format::Json => {
             let programs = |indices: &[usize]| -> Vec<Value> {
                 let timed = indices.iter().filter_map(|&index| psm.programs.get(index));
@@ -186,6 +223,7 @@ fn show<'db>(
             let component_time = psm.component_time.map(milliseconds);
             crate::json::text(&json!({
                 "component": name.as_str(),
+                "times": times,
                 "unit": "ms",
                 "significance": level.as_f64(),
                 "states": states,

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use mauve_diagnostics::times_of;
 use mauve_ide::percentage;
 use mauve_timing::Time;
 use mauve_wcrt::{ActivitySensitivity, Limit, Query, Sensitivity, TimeSensitivity};
@@ -20,7 +21,12 @@ pub(super) fn sensitivity_tables(it: &Deployed<'_>) -> String {
 }
 
 fn tables_at(it: &Deployed<'_>, query: &Query, found: &Sensitivity<'_>) -> String {
-    let mut out = format!("\n{}: limits of each value, changed alone, in ms at {}\n", it.name, query.level);
+    let mut out = format!(
+        "\n{}: limits of each value, changed alone, in ms at {}{}\n",
+        it.name,
+        query.level,
+        times_of(it.times())
+    );
     let rows: Vec<Vec<String>> = found.times.iter().map(|of| time_row(it, of)).collect();
     if !rows.is_empty() {
         out += &columns(&["codel or program", "time", "at most", "growth", ""], &rows);

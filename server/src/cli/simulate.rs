@@ -7,7 +7,7 @@ mod trace_events;
 use std::fmt::Write as _;
 
 use clap::ValueEnum;
-use mauve_diagnostics::{errors_of, errors_of_text, reasons_of, time_error_message, timing_reason};
+use mauve_diagnostics::{errors_of, errors_of_text, reasons_of, time_error_message, times_of, timing_reason};
 use mauve_hir::{Database, Decl, Project};
 use mauve_ide::draw_schedule;
 use mauve_timing::{
@@ -269,7 +269,8 @@ impl Simulate {
                 let it = only(all)?;
                 let what = it.worst_case();
                 let what = what.unwrap_or_else(|| format!("a simulated schedule, seed {}", self.seed));
-                let title = format!("{} at {}: {what}", it.name, it.level);
+                let times = times_of(it.report.times.as_deref());
+                let title = format!("{} at {}{times}: {what}", it.name, it.level);
                 draw_schedule(&title, &it.deployment, &it.schedule)
             }
             Format::Perfetto => trace_events::text(only(all)?)?,
@@ -365,8 +366,10 @@ fn table(it: &Simulation<'_>) -> String {
     let Simulation { name, level, schedule, options, .. } = it;
     let _ = writeln!(
         out,
-        "{name}: simulated response times in ms, {} at {level}, seed {}",
-        schedule.end, options.seed
+        "{name}: simulated response times in ms, {} at {level}, seed {}{}",
+        schedule.end,
+        options.seed,
+        times_of(it.report.times.as_deref())
     );
     let header = [
         "instance", "CPU", "priority", "period", "deadline", "jobs", "average", "greatest", "bound",

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use mauve_diagnostics::{
-    cpu_names, errors_of_text, reasons_of, task_set_error_message, time_error_message, timing_reason,
-    utilisation,
+    cpu_names, errors_of_text, reasons_of, task_set_error_message, time_error_message, times_of,
+    timing_reason, utilisation,
 };
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Database, Decl, Location, Project, Workspace};
@@ -16,7 +16,8 @@ use mauve_ide::{counted_cpus, explain_response, explain_response_of};
 use mauve_timing::task_set::{Exported, Parsed, TaskSet};
 use mauve_timing::{Level, Rounding, Status, Time};
 use mauve_wcrt::{
-    ActivityReport, Priority, Query, Refusal, Report, Verdict, response_times_of, sensitivity, timetable_of,
+    ActivityReport, Priority, Query, Refusal, Report, Verdict, response_times_of, sensitivity, tables_of,
+    timetable_of,
 };
 
 use super::check::Lines;
@@ -110,15 +111,16 @@ impl Wcrt {
             return Err(if errors == 0 { nothing } else { format!("{nothing}; {}", with_errors(errors)) });
         }
         if matches!(self.significance, Some(Significance::All)) {
-            let partial =
-                |(project, _): &(Project<'_>, Decl<'_>)| timetable_of(&db, *project).partial_levels.clone();
+            let partial = |&(project, deployment): &(Project<'_>, Decl<'_>)| {
+                timetable_of(&db, tables_of(&db, project, deployment)).partial_levels.clone()
+            };
             let left_out: BTreeSet<(Level, String)> = found.iter().flat_map(partial).collect();
             for (level, without) in left_out.iter().rev() {
                 say(&format!("{level} is left out: {without} does not have it"));
             }
         }
         let deployed = |(project, deployment)| {
-            let queries = levels(&db, project, self.significance.as_ref()).into_iter().map(query);
+            let queries = levels(&db, project, deployment, self.significance.as_ref()).into_iter().map(query);
             let mut found = Deployed::of_model(&db, project, deployment, queries);
             if self.sensitivity {
                 let of = |(query, _): &(Query, _)| sensitivity(&db, project, deployment, *query);
@@ -244,7 +246,7 @@ fn explain(all: &[Deployed<'_>], instance: &str) -> Result<String, String> {
             let activities = report.activities.iter().enumerate();
             let activities = activities.filter(|(_, activity)| activity.instance == *instance);
             texts.extend(activities.map(|(activity, _)| match it.origin {
-                Origin::Model(project) => explain_response(it.db, project, report, activity, *query),
+                Origin::Model(tables) => explain_response(it.db, tables, report, activity, *query),
                 Origin::File { set, .. } => explain_response_of(it.db, set, report, activity, *query),
             }));
         }
@@ -286,9 +288,14 @@ const NO_DIGEST: &str = "no digest: the figures are those of the file's author";
 /// All figures at one level, or the responses at several.
 fn table(name: &str, it: &Deployed<'_>) -> String {
     let mut out = String::new();
+    let times = times_of(it.times());
     match it.reports.as_slice() {
         [(query, report)] => {
-            let _ = writeln!(out, "{name}: response times in ms at {}, method {}", query.level, query.method);
+            let _ = writeln!(
+                out,
+                "{name}: response times in ms at {}, method {}{times}",
+                query.level, query.method
+            );
             out += &one_level(it, report);
             out += &utilisations(report);
         }
@@ -299,7 +306,7 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
             } else {
                 "response times"
             };
-            let _ = writeln!(out, "{name}: {what} in ms, method {method}");
+            let _ = writeln!(out, "{name}: {what} in ms, method {method}{times}");
             out += &several_levels(reports);
         }
     }
@@ -589,7 +596,8 @@ fn remarks(of: &Deployed<'_>, query: &Query) -> Vec<String> {
     let horizon = query.horizon.map(|horizon| format!("UNSAFE first_job_ms: --horizon {horizon}"));
     let unsealed = of.is_unsealed().then(|| NO_DIGEST.to_owned());
     let errors = (of.errors > 0).then(|| "not proved: the project has errors".to_owned());
-    [horizon, unsealed, errors].into_iter().flatten().collect()
+    let times = of.times().map(|section| format!("times of {section}"));
+    [times, horizon, unsealed, errors].into_iter().flatten().collect()
 }
 
 /// Returns a cell of CSV, in quotes if it needs them.

@@ -9,7 +9,7 @@ use mauve_diagnostics::{Severity, timing_reason, workspace_diagnostics};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, Project, Workspace, names_of, projects};
 use mauve_timing::{Level, Method};
-use mauve_wcrt::{Query, psm_of, response_times};
+use mauve_wcrt::{Query, first_tables, psm_of, response_times};
 
 pub(crate) const LEVEL: Level = Level::TEN_TO_MINUS_FOUR;
 
@@ -61,7 +61,7 @@ pub(crate) fn machine_in(db: &Database, workspace: Workspace, component: &str) -
     let project = projects(db, workspace)[0];
     let decl = names_of(db, project).anywhere(Kind::Component, component)[0];
     let mut out = String::new();
-    match psm_of(db, project, decl, LEVEL) {
+    match psm_of(db, first_tables(db, project), decl, LEVEL) {
         Ok(psm) => {
             for (edge, described) in psm.machine.edges().iter().zip(&psm.edges.all) {
                 let state = |number: u32| &psm.states[number as usize];

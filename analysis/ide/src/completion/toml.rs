@@ -16,7 +16,7 @@ use mauve_hir::{
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::Unit;
 use mauve_timing::table_keys::{KEYS, Key as TableKey, Kind as TableKind, OVERHEAD, kind_of};
-use mauve_wcrt::{table_files, timetable_of};
+use mauve_wcrt::{levels_of_tables, table_files};
 
 use super::{Completion, CompletionKind, Completions};
 
@@ -291,8 +291,8 @@ impl Toml<'_, '_> {
             Some(ValueKind::Tables(_)) => self.files(false),
             Some(ValueKind::Instances(_)) => self.instances(false),
             Some(ValueKind::Level(_)) => {
-                let levels = self.projects.iter().flat_map(|&it| &timetable_of(self.db, it).levels);
-                let levels: BTreeSet<String> = levels.map(ToString::to_string).collect();
+                let levels = self.projects.iter().flat_map(|&it| levels_of_tables(self.db, it));
+                let levels: BTreeSet<String> = levels.map(|level| level.to_string()).collect();
                 levels.into_iter().map(|level| Completion::new(CompletionKind::Value, level)).collect()
             }
             Some(ValueKind::Boolean(_)) => ["true", "false"].map(value).into(),

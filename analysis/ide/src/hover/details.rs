@@ -11,9 +11,10 @@ use mauve_hir::{
 };
 use mauve_syntax::TextSize;
 use mauve_timing::Time;
-use mauve_wcrt::{Query, psm_of, table, table_files};
+use mauve_wcrt::{Query, TableSet, files_of, psm_of, table, table_files, table_sets};
 use rustc_hash::FxHashSet;
 
+use super::by_tables;
 use crate::document_symbols::SymbolKind;
 use crate::inlay_hints::components_of;
 use crate::markdown;
@@ -57,10 +58,11 @@ fn block(mut lines: Vec<String>) -> String {
     markdown::block("text", &lines.join("\n"))
 }
 
-/// Returns `from timing/robot.toml, line 3` for each table with a time of the codel.
+/// Returns `from timing/robot.toml, line 3` for each table with a time of the codel; for tables of a deployment, with its name.
 fn table_of_codel<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>) -> String {
     let workspace = project.workspace(db);
     let names = names_of(db, project);
+    let using = table_sets(db, project);
     let mut out = String::new();
     for &file in &table_files(db, workspace).files {
         for entry in &table(db, file).codels {
@@ -72,7 +74,16 @@ fn table_of_codel<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<
             let path = file.path(db);
             let path = path.strip_prefix(workspace.folder(db)).unwrap_or(path).display().to_string();
             let line = line_of(db, file, TextSize::new(entry.key_span.start as u32));
-            let _ = writeln!(out, "from {}, line {line}\n", markdown::code(&path));
+            let using = using.iter().filter(|tables| files_of(db, **tables).contains(&file));
+            let using: Vec<Option<&str>> = using.map(|tables| tables.section(db).as_deref()).collect();
+            let sections: Vec<&str> = using.iter().copied().flatten().collect();
+            let of_which = match sections.join(", ") {
+                _ if using.is_empty() => " (used by no deployment)".to_owned(),
+                none if none.is_empty() => none,
+                sections if using.contains(&None) => format!(" (also times of {sections})"),
+                sections => format!(" (times of {sections})"),
+            };
+            let _ = writeln!(out, "from {}, line {line}{of_which}\n", markdown::code(&path));
         }
     }
     out
@@ -178,19 +189,16 @@ fn programs<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, id:
         let is_of_transition = transition.is_none() || program.transition() == transition.as_ref();
         if is_update { *program == ProgramId::UPDATE } else { is_of_state && is_of_transition }
     };
-    let mut lines = Vec::new();
-    for &component in components_of(db, project, of) {
-        let name = component.name(db);
-        let psm = match psm_of(db, project, component, level) {
+    let times = |tables: TableSet<'db>, component: Decl<'db>| {
+        let psm = match psm_of(db, tables, component, level) {
             Ok(psm) => psm,
             Err(refusals) => {
                 let why = refusals.first();
                 let why = why.map_or_else(String::new, |first| timing_reason(db, &first.reason));
-                lines.push(format!("{name} at {level}: not analysed: {why}"));
-                continue;
+                return format!(": not analysed: {why}");
             }
         };
-        lines.push(format!("{name} at {level}"));
+        let mut lines = vec![String::new()];
         let executed: FxHashSet<usize> = psm.edges.executed().collect();
         for (index, (program, time)) in psm.programs.iter().enumerate() {
             if is_of_it(program) && executed.contains(&index) {
@@ -209,6 +217,14 @@ fn programs<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, id:
         if !psm.assumed.is_empty() {
             let codels: Vec<&str> = psm.assumed.iter().map(|(codel, _)| codel.as_str()).collect();
             lines.push(format!("  with assumed times: {}", codels.join(", ")));
+        }
+        lines.join("\n")
+    };
+    let mut lines = Vec::new();
+    for &component in components_of(db, project, of) {
+        for (found, of_which) in by_tables(db, project, |tables| times(tables, component)) {
+            let text = format!("{} at {level}{of_which}{found}", component.name(db));
+            lines.extend(text.lines().map(str::to_owned));
         }
     }
     lines

@@ -2,6 +2,7 @@
 
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
+use mauve_diagnostics::times_of;
 use mauve_hir::item_tree::{HookKind, Kind, Name, SourceId};
 use mauve_hir::{
     Decl, Location, ModelDb, ProgramId, Project, core_of, declarations, file_groups, files_in_group, parse,
@@ -10,7 +11,7 @@ use mauve_hir::{
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize, tokens_at};
 use mauve_timing::{Level, Time};
-use mauve_wcrt::{Query, psm_of};
+use mauve_wcrt::{Query, TableSet, psm_of, table_sets};
 use rustc_hash::FxHashMap;
 
 use super::InlayHint;
@@ -48,15 +49,19 @@ pub(super) fn hash_of_labels<'db>(db: &'db dyn ModelDb, project: Project<'db>, o
 #[salsa::tracked(returns(ref))]
 fn labels_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<(SourceId, String)> {
     let level = Query::shown(db, project).level;
-    let mut all: Vec<(Decl<'db>, &'db Costs)> = Vec::new();
+    let sets = table_sets(db, project);
+    let mut all: Vec<(String, &'db Costs)> = Vec::new();
     for &component in components_of(db, project, of) {
-        // If one component has no times, the times of another would seem to hold for both.
-        let Some(costs) = costs_of(db, project, component, level) else { return Vec::new() };
-        all.push((component, costs));
+        for &tables in sets {
+            // If one component has no times, the times of another would seem to hold for both; those of other tables likewise.
+            let Some(costs) = costs_of(db, tables, component, level) else { return Vec::new() };
+            let of_which = times_of(tables.section(db).as_deref());
+            all.push((format!("{}{of_which}", component.name(db)), costs));
+        }
     }
     let mut labels = Vec::new();
     let mut add = |id: SourceId, before: &str, after: &str, time: &dyn Fn(&Costs) -> Option<&Time>| {
-        if let Some((times, assumed)) = label(db, &all, time) {
+        if let Some((times, assumed)) = label(&all, time) {
             labels.push((id, format!("{before}{times}{after}{assumed}")));
         }
     };
@@ -121,11 +126,11 @@ struct Costs {
 #[salsa::tracked(returns(as_ref))]
 fn costs_of<'db>(
     db: &'db dyn ModelDb,
-    project: Project<'db>,
+    tables: TableSet<'db>,
     component: Decl<'db>,
     level: Level,
 ) -> Option<Costs> {
-    let psm = psm_of(db, project, component, level).as_ref().ok()?;
+    let psm = psm_of(db, tables, component, level).as_ref().ok()?;
     let mut costs = Costs { assumed: !psm.assumed.is_empty(), ..Costs::default() };
     // If two states have one name, the first counts.
     let mut numbers: FxHashMap<&Name, usize> = FxHashMap::default();
@@ -186,16 +191,10 @@ fn cores_in_group<'db>(
     components.filter_map(|&it| Some((it, core_of(db, project, it)?))).collect()
 }
 
-/// Returns the common time of all components, or the time of each if they differ, and a suffix for assumed times.
-fn label(
-    db: &dyn ModelDb,
-    all: &[(Decl<'_>, &Costs)],
-    time: &dyn Fn(&Costs) -> Option<&Time>,
-) -> Option<(String, &'static str)> {
-    let times: Option<Vec<(&str, Time, bool)>> = all
-        .iter()
-        .map(|(component, costs)| Some((component.name(db).as_str(), *time(costs)?, costs.assumed)))
-        .collect();
+/// Returns the common time of all components and tables, or the time of each if they differ, and a suffix for assumed times.
+fn label(all: &[(String, &Costs)], time: &dyn Fn(&Costs) -> Option<&Time>) -> Option<(String, &'static str)> {
+    let times: Option<Vec<(&str, Time, bool)>> =
+        all.iter().map(|(name, costs)| Some((name.as_str(), *time(costs)?, costs.assumed))).collect();
     let times = times?;
     let (_, first, _) = *times.first()?;
     let assumed = if times.iter().any(|(_, _, assumed)| *assumed) { " · times assumed" } else { "" };

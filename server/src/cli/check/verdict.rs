@@ -19,7 +19,7 @@ pub(super) type Suppressed<'db> = [(Finding<'db>, Suppression)];
 pub(super) fn is_proof_missing(deployed: &[Deployed<'_>]) -> bool {
     deployed.iter().any(|it| {
         let config = match it.origin {
-            Origin::Model(project) => config_of(it.db, project.workspace(it.db)),
+            Origin::Model(tables) => config_of(it.db, tables.project(it.db).workspace(it.db)),
             Origin::File { .. } => &Config::default(),
         };
         let fails = |activity: &ActivityReport<'_>| {

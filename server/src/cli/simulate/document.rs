@@ -22,6 +22,7 @@
 //! }
 //! ```
 //!
+//! - `times`: the section with its own timing tables; only where it has one.
 //! - `end`: the simulated time, from 0.
 //! - `worst`, with `--worst`: `{ "instance": "pilot", "job": 1, "bound": 60, "response": 60 }`, the job of the instance that responds
 //!   late, its bound, and its response in this schedule.
@@ -47,6 +48,8 @@ use crate::json::object;
 pub(super) fn document(it: &Simulation<'_>) -> impl Serialize + use<> {
     object! {
         deployment: it.name.clone(),
+        // The section with its own timing tables, where it has one.
+        [times]: it.report.times.as_ref().map(ToString::to_string),
         unit: "ms",
         significance: it.level.as_f64(),
         seed: it.options.seed,

@@ -85,7 +85,7 @@ pub(crate) fn analysis(snapshot: &Snapshot, params: &AnalysisParams) -> Result<V
         file.is_none_or(|(file, _)| mauve_hir::project_files(db, *project).contains(&file))
     });
     let documents = found.into_iter().map(|(project, deployment)| {
-        let queries = levels(db, project, significance.as_ref()).into_iter();
+        let queries = levels(db, project, deployment, significance.as_ref()).into_iter();
         let queries = queries.map(|level| Query { level, method, horizon: None });
         to_value(&analysis_document(&Deployed::of_model(db, project, deployment, queries)))
     });

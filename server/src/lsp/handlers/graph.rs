@@ -114,6 +114,7 @@ fn document(
         "name": of.name(db).to_string(),
         "root": to_value(project.root(db).path(db))?,
         "unit": "ms",
+        "times": graph.report.and_then(|report| report.times.as_ref()).map(ToString::to_string),
         "significance": graph.report.map(|_| query.level.as_f64()),
         "nodes": graph.nodes.iter().map(node).collect::<Vec<_>>(),
         "edges": graph.edges.iter().map(edge).collect::<Vec<_>>(),

@@ -4,19 +4,21 @@
 //! |---|---|
 //! | `textDocument`, `position` | a place: the component that is declared there, or whose core, instance or activity is |
 //! | `component` | instead of `position`: the name of a component of the file's projects |
+//! | `deployment` | instead of the deployment at `position`: the name of one, whose times are shown |
 //! | `significance` | a level; if left out, the one that is shown |
 //! | `drawing` | `"svg"` (if left out) or `"dot"` |
 //!
-//! Of the result, `source` and `target` are numbers of states, and `worstTrace` has numbers of edges. In the SVG, `data-state`,
-//! `data-source` and `data-target` hold the numbers of states. A state has the programs that its periods execute first, in
-//! `first`: `run` and the guards. An edge executes as many of them as its `first` says, then the programs of `then`. `assumed`
-//! has the codels whose times are assumed. Without times, there are `reasons`, and no drawing.
+//! Of the result, `times` is the section of `mauve.toml` with the deployment's own timing tables, or null, and `otherTimes` has
+//! those that other deployments use. `source` and `target` are numbers of states, and `worstTrace` has numbers of edges. In the
+//! SVG, `data-state`, `data-source` and `data-target` hold the numbers of states. A state has the programs that its periods
+//! execute first, in `first`: `run` and the guards. An edge executes as many of them as its `first` says, then the programs of
+//! `then`. `assumed` has the codels whose times are assumed. Without times, there are `reasons`, and no drawing.
 
 use mauve_hir::item_tree::Kind;
-use mauve_hir::{Decl, ProgramId, Project, names_of, project_files, projects};
+use mauve_hir::{Decl, ProgramId, names_of, project_files, projects};
 use mauve_ide::{Drawing, component_at, draw_state_machine, state_machine as machine_of};
 use mauve_timing::Time;
-use mauve_wcrt::Query;
+use mauve_wcrt::{Query, TableSet, first_tables, table_sets, tables_of};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::{Error, Result};
@@ -34,6 +36,7 @@ pub(crate) struct StateMachineParams {
     text_document: TextDocumentIdentifier,
     position: Option<Position>,
     component: Option<String>,
+    deployment: Option<String>,
     significance: Option<f64>,
     #[serde(default)]
     drawing: AskedDrawing,
@@ -61,12 +64,13 @@ impl From<AskedDrawing> for Drawing {
 pub(crate) fn state_machine(snapshot: &Snapshot, params: &StateMachineParams) -> Result<Value> {
     snapshot.complete()?;
     let db = &snapshot.db;
-    let (project, component) = component_of(snapshot, params)?;
+    let (tables, component) = component_of(snapshot, params)?;
+    let project = tables.project(db);
     let level = match params.significance {
         Some(level) => read_level(level)?,
         None => Query::shown(db, project).level,
     };
-    let view = machine_of(db, project, component, level);
+    let view = machine_of(db, tables, component, level);
     let location = |at: &Option<_>| at.as_ref().and_then(|at| to_proto::location(snapshot, at));
     let programs = |all: &[(ProgramId, Option<Time>)]| -> Vec<Value> {
         let program = |(program, time): &(ProgramId, Option<Time>)| json!({ "program": program.to_string(), "time": time.map(milliseconds) });
@@ -92,9 +96,13 @@ pub(crate) fn state_machine(snapshot: &Snapshot, params: &StateMachineParams) ->
         })
     });
     let name = component.name(db).to_string();
+    let times = tables.section(db).as_deref();
+    let others = table_sets(db, project).iter().filter(|it| **it != tables);
     let assumed = view.psm.into_iter().flat_map(|psm| &psm.assumed).map(|(codel, _)| codel.as_str());
     Ok(json!({
         "component": name,
+        "times": times,
+        "otherTimes": others.map(|it| it.section(db).as_deref()).collect::<Vec<_>>(),
         "unit": "ms",
         "significance": level.as_f64(),
         "states": states.collect::<Vec<_>>(),
@@ -102,14 +110,29 @@ pub(crate) fn state_machine(snapshot: &Snapshot, params: &StateMachineParams) ->
         "worstTrace": view.worst_trace,
         "assumed": assumed.collect::<Vec<_>>(),
         "reasons": view.reasons,
-        "drawing": view.psm.map(|psm| draw_state_machine(&name, level, psm, params.drawing.into())),
+        "drawing": view.psm.map(|psm| draw_state_machine(&name, level, times, psm, params.drawing.into())),
     }))
 }
 
 fn component_of<'db>(
     snapshot: &'db Snapshot,
     params: &StateMachineParams,
-) -> Result<(Project<'db>, Decl<'db>)> {
+) -> Result<(TableSet<'db>, Decl<'db>)> {
+    let (tables, component) = place_of(snapshot, params)?;
+    let Some(name) = &params.deployment else { return Ok((tables, component)) };
+    let (db, project) = (&snapshot.db, tables.project(&snapshot.db));
+    let deployments = names_of(db, project).of_kind(db, Kind::Deployment);
+    let named = deployments.filter(|it| *it.name(db) == *name.as_str() || it.qualified(db) == *name);
+    let mut tables = named.map(|it| tables_of(db, project, it));
+    let refuse = |why: &str| Error::invalid_params(format!("{why} `{name}` in this project"));
+    let first = tables.next().ok_or_else(|| refuse("no deployment"))?;
+    match tables.all(|other| other == first) {
+        true => Ok((first, component)),
+        false => Err(refuse("several deployments with different timing tables")),
+    }
+}
+
+fn place_of<'db>(snapshot: &'db Snapshot, params: &StateMachineParams) -> Result<(TableSet<'db>, Decl<'db>)> {
     let db = &snapshot.db;
     let (file, lines) = snapshot.file(&params.text_document)?;
     if let Some(name) = &params.component {
@@ -120,7 +143,7 @@ fn component_of<'db>(
                     && (*decl.name(db) == *name.as_str() || decl.qualified(db) == *name)
             };
             if let Some(&component) = names_of(db, project).all.iter().find(of) {
-                return Ok((project, component));
+                return Ok((first_tables(db, project), component));
             }
         }
         return Err(Error::invalid_params(format!("no component `{name}` in the projects of this file")));
