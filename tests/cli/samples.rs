@@ -52,5 +52,7 @@ fn operations_and_sets_of_cpus_have_all_figures() {
             mauve(MAUVE, &models().join(model), &["simulate", "--for", "100ms", "--format", format]);
         assert!(simulated.out.contains("network (platform)"), "{format}");
         assert!(!simulated.out.contains("throttling"), "{format}");
+        let call = if format == "json" { "\"operation\": \"way\"" } else { "way for pilot" };
+        assert!(simulated.out.contains(call), "{format}: {call}");
     }
 }

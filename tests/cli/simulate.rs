@@ -71,7 +71,7 @@ fn the_critical_instant_of_the_sample_robot_reaches_the_bounds() {
         *first,
         serde_json::json!({
             "instance": "p3dx_driver", "job": 1, "cpu": 1, "start": 0, "end": 10, "source": "update",
-            "transition": null, "target": "update", "programs": ["update"], "client": null,
+            "transition": null, "target": "update", "programs": ["update"], "operation": null, "client": null,
         })
     );
 }

@@ -344,16 +344,11 @@ impl<'a> Chart<'a> {
 
     /// The name of the state that a slice executes.
     fn label(&self, slice: &Slice) -> String {
-        match (self.deployment.edge(slice), self.client(slice)) {
+        match (self.deployment.edge(slice), self.deployment.call(slice)) {
             (Some(edge), _) => edge.source.to_string(),
-            (None, Some(client)) => format!("call of {client}"),
+            (None, Some((operation, client))) => format!("{operation} for {client}"),
             (None, None) => String::new(),
         }
-    }
-
-    fn client(&self, slice: &Slice) -> Option<&str> {
-        let client = self.deployment.client(slice)?;
-        self.deployment.set.activities.get(client).map(|activity| activity.name.as_str())
     }
 
     /// `pilot, job 3 on CPU 1, 20 to 25 ms: Idle → Moving (go)`
@@ -362,8 +357,8 @@ impl<'a> Chart<'a> {
         let cpu = cpu_names(1 << slice.cpu);
         let times = format!("{} to {}", slice.start.number(), slice.end);
         let Some(edge) = self.deployment.edge(slice) else {
-            return match self.client(slice) {
-                Some(client) => format!("{name}, call of {client} on {cpu}, {times}"),
+            return match self.deployment.call(slice) {
+                Some((operation, client)) => format!("{name}, {operation} for {client} on {cpu}, {times}"),
                 None => format!("{name} on {cpu}, {times}"),
             };
         };

@@ -21,6 +21,8 @@ pub struct Simulated {
     pub set: ActivitySet,
     /// The state machine of each activity, where it is known.
     machines: Vec<Option<Machine>>,
+    /// The names of the operations of `set`.
+    operations: Vec<Name>,
 }
 
 /// The names in a periodic state machine.
@@ -68,7 +70,8 @@ pub fn simulated<'db>(
     let served = served_in(db, tables, system, level, &|_| None);
     let set = activity_set(db, project, system, &psms, &served, Method::Psm);
     let machines = psms.into_iter().map(|psm| psm?.as_ref().ok().map(Machine::new));
-    Simulated { set, machines: machines.collect() }
+    let operations = served.connections.into_iter().map(|it| it.operation).collect();
+    Simulated { set, machines: machines.collect(), operations }
 }
 
 /// Returns the deployment of an exported task set; none where it has no times at the level.
@@ -76,7 +79,8 @@ pub fn simulated_of(file: &TaskSet, level: Level) -> Option<Simulated> {
     let column = file.column(level)?;
     let machine = |it: &Activity| Some(Machine::new(&psm_at(it.machine.as_ref()?, column)?));
     let machines = file.activities.iter().map(machine).collect();
-    Some(Simulated { set: file.activities_at(column, Method::Psm), machines })
+    let operations = file.operations.iter().map(|it| it.operation.as_str().into()).collect();
+    Some(Simulated { set: file.activities_at(column, Method::Psm), machines, operations })
 }
 
 impl Simulated {
@@ -99,9 +103,10 @@ impl Simulated {
         })
     }
 
-    /// Returns the client whose call a slice executes, as an index of the activities; none where it executes an edge.
-    pub fn client(&self, slice: &Slice) -> Option<usize> {
+    /// Returns the operation whose call a slice executes, and its client; none where it executes an edge.
+    pub fn call(&self, slice: &Slice) -> Option<(&Name, &str)> {
         let Executed::Operation(operation) = slice.executed else { return None };
-        self.set.operations.get(operation).map(|operation| operation.client)
+        let client = self.set.activities.get(self.set.operations.get(operation)?.client)?;
+        Some((self.operations.get(operation)?, &client.name))
     }
 }

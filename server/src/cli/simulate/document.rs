@@ -16,7 +16,8 @@
 //!   "slices": [
 //!     {
 //!       "instance": "pilot", "job": 1, "cpu": 1, "start": 17, "end": 64.5,
-//!       "source": "Idle", "transition": "go", "target": "Moving", "programs": ["Idle.run", "Idle.go.guard"], "client": null
+//!       "source": "Idle", "transition": "go", "target": "Moving", "programs": ["Idle.run", "Idle.go.guard"],
+//!       "operation": null, "client": null
 //!     }
 //!   ]
 //! }
@@ -33,7 +34,8 @@
 //!   unfinished job is null.
 //! - `cpu`: the mask with the bit of the CPU, as in `affinity`.
 //! - `source`, `transition`, `target`, `programs`: the path of the job; `transition` is null where the machine stays in its
-//!   state. Where a slice executes a call of an operation, they are null, and `client` is the instance that sent it. `instance`
+//!   state. Where a slice executes a call of an operation, they are null, `operation` is its name, and `client` is the instance
+//!   that sent it; otherwise these are null. `instance`
 //!   is null where a slice is real-time throttling.
 
 use mauve_diagnostics::reasons_of;
@@ -110,7 +112,7 @@ fn job_document(of: &Simulation<'_>, job: &Job) -> impl Serialize + use<> {
 }
 
 fn slice_document(of: &Simulation<'_>, slice: &Slice) -> impl Serialize + use<> {
-    let edge = of.deployment.edge(slice);
+    let (edge, call) = (of.deployment.edge(slice), of.deployment.call(slice));
     object! {
         instance: of.instance(slice.activity),
         job: slice.job,
@@ -121,6 +123,7 @@ fn slice_document(of: &Simulation<'_>, slice: &Slice) -> impl Serialize + use<> 
         transition: edge.as_ref().and_then(|it| it.transition).map(ToString::to_string),
         target: edge.as_ref().map(|it| it.target.to_string()),
         programs: edge.map(|it| it.programs.iter().map(ToString::to_string).collect::<Vec<_>>()),
-        client: of.deployment.client(slice).and_then(|client| of.instance(client)),
+        operation: call.map(|(operation, _)| operation.to_string()),
+        client: call.map(|(_, client)| client.to_owned()),
     }
 }

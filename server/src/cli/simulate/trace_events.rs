@@ -90,7 +90,7 @@ fn thread((pid, tid): (u32, usize), name: &str, order: i64) -> Result<[String; 2
 
 /// The name of a slice, and its arguments.
 fn described(it: &Simulation<'_>, slice: &Slice) -> (String, Value) {
-    match (it.deployment.edge(slice), it.deployment.client(slice)) {
+    match (it.deployment.edge(slice), it.deployment.call(slice)) {
         (Some(edge), _) => {
             let programs: Vec<String> = edge.programs.iter().map(ToString::to_string).collect();
             let transition = edge.transition.map(|name| name.as_str());
@@ -102,10 +102,10 @@ fn described(it: &Simulation<'_>, slice: &Slice) -> (String, Value) {
             });
             (edge.source.to_string(), args)
         }
-        (None, Some(client)) => {
-            let client = it.instance(client).unwrap_or_default();
-            (format!("call of {client}"), json!({ "job": slice.job, "client": client }))
-        }
+        (None, Some((operation, client))) => (
+            format!("{operation} for {client}"),
+            json!({ "job": slice.job, "operation": operation.as_str(), "client": client }),
+        ),
         (None, None) => (it.deployment.set.name(slice.activity), json!({})),
     }
 }
