@@ -156,7 +156,7 @@ impl<'a> Breakdown<'a> {
             lists_interference: true,
         };
         if let Some(start) = window.and_then(|window| window.start) {
-            lane.begin_at_again(start.as_nanos());
+            lane.begin_at_again(start.as_nanos(), place);
         }
         let found = list(&mut lane, place);
         lane.begin_at(None, 1);

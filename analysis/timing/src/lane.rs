@@ -352,6 +352,8 @@ pub(crate) struct Lane<'l, 'a> {
 pub(crate) struct Found {
     /// The index of the task.
     pub(crate) task: usize,
+    /// Its place in the lane.
+    pub(crate) place: usize,
     pub(crate) response: Response,
     /// Its busy window, if that was found.
     pub(crate) busy: Option<Busy>,
@@ -541,8 +543,14 @@ impl<'a> Lane<'_, 'a> {
             is_exhausted: false,
             rule: self.rule,
         };
-        let mut found =
-            Found { task: member.index, response, busy: None, interference: Vec::new(), totals: Vec::new() };
+        let mut found = Found {
+            task: member.index,
+            place,
+            response,
+            busy: None,
+            interference: Vec::new(),
+            totals: Vec::new(),
+        };
         // M(n) ≥ λ·n, since λ is the limit of M(n)/n and M is subadditive. So where hp(i) has a utilisation of 1 or
         // more, Σ Mⱼ(⌈t/Tⱼ⌉) ≥ t, and no t is its own demand or more plus at least 1 ns: no first job ends. Where it is
         // less than 1, the demand grows more slowly than t, and one does.
@@ -807,11 +815,15 @@ fn compare(utilisation: &Utilisation, without: Option<&Share>, exact_left: &mut 
 
 /// Returns the least common multiple, or `None` on overflow; both numbers are greater than 0.
 pub(crate) fn least_common_multiple(a: u64, b: u64) -> Option<u64> {
+    (a / greatest_common_divisor(a, b).max(1)).checked_mul(b)
+}
+
+pub(crate) fn greatest_common_divisor(a: u64, b: u64) -> u64 {
     let (mut x, mut y) = (a, b);
     while y != 0 {
         (x, y) = (y, x % y);
     }
-    (a / x.max(1)).checked_mul(b)
+    x
 }
 
 fn no_bound(reason: NoBoundReason, load: Option<Ordering>) -> Bound {

@@ -79,4 +79,4 @@ pub use task::{
 pub use time::{Rounding, Time, TimeError, Unit};
 pub use trace_bound::{TraceBound, worst_trace};
 pub use utilisation::Utilisation;
-pub use worst_case::WorstCase;
+pub use worst_case::{NoWorstCase, WorstCase};

@@ -12,6 +12,7 @@
 //! The states of the machines are still any: a window bounds all paths, also those that no run takes at s.
 
 use std::cmp::Ordering;
+use std::collections::BTreeSet;
 
 use crate::lane::{Found, Lane, Member, Members, least_common_multiple};
 use crate::{Bound, Method, Options, Time};
@@ -36,10 +37,12 @@ pub(crate) enum Starts {
     TooMany,
 }
 
-/// Returns the instants at which windows of these members may begin.
-pub(crate) fn starts(members: &Members<'_, '_>, options: &Options) -> Starts {
-    let with_offset = (0..members.len()).map(|place| members.get(place));
-    let with_offset: Vec<&Member<'_>> = with_offset.filter(|member| member.task.offset.is_some()).collect();
+/// Returns the instants at which windows of these members may begin, without those of a priority below `least`: they delay nobody,
+/// and must not change what is found.
+fn starts(members: &Members<'_, '_>, least: u32, options: &Options) -> Starts {
+    let counted =
+        || (0..members.len()).map(|place| members.get(place)).filter(|it| it.task.priority >= least);
+    let with_offset: Vec<&Member<'_>> = counted().filter(|member| member.task.offset.is_some()).collect();
     if with_offset.len() < 2 {
         return Starts::Any;
     }
@@ -48,7 +51,7 @@ pub(crate) fn starts(members: &Members<'_, '_>, options: &Options) -> Starts {
         (false, Method::Best) => FEWER_VISITS,
         (false, _) => MOST_VISITS,
     };
-    let count = members.len() as u64;
+    let count = counted().count() as u64;
     let most = most / count.saturating_mul(count);
     let common = with_offset.iter().try_fold(1, |all, member| least_common_multiple(all, member.period));
     let Some(common) = common else { return Starts::TooMany };
@@ -96,9 +99,9 @@ impl Lane<'_, '_> {
         }
     }
 
-    /// Lets the windows of the lane begin at this instant, one of those that [`Lane::synchronise`] analysed.
-    pub(crate) fn begin_at_again(&mut self, start: u64) {
-        let starts = match starts(&self.members, self.options) {
+    /// Lets the windows of the task at `place` begin at this instant, one of those that [`Lane::synchronise`] analysed.
+    pub(crate) fn begin_at_again(&mut self, start: u64, place: usize) {
+        let starts = match starts(&self.members, self.priority(place), self.options) {
             Starts::Known(starts) => starts.len(),
             Starts::Any | Starts::TooMany => 1,
         };
@@ -108,22 +111,33 @@ impl Lane<'_, '_> {
     /// Replaces what was `found` for windows that begin at any instant by what is found for those that begin at an actual release,
     /// where that is less.
     pub(crate) fn synchronise(&mut self, found: &mut [Found]) {
-        // A window that ends does so no later if it begins at a known instant.
-        let has_end = |found: &&mut Found| found.busy.is_some_and(|busy| busy.ends);
-        // Each with the greatest that is found for a known instant.
-        let mut open: Vec<(&mut Found, Option<Found>)> =
-            found.iter_mut().filter(has_end).map(|found| (found, None)).collect();
-        if open.is_empty() || self.options.horizon.is_some() {
+        if self.options.horizon.is_some() {
             return;
         }
-        let starts = match starts(&self.members, self.options) {
+        // A window that ends does so no later if it begins at a known instant.
+        let ends = |found: &Found| found.busy.is_some_and(|busy| busy.ends);
+        let priorities: BTreeSet<u32> =
+            found.iter().filter(|it| ends(it)).map(|it| self.priority(it.place)).collect();
+        for priority in priorities {
+            let is_of = |found: &&mut Found| ends(found) && self.priority(found.place) == priority;
+            let group: Vec<&mut Found> = found.iter_mut().filter(is_of).collect();
+            self.synchronise_group(priority, group);
+        }
+    }
+
+    /// [`Lane::synchronise`] for the tasks of one priority, in the order of their places.
+    fn synchronise_group(&mut self, priority: u32, group: Vec<&mut Found>) {
+        let starts = match starts(&self.members, priority, self.options) {
             Starts::Any => return,
             Starts::Known(starts) => starts,
             Starts::TooMany => {
-                open.iter_mut().for_each(|(found, _)| found.response.is_exhausted = true);
+                group.into_iter().for_each(|found| found.response.is_exhausted = true);
                 return;
             }
         };
+        // Each with the greatest that is found for a known instant.
+        let mut open: Vec<(&mut Found, Option<Found>)> =
+            group.into_iter().map(|found| (found, None)).collect();
         for &start in &starts {
             if open.is_empty() {
                 break;
@@ -133,7 +147,9 @@ impl Lane<'_, '_> {
             let tasks: Vec<usize> = open.iter().map(|(found, _)| found.task).collect();
             let mut of_start = self.analyse(|member| tasks.binary_search(&member.index).is_ok()).into_iter();
             open.retain_mut(|(known, greatest)| {
-                let Some(of_start) = of_start.next() else { return false };
+                let Some(mut of_start) = of_start.next() else { return false };
+                // It counts from the start of the window, which is no release of the task.
+                of_start.response.first_job = None;
                 let (Some(time), Some(known_time)) = (bound(&of_start), bound(known)) else {
                     known.response.is_exhausted = true;
                     return false;
@@ -225,7 +241,7 @@ mod tests {
         let response = analyse(&tasks, Method::Psm).responses.swap_remove(1);
         let window = response.window.unwrap();
         assert_eq!((window.start, window.delay), (Some(Time::ZERO), Time::from_nanos(5)));
-        assert_eq!((window.length, response.first_job), (Time::from_nanos(8), Some(Time::from_nanos(8))));
+        assert_eq!((window.length, response.first_job), (Time::from_nanos(8), None));
     }
 
     #[test]
@@ -248,6 +264,15 @@ mod tests {
         // Here the next job, which is not late, preempts it from 10 to 14.
         tasks[1] = simple(1, 10, 5, 4);
         assert_eq!(bounds(&tasks), [Some(7), Some(10)]);
+    }
+
+    /// Its period would make the common one too long.
+    #[test]
+    fn a_task_that_delays_nobody_changes_nothing() {
+        let mut tasks = vec![simple(3, 10, 0, 4), simple(2, 10, 5, 4)];
+        let before = bounds(&tasks);
+        tasks.push(simple(1, 999_983, 0, 1));
+        assert_eq!(bounds(&tasks)[..2], before);
     }
 
     #[test]

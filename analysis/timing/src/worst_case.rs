@@ -3,7 +3,8 @@
 //! On one CPU, a bound of [`Method::Exact`](crate::Method::Exact) is attained by this schedule if its budget was enough, and no
 //! operations or release jitter of tasks with an offset are in it. Otherwise the schedule may stay below the bound.
 
-use crate::{ActivitySet, Bound, Options, Script, ScriptedTask, StateMachine, Time, worst_trace};
+use crate::lane::greatest_common_divisor;
+use crate::{ActivitySet, Bound, Options, Script, ScriptedTask, StateMachine, Task, Time, worst_trace};
 
 /// The maximum number of jobs of a path.
 const LONGEST: usize = 10_000;
@@ -24,8 +25,21 @@ pub struct WorstCase {
     pub length: Time,
 }
 
+/// Why no schedule behind a response time is known.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum NoWorstCase {
+    /// There is no response time.
+    NoResponse,
+    /// The response time holds for any offsets: the window in which it occurs does not keep those of synchronised clocks.
+    OtherOffsets,
+}
+
 impl ActivitySet {
-    /// Returns the schedule behind the response time of an activity; none without a response time. To cancel, `interrupt` unwinds.
+    /// Returns the schedule behind the response time of an activity. To cancel, `interrupt` unwinds.
+    ///
+    /// # Errors
+    ///
+    /// The activity has no response time, or that of a window which does not keep the offsets of the tasks in it.
     ///
     /// ```
     /// use mauve_timing::task_set::Priority;
@@ -48,13 +62,34 @@ impl ActivitySet {
     /// let late = set.simulate(&simulated, &|| ()).statistics[1].unwrap().greatest;
     /// assert_eq!((worst.bound, late), (Time::from_nanos(19), Some(Time::from_nanos(19))));
     /// ```
-    pub fn worst_case(&self, activity: usize, options: &Options, interrupt: &dyn Fn()) -> Option<WorstCase> {
+    pub fn worst_case(
+        &self,
+        activity: usize,
+        options: &Options,
+        interrupt: &dyn Fn(),
+    ) -> Result<WorstCase, NoWorstCase> {
+        let found = self.window_of(activity, options, interrupt).ok_or(NoWorstCase::NoResponse)?;
+        found.ok_or(NoWorstCase::OtherOffsets)
+    }
+
+    /// The inner `None` for a window that does not keep the offsets.
+    fn window_of(
+        &self,
+        activity: usize,
+        options: &Options,
+        interrupt: &dyn Fn(),
+    ) -> Option<Option<WorstCase>> {
         let analysis = self.response_times(options, interrupt);
         let response = analysis.responses.get(activity)?.as_ref()?;
         let (Bound::Response(bound), Some(window)) = (&response.bound, &response.window) else { return None };
         let set = &analysis.tasks;
         let of = set.task(activity)?;
         let (late, interfering) = set.breakdown(options, interrupt).paths(of, response.rule, window)?;
+        let in_window = interfering.iter().map(|it| it.task).chain([of]);
+        let in_window: Vec<&Task> = in_window.filter_map(|task| set.tasks().get(task)).collect();
+        if window.start.is_none() && !may_start_together(&in_window) {
+            return Some(None);
+        }
         let jitter = |task: usize| set.tasks().get(task).map_or(Time::ZERO, |task| task.jitter);
         // A job that is nominally released before the window is late, and released at its start.
         let start = interfering.iter().map(|it| jitter(it.task)).fold(jitter(of), Time::max);
@@ -74,8 +109,24 @@ impl ActivitySet {
         let after = first(of, window.delay)?.checked_add(period.checked_mul(late.job)?)?;
         let end = start.checked_add(Time::from_nanos(late.length))?;
         let script = Script { start, tasks, last: activity };
-        Some(WorstCase { job: late.job, bound: *bound, script, length: end.max(after) })
+        Some(Some(WorstCase { job: late.job, bound: *bound, script, length: end.max(after) }))
     }
+}
+
+/// Returns whether there is an instant at which each of these tasks with an offset may be released at the latest, so that all of
+/// them may be released together.
+fn may_start_together(tasks: &[&Task]) -> bool {
+    let last = |task: &Task| {
+        let offset = u128::from(task.offset?.as_nanos());
+        Some((offset + u128::from(task.jitter.as_nanos()), task.period.as_nanos()))
+    };
+    let all: Vec<(u128, u64)> = tasks.iter().filter_map(|task| last(task)).collect();
+    // By the Chinese remainder theorem, it is enough that each two of them may.
+    let may = |&(a, a_period): &(u128, u64), &(b, b_period): &(u128, u64)| {
+        let common = greatest_common_divisor(a_period, b_period).max(1);
+        a.abs_diff(b).is_multiple_of(u128::from(common))
+    };
+    all.iter().enumerate().all(|(index, one)| all[..index].iter().all(|other| may(one, other)))
 }
 
 /// The path of an interfering task in a window.
@@ -153,18 +204,13 @@ mod tests {
 
     /// The bound of an activity, and the response of the late job in its schedule. No other response is above its bound either.
     fn bound_and_simulated(set: &ActivitySet, of: usize) -> Option<(u64, u64)> {
-        let worst = set.worst_case(of, &EXACT, &|| ())?;
+        let worst = set.worst_case(of, &EXACT, &|| ()).ok()?;
         let options =
             SimulationOptions { script: Some(worst.script), ..SimulationOptions::new(1, worst.length) };
         let schedule = set.simulate(&options, &|| ());
         let job = schedule.jobs.iter().find(|job| job.activity == of && job.number == worst.job)?;
         let response = job.end?.as_nanos() - job.nominal.as_nanos();
         let responses = set.response_times(&EXACT, &|| ()).responses;
-        let has_start = responses[of].as_ref()?.window.as_ref()?.start.is_some();
-        // A window of any instant, at full load for example, does not keep the offsets of the others.
-        if set.activities.iter().filter(|it| it.offset.is_some()).count() > 1 && !has_start {
-            return Some((worst.bound.as_nanos(), response));
-        }
         for (found, statistics) in responses.iter().zip(&schedule.statistics) {
             if let (Some(Response { bound: Bound::Response(bound), .. }), Some(statistics)) =
                 (found, statistics)
@@ -222,8 +268,21 @@ mod tests {
     #[test]
     fn nothing_without_a_response_time() {
         let set = ActivitySet { activities: vec![simple(2, 10, 11)], ..ActivitySet::default() };
-        assert_eq!(set.worst_case(0, &EXACT, &|| ()), None);
-        assert_eq!(set.worst_case(1, &EXACT, &|| ()), None);
+        assert_eq!(set.worst_case(0, &EXACT, &|| ()), Err(NoWorstCase::NoResponse));
+        assert_eq!(set.worst_case(1, &EXACT, &|| ()), Err(NoWorstCase::NoResponse));
+    }
+
+    #[test]
+    fn nothing_that_does_not_keep_the_offsets() {
+        // Fully loaded: the window of the last activity begins at any instant.
+        let mut activities = vec![simple(3, 10, 4), simple(2, 10, 4), simple(1, 10, 2)];
+        activities[2].jitter = Time::from_nanos(1);
+        for (activity, offset) in activities.iter_mut().zip([0, 5, 0]) {
+            activity.offset = Some(Time::from_nanos(offset));
+        }
+        let set = ActivitySet { activities, ..ActivitySet::default() };
+        assert_eq!(set.worst_case(2, &EXACT, &|| ()), Err(NoWorstCase::OtherOffsets));
+        assert_eq!(bound_and_simulated(&set, 1), Some((4, 4)));
     }
 
     fn activities() -> impl Strategy<Value = Vec<Activity>> {

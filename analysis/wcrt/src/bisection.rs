@@ -68,6 +68,16 @@ impl<'db> Variants<'db> {
         let interrupt = || self.db.unwind_if_revision_cancelled();
         Some(set.response_times(&self.query.options(is_brief), &interrupt).responses)
     }
+
+    /// Returns whether a deadline is missed, so that a greater budget would not change that.
+    pub(crate) fn is_missed(&self, set: &ActivitySet) -> bool {
+        let Some(responses) = self.analysed(set, false) else { return false };
+        let is_missed = |(status, response): (Option<Status>, Option<Response>)| {
+            matches!(status, Some(Status::Missed | Status::Unbounded))
+                && response.is_some_and(|it| !it.is_exhausted)
+        };
+        statuses(set, &responses).into_iter().zip(responses).any(is_missed)
+    }
 }
 
 /// Returns the status of each activity of `set`; none for those in the background.

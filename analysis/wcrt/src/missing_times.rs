@@ -46,12 +46,15 @@ pub fn budgets<'db>(
     let variants = Variants::new(db, project, deployment, query, MOST_ANALYSED);
     // Whether every deadline is proved where `codel` takes `time`; the outer `None` where no steps are left, the inner one where
     // the deployment is not analysed for another reason too.
-    let holds = |codel: Decl<'db>, time: Time| -> Option<Option<bool>> {
+    let with = |codel: Decl<'db>, time: Time| {
         let what_if = |of: &Timed<'db>| {
             let is_missing = missing.iter().any(|it| *of == Timed::Codel(it.codel));
             is_missing.then_some(if *of == Timed::Codel(codel) { time } else { Time::ZERO })
         };
-        let set = variants.with_times(&untimed, &what_if);
+        variants.with_times(&untimed, &what_if)
+    };
+    let holds = |codel: Decl<'db>, time: Time| -> Option<Option<bool>> {
+        let set = with(codel, time);
         let statuses: Vec<Status> =
             statuses(&set, &variants.analysed(&set, true)?).into_iter().flatten().collect();
         Some(match statuses.contains(&Status::Missed) || statuses.contains(&Status::Unbounded) {
@@ -67,6 +70,8 @@ pub fn budgets<'db>(
         let time = match holds(codel, Time::ZERO).flatten() {
             // The deployment is not analysed for another reason too.
             None => continue,
+            // The smaller budget may prove less.
+            Some(false) if !variants.is_missed(&with(codel, Time::ZERO)) => continue,
             Some(false) => None,
             Some(true) => {
                 // The analysis is monotone in every time.

@@ -11,7 +11,8 @@ use mauve_diagnostics::{errors_of, errors_of_text, reasons_of, time_error_messag
 use mauve_hir::{Database, Decl, Project};
 use mauve_ide::draw_schedule;
 use mauve_timing::{
-    LeftOut, Level, Method, Options, Rounding, Schedule, SimulationOptions, Statistics, Time, Unit, WorstCase,
+    LeftOut, Level, Method, NoWorstCase, Options, Rounding, Schedule, SimulationOptions, Statistics, Time,
+    Unit, WorstCase,
 };
 use mauve_wcrt::{
     ActivityReport, Query, Report, Simulated, response_times, response_times_of, simulated, simulated_of,
@@ -219,8 +220,14 @@ impl Simulate {
                 let Query { method, horizon, .. } = query;
                 let options = Options { method, horizon, is_brief: false };
                 let case = set.worst_case(activity, &options, &|| ());
-                let case = case.ok_or_else(|| {
-                    format!("`{instance}` has no response time in {name}: `mauve wcrt` says why")
+                let case = case.map_err(|why| match why {
+                    NoWorstCase::NoResponse => {
+                        format!("`{instance}` has no response time in {name}: `mauve wcrt` says why")
+                    }
+                    NoWorstCase::OtherOffsets => format!(
+                        "the response time of `{instance}` in {name} holds for any offsets: the schedule behind it does not keep \
+                         those of the synchronised clocks"
+                    ),
                 })?;
                 Some(Worst { activity, case })
             }
@@ -237,7 +244,11 @@ impl Simulate {
             initial_states: deployment.initial_states(),
             least_time: if self.full_times || worst.is_some() { 100 } else { new.least_time },
             keeps_schedule: self.format != Format::Table || worst.is_some(),
-            most_events: self.format.most_events(),
+            // The table keeps no schedule otherwise.
+            most_events: match worst {
+                Some(_) => self.format.most_events().min(Format::Json.most_events()),
+                None => self.format.most_events(),
+            },
             script: worst.as_ref().map(|worst| worst.case.script.clone()),
             ..new
         };

@@ -400,7 +400,8 @@ fn assumptions(assumed: &[(String, Time)]) -> String {
 /// A row for each activity: WCET is the greatest execution time of one job. The response time of the first job has a
 /// column of its own if it is not the greatest one for all activities.
 fn one_level(of: &Deployed<'_>, report: &Report<'_>) -> String {
-    let is_first_greatest = report.activities.iter().all(|it| it.first_job == it.response);
+    let is_first_greatest =
+        report.activities.iter().all(|it| it.first_job.is_none_or(|first| Some(first) == it.response));
     // The best method for each activity; a column where they differ.
     let methods: BTreeSet<_> = report.activities.iter().filter_map(|it| it.method).collect();
     let method = |activity: &ActivityReport<'_>| match activity.method {
