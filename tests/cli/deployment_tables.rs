@@ -1,5 +1,7 @@
 //! Deployments with their own timing tables: `[timing.deployment.NAME]`.
 
+use std::path::Path;
+
 use mauve_tests::{Run, mauve, scratch, test_name, write};
 use serde_json::{Value, json};
 
@@ -93,7 +95,7 @@ fn every_report_names_the_tables() {
     assert!(simulated.ends_with(", times of Sea"), "{simulated}");
     let machine = run("psm", &both, &["psm", "C"]);
     assert!(machine.out.contains("C at 1e-4: execution times"), "{machine:?}");
-    assert!(machine.err.contains("marine.Sea: other timing tables, not shown here"), "{machine:?}");
+    assert!(machine.err.contains("`C` has other timing tables in marine.Sea: "), "{machine:?}");
     let machine = run("psm-of-sea", &both, &["psm", "C", "--deployment", "Sea"]);
     assert!(machine.out.contains("C at 1e-4, times of Sea: execution times"), "{machine:?}");
     let list = ROBOT.replacen("component C", "component B(S, K)\n  component C", 1);
@@ -141,7 +143,7 @@ fn a_section_whose_deployment_is_unclear_leaves_its_times_unknown() {
     not_analysed("misspelt", ROBOT, &misspelt, "no deployment `Sae`; did you mean `Sea`?", [None, None]);
     let two = ROBOT.replace("Land", "Sea");
     let ambiguous = format!("{CONFIG}{SEA}");
-    let message = "deployment `Sea` is ambiguous, `land.Sea` and `marine.Sea`: write the library before it";
+    let message = "deployment `Sea` is ambiguous, `land.Sea` and `marine.Sea`: name each in a library with the library before it";
     not_analysed("ambiguous", &two, &ambiguous, message, [None, None]);
     let psm = run_with(
         "psm",
@@ -177,4 +179,28 @@ fn several_sections_may_name_one_table() {
     write(&folder, &[("robot.mal", ROBOT), ("mauve.toml", &shared), ("land.toml", &unknown)]);
     let found = mauve(MAUVE, &folder, &["check"]);
     assert_eq!(found.out.matches("no codel `land.werk`").count(), 1, "{}", found.out);
+}
+
+#[test]
+fn a_component_has_the_tables_of_the_deployments_that_execute_it() {
+    let robot = ROBOT.replace(
+        "  use land\n",
+        "  use land\n  codel dive(): int\n  core D(S) { update = { dive(); } }\n  component Diver(S, D)\n  \
+         architecture B { instance arm: C  instance diver: Diver }\n",
+    );
+    let robot = robot.replace(
+        "Sea { architecture A ",
+        "Sea { architecture B  activity diver { priority = 2  period = 10 } ",
+    );
+    let sea = "[codel]\n\"land.work\" = 3\n\"marine.dive\" = 4\n";
+    let config = format!("{CONFIG}{SEA}");
+    let run = |name: &str, arguments: &[&str]| run_with(name, &robot, &config, sea, arguments);
+    let machine = run("psm", &["psm", "Diver"]);
+    assert!(machine.out.contains("Diver at 1e-4, times of Sea: ") && machine.err.is_empty(), "{machine:?}");
+    let generated = run("generate", &["generate", "--out", "generated"]);
+    assert_eq!(generated.code, 0, "{generated:?}");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{}-generate", test_name()));
+    let exported = std::fs::read_to_string(folder.join("generated/marine/models/Diver.psm.json")).unwrap();
+    let exported: Value = serde_json::from_str(&exported).unwrap();
+    assert_eq!(exported["component"]["machine"]["edges"][0]["cost"][0], 4_000_000, "{exported}");
 }

@@ -104,6 +104,6 @@ fn of_tables<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> String {
 }
 
 /// Returns a name as a key of TOML.
-fn key(name: &str) -> String {
+pub(super) fn key(name: &str) -> String {
     if name.contains('.') { format!("\"{name}\"") } else { name.to_owned() }
 }

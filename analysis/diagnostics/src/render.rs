@@ -106,8 +106,9 @@ pub fn render<'db>(db: &'db dyn ModelDb, project: Project<'db>, fact: &Fact<'db>
         K::AmbiguousDeployment { name, candidates } => {
             let candidates: Vec<String> = candidates.iter().map(|name| format!("`{name}`")).collect();
             let candidates = enumerated(&candidates);
-            let message =
-                format!("deployment `{name}` is ambiguous, {candidates}: write the library before it");
+            let message = format!(
+                "deployment `{name}` is ambiguous, {candidates}: name each in a library with the library before it"
+            );
             invalid_configuration::report(at, message)
         }
         K::SecondTables { deployment } => invalid_configuration::report(

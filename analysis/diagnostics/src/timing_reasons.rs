@@ -3,6 +3,7 @@
 use mauve_timing::{CpuLoad, Level, MachineError, NoBoundReason};
 
 use super::configuration::mistake;
+use super::missing_time::key;
 use super::reasons;
 use super::table_error::table_error_message;
 use mauve_hir::{File, ModelDb, features_of, names_of};
@@ -272,10 +273,10 @@ pub(super) fn table_fault(db: &dyn ModelDb, fault: &TableFault) -> String {
         TableFault::Invalid(kind) => table_error_message(kind),
         TableFault::Files(error) => table_files_error(error),
         TableFault::UnknownDeployment(name) => {
-            format!("`[timing.deployment.{name}]` names no deployment, and may be for this one")
+            format!("`[timing.deployment.{}]` names no deployment, and may be for this one", key(name))
         }
         TableFault::AmbiguousDeployment(name) => {
-            format!("`[timing.deployment.{name}]` names several deployments")
+            format!("`[timing.deployment.{}]` names several deployments", key(name))
         }
         TableFault::SecondOverhead(first) => {
             format!("a second [overhead]: the first is in {}", file_name(db, *first))

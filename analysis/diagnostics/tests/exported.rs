@@ -82,8 +82,14 @@ fn check_sums<'db>(
         let calls: u64 = it.calls.iter().map(|calls| calls.time.as_nanos()).sum();
         counted += it.calls.len();
         if query.method != Method::Classic {
-            let psm =
-                psm_of(db, first_tables(db, project), it.component.unwrap(), query.level).as_ref().unwrap();
+            let psm = psm_of(
+                db,
+                first_tables(db, project, it.component.unwrap()),
+                it.component.unwrap(),
+                query.level,
+            )
+            .as_ref()
+            .unwrap();
             let own = psm.machine.greatest_cost().as_nanos() + calls;
             assert_eq!(it.own.unwrap().as_nanos(), own, "{what}: {it:?}");
         }
@@ -138,7 +144,7 @@ fn check(db: &Database, workspace: Workspace, what: &str, counted: &mut Counted)
     }
     for &project in projects(db, workspace) {
         for &of in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Component) {
-            let component = exported_component(db, first_tables(db, project), of, &PROSE);
+            let component = exported_component(db, first_tables(db, project, of), of, &PROSE);
             let text = Exported::Component(component.clone()).to_json();
             assert_eq!(
                 Exported::parse(&text).map(|it| it.content),
@@ -158,11 +164,11 @@ fn machines<'db>(
     component: &Component,
     what: &str,
 ) -> usize {
-    let is_timed = timetable_of(db, first_tables(db, project)).incomplete.is_none();
+    let is_timed = timetable_of(db, first_tables(db, project, of)).incomplete.is_none();
     let mut machines = 0;
     for (column, &level) in component.levels.iter().enumerate() {
         let machine = component.machine.as_ref().and_then(|machine| machine.state_machine(column));
-        let psm = psm_of(db, first_tables(db, project), of, level).as_ref().ok().filter(|_| is_timed);
+        let psm = psm_of(db, first_tables(db, project, of), of, level).as_ref().ok().filter(|_| is_timed);
         assert_eq!(machine.as_ref(), psm.map(|psm| &psm.machine), "{what}");
         machines += usize::from(machine.is_some());
     }

@@ -414,7 +414,8 @@ impl Reader<'_> {
             return self.wrong_value(key, value, ExpectedValue::DeploymentTables);
         };
         for (name, value) in deployments {
-            let section = format!("{section}.{}", name.get_ref());
+            let quote = if name.get_ref().contains('.') { "\"" } else { "" };
+            let section = format!("{section}.{quote}{}{quote}", name.get_ref());
             let Some(values) = value.get_ref().as_table() else {
                 self.wrong_value(name, value, ExpectedValue::DeploymentTables);
                 continue;

@@ -142,7 +142,7 @@ pub fn state_machine<'db>(
 
 /// Returns the component at `offset`, with the timing tables of a project that has it: the declaration at `offset` is the
 /// component, its core, an instance of it, or an activity of such an instance. The tables are those of the deployment of the
-/// activity, otherwise [the first of the project](first_tables).
+/// activity, otherwise [the first of those that execute it](first_tables).
 pub fn component_at<'db>(
     db: &'db dyn ModelDb,
     workspaces: &[Workspace],
@@ -174,11 +174,10 @@ pub fn component_at<'db>(
             }
             Kind::Use | Kind::Codel | Kind::Shell => None,
         };
-        let tables = match decl.kind(db) {
-            Kind::Deployment => tables_of(db, project, decl),
-            _ => first_tables(db, project),
-        };
-        found.map(|component| (tables, component))
+        found.map(|component| match decl.kind(db) {
+            Kind::Deployment => (tables_of(db, project, decl), component),
+            _ => (first_tables(db, project, component), component),
+        })
     })
 }
 

@@ -183,7 +183,8 @@ codel = "1.5 ms"
         let workspace = Workspace::of_texts(&db, "/".into(), texts);
         let project = projects(&db, workspace)[0];
         let pilot = names_of(&db, project).anywhere(Kind::Component, "Pilot")[0];
-        let psm = psm_of(&db, first_tables(&db, project), pilot, Level::TEN_TO_MINUS_FOUR).as_ref().unwrap();
+        let psm =
+            psm_of(&db, first_tables(&db, project, pilot), pilot, Level::TEN_TO_MINUS_FOUR).as_ref().unwrap();
         draw_state_machine("Pilot", Level::TEN_TO_MINUS_FOUR, None, psm, drawing)
     }
 

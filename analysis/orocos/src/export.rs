@@ -13,10 +13,10 @@ use crate::package::GeneratedFile;
 /// Returns the exported analyses of a package, at all levels of the timing tables.
 pub(crate) fn export_files(model: Model<'_, '_>) -> Vec<GeneratedFile> {
     let Model { db, project, library, .. } = model;
-    // A component belongs to no deployment.
-    let tables = first_tables(db, project);
     let components = library.components.iter().map(|&(component, _)| {
         db.unwind_if_revision_cancelled();
+        // A component belongs to no deployment.
+        let tables = first_tables(db, project, component);
         let content = Exported::Component(exported_component(db, tables, component, &PROSE));
         (format!("models/{}.psm.json", file_name(component.name(db))), content)
     });

@@ -79,7 +79,7 @@ pub use sensitivity::{
 };
 pub use simulated::{EdgeNames, Simulated, simulated, simulated_of};
 pub use system::{Priority, ResolvedActivity, System, field_of, mask, system_of};
-pub use table_set::{TableSet, first_tables, table_sets, tables_of};
+pub use table_set::{TableSet, first_tables, table_sets, tables_for, tables_of};
 pub use timetable::{
     LONGEST_PATTERN, Lookup, TableFiles, Timetable, file_name, files_of, levels_of_tables, pattern_of_path,
     table, table_facts, table_files, table_pattern, timetable_of,

@@ -9,7 +9,7 @@ use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Database, Decl, config_of, names_of, projects, similar};
 use mauve_ide::{Drawing, draw_state_machine};
 use mauve_timing::{Level, Time};
-use mauve_wcrt::{Refusal, TableSet, first_tables, psm_of, tables_of};
+use mauve_wcrt::{Refusal, TableSet, first_tables, psm_of, tables_for, tables_of};
 use serde_json::{Value, json};
 
 use super::Outside;
@@ -77,36 +77,49 @@ impl Psm {
             for &project in projects(&db, workspace) {
                 let of = of_deployments.iter().filter(|(having, _)| *having == project);
                 let mut of = of.map(|&(_, deployment)| tables_of(&db, project, deployment));
-                let tables = match (only, of.next()) {
-                    (None, _) => first_tables(&db, project),
+                // None for those of the deployments that execute a component.
+                let chosen = match (only, of.next()) {
+                    (None, _) => None,
                     (Some(_), None) => continue,
                     (Some(name), Some(first)) if of.any(|other| other != first) => {
                         return Err(format!(
                             "several deployments `{name}` have different timing tables: write the library before the name"
                         ));
                     }
-                    (Some(_), Some(tables)) => tables,
+                    (Some(_), Some(tables)) => Some(tables),
                 };
-                note_other_tables(&db, tables);
                 let all = names_of(&db, project).all.iter().copied();
                 for component in all.filter(|decl| decl.kind(&db) == Kind::Component) {
                     // A file that several projects include is listed once.
-                    if !found.iter().any(|(_, known, _)| *known == component) {
-                        found.push((tables, component, level));
+                    if found.iter().any(|(_, known, _)| *known == component) {
+                        continue;
                     }
+                    let tables = chosen.unwrap_or_else(|| first_tables(&db, project, component));
+                    found.push((tables, component, level));
                 }
             }
         }
         let Some(name) = name else {
             return match found.as_slice() {
                 [] => Err(format!("no components in `{path}`")),
-                [(tables, component, level)] => show(&db, *tables, *component, *level, self.format),
-                _ => list(&db, &found, self.format),
+                [(tables, component, level)] => {
+                    note_other_tables(&db, *tables, *component);
+                    show(&db, *tables, *component, *level, self.format)
+                }
+                several => {
+                    for (tables, component, _) in several {
+                        note_other_tables(&db, *tables, *component);
+                    }
+                    list(&db, &found, self.format)
+                }
             };
         };
         let is_it = |it: &&Found<'_>| it.1.name(&db) == name.as_str() || it.1.qualified(&db) == *name;
         match found.iter().find(is_it) {
-            Some(&(tables, component, level)) => show(&db, tables, component, level, self.format),
+            Some(&(tables, component, level)) => {
+                note_other_tables(&db, tables, component);
+                show(&db, tables, component, level, self.format)
+            }
             None => {
                 let known = found.iter().map(|(_, component, _)| component.name(&db).clone());
                 let known: Vec<Name> = known.collect();
@@ -118,16 +131,20 @@ impl Psm {
     }
 }
 
-/// Says on standard error that deployments have other times than those that are shown.
-fn note_other_tables<'db>(db: &'db Database, shown: TableSet<'db>) {
+/// Says on standard error that deployments have other times of a component than those that are shown.
+fn note_other_tables<'db>(db: &'db Database, shown: TableSet<'db>, component: Decl<'db>) {
     let project = shown.project(db);
-    let others = deployments_of(db, project).filter(|&it| tables_of(db, project, it) != shown);
+    let sets = tables_for(db, project, component);
+    let has_other = |&it: &Decl<'db>| {
+        let tables = tables_of(db, project, it);
+        tables != shown && sets.contains(&tables)
+    };
+    let others = deployments_of(db, project).filter(has_other);
     let others: Vec<String> = others.map(|it| it.qualified(db)).collect();
     if let Some(first) = others.first() {
         let others = others.join(", ");
-        super::say(&format!(
-            "{others}: other timing tables, not shown here (`--deployment {first}` shows them)"
-        ));
+        let of = component.name(db);
+        super::say(&format!("`{of}` has other timing tables in {others}: `--deployment {first}` shows them"));
     }
 }
 

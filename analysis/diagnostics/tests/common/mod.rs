@@ -61,7 +61,7 @@ pub(crate) fn machine_in(db: &Database, workspace: Workspace, component: &str) -
     let project = projects(db, workspace)[0];
     let decl = names_of(db, project).anywhere(Kind::Component, component)[0];
     let mut out = String::new();
-    match psm_of(db, first_tables(db, project), decl, LEVEL) {
+    match psm_of(db, first_tables(db, project, decl), decl, LEVEL) {
         Ok(psm) => {
             for (edge, described) in psm.machine.edges().iter().zip(&psm.edges.all) {
                 let state = |number: u32| &psm.states[number as usize];

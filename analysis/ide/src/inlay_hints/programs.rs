@@ -11,7 +11,7 @@ use mauve_hir::{
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize, tokens_at};
 use mauve_timing::{Level, Time};
-use mauve_wcrt::{Query, TableSet, psm_of, table_sets};
+use mauve_wcrt::{Query, TableSet, psm_of, tables_for};
 use rustc_hash::FxHashMap;
 
 use super::InlayHint;
@@ -49,10 +49,9 @@ pub(super) fn hash_of_labels<'db>(db: &'db dyn ModelDb, project: Project<'db>, o
 #[salsa::tracked(returns(ref))]
 fn labels_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<(SourceId, String)> {
     let level = Query::shown(db, project).level;
-    let sets = table_sets(db, project);
     let mut all: Vec<(String, &'db Costs)> = Vec::new();
     for &component in components_of(db, project, of) {
-        for &tables in sets {
+        for &tables in tables_for(db, project, component) {
             // If one component has no times, the times of another would seem to hold for both; those of other tables likewise.
             let Some(costs) = costs_of(db, tables, component, level) else { return Vec::new() };
             let of_which = times_of(tables.section(db).as_deref());

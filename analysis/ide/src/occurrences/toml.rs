@@ -5,7 +5,7 @@ use std::ops::Range;
 use mauve_hir::item_tree::{Endpoint, Kind, NameRef, SourceId};
 use mauve_hir::{
     Decl, File, Location, ModelDb, ProgramId, ProgramKey, Project, config_of, core, core_of, features_of,
-    first_target_of, names_of, shell_of,
+    first_target_of, names_of, section_with_tables, shell_of,
 };
 use mauve_syntax::TextRange;
 use mauve_wcrt::{table, table_files};
@@ -74,10 +74,13 @@ impl<'db> Reader<'db> {
                 );
             }
         }
-        let of_tables = config.deployment_tables.iter().map(|(name, section)| (name, &section.span));
-        let of_acceptances = config.deployments.iter().map(|(name, section)| (name, &section.span));
-        for (key, span) in of_tables.chain(of_acceptances) {
-            self.deployment(db, project, key, span);
+        for (key, section) in &config.deployment_tables {
+            // The section with the qualified name of a deployment comes before the one with its name.
+            let has_it = |decl: Decl<'db>| section_with_tables(db, project, decl) == Some(key);
+            self.deployment(db, project, key, &section.span, &has_it);
+        }
+        for (key, section) in &config.deployments {
+            self.deployment(db, project, key, &section.span, &|_| true);
         }
         let deployments = names_of(db, project).of_kind(db, Kind::Deployment);
         // Deployments may share an architecture.
@@ -107,13 +110,21 @@ impl<'db> Reader<'db> {
     }
 
     /// Adds the deployments that a section of `mauve.toml` names with their libraries or without.
-    fn deployment(&mut self, db: &'db dyn ModelDb, project: Project<'db>, key: &str, span: &Range<usize>) {
+    fn deployment(
+        &mut self,
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        key: &str,
+        span: &Range<usize>,
+        is_meant: &dyn Fn(Decl<'db>) -> bool,
+    ) {
         let text = self.file.text(db);
         let written = Range::<usize>::from(unquoted(text, range_of(span)));
         let is_verbatim = text.get(written.clone()) == Some(key);
         let piece = |from: usize, to: usize| is_verbatim.then_some(written.start + from..written.start + to);
         let named = names_of(db, project).of_kind(db, Kind::Deployment);
-        for decl in named.filter(|it| *it.name(db) == *key || it.qualified(db) == key) {
+        let named = named.filter(|it| *it.name(db) == *key || it.qualified(db) == key);
+        for decl in named.filter(|it| is_meant(*it)) {
             let name = key.len() - decl.name(db).len();
             let kind = kind_of(Kind::Deployment);
             self.add(piece(name, key.len()), span, Definition::Declaration(decl), kind);

@@ -143,7 +143,7 @@ fn place_of<'db>(snapshot: &'db Snapshot, params: &StateMachineParams) -> Result
                     && (*decl.name(db) == *name.as_str() || decl.qualified(db) == *name)
             };
             if let Some(&component) = names_of(db, project).all.iter().find(of) {
-                return Ok((first_tables(db, project), component));
+                return Ok((first_tables(db, project, component), component));
             }
         }
         return Err(Error::invalid_params(format!("no component `{name}` in the projects of this file")));
