@@ -75,12 +75,7 @@ pub(crate) fn busy_window(
         }
     }
     if search.varied.is_empty() {
-        let found = Exact {
-            busy: bound,
-            is_complete: !is_bounded_only,
-            contributions: Vec::new(),
-            totals: Vec::new(),
-        };
+        let found = Exact { busy: bound, is_complete: true, contributions: Vec::new(), totals: Vec::new() };
         return if is_bounded_only { Err(NoBoundReason::Budget) } else { Ok(found) };
     }
     if is_bounded_only {
@@ -352,7 +347,7 @@ impl Paths {
     /// many.
     pub(crate) fn requests(&mut self, jobs: u64, interrupt: &dyn Fn()) -> Option<Rc<Requests>> {
         let jobs = usize::try_from(jobs).ok()?;
-        while self.too_long.is_none_or(|too_long| jobs < too_long) && self.jobs < jobs {
+        while self.too_long.is_none() && self.jobs < jobs {
             interrupt();
             self.extend();
         }

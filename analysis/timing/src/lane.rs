@@ -602,9 +602,8 @@ impl<'a> Lane<'_, 'a> {
         // Tasks of lower priority start with the counts of the first job. Those of later jobs may be above their least fixed point:
         // a long last job of this task contributes all of itself here, and to others what it executes in the window.
         let mut counts = counts.clone();
-        let busy = self.busy(place, &mut counts, Method::Ibf, first_job, last, &mut budget).ok()?;
-        // No f(q) is greater than by the demand of n jobs.
-        Some(Busy { ends: true, ..busy })
+        // The window ends: no f(q) is greater than by the demand of n jobs.
+        self.busy(place, &mut counts, Method::Ibf, first_job, last, &mut budget).ok()
     }
 
     /// Enters the busy window by paths.

@@ -76,9 +76,8 @@ fn starts(members: &Members<'_, '_>, least: u32, options: &Options) -> Starts {
 
 /// The last instant, modulo T, at which a job may be released.
 fn last_release(member: &Member<'_>) -> u64 {
-    let offset = member.task.offset.unwrap_or_default().as_nanos() % member.period;
-    // Both are less than the period.
-    let sum = u128::from(offset) + u128::from(member.jitter % member.period);
+    let offset = member.task.offset.unwrap_or_default().as_nanos();
+    let sum = u128::from(offset) + u128::from(member.jitter);
     (sum % u128::from(member.period)) as u64
 }
 

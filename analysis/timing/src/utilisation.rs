@@ -98,7 +98,7 @@ impl Utilisation {
     pub(crate) fn compare_roughly(&self, without: Option<&Share>) -> Option<Ordering> {
         // A saturated sum is far greater than 1, also without any single share, since each share fits.
         let (mut lower, mut doubt) = (self.lower, u128::from(self.rounded));
-        if let Some(share) = without.filter(|_| lower < u128::MAX) {
+        if let Some(share) = without {
             lower = lower.saturating_sub(share.lower);
             doubt = doubt.saturating_sub(u128::from(share.is_rounded));
         }
