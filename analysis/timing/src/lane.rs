@@ -829,3 +829,163 @@ fn no_bound(reason: NoBoundReason, load: Option<Ordering>) -> Bound {
     let is_full = reason == NoBoundReason::Budget && load == Some(Ordering::Equal);
     Bound::NoBound(if is_full { NoBoundReason::FullyLoaded } else { reason })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::response_times;
+    use crate::testing::machine;
+
+    fn task(priority: u32, period: u64, machine: StateMachine) -> Task {
+        Task {
+            name: String::new(),
+            priority,
+            period: Time::from_nanos(period),
+            deadline: Time::from_nanos(period),
+            jitter: Time::ZERO,
+            offset: None,
+            cpus: 1,
+            demand: Demand::Machine { machine, whole: None },
+        }
+    }
+
+    fn simple(priority: u32, period: u64, cost: u64) -> Task {
+        task(priority, period, StateMachine::single(Time::from_nanos(cost)))
+    }
+
+    fn analyse(tasks: &[Task], method: Method) -> Vec<Response> {
+        response_times(tasks, &Options { method, horizon: None, is_brief: false }, &|| ()).responses
+    }
+
+    fn response(time: u64) -> Bound {
+        Bound::Response(Time::from_nanos(time))
+    }
+
+    /// A machine whose first `jobs` jobs cost `first` each, and all later ones `later`.
+    fn at_first(jobs: u32, first: u64, later: u64) -> StateMachine {
+        let mut edges: Vec<_> = (0..jobs).map(|job| (job, job + 1, first)).collect();
+        edges.push((jobs, jobs, later));
+        machine(jobs + 1, &edges)
+    }
+
+    #[test]
+    fn at_full_load_a_later_job_may_be_the_worst() {
+        // Each of six jobs ends 1 later than the one before, and the window does not end.
+        let found = analyse(&[task(1, 4, at_first(6, 5, 4))], Method::Psm).swap_remove(0);
+        assert_eq!((found.bound, found.window.unwrap().job), (response(10), 6));
+        // Here, the task of higher priority delays the first jobs.
+        let tasks = [task(2, 4, at_first(6, 3, 2)), simple(1, 4, 2)];
+        let found = analyse(&tasks, Method::Psm).swap_remove(1);
+        assert_eq!((found.bound, found.window.unwrap().job), (response(16), 3));
+    }
+
+    #[test]
+    fn the_last_job_is_one_lap_after_all_demands_are_regular() {
+        // From 4900 jobs on, the second state gains more than the first path is ahead.
+        let slow_start = machine(3, &[(0, 2, 5000), (2, 2, 100), (1, 1, 101)]);
+        let mut tasks = [simple(1, 5, 1), task(2, 3, slow_start.clone()), simple(0, 7, 1)];
+        tasks[0].jitter = Time::from_nanos(2);
+        let last_job = |tasks: &[Task]| {
+            let options = Options { method: Method::Psm, horizon: None, is_brief: false };
+            let mut all = crate::response_time::members(tasks, &options, &|| ());
+            let mut lane = Lane {
+                rule: CpuRule::Cpu(0),
+                members: Members { all: &mut all, places: &[0, 1, 2] },
+                options: &options,
+                interrupt: &|| (),
+                members_of_all: 3,
+                start: None,
+                starts: 1,
+                lists_interference: false,
+            };
+            lane.last_job(0)
+        };
+        // Job 2942 of the task is released at 14705 or later, and job 4901 of the other at 14700; the lap is 15.
+        assert_eq!(last_job(&tasks), Some(2942 + 3));
+        // The same machine for the task itself: its job 4901, and a lap of 15.
+        tasks.swap(0, 1);
+        (tasks[0].priority, tasks[1].priority) = (1, 2);
+        assert_eq!(last_job(&tasks), Some(4901 + 5));
+        // Periods whose common multiple does not fit.
+        tasks[0].period = Time::from_nanos(u64::MAX);
+        tasks[1].period = Time::from_nanos(u64::MAX - 1);
+        assert_eq!(last_job(&tasks), None);
+    }
+
+    #[test]
+    fn equal_priorities_whose_shares_are_nearly_one() {
+        // 1/3 is rounded, and the shares of the first three tasks are 1 less one part in 2⁶².
+        let period = 3 << 61;
+        let third = period / 3;
+        let tasks = [third, third, third - 1, 1].map(|cost| simple(1, period, cost));
+        for found in analyse(&tasks, Method::Psm) {
+            assert_eq!(found.bound, response(period));
+        }
+    }
+
+    #[test]
+    fn the_best_method_depends_on_the_number_of_tasks() {
+        let hp = machine(3, &[(0, 1, 2), (1, 1, 1), (1, 2, 1), (2, 0, 4), (2, 2, 2)]);
+        let mut tasks = vec![task(2, 3, hp), simple(1, 5, 1)];
+        let elsewhere = || Task { cpus: 2, ..simple(1, 1000, 1) };
+        tasks.resize_with(256, elsewhere);
+        let found = analyse(&tasks, Method::Best).swap_remove(1);
+        assert_eq!((found.bound, found.method, found.is_exhausted), (response(8), Method::Exact, false));
+        tasks.push(elsewhere());
+        let found = analyse(&tasks, Method::Best).swap_remove(1);
+        assert_eq!((found.bound, found.method, found.is_exhausted), (response(10), Method::Psm, true));
+    }
+
+    /// 1/3 is rounded: three tasks whose shares are 1 less one part in 2⁶² and a half.
+    const PERIOD: u64 = 3 << 61;
+
+    fn nearly_one(priority: u32) -> Vec<Task> {
+        [PERIOD / 3, PERIOD / 3, PERIOD / 3 - 1].map(|cost| simple(priority, PERIOD, cost)).to_vec()
+    }
+
+    fn idle(priorities: impl Iterator<Item = u32>) -> impl Iterator<Item = Task> {
+        priorities.map(|priority| simple(priority, PERIOD, 0))
+    }
+
+    #[test]
+    fn few_utilisations_are_compared_exactly() {
+        let bounds = |tasks: &[Task]| -> Vec<Bound> {
+            analyse(tasks, Method::Psm).into_iter().map(|found| found.bound).skip(3).collect()
+        };
+        let budget = Bound::NoBound(NoBoundReason::Budget);
+        // The eighth of the lower priorities is the last that is compared. The ninth needs no comparison of all: it has one job.
+        let mut tasks = nearly_one(20);
+        tasks.extend(idle((9..20).rev()));
+        let expected = [vec![response(PERIOD); 8], vec![budget.clone(); 3]].concat();
+        assert_eq!(bounds(&tasks), expected);
+        // Equal priorities whose utilisation is less than 1 need one comparison, however many they are.
+        for equal in [3, 20] {
+            let mut tasks = nearly_one(20);
+            tasks.extend(idle(std::iter::repeat_n(20, equal).chain((9..20).rev())));
+            let expected = [vec![response(PERIOD); equal + 8], vec![budget.clone(); 3]].concat();
+            assert_eq!(bounds(&tasks), expected);
+        }
+        // At a utilisation of 1, those without whose share it is nearly 1 need one each.
+        let mut tasks = nearly_one(20);
+        tasks.push(simple(20, PERIOD, 1));
+        tasks.extend(idle((9..20).rev()));
+        let full = Bound::NoBound(NoBoundReason::FullyLoaded);
+        let expected = [vec![response(PERIOD)], vec![full.clone(); 7], vec![budget; 4]].concat();
+        assert_eq!(bounds(&tasks), expected);
+        // Shares that are not rounded need none.
+        let mut tasks = vec![simple(21, 4, 1), simple(20, 4, 1), simple(20, 2, 1)];
+        tasks.extend(idle((0..20).rev()));
+        assert_eq!(bounds(&tasks), vec![full; 20]);
+    }
+
+    #[test]
+    fn a_full_load_whose_demand_never_repeats_has_no_bound() {
+        // One job that is longer, then a ring that is longer than any period that is searched.
+        let states = 300;
+        let mut edges: Vec<_> = (0..states).map(|state| (state, (state + 1) % states, 2)).collect();
+        (edges[0].2, edges[1].2) = (3, 1);
+        edges.push((states, 0, 4));
+        let found = analyse(&[task(1, 2, machine(states + 1, &edges))], Method::Psm).swap_remove(0);
+        assert_eq!(found.bound, Bound::NoBound(NoBoundReason::FullyLoaded));
+    }
+}
