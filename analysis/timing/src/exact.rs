@@ -404,3 +404,130 @@ fn greatest(mut functions: Vec<Vec<u64>>) -> Vec<Vec<u64>> {
     }
     kept
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::machine;
+    use crate::{Bound, Demand, Options, Response, Task, Time, response_times};
+
+    fn task(priority: u32, period: u64, machine: StateMachine) -> Task {
+        Task {
+            name: String::new(),
+            priority,
+            period: Time::from_nanos(period),
+            deadline: Time::from_nanos(period),
+            jitter: Time::ZERO,
+            offset: None,
+            cpus: 1,
+            demand: Demand::Machine { machine, whole: None },
+        }
+    }
+
+    fn simple(priority: u32, period: u64, cost: u64) -> Task {
+        task(priority, period, StateMachine::single(Time::from_nanos(cost)))
+    }
+
+    fn analyse(tasks: &[Task], method: Method) -> Response {
+        let options = Options { method, horizon: None, is_brief: false };
+        response_times(tasks, &options, &|| ()).responses.swap_remove(0)
+    }
+
+    /// The bounds by jobs, by execution and by paths.
+    fn bounds(tasks: &[Task]) -> [u64; 3] {
+        [Method::Psm, Method::Ibf, Method::Exact].map(|method| match analyse(tasks, method).bound {
+            Bound::Response(time) => time.as_nanos(),
+            bound => panic!("{bound:?}"),
+        })
+    }
+
+    /// By paths: the first job, the job of the window, the method, and whether the budget was exhausted.
+    fn story(tasks: &[Task]) -> (u64, u64, Method, bool) {
+        let found = analyse(tasks, Method::Exact);
+        let first_job = found.first_job.unwrap().as_nanos();
+        (first_job, found.window.unwrap().job, found.method, found.is_exhausted)
+    }
+
+    #[test]
+    fn equal_priorities_interfere_and_lower_ones_do_not() {
+        let varied = || machine(3, &[(0, 1, 2), (1, 1, 1), (1, 2, 1), (2, 0, 4), (2, 2, 2)]);
+        for priority in [1, 2] {
+            let tasks = [simple(1, 5, 1), task(priority, 3, varied()), task(0, 3, varied())];
+            assert_eq!(bounds(&tasks), [10, 9, 8]);
+            assert_eq!(story(&tasks), (8, 1, Method::Exact, false));
+        }
+    }
+
+    #[test]
+    fn simple_tasks_have_one_path() {
+        let tasks = [simple(1, 20, 3), simple(2, 5, 1), simple(2, 10, 2)];
+        assert_eq!(bounds(&tasks), [7; 3]);
+        assert_eq!(story(&tasks), (7, 1, Method::Exact, false));
+    }
+
+    #[test]
+    fn a_later_job_of_the_window_is_the_worst() {
+        let late = machine(4, &[(0, 3, 0), (1, 1, 0), (2, 0, 1), (3, 3, 1), (2, 1, 3), (3, 2, 3), (0, 3, 2)]);
+        let tasks = [simple(1, 3, 2), task(1, 8, late)];
+        assert_eq!(bounds(&tasks), [6; 3]);
+        assert_eq!(story(&tasks), (5, 3, Method::Exact, false));
+    }
+
+    #[test]
+    fn the_first_of_equally_late_jobs_is_the_worst() {
+        let varied = machine(3, &[(0, 0, 1), (1, 0, 3), (2, 1, 0), (2, 1, 2), (1, 1, 2)]);
+        let alternating = machine(2, &[(0, 1, 4), (1, 0, 4), (0, 1, 2)]);
+        let tasks = [simple(0, 7, 2), task(2, 6, varied), task(1, 13, alternating)];
+        assert_eq!(bounds(&tasks)[2], 11);
+        assert_eq!(story(&tasks), (11, 1, Method::Exact, false));
+    }
+
+    #[test]
+    fn an_end_of_the_first_job_that_is_earlier_by_paths() {
+        let hp = machine(4, &[(0, 1, 5), (1, 2, 4), (2, 0, 0), (3, 3, 0), (0, 2, 2), (3, 0, 5), (3, 3, 3)]);
+        let tasks = [simple(0, 14, 1), task(1, 4, hp)];
+        assert_eq!(bounds(&tasks)[2], 15);
+        assert_eq!(story(&tasks), (15, 1, Method::Exact, false));
+    }
+
+    #[test]
+    fn a_maximum_of_some_paths_is_no_result() {
+        let hp = machine(3, &[(0, 1, 2), (1, 2, 1), (2, 1, 0), (1, 0, 0)]);
+        let tasks = [simple(0, 24, 4), task(0, 4, hp), simple(1, 2, 1)];
+        assert_eq!(bounds(&tasks), [20, 20, 18]);
+        let one = machine(4, &[(0, 3, 3), (1, 0, 0), (2, 3, 3), (3, 3, 4), (0, 1, 1), (2, 0, 1)]);
+        let other = machine(3, &[(0, 1, 0), (1, 1, 1), (2, 0, 0), (0, 0, 1), (0, 2, 2)]);
+        let tasks = [simple(1, 14, 0), task(1, 5, one), task(1, 6, other)];
+        assert_eq!(bounds(&tasks)[2], 35);
+    }
+
+    #[test]
+    fn too_many_paths() {
+        let each = |states: u32| (0..states).map(|state| (state, state, 1)).collect::<Vec<_>>();
+        let paths = |states: u32| Paths::new(&machine(states, &each(states))).requests(1, &|| ());
+        assert!(paths(128).is_some());
+        assert!(paths(129).is_none());
+        // 2 · (1 + 2 + … + n) values are less than 2²⁰ up to n = 1023.
+        let mut paths = Paths::new(&machine(2, &[(0, 1, 1), (1, 0, 2)]));
+        assert!(paths.requests(1023, &|| ()).is_some());
+        assert!(paths.requests(1024, &|| ()).is_none());
+        assert!(paths.requests(1023, &|| ()).is_some());
+    }
+
+    #[test]
+    fn a_task_of_too_many_paths_is_bounded_and_not_varied() {
+        let varied = machine(3, &[(0, 1, 2), (1, 1, 1), (1, 2, 1), (2, 0, 4), (2, 2, 2)]);
+        let ring: Vec<_> = (0..129).map(|state| (state, (state + 1) % 129, u64::from(state == 0))).collect();
+        let bounded = || task(2, 4, machine(129, &ring));
+        let tasks = [simple(1, 50, 4), bounded()];
+        assert_eq!((bounds(&tasks), story(&tasks)), ([5; 3], (5, 1, Method::Ibf, true)));
+        let tasks = [simple(1, 50, 1), task(2, 3, varied.clone()), bounded()];
+        assert_eq!(bounds(&tasks), [15, 12, 11]);
+        assert_eq!(story(&tasks), (11, 1, Method::Exact, true));
+        // The same demand of few paths.
+        let once = machine(2, &[(0, 1, 1), (1, 1, 0)]);
+        let tasks = [simple(1, 50, 1), task(2, 3, varied), task(2, 4, once)];
+        assert_eq!(bounds(&tasks), [15, 12, 11]);
+        assert_eq!(story(&tasks), (11, 1, Method::Exact, false));
+    }
+}
