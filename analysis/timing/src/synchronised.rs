@@ -279,6 +279,9 @@ mod tests {
         let tasks = [simple(2, (1 << 61) - 1, 0, 4), simple(1, 1 << 61, 5, 4)];
         let found = analyse(&tasks, Method::Psm).responses;
         assert_eq!((bound(&found[1]), found[1].is_exhausted), (Some(8), true));
+        let tasks = [simple(2, (1 << 61) - 1, 0, 4), simple(1, 3, 1, 1)];
+        let found = analyse(&tasks, Method::Psm).responses;
+        assert_eq!((bound(&found[1]), found[1].is_exhausted), (Some(5), true));
         let tasks = [simple(2, 9_999_991, 0, 4), simple(1, 9_999_973, 5, 4)];
         let found = analyse(&tasks, Method::Psm).responses;
         assert_eq!((bound(&found[1]), found[1].is_exhausted), (Some(8), true));
@@ -292,6 +295,67 @@ mod tests {
             .map(|method| bound(&analyse(&tasks, method).responses[1]));
         // 5 until 5, own 5 until 10, then 1 or 5, and own 2.
         assert_eq!(found, [Some(15), Some(11), Some(11), Some(11)]);
+    }
+
+    fn starts_of(tasks: &[Task], options: Options) -> Starts {
+        let mut all = crate::response_time::members(tasks, &options, &|| ());
+        let places: Vec<usize> = (0..all.len()).collect();
+        starts(&Members { all: &mut all, places: &places }, 0, &options)
+    }
+
+    #[test]
+    fn windows_begin_at_the_last_releases() {
+        let mut tasks =
+            [simple(1, 4, 1, 1), simple(1, 6, 2, 1), task(1, 5, None, StateMachine::single(Time::ZERO))];
+        assert_eq!(starts_of(&tasks, options(Method::Psm)), Starts::Known(vec![1, 2, 5, 8, 9]));
+        // An offset and a jitter may be longer than the period.
+        tasks[0].offset = Some(Time::from_nanos(9));
+        tasks[0].jitter = Time::from_nanos(10);
+        assert_eq!(starts_of(&tasks, options(Method::Psm)), Starts::Known(vec![2, 3, 7, 8, 11]));
+        // Both are released at 8.
+        tasks[0].jitter = Time::from_nanos(11);
+        assert_eq!(starts_of(&tasks, options(Method::Psm)), Starts::Any);
+        assert_eq!(starts_of(&tasks[1..], options(Method::Psm)), Starts::Any);
+    }
+
+    #[test]
+    fn many_instants() {
+        // The greatest number is 2¹⁸ for two tasks; 2¹⁵ for the best method, and 2¹³ in a brief analysis.
+        let number = |first, second, options| match starts_of(
+            &[simple(1, first, 0, 1), simple(1, second, 1, 1)],
+            options,
+        ) {
+            Starts::Known(starts) => Some(starts.len()),
+            Starts::Any | Starts::TooMany => None,
+        };
+        let brief = Options { is_brief: true, ..options(Method::Best) };
+        assert_eq!(number(4, 200_002, options(Method::Exact)), Some(100_003));
+        assert_eq!(number(4, 200_002, options(Method::Best)), None);
+        assert_eq!(number(4, 20_002, options(Method::Best)), Some(10_003));
+        assert_eq!(number(4, 20_002, brief), None);
+        assert_eq!(number(4, 2_002, brief), Some(1_003));
+        assert_eq!(number(4, 800_002, options(Method::Exact)), None);
+    }
+
+    #[test]
+    fn a_window_at_an_instant_is_reported_if_it_is_shorter() {
+        let window = |tasks: &[Task], task: usize| {
+            let window = analyse(tasks, Method::Psm).responses.swap_remove(task).window.unwrap();
+            (window.start.map(Time::as_nanos), window.delay.as_nanos())
+        };
+        let tasks = [simple(2, 10, 0, 4), simple(1, 10, 5, 4)];
+        assert_eq!((window(&tasks, 0), window(&tasks, 1)), ((None, 0), (Some(5), 0)));
+        // Of equal ones, the first.
+        let tasks = [simple(1, 12, 0, 4), simple(1, 24, 16, 3)];
+        assert_eq!((window(&tasks, 0), window(&tasks, 1)), ((Some(0), 0), (Some(12), 4)));
+    }
+
+    #[test]
+    fn with_a_horizon_the_phases_are_any() {
+        let tasks = [simple(2, 10, 0, 4), simple(1, 10, 5, 4)];
+        let options = Options { horizon: Some(Time::from_nanos(20)), ..options(Method::Psm) };
+        let found = response_times(&tasks, &options, &|| ()).responses.swap_remove(1);
+        assert_eq!((bound(&found), found.first_job), (Some(8), Some(Time::from_nanos(8))));
     }
 
     /// M(0), M(1), … as far as the tests need them.
