@@ -122,3 +122,80 @@ fn with_calls(operations: &[Operation], counts: &mut [Option<u64>], set: &SetTas
     }
     tasks
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::task_set::Priority;
+    use crate::{ActivitySet, StateMachine};
+
+    fn activity(priority: u32, period: u64, offset: Option<u64>, cost: u64) -> Activity {
+        Activity {
+            name: String::new(),
+            priority: Priority::RealTime(priority),
+            period: Some(Time::from_nanos(period)),
+            deadline: Some(Time::from_nanos(period)),
+            jitter: Time::ZERO,
+            offset: offset.map(Time::from_nanos),
+            cpus: Some(1),
+            demand: Demand::Machine { machine: StateMachine::single(Time::from_nanos(cost)), whole: None },
+        }
+    }
+
+    fn operation(provider: usize, client: usize, sends: u64, time: u64, during: Option<usize>) -> Operation {
+        Operation { provider, client, sends, time: Time::from_nanos(time), during }
+    }
+
+    /// The bounds, and the numbers of calls.
+    fn analyse(activities: &[Activity], operations: &[Operation]) -> (Vec<Option<u64>>, Vec<Option<u64>>) {
+        let (activities, operations) = (activities.to_vec(), operations.to_vec());
+        let set = ActivitySet { activities, operations, ..ActivitySet::default() };
+        let options = Options { method: Method::Psm, horizon: None, is_brief: false };
+        let found = set.response_times(&options, &|| ());
+        let bound = |response: &Option<crate::Response>| match response.as_ref()?.bound {
+            Bound::Response(time) => Some(time.as_nanos()),
+            _ => None,
+        };
+        (found.responses.iter().map(bound).collect(), found.calls)
+    }
+
+    #[test]
+    fn calls_of_a_job() {
+        let activities = [activity(2, 8, None, 1), activity(1, 10, None, 1), activity(1, 0, None, 1)];
+        let operations = [
+            operation(0, 1, 3, 1, None),
+            operation(1, 0, 2, 1, Some(0)),
+            operation(0, 2, 1, 1, None),
+            operation(2, 0, 1, 1, Some(2)),
+        ];
+        let counts = |provider: Option<u64>, client: Option<u64>| {
+            let responses = [provider, client, Some(0)].map(|time| time.map(Time::from_nanos));
+            counts(&operations, &activities, &responses)
+        };
+        // 8 + 2 + 10 is two periods of the client, and 10 + 2 + 10 three of the provider.
+        assert_eq!(counts(Some(2), Some(10)), [Some(3 * 2), Some(2 * 6 * 3), None, None]);
+        assert_eq!(counts(Some(3), Some(10)), [Some(3 * 3), Some(2 * 9 * 3), None, None]);
+        assert_eq!(counts(Some(2), None), [None; 4]);
+        assert_eq!(counts(Some(u64::MAX), Some(1)), [None; 4]);
+    }
+
+    #[test]
+    fn calls_and_response_times_depend_on_each_other() {
+        // With one call, the responses are 3 and 9; with two, 5 and 16: 10 + 5 + 16 is less than two periods of the client.
+        let activities = [activity(2, 10, None, 1), activity(1, 20, None, 6)];
+        let operations = [operation(0, 1, 1, 2, None)];
+        assert_eq!(analyse(&activities, &operations), (vec![Some(5), Some(16)], vec![Some(2)]));
+        // The calls take longer than the periods: the provider counts as unknown.
+        let operations = [operation(0, 1, 1, 9, None)];
+        assert_eq!(analyse(&activities, &operations), (vec![None, None], vec![None]));
+    }
+
+    #[test]
+    fn a_provider_of_calls_that_take_time_has_any_phase() {
+        let activities = [activity(2, 20, Some(0), 4), activity(1, 20, Some(10), 4)];
+        let found = analyse(&activities, &[operation(0, 1, 1, 0, None)]);
+        assert_eq!(found, (vec![Some(4), Some(4)], vec![Some(2)]));
+        let found = analyse(&activities, &[operation(0, 1, 1, 1, None)]);
+        assert_eq!(found, (vec![Some(6), Some(10)], vec![Some(2)]));
+    }
+}
