@@ -218,6 +218,26 @@ mod tests {
         assert_eq!(bound.execution(u64::MAX, 5), Err(NoBoundReason::Overflow));
     }
 
+    #[test]
+    fn entries_that_are_never_the_greatest_are_left_out() {
+        let entry = |(before, last)| Entry { before, last };
+        let kept = |entries: &[(u64, u64)]| front(entries.iter().copied().map(entry));
+        // The last two have the same total as one that is ahead.
+        assert_eq!(kept(&[(2, 8), (6, 2), (9, 0), (4, 4), (1, 9)]), [(9, 0), (2, 8)].map(entry));
+        let kept = |entries: &[(u64, u64, u64)]| {
+            let growing =
+                |&(before, last, gain): &(u64, u64, u64)| Growing { entry: entry((before, last)), gain };
+            let kept = growing_front(entries.iter().map(growing)).into_iter();
+            kept.map(|it| (it.entry.before, it.entry.last, it.gain)).collect::<Vec<_>>()
+        };
+        assert_eq!(kept(&[(10, 5, 3), (10, 5, 5)]), [(10, 5, 5)]);
+        assert_eq!(kept(&[(9, 1, 3), (10, 0, 5)]), [(10, 0, 5)]);
+        // A smaller gain, but more of the last job or before it.
+        for ahead in [(10, 1, 3), (9, 2, 3), (11, 0, 3)] {
+            assert_eq!(kept(&[ahead, (10, 0, 5)]), [(10, 0, 5), ahead]);
+        }
+    }
+
     proptest! {
         #[test]
         fn equals_the_greatest_of_all_paths(machine in machines(4, 10), jobs in 1..6u64, r in 0..12u64) {
