@@ -458,14 +458,17 @@ mod tests {
     #[test]
     fn a_fast_part_that_is_ahead_late() {
         // 5000 and then 100 a period, or 101 from the start, in parts of which neither reaches the other.
-        let machine = machine(3, &[(0, 2, 5000), (2, 2, 100), (1, 1, 101)]);
-        let mut bound = TraceBound::new(&machine);
-        let plain = plain_demands(&machine, 6000);
+        let fast = machine(3, &[(0, 2, 5000), (2, 2, 100), (1, 1, 101)]);
+        let mut bound = TraceBound::new(&fast);
+        let plain = plain_demands(&fast, 6000);
         for (n, demand) in (0..).zip(plain) {
             assert_eq!(bound.demand(n).unwrap().as_nanos(), demand);
         }
         let (start, length) = bound.regularity().unwrap();
         assert_eq!((start, length), (4900, 1));
+        // 5001 and then 1 a period, or 3: the same after 2500.
+        let slow = machine(3, &[(0, 2, 5001), (2, 2, 1), (1, 1, 3)]);
+        assert_eq!(TraceBound::new(&slow).regularity(), Some((2500, 1)));
     }
 
     #[test]
@@ -503,6 +506,21 @@ mod tests {
         assert_eq!(worst_trace(&machine, 4), Some(vec![0, 1, 3, 3]));
         assert_eq!(worst_trace(&machine, 0), Some(vec![]));
         assert_eq!(worst_trace(&machine, 10_001), None);
+    }
+
+    #[test]
+    fn a_trace_of_the_first_of_equals() {
+        let machine = machine(2, &[(0, 0, 5), (0, 0, 5), (1, 1, 5)]);
+        assert_eq!(worst_trace(&machine, 2), Some(vec![0, 0]));
+    }
+
+    #[test]
+    fn a_trace_that_is_too_long() {
+        let loops = |states: u32| machine(states, &(0..states).map(|it| (it, it, 1)).collect::<Vec<_>>());
+        assert_eq!(worst_trace(&loops(1), 10_000), Some(vec![0; 10_000]));
+        assert_eq!(worst_trace(&loops(1), 10_001), None);
+        assert_eq!(worst_trace(&loops(1000), 10_000), Some(vec![0; 10_000]));
+        assert_eq!(worst_trace(&loops(1001), 10_000), None);
     }
 
     #[test]
