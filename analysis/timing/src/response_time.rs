@@ -605,6 +605,24 @@ mod tests {
     }
 
     #[test]
+    fn the_first_of_equal_cpus_is_reported() {
+        let on = |cpus, task: Task| Task { cpus, ..task };
+        let rule_and_bound = |tasks: &[Task]| {
+            let found = analyse(tasks, PSM).responses.swap_remove(0);
+            (found.rule, found.bound)
+        };
+        let two = on(3, single("two", 1, 10, 0));
+        let tasks = [two.clone(), on(1, single("a", 2, 10, 4)), on(2, single("b", 2, 10, 4))];
+        assert_eq!(rule_and_bound(&tasks), (CpuRule::Cpu(0), Bound::Response(Time::from_nanos(5))));
+        // One CPU is full, and the other is overloaded.
+        let no_bound = Bound::NoBound(NoBoundReason::SeveralCpus);
+        let tasks = [two.clone(), on(1, single("a", 2, 10, 10)), on(2, single("b", 2, 10, 11))];
+        assert_eq!(rule_and_bound(&tasks), (CpuRule::Cpu(0), no_bound.clone()));
+        let tasks = [two, on(1, single("a", 2, 10, 11)), on(2, single("b", 2, 10, 10))];
+        assert_eq!(rule_and_bound(&tasks), (CpuRule::Cpu(0), no_bound));
+    }
+
+    #[test]
     fn a_declared_time_is_for_the_classic_method() {
         let declared = |cost, whole| Task {
             demand: Demand::Machine {
