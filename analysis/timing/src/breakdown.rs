@@ -178,3 +178,49 @@ fn by_paths(place: usize, lane: &mut Lane<'_, '_>) -> Vec<Interference> {
     interference.sort_unstable_by_key(|it| it.task);
     interference
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::machine;
+    use crate::{Demand, StateMachine, response_times};
+
+    fn task(priority: u32, period: u64, offset: Option<u64>, machine: StateMachine) -> Task {
+        Task {
+            name: String::new(),
+            priority,
+            period: Time::from_nanos(period),
+            deadline: Time::from_nanos(period),
+            jitter: Time::ZERO,
+            offset: offset.map(Time::from_nanos),
+            cpus: 1,
+            demand: Demand::Machine { machine, whole: None },
+        }
+    }
+
+    fn simple(priority: u32, period: u64, offset: Option<u64>, cost: u64) -> Task {
+        task(priority, period, offset, StateMachine::single(Time::from_nanos(cost)))
+    }
+
+    /// The task, the number of jobs and the time of each interference.
+    fn parts(tasks: &[Task], of: usize, method: Method) -> Vec<(usize, u64, u64)> {
+        let options = Options { method, horizon: None, is_brief: false };
+        let response = response_times(tasks, &options, &|| ()).responses.swap_remove(of);
+        let mut breakdown = Breakdown::new(tasks, &options, &|| ());
+        let parts = breakdown.of(of, response.rule, response.window.as_ref(), response.first_job);
+        parts.iter().map(|part| (part.task, part.jobs, part.time.as_nanos())).collect()
+    }
+
+    #[test]
+    fn paths_list_the_tasks_of_higher_priority_only() {
+        let hp = machine(3, &[(0, 1, 2), (1, 1, 1), (1, 2, 1), (2, 0, 4), (2, 2, 2)]);
+        let tasks = [simple(0, 100, None, 1), simple(1, 5, None, 1), task(2, 3, None, hp)];
+        assert_eq!(parts(&tasks, 1, Method::Exact), [(2, 3, 7)]);
+    }
+
+    #[test]
+    fn a_task_without_a_job_in_the_window_does_not_interfere() {
+        let tasks = [simple(2, 10, Some(0), 4), simple(1, 10, Some(5), 4)];
+        assert_eq!(parts(&tasks, 1, Method::Psm), []);
+    }
+}
