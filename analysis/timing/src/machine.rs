@@ -277,4 +277,36 @@ mod tests {
         assert_eq!(successors.of(0), [(1, 3), (0, 1)]);
         assert_eq!(successors.of(1), [(0, 4), (1, 2)]);
     }
+
+    #[test]
+    fn machines_of_the_same_edges_are_equal() {
+        use std::hash::{DefaultHasher, Hasher};
+
+        let of = |states, edges: &[Edge]| StateMachine::new(states, edges.to_vec()).unwrap();
+        let hash = |machine: &StateMachine| {
+            let mut hasher = DefaultHasher::new();
+            machine.hash(&mut hasher);
+            hasher.finish()
+        };
+        let edges = [edge(0, 1, 3), edge(1, 0, 5)];
+        let machine = of(2, &edges);
+        for same in [machine.clone(), of(2, &edges)] {
+            assert!(same == machine && hash(&same) == hash(&machine));
+        }
+        let longer = of(3, &[edge(0, 1, 3), edge(1, 0, 5), edge(2, 0, 0)]);
+        for other in [of(2, &[edge(0, 1, 3), edge(1, 0, 4)]), longer, StateMachine::single(Time::ZERO)] {
+            assert!(other != machine && hash(&other) != hash(&machine));
+        }
+    }
+
+    #[test]
+    fn time_is_added_to_every_edge() {
+        let machine = StateMachine::new(2, vec![edge(0, 1, 3), edge(1, 0, 5)]).unwrap();
+        let longer = StateMachine::new(2, vec![edge(0, 1, 5), edge(1, 0, 7)]).unwrap();
+        assert_eq!(machine.with_added(Time::from_nanos(2)), Some(longer));
+        assert_eq!(machine.with_added(Time::ZERO), Some(machine.clone()));
+        // Twice 2⁶³ does not fit, which a machine of two states must.
+        assert_eq!(machine.with_added(Time::from_nanos(1 << 63)), None);
+        assert_eq!(machine.with_added(Time::from_nanos(u64::MAX)), None);
+    }
 }

@@ -287,3 +287,14 @@ pub struct Window {
     /// for `length`, from M(q) (paper, eq. 19–20); the last 32 at most. Otherwise empty.
     pub iterations: Vec<Time>,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_methods() {
+        let methods = [Method::Classic, Method::Psm, Method::Ibf, Method::Exact, Method::Best];
+        assert_eq!(methods.map(|it| it.to_string()), ["classic", "psm", "ibf", "exact", "best"]);
+    }
+}

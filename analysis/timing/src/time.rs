@@ -278,6 +278,14 @@ mod tests {
     }
 
     #[test]
+    fn sums_and_differences_that_do_not_fit() {
+        let (one, most) = (Time::from_nanos(1), Time::from_nanos(u64::MAX));
+        assert_eq!((most.checked_add(one), one.checked_add(one)), (None, Some(Time::from_nanos(2))));
+        assert_eq!((one.checked_sub(most), most.checked_sub(most)), (None, Some(Time::ZERO)));
+        assert_eq!((most.checked_mul(2), most.checked_mul(1)), (None, Some(most)));
+    }
+
+    #[test]
     fn numbers_are_read_exactly() {
         let texts = [
             "5 ms",

@@ -157,6 +157,7 @@ mod tests {
         });
         let utilisation = Utilisation::new(tasks.clone());
         assert_eq!(utilisation.compare_with_one(), expected, "{terms:?}");
+        assert_eq!(utilisation.exceeds_one(), expected == Ordering::Greater, "{terms:?}");
         assert_eq!(utilisation, Utilisation::new(tasks.clone().rev()));
         for left_out in 0..terms.len() {
             let others = tasks.clone().enumerate().filter(|(at, _)| *at != left_out).map(|(_, task)| task);
