@@ -896,6 +896,24 @@ mod tests {
         }
     }
 
+    /// The number of paths that [`response_by_all_paths`] combines.
+    fn number_of_combinations(hp: &[Task], longest: u64) -> u64 {
+        let paths = |task: &Task| {
+            let Demand::Machine { machine, .. } = &task.demand else { panic!("known") };
+            let mut from = vec![1u64; machine.states() as usize];
+            for _ in 0..(longest + task.jitter.as_nanos()).div_ceil(task.period.as_nanos()) {
+                let mut next = vec![0u64; from.len()];
+                for edge in machine.edges() {
+                    let number = &mut next[edge.source as usize];
+                    *number = number.saturating_add(from[edge.target as usize]);
+                }
+                from = next;
+            }
+            from.into_iter().fold(0, u64::saturating_add)
+        };
+        hp.iter().map(paths).fold(1, u64::saturating_mul)
+    }
+
     /// All combinations of paths of the interfering tasks on one CPU, one by one: the greatest response over all of them.
     fn response_by_all_paths(task: &Task, hp: &[Task], longest: u64, jobs: u64) -> u64 {
         fn paths(machine: &StateMachine, state: u32, jobs: u64) -> Vec<Vec<u64>> {
@@ -1206,8 +1224,9 @@ mod tests {
             // Where the window is not too long for all combinations.
             let Some(window) = psm.window.filter(|window| window.length.as_nanos() <= 14) else { return Ok(()) };
             let exact = analyse(&tasks, Options { method: Method::Exact, ..PSM }).responses.swap_remove(index);
-            if exact.method == Method::Exact && !exact.is_exhausted {
-                let longest = window.length.as_nanos() + 12;
+            let longest = window.length.as_nanos() + 12;
+            let is_short = number_of_combinations(&tasks[..index], longest) < 100_000;
+            if is_short && exact.method == Method::Exact && !exact.is_exhausted {
                 let expected = response_by_all_paths(&tasks[index], &tasks[..index], longest, window.job + 4);
                 prop_assert_eq!(bound(&exact), expected);
             }
