@@ -358,6 +358,42 @@ mod tests {
         assert_eq!((bound(&found), found.first_job), (Some(8), Some(Time::from_nanos(8))));
     }
 
+    #[test]
+    fn a_search_at_one_instant_that_ends_early() {
+        let idle = [
+            (0, 1, 0),
+            (1, 0, 0),
+            (2, 1, 0),
+            (3, 1, 0),
+            (2, 0, 0),
+            (1, 2, 0),
+            (3, 2, 0),
+            (0, 3, 0),
+            (1, 3, 0),
+            (1, 1, 0),
+        ];
+        let varied = [
+            (0, 2, 2),
+            (1, 1, 0),
+            (2, 1, 2),
+            (3, 0, 1),
+            (3, 0, 4),
+            (3, 1, 1),
+            (3, 1, 5),
+            (3, 1, 3),
+            (3, 3, 3),
+        ];
+        let tasks = [
+            task(1, 12, Some(0), machine(4, &[(0, 0, 2), (1, 0, 3), (2, 1, 0), (3, 1, 0), (1, 0, 0)])),
+            task(1, 2, Some(0), machine(4, &idle)),
+            simple(2, 12, 2, 0),
+            task(1, 4, Some(2), machine(4, &varied)),
+        ];
+        let options = Options { is_brief: true, ..options(Method::Exact) };
+        let found = response_times(&tasks, &options, &|| ()).responses.swap_remove(1);
+        assert_eq!((bound(&found), found.method, found.is_exhausted), (Some(31), Method::Exact, true));
+    }
+
     /// M(0), M(1), … as far as the tests need them.
     fn demands(task: &Task) -> Vec<u64> {
         let Demand::Machine { machine, .. } = &task.demand else { panic!("known") };
