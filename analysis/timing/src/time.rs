@@ -278,6 +278,12 @@ mod tests {
     }
 
     #[test]
+    fn names_of_units() {
+        let units = [Unit::Nanoseconds, Unit::Microseconds, Unit::Milliseconds, Unit::Seconds];
+        assert_eq!(units.map(|it| it.to_string()), ["ns", "us", "ms", "s"]);
+    }
+
+    #[test]
     fn sums_and_differences_that_do_not_fit() {
         let (one, most) = (Time::from_nanos(1), Time::from_nanos(u64::MAX));
         assert_eq!((most.checked_add(one), one.checked_add(one)), (None, Some(Time::from_nanos(2))));
@@ -413,6 +419,7 @@ mod tests {
         assert_eq!(Time::from_nanos(100_000).as_f64(Unit::Milliseconds), 0.1);
         assert_eq!(Time::from_nanos(u64::MAX).as_f64(Unit::Nanoseconds), 18446744073709551615.0);
         assert_eq!(Time::from_nanos(9_007_199_254_740_993).as_f64(Unit::Seconds), 9007199.254740993);
+        assert_eq!(Time::from_nanos(9_007_199_254_740_993).as_f64(Unit::Milliseconds), 9007199254.740993);
     }
 
     proptest! {
