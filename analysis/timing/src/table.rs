@@ -346,7 +346,7 @@ impl Reader {
         for item in array.iter() {
             let probability = match item.get_ref() {
                 DeValue::Float(float) => float.as_str().parse().ok(),
-                DeValue::Integer(integer) => integer_text(integer).and_then(|text| text.parse().ok()),
+                // No integer is between 0 and 1.
                 _ => None,
             };
             match probability.and_then(Level::from_f64) {
@@ -788,6 +788,74 @@ ok = 1
         assert!(overhead.lost && overhead.errors.len() == 1);
         // In any order, as long as that of the times is the same.
         assert_eq!(Table::parse("levels = [1e-5, 1e-3]\n[codel]\na = [3, 1]\nb = [4, 1]\n").errors, []);
+    }
+
+    #[test]
+    fn times_that_fall_in_some_entries() {
+        // One alone, and two of three that vary.
+        check("levels = [1e-3, 1e-4]\n[codel]\na = [2, 1]\n", expect![[r#"
+            level 1e-3
+            level 1e-4
+            codel a "a": error "[2, 1]"
+            error at "[2, 1]": FallingTime { key: "a", before: (Time(2000000), Level { bits: 4562254508917369340 }), after: (Time(1000000), Level { bits: 4547007122018943789 }) }
+        "#]]);
+        check(
+            "levels = [1e-3, 1e-4, 1e-5]\n[codel]\na = [3, 2, 2]\nb = [3, 2, 2]\nc = [1, 2, 3]\n",
+            expect![[r#"
+                level 1e-3
+                level 1e-4
+                level 1e-5
+                codel a "a": error "[3, 2, 2]"
+                codel b "b": error "[3, 2, 2]"
+                codel c "c": 1 ms, 2 ms, 3 ms "[1, 2, 3]"
+                error at "[3, 2, 2]": FallingTime { key: "a", before: (Time(3000000), Level { bits: 4562254508917369340 }), after: (Time(2000000), Level { bits: 4547007122018943789 }) }
+                error at "[3, 2, 2]": FallingTime { key: "b", before: (Time(3000000), Level { bits: 4562254508917369340 }), after: (Time(2000000), Level { bits: 4547007122018943789 }) }
+            "#]],
+        );
+    }
+
+    #[test]
+    fn levels_between_0_and_1() {
+        check("levels = [0, 1, 1e-3, 1.0, \"1e-4\"]\n", expect![[r#"
+            error at "0": NotALevel
+            error at "1": NotALevel
+            error at "1.0": NotALevel
+            error at "\"1e-4\"": NotALevel
+            lost
+        "#]]);
+        let levels = |number: u32| {
+            let levels: Vec<String> = (0..number).map(|level| format!("1e-{}", level + 1)).collect();
+            Table::parse(&format!("levels = [{}]\n", levels.join(", ")))
+        };
+        let most = MOST_LEVELS as u32;
+        assert_eq!((levels(most).levels.len(), levels(most).errors.len()), (MOST_LEVELS, 0));
+        let errors = levels(most + 1).errors;
+        assert_eq!(
+            errors.into_iter().map(|error| error.kind).collect::<Vec<_>>(),
+            [TableErrorKind::TooManyLevels(65)]
+        );
+    }
+
+    #[test]
+    fn values_that_are_no_time() {
+        check("a = 1\nb = 2.5\nc = \"5 ms\"\n[codel]\nd = 1\n", expect![[r#"
+            codel d "d": 1 ms "1"
+            error at "a": NoSection("a")
+            error at "c": UnknownKey("c")
+            lost
+        "#]]);
+        check("[codel]\na = {}\nb = \"5 ms\"\nc = \"fast\"\nd = true\n[codel.e]\n", expect![[r#"
+            codel a "a": error "{}"
+            codel b "b": error "\"5 ms\""
+            codel c "c": error "\"fast\""
+            codel d "d": error "true"
+            codel e "e": error "[codel.e]"
+            error at "a": NoTime("a")
+            error at "\"5 ms\"": TimeWithUnit { text: "5 ms", unit: Milliseconds }
+            error at "\"fast\"": TimeOfKind { found: String, unit: Milliseconds }
+            error at "true": TimeOfKind { found: Boolean, unit: Milliseconds }
+            error at "e": NoTime("e")
+        "#]]);
     }
 
     #[test]
