@@ -1005,6 +1005,18 @@ mod tests {
     }
 
     #[test]
+    fn lines_are_indented_by_their_depth() {
+        let mut depth = 0;
+        for line in example().to_json().lines() {
+            let content = line.trim_start();
+            let closed = usize::from(content.starts_with(['}', ']']));
+            assert_eq!(line.len() - content.len(), 2 * (depth - closed), "{line}");
+            depth += content.matches(['{', '[']).count();
+            depth -= content.matches(['}', ']']).count();
+        }
+    }
+
+    #[test]
     fn what_is_sealed_was_written_by_this_version_or_an_earlier_one() {
         let text = example().to_json();
         assert!(is_sealed(&text));
@@ -1247,6 +1259,120 @@ mod tests {
         assert!(is_json_error(&twice, "duplicate field `cpus`"));
         let nan = example().to_json().replace("\"cpus\": 1,", "\"cpus\": NaN,");
         assert!(is_json_error(&nan, "expected value"));
+    }
+
+    fn example_set() -> TaskSet {
+        let Exported::Deployment(set) = example() else { unreachable!() };
+        set
+    }
+
+    #[test]
+    fn what_is_known_at_a_level() {
+        let set = example_set();
+        let columns = [1e-3, 1e-9, 1e-5].map(|it| set.column(level(it)));
+        assert_eq!(columns, [Some(0), Some(1), None]);
+        // Of each activity, the greatest cost and the declared time.
+        let demands = |column, method| {
+            let known = |demand: Demand| match demand {
+                Demand::Machine { machine, whole } => {
+                    Some((machine.greatest_cost().as_nanos(), whole.map(Time::as_nanos)))
+                }
+                Demand::Unknown => None,
+            };
+            let activities = set.activities_at(column, method).activities.into_iter();
+            activities.map(|it| known(it.demand)).collect::<Vec<_>>()
+        };
+        let both = [Some((83, Some(900))), Some((83, Some(900))), None];
+        assert_eq!(demands(0, Method::Psm), both);
+        assert_eq!(demands(0, Method::Classic), both);
+        assert_eq!(demands(1, Method::Psm), [Some((94, None)), None, None]);
+        assert_eq!(demands(1, Method::Classic), [None; 3]);
+        assert_eq!(demands(2, Method::Psm), [None; 3]);
+    }
+
+    #[test]
+    fn the_set_at_a_level() {
+        let mut set = example_set();
+        let found = set.activities_at(1, Method::Psm);
+        let front = &found.activities[0];
+        assert_eq!(
+            (front.name.as_str(), front.priority, front.cpus),
+            ("front", Priority::RealTime(2), Some(1))
+        );
+        let always = Some(Time::from_nanos(1000));
+        assert_eq!((front.period, front.deadline), (always, always));
+        assert_eq!((front.jitter, front.offset), (Time::from_nanos(7), Some(Time::from_nanos(8))));
+        assert_eq!(found.others, set.other);
+        let operation = |provider, client, time, during| crate::Operation {
+            provider,
+            client,
+            sends: 2,
+            time: Time::from_nanos(time),
+            during,
+        };
+        assert_eq!(found.operations, [operation(0, 1, 4, None), operation(1, 0, 5, Some(0))]);
+        let throttled = [Some(true), Some(false), None].map(|rt_throttling| {
+            set.rt_throttling = rt_throttling;
+            set.activities_at(1, Method::Psm).throttled
+        });
+        assert_eq!(throttled, [true, false, false]);
+    }
+
+    #[test]
+    fn names_are_repeated_only_where_nothing_is_analysed() {
+        let excused = || {
+            let reason = NotAnalysed { reason: "lost".to_owned(), levels: None, classic_only: false };
+            let front = example_set().activities.swap_remove(0);
+            Activity { not_analysed: vec![reason], machine: None, ..front }
+        };
+        let check = |activities: Vec<Activity>, not_analysed: &[&str]| {
+            let not_analysed = not_analysed.iter().map(|&it| it.to_owned()).collect();
+            TaskSet { activities, not_analysed, operations: Vec::new(), ..example_set() }.check()
+        };
+        let front = || example_set().activities.swap_remove(0);
+        let repeated = Err(TaskSetError::RepeatedActivity("front".to_owned()));
+        assert_eq!(check(vec![excused(), excused()], &[]), Ok(()));
+        assert_eq!(check(vec![front(), excused()], &[]), repeated);
+        assert_eq!(check(vec![excused(), front()], &[]), repeated);
+        assert_eq!(check(vec![front(), front()], &["an activity is lost"]), Ok(()));
+    }
+
+    #[test]
+    fn what_is_refused_of_a_component() {
+        let machine = |activity: usize| example_set().activities.swap_remove(activity).machine;
+        let check = |machine: Option<Machine>, reasons: &[NotAnalysed], name: &str, levels: &[f64]| {
+            let levels = levels.iter().map(|&it| level(it)).collect();
+            Component { name: name.to_owned(), levels, not_analysed: reasons.to_vec(), machine }.check()
+        };
+        let both = &[1e-3, 1e-9];
+        let reason = NotAnalysed { reason: "lost".to_owned(), levels: None, classic_only: false };
+        let no_reason = |at| Err(TaskSetError::NoReason(Unknown::Times, level(at)));
+        assert_eq!(check(machine(0), &[], "C", both), Ok(()));
+        assert_eq!(check(machine(1), &[], "C", both), no_reason(1e-9));
+        assert_eq!(check(None, &[], "C", both), no_reason(1e-3));
+        assert_eq!(check(None, &[reason], "C", both), Ok(()));
+        assert_eq!(check(machine(0), &[], "C", &[]), Err(TaskSetError::NoLevels));
+        let control_character = Err(TaskSetError::ControlCharacter("a\nb".to_owned()));
+        assert_eq!(check(machine(0), &[], "a\nb", both), control_character);
+    }
+
+    #[test]
+    fn sets_that_are_too_large() {
+        let mut set = example_set();
+        let other = |number| Other { name: format!("other {number}"), ..set.other[0].clone() };
+        let others: Vec<Other> = (0..MOST_ACTIVITIES - 2).map(other).collect();
+        set.other = others[1..].to_vec();
+        assert_eq!(set.check(), Ok(()));
+        set.other = others;
+        assert_eq!(set.check(), Err(TaskSetError::TooManyActivities(MOST_ACTIVITIES + 1)));
+        let levels: Vec<Level> = (2..67).map(|n| level(1.0 / f64::from(n))).collect();
+        assert_eq!(check_levels(&levels[1..]), Ok(()));
+        assert_eq!(check_levels(&levels), Err(TaskSetError::TooManyLevels(65)));
+        let mut set = example_set();
+        set.operations.resize(MOST_OPERATIONS, set.operations[0].clone());
+        assert_eq!(set.check(), Ok(()));
+        set.operations.push(set.operations[0].clone());
+        assert_eq!(set.check(), Err(TaskSetError::TooManyOperations(MOST_OPERATIONS + 1)));
     }
 
     #[test]
