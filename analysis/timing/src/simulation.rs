@@ -272,6 +272,7 @@ mod tests {
 
     use super::*;
     use crate::activities::THROTTLED;
+    use crate::task_set::Other;
     use crate::testing::machine;
     use crate::{Operation, StateMachine};
     use expect_test::{Expect, expect};
@@ -594,5 +595,201 @@ mod tests {
         assert_eq!(of(&[100, 1000], 6), 500);
         assert_eq!(of(&[100, 1000], 1), 0);
         assert_eq!(of(&[u64::MAX, u64::MAX - 1], 100), u64::MAX);
+    }
+
+    fn nominal_releases(schedule: &Schedule) -> Vec<u64> {
+        schedule.jobs.iter().map(|job| job.nominal.as_nanos()).collect()
+    }
+
+    #[test]
+    fn offsets_and_the_ends_of_a_simulation() {
+        let with_offset = |offset| Activity { offset: Some(Time::from_nanos(offset)), ..simple(1, 10, 1, 5) };
+        let released = |offset, length| {
+            nominal_releases(&set(vec![with_offset(offset)]).simulate(&worst(length), &|| ()))
+        };
+        assert_eq!(released(3, 20), [3, 13]);
+        // One longer than the period counts modulo the period.
+        assert_eq!(released(13, 20), [3, 13]);
+        // Nothing is released at the end, but a job may end there.
+        assert_eq!((released(3, 3), released(3, 13)), (vec![], vec![3]));
+        let schedule = set(vec![with_offset(0)]).simulate(&worst(5), &|| ());
+        assert_eq!(schedule.jobs[0].end, Some(Time::from_nanos(5)));
+        // Any phase is less than the period.
+        for seed in 0..20 {
+            let options = SimulationOptions::new(seed, Time::from_nanos(3));
+            let schedule = set(vec![simple(1, 1, 1, 0)]).simulate(&options, &|| ());
+            assert_eq!(nominal_releases(&schedule), [0, 1, 2]);
+        }
+    }
+
+    #[test]
+    fn without_a_period_nothing_is_simulated() {
+        let schedule = set(vec![simple(1, 0, 1, 1)]).simulate(&worst(10), &|| ());
+        assert_eq!(schedule.left_out, [(0, LeftOut::Unknown)]);
+    }
+
+    #[test]
+    fn each_cpu_has_its_own_activities() {
+        let set = set(vec![simple(1, 10, 1, 3), simple(2, 10, 4, 4), simple(3, 10, 2, 5)]);
+        check(
+            &set,
+            &worst(10),
+            expect![[r#"
+                0.1@0 0-3 edge 0
+                2.1@1 0-5 edge 0
+                1.1@2 0-4 edge 0
+            "#]],
+        );
+    }
+
+    #[test]
+    fn a_long_simulation_can_be_interrupted() {
+        let calls = std::cell::Cell::new(0);
+        let options = SimulationOptions { most_events: 140_000, keeps_schedule: false, ..worst(1 << 40) };
+        set(vec![simple(1, 10, 1, 1)]).simulate(&options, &|| calls.set(calls.get() + 1));
+        assert_eq!(calls.get(), 2);
+    }
+
+    #[test]
+    fn an_initial_state_that_does_not_exist_is_any() {
+        let ring = machine(2, &[(0, 1, 1), (1, 0, 2)]);
+        let first = |state: u32| {
+            let options = SimulationOptions { initial_states: vec![Some(state)], ..worst(10) };
+            set(vec![activity(1, 10, 1, ring.clone())]).simulate(&options, &|| ()).slices[0].executed
+        };
+        assert_eq!([0, 1].map(first), [Executed::Edge(0), Executed::Edge(1)]);
+        assert!(matches!(first(2), Executed::Edge(_)));
+    }
+
+    #[test]
+    fn heavy_paths_are_not_always_taken() {
+        let set = set(vec![activity(1, 10, 1, machine(1, &[(0, 0, 1), (0, 0, 2)]))]);
+        let slices = set.simulate(&SimulationOptions { heavy: 99, ..worst(10_000) }, &|| ()).slices;
+        let light = slices.iter().filter(|slice| slice.executed == Executed::Edge(0)).count();
+        assert!((1..20).contains(&light), "{light}");
+    }
+
+    #[test]
+    fn every_release_may_be_late() {
+        let late = Activity { jitter: Time::from_nanos(50), ..simple(1, 100, 1, 1) };
+        let schedule = set(vec![late]).simulate(&worst(10_000), &|| ());
+        let is_late = |job: &&Job| job.release > job.nominal;
+        assert!(schedule.jobs.iter().filter(is_late).count() > 90);
+    }
+
+    #[test]
+    fn jobs_are_those_of_activities() {
+        let other = Other {
+            name: "lan".to_owned(),
+            cpus: 1,
+            priority: 50,
+            period: Time::from_nanos(5),
+            jitter: Time::ZERO,
+            time: Time::from_nanos(1),
+        };
+        let set = ActivitySet { others: vec![other], ..set(vec![simple(1, 10, 1, 3)]) };
+        let schedule = set.simulate(&worst(20), &|| ());
+        assert_eq!(schedule.jobs.iter().map(|job| job.activity).collect::<Vec<_>>(), [0, 0]);
+    }
+
+    #[test]
+    fn statistics_of_unfinished_jobs() {
+        let statistics = |length: u64| {
+            let schedule = set(vec![simple(1, 10, 1, 12)]).simulate(&worst(length), &|| ());
+            let it = schedule.statistics[0].unwrap();
+            (it.jobs, it.unfinished, it.misses)
+        };
+        assert_eq!([10, 11, 25].map(statistics), [(0, 1, 0), (0, 2, 1), (2, 1, 2)]);
+    }
+
+    #[test]
+    fn an_activity_returns_to_its_cpu_if_that_is_idle() {
+        check(
+            &set(vec![simple(2, 10, 3, 3), simple(1, 15, 3, 2)]),
+            &worst(18),
+            expect![[r#"
+            0.1@0 0-3 edge 0
+            1.1@1 0-2 edge 0
+            0.2@0 10-13 edge 0
+            1.2@1 15-17 edge 0
+        "#]],
+        );
+    }
+
+    #[test]
+    fn an_activity_preempts_the_one_of_lowest_priority() {
+        let at = |offset, activity: Activity| Activity { offset: Some(Time::from_nanos(offset)), ..activity };
+        // On CPU 1, and not on CPU 0.
+        check(
+            &set(vec![simple(2, 20, 3, 6), simple(1, 20, 3, 6), at(2, simple(3, 20, 3, 3))]),
+            &worst(20),
+            expect![[r#"
+                0.1@0 0-6 edge 0
+                1.1@1 0-2 edge 0
+                2.1@1 2-5 edge 0
+                1.1@1 5-9 edge 0
+            "#]],
+        );
+        // Of equal priorities, the one that became ready last.
+        check(
+            &set(vec![simple(1, 20, 3, 6), at(1, simple(1, 20, 3, 6)), at(2, simple(3, 20, 3, 3))]),
+            &worst(20),
+            expect![[r#"
+                0.1@0 0-6 edge 0
+                1.1@1 1-2 edge 0
+                2.1@1 2-5 edge 0
+                1.1@1 5-10 edge 0
+            "#]],
+        );
+    }
+
+    #[test]
+    fn calls_that_arrive_during_a_job_wait() {
+        let mut set = set(vec![simple(2, 100, 1, 10), simple(1, 40, 2, 15)]);
+        let time = Time::from_nanos(8);
+        set.operations = vec![Operation { provider: 0, client: 1, sends: 3, time, during: None }];
+        let of_provider = |calls: Calls| {
+            let mut schedule = set.simulate(&SimulationOptions { calls, ..worst(310) }, &|| ());
+            schedule.slices.retain(|slice| slice.activity == 0);
+            shown(&Schedule { jobs: Vec::new(), ..schedule })
+        };
+        expect![[r#"
+            0.1@0 0-10 edge 0
+            0.2@0 100-108 operation 0
+            0.2@0 108-116 operation 0
+            0.2@0 116-124 operation 0
+            0.2@0 124-132 operation 0
+            0.2@0 132-140 operation 0
+            0.2@0 140-148 operation 0
+            0.2@0 148-158 edge 0
+            0.3@0 200-208 operation 0
+            0.3@0 208-216 operation 0
+            0.3@0 216-224 operation 0
+            0.3@0 224-234 edge 0
+            0.4@0 300-308 operation 0
+            0.4@0 308-310 operation 0
+        "#]]
+        .assert_eq(&of_provider(Calls::AtJobs));
+        expect![[r#"
+            0.1@0 0-10 edge 0
+            0.2@0 10-18 operation 0
+            0.2@0 18-26 operation 0
+            0.2@0 42-50 operation 0
+            0.2@0 50-58 operation 0
+            0.2@0 58-66 operation 0
+            0.2@0 86-94 operation 0
+            0.2@0 100-110 edge 0
+            0.3@0 123-131 operation 0
+            0.3@0 166-174 operation 0
+            0.3@0 174-182 operation 0
+            0.3@0 200-210 edge 0
+            0.4@0 211-219 operation 0
+            0.4@0 246-254 operation 0
+            0.4@0 254-262 operation 0
+            0.4@0 285-293 operation 0
+            0.4@0 293-301 operation 0
+            0.4@0 301-310 edge 0
+        "#]]
+        .assert_eq(&of_provider(Calls::BetweenJobs));
     }
 }
