@@ -793,12 +793,15 @@ ok = 1
     #[test]
     fn times_that_fall_in_some_entries() {
         // One alone, and two of three that vary.
-        check("levels = [1e-3, 1e-4]\n[codel]\na = [2, 1]\n", expect![[r#"
+        check(
+            "levels = [1e-3, 1e-4]\n[codel]\na = [2, 1]\n",
+            expect![[r#"
             level 1e-3
             level 1e-4
             codel a "a": error "[2, 1]"
             error at "[2, 1]": FallingTime { key: "a", before: (Time(2000000), Level { bits: 4562254508917369340 }), after: (Time(1000000), Level { bits: 4547007122018943789 }) }
-        "#]]);
+        "#]],
+        );
         check(
             "levels = [1e-3, 1e-4, 1e-5]\n[codel]\na = [3, 2, 2]\nb = [3, 2, 2]\nc = [1, 2, 3]\n",
             expect![[r#"
@@ -816,13 +819,16 @@ ok = 1
 
     #[test]
     fn levels_between_0_and_1() {
-        check("levels = [0, 1, 1e-3, 1.0, \"1e-4\"]\n", expect![[r#"
+        check(
+            "levels = [0, 1, 1e-3, 1.0, \"1e-4\"]\n",
+            expect![[r#"
             error at "0": NotALevel
             error at "1": NotALevel
             error at "1.0": NotALevel
             error at "\"1e-4\"": NotALevel
             lost
-        "#]]);
+        "#]],
+        );
         let levels = |number: u32| {
             let levels: Vec<String> = (0..number).map(|level| format!("1e-{}", level + 1)).collect();
             Table::parse(&format!("levels = [{}]\n", levels.join(", ")))
@@ -838,13 +844,18 @@ ok = 1
 
     #[test]
     fn values_that_are_no_time() {
-        check("a = 1\nb = 2.5\nc = \"5 ms\"\n[codel]\nd = 1\n", expect![[r#"
+        check(
+            "a = 1\nb = 2.5\nc = \"5 ms\"\n[codel]\nd = 1\n",
+            expect![[r#"
             codel d "d": 1 ms "1"
             error at "a": NoSection("a")
             error at "c": UnknownKey("c")
             lost
-        "#]]);
-        check("[codel]\na = {}\nb = \"5 ms\"\nc = \"fast\"\nd = true\n[codel.e]\n", expect![[r#"
+        "#]],
+        );
+        check(
+            "[codel]\na = {}\nb = \"5 ms\"\nc = \"fast\"\nd = true\n[codel.e]\n",
+            expect![[r#"
             codel a "a": error "{}"
             codel b "b": error "\"5 ms\""
             codel c "c": error "\"fast\""
@@ -855,7 +866,8 @@ ok = 1
             error at "\"fast\"": TimeOfKind { found: String, unit: Milliseconds }
             error at "true": TimeOfKind { found: Boolean, unit: Milliseconds }
             error at "e": NoTime("e")
-        "#]]);
+        "#]],
+        );
     }
 
     #[test]

@@ -67,3 +67,15 @@ impl Key {
 pub fn kind_of(name: &str, keys: &'static [Key]) -> Option<&'static Kind> {
     keys.iter().find(|key| key.name == name).map(|key| &key.kind)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sections() {
+        let sections: Vec<&str> = KEYS.iter().filter(|key| key.is_section()).map(|key| key.name).collect();
+        assert_eq!(sections, ["codel", "program", "component", "overhead"]);
+        assert!(!OVERHEAD.iter().any(Key::is_section));
+    }
+}
