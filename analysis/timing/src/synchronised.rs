@@ -331,7 +331,7 @@ mod tests {
         let brief = Options { is_brief: true, ..options(Method::Best) };
         assert_eq!(number(4, 200_002, options(Method::Exact)), Some(100_003));
         assert_eq!(number(4, 200_002, options(Method::Best)), None);
-        assert_eq!(number(4, 20_002, options(Method::Best)), Some(10_003));
+        assert_eq!(number(4, 40_002, options(Method::Best)), Some(20_003));
         assert_eq!(number(4, 20_002, brief), None);
         assert_eq!(number(4, 2_002, brief), Some(1_003));
         assert_eq!(number(4, 800_002, options(Method::Exact)), None);
@@ -360,38 +360,22 @@ mod tests {
 
     #[test]
     fn a_search_at_one_instant_that_ends_early() {
-        let idle = [
-            (0, 1, 0),
-            (1, 0, 0),
-            (2, 1, 0),
-            (3, 1, 0),
-            (2, 0, 0),
-            (1, 2, 0),
-            (3, 2, 0),
-            (0, 3, 0),
-            (1, 3, 0),
-            (1, 1, 0),
-        ];
-        let varied = [
-            (0, 2, 2),
-            (1, 1, 0),
-            (2, 1, 2),
-            (3, 0, 1),
-            (3, 0, 4),
-            (3, 1, 1),
-            (3, 1, 5),
-            (3, 1, 3),
-            (3, 3, 3),
-        ];
+        let idle = [(0, 1, 0), (1, 1, 0), (2, 0, 0), (0, 1, 0), (1, 1, 0), (0, 0, 0), (0, 1, 0), (2, 2, 0)];
+        let first = [(0, 2, 2), (1, 2, 1), (2, 1, 3), (3, 2, 3), (3, 3, 3), (0, 1, 4), (1, 0, 3)];
+        let second = [(0, 0, 3), (1, 1, 4), (2, 0, 4), (1, 0, 1), (2, 0, 1), (1, 2, 5), (0, 1, 1)];
+        let third = [(0, 0, 0), (1, 1, 0), (2, 2, 0), (3, 1, 0), (2, 2, 0), (0, 3, 0), (2, 3, 0)];
         let tasks = [
-            task(1, 12, Some(0), machine(4, &[(0, 0, 2), (1, 0, 3), (2, 1, 0), (3, 1, 0), (1, 0, 0)])),
-            task(1, 2, Some(0), machine(4, &idle)),
-            simple(2, 12, 2, 0),
-            task(1, 4, Some(2), machine(4, &varied)),
+            task(0, 24, Some(2), machine(3, &idle)),
+            task(1, 12, Some(5), machine(4, &first)),
+            task(2, 6, None, machine(3, &second)),
+            task(0, 12, None, machine(4, &third)),
         ];
         let options = Options { is_brief: true, ..options(Method::Exact) };
-        let found = response_times(&tasks, &options, &|| ()).responses.swap_remove(1);
-        assert_eq!((bound(&found), found.method, found.is_exhausted), (Some(31), Method::Exact, true));
+        let found = response_times(&tasks, &options, &|| ()).responses.swap_remove(0);
+        // At any instant, the search is complete.
+        assert_eq!((bound(&found), found.method, found.is_exhausted), (Some(36), Method::Exact, true));
+        let found = response_times(&without_offsets(&tasks), &options, &|| ()).responses.swap_remove(0);
+        assert_eq!((bound(&found), found.method, found.is_exhausted), (Some(36), Method::Exact, false));
     }
 
     /// M(0), M(1), … as far as the tests need them.
