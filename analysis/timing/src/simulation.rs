@@ -643,6 +643,28 @@ mod tests {
     }
 
     #[test]
+    fn the_end_of_a_job_starts_another_on_its_cpu() {
+        let set = set(vec![simple(1, 10, 1, 3), simple(2, 10, 2, 4), simple(1, 10, 2, 2)]);
+        check(
+            &set,
+            &worst(10),
+            expect![[r#"
+                0.1@0 0-3 edge 0
+                1.1@1 0-4 edge 0
+                2.1@1 4-6 edge 0
+            "#]],
+        );
+    }
+
+    #[test]
+    fn execution_times_are_within_their_range() {
+        let options = SimulationOptions { least_time: 50, ..worst(100_000) };
+        let slices = set(vec![simple(1, 200, 1, 100)]).simulate(&options, &|| ()).slices;
+        let times: Vec<u64> = slices.iter().map(|it| it.end.as_nanos() - it.start.as_nanos()).collect();
+        assert_eq!((times.iter().min(), times.iter().max()), (Some(&50), Some(&100)));
+    }
+
+    #[test]
     fn a_long_simulation_can_be_interrupted() {
         let calls = std::cell::Cell::new(0);
         let options = SimulationOptions { most_events: 140_000, keeps_schedule: false, ..worst(1 << 40) };
