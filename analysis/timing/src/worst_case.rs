@@ -300,6 +300,18 @@ mod tests {
         proptest::collection::vec(any, 1..5)
     }
 
+    #[test]
+    fn totals_of_too_many_jobs() {
+        let loops = |states: u32| -> Vec<(u32, u32, u64)> {
+            (0..states).map(|state| (state, state, u64::from(state) + 1)).collect()
+        };
+        let ones = |jobs: u64| (1..=jobs).collect::<Vec<u64>>();
+        let two = machine(2, &loops(2));
+        assert_eq!(path(&two, &ones(10_000)), vec![0; 10_000]);
+        assert!(path(&two, &ones(10_001)).is_empty());
+        assert!(path(&machine(1001, &loops(1001)), &ones(10_000)).is_empty());
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(1000))]
 
