@@ -6,9 +6,6 @@ use crate::response_time::{members, members_of_all};
 use crate::worst_case::{self, Path};
 use crate::{CpuRule, Interference, Method, Options, Task, Time, Window};
 
-/// The maximum number of jobs of a path.
-const LONGEST: u64 = 10_000;
-
 /// Lists the interference of tasks.
 ///
 /// In a window of length t, each task of hp(i) interferes with Mⱼ(⌈(t + Jⱼ)/Tⱼ⌉), or with what another
@@ -116,7 +113,9 @@ impl<'a> Breakdown<'a> {
                 let jobs = member.jobs_released(late.length, None).unwrap_or_default();
                 let totals = match combined.iter_mut().find(|(place, _)| *place == other) {
                     Some((_, totals)) => std::mem::take(totals),
-                    None => (1..=jobs.min(LONGEST)).map_while(|jobs| member.demand(jobs).ok()).collect(),
+                    None => (1..=jobs.min(worst_case::LONGEST as u64))
+                        .map_while(|jobs| member.demand(jobs).ok())
+                        .collect(),
                 };
                 let first = usize::try_from(jobs).unwrap_or(usize::MAX).min(totals.len());
                 let edges = worst_case::path(member.machine, &totals[..first]);

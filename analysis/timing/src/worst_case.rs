@@ -7,9 +7,9 @@ use crate::lane::greatest_common_divisor;
 use crate::{ActivitySet, Bound, Options, Script, ScriptedTask, StateMachine, Task, Time, worst_trace};
 
 /// The maximum number of jobs of a path.
-const LONGEST: usize = 10_000;
+pub(crate) const LONGEST: usize = 10_000;
 
-/// The maximum number of states × jobs of a path.
+/// The maximum number of edges × jobs that a search for a path visits.
 const MOST_CHOICES: usize = 10_000_000;
 
 /// A schedule in which an activity responds as late as its analysis knows.
@@ -94,16 +94,14 @@ impl ActivitySet {
         // A job that is nominally released before the window is late, and released at its start.
         let start = interfering.iter().map(|it| jitter(it.task)).fold(jitter(of), Time::max);
         let first = |task: usize, delay: Time| start.checked_add(delay)?.checked_sub(jitter(task));
-        let mut tasks = vec![None; set.tasks().len().max(self.activities.len())];
+        // Real-time throttling has a number for each CPU.
+        let numbers = self.activities.len() + self.others.len() + u64::BITS as usize;
+        let mut tasks = vec![None; numbers];
         let own = set.tasks().get(of)?.demand.machine();
         let own = own.and_then(|machine| worst_trace(machine, usize::try_from(late.job).ok()?));
         let scripted = interfering.into_iter().map(|it| (it.task, it.delay, it.edges));
         for (task, delay, edges) in scripted.chain([(of, window.delay, own.unwrap_or_default())]) {
-            let number = set.activity(task);
-            if number >= tasks.len() {
-                tasks.resize(number + 1, None);
-            }
-            tasks[number] = Some(ScriptedTask { first: first(task, delay)?, edges });
+            *tasks.get_mut(set.activity(task))? = Some(ScriptedTask { first: first(task, delay)?, edges });
         }
         let period = set.tasks().get(of)?.period;
         let after = first(of, window.delay)?.checked_add(period.checked_mul(late.job)?)?;
@@ -146,17 +144,19 @@ pub(crate) fn path(machine: &StateMachine, totals: &[u64]) -> Vec<usize> {
 
 fn with_totals(machine: &StateMachine, totals: &[u64]) -> Option<Vec<usize>> {
     let states = machine.states() as usize;
-    if totals.len() > LONGEST || states.checked_mul(totals.len())? > MOST_CHOICES {
+    let visited = machine.edges().len().checked_mul(totals.len())?;
+    if totals.len() > LONGEST || visited > MOST_CHOICES {
         return None;
     }
     // For each number of edges and each state, the last edge of a path to it.
     let mut reached = vec![true; states];
     let mut last: Vec<Vec<Option<usize>>> = Vec::with_capacity(totals.len());
-    let mut before = 0;
+    let mut before = 0u64;
     for &total in totals {
         let mut next = vec![None; states];
         for (index, edge) in machine.edges().iter().enumerate() {
-            if reached[edge.source as usize] && before + edge.cost.as_nanos() == total {
+            let is_next = before.checked_add(edge.cost.as_nanos()) == Some(total);
+            if reached[edge.source as usize] && is_next {
                 next[edge.target as usize].get_or_insert(index);
             }
         }
