@@ -181,20 +181,11 @@ fn by_paths(place: usize, lane: &mut Lane<'_, '_>) -> Vec<Interference> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::machine;
-    use crate::{Demand, StateMachine, response_times};
+    use crate::testing::{self, machine};
+    use crate::{StateMachine, response_times};
 
     fn task(priority: u32, period: u64, offset: Option<u64>, machine: StateMachine) -> Task {
-        Task {
-            name: String::new(),
-            priority,
-            period: Time::from_nanos(period),
-            deadline: Time::from_nanos(period),
-            jitter: Time::ZERO,
-            offset: offset.map(Time::from_nanos),
-            cpus: 1,
-            demand: Demand::Machine { machine, whole: None },
-        }
+        Task { offset: offset.map(Time::from_nanos), ..testing::task(priority, period, machine) }
     }
 
     fn simple(priority: u32, period: u64, offset: Option<u64>, cost: u64) -> Task {

@@ -408,25 +408,8 @@ fn greatest(mut functions: Vec<Vec<u64>>) -> Vec<Vec<u64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::machine;
-    use crate::{Bound, Demand, Options, Response, Task, Time, response_times};
-
-    fn task(priority: u32, period: u64, machine: StateMachine) -> Task {
-        Task {
-            name: String::new(),
-            priority,
-            period: Time::from_nanos(period),
-            deadline: Time::from_nanos(period),
-            jitter: Time::ZERO,
-            offset: None,
-            cpus: 1,
-            demand: Demand::Machine { machine, whole: None },
-        }
-    }
-
-    fn simple(priority: u32, period: u64, cost: u64) -> Task {
-        task(priority, period, StateMachine::single(Time::from_nanos(cost)))
-    }
+    use crate::testing::{machine, simple, task};
+    use crate::{Bound, Options, Response, Task, response_times};
 
     fn analyse(tasks: &[Task], method: Method) -> Response {
         let options = Options { method, horizon: None, is_brief: false };

@@ -834,24 +834,7 @@ fn no_bound(reason: NoBoundReason, load: Option<Ordering>) -> Bound {
 mod tests {
     use super::*;
     use crate::response_times;
-    use crate::testing::machine;
-
-    fn task(priority: u32, period: u64, machine: StateMachine) -> Task {
-        Task {
-            name: String::new(),
-            priority,
-            period: Time::from_nanos(period),
-            deadline: Time::from_nanos(period),
-            jitter: Time::ZERO,
-            offset: None,
-            cpus: 1,
-            demand: Demand::Machine { machine, whole: None },
-        }
-    }
-
-    fn simple(priority: u32, period: u64, cost: u64) -> Task {
-        task(priority, period, StateMachine::single(Time::from_nanos(cost)))
-    }
+    use crate::testing::{machine, simple, task};
 
     fn analyse(tasks: &[Task], method: Method) -> Vec<Response> {
         response_times(tasks, &Options { method, horizon: None, is_brief: false }, &|| ()).responses

@@ -126,20 +126,11 @@ fn with_calls(operations: &[Operation], counts: &mut [Option<u64>], set: &SetTas
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::task_set::Priority;
-    use crate::{ActivitySet, StateMachine};
+    use crate::{ActivitySet, StateMachine, testing};
 
     fn activity(priority: u32, period: u64, offset: Option<u64>, cost: u64) -> Activity {
-        Activity {
-            name: String::new(),
-            priority: Priority::RealTime(priority),
-            period: Some(Time::from_nanos(period)),
-            deadline: Some(Time::from_nanos(period)),
-            jitter: Time::ZERO,
-            offset: offset.map(Time::from_nanos),
-            cpus: Some(1),
-            demand: Demand::Machine { machine: StateMachine::single(Time::from_nanos(cost)), whole: None },
-        }
+        let machine = StateMachine::single(Time::from_nanos(cost));
+        Activity { offset: offset.map(Time::from_nanos), ..testing::activity(priority, period, machine) }
     }
 
     fn operation(provider: usize, client: usize, sends: u64, time: u64, during: Option<usize>) -> Operation {

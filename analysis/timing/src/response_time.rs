@@ -269,7 +269,7 @@ fn loads(tasks: &[Task], members: &[Member<'_>], unknown: &[usize]) -> Vec<CpuLo
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{brute_force_cycle_mean, machine, machines};
+    use crate::testing::{self, brute_force_cycle_mean, machine, machines};
     use crate::{Breakdown, Demand, Edge, Interference, Method, NoBoundReason, StateMachine, Status, Time};
     use expect_test::{Expect, expect};
     use proptest::prelude::*;
@@ -279,16 +279,7 @@ mod tests {
     const CLASSIC: Options = Options { method: Method::Classic, horizon: None, is_brief: false };
 
     fn task(name: &str, priority: u32, period: u64, machine: StateMachine) -> Task {
-        Task {
-            name: name.to_owned(),
-            priority,
-            period: Time::from_nanos(period),
-            deadline: Time::from_nanos(period),
-            jitter: Time::ZERO,
-            offset: None,
-            cpus: 1,
-            demand: Demand::Machine { machine, whole: None },
-        }
+        Task { name: name.to_owned(), ..testing::task(priority, period, machine) }
     }
 
     fn single(name: &str, priority: u32, period: u64, cost: u64) -> Task {
@@ -937,7 +928,7 @@ mod tests {
         let Demand::Machine { machine, .. } = &task.demand else { panic!("known") };
         let own = |jobs: u64| {
             (0..machine.states())
-                .map(|state| crate::testing::brute_force_demand(machine, state, jobs))
+                .map(|state| testing::brute_force_demand(machine, state, jobs))
                 .max()
                 .unwrap()
         };

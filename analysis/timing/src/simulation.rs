@@ -273,21 +273,12 @@ mod tests {
     use super::*;
     use crate::activities::THROTTLED;
     use crate::task_set::Other;
-    use crate::testing::machine;
+    use crate::testing::{self, machine};
     use crate::{Operation, StateMachine};
     use expect_test::{Expect, expect};
 
     fn activity(priority: u32, period: u64, cpus: u64, machine: StateMachine) -> Activity {
-        Activity {
-            name: String::new(),
-            priority: Priority::RealTime(priority),
-            period: Some(Time::from_nanos(period)),
-            deadline: Some(Time::from_nanos(period)),
-            jitter: Time::ZERO,
-            offset: None,
-            cpus: Some(cpus),
-            demand: Demand::Machine { machine, whole: None },
-        }
+        Activity { cpus: Some(cpus), ..testing::activity(priority, period, machine) }
     }
 
     fn simple(priority: u32, period: u64, cpus: u64, cost: u64) -> Activity {

@@ -182,21 +182,12 @@ fn bound(found: &Found) -> Option<Time> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{brute_force_demand, machine, machines};
+    use crate::testing::{self, brute_force_demand, machine, machines};
     use crate::{Analysis, Breakdown, Demand, Response, StateMachine, Task, response_times};
     use proptest::prelude::*;
 
     fn task(priority: u32, period: u64, offset: Option<u64>, machine: StateMachine) -> Task {
-        Task {
-            name: String::new(),
-            priority,
-            period: Time::from_nanos(period),
-            deadline: Time::from_nanos(period),
-            jitter: Time::ZERO,
-            offset: offset.map(Time::from_nanos),
-            cpus: 1,
-            demand: Demand::Machine { machine, whole: None },
-        }
+        Task { offset: offset.map(Time::from_nanos), ..testing::task(priority, period, machine) }
     }
 
     fn simple(priority: u32, period: u64, offset: u64, cost: u64) -> Task {

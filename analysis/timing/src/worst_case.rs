@@ -178,23 +178,9 @@ fn with_totals(machine: &StateMachine, totals: &[u64]) -> Option<Vec<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::task_set::Priority;
-    use crate::testing::{machine, machines};
-    use crate::{Activity, Demand, Method, Response, SimulationOptions};
+    use crate::testing::{activity, machine, machines};
+    use crate::{Activity, Method, Response, SimulationOptions};
     use proptest::prelude::*;
-
-    fn activity(priority: u32, period: u64, machine: StateMachine) -> Activity {
-        Activity {
-            name: String::new(),
-            priority: Priority::RealTime(priority),
-            period: Some(Time::from_nanos(period)),
-            deadline: Some(Time::from_nanos(period)),
-            jitter: Time::ZERO,
-            offset: None,
-            cpus: Some(1),
-            demand: Demand::Machine { machine, whole: None },
-        }
-    }
 
     fn simple(priority: u32, period: u64, cost: u64) -> Activity {
         activity(priority, period, StateMachine::single(Time::from_nanos(cost)))
