@@ -13,6 +13,7 @@
 //! | `timetable/unknown_keys.rs` | unknown keys of timing tables, and the times that they may be for |
 //! | `psm.rs` | behaviour + times: the periodic state machine of a component |
 //! | `system.rs` | the activities of a deployment |
+//! | `component_tables.rs` | which timing tables count for a component |
 //! | `sends.rs` | the calls that a component sends to its required operations |
 //! | `served.rs` | the operations that activities execute for others |
 //! | `task_set.rs` | a deployment at one level as `timing` analyses it, made of a model or of an exported file |
@@ -36,6 +37,7 @@
 
 pub mod better_timing;
 mod bisection;
+mod component_tables;
 mod exported;
 mod fact;
 mod missing_times;
@@ -56,6 +58,7 @@ mod timetable;
 mod timing_facts;
 mod what_if;
 
+pub use component_tables::{first_tables, tables_for};
 pub use exported::{exported_component, psm_at, task_set_of};
 pub use fact::{
     Budget, DeadlineAndPriority, Expected, InterferenceReport, Missed, MissingTime, NoTime, Overload,
@@ -79,7 +82,7 @@ pub use sensitivity::{
 };
 pub use simulated::{EdgeNames, Simulated, simulated, simulated_of};
 pub use system::{Priority, ResolvedActivity, System, field_of, mask, system_of};
-pub use table_set::{TableSet, first_tables, table_sets, tables_for, tables_of};
+pub use table_set::{TableSet, table_sets, tables_of};
 pub use timetable::{
     LONGEST_PATTERN, Lookup, TableFiles, Timetable, file_name, files_of, levels_of_tables, pattern_of_path,
     table, table_facts, table_files, table_pattern, timetable_of,

@@ -8,8 +8,6 @@ use mauve_hir::{
 };
 use rustc_hash::FxHashSet;
 
-use crate::system::system_of;
-
 /// The timing tables that count for a deployment: those of `[timing] tables`, or its own ones.
 #[salsa::interned(debug)]
 pub struct TableSet<'db> {
@@ -40,32 +38,6 @@ pub fn table_sets<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Table
     let used: FxHashSet<TableSet<'db>> = deployments.map(|it| tables_of(db, project, it)).collect();
     let all = checked_sets(db, project).into_iter();
     all.filter(|it| used.contains(it) || used.is_empty() && *it == general).collect()
-}
-
-/// Returns the timing tables of the deployments that execute a component; if none does, those of all deployments.
-#[salsa::tracked(returns(ref))]
-pub fn tables_for<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    component: Decl<'db>,
-) -> Vec<TableSet<'db>> {
-    let all = table_sets(db, project);
-    if all.len() <= 1 {
-        return all.clone();
-    }
-    let executes = |deployment: &Decl<'db>| {
-        let activities = &system_of(db, project, *deployment).activities;
-        activities.iter().any(|activity| activity.component == Some(component))
-    };
-    let deployments = names_of(db, project).of_kind(db, Kind::Deployment).filter(executes);
-    let used: FxHashSet<TableSet<'db>> = deployments.map(|it| tables_of(db, project, it)).collect();
-    all.iter().copied().filter(|it| used.is_empty() || used.contains(it)).collect()
-}
-
-/// Returns the first of [`tables_for`] a component: for one view of it that belongs to no deployment.
-pub fn first_tables<'db>(db: &'db dyn ModelDb, project: Project<'db>, component: Decl<'db>) -> TableSet<'db> {
-    let first = tables_for(db, project, component).first();
-    first.copied().unwrap_or_else(|| TableSet::new(db, project, None))
 }
 
 /// Returns the timing tables that are checked in a project: those of `[timing] tables`, and those of sections, except sections

@@ -1,0 +1,34 @@
+//! Which timing tables count for a component: those of the deployments that execute it.
+
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Decl, ModelDb, Project, names_of};
+use rustc_hash::FxHashSet;
+
+use crate::system::system_of;
+use crate::table_set::{TableSet, table_sets, tables_of};
+
+/// Returns the timing tables of the deployments that execute a component; if none does, those of all deployments.
+#[salsa::tracked(returns(ref))]
+pub fn tables_for<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    component: Decl<'db>,
+) -> Vec<TableSet<'db>> {
+    let all = table_sets(db, project);
+    if all.len() <= 1 {
+        return all.clone();
+    }
+    let executes = |deployment: &Decl<'db>| {
+        let activities = &system_of(db, project, *deployment).activities;
+        activities.iter().any(|activity| activity.component == Some(component))
+    };
+    let deployments = names_of(db, project).of_kind(db, Kind::Deployment).filter(executes);
+    let used: FxHashSet<TableSet<'db>> = deployments.map(|it| tables_of(db, project, it)).collect();
+    all.iter().copied().filter(|it| used.is_empty() || used.contains(it)).collect()
+}
+
+/// Returns the first of [`tables_for`] a component: for one view of it that belongs to no deployment.
+pub fn first_tables<'db>(db: &'db dyn ModelDb, project: Project<'db>, component: Decl<'db>) -> TableSet<'db> {
+    let first = tables_for(db, project, component).first();
+    first.copied().unwrap_or_else(|| TableSet::new(db, project, None))
+}
