@@ -184,7 +184,7 @@ impl ActivitySet {
         found
     }
 
-    fn tasks(&self) -> SetTasks {
+    pub(crate) fn tasks(&self) -> SetTasks {
         let real_time = |(_, activity): &(usize, &Activity)| activity.priority != Priority::Background;
         let activities = self.activities.iter().enumerate().filter(real_time);
         let (mut numbers, mut tasks): (Vec<usize>, Vec<Task>) =

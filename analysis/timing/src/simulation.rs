@@ -59,6 +59,11 @@ impl SimulationOptions {
     fn has_part(&self, number: usize) -> bool {
         self.script.as_ref().is_none_or(|script| matches!(script.tasks.get(number), Some(Some(_))))
     }
+
+    /// Returns the instant before which nothing is released.
+    fn not_before(&self) -> u64 {
+        self.script.as_ref().map_or(0, |script| script.start.as_nanos())
+    }
 }
 
 /// Releases and paths of a simulation.
@@ -205,8 +210,8 @@ impl ActivitySet {
     /// Returns a length for simulations that are shown: the hyperperiod or ten times the longest period, whichever is less,
     /// but no more than `most_jobs` jobs. Zero where no activity can be simulated.
     pub fn length_to_show(&self, most_jobs: u64) -> Time {
-        let periods: Vec<u64> =
-            self.activities.iter().filter_map(Activity::simulated).map(|it| it.period).collect();
+        let simulated = self.activities.iter().filter(|activity| activity.is_simulated());
+        let periods: Vec<u64> = simulated.filter_map(|it| Some(it.period?.as_nanos())).collect();
         let longest = periods.iter().copied().max().unwrap_or_default();
         let hyperperiod = periods.iter().try_fold(1, |all, &period| least_common_multiple(all, period));
         let length = hyperperiod.unwrap_or(u64::MAX).min(longest.saturating_mul(10));
@@ -228,39 +233,19 @@ impl ActivitySet {
     }
 }
 
-/// The properties of an activity that can be simulated.
-struct Simulated<'a> {
-    priority: u32,
-    /// Greater than 0.
-    period: u64,
-    /// Less than the period.
-    offset: Option<u64>,
-    deadline: u64,
-    /// Not 0.
-    cpus: u64,
-    machine: &'a crate::StateMachine,
-}
-
 impl Activity {
-    /// Returns the properties that a simulation needs; none if the activity cannot be simulated.
-    fn simulated(&self) -> Option<Simulated<'_>> {
-        let Priority::RealTime(priority) = self.priority else { return None };
-        let Demand::Machine { machine, .. } = &self.demand else { return None };
-        let period = self.period.filter(|period| *period > Time::ZERO)?;
-        Some(Simulated {
-            priority,
-            period: period.as_nanos(),
-            offset: self.offset.map(|offset| offset.as_nanos() % period.as_nanos()),
-            deadline: self.deadline.unwrap_or(period).as_nanos(),
-            cpus: self.cpus.filter(|cpus| *cpus != 0)?,
-            machine,
-        })
+    /// Returns whether the analysis knows everything that a simulation needs.
+    fn is_simulated(&self) -> bool {
+        matches!(self.priority, Priority::RealTime(_))
+            && self.demand != Demand::Unknown
+            && self.period > Some(Time::ZERO)
+            && self.cpus > Some(0)
     }
 
     fn left_out(&self) -> LeftOut {
         match self.priority {
             Priority::Background => LeftOut::Background,
-            Priority::RealTime(_) if self.simulated().is_some() => LeftOut::Unscripted,
+            Priority::RealTime(_) if self.is_simulated() => LeftOut::Unscripted,
             Priority::RealTime(_) | Priority::Unknown => LeftOut::Unknown,
         }
     }

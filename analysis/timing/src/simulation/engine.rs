@@ -6,8 +6,7 @@ use std::collections::binary_heap::PeekMut;
 use std::collections::{BinaryHeap, VecDeque};
 
 use super::random::Random;
-use super::{Calls, Executed, Job, Schedule, Simulated, SimulationOptions, Slice, Statistics};
-use crate::activities::{THROTTLED, THROTTLING_PERIOD};
+use super::{Calls, Executed, Job, Schedule, SimulationOptions, Slice, Statistics};
 use crate::{Activity, ActivitySet, Edge, StateMachine, Time};
 
 /// The longest simulation. A sum of two instants within it does not overflow.
@@ -50,8 +49,6 @@ struct Task {
     paths: Paths,
     /// The edges of the next jobs, the first at the end; then they are random.
     scripted: Vec<Step>,
-    /// The instant before which it releases no job.
-    not_before: u64,
     /// The operations that it sends.
     sends: Vec<Sends>,
     /// For the phase and the jitter.
@@ -194,14 +191,15 @@ struct Engine<'a> {
 
 impl<'a> Engine<'a> {
     fn new(set: &ActivitySet, options: &'a SimulationOptions) -> Engine<'a> {
-        let simulated: Vec<(usize, &Activity, Simulated<'_>)> = set
-            .activities
-            .iter()
-            .enumerate()
-            .filter_map(|(index, activity)| Some((index, activity, activity.simulated()?)))
-            .collect();
-        let others = set.others.iter().fold(0, |all, other| all | other.cpus);
-        let used = simulated.iter().fold(others, |all, (_, _, it)| all | it.cpus);
+        let all = set.tasks();
+        let numbered = all.tasks().iter().enumerate().map(|(index, task)| (all.activity(index), task));
+        let is_simulated = |number: usize| set.activities.get(number).is_none_or(Activity::is_simulated);
+        let simulated: Vec<(usize, &crate::Task)> =
+            numbered.filter(|&(number, task)| is_simulated(number) && task.is_known()).collect();
+        // Real-time throttling is on each CPU that something else uses.
+        let throttling = set.activities.len() + set.others.len();
+        let users = || simulated.iter().filter(|(number, _)| *number < throttling).map(|(_, task)| task.cpus);
+        let used = users().fold(0, |all, cpus| all | cpus);
         // The bit of a CPU is that of its index, not of its number.
         let indices = |mask: u64| {
             let used = bits(used).enumerate().filter(|(_, number)| mask & (1 << number) != 0);
@@ -222,55 +220,23 @@ impl<'a> Engine<'a> {
             slices: Vec::new(),
             jobs: Vec::new(),
         };
-        let masks: Vec<u64> = simulated.iter().map(|(_, _, it)| indices(it.cpus)).collect();
-        let of_others = set.others.iter().map(|other| indices(other.cpus)).filter(|cpus| *cpus != 0);
-        engine.groups = groups(&masks.iter().copied().chain(of_others).collect::<Vec<_>>());
+        engine.groups = groups(&users().map(indices).collect::<Vec<_>>());
         let mut task_of = vec![None; set.activities.len()];
-        for ((index, activity, it), cpus) in simulated.into_iter().zip(masks) {
-            if !options.has_part(index) {
+        for (number, task) in simulated {
+            let cpus = indices(task.cpus);
+            if cpus == 0 || !options.has_part(number) {
                 continue;
             }
-            task_of[index] = Some(engine.tasks.len());
-            let sends = set.operations.iter().enumerate().filter(|(_, operation)| operation.client == index);
+            if let Some(task_of) = task_of.get_mut(number) {
+                *task_of = Some(engine.tasks.len());
+            }
+            let sends = set.operations.iter().enumerate().filter(|(_, operation)| operation.client == number);
             let sends = sends.map(|(operation, it)| {
                 let most = it.sends.min(MOST_CALLS);
                 Sends { operation, most, during: it.during }
             });
-            let sends = sends.collect();
-            engine.add(index, &it, cpus, activity.jitter.as_nanos(), sends);
-        }
-        for (index, other) in set.others.iter().enumerate() {
-            let machine = StateMachine::single(other.time);
-            let it = Simulated {
-                priority: other.priority,
-                period: other.period.as_nanos(),
-                offset: None,
-                deadline: other.period.as_nanos(),
-                cpus: other.cpus,
-                machine: &machine,
-            };
-            let number = engine.activities + index;
-            if it.period > 0 && indices(it.cpus) != 0 && options.has_part(number) {
-                engine.add(number, &it, indices(it.cpus), other.jitter.as_nanos(), Vec::new());
-            }
-        }
-        if set.throttled {
-            let machine = StateMachine::single(THROTTLED);
-            let period = THROTTLING_PERIOD.as_nanos();
-            for cpu in 0..engine.cpus.len() {
-                let throttling = Simulated {
-                    priority: u32::MAX,
-                    period,
-                    offset: None,
-                    deadline: period,
-                    cpus: 1 << cpu,
-                    machine: &machine,
-                };
-                let number = engine.activities + set.others.len() + cpu;
-                if options.has_part(number) {
-                    engine.add(number, &throttling, 1 << cpu, 0, Vec::new());
-                }
-            }
+            let deadline = set.activities.get(number).map_or(Some(task.deadline), |it| it.deadline);
+            engine.add(number, task, deadline, cpus, sends.collect());
         }
         let provider = |index: usize| task_of.get(index).copied().flatten();
         let operations = set.operations.iter().map(|it| (provider(it.provider), it.time.as_nanos()));
@@ -278,44 +244,53 @@ impl<'a> Engine<'a> {
         engine
     }
 
-    fn add(&mut self, activity: usize, it: &Simulated<'_>, cpus: u64, jitter: u64, sends: Vec<Sends>) {
+    /// Adds a task of known demand on these of the CPUs. Without a `deadline`, that is the period.
+    fn add(
+        &mut self,
+        activity: usize,
+        task: &crate::Task,
+        deadline: Option<Time>,
+        cpus: u64,
+        sends: Vec<Sends>,
+    ) {
+        let Some(machine) = task.demand.machine() else { return };
+        let period = task.period.as_nanos();
         let mut seeds = Random::new(Random::new(self.options.seed).bits().wrapping_add(activity as u64));
         let mut release_choices = Random::new(seeds.bits());
         let mut job_choices = Random::new(seeds.bits());
-        let any = if self.options.simultaneous { 0 } else { release_choices.up_to(it.period - 1) };
+        let any = if self.options.simultaneous { 0 } else { release_choices.up_to(period - 1) };
         let script = self.options.script.as_ref();
         let of_script = script.and_then(|script| script.tasks.get(activity)?.as_ref());
-        let jitter = if of_script.is_some() { 0 } else { jitter };
-        let phase = of_script.map_or(it.offset.unwrap_or(any), |script| script.first.as_nanos());
+        let (phase, jitter) = match (of_script, task.offset) {
+            (Some(scripted), _) => (scripted.first.as_nanos(), 0),
+            (None, offset) => (offset.map_or(any, |it| it.as_nanos() % period), task.jitter.as_nanos()),
+        };
         let mut scripted: Vec<Step> = of_script.map_or_else(Vec::new, |script| {
-            let edges = script.edges.iter().map_while(|&index| Some((index, it.machine.edges().get(index)?)));
+            let edges = script.edges.iter().map_while(|&index| Some((index, machine.edges().get(index)?)));
             edges.map(|(index, edge)| Step::new(index, edge)).collect()
         });
         scripted.reverse();
         let waits = script.is_some_and(|script| script.last == activity);
         let initial = self.options.initial_states.get(activity).copied().flatten();
-        let first =
-            scripted.last().and_then(|step| it.machine.edges().get(step.edge)).map(|edge| edge.source);
-        let initial = first.or(initial.filter(|state| *state < it.machine.states()));
-        let states = u64::from(it.machine.states());
+        let first = scripted.last().and_then(|step| machine.edges().get(step.edge)).map(|edge| edge.source);
+        let initial = first.or(initial.filter(|state| *state < machine.states()));
+        let states = u64::from(machine.states());
         let state = initial.map_or_else(|| job_choices.up_to(states - 1) as usize, |state| state as usize);
         let first = phase.saturating_add(release_choices.up_to(jitter));
-        let not_before = script.map_or(0, |script| script.start.as_nanos());
-        let first = first.max(not_before);
+        let first = first.max(self.options.not_before());
         if first < self.length {
             self.releases.push(Reverse((first, self.tasks.len())));
         }
         self.tasks.push(Task {
             activity,
-            priority: u64::from(it.priority) * 2 + u64::from(!waits),
-            period: it.period,
-            deadline: it.deadline,
+            priority: u64::from(task.priority) * 2 + u64::from(!waits),
+            period,
+            deadline: deadline.unwrap_or(task.period).as_nanos(),
             jitter,
             cpus,
             group: self.groups.iter().position(|group| group.cpus & cpus != 0).unwrap_or_default(),
-            paths: Paths::new(it.machine),
+            paths: Paths::new(machine),
             scripted,
-            not_before,
             sends,
             release_choices,
             job_choices,
@@ -369,7 +344,7 @@ impl<'a> Engine<'a> {
         let nominal = task.next_release;
         task.next_release = nominal.saturating_add(task.period);
         let late = if task.jitter > 0 { task.release_choices.up_to(task.jitter) } else { 0 };
-        let next = task.next_release.saturating_add(late).max(now).max(task.not_before);
+        let next = task.next_release.saturating_add(late).max(now).max(self.options.not_before());
         if next < self.length {
             *first = Reverse((next, index));
             drop(first);
