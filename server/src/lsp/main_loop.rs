@@ -784,6 +784,7 @@ impl MainLoop {
             Err(Failure::Panicked(message)) => return self.panicked(&message),
             Err(Failure::Overtaken | Failure::Cancelled) => return self.staleness.request_check(),
         };
+        self.staleness.compare();
         if self.publisher.are_hints_changed(hints) {
             self.refresh_hints();
         }

@@ -38,12 +38,12 @@ enum Load {
 
 #[derive(Debug, Default, PartialEq, Eq)]
 enum Hints {
-    /// Nothing, or those of the published generation.
+    /// Nothing, or those of the compared generation: the next comparison finds what has changed.
     #[default]
-    Published,
-    /// Those of the current generation, which no check has published yet.
+    Compared,
+    /// Those of the current generation, which are not compared yet.
     Current,
-    /// Those of another generation, or none because an edit cancelled the request.
+    /// Those of a generation that never was compared, or none because a change cancelled the request.
     Outdated,
 }
 
@@ -64,6 +64,8 @@ pub(super) struct Staleness {
     checking: Option<u64>,
     /// The generation of which diagnostics were published last.
     published: Option<u64>,
+    /// The generation of which hints were compared last.
+    compared: Option<u64>,
     hints: Hints,
     loads_for_checks: u32,
     loads_for_watches: u32,
@@ -98,7 +100,7 @@ impl Staleness {
     pub(super) fn begin_again(&mut self) {
         self.restart_load();
         self.bump_generation();
-        (self.checking, self.published) = (None, None);
+        (self.checking, self.published, self.compared) = (None, None, None);
         (self.loads_for_checks, self.loads_for_watches) = (0, 0);
     }
 
@@ -269,26 +271,39 @@ impl Staleness {
         is_loaded
     }
 
-    /// Notes that the check of the current generation is published. Returns whether the client may show hints of another
-    /// generation, or of one that is not analysed any more.
+    /// Notes that the check of the current generation is published. Returns whether the client may show hints that no
+    /// comparison has seen, or hints of a generation that is not analysed any more.
     pub(super) fn publish(&mut self) -> bool {
         self.published = Some(self.current.number);
         self.loads_for_checks = 0;
-        std::mem::take(&mut self.hints) == Hints::Outdated || self.current.is_stopped
+        let is_outdated = self.hints == Hints::Outdated;
+        if is_outdated {
+            self.hints = Hints::Compared;
+        }
+        is_outdated || self.current.is_stopped
     }
 
-    /// Notes that the client was given the hints of `generation`, or none because an edit cancelled the request. Returns
+    /// Notes that the hints of the current generation were compared with those of the generation that was compared before.
+    pub(super) fn compare(&mut self) {
+        self.compared = Some(self.current.number);
+        if self.hints == Hints::Current {
+            self.hints = Hints::Compared;
+        }
+    }
+
+    /// Notes that the client was given the hints of `generation`, or none because a change cancelled the request. Returns
     /// whether it must ask again now. Before a check that is still to come, [`Staleness::publish`] says so.
     pub(super) fn hints_given(&mut self, generation: Option<u64>) -> bool {
-        if generation.is_some() && generation == self.published {
+        if generation.is_some() && generation == self.compared {
             return false;
         }
+        let is_current = generation == Some(self.current.number);
         if self.is_published() {
-            self.hints = Hints::Published;
-            return true;
+            self.hints = if is_current { Hints::Current } else { Hints::Compared };
+            return !is_current;
         }
-        let is_current = generation == Some(self.current.number) && self.hints != Hints::Outdated;
-        self.hints = if is_current { Hints::Current } else { Hints::Outdated };
+        let is_outdated = !is_current || self.hints == Hints::Outdated;
+        self.hints = if is_outdated { Hints::Outdated } else { Hints::Current };
         false
     }
 }
@@ -306,6 +321,7 @@ mod tests {
         let generation = staleness.generation();
         assert!(!staleness.is_settled() && staleness.end_check(generation));
         assert!(!staleness.publish() && staleness.is_settled());
+        staleness.compare();
         staleness
     }
 
@@ -372,6 +388,7 @@ mod tests {
         staleness.bump_generation();
         assert!(!staleness.hints_given(Some(first)), "the check compares these");
         assert!(!staleness.hints_given(Some(first + 1)) && !staleness.publish());
+        staleness.compare();
         staleness.bump_generation();
         assert!(!staleness.hints_given(Some(first + 2)));
         staleness.bump_generation();
@@ -380,5 +397,19 @@ mod tests {
         assert!(staleness.is_stopped() && !staleness.is_published() && staleness.publish());
         staleness.bump_generation();
         assert!(!staleness.is_stopped() && !staleness.publish());
+    }
+
+    #[test]
+    fn hints_that_were_not_compared_are_requested_again() {
+        let mut staleness = published();
+        let first = staleness.generation();
+        staleness.bump_generation();
+        assert!(!staleness.publish() && !staleness.hints_given(Some(first + 1)));
+        // The change cancels the comparison. The next one is with the hints of the first generation.
+        staleness.bump_generation();
+        assert!(staleness.publish() && !staleness.hints_given(Some(first + 2)));
+        staleness.compare();
+        staleness.bump_generation();
+        assert!(!staleness.publish());
     }
 }
