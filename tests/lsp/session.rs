@@ -200,6 +200,23 @@ fn an_edit_ends_a_long_analysis() {
 }
 
 #[test]
+fn a_request_begins_again_after_a_change_elsewhere() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_long_again");
+    write(&folder, &long_analysis(200));
+    let mut client = Client::of_folder(MAUVE, &folder);
+    let text = client.open_file(&folder.join("a.mal"));
+    let id = client.request("textDocument/hover", text.at("p { priority"));
+    let end = Instant::now() + SOON;
+    while client.call("mauve/status", Value::Null).unwrap()["jobs"].as_u64() < Some(2) {
+        assert!(Instant::now() < end, "the analysis does not take long");
+    }
+    let mut times = client.open_file(&folder.join("times.toml"));
+    client.edit(&mut times, "999999", "5");
+    let hover = client.answer(id).unwrap().to_string();
+    assert!(hover.contains("response time 0.000005 ms"), "{hover}");
+}
+
+#[test]
 fn a_request_that_waits_for_a_cancelled_one_is_answered() {
     let mut client = robot();
     let mut text = client.open_file(&models().join("p3dx/deployment.mal"));

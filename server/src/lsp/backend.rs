@@ -85,8 +85,27 @@ macro_rules! own_methods {
 }
 
 tokio::task_local! {
-    /// The result of the present request as JSON, if its handler has written it.
-    pub(crate) static JSON: Arc<OnceLock<String>>;
+    /// The request that is answered.
+    pub(crate) static REQUEST: Arc<Answering>;
+}
+
+/// A request while it is answered.
+#[derive(Debug, Default)]
+pub(crate) struct Answering {
+    /// The document that the request is about.
+    document: Option<Url>,
+    /// The version of the document when the request came; none if it is not open.
+    version: OnceLock<Option<i32>>,
+    /// The result as JSON, if its handler has written it.
+    pub(crate) result: OnceLock<String>,
+}
+
+impl Answering {
+    /// Returns a request with these parameters. All parameters that have positions name their document alike.
+    pub(crate) fn with(params: &Value) -> Answering {
+        let uri = params.pointer("/textDocument/uri").or_else(|| params.pointer("/item/uri"));
+        Answering { document: uri.and_then(|uri| uri.as_str()?.parse().ok()), ..Answering::default() }
+    }
 }
 
 impl Backend {
@@ -287,20 +306,45 @@ impl Backend {
     /// For tests: work that only an edit or a cancellation ends.
     #[cfg(debug_assertions)]
     async fn debug_work(&self) -> Result<()> {
-        self.answer(|snapshot| {
+        let work = self.run(|snapshot| -> () {
             loop {
                 snapshot.db.unwind_if_revision_cancelled();
                 std::thread::yield_now();
             }
-        })
-        .await
+        });
+        work.await?.map_err(Failure::into_error)
     }
 
-    /// Answers a request on a worker. An edit cancels it, and the client can cancel it.
+    /// Answers a request on a worker. The client can cancel it. A change of the document that the request is about makes it
+    /// outdated, since its positions are those of the text before; any other change has it begin again.
     async fn answer<T: Send + 'static>(
         &self,
-        handler: impl Fn(&Snapshot) -> Result<T> + Send + 'static,
+        handler: impl Fn(&Snapshot) -> Result<T> + Send + Sync + 'static,
     ) -> Result<T> {
+        let request = REQUEST.try_with(Arc::clone).unwrap_or_default();
+        let handler = Arc::new(move |snapshot: &Snapshot| {
+            let version = request.document.as_ref().and_then(|document| snapshot.version(document));
+            if *request.version.get_or_init(|| version) == version {
+                handler(snapshot)
+            } else {
+                Err(Error::content_modified())
+            }
+        });
+        for _ in 0..MOST_ATTEMPTS {
+            let handler = Arc::clone(&handler);
+            match self.run(move |snapshot| handler(snapshot)).await? {
+                Err(Failure::Overtaken) => {}
+                answer => return answer.unwrap_or_else(|failure| Err(failure.into_error())),
+            }
+        }
+        Err(Error::content_modified())
+    }
+
+    /// Runs a job on a worker. Any change cancels it, and the client can.
+    async fn run<T: Send + 'static>(
+        &self,
+        job: impl Fn(&Snapshot) -> T + Send + 'static,
+    ) -> Result<std::result::Result<T, Failure>> {
         let (reply, answer) = oneshot::channel();
         let cancel = CancelOnDrop::default();
         let cancelled = Arc::clone(&cancel.0);
@@ -310,15 +354,15 @@ impl Backend {
             if cancelled.flag.load(Ordering::SeqCst) {
                 return;
             }
-            let answer = attempt(|| handler(&snapshot));
+            let answer = attempt(|| job(&snapshot));
             if let Err(Failure::Panicked(message)) = &answer {
                 let _ = defects.send(Event::Defect(message.clone()));
             }
             // After the answer, the client may send an edit, which waits for all snapshots.
             drop(snapshot);
-            let _ = reply.send(answer.unwrap_or_else(|failure| Err(failure.into_error())));
+            let _ = reply.send(answer);
         })));
-        let answer = answer.await.unwrap_or_else(|_| Err(Error::internal_error()));
+        let answer = answer.await.map_err(|_| Error::internal_error());
         drop(cancel);
         answer
     }
@@ -348,21 +392,15 @@ impl Backend {
     async fn tokens<T: Send + 'static>(
         &self,
         uri: Url,
-        handler: impl Fn(&Snapshot) -> Result<T> + Send + 'static,
+        handler: impl Fn(&Snapshot) -> Result<T> + Send + Sync + 'static,
     ) -> Result<T> {
-        let asked = Arc::new(OnceLock::new());
-        let (version, of) = (Arc::clone(&asked), uri.clone());
-        let handler = move |snapshot: &Snapshot| {
-            if let Some(document) = snapshot.documents.get(&of) {
-                let _ = version.set(document.version);
-            }
-            handler(snapshot)
-        };
         let answer = self.answer(handler).await;
-        if let (Err(error), Some(version)) = (&answer, asked.get())
+        let version =
+            REQUEST.try_with(|request| request.version.get().copied().flatten()).unwrap_or_default();
+        if let (Err(error), Some(version)) = (&answer, version)
             && *error == Error::content_modified()
         {
-            self.send(Event::TokensCancelled(uri, *version));
+            self.send(Event::TokensCancelled(uri, version));
         }
         answer
     }
@@ -625,7 +663,7 @@ impl Backend {
     /// [`Backend::answer`] with hints or lenses. When an edit elsewhere cancels the request, the client does not repeat it.
     async fn hints<T: Serialize + Send + 'static>(
         &self,
-        handler: impl Fn(&Snapshot) -> Result<Option<T>> + Send + 'static,
+        handler: impl Fn(&Snapshot) -> Result<Option<T>> + Send + Sync + 'static,
     ) -> Result<Option<T>> {
         let answer = self.answer(move |snapshot| Ok((handler(snapshot)?, snapshot.generation))).await;
         match &answer {
@@ -671,7 +709,7 @@ impl Backend {
 /// `tower-lsp` makes a tree of values of each result, which takes several times as long.
 fn written<T: Serialize>(result: T) -> Option<T> {
     let json = serde_json::to_string(&result).ok();
-    match JSON.try_with(|written| json.is_some_and(|json| written.set(json).is_ok())) {
+    match REQUEST.try_with(|request| json.is_some_and(|json| request.result.set(json).is_ok())) {
         Ok(true) => None,
         Ok(false) | Err(_) => Some(result),
     }

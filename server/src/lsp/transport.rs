@@ -7,8 +7,8 @@
 //! no message. Notifications about documents do not reach tower-lsp, see [`Backend::preprocess`].
 
 use std::panic::AssertUnwindSafe;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use futures::{FutureExt as _, Sink, SinkExt as _, StreamExt as _};
@@ -20,7 +20,7 @@ use tower_lsp::jsonrpc::{Error, ErrorCode, Id, Request, Response};
 use tower_lsp::lsp_types::MessageType;
 use tower_lsp::{ClientSocket, LspService};
 
-use super::backend::{Backend, JSON};
+use super::backend::{Answering, Backend, REQUEST};
 use super::frame::{Frame, Lost, lost_by};
 use super::publisher::Outbox;
 use super::trace::{Trace, milliseconds};
@@ -270,8 +270,9 @@ fn answer(
     request: Request,
 ) -> impl Future<Output = Answered> + Send + use<> {
     let (id, method, begin) = (request.id().cloned(), request.method().to_owned(), Instant::now());
-    let written = Arc::new(OnceLock::new());
-    let answer = JSON.scope(Arc::clone(&written), AssertUnwindSafe(service.call(request)).catch_unwind());
+    let answering = Arc::new(request.params().map_or_else(Answering::default, Answering::with));
+    let answer = AssertUnwindSafe(service.call(request)).catch_unwind();
+    let answer = REQUEST.scope(Arc::clone(&answering), answer);
     async move {
         let response = match answer.await {
             Ok(Ok(Some(answer))) if method == "initialize" => Some(with_new_capabilities(answer)),
@@ -286,7 +287,7 @@ fn answer(
         let answer = response.map(|response| Answer {
             id: response.id().clone(),
             error: response.error().cloned(),
-            message: match written.get().filter(|_| response.is_ok()) {
+            message: match answering.result.get().filter(|_| response.is_ok()) {
                 Some(result) => with_result(response.id(), result),
                 None => json(&response),
             },
