@@ -68,6 +68,26 @@ impl Edges {
         first.iter().take(edge.first).chain(&edge.then).copied()
     }
 
+    /// Returns, for each edge, `zero` to which `add` has added its [`Edges::programs`]. What the edges of a state share is added
+    /// once.
+    pub fn sums<S: Copy>(&self, zero: S, add: impl Fn(S, usize) -> S) -> Vec<S> {
+        let of_first = |first: &Vec<usize>| {
+            let mut sums = vec![zero];
+            sums.extend(first.iter().scan(zero, |sum, &index| {
+                *sum = add(*sum, index);
+                Some(*sum)
+            }));
+            sums
+        };
+        let first: Vec<Vec<S>> = self.first.iter().map(of_first).collect();
+        let sum = |edge: &Edge| {
+            let of_source = first.get(edge.source);
+            let first = of_source.and_then(|sums| sums.get(edge.first).or(sums.last())).copied();
+            edge.then.iter().copied().fold(first.unwrap_or(zero), &add)
+        };
+        self.all.iter().map(sum).collect()
+    }
+
     /// Returns the indices of the programs that any edge executes, with repetitions: by state, then by edge.
     pub fn executed(&self) -> impl Iterator<Item = usize> {
         self.first.iter().flatten().chain(self.all.iter().flat_map(|edge| &edge.then)).copied()

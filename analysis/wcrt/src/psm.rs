@@ -297,23 +297,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
             let (program, time) = behaviour.programs.get(index).zip(time).ok_or(None)?;
             sum.checked_add(time).ok_or(Some(&program.id))
         };
-        // For each state, the sums of the first programs of its list.
-        let sums_of = |first: &Vec<usize>| {
-            let mut sum = overhead.ok_or(None);
-            let mut sums = vec![sum];
-            for &index in first {
-                sum = add(sum, index);
-                sums.push(sum);
-            }
-            sums
-        };
-        let sums: Vec<Vec<_>> = behaviour.edges.first.iter().map(sums_of).collect();
-        let cost = |edge: &mauve_hir::Edge| {
-            let first = sums.get(edge.source).and_then(|sums| sums.get(edge.first));
-            let first = first.copied().unwrap_or(Err(None));
-            edge.then.iter().copied().fold(first, add)
-        };
-        behaviour.edges.all.iter().map(cost).collect()
+        behaviour.edges.sums(overhead.ok_or(None), add)
     }
 
     /// Evaluates the operations that these programs call, over others or directly: callees first, so that no chain of

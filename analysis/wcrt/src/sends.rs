@@ -3,9 +3,7 @@
 use rustc_hash::FxHashMap;
 
 use mauve_hir::item_tree::Name;
-use mauve_hir::{
-    Behaviour, Cost, Decl, Edge, ModelDb, Project, TimedProgram, behaviour_of, core_of, sends_in,
-};
+use mauve_hir::{Behaviour, Cost, Decl, ModelDb, Project, TimedProgram, behaviour_of, core_of, sends_in};
 
 /// Returns the greatest number of calls that one period of a component sends to each of its required operations.
 #[salsa::tracked(returns(ref))]
@@ -25,21 +23,8 @@ pub(crate) fn sends_of<'db>(
         let of_operations = calls_of_operations(behaviour, name);
         let count = |program: &TimedProgram<'db>| calls(&program.cost, name, &of_operations);
         let of_programs: Vec<u64> = behaviour.programs.iter().map(count).collect();
-        let of_program = |index: usize| of_programs.get(index).copied().unwrap_or(0);
-        // For each state, the sums of the first programs of its list.
-        let sums = |first: &Vec<usize>| {
-            let mut sums = vec![0u64];
-            for &index in first {
-                sums.push(sums.last().map_or(0, |sum| sum.saturating_add(of_program(index))));
-            }
-            sums
-        };
-        let first: Vec<Vec<u64>> = behaviour.edges.first.iter().map(sums).collect();
-        let of_edge = |edge: &Edge| {
-            let first = first.get(edge.source).and_then(|sums| sums.get(edge.first)).copied().unwrap_or(0);
-            edge.then.iter().fold(first, |sum, &index| sum.saturating_add(of_program(index)))
-        };
-        let greatest = behaviour.edges.all.iter().map(of_edge).max().unwrap_or(0);
+        let add = |sum: u64, index: usize| sum.saturating_add(of_programs.get(index).copied().unwrap_or(0));
+        let greatest = behaviour.edges.sums(0, add).into_iter().max().unwrap_or(0);
         sends.insert(name.clone(), greatest);
     }
     sends
