@@ -69,15 +69,19 @@ impl<'db> Variants<'db> {
         Some(set.response_times(&self.query.options(is_brief), &interrupt).responses)
     }
 
-    /// Returns whether a deadline is missed, so that a greater budget would not change that.
+    /// Returns whether a deadline of `set` is missed, so that a greater budget would not change that.
     pub(crate) fn is_missed(&self, set: &ActivitySet) -> bool {
         let Some(responses) = self.analysed(set, false) else { return false };
-        let is_missed = |(status, response): (Option<Status>, Option<Response>)| {
-            matches!(status, Some(Status::Missed | Status::Unbounded))
-                && response.is_some_and(|it| !it.is_exhausted)
-        };
-        statuses(set, &responses).into_iter().zip(responses).any(is_missed)
+        statuses(set, &responses)
+            .into_iter()
+            .zip(&responses)
+            .any(|(status, it)| is_missed(status, it.as_ref()))
     }
+}
+
+/// Returns whether a deadline is missed, so that a greater budget would not change that.
+pub(crate) fn is_missed(status: Option<Status>, response: Option<&Response>) -> bool {
+    matches!(status, Some(Status::Missed | Status::Unbounded)) && response.is_some_and(|it| !it.is_exhausted)
 }
 
 /// Returns the status of each activity of `set`; none for those in the background.

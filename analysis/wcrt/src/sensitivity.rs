@@ -10,7 +10,7 @@
 use mauve_timing::{ActivitySet, Bound, Demand, Level, Response, Status, Time};
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::bisection::{Boundary, Variants, statuses};
+use crate::bisection::{Boundary, Variants, is_missed, statuses};
 use crate::psm::OtherTimes;
 use crate::reason::{ActivityField, Timed};
 use crate::report::{Query, Verdict};
@@ -160,7 +160,7 @@ pub fn time_sensitivity<'db>(
         Lookup::Absent | Lookup::Unusable(_) => None,
     };
     let search = Search::new(db, project, deployment, query, activities);
-    let (unproved, limit) = search.greatest_time(&of, time);
+    let (unproved, limit) = search.greatest_time(&of, time).unwrap_or_else(|limit| (None, limit));
     Some(TimeSensitivity { of, time, unproved, limit })
 }
 
@@ -180,7 +180,8 @@ pub fn period_sensitivity<'db>(
     let search = Search::new(db, project, deployment, query, &of);
     let base = search.variants.with_times(&FxHashSet::default(), &|_| None);
     let serves = base.operations.iter().any(|operation| operation.provider == index);
-    let (unproved, limit) = search.least_period(&base, index, activity);
+    let found = search.least_period(&base, index, activity);
+    let (unproved, limit) = found.unwrap_or_else(|limit| (None, limit));
     let instance = activity.instance.clone();
     Some(ActivitySensitivity { instance, period: activity.period, slack, unproved, limit, serves })
 }
@@ -272,16 +273,6 @@ struct Search<'a, 'db> {
     of: &'a [usize],
 }
 
-/// The deadlines that a value affects, as they are before it is changed.
-enum Affected {
-    /// None.
-    Nothing,
-    /// One of them is not analysed.
-    NotAnalysed(Name),
-    /// Those of these activities; with the first one that is not proved.
-    Deadlines(Vec<usize>, Option<Name>),
-}
-
 impl<'a, 'db> Search<'a, 'db> {
     fn new(
         db: &'db dyn ModelDb,
@@ -294,11 +285,12 @@ impl<'a, 'db> Search<'a, 'db> {
         Search { db, project, deployment, query, variants, of }
     }
 
-    /// Returns the limit of a time that is `now`, and the activity whose deadline is not proved with it.
-    fn greatest_time(&self, of: &Timed<'db>, now: Option<Time>) -> (Option<Name>, Limit) {
+    /// Returns the limit of a time that is `now`, and the activity whose deadline is not proved with it. The error is the limit of a
+    /// time for which no deadline is compared.
+    fn greatest_time(&self, of: &Timed<'db>, now: Option<Time>) -> Result<(Option<Name>, Limit), Limit> {
         let system = self.variants.system;
         if !system.not_analysed.is_empty() {
-            return (None, Limit::NotAnalysed(None));
+            return Err(Limit::NotAnalysed(None));
         }
         let executing = self.of.iter().filter_map(|index| system.activities.get(*index)?.executed());
         let components: FxHashSet<Decl<'db>> = executing.collect();
@@ -307,12 +299,7 @@ impl<'a, 'db> Search<'a, 'db> {
             self.variants.with_times(&components, what_if)
         };
         let start = now.unwrap_or_default();
-        let (affected, unproved) = match self.affected(&with(start), now.is_some()) {
-            Some(Affected::Deadlines(affected, unproved)) => (affected, unproved),
-            Some(Affected::Nothing) => return (None, Limit::Any),
-            Some(Affected::NotAnalysed(name)) => return (None, Limit::NotAnalysed(Some(name))),
-            None => return (None, Limit::Exhausted),
-        };
+        let (affected, unproved) = self.affected(&with(start), now.is_some())?;
         let holds = |time: Time| self.holds(&with(time), &affected, true);
         let limit = match (&unproved, start.as_nanos()) {
             (None, start) => {
@@ -332,10 +319,11 @@ impl<'a, 'db> Search<'a, 'db> {
                 None => Limit::Exhausted,
             },
         };
-        (unproved, limit)
+        Ok((unproved, limit))
     }
 
-    /// Returns the limit of the period of the activity of this index, and the activity whose deadline is not proved with it.
+    /// Returns the limit of the period of the activity of this index, and the activity whose deadline is not proved with it. The
+    /// error is the limit of a period for which no deadline is compared.
     ///
     /// With synchronised clocks, a shorter period may make a response time shorter: the jobs meet less often. So the other periods
     /// are proved for any offsets, which is monotone.
@@ -344,15 +332,15 @@ impl<'a, 'db> Search<'a, 'db> {
         base: &ActivitySet,
         index: usize,
         activity: &ResolvedActivity<'db>,
-    ) -> (Option<Name>, Limit) {
+    ) -> Result<(Option<Name>, Limit), Limit> {
         let (db, deployment) = (self.db, self.deployment);
         if !self.variants.system.not_analysed.is_empty() {
-            return (None, Limit::NotAnalysed(None));
+            return Err(Limit::NotAnalysed(None));
         }
         let now = match (activity.priority, activity.period) {
-            (Priority::Background, _) => return (None, Limit::Any),
+            (Priority::Background, _) => return Err(Limit::Any),
             (_, Some(period)) => period.as_nanos(),
-            (_, None) => return (None, Limit::NotAnalysed(Some(activity.instance.clone()))),
+            (_, None) => return Err(Limit::NotAnalysed(Some(activity.instance.clone()))),
         };
         let is_written = written_field(db, deployment, &activity.instance, ActivityField::Deadline).is_some();
         let with = |period: Time| {
@@ -372,34 +360,30 @@ impl<'a, 'db> Search<'a, 'db> {
             Limit::Last(period) if is_synchronised => Limit::Proved(period),
             limit => limit,
         };
-        let (affected, unproved) = match self.affected(base, true) {
-            Some(Affected::Deadlines(affected, unproved)) => (affected, unproved),
-            Some(Affected::Nothing) => return (None, Limit::Any),
-            Some(Affected::NotAnalysed(name)) => return (None, Limit::NotAnalysed(Some(name))),
-            None => return (None, Limit::Exhausted),
-        };
+        let (affected, unproved) = self.affected(base, true)?;
         let holds = |period: Time| self.holds(&with(period), &affected, true);
         if unproved.is_none() {
             // A period is greater than the offset; without one, greater than 0.
             let least = activity.offset.unwrap_or_default().as_nanos();
-            return (None, limit(now, least, Some(least), &affected));
+            return Ok((None, limit(now, least, Some(least), &affected)));
         }
         let (mut bad, mut factor) = (now, 2);
         while factor <= MOST_LONGER {
             let Some(longer) = now.checked_mul(factor) else { break };
             match holds(Time::from_nanos(longer)) {
-                Some(true) => return (unproved, limit(longer, bad, None, &affected)),
+                Some(true) => return Ok((unproved, limit(longer, bad, None, &affected))),
                 Some(false) => bad = longer,
-                None => return (unproved, Limit::Exhausted),
+                None => return Ok((unproved, Limit::Exhausted)),
             }
             factor *= 2;
         }
-        (unproved, Limit::NotFound)
+        Ok((unproved, Limit::NotFound))
     }
 
-    /// Returns the deadlines that the value affects. `set` has the present value if `is_present`: then the response times are
-    /// those of the report.
-    fn affected(&self, set: &ActivitySet, is_present: bool) -> Option<Affected> {
+    /// Returns the activities whose deadlines the value affects, and the first of them that is not proved. The error is the limit
+    /// where there are none, or none is analysed. `set` has the present value if `is_present`: then the response times are those of
+    /// the report.
+    fn affected(&self, set: &ActivitySet, is_present: bool) -> Result<(Vec<usize>, Option<Name>), Limit> {
         let mut unknown = set.clone();
         for &index in self.of {
             if let Some(activity) = unknown.activities.get_mut(index) {
@@ -408,15 +392,15 @@ impl<'a, 'db> Search<'a, 'db> {
         }
         // With operations, a response time without a bound leaves others unknown: that must not depend on the smaller budget.
         let is_brief = set.operations.is_empty();
-        let now = self.variants.analysed(set, is_brief)?;
-        let without = self.variants.analysed(&unknown, is_brief)?;
+        let now = self.variants.analysed(set, is_brief).ok_or(Limit::Exhausted)?;
+        let without = self.variants.analysed(&unknown, is_brief).ok_or(Limit::Exhausted)?;
         let affected = without.iter().zip(&now).enumerate().filter(|(_, (without, now))| {
             let Some(because) = unknown_for(without) else { return false };
             because.iter().any(|index| self.of.contains(index)) || unknown_for(now) != Some(because)
         });
         let affected: Vec<usize> = affected.map(|(index, _)| index).collect();
         if affected.is_empty() {
-            return Some(Affected::Nothing);
+            return Err(Limit::Any);
         }
         let found = match is_present {
             true => {
@@ -436,13 +420,11 @@ impl<'a, 'db> Search<'a, 'db> {
             let place = found.iter().position(|status| is_it(*status))?;
             Some(set.activities.get(*affected.get(place)?)?.name.as_str().into())
         };
-        Some(match first(&|status| status == Some(Status::NotAnalysed)) {
-            Some(name) => Affected::NotAnalysed(name),
-            None => {
-                let unproved = first(&|status| status != Some(Status::Met));
-                Affected::Deadlines(affected, unproved)
-            }
-        })
+        if let Some(name) = first(&|status| status == Some(Status::NotAnalysed)) {
+            return Err(Limit::NotAnalysed(Some(name)));
+        }
+        let unproved = first(&|status| status != Some(Status::Met));
+        Ok((affected, unproved))
     }
 
     /// Returns whether the deadlines of `affected` are proved; `None` where no steps are left.
@@ -491,12 +473,9 @@ impl<'a, 'db> Search<'a, 'db> {
         if affected.iter().all(|&index| status(index) == Some(Status::Met)) {
             return Some(Next::Met);
         }
-        let is_missed = |index: usize| {
-            let response = responses.get(index).and_then(Option::as_ref);
-            response.is_some_and(|response| !response.is_exhausted)
-                && matches!(status(index), Some(Status::Missed | Status::Unbounded))
-        };
-        Some(if affected.iter().any(|&index| is_missed(index)) { Next::Missed } else { Next::Unknown })
+        let response = |index: usize| responses.get(index).and_then(Option::as_ref);
+        let is_one_missed = affected.iter().any(|&index| is_missed(status(index), response(index)));
+        Some(if is_one_missed { Next::Missed } else { Next::Unknown })
     }
 }
 
