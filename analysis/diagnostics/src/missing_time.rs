@@ -24,6 +24,7 @@
 //! The message contains the longest time with which all deadlines are met. Write the time of the codel into a table
 //! (`"library.codel" = 3`), or a time for all codels without one under `[assume]` in `mauve.toml`.
 
+use mauve_hir::toml_key;
 use mauve_timing::Level;
 
 use super::*;
@@ -84,7 +85,7 @@ pub(super) fn no_table<'db>(
     others: &[Decl<'db>],
 ) -> Diagnostic<'db> {
     let section = match tables.section(db) {
-        Some(name) => format!("[timing.deployment.{}]", key(name)),
+        Some(name) => format!("[timing.deployment.{}]", toml_key(name)),
         None => "[timing]".to_owned(),
     };
     let message = format!(
@@ -101,9 +102,4 @@ pub(super) fn no_table<'db>(
 /// Returns ` in the tables of Sea`; nothing for those of `[timing] tables`.
 fn of_tables<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> String {
     tables.section(db).as_ref().map_or_else(String::new, |name| format!(" in the tables of {name}"))
-}
-
-/// Returns a name as a key of TOML.
-pub(super) fn key(name: &str) -> String {
-    if name.contains('.') { format!("\"{name}\"") } else { name.to_owned() }
 }

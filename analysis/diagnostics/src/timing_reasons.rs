@@ -3,10 +3,9 @@
 use mauve_timing::{CpuLoad, Level, MachineError, NoBoundReason};
 
 use super::configuration::mistake;
-use super::missing_time::key;
 use super::reasons;
 use super::table_error::table_error_message;
-use mauve_hir::{File, ModelDb, features_of, names_of};
+use mauve_hir::{File, ModelDb, features_of, names_of, toml_key};
 use mauve_wcrt::{
     ActivityReport, IncompleteTable, LONGEST_PATTERN, NoSuchCpu, PatternError, Prose, Reason, Share,
     StrayEntry, TableFault, TableFilesError, TableLevels, Timed, TooLong, UnknownPriority, UnusableTime,
@@ -273,10 +272,10 @@ pub(super) fn table_fault(db: &dyn ModelDb, fault: &TableFault) -> String {
         TableFault::Invalid(kind) => table_error_message(kind),
         TableFault::Files(error) => table_files_error(error),
         TableFault::UnknownDeployment(name) => {
-            format!("`[timing.deployment.{}]` names no deployment, and may be for this one", key(name))
+            format!("`[timing.deployment.{}]` names no deployment, and may be for this one", toml_key(name))
         }
         TableFault::AmbiguousDeployment(name) => {
-            format!("`[timing.deployment.{}]` names several deployments", key(name))
+            format!("`[timing.deployment.{}]` names several deployments", toml_key(name))
         }
         TableFault::SecondOverhead(first) => {
             format!("a second [overhead]: the first is in {}", file_name(db, *first))

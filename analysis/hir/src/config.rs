@@ -414,8 +414,7 @@ impl Reader<'_> {
             return self.wrong_value(key, value, ExpectedValue::DeploymentTables);
         };
         for (name, value) in deployments {
-            let quote = if name.get_ref().contains('.') { "\"" } else { "" };
-            let section = format!("{section}.{quote}{}{quote}", name.get_ref());
+            let section = format!("{section}.{}", toml_key(name.get_ref()));
             let Some(values) = value.get_ref().as_table() else {
                 self.wrong_value(name, value, ExpectedValue::DeploymentTables);
                 continue;
@@ -487,7 +486,7 @@ impl Reader<'_> {
         let deployment = config.deployments.entry(name.to_string()).or_default();
         deployment.span = key.span();
         for (key, value) in entries {
-            self.key(deployment, &format!("deployment.{name}"), keys, key, value);
+            self.key(deployment, &format!("deployment.{}", toml_key(name)), keys, key, value);
         }
     }
 
@@ -612,6 +611,17 @@ fn maintainer_of(text: &str) -> Option<Maintainer> {
     let is_address = are_labels(user, "-_%+") && are_labels(host, "-") && is_domain;
     let is_valid = is_address && !name.is_empty() && !name.contains(char::is_control);
     is_valid.then(|| Maintainer { name: name.to_owned(), email: email.to_owned() })
+}
+
+/// Returns a name as a key of TOML.
+///
+/// ```
+/// assert_eq!(mauve_hir::toml_key("Sea"), "Sea");
+/// assert_eq!(mauve_hir::toml_key("boats.Sea"), r#""boats.Sea""#);
+/// ```
+pub fn toml_key(name: &str) -> String {
+    let is_bare = |it: char| it.is_ascii_alphanumeric() || it == '_' || it == '-';
+    if !name.is_empty() && name.chars().all(is_bare) { name.to_owned() } else { format!("{name:?}") }
 }
 
 #[cfg(test)]
