@@ -299,7 +299,7 @@ fn sensitivity_document(db: &Database, found: &Sensitivity<'_>) -> impl Serializ
     object! { times: times.collect::<Vec<_>>(), activities: activities.collect::<Vec<_>>() }
 }
 
-/// Returns a time as a multiple of another one; none of 0.
+/// Returns by which factor a time grows from `now` to `then`; none where it is 0 now.
 pub(crate) fn factor(now: Time, then: Time) -> Option<f64> {
     (now > Time::ZERO).then(|| then.as_f64(Unit::Nanoseconds) / now.as_f64(Unit::Nanoseconds))
 }

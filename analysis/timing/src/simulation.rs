@@ -728,7 +728,7 @@ mod tests {
                 1.1@1 5-9 edge 0
             "#]],
         );
-        // Of equal priorities, the one that became ready last.
+        // Of two with the lowest priority, it preempts the one that became ready last.
         check(
             &set(vec![simple(1, 20, 3, 6), at(1, simple(1, 20, 3, 6)), at(2, simple(3, 20, 3, 3))]),
             &worst(20),

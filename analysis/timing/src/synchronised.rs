@@ -37,8 +37,8 @@ pub(crate) enum Starts {
     TooMany,
 }
 
-/// Returns the instants at which windows of these members may begin, without those of a priority below `least`: they delay nobody,
-/// and must not change what is found.
+/// Returns the instants at which windows of these members may begin. Members with a priority below `least` begin none: they delay
+/// none of the others, so they must not make the windows too many.
 fn starts(members: &Members<'_, '_>, least: u32, options: &Options) -> Starts {
     let counted =
         || (0..members.len()).map(|place| members.get(place)).filter(|it| it.task.priority >= least);

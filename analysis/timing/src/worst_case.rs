@@ -68,17 +68,15 @@ impl ActivitySet {
         options: &Options,
         interrupt: &dyn Fn(),
     ) -> Result<WorstCase, NoWorstCase> {
-        let found = self.window_of(activity, options, interrupt).ok_or(NoWorstCase::NoResponse)?;
-        found.ok_or(NoWorstCase::OtherOffsets)
+        self.window_of(activity, options, interrupt).unwrap_or(Err(NoWorstCase::NoResponse))
     }
 
-    /// The inner `None` for a window that does not keep the offsets.
     fn window_of(
         &self,
         activity: usize,
         options: &Options,
         interrupt: &dyn Fn(),
-    ) -> Option<Option<WorstCase>> {
+    ) -> Option<Result<WorstCase, NoWorstCase>> {
         let analysis = self.response_times(options, interrupt);
         let response = analysis.responses.get(activity)?.as_ref()?;
         let (Bound::Response(bound), Some(window)) = (&response.bound, &response.window) else { return None };
@@ -88,7 +86,7 @@ impl ActivitySet {
         let in_window = interfering.iter().map(|it| it.task).chain([of]);
         let in_window: Vec<&Task> = in_window.filter_map(|task| set.tasks().get(task)).collect();
         if window.start.is_none() && !may_start_together(&in_window) {
-            return Some(None);
+            return Some(Err(NoWorstCase::OtherOffsets));
         }
         let jitter = |task: usize| set.tasks().get(task).map_or(Time::ZERO, |task| task.jitter);
         // A job that is nominally released before the window is late, and released at its start.
@@ -107,7 +105,7 @@ impl ActivitySet {
         let after = first(of, window.delay)?.checked_add(period.checked_mul(late.job)?)?;
         let end = start.checked_add(Time::from_nanos(late.length))?;
         let script = Script { start, tasks, last: activity };
-        Some(Some(WorstCase { job: late.job, bound: *bound, script, length: end.max(after) }))
+        Some(Ok(WorstCase { job: late.job, bound: *bound, script, length: end.max(after) }))
     }
 }
 

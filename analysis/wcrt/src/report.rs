@@ -25,7 +25,8 @@ pub struct Query {
 }
 
 impl Query {
-    pub(crate) fn options(self, is_brief: bool) -> Options {
+    /// Returns the options of the analysis; the smaller budget if `is_brief`.
+    pub fn options(self, is_brief: bool) -> Options {
         Options { method: self.method, horizon: self.horizon, is_brief }
     }
 

@@ -11,8 +11,8 @@ use mauve_diagnostics::{errors_of, errors_of_text, reasons_of, time_error_messag
 use mauve_hir::{Database, Decl, Project};
 use mauve_ide::draw_schedule;
 use mauve_timing::{
-    LeftOut, Level, Method, NoWorstCase, Options, Rounding, Schedule, SimulationOptions, Statistics, Time,
-    Unit, WorstCase,
+    LeftOut, Level, Method, NoWorstCase, Rounding, Schedule, SimulationOptions, Statistics, Time, Unit,
+    WorstCase,
 };
 use mauve_wcrt::{
     ActivityReport, Query, Report, Simulated, response_times, response_times_of, simulated, simulated_of,
@@ -217,9 +217,7 @@ impl Simulate {
             Some(instance) => {
                 let activity = set.activities.iter().position(|activity| activity.name == *instance);
                 let activity = activity.ok_or_else(|| no_activity(instance))?;
-                let Query { method, horizon, .. } = query;
-                let options = Options { method, horizon, is_brief: false };
-                let case = set.worst_case(activity, &options, &|| ());
+                let case = set.worst_case(activity, &query.options(false), &|| ());
                 let case = case.map_err(|why| match why {
                     NoWorstCase::NoResponse => {
                         format!("`{instance}` has no response time in {name}: `mauve wcrt` says why")
@@ -240,7 +238,7 @@ impl Simulate {
         });
         let new = SimulationOptions::new(self.seed, length);
         let options = SimulationOptions {
-            simultaneous: self.simultaneous || worst.is_some(),
+            simultaneous: self.simultaneous,
             initial_states: deployment.initial_states(),
             least_time: if self.full_times || worst.is_some() { 100 } else { new.least_time },
             keeps_schedule: self.format != Format::Table || worst.is_some(),
