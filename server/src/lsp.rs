@@ -29,6 +29,7 @@
 //!
 //! Nothing waits in a handler, nothing is analysed on the thread that reads, and an edit ends whatever is outdated by it.
 
+mod answering;
 mod backend;
 mod capabilities;
 mod check;

@@ -139,6 +139,24 @@ fn a_long_start_says_what_it_does() {
 }
 
 #[test]
+fn a_request_that_waits_for_the_search_is_about_its_own_text() {
+    let folder = copied_robot("lsp_search_and_edit");
+    let hold = folder.with_extension("hold");
+    std::fs::write(&hold, "").unwrap();
+    let mut client = Client::start_where(MAUVE, &[], &[("MAUVE_DEBUG_HOLD", hold.to_str().unwrap())]);
+    client.initialize(Some(&folder), &json!({}));
+    let mut text = client.open_file(&folder.join("deployment.mal"));
+    let mut rename = text.at("navigation  {");
+    rename["newName"] = json!("planner");
+    let before = client.request("textDocument/rename", rename);
+    client.edit(&mut text, "library", "// A line more.\nlibrary");
+    let after = client.request("textDocument/hover", text.at("navigation  {"));
+    std::fs::remove_file(&hold).unwrap();
+    assert_eq!(client.answer(before).unwrap_err()["code"], -32801);
+    assert!(client.answer(after).unwrap().to_string().contains("997 ms"));
+}
+
+#[test]
 fn a_search_that_is_cancelled_begins_again_after_a_change() {
     let folder = copied_robot("lsp_cancelled_search");
     let hold = folder.with_extension("hold");

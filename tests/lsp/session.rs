@@ -217,6 +217,27 @@ fn a_request_begins_again_after_a_change_elsewhere() {
 }
 
 #[test]
+fn a_request_ends_with_its_text_whatever_the_version() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_long_version");
+    write(&folder, &long_analysis(200));
+    let mut client = Client::of_folder(MAUVE, &folder);
+    // The client spells the address in two ways.
+    let path = folder.join("a.mal");
+    let spelled = address(&path).replace("a.mal", "%61.mal");
+    let mut text = client.open_at(&spelled, &std::fs::read_to_string(&path).unwrap());
+    let mut hover = text.at("p { priority");
+    hover["textDocument"]["uri"] = json!(address(&path));
+    let id = client.request("textDocument/hover", hover);
+    let end = Instant::now() + SOON;
+    while client.call("mauve/status", Value::Null).unwrap()["jobs"].as_u64() < Some(2) {
+        assert!(Instant::now() < end, "the analysis does not take long");
+    }
+    text.version -= 1;
+    client.edit(&mut text, "codel f", "// A line more.\ncodel f");
+    assert_eq!(client.answer(id).unwrap_err()["code"], -32801);
+}
+
+#[test]
 fn a_request_that_waits_for_a_cancelled_one_is_answered() {
     let mut client = robot();
     let mut text = client.open_file(&models().join("p3dx/deployment.mal"));

@@ -197,6 +197,34 @@ fn lenses_above_declarations() {
 }
 
 #[test]
+fn a_lens_of_a_text_that_was_undone_is_asked_for_again() {
+    let folder = robot("lsp_timing_undone");
+    let (parts, deployment) = MODEL.split_at(MODEL.find("deployment D").unwrap());
+    // Their hints are compared for so long that the next edit comes before.
+    let deployments: String = (0..100).map(|index| deployment.replace('D', &format!("D{index}"))).collect();
+    write(&folder, &[("robot.mal", &format!("{parts}{deployments}"))]);
+    let mut client = good(&folder);
+    let text = client.open_file(&folder.join("robot.mal"));
+    let mut times = client.open_file(&folder.join("times.toml"));
+    let all = client.call("textDocument/codeLens", json!({"textDocument": {"uri": text.uri}})).unwrap();
+    let lens = all[2].clone();
+    let title = |client: &mut Client| {
+        let resolved = client.call("codeLens/resolve", lens.clone()).unwrap();
+        resolved["command"]["title"].as_str().unwrap()[..6].to_owned()
+    };
+    for _ in 0..3 {
+        client.idle();
+        client.edit(&mut times, "drive = 20", "drive = 2");
+        assert_eq!(title(&mut client), "2 of 2");
+        client.forget();
+        client.edit(&mut times, "drive = 2", "drive = 20");
+        client.idle();
+        assert!(client.count(|it| it["method"] == "workspace/codeLens/refresh") > 0);
+        assert_eq!(title(&mut client), "1 of 2");
+    }
+}
+
+#[test]
 fn a_lens_of_another_text_is_not_resolved_and_a_plain_client_has_no_commands_that_it_lacks() {
     let folder = robot("lsp_timing_plain_lenses");
     let (mut client, _) = start(&folder, &json!({}));

@@ -17,20 +17,21 @@ use tower_lsp::lsp_types::*;
 use tower_lsp::{Client, LanguageServer, LspServiceBuilder};
 
 use super::PATIENCE;
+use super::answering::REQUEST;
 use super::capabilities::Capabilities;
 use super::frame::Lost;
 use super::handlers::diagnostic::{Diagnosed, ask_again};
 use super::handlers::execute_command::Command;
 use super::handlers::generate::{GenerateDocument, GenerateParams, Messages};
 use super::handlers::*;
-use super::main_loop::Event;
+use super::main_loop::{Event, Job};
 use super::progress::Shown;
 use super::pulls::Given;
 use super::settings::{SECTION, Settings};
 use super::snapshot::{Failure, Snapshot, attempt};
 use super::trace::Trace;
 
-/// The number of attempts of a command that edits cancel.
+/// The number of attempts of a request that changes cancel.
 const MOST_ATTEMPTS: usize = 100;
 
 /// The server as tower-lsp sees it.
@@ -82,30 +83,6 @@ macro_rules! own_methods {
             self.answer(move |snapshot| $handler(snapshot, &params)).await
         })*
     };
-}
-
-tokio::task_local! {
-    /// The request that is answered.
-    pub(crate) static REQUEST: Arc<Answering>;
-}
-
-/// A request while it is answered.
-#[derive(Debug, Default)]
-pub(crate) struct Answering {
-    /// The document that the request is about.
-    document: Option<Url>,
-    /// The version of the document when the request came; none if it is not open.
-    version: OnceLock<Option<i32>>,
-    /// The result as JSON, if its handler has written it.
-    pub(crate) result: OnceLock<String>,
-}
-
-impl Answering {
-    /// Returns a request with these parameters. All parameters that have positions name their document alike.
-    pub(crate) fn with(params: &Value) -> Answering {
-        let uri = params.pointer("/textDocument/uri").or_else(|| params.pointer("/item/uri"));
-        Answering { document: uri.and_then(|uri| uri.as_str()?.parse().ok()), ..Answering::default() }
-    }
 }
 
 impl Backend {
@@ -321,15 +298,7 @@ impl Backend {
         &self,
         handler: impl Fn(&Snapshot) -> Result<T> + Send + Sync + 'static,
     ) -> Result<T> {
-        let request = REQUEST.try_with(Arc::clone).unwrap_or_default();
-        let handler = Arc::new(move |snapshot: &Snapshot| {
-            let version = request.document.as_ref().and_then(|document| snapshot.version(document));
-            if *request.version.get_or_init(|| version) == version {
-                handler(snapshot)
-            } else {
-                Err(Error::content_modified())
-            }
-        });
+        let handler = Arc::new(handler);
         for _ in 0..MOST_ATTEMPTS {
             let handler = Arc::clone(&handler);
             match self.run(move |snapshot| handler(snapshot)).await? {
@@ -340,7 +309,7 @@ impl Backend {
         Err(Error::content_modified())
     }
 
-    /// Runs a job on a worker. Any change cancels it, and the client can.
+    /// Runs a job on a worker. Any change cancels it, and the client can. The outer error is that of a job that was not begun.
     async fn run<T: Send + 'static>(
         &self,
         job: impl Fn(&Snapshot) -> T + Send + 'static,
@@ -349,7 +318,12 @@ impl Backend {
         let cancel = CancelOnDrop::default();
         let cancelled = Arc::clone(&cancel.0);
         let defects = self.main_loop.clone();
-        self.send(Event::Job(Box::new(move |snapshot| {
+        let request = REQUEST.try_with(Arc::clone).unwrap_or_default();
+        let work = move |snapshot: Option<Snapshot>| {
+            let Some(snapshot) = snapshot else {
+                let _ = reply.send(Err(Error::content_modified()));
+                return;
+            };
             let _ = cancelled.token.set(snapshot.db.cancellation_token());
             if cancelled.flag.load(Ordering::SeqCst) {
                 return;
@@ -360,9 +334,10 @@ impl Backend {
             }
             // After the answer, the client may send an edit, which waits for all snapshots.
             drop(snapshot);
-            let _ = reply.send(answer);
-        })));
-        let answer = answer.await.map_err(|_| Error::internal_error());
+            let _ = reply.send(Ok(answer));
+        };
+        self.send(Event::Job(Job { request, work: Box::new(work) }));
+        let answer = answer.await.unwrap_or_else(|_| Err(Error::internal_error()));
         drop(cancel);
         answer
     }
@@ -387,20 +362,18 @@ impl Backend {
         });
     }
 
-    /// [`Backend::answer`] with semantic tokens. When an edit of another document cancels the request, the client does not
-    /// repeat it.
+    /// [`Backend::answer`] with semantic tokens. A client that gets none does not repeat the request.
     async fn tokens<T: Send + 'static>(
         &self,
         uri: Url,
         handler: impl Fn(&Snapshot) -> Result<T> + Send + Sync + 'static,
     ) -> Result<T> {
         let answer = self.answer(handler).await;
-        let version =
-            REQUEST.try_with(|request| request.version.get().copied().flatten()).unwrap_or_default();
-        if let (Err(error), Some(version)) = (&answer, version)
+        let text = REQUEST.try_with(|request| request.text()).unwrap_or_default();
+        if let (Err(error), Some(text)) = (&answer, text)
             && *error == Error::content_modified()
         {
-            self.send(Event::TokensCancelled(uri, version));
+            self.send(Event::TokensCancelled(uri, text.version));
         }
         answer
     }
@@ -521,7 +494,6 @@ macro_rules! language_server {
 language_server! {
     handlers: {
         code_action: CodeActionRequest => code_actions::code_actions;
-        code_lens_resolve: CodeLensResolve => code_lens::resolve;
         completion: Completion => completion::completion;
         completion_resolve: ResolveCompletionItem => completion::resolve;
         document_highlight: DocumentHighlightRequest => references::highlights;
@@ -539,7 +511,6 @@ language_server! {
             |it, at| definition::go_to(it, at, mauve_ide::type_definition, it.capabilities.type_definition_links);
         hover: HoverRequest => hover::hover;
         incoming_calls: CallHierarchyIncomingCalls => hierarchies::incoming;
-        inlay_hint_resolve: InlayHintResolveRequest => inlay_hints::resolve;
         on_type_formatting: OnTypeFormatting => formatting::on_type_formatting;
         outgoing_calls: CallHierarchyOutgoingCalls => hierarchies::outgoing;
         prepare_call_hierarchy: CallHierarchyPrepare => hierarchies::prepare_calls;
@@ -565,9 +536,11 @@ language_server! {
         initialize: Initialize;
         code_action_resolve: CodeActionResolveRequest;
         code_lens: CodeLensRequest;
+        code_lens_resolve: CodeLensResolve;
         diagnostic: DocumentDiagnosticRequest;
         execute_command: ExecuteCommand;
         inlay_hint: InlayHintRequest;
+        inlay_hint_resolve: InlayHintResolveRequest;
         workspace_diagnostic: WorkspaceDiagnosticRequest;
     }
     notifications: {
@@ -660,32 +633,39 @@ impl Backend {
         self.hints(move |snapshot| code_lens::code_lenses(snapshot, &params)).await
     }
 
-    /// [`Backend::answer`] with hints or lenses. When an edit elsewhere cancels the request, the client does not repeat it.
+    async fn code_lens_resolve(&self, lens: CodeLens) -> Result<CodeLens> {
+        self.noted(move |snapshot| code_lens::resolve(snapshot, &lens)).await
+    }
+
+    async fn inlay_hint_resolve(&self, hint: InlayHint) -> Result<InlayHint> {
+        self.noted(move |snapshot| inlay_hints::resolve(snapshot, &hint)).await
+    }
+
+    /// [`Backend::noted`] with hints or lenses.
     async fn hints<T: Serialize + Send + 'static>(
         &self,
         handler: impl Fn(&Snapshot) -> Result<Option<T>> + Send + Sync + 'static,
     ) -> Result<Option<T>> {
+        self.noted(handler).await.map(|hints| hints.and_then(written))
+    }
+
+    /// [`Backend::answer`] with texts that stay on the screen: the main loop notes of which generation they are. A client that gets
+    /// none does not repeat the request.
+    async fn noted<T: Send + 'static>(
+        &self,
+        handler: impl Fn(&Snapshot) -> Result<T> + Send + Sync + 'static,
+    ) -> Result<T> {
         let answer = self.answer(move |snapshot| Ok((handler(snapshot)?, snapshot.generation))).await;
         match &answer {
             Ok((_, generation)) => self.send(Event::HintsGiven(Some(*generation))),
             Err(error) if *error == Error::content_modified() => self.send(Event::HintsGiven(None)),
             Err(_) => {}
         }
-        answer.map(|(hints, _)| hints.and_then(written))
+        answer.map(|(texts, _)| texts)
     }
 
     async fn execute_command(&self, params: ExecuteCommandParams) -> Result<Option<Value>> {
-        let params = Arc::new(params);
-        let mut read = Err(Error::content_modified());
-        // The result stays valid during edits.
-        for _ in 0..MOST_ATTEMPTS {
-            if !read.as_ref().is_err_and(|error| *error == Error::content_modified()) {
-                break;
-            }
-            let params = Arc::clone(&params);
-            read = self.answer(move |snapshot| execute_command::read(snapshot, &params)).await;
-        }
-        let command = read?;
+        let command = self.answer(move |snapshot| execute_command::read(snapshot, &params)).await?;
         let result = command.result();
         match command {
             Command::SetSignificance(level) => self.send(Event::Significance(level)),

@@ -29,6 +29,13 @@ pub(crate) struct Open {
     pub(crate) is_dirty: bool,
 }
 
+/// Identifies a text of an open document. Clients may send two texts with one version.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct TextId {
+    changed: Instant,
+    pub(crate) version: i32,
+}
+
 /// The open documents, by their URIs.
 #[derive(Debug, Default)]
 pub(crate) struct Documents(pub(crate) BTreeMap<Url, Open>);
@@ -78,6 +85,11 @@ impl Documents {
     /// Returns the document with a URI in any spelling.
     pub(crate) fn get(&self, uri: &Url) -> Option<&Open> {
         self.0.get(&self.address(uri)?)
+    }
+
+    /// Returns which text a document with a URI in any spelling has; none if it is not open.
+    pub(crate) fn text_id(&self, uri: &Url) -> Option<TextId> {
+        self.get(uri).map(|open| TextId { changed: open.changed, version: open.version })
     }
 
     /// Returns the files, with links resolved, whose text is unknown under one of their URIs, with the reasons.

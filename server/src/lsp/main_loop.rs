@@ -22,6 +22,7 @@ use tower_lsp::lsp_types::{
 };
 
 use super::Options;
+use super::answering::Answering;
 use super::capabilities::Capabilities;
 use super::check::{Checked, Compared, check, compare};
 use super::documents::{Documents, Open};
@@ -93,9 +94,9 @@ pub(crate) enum Event {
     DiagnosticsGiven(BTreeMap<Url, Given>),
     /// The request for the diagnostics of this file was not answered.
     DiagnosticsNotGiven(Url),
-    /// The client was given the inlay hints or code lenses of this generation; none if an edit cancelled the request.
+    /// The client was given the inlay hints or code lenses of this generation; none if changes cancelled the request.
     HintsGiven(Option<u64>),
-    /// An edit cancelled the request for the semantic tokens of this version of a document.
+    /// Changes cancelled the request for the semantic tokens of this version of a document.
     TokensCancelled(Url, i32),
     /// A check of this generation found diagnostics.
     Checked(u64, Result<Checked, Failure>),
@@ -148,8 +149,12 @@ impl Event {
     }
 }
 
-/// Something to compute.
-pub(crate) type Job = Box<dyn FnOnce(Snapshot) + Send>;
+/// Something to compute for a request.
+pub(crate) struct Job {
+    pub(crate) request: Arc<Answering>,
+    /// Is given no snapshot where the document of the request has another text than when the request came.
+    pub(crate) work: Box<dyn FnOnce(Option<Snapshot>) + Send>,
+}
 
 /// The state of the server.
 pub(crate) struct MainLoop {
@@ -336,7 +341,7 @@ impl MainLoop {
             Event::Configured(settings, problems) => self.configured(settings, problems),
             Event::Job(job) => {
                 self.apply_changes();
-                match self.staleness.is_awaited() {
+                match job.request.is_current(&self.documents) && self.staleness.is_awaited() {
                     true => self.waiting.push(job),
                     false => self.start(job),
                 }
@@ -574,9 +579,9 @@ impl MainLoop {
         }
     }
 
-    fn start(&self, job: Job) {
-        let snapshot = self.snapshot();
-        self.spawn(move || job(snapshot));
+    fn start(&self, Job { request, work }: Job) {
+        let snapshot = request.is_current(&self.documents).then(|| self.snapshot());
+        self.spawn(move || work(snapshot));
     }
 
     /// Loads the workspaces, or begins the walk that this requires.
@@ -772,7 +777,8 @@ impl MainLoop {
             tracing::error!("a file that is included cannot be read");
         }
         self.publisher.publish(diagnostics);
-        if self.staleness.publish() {
+        // The hints of an outdated generation are not compared.
+        if self.staleness.publish() || is_outdated {
             self.refresh_hints();
         }
     }
@@ -793,7 +799,7 @@ impl MainLoop {
         }
     }
 
-    /// Requests a token refresh when an edit elsewhere cancelled the client's request for this version of a document. The
+    /// Requests a token refresh when changes cancelled the client's request for this version of a document. The
     /// next check does so if one is to come. About a newer version the client asks by itself.
     fn tokens_cancelled(&mut self, uri: &Url, version: i32) {
         if self.documents.get(uri).is_none_or(|open| open.version != version) {

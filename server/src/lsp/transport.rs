@@ -20,7 +20,8 @@ use tower_lsp::jsonrpc::{Error, ErrorCode, Id, Request, Response};
 use tower_lsp::lsp_types::MessageType;
 use tower_lsp::{ClientSocket, LspService};
 
-use super::backend::{Answering, Backend, REQUEST};
+use super::answering::{Answering, REQUEST};
+use super::backend::Backend;
 use super::frame::{Frame, Lost, lost_by};
 use super::publisher::Outbox;
 use super::trace::{Trace, milliseconds};

@@ -71,6 +71,7 @@ pub(crate) fn resolve(snapshot: &Snapshot, hint: &lsp_types::InlayHint) -> Resul
     let explained = hint.data.as_ref().and_then(Explained::read);
     let Some(Explained { document, version, at }) = explained else { return Ok(hint) };
     snapshot.unchanged(&document, version)?;
+    snapshot.complete()?;
     let (file, lines) = snapshot.file(&document)?;
     let offset = lines.offset(at);
     if let Some(hover) = mauve_ide::hover(&snapshot.db, &snapshot.workspaces, file, offset) {
