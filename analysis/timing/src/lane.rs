@@ -697,8 +697,8 @@ impl<'a> Lane<'_, 'a> {
         let (period, jitter, delay) = (member.period, member.jitter, member.delay);
         let mut job = BusyJob { job: 1, length: first_job };
         let mut worst = job;
-        // From the nominal release of the job, which is counted from J before the window. A job that is released after the window has
-        // ended may have a `length` before its release: then its response is 0, and that of job 1 is the greater one.
+        // From the nominal release of the job, which is counted from J before the window. A window may end
+        // before a later job is released. The response of that job counts as 0, so it never replaces that of job 1.
         let response = |length: u64, release: u64| length.saturating_add(jitter).saturating_sub(release);
         let mut worst_response = response(first_job, delay);
         let mut next_release = delay.saturating_add(period);

@@ -38,7 +38,7 @@ pub(crate) enum Starts {
 }
 
 /// Returns the instants at which windows of these members may begin. Members with a priority below `least` begin none: they delay
-/// none of the others, so they must not make the windows too many.
+/// none of the others, so their windows do not count against the limit.
 fn starts(members: &Members<'_, '_>, least: u32, options: &Options) -> Starts {
     let counted =
         || (0..members.len()).map(|place| members.get(place)).filter(|it| it.task.priority >= least);

@@ -69,7 +69,7 @@ impl<'db> Variants<'db> {
         Some(set.response_times(&self.query.options(is_brief), &interrupt).responses)
     }
 
-    /// Returns whether a deadline of `set` is missed, so that a greater budget would not change that.
+    /// Returns whether a deadline of `set` is missed for sure, see [`is_missed`].
     pub(crate) fn is_missed(&self, set: &ActivitySet) -> bool {
         let Some(responses) = self.analysed(set, false) else { return false };
         statuses(set, &responses)
@@ -79,7 +79,7 @@ impl<'db> Variants<'db> {
     }
 }
 
-/// Returns whether a deadline is missed, so that a greater budget would not change that.
+/// Returns whether a deadline is missed, and a greater budget would not change that.
 pub(crate) fn is_missed(status: Option<Status>, response: Option<&Response>) -> bool {
     matches!(status, Some(Status::Missed | Status::Unbounded)) && response.is_some_and(|it| !it.is_exhausted)
 }
