@@ -11,6 +11,7 @@
 //! | `frame.rs` | messages on a byte stream |
 //! | `transport.rs` | order, panics, the ways in which a session ends |
 //! | `backend.rs` | the methods: each an event for the main loop |
+//! | `answering.rs` | which text a request is about |
 //! | `main_loop.rs` | one thread, one database; edits in, snapshots out |
 //! | `main_loop/restart.rs` | the same with an empty database: a reload, and after a panic |
 //! | `staleness.rs` | whether the workspaces and the published diagnostics are outdated |
