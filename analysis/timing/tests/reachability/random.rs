@@ -9,6 +9,9 @@ use crate::explore::{MOST_STATES, OPERATIONS, Outcome, explore, schedule_above};
 use crate::scheduler::keeps_priorities;
 use crate::system::{Bounds, Calls, METHODS, Served, System, Task, simple, task};
 
+/// The number of systems of each kind, unless the environment says otherwise.
+const SYSTEMS: u64 = 5000;
+
 /// A kind of random systems.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Kind {
@@ -30,23 +33,6 @@ enum Kind {
     Offsets,
     /// One to three CPUs, with offsets, release jitter and sometimes an operation.
     OffsetsOnSeveralCpus,
-}
-
-impl Kind {
-    /// The number of systems, unless the environment says otherwise: fewer where each takes longer.
-    fn systems(self) -> u64 {
-        match self {
-            Kind::OneCpu(4) => 1500,
-            Kind::LinkedCpus => 400,
-            Kind::OneCpu(3)
-            | Kind::Paths
-            | Kind::Offsets
-            | Kind::OffsetsOnSeveralCpus
-            | Kind::SeveralCpus
-            | Kind::JitterOnSeveralCpus => 3000,
-            _ => 5000,
-        }
-    }
 }
 
 /// SplitMix64.
@@ -363,7 +349,7 @@ fn schedule_of(system: &System, place: usize, limit: u64) -> String {
 
 fn explore_random_systems(kind: Kind, seed: u64) -> Totals {
     let systems = std::env::var("MAUVE_ORACLE_SYSTEMS").ok().and_then(|number| number.parse().ok());
-    let systems: u64 = systems.unwrap_or(kind.systems());
+    let systems: u64 = systems.unwrap_or(SYSTEMS);
     let mut random = Random(seed);
     let mut totals = Totals::default();
     for tried in 0.. {
