@@ -94,6 +94,9 @@ pub struct Parsed {
 pub struct TaskSet {
     /// The name of the deployment.
     pub name: String,
+    /// The section that names its own timing tables, such as `Sea`; none for the general ones.
+    #[serde(default)]
+    pub times: Option<String>,
     /// The significance levels; every array of times has one for each, in their order.
     pub levels: Vec<Level>,
     /// The level that is shown when none is asked for.
@@ -120,6 +123,9 @@ pub struct TaskSet {
 pub struct Component {
     /// Its library and its name: `motion.Navigation`.
     pub name: String,
+    /// The section that names the timing tables of the deployment that executes it, such as `Sea`; none for the general ones.
+    #[serde(default)]
+    pub times: Option<String>,
     /// The significance levels; every array of times has one for each, in their order.
     pub levels: Vec<Level>,
     /// Why it cannot be analysed.
@@ -448,7 +454,8 @@ impl TaskSet {
     }
 
     fn check(&self) -> Result<(), TaskSetError> {
-        self.not_analysed.iter().chain([&self.name]).try_for_each(|text| is_one_line(text))?;
+        let texts = self.not_analysed.iter().chain([&self.name]).chain(&self.times);
+        texts.into_iter().try_for_each(|text| is_one_line(text))?;
         check_levels(&self.levels)?;
         if self.cpus == 0 {
             return Err(TaskSetError::NoCpu);
@@ -492,20 +499,19 @@ impl TaskSet {
     }
 
     fn write(&self) -> String {
-        lines(
-            1,
-            &[
-                ("name", line(&self.name)),
-                ("levels", line(&self.levels)),
-                ("significance", line(&self.significance)),
-                ("cpus", line(&self.cpus)),
-                ("rt_throttling", line(&self.rt_throttling)),
-                ("not_analysed", line(&self.not_analysed)),
-                ("other", items(2, self.other.iter().map(line))),
-                ("operations", items(2, self.operations.iter().map(line))),
-                ("activities", items(2, self.activities.iter().map(Activity::write))),
-            ],
-        )
+        let mut fields = vec![("name", line(&self.name))];
+        fields.extend(self.times.iter().map(|times| ("times", line(times))));
+        fields.extend([
+            ("levels", line(&self.levels)),
+            ("significance", line(&self.significance)),
+            ("cpus", line(&self.cpus)),
+            ("rt_throttling", line(&self.rt_throttling)),
+            ("not_analysed", line(&self.not_analysed)),
+            ("other", items(2, self.other.iter().map(line))),
+            ("operations", items(2, self.operations.iter().map(line))),
+            ("activities", items(2, self.activities.iter().map(Activity::write))),
+        ]);
+        lines(1, &fields)
     }
 }
 
@@ -553,7 +559,7 @@ impl Called {
 
 impl Component {
     fn check(&self) -> Result<(), TaskSetError> {
-        is_one_line(&self.name)?;
+        [&self.name].into_iter().chain(&self.times).try_for_each(|text| is_one_line(text))?;
         check_levels(&self.levels)?;
         check_reasons(&self.not_analysed, &self.levels)?;
         if let Some(machine) = &self.machine {
@@ -569,15 +575,14 @@ impl Component {
     }
 
     fn write(&self) -> String {
-        lines(
-            1,
-            &[
-                ("name", line(&self.name)),
-                ("levels", line(&self.levels)),
-                ("not_analysed", items(2, self.not_analysed.iter().map(line))),
-                ("machine", Machine::write(self.machine.as_ref(), 2)),
-            ],
-        )
+        let mut fields = vec![("name", line(&self.name))];
+        fields.extend(self.times.iter().map(|times| ("times", line(times))));
+        fields.extend([
+            ("levels", line(&self.levels)),
+            ("not_analysed", items(2, self.not_analysed.iter().map(line))),
+            ("machine", Machine::write(self.machine.as_ref(), 2)),
+        ]);
+        lines(1, &fields)
     }
 }
 
@@ -914,6 +919,7 @@ mod tests {
         let idle = Activity { period: None, deadline: None, ..activity("idle", Priority::Background) };
         Exported::Deployment(TaskSet {
             name: "D".to_owned(),
+            times: Some("Sea".to_owned()),
             levels: vec![level(1e-3), level(1e-9)],
             significance: level(1e-3),
             cpus: 1,
@@ -1029,7 +1035,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_may_be_missing() {
+    fn nothing_may_be_missing_but_the_name_of_the_tables() {
         let whole = unsealed();
         let is_key = |path: &String| path.rsplit('/').next().is_some_and(|key| key.parse::<usize>().is_err());
         let keys: Vec<String> =
@@ -1038,7 +1044,11 @@ mod tests {
         for path in keys {
             let mut document = whole.clone();
             remove(&mut document, &path);
-            assert!(Exported::parse(&document.to_string()).is_err(), "without {path}");
+            assert_eq!(
+                Exported::parse(&document.to_string()).is_ok(),
+                path == "/deployment/times",
+                "without {path}"
+            );
             // Nor may there be what nobody knows.
             let mut document = whole.clone();
             let (parent, _) = path.rsplit_once('/').unwrap();
@@ -1342,7 +1352,8 @@ mod tests {
         let machine = |activity: usize| example_set().activities.swap_remove(activity).machine;
         let check = |machine: Option<Machine>, reasons: &[NotAnalysed], name: &str, levels: &[f64]| {
             let levels = levels.iter().map(|&it| level(it)).collect();
-            Component { name: name.to_owned(), levels, not_analysed: reasons.to_vec(), machine }.check()
+            Component { name: name.to_owned(), times: None, levels, not_analysed: reasons.to_vec(), machine }
+                .check()
         };
         let both = &[1e-3, 1e-9];
         let reason = NotAnalysed { reason: "lost".to_owned(), levels: None, classic_only: false };
@@ -1393,8 +1404,13 @@ mod tests {
         let machine =
             Machine { states, initial, overhead: none(), component_time: none(), assumed, programs, edges };
         let levels = vec![level(1e-4)];
-        let component =
-            Component { name: "C".to_owned(), levels, not_analysed: Vec::new(), machine: Some(machine) };
+        let component = Component {
+            name: "C".to_owned(),
+            times: None,
+            levels,
+            not_analysed: Vec::new(),
+            machine: Some(machine),
+        };
         let content = Exported::Component(component);
         assert_eq!(Exported::parse(&content.to_json()), Ok(Parsed { content, is_sealed: true }));
     }

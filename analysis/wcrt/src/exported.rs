@@ -55,6 +55,7 @@ pub fn task_set_of<'db>(
     let workspace = project.workspace(db);
     TaskSet {
         name: deployment.name(db).to_string(),
+        times: section_of(db, tables),
         significance: config_of(db, workspace).level(),
         cpus: system.cpus,
         rt_throttling: platform_of(db, workspace).rt_throttling,
@@ -117,6 +118,7 @@ pub fn exported_component<'db>(
     let incomplete = incomplete.map(|tables| always(message(&Reason::IncompleteTables(tables.clone()))));
     Component {
         name: component.qualified(db),
+        times: section_of(db, tables),
         not_analysed: incomplete.into_iter().chain(refusals_of(&levels, &psms, &message)).collect(),
         machine: machine_of(&psms),
         levels,
@@ -124,6 +126,10 @@ pub fn exported_component<'db>(
 }
 
 type Psms<'db> = Vec<Executed<'db, 'db>>;
+
+fn section_of<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> Option<String> {
+    tables.section(db).as_deref().map(one_line)
+}
 
 /// Returns the levels of tables; if no time depends on a level, that of `mauve.toml`, and not the one
 /// that an editor shows.

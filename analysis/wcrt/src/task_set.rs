@@ -73,7 +73,7 @@ impl<'db> Deployed<'db> {
             }
         });
         Some(Deployed {
-            times: None,
+            times: file.times.as_deref().map(Into::into),
             reports: reports.collect(),
             set,
             operations: file.operations.iter().map(|called| called.operation.as_str().into()).collect(),
