@@ -350,6 +350,23 @@ fn cpus() {
     assert_eq!(verdicts(&format!("{ROBOT}{nowhere}{platform}")), "a met 1 ms\nb met 3 ms\nc met 7 ms\n");
 }
 
+#[test]
+fn a_sum_that_no_time_can_hold_is_not_left_out() {
+    // Each of them fits into 64 bits of nanoseconds, two of them do not.
+    let long = "10000000000000";
+    let deployed = activities(FINE.0, FINE.1, "priority = background");
+    let with = |core: &str, times: &str| {
+        let robot = ROBOT.replace("core K2(S) { update = { two(); } }", &format!("core K2(S) {{ {core} }}"));
+        let times = format!("{}{times}", TIMES.replace("= 2", &format!("= {long}")));
+        verdicts(&format!("{robot}{deployed}{}", times.replace("= 4", &format!("= {long}"))))
+    };
+    let machine = "statemachine { initial state A { run = { two(); } transition t if four() > 0 to A } }";
+    let edge = with(machine, "");
+    assert_eq!(edge, "a met 1 ms\nb not-analysed: the time of `A.t.guard` exceeds 584 years\nc background\n");
+    let overhead = with("update = { two(); }", &format!("[overhead]\ncontext_switch = {long}\n"));
+    assert_eq!(overhead.matches("not-analysed: the overhead exceeds 584 years").count(), 2, "{overhead}");
+}
+
 /// `b` provides operations, and `c` sends calls to them.
 const OPERATIONS: &str = "
 codel one(): int

@@ -329,7 +329,14 @@ impl<'a, 'db> Evaluator<'a, 'db> {
     }
 
     fn refuse(&mut self, reason: Reason<'db>) {
-        self.refusals.push(Refusal::new(reason, Location::name_of(self.component)));
+        self.add(Refusal::new(reason, Location::name_of(self.component)));
+    }
+
+    /// Adds a refusal once: several edges may have one reason.
+    fn add(&mut self, refusal: Refusal<'db>) {
+        if !self.refusals.contains(&refusal) {
+            self.refusals.push(refusal);
+        }
     }
 
     fn program(&mut self, program: &TimedProgram<'db>) -> Option<Time> {
@@ -400,12 +407,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
             Lookup::Unusable(why @ UnusableTime::OtherLevels(..)) => {
                 self.missing.insert(name, refusal(Reason::Table(why)));
             }
-            Lookup::Unusable(why) => {
-                let refusal = refusal(Reason::Table(why));
-                if !self.refusals.contains(&refusal) {
-                    self.refusals.push(refusal);
-                }
-            }
+            Lookup::Unusable(why) => self.add(refusal(Reason::Table(why))),
         }
         None
     }
