@@ -104,9 +104,8 @@ pub(super) fn overloaded<'db>(
             format!("`{greatest}` needs {own} every {period}{}", table.unwrap_or_default())
         }
         None => {
-            let share = overload.share.map_or_else(String::new, |it| {
-                format!(" ({})", timing_reasons::percent(it))
-            });
+            // Not more than 100 %: alone it would have a bound.
+            let share = overload.share.map_or_else(String::new, |it| format!(" ({:.1} %)", it.0 * 100.0));
             format!("`{greatest}` contributes most{share}")
         }
     };

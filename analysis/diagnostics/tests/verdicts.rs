@@ -1194,6 +1194,81 @@ fn what_a_codel_without_a_time_may_take() {
 }
 
 #[test]
+fn what_a_missed_deadline_and_an_overloaded_cpu_say() {
+    let found = |a: &str, b: &str, c: &str, times: &str| {
+        diagnostics(&format!("{ROBOT}{}{times}", activities(a, b, c)))
+    };
+    // The deadline is its own 4 ms, and then less.
+    let late = |deadline: &str| found(FINE.0, FINE.1, &format!("{} deadline = {deadline}", FINE.2), TIMES);
+    expect![[r#"
+        /model.mal "c" deadline-missed: `c` misses its deadline: response time 7 ms > 4 ms; largest interference: `b`, 2 ms (1 job)
+        /model.mal "1" not-deadline-monotonic: `c` has a shorter deadline than `a` (4 < 10 ms) but a lower priority (1 < 3)
+    "#]].assert_eq(&late("4"));
+    expect![[r#"
+        /model.mal "c" deadline-missed: `c` misses its deadline: its own execution time of 4 ms exceeds the deadline of 3 ms
+    "#]].assert_eq(&late("3"));
+    // The seven jobs of a busy window of 694 ms: the fifth ends 118 ms after its release (Lehoczky, 1990).
+    let times = TIMES.replace("one = 1", "one = 26").replace("two = 2", "two = 62");
+    let lehoczky =
+        found("priority = 2 period = 70", "priority = 1 period = 100", "priority = background", &times);
+    expect![[r#"
+        /model.mal "b" deadline-missed: `b` misses its deadline: response time 118 ms > 100 ms; largest interference: `a`, 208 ms (8 jobs) in the busy window of 518 ms, 5 jobs of `b`
+    "#]].assert_eq(&lehoczky);
+    // 40 % and 100 %; then 10 % more. `b` has the greatest part, and alone it would have a bound.
+    let overloaded = |b: &str, config: &str| {
+        let times = TIMES.replace("timing.", &format!("{config}timing."));
+        found("priority = 1 period = 10", b, "priority = 3 period = 10", &times)
+    };
+    expect![[r#"
+        /model.mal "b" deadline-missed: CPU 1 overloaded (140.0 % at priority ≥ 2); `b` contributes most (100.0 %)
+        /model.mal "2" not-deadline-monotonic: `b` has a shorter deadline than `c` (2 < 10 ms) but a lower priority (2 < 3)
+    "#]].assert_eq(&overloaded("priority = 2 period = 2", ""));
+    expect![[r#"
+        /model.mal "b" deadline-missed: CPU 1 overloaded (145.3 % at priority ≥ 2); `b` needs 2 ms every 1.9 ms: is the unit of `times.toml` right?
+        /model.mal "2" not-deadline-monotonic: `b` has a shorter deadline than `c` (1.9 < 10 ms) but a lower priority (2 < 3)
+    "#]].assert_eq(&overloaded("priority = 2 period = 1.9", ""));
+    // Only what the CPU executes contributes to its overload: 66.7 % and 50 %, and 90.9 % on the other one.
+    let other_cpu = found(
+        "affinity = 1 priority = 9 period = 1.1",
+        "affinity = 2 priority = 8 period = 3",
+        "affinity = 2 priority = 7 period = 8",
+        TIMES,
+    );
+    expect![[r#"
+        /model.mal "c" deadline-missed: CPU 2 overloaded (116.7 % at priority ≥ 7); `b` contributes most (66.7 %)
+    "#]].assert_eq(&other_cpu);
+    // Other work has 120 % of the CPU, and none where it has another CPU.
+    let lan = |fields: &str| {
+        let lan = format!(
+            "platform.other = [{{ name = \"lan\", period = \"5 ms\", time = \"6 ms\", {fields} }}]\n"
+        );
+        overloaded("priority = 2 period = 2", &lan)
+    };
+    expect![[r#"
+        /model.mal "2" not-deadline-monotonic: `b` has a shorter deadline than `c` (2 < 10 ms) but a lower priority (2 < 3)
+        /model.mal "c" deadline-missed: CPU 1 overloaded (160.0 % at priority ≥ 3); `lan (platform)` needs 6 ms every 5 ms
+    "#]].assert_eq(&lan("priority = 99"));
+    // It has 100 %, and `b` 10 %; then it has 2 %.
+    let other = |time: &str| {
+        let lan = format!("name = \"lan\", priority = 99, period = \"5 ms\", time = \"{time}\"");
+        overloaded("priority = 2 period = 20", &format!("platform.other = [{{ {lan} }}]\n"))
+    };
+    expect![[r#"
+        /model.mal "1" not-deadline-monotonic: `a` has a shorter deadline than `b` (10 < 20 ms) but a lower priority (1 < 2)
+        /model.mal "c" deadline-missed: CPU 1 overloaded (140.0 % at priority ≥ 3); `lan (platform)` contributes most (100.0 %)
+    "#]].assert_eq(&other("5 ms"));
+    expect![[r#"
+        /model.mal "b" deadline-missed: CPU 1 overloaded (142.0 % at priority ≥ 2); `b` contributes most (100.0 %)
+        /model.mal "2" not-deadline-monotonic: `b` has a shorter deadline than `c` (2 < 10 ms) but a lower priority (2 < 3)
+    "#]].assert_eq(&overloaded(
+        "priority = 2 period = 2",
+        "platform.other = [{ name = \"lan\", priority = 99, period = \"5 ms\", time = \"0.1 ms\" }]\n",
+    ));
+    let other = lan("priority = 99, cpus = [2]");
+    assert_eq!(other, overloaded("priority = 2 period = 2", ""));
+}
+
+#[test]
 fn names_are_looked_up_in_ones_own_library_first() {
     let model = "
 library near { codel f(): int  shell S { }  core K(S) { update = { f(); } }  component C(S, K) }
