@@ -248,7 +248,6 @@ impl<'db> Report<'db> {
             let Verdict::RealTime(status) = activity.verdict else { continue };
             counted.all += 1;
             match status {
-                _ if !self.not_analysed.is_empty() => counted.unknown += 1,
                 Status::NotAnalysed => counted.unknown += 1,
                 Status::Met => counted.met += 1,
                 Status::Missed | Status::Unbounded | Status::NoBound => {}
