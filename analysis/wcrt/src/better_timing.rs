@@ -163,8 +163,7 @@ impl<'db> Search<'db> {
     fn priorities(&mut self) -> Vec<BetterTiming> {
         let Some(groups) = groups(self.system) else { return Vec::new() };
         let mut found = Vec::new();
-        let ordered: Vec<WhatIfField> =
-            groups.iter().filter(|group| !group.is_ordered()).flat_map(Group::deadline_monotonic).collect();
+        let ordered: Vec<WhatIfField> = groups.iter().flat_map(Group::deadline_monotonic).collect();
         let mut is_solved = self.now.schedulable();
         if !ordered.is_empty()
             && let Some(report) = self.ask(&ordered)
@@ -367,10 +366,7 @@ impl<'a, 'db> Group<'a, 'db> {
         activities
     }
 
-    fn is_ordered(&self) -> bool {
-        self.by_deadline().is_sorted_by(|one, other| priority(one) > priority(other))
-    }
-
+    /// Returns the priorities that change where an earlier deadline gets a higher one; none where they are in this order.
     fn deadline_monotonic(&self) -> Vec<WhatIfField> {
         let activities = self.by_deadline();
         let changed = activities.iter().zip(&self.numbers).filter(|(it, number)| priority(it) != **number);
