@@ -411,24 +411,54 @@ mod tests {
     use mauve_hir::item_tree::Kind;
     use mauve_hir::{Database, Workspace, names_of, projects};
 
+    /// The deployment of the activities `a`, `b` and `c`, whose programs are `fa`, `fb` and `fc`.
+    fn deployed<'db>(db: &'db Database, activities: &str, times: &str) -> (Project<'db>, Decl<'db>) {
+        let model = format!(
+            "shell S {{ }} codel fa(): int codel fb(): int codel fc(): int
+            core A(S) {{ update = {{ fa(); }} }} core B(S) {{ update = {{ fb(); }} }} core C(S) {{ update = {{ fc(); }} }}
+            component KA(S, A) component KB(S, B) component KC(S, C)
+            architecture R {{ instance a: KA instance b: KB instance c: KC }}
+            deployment D {{ architecture R {activities} }}"
+        );
+        let files = [
+            ("/robot.mal", model),
+            ("/mauve.toml", "timing.tables = [\"times.toml\"]\nplatform.rt_throttling = false\n".to_owned()),
+            ("/times.toml", format!("[codel]\n{times}")),
+        ];
+        let files = files.map(|(path, text)| (path.into(), text));
+        let project = projects(db, Workspace::of_texts(db, "/".into(), files))[0];
+        (project, names_of(db, project).anywhere(Kind::Deployment, "D")[0])
+    }
+
+    /// Returns the values of each change that is found: for the activity of this index, or for the deployment.
+    fn changes(activities: &str, times: &str, index: Option<usize>) -> Vec<String> {
+        let db = Database::default();
+        let (project, of) = deployed(&db, activities, times);
+        let query = Query::shown(&db, project);
+        let found = match index {
+            Some(index) => better_activity(&db, project, of, index, query),
+            None => better_priorities(&db, project, of, query),
+        };
+        let values = |it: &BetterTiming| match it {
+            BetterTiming::Change(_, fields) => fields
+                .iter()
+                .map(|it| format!("{} {} = {}", it.instance, it.field.keyword(), it.value))
+                .collect::<Vec<_>>()
+                .join(", "),
+            BetterTiming::NoPriorities(names) => format!("none of {}", names.join(", ")),
+        };
+        found.iter().map(values).collect()
+    }
+
+    const TIMES: &str = "fa = 10\nfb = 20\nfc = 30\n";
+
     #[test]
     fn the_order_that_is_found_proves_what_can_be_proved() {
         // From the worst order; without the one by deadline, which would prove it too.
-        let model = "shell S { } codel fa(): int codel fb(): int codel fc(): int
-            core A(S) { update = { fa(); } } core B(S) { update = { fb(); } } core C(S) { update = { fc(); } }
-            component KA(S, A) component KB(S, B) component KC(S, C)
-            architecture R { instance a: KA instance b: KB instance c: KC }
-            deployment D { architecture R activity a { priority = 1 period = 10 } activity b { priority = 2 period = 20 }
-                activity c { priority = 3 period = 50 } }";
         let db = Database::default();
-        let files = [
-            ("/robot.mal", model),
-            ("/mauve.toml", "timing.tables = [\"times.toml\"]\nplatform.rt_throttling = false\n"),
-            ("/times.toml", "[codel]\nfa = 3\nfb = 6\nfc = 14\n"),
-        ];
-        let files = files.map(|(path, text)| (path.into(), text.to_owned()));
-        let project = projects(&db, Workspace::of_texts(&db, "/".into(), files))[0];
-        let of = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
+        let activities = "activity a { priority = 1 period = 10 } activity b { priority = 2 period = 20 }
+            activity c { priority = 3 period = 50 }";
+        let (project, of) = deployed(&db, activities, "fa = 3\nfb = 6\nfc = 14\n");
         let query = Query::shown(&db, project);
         let mut search = Search::new(&db, project, of, query).unwrap();
         let (now, system) = (search.now, search.system);
@@ -444,5 +474,107 @@ mod tests {
         // Too many steps: nothing rather than half an answer.
         search.steps = 3;
         assert!(search.optimal(&groups(system).unwrap()).is_none());
+    }
+
+    #[test]
+    fn only_activities_that_may_delay_each_other_are_ordered() {
+        let on = |cpus: [&str; 3]| {
+            let [a, b, c] = cpus;
+            let activities = format!(
+                "activity a {{ affinity = {a} priority = 2 period = 90 }}
+                activity b {{ affinity = {b} priority = 3 period = 120 }}
+                activity c {{ affinity = {c} priority = 1 period = 70 }}"
+            );
+            changes(&activities, TIMES, None)
+        };
+        assert_eq!(on(["1", "2", "4"]), [] as [&str; 0]);
+        assert_eq!(on(["1", "1", "4"]), ["a priority = 3, b priority = 2"]);
+        // `a` may run where `b` does and where `c` does: so all of them have one order.
+        assert_eq!(on(["3", "1", "2"]), ["c priority = 3, b priority = 1"]);
+    }
+
+    #[test]
+    fn equal_priorities_get_an_order() {
+        let activities = "activity a { priority = 5 period = 100 } activity b { priority = 5 period = 90 }
+            activity c { priority = background }";
+        assert_eq!(changes(activities, TIMES, None), ["b priority = 2, a priority = 1"]);
+    }
+
+    #[test]
+    fn priorities_are_swapped_with_a_higher_one_of_a_later_deadline() {
+        let of_a = |b: &str| {
+            let activities = format!(
+                "activity a {{ priority = 5 period = 100 }} activity b {{ {b} }} activity c {{ priority = background }}"
+            );
+            let found = changes(&activities, TIMES, Some(0));
+            found.into_iter().filter(|it| it.contains("priority")).collect::<Vec<_>>()
+        };
+        assert_eq!(of_a("priority = 6 period = 101"), ["a priority = 6, b priority = 5"]);
+        for b in ["priority = 6 period = 100", "priority = 5 period = 101", "priority = 4 period = 101"] {
+            assert_eq!(of_a(b), [] as [&str; 0], "{b}");
+        }
+    }
+
+    #[test]
+    fn an_unknown_deadline_has_no_place_in_the_order() {
+        let activities = "activity a { priority = 3 period = 100 } activity b { priority = 2 period = 0 }
+            activity c { priority = 1 period = 90 }";
+        assert_eq!(changes(activities, TIMES, None), [] as [&str; 0]);
+    }
+
+    #[test]
+    fn a_move_has_a_figure_and_harms_nobody() {
+        let activities = |c: &str| {
+            format!(
+                "activity a {{ affinity = 2 priority = 5 period = 100 deadline = 35 }}
+                activity b {{ affinity = 4 priority = 5 period = 100 deadline = 35 }}
+                activity c {{ affinity = 1 priority = {c} period = 35 }}"
+            )
+        };
+        let moves = |c: &str, times: &str| {
+            let found = changes(&activities(c), times, Some(2));
+            found.into_iter().filter(|it| it.contains("affinity")).collect::<Vec<_>>()
+        };
+        // The CPU where `c` responds first comes first: 4 + 10 ms with `b`, 4 + 20 ms with `a`.
+        let times = "fa = 20\nfb = 10\nfc = 4\n";
+        assert_eq!(moves("1", times), ["c affinity = 4", "c affinity = 2"]);
+        // Before `a`, 20 ms of `c` and 20 ms of its own would be more than 35 ms; before `b`, 20 + 10 ms are not.
+        assert_eq!(moves("9", "fa = 20\nfb = 10\nfc = 20\n"), ["c affinity = 4"]);
+        // Without a time, `c` has no figure on any CPU.
+        assert_eq!(moves("1", "fa = 20\nfb = 10\n"), [] as [&str; 0]);
+    }
+
+    #[test]
+    fn periods_have_steps_of_at_most_a_hundredth() {
+        let alone = |time: &str, fields: &str| {
+            let activities = format!(
+                "activity a {{ priority = 1 {fields} }} activity b {{ priority = background }}
+                activity c {{ priority = background }}"
+            );
+            changes(&activities, &format!("fa = {time}\n"), Some(0))
+        };
+        assert_eq!(alone("3.25", "period = 20"), ["a period = 3.3"]);
+        assert_eq!(alone("3.25", "period = 200"), ["a period = 4"]);
+        assert_eq!(alone("0.00001", "period = 0.00005"), ["a period = 0.00001"]);
+        // One step less is too short.
+        assert_eq!(alone("10", "period = 10"), [] as [&str; 0]);
+    }
+
+    #[test]
+    fn a_deadline_that_is_the_new_period_stays() {
+        // In the 150 ms of `c`: 20 ms of its own, and three times 40 ms; with a period of 46 ms, four times.
+        let activities =
+            "activity a { priority = 2 period = 100 deadline = 47 } activity b { priority = background }
+            activity c { priority = 1 period = 200 deadline = 150 }";
+        let expected = ["a deadline = 100", "a period = 47"];
+        assert_eq!(changes(activities, "fa = 40\nfc = 20\n", Some(0)), expected);
+    }
+
+    #[test]
+    fn a_longer_period_may_help_another_activity() {
+        // 30 ms of `c` and 40 ms of `a` fit into one period of `a`; with a shorter one, `a` overloads the CPU or comes twice.
+        let activities = "activity a { priority = 2 period = 50 } activity b { priority = background }
+            activity c { priority = 1 period = 100 }";
+        assert_eq!(changes(activities, "fa = 40\nfc = 30\n", Some(0)), ["a period = 70"]);
     }
 }
