@@ -519,14 +519,17 @@ core K4(S) { statemachine { initial state A { run = { four(); } transition t if 
 core KR(S) { update = { rest(); } }
 core KS(Serving) { provide help() = { return one(); } provide spare() = { return two(); } update = { four(); } }
 core KA(Asking) { handler h: help update = { if two() > 0 then { h = send(help); } } }
+core KO(Serving) { provide help() = { return one(); } provide spare() = { return two(); } update = { help(); } }
 component C1(S, K1)
 component C2(S, K2)
 component C4(S, K4)
 component CR(S, KR)
+component CO(Serving, KO)
 component CS(Serving, KS)
 component CA(Asking, KA)
 architecture A { instance a: C1  instance b: C2  instance c: C4  instance d: CR }
 architecture B { instance s: CS  instance c: CA  operation s.help -> c.help }
+architecture C { instance o: CO }
 ";
 
     const TIMES: &str = "[codel]\none = 1\ntwo = 2\nfour = 4\nrest = 9\n";
@@ -585,6 +588,17 @@ architecture B { instance s: CS  instance c: CA  operation s.help -> c.help }
         let lost = FINE.replace("deadline = 12", "deadline = 0.5");
         let found = limits(&lost, TIMES);
         assert!(found.starts_with("one: not-found for b\ntwo: not-found for b\nfour: last"), "{found}");
+        // Before the deadline of `c`, there is room for its own 5 ms, 2 ms of `b` and one job of `a`.
+        let often =
+            FINE.replace("period = 10", "period = 2").replace("1 period = 20", "1 period = 20 deadline = 8");
+        let found = limits(&often, TIMES);
+        assert!(found.contains("a: last 8 ms for c, slack 1 ms\n"), "{found}");
+    }
+
+    #[test]
+    fn a_program_executes_its_own_operations() {
+        let found = limits("architecture C activity o { priority = 1 period = 10 }", TIMES);
+        assert_eq!(found, "one: last 10 ms\no: last 1 ms, slack 9 ms\n");
     }
 
     #[test]
