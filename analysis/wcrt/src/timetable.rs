@@ -657,4 +657,11 @@ mod tests {
             prop_assert!(glob.is_match(Path::new("/robot").join(&path)), "{}", pattern);
         }
     }
+
+    #[test]
+    fn a_pattern_is_not_longer_than_a_path() {
+        let of = |length: usize| table_pattern("/robot".as_ref(), &"a".repeat(length)).map(|_| ());
+        assert_eq!((of(LONGEST_PATTERN), of(LONGEST_PATTERN + 1)), (Ok(()), Err(PatternError::TooLong)));
+        assert_eq!(of(2 * LONGEST_PATTERN), Err(PatternError::TooLong));
+    }
 }
