@@ -4,10 +4,11 @@ mod common;
 
 use common::{LEVEL, diagnostics, verdicts, verdicts_with, workspace};
 use expect_test::{Expect, expect};
+use mauve_diagnostics::workspace_diagnostics;
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, names_of, projects};
 use mauve_timing::{Level, Method};
-use mauve_wcrt::{Deadlines, Query, response_times};
+use mauve_wcrt::{Deadlines, Query, Report, response_times};
 
 /// Three activities of 1, 2 and 4 ms on one CPU, by falling priority.
 const ROBOT: &str = "
@@ -65,14 +66,18 @@ fn a_system_without_faults() {
     );
 }
 
+/// The response times of deployment `D` in the fixture.
+fn reported<T>(fixture: &str, of: impl FnOnce(&Report<'_>) -> T) -> T {
+    let db = Database::default();
+    let project = projects(&db, workspace(&db, fixture))[0];
+    let decl = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
+    of(response_times(&db, project, decl, Query::shown(&db, project)))
+}
+
 /// How many deadlines are met, unknown, and there.
 fn deadlines(deployment: &str) -> [usize; 3] {
-    let db = Database::default();
-    let workspace = workspace(&db, &format!("{ROBOT}{deployment}{TIMES}"));
-    let project = projects(&db, workspace)[0];
-    let decl = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
-    let Deadlines { met, unknown, all } =
-        response_times(&db, project, decl, Query::shown(&db, project)).deadlines();
+    let found = reported(&format!("{ROBOT}{deployment}{TIMES}"), |report| report.deadlines());
+    let Deadlines { met, unknown, all } = found;
     [met, unknown, all]
 }
 
@@ -177,6 +182,42 @@ fn a_broken_field_takes_what_it_may_delay_with_it() {
             b not-analysed: its deadline cannot be used
             c not-analysed: `b` may preempt it and is not analysed
         "#]],
+    );
+}
+
+#[test]
+fn a_field_that_may_be_another_one_leaves_the_priority_unknown() {
+    // The only number may be the period.
+    check(
+        &activities(FINE.0, "priority = 2", FINE.2),
+        expect![[r#"
+        a not-analysed: `b`, whose priority may be intended as its period, may preempt it and is not analysed
+        b not-analysed: it has no period
+        c not-analysed: `b`, whose priority may be intended as its period, may preempt it and is not analysed
+    "#]],
+    );
+    // The other number may be the priority.
+    check(
+        &activities(FINE.0, "affinity = 0.5 priority = 2 period = 10", FINE.2),
+        expect![[r#"
+        a not-analysed: `b`, whose affinity may be intended as its priority, may preempt it and is not analysed
+        b not-analysed: its affinity cannot be used
+        c not-analysed: `b`, whose affinity may be intended as its priority, may preempt it and is not analysed
+    "#]],
+    );
+    // A background activity has no period: it may be real-time.
+    for field in ["priority = background period = 0", "priority = backgrund period = 10"] {
+        let found = verdicts(&format!("{ROBOT}{}{TIMES}", activities(FINE.0, field, FINE.2)));
+        assert_eq!(found.matches("not-analysed").count(), 3, "{field}: {found}");
+    }
+    // Two activities may preempt it.
+    check(
+        &activities("period = 10", "period = 20", FINE.2),
+        expect![[r#"
+        a not-analysed: it has no priority; `b`, whose priority is unknown, may preempt it and is not analysed
+        b not-analysed: it has no priority; `a`, whose priority is unknown, may preempt it and is not analysed
+        c not-analysed: `a` and `b`, whose priorities are unknown, may preempt it and are not analysed
+    "#]],
     );
 }
 
@@ -321,6 +362,19 @@ fn cpus() {
             c met 4 ms
         "#]],
     );
+    // 2 ms of each millisecond on CPU 2; CPU 1 has nothing to do with it.
+    check(
+        &activities(
+            "affinity = 1 priority = 3 period = 10",
+            "affinity = 2 priority = 2 period = 1",
+            "affinity = 1 priority = 1 period = 10",
+        ),
+        expect![[r#"
+            a met 1 ms
+            b unbounded: CPU 2 overloaded (200.0 % at priority ≥ 2)
+            c met 5 ms
+        "#]],
+    );
     let platform = TIMES.replace("timing.tables", "platform.cpus = 2\ntiming.tables");
     let on_four = activities(
         "affinity = 1 priority = 3 period = 10",
@@ -445,6 +499,12 @@ fn the_number_of_calls_must_be_known() {
         b not-analysed: it executes the operation `help` for `c`, which has no period: the number of calls has no bound
         c background
     "#]].assert_eq(&robot("operation b.help -> c.help", "priority = background"));
+    // A period in the background is none.
+    let found = robot("operation b.help -> c.help", "priority = background period = 400");
+    assert!(
+        found.contains("b not-analysed: it executes the operation `help` for `c`, which has no period"),
+        "{found}"
+    );
     // Each job of `b` would execute more calls than a period has room for.
     expect![[r#"
         a met 1 ms
@@ -498,6 +558,13 @@ fn what_an_operation_sends_is_counted_or_refused() {
         c met 6.000001 ms
     "#]]
     .assert_eq(&verdict(b, c, "one = 1\nlog = 1"));
+    // Twice as many of `last` where `middle` sends two.
+    let twice = CHAIN.replace("h = send(next); return", "h = send(next); h = send(next); return");
+    let deployment = activities("priority = 9 period = 100", b, c);
+    assert_eq!(
+        verdicts(&format!("{twice}{deployment}\n//- /mauve.toml\nassume.codel = \"1 ms\"\n")),
+        "a met 8 ms\nb met 10 ms\nc met 10.000001 ms\n"
+    );
     // Where `middle` has no time, and where nothing bounds how often it is executed.
     for (b, c, codels) in [
         (b, c, "one = 1"),
@@ -511,7 +578,18 @@ fn what_an_operation_sends_is_counted_or_refused() {
             found.starts_with("a not-analysed: it executes the operation `last` for `b`"),
             "{b} {c}: {found}"
         );
+        assert!(!found.contains("584 years"), "an unknown time is not too long: {found}");
     }
+    // An operation that sends nothing itself needs no bound on its calls.
+    let idle = CHAIN
+        .replace("shell Middle {", "shell Middle { provide idle(): int ")
+        .replace("core KM(Middle) {", "core KM(Middle) { provide idle(): int = { return 1; }")
+        .replace("b.middle -> c.go", "b.idle -> c.go");
+    let deployment = activities("priority = 9 period = 100", b, "priority = background");
+    assert_eq!(
+        verdicts(&format!("{idle}{deployment}\n//- /mauve.toml\nassume.codel = \"1 ms\"\n")),
+        "a met 0.000001 ms\nb met 0.000001 ms\nc background\n"
+    );
     // What the background sends is not known if its program is not.
     let damaged = CHAIN.replace("h = send(go);", "h = send(gone);");
     let deployment = activities("priority = 9 period = 100", b, "priority = background");
@@ -547,6 +625,36 @@ assume.codel = \"1 ms\"
 }
 
 #[test]
+fn more_chains_of_calls_than_can_be_followed_are_refused() {
+    // Each operation sends two calls to the next: 2ⁿ chains reach the one behind n others.
+    let verdict = |count: usize| {
+        let mut model = "codel one(): int\nshell S { provide go(): int  require to(): int }\n\
+            core K(S) { handler h: to  provide go(): int = { h = send(to); return one(); }  update = { } }\n\
+            core F(S) { handler h: to  provide go(): int = { return one(); }  update = { h = send(to); } }\n\
+            component C(S, K)\ncomponent D(S, F)\n"
+            .to_owned();
+        let (mut architecture, mut deployment) = ("instance i0: D".to_owned(), String::new());
+        for number in 0..=count {
+            if number > 0 {
+                let client = number - 1;
+                architecture += &format!("\ninstance i{number}: C");
+                architecture += &format!("  operation i{number}.go -> i{client}.to").repeat(2);
+            }
+            deployment += &format!("activity i{number} {{ priority = {} period = 1000 }}\n", number + 1);
+        }
+        model +=
+            &format!("architecture A {{ {architecture} }}\ndeployment D {{ architecture A {deployment} }}\n");
+        verdicts(&format!("{model}//- /mauve.toml\nassume.codel = \"0.001 ms\"\n"))
+    };
+    // 8 calls behind three others in each of the two periods whose calls a job of `i3` may find: 8 µs each.
+    assert!(verdict(3).ends_with("i3 met 0.064 ms\n"), "{}", verdict(3));
+    // 2¹³ chains reach the last.
+    let found = verdict(13);
+    let why = "not-analysed: operations send calls to other operations in more than 4096 ways";
+    assert_eq!(found.matches(why).count(), 13, "{found}");
+}
+
+#[test]
 fn an_unknown_connection_may_serve_any_client() {
     let deployment = activities(FINE.0, FINE.1, FINE.2);
     let robot = |connection: &str| {
@@ -556,6 +664,9 @@ fn an_unknown_connection_may_serve_any_client() {
             ROBOT.replace("architecture A { instance a: C1  instance b: C2  instance c: C4 }", &architecture);
         verdicts(&format!("{robot}{deployment}{TIMES}"))
     };
+    // The operation of an unknown component may be one of `b`.
+    let unknown = robot("instance d: Nothing  operation d.help -> c.help");
+    assert!(unknown.contains("b not-analysed: it provides operations, and which"), "{unknown}");
     // Half typed, it may be anybody's.
     expect![[r#"
         a met 1 ms
@@ -617,6 +728,38 @@ fn a_codel_with_a_syntax_error_refuses_who_calls_it() {
         found.contains("a met 1 ms") && found.contains("b not-analysed: codel two has a syntax error"),
         "{found}"
     );
+}
+
+#[test]
+fn an_error_in_an_inherited_shell_refuses_the_component() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let with = |base: &str| {
+        let robot =
+            ROBOT.replace("shell S { }", &format!("shell Base {{ {base} }}\nshell S extends Base {{ }}"));
+        verdicts(&format!("{robot}{deployed}{TIMES}"))
+    };
+    assert_eq!(with(""), "a met 1 ms\nb met 3 ms\nc met 7 ms\n");
+    for wrong in ["property p: int = \"x\"", "provid help(): int"] {
+        let found = with(wrong);
+        assert_eq!(found.matches("not-analysed").count(), 3, "{wrong}: {found}");
+    }
+}
+
+#[test]
+fn a_component_of_an_extended_shell_is_refused_for_that_shell() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let with = |item: &str| {
+        let robot = ROBOT
+            .replace("component C2(S, K2)", &format!("shell T extends S {{ {item} }} component C2(T, K2)"));
+        verdicts(&format!("{robot}{deployed}{TIMES}"))
+    };
+    assert_eq!(with(""), "a met 1 ms\nb met 3 ms\nc met 7 ms\n");
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: shell T has an error: an operation may be missing in it
+        c not-analysed: `b` may preempt it and is not analysed
+    "#]]
+    .assert_eq(&with("provid help(): int"));
 }
 
 #[test]
@@ -935,6 +1078,37 @@ fn keys_that_mean_nothing_are_not_ignored() {
     let found = with("[program]\n\"C2/update\" = 2\n\"C1/update\" = 1\n\"D4/update\" = 50\n");
     let reason = "c not-analysed: times.toml:8: the unknown key `D4/update` may be that of `C4/update`\n";
     assert!(found.starts_with("a met 1 ms\nb met 3 ms\n") && found.contains(reason), "{found}");
+    // In the wrong section, an unknown program is that of no other component.
+    let found = with("\"C4/other\" = 9\n");
+    assert!(
+        found
+            .starts_with("a met 1 ms\nb met 3 ms\nc not-analysed: times.toml:5: C4 has no program `other`\n"),
+        "{found}"
+    );
+    // The name of a state tells more than that of a component in another library.
+    let states = ROBOT.replace("core K4(S) { update = { four(); } }",
+        "core K4(S) { statemachine { initial state Idle { run = { four(); } transition t if one() > 0 to Idle } } }");
+    let found = |key: &str| {
+        let found = verdicts(&format!("{states}{deployed}{TIMES}[program]\n\"other.Gone/{key}\" = 1\n"));
+        found.lines().last().unwrap().to_owned()
+    };
+    assert_eq!(
+        found("Idle.run"),
+        "c not-analysed: times.toml:6: the unknown key `other.Gone/Idle.run` may be that of `C4/Idle.run`"
+    );
+    // 3 ms of `a` and `b`, 4 ms of its own, and 1 ms for the guard.
+    assert_eq!(found("Busy.run"), "c met 8 ms");
+    // Three letters are wrong, and no other key is like it.
+    let names = "library near { codel one(): int  shell S { }  core K(S) { update = { one(); } }
+        component MeasurementControl(S, K)  component Pilot(S, K) }
+        architecture A { instance a: near.MeasurementControl  instance b: near.Pilot }
+        deployment D { architecture A activity a { priority = 1 period = 10 } activity b { priority = 2 period = 10 } }";
+    let times = TIMES.replace("two = 2\nfour = 4\n", "");
+    expect![[r#"
+        a not-analysed: times.toml:4: the unknown key `naer.MesurementContrl/update` may be that of `MeasurementControl/update`
+        b met 1 ms
+    "#]]
+    .assert_eq(&verdicts(&format!("{names}{times}[program]\n\"naer.MesurementContrl/update\" = 9\n")));
     // With an assumed time, an unknown codel may be the one that is assumed to be short.
     let assumed = TIMES
         .replace("two = 2", "tow = 200")
@@ -1139,6 +1313,9 @@ fn levels_are_never_interpolated() {
         c not-analysed: `b` may preempt it and is not analysed
     "#]]
     .assert_eq(&at(1e-4));
+    let overhead = times.replace("[2, 3]", "2").replace("[codel]", "[overhead]\ndispatch = [1, 2]\n[codel]");
+    let found = verdicts(&format!("{ROBOT}{deployed}{overhead}"));
+    assert_eq!(found.matches("not-analysed: no overhead at 1e-4").count(), 3, "{found}");
     // That is one mistake, at the level that is asked for.
     let asked =
         times.replace("assume", "timing.significance = 1e-7\nassume").replace("one = 1", "one = [1, 1]");
@@ -1187,6 +1364,20 @@ fn what_a_codel_without_a_time_may_take() {
         /model.mal "one" missing-time: no time for codel `one`: `a` is not analysed; all deadlines are met up to 6 ms if the other codels without a time take 0 ms
         /model.mal "two" missing-time: no time for codel `two`: `b` is not analysed; all deadlines are met up to 6 ms if the other codels without a time take 0 ms
     "#]].assert_eq(&without(&["one", "two"]));
+    // Where a deadline is missed anyway, and where another activity is not analysed, no time is promised.
+    let of_two = |c: &str| {
+        let times = TIMES.replace("two = ", "# ");
+        let found = diagnostics(&format!("{ROBOT}{}{times}", activities(FINE.0, FINE.1, c)));
+        found.lines().filter(|line| line.contains("missing-time")).collect::<Vec<_>>().join("\n")
+    };
+    expect![[r#"/model.mal "two" missing-time: no time for codel `two`: `b` is not analysed; a deadline is missed with any time"#]].assert_eq(&of_two("priority = 1 period = 10 deadline = 3"));
+    expect![[r#"/model.mal "two" missing-time: no time for codel `two`: `b` is not analysed"#]]
+        .assert_eq(&of_two("priority = 1 period = 0"));
+    // All activities that execute it are named.
+    let both = ROBOT.replace("instance c: C4", "instance c: C2");
+    expect![[r#"
+        /model.mal "two" missing-time: no time for codel `two`: `b` and `c` are not analysed; all deadlines are met up to 4.5 ms
+    "#]].assert_eq(&diagnostics(&format!("{both}{deployed}{}", TIMES.replace("two = ", "# "))));
     let no_table = TIMES.split("//- /mauve.toml").next().unwrap();
     expect![[r#"
         /model.mal "D" missing-time: no execution times: 3 codels have no time, and nothing is analysed; name timing tables in mauve.toml (`[timing] tables = ["timing/*.toml"]`)
@@ -1269,6 +1460,119 @@ fn what_a_missed_deadline_and_an_overloaded_cpu_say() {
 }
 
 #[test]
+fn a_priority_out_of_order_is_compared_with_another_deadline() {
+    let found = |a: &str, b: &str, c: &str| {
+        let [a, b, c] = [a, b, c].map(|it| format!("affinity = 2 period = {it}"));
+        diagnostics(&format!("{ROBOT}{}{TIMES}", activities(&a, &b, &c)))
+    };
+    // `a` and `c` have one deadline: `c` is out of order because of `b`. Then the other way round.
+    expect![[r#"
+        /model.mal "1" not-deadline-monotonic: `c` has a shorter deadline than `b` (10 < 20 ms) but a lower priority (1 < 2)
+    "#]].assert_eq(&found("10 priority = 3", "20 priority = 2", "10 priority = 1"));
+    expect![[r#"
+        /model.mal "2" not-deadline-monotonic: `b` has a shorter deadline than `a` (10 < 20 ms) but a lower priority (2 < 3)
+    "#]].assert_eq(&found("20 priority = 3", "10 priority = 2", "20 priority = 1"));
+}
+
+#[test]
+fn a_misspelt_activity_is_one_mistake() {
+    let robot =
+        ROBOT.replace("instance b: C2", "instance laser: C2").replace("instance c: C4", "instance pilot: C4");
+    let codes = |b: &str, c: &str, after: &str| {
+        let activity = |name: &str, fields: &str| match name {
+            "" => String::new(),
+            _ => format!("activity {name} {{ {fields} }}"),
+        };
+        let (a, b, c) = (activity("a", FINE.0), activity(b, FINE.1), activity(c, FINE.2));
+        let found =
+            diagnostics(&format!("{robot}deployment D {{ architecture A {a} {b} {c} }} {after}{TIMES}"));
+        let codes =
+            found.lines().filter_map(|line| line.rsplit_once("\" ")?.1.split(':').next().map(str::to_owned));
+        codes.collect::<Vec<_>>()
+    };
+    assert_eq!(codes("laser", "pilot", ""), [] as [&str; 0]);
+    assert_eq!(codes("laser", "", ""), ["missing-activity"]);
+    assert_eq!(codes("laser", "wheel", ""), ["unresolved-instance"]);
+    assert_eq!(codes("lasr", "pilott", ""), ["unresolved-instance", "unresolved-instance"]);
+    // It may be the one behind the deployment.
+    assert_eq!(codes("laser", "", "activity pilot { priority = 1 period = 10 }"), ["syntax-error"]);
+    // The half-typed word may name the architecture.
+    let half = diagnostics(&format!("{ROBOT}deployment D {{ architectur }}{TIMES}"));
+    assert!(half.contains("syntax-error") && !half.contains("deployment-target"), "{half}");
+}
+
+#[test]
+fn a_misspelt_field_is_one_mistake() {
+    let found =
+        diagnostics(&format!("{ROBOT}{}{TIMES}", activities(FINE.0, "priority = 2 perod = 10", FINE.2)));
+    expect![[r#"
+        /model.mal "perod" unknown-field: unknown field `perod`: expected affinity, priority, period, deadline, jitter or offset; did you mean `period`?
+    "#]].assert_eq(&found);
+}
+
+#[test]
+fn data_is_outdated_where_the_reader_runs_first() {
+    let robot = ROBOT.replace("shell S { }", "shell S { input port i: int  output port o: int }");
+    let is_stale = |b: &str, back: &str| {
+        let robot =
+            robot.replace("instance c: C4", &format!("instance c: C4  connection a.o -> b.i  {back}"));
+        let deployed = activities("affinity = 1 priority = 5 period = 20", b, FINE.2);
+        let db = Database::default();
+        let found = workspace_diagnostics(&db, workspace(&db, &format!("{robot}{deployed}{TIMES}")));
+        found.iter().any(|it| it.diagnostic.code.name == "stale-data")
+    };
+    assert!(is_stale("affinity = 1 priority = 6 period = 20", ""));
+    for fresh in [
+        "affinity = 1 priority = 5 period = 20",
+        "affinity = 1 priority = 4 period = 20",
+        "affinity = 1 priority = 6 period = 10",
+        "affinity = 2 priority = 6 period = 20",
+    ] {
+        assert!(!is_stale(fresh, ""), "{fresh}");
+    }
+    // One of the two reads outdated data in any order.
+    assert!(!is_stale("affinity = 1 priority = 6 period = 20", "connection b.o -> a.i"));
+}
+
+#[test]
+fn a_period_in_hexadecimal_is_named_as_such() {
+    for period in ["0x10", "0X10"] {
+        let found = diagnostics(&format!(
+            "{ROBOT}{}{TIMES}",
+            activities(&format!("priority = 3 period = {period}"), FINE.1, FINE.2)
+        ));
+        assert!(found.contains("hexadecimal"), "{found}");
+    }
+}
+
+#[test]
+fn what_rests_on_an_assumed_time_is_known() {
+    let with = |a: &str, b: &str, c: &str| {
+        let assumed = TIMES.replace("two = ", "# ").replace("timing.", "assume.codel = \"2 ms\"\ntiming.");
+        reported(&format!("{ROBOT}{}{assumed}", activities(a, b, c)), |report| report.with_assumptions())
+    };
+    let on = |cpu: u32, priority: u32| format!("affinity = {cpu} priority = {priority} period = 10");
+    // The time of `b` is assumed: what it may preempt rests on it, on its CPU.
+    assert_eq!(with(&on(2, 3), &on(2, 2), &on(2, 1)), [false, true, true]);
+    assert_eq!(with(&on(2, 2), &on(2, 2), &on(1, 1)), [true, true, false]);
+}
+
+#[test]
+fn a_report_shows_what_it_leaves_out() {
+    let fine = format!("{ROBOT}{}{TIMES}", activities(FINE.0, FINE.1, FINE.2));
+    // 1 ms of `a` and 2 ms of `b` delay `c`.
+    let greatest = reported(&fine, |report| {
+        let (parts, others) = report.breakdown(&|| ()).greatest_of(2, 1);
+        (parts.into_iter().map(|it| it.instance.to_string()).collect::<Vec<_>>(), others)
+    });
+    assert_eq!(greatest, (vec!["b".to_owned()], 1));
+    // An activity may be missing: then the utilisation is not all of it.
+    let is_complete = |fixture: &str| reported(fixture, |report| report.cpus.iter().all(|cpu| cpu.complete));
+    assert!(is_complete(&fine));
+    assert!(!is_complete(&fine.replace("activity a {", "actvity x { } activity a {")));
+}
+
+#[test]
 fn names_are_looked_up_in_ones_own_library_first() {
     let model = "
 library near { codel f(): int  shell S { }  core K(S) { update = { f(); } }  component C(S, K) }
@@ -1286,6 +1590,12 @@ g = 4
 ";
     assert_eq!(verdicts(model), "a met 1 ms\nb met 7 ms\n");
     // A key that several codels have is an error, and none of them has that time; one that has its own keeps it.
+    let found = verdicts(&format!("{model}\"gone.g\" = 9\n"));
+    expect![[r#"
+        a met 1 ms
+        b not-analysed: times.toml:5: the unknown key `gone.g` may be that of codel `far.g`
+    "#]]
+    .assert_eq(&found);
     let found = verdicts(&model.replace("\"near.f\" = 1", "f = 1"));
     expect![[r#"
         a not-analysed: times.toml:2: the key `f` is ambiguous
