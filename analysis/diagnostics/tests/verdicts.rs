@@ -1120,6 +1120,90 @@ fn keys_that_mean_nothing_are_not_ignored() {
     );
 }
 
+/// The codes of the table, each with what it marks.
+fn of_table(fixture: &str) -> Vec<String> {
+    let found = diagnostics(fixture);
+    let lines = found.lines().filter_map(|line| line.strip_prefix("/times.toml "));
+    lines.map(|line| line.to_owned()).collect()
+}
+
+#[test]
+fn a_key_in_another_section_is_sent_there() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let with = |entries: &str| of_table(&format!("{ROBOT}{deployed}{TIMES}{entries}")).join("\n");
+    expect![[r#"
+        "C4" unknown-timing-key: `C4` is a key of [component]: move it to that section
+        "\"C1/update\"" unknown-timing-key: `C1/update` is a key of [program]: move it to that section"#]]
+    .assert_eq(&with("C4 = 9\n\"C1/update\" = 9\n"));
+    expect![[r#"
+        "four" unknown-timing-key: `four` is a key of [codel]: move it to that section
+        "C9" unknown-timing-key: no component `C9`; did you mean `C1`?"#]]
+    .assert_eq(&with("[component]\nfour = 9\nC9 = 9\n"));
+    // A codel without a time is meant rather than one that has it.
+    let fourth = format!("codel fourth(): int\n{ROBOT}");
+    expect![[r#""fourr" unknown-timing-key: no codel `fourr`; did you mean `fourth`?"#]]
+        .assert_eq(&of_table(&format!("{fourth}{deployed}{TIMES}fourr = 1\n")).join("\n"));
+    expect![[r#""dispatch" unknown-timing-key: `dispatch` is a key of [overhead]: move it to that section"#]]
+        .assert_eq(&with("dispatch = 1\n"));
+}
+
+#[test]
+fn a_library_that_nothing_declares_is_one_mistake() {
+    let with = |model: &str, entries: &str| {
+        let model =
+            format!("library near {{ codel f(): int  codel g(): int }} library user {{ use near }}\n{model}");
+        of_table(&format!(
+            "{model}\n//- /mauve.toml\ntiming.tables = [\"times.toml\"]\n//- /times.toml\n[codel]\n{entries}"
+        ))
+        .join("\n")
+    };
+    expect![[r#""f" unknown-timing-key: no library `naer`, which 2 keys name; did you mean `near`?"#]]
+        .assert_eq(&with("", "naer.f = 1\nnaer.g = 1\n"));
+    expect![[r#""f" unknown-timing-key: no library `naer`, which 2 keys name"#]]
+        .assert_eq(&with("", "naer.f = 1\nnaer.h = 1\n"));
+    // The library is there, and the codels are not.
+    expect![[r#"
+        "far1" unknown-timing-key: no codel `near.far1`; did you mean `near.f`?
+        "far2" unknown-timing-key: no codel `near.far2`; did you mean `near.f`?"#]]
+    .assert_eq(&with("", "near.far1 = 1\nnear.far2 = 1\n"));
+    // A missing file may declare it, and a `use` of it is reported.
+    for model in ["include \"lost.mal\"", "library other { use gone }"] {
+        assert_eq!(with(model, "gone.f = 1\ngone.g = 1\n"), "", "{model}");
+    }
+}
+
+#[test]
+fn an_unknown_program_is_reported_where_all_programs_are_known() {
+    let deployed = activities(FINE.0, FINE.1, FINE.2);
+    let with = |robot: &str, entry: &str| {
+        of_table(&format!("{robot}{deployed}{TIMES}[program]\n{entry} = 1\n")).join("\n")
+    };
+    expect![[r#""\"C1/updaet\"" unknown-timing-key: C1 has no program `updaet`; did you mean `C1/update`?"#]]
+        .assert_eq(&with(ROBOT, "\"C1/updaet\""));
+    // That of another library is unknown as a whole.
+    expect![[r#""\"gone.C1/updaet\"" unknown-timing-key: no component `gone.C1`"#]]
+        .assert_eq(&with(ROBOT, "\"gone.C1/updaet\""));
+    // The core has an error, or is for another shell.
+    for (from, to) in [
+        ("core K1(S) { update = { one(); } }", "core K1(S) { update = { one(); } update = { one(); } }"),
+        ("component C1(S, K1)", "component C1(Serving, K1)"),
+    ] {
+        assert_eq!(with(&ROBOT.replace(from, to), "\"C1/updaet\""), "", "{to}");
+    }
+    // The shell provides the operation: that the core does not define it is reported.
+    let undefined = ROBOT.replace("provide help() = { return one(); }", "");
+    assert_eq!(with(&undefined, "\"CS/help\""), "");
+}
+
+#[test]
+fn a_table_may_have_times_of_another_project() {
+    let projects = "codel one(): int\n//- /other.mal\ncodel other(): int\n//- /mauve.toml\n\
+        project.roots = [\"model.mal\", \"other.mal\"]\ntiming.tables = [\"times.toml\"]\n//- /times.toml\n[codel]\n";
+    assert_eq!(of_table(&format!("{projects}one = 1\nother = 1\n")), [] as [&str; 0]);
+    expect![[r#""neither" unknown-timing-key: no codel `neither`"#]]
+        .assert_eq(&of_table(&format!("{projects}one = 1\nneither = 1\n")).join("\n"));
+}
+
 #[test]
 fn an_operation_called_like_the_hook_shares_no_key_with_it() {
     let robot = ROBOT.replace(
