@@ -2,10 +2,11 @@
 
 mod common;
 
-use common::{machine, workspace};
+use common::{LEVEL, machine, workspace};
 use expect_test::{Expect, expect};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, behaviour_of, names_of, projects};
+use mauve_wcrt::{first_tables, worst_path};
 
 const CODELS: &str = "
 codel one(): int
@@ -337,6 +338,24 @@ fn an_operation_is_what_the_shell_provides() {
          component C(S, K)\n//- /mauve.toml\nassume.codel = \"1 ms\"\n"
     );
     assert_eq!(machine(&model, "C"), "update stay update: 1 ms\n");
+}
+
+#[test]
+fn the_worst_path_takes_the_longer_branch() {
+    let path = |codels: &str| {
+        let core = "core K(S) { update = { if one() > 0 then { THEN } else { ELSE } } }";
+        let (then, other) = codels.split_once('|').unwrap();
+        let model = format!("{}{CODELS}", core.replace("THEN", then).replace("ELSE", other));
+        let db = Database::default();
+        let project = projects(&db, workspace(&db, &model))[0];
+        let of = names_of(&db, project).anywhere(Kind::Component, "C")[0];
+        let found = worst_path(&db, first_tables(&db, project, of), of, LEVEL, 0);
+        found.into_iter().map(|(codel, time)| format!("{codel} {time}")).collect::<Vec<_>>()
+    };
+    assert_eq!(path("two(); two();|eight();"), ["one 1 ms", "eight 8 ms"]);
+    assert_eq!(path("eight();|two(); four();"), ["one 1 ms", "eight 8 ms"]);
+    // Of two that take as long, the first.
+    assert_eq!(path("two(); two();|four();"), ["one 1 ms", "two 2 ms", "two 2 ms"]);
 }
 
 #[test]
