@@ -226,3 +226,61 @@ fn a_sign_that_is_missing_within_a_line_is_written() {
         );
     }
 }
+
+/// A deployment on two CPUs: for each activity its fields.
+fn deployed(activities: &[&str]) -> String {
+    let names = || (0..activities.len()).map(|number| format!("i{number}"));
+    let instances: String = names().map(|name| format!("instance {name}: C  ")).collect();
+    let activities: String =
+        names().zip(activities).map(|(name, fields)| format!("activity {name} {{ {fields} }}\n")).collect();
+    format!(
+        "codel f(): int\nshell S {{ }}\ncore K(S) {{ update = {{ f(); }} }}\ncomponent C(S, K)\n\
+         architecture A {{ {instances} }}\ndeployment D {{ architecture A\n{activities}}}\n"
+    )
+}
+
+#[test]
+fn a_priority_that_is_set_is_free_and_in_order() {
+    let titles = |activities: &[&str]| -> Vec<String> {
+        let after = after_fixes("not-deadline-monotonic", &deployed(activities));
+        after.into_iter().map(|(title, _)| title).collect()
+    };
+    // Above 6, where the deadline is later, and below 10; two activities have 7, and 8 is on another CPU only.
+    let late = [
+        "affinity = 2 priority = 10 period = 10",
+        "affinity = 2 priority = 7 period = 15",
+        "affinity = 2 priority = 7 period = 15",
+        "affinity = 2 priority = 6 period = 18",
+        "affinity = 2 priority = 5 period = 20",
+        "affinity = 1 priority = 8 period = 15",
+        "affinity = 2 priority = 1 period = 15",
+    ];
+    assert_eq!(titles(&late), ["Set the priority to 8"]);
+    // Below 7, where the deadline is earlier.
+    let early = [
+        "affinity = 2 priority = 7 period = 10",
+        "affinity = 2 priority = 8 period = 10",
+        "affinity = 2 priority = 9 period = 20",
+        "affinity = 1 priority = 6 period = 20",
+    ];
+    assert_eq!(titles(&early), ["Set the priority to 6"]);
+    // No priority is below 1.
+    let least = ["priority = 1 period = 10", "priority = 2 period = 10", "priority = 3 period = 20"];
+    assert_eq!(titles(&least), [] as [&str; 0]);
+}
+
+#[test]
+fn a_key_is_replaced_where_the_table_has_no_other_of_that_name() {
+    let titles = |entries: &str| -> Vec<String> {
+        let model = format!(
+            "codel one(): int\nlibrary near {{ codel two(): int }}\n//- /mauve.toml\ntiming.tables = [\"t.toml\"]\n//- /t.toml\n[codel]\n{entries}"
+        );
+        after_fixes("unknown-timing-key", &model).into_iter().map(|(title, _)| title).collect()
+    };
+    for key in ["oen", "\"oen\"", "'oen'"] {
+        assert_eq!(titles(&format!("{key} = 1\n")), ["Change to `one`"], "{key}");
+        assert_eq!(titles(&format!("{key} = 1\none = 2\n")), [] as [&str; 0], "{key}");
+    }
+    // A key of several tokens.
+    assert_eq!(titles("near.tow = 1\n"), [] as [&str; 0]);
+}
