@@ -263,6 +263,59 @@ deployment D {
     assert_eq!(operations, expected);
 }
 
+/// One connection that is there twice sends each call twice. What is too long at 1e-9 only is said of that level.
+#[test]
+fn connections_that_repeat_and_reasons_of_one_level() {
+    let model = "
+codel work(): int
+codel draw(): int
+shell Map { provide view(): int }
+shell Plan { require look(): int }
+core MapCore(Map) { provide view(): int = { return draw(); }  update = { work(); } }
+core PlanCore(Plan) { handler h: look  update = { h = send(look); } }
+component MapC(Map, MapCore)
+component PlanC(Plan, PlanCore)
+architecture A {
+  instance map: MapC
+  instance plan: PlanC
+  operation map.view -> plan.look
+  operation map.view -> plan.look
+}
+deployment D {
+  architecture A
+  activity map { priority = 2  period = 50 }
+  activity plan { priority = 1  period = 50 }
+}";
+    let check_with = |model: &str, times: &str| {
+        let config = "timing.tables = [\"times.toml\"]\n";
+        let times = format!("levels = [1e-3, 1e-9]\n{times}");
+        let texts = [("/model.mal", model), ("/mauve.toml", config), ("/times.toml", times.as_str())];
+        let texts = texts.map(|(path, text)| (PathBuf::from(path), text.to_owned()));
+        let db = Database::default();
+        let workspace = Workspace::of_texts(&db, "/".into(), texts);
+        let mut counted = Counted::default();
+        check(&db, workspace, times.as_str(), &mut counted);
+        let (project, deployment) = deployments(&db, workspace)[0];
+        let level = Level::from_f64(1e-3).unwrap();
+        let query = Query { level, method: Method::Psm, horizon: None };
+        response_times(&db, project, deployment, query).activities[0].response
+    };
+    // Its own 1 ms, and two calls of 2 ms over each connection: a job may meet those of two periods.
+    let twice = check_with(model, "[codel]\nwork = 1\ndraw = [2, 3]\n");
+    assert_eq!(twice, Some(Time::from_nanos(9_000_000)));
+    let long = "10000000000000";
+    let sum = model.replace("update = { work(); }", "update = { work(); work(); }");
+    // 2 ms of its own and four calls of 1 ms at 1e-3; at 1e-9, the sum of the two `work` is too long.
+    let some = check_with(&sum, &format!("[codel]\nwork = [1, {long}]\ndraw = 1\n"));
+    assert_eq!(some, Some(Time::from_nanos(6_000_000)));
+    // At 1e-9, the overhead is too long as well.
+    let none = check_with(
+        &sum,
+        &format!("[codel]\nwork = {long}\ndraw = 1\n[overhead]\ncontext_switch = [0, {long}]\n"),
+    );
+    assert_eq!(none, None);
+}
+
 /// What random models do not have: jitters, offsets, and work that is not in the model.
 #[test]
 fn releases_and_other_work() {
