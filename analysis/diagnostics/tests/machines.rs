@@ -367,6 +367,16 @@ fn overhead_is_paid_by_each_job() {
 }
 
 #[test]
+fn without_a_deployment_the_general_tables_count() {
+    let own =
+        CODELS.replace("[\"times.toml\"]", "[\"times.toml\"]\ntiming.deployment.D.tables = [\"own.toml\"]");
+    let model = format!("core K(S) {{ update = {{ one(); }} }}{own}//- /own.toml\n[codel]\none = 100\n");
+    assert_eq!(machine(&model, "C"), "update stay update: 1 ms\n");
+    let deployed = "architecture A { instance c: C } deployment D { architecture A }\n";
+    assert_eq!(machine(&format!("{deployed}{model}"), "C"), "update stay update: 100 ms\n");
+}
+
+#[test]
 fn times_that_overflow_are_refused() {
     let model = "codel long(): int\nshell S { }\ncore K(S) { update = { long(); long(); } }\ncomponent C(S, K)\n//- /mauve.toml\ntiming.tables = [\"t.toml\"]\n//- /t.toml\nunit = \"s\"\n[codel]\nlong = 18000000000\n";
     assert_eq!(machine(model, "C"), "refused: the time of a program exceeds 584 years\n");
