@@ -1462,6 +1462,11 @@ fn what_a_codel_without_a_time_may_take() {
     expect![[r#"
         /model.mal "two" missing-time: no time for codel `two`: `b` and `c` are not analysed; all deadlines are met up to 4.5 ms
     "#]].assert_eq(&diagnostics(&format!("{both}{deployed}{}", TIMES.replace("two = ", "# "))));
+    // In one of two deployments, `four` has no time either: 1 ms of `a`, and 1 ns for a job that takes nothing.
+    let one = "architecture B { instance b: C2 } deployment E { architecture B activity b { priority = 1 period = 9 } }";
+    let times = TIMES.replace("two = ", "# ").replace("four = ", "# ");
+    let found = diagnostics(&format!("{ROBOT}{deployed}{one}{times}"));
+    expect![[r#"/model.mal "two" missing-time: no time for codel `two`: `b` is not analysed; all deadlines are met up to 8.999999 ms if the other codels without a time take 0 ms"#]].assert_eq(found.lines().find(|line| line.contains("`two`")).unwrap());
     let no_table = TIMES.split("//- /mauve.toml").next().unwrap();
     expect![[r#"
         /model.mal "D" missing-time: no execution times: 3 codels have no time, and nothing is analysed; name timing tables in mauve.toml (`[timing] tables = ["timing/*.toml"]`)
