@@ -188,6 +188,18 @@ mod tests {
         assert_eq!(proposed("", two), expected);
         let expected = ["c affinity=4 priority=1 period=10", "d affinity=4 priority=2 period=20"];
         assert_eq!(proposed("platform.cpus = 3", two), expected);
+        // Two CPUs that `a` may use have 12.5 % each, the third one has 20 %.
+        let shared = "activity a { affinity = 3 priority = 1 period = 20 }
+                      activity b { affinity = 4 priority = 2 period = 25 }";
+        assert_eq!(proposed("", shared)[0], "c affinity=1 priority=2 period=25");
+    }
+
+    #[test]
+    fn the_most_frequent_period() {
+        // Nothing is connected to d.
+        let three = "activity a { priority = 1 period = 40 } activity b { priority = 2 period = 20 }
+                     activity c { priority = 3 period = 20 }";
+        assert_eq!(proposed("", three), ["d priority=4 period=20"]);
     }
 
     #[test]
