@@ -1467,6 +1467,16 @@ fn what_a_codel_without_a_time_may_take() {
     let times = TIMES.replace("two = ", "# ").replace("four = ", "# ");
     let found = diagnostics(&format!("{ROBOT}{deployed}{one}{times}"));
     expect![[r#"/model.mal "two" missing-time: no time for codel `two`: `b` is not analysed; all deadlines are met up to 8.999999 ms if the other codels without a time take 0 ms"#]].assert_eq(found.lines().find(|line| line.contains("`two`")).unwrap());
+    // A codel with times at other levels only is another one without a time.
+    let levels = TIMES
+        .replace("[codel]", "levels = [1e-3, 1e-5]\n[codel]")
+        .replace("two = ", "# ")
+        .replace("= 4", "= [4, 5]");
+    let found = diagnostics(&format!("{ROBOT}{deployed}{levels}"));
+    expect![[r#"
+        /model.mal "two" missing-time: no time for codel `two`: `b` is not analysed; all deadlines are met up to 8.999999 ms if the other codels without a time take 0 ms
+        /model.mal "D" missing-time: no times at 1e-4: times.toml has the levels 1e-3, 1e-5; set `[timing] significance` to one of them
+    "#]].assert_eq(&found);
     let no_table = TIMES.split("//- /mauve.toml").next().unwrap();
     expect![[r#"
         /model.mal "D" missing-time: no execution times: 3 codels have no time, and nothing is analysed; name timing tables in mauve.toml (`[timing] tables = ["timing/*.toml"]`)
