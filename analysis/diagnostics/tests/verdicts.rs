@@ -580,6 +580,16 @@ fn what_an_operation_sends_is_counted_or_refused() {
         );
         assert!(!found.contains("584 years"), "an unknown time is not too long: {found}");
     }
+    // Where `c` has no bound, `middle` is sent any number of times, each of which takes `b` no time.
+    let endless =
+        CHAIN.replace("return log();", "return 1;").replace("h = send(go); }", "h = send(go); log(); }");
+    let (b, c) = ("affinity = 2 priority = 2 period = 100", "affinity = 4 priority = 1 period = 100");
+    let deployment = activities("affinity = 1 priority = 9 period = 100", b, c);
+    let endless = format!(
+        "{endless}{deployment}\n//- /mauve.toml\ntiming.tables = [\"times.toml\"]\n//- /times.toml\n[codel]\none = 1\nlog = 101\n"
+    );
+    assert!(verdicts(&endless).contains("b met 0.000001 ms\nc unbounded"), "{}", verdicts(&endless));
+    assert!(reported(&endless, |report| report.activities[1].reasons.is_empty()));
     // An operation that sends nothing itself needs no bound on its calls.
     let idle = CHAIN
         .replace("shell Middle {", "shell Middle { provide idle(): int ")
@@ -1074,6 +1084,8 @@ fn keys_that_mean_nothing_are_not_ignored() {
     let found = with(&format!("[program]\n{entries}\"Renamed/update\" = 50\n"));
     assert_eq!(found, "a met 1 ms\nb met 3 ms\nc met 7 ms\n");
     assert_eq!(with("[program]\n\"other.Renamed/update\" = 50\n"), found);
+    // It is that of a program, and not of a component.
+    assert_eq!(classic(&format!("[program]\n{entries}\"Renamed/update\" = 50\n")), found);
     // Misspelt, it is that of a component without an entry of its own.
     let found = with("[program]\n\"C2/update\" = 2\n\"C1/update\" = 1\n\"D4/update\" = 50\n");
     let reason = "c not-analysed: times.toml:8: the unknown key `D4/update` may be that of `C4/update`\n";
@@ -1139,7 +1151,9 @@ fn a_key_in_another_section_is_sent_there() {
         "four" unknown-timing-key: `four` is a key of [codel]: move it to that section
         "C9" unknown-timing-key: no component `C9`; did you mean `C1`?"#]]
     .assert_eq(&with("[component]\nfour = 9\nC9 = 9\n"));
-    // A codel without a time is meant rather than one that has it.
+    // A component whose program has no time is meant rather than one that has it; so is a codel.
+    expect![[r#""\"C9/update\"" unknown-timing-key: no component `C9`; did you mean `C2`?"#]]
+        .assert_eq(&with("[program]\n\"C1/update\" = 1\n\"C9/update\" = 5\n"));
     let fourth = format!("codel fourth(): int\n{ROBOT}");
     expect![[r#""fourr" unknown-timing-key: no codel `fourr`; did you mean `fourth`?"#]]
         .assert_eq(&of_table(&format!("{fourth}{deployed}{TIMES}fourr = 1\n")).join("\n"));

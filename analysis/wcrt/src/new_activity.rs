@@ -208,6 +208,11 @@ mod tests {
         assert_eq!(proposed("", two), ["c priority=2 period=20", "d priority=3 period=20"]);
         let expected = ["c affinity=1 priority=2 period=20", "d affinity=2 priority=2 period=20"];
         assert_eq!(proposed("platform.cpus = 2", two), expected);
+        // Both CPUs have 50 %: the first one of two activities, the second one of one.
+        let equal = "activity a { affinity = 1 priority = 1 period = 20 }
+                     activity b { affinity = 1 priority = 2 period = 20 }
+                     activity c { affinity = 2 priority = 1 period = 10 }";
+        assert_eq!(proposed("", equal), ["d affinity=2 priority=2 period=20"]);
         let one = "activity a { affinity = 1 priority = 1 period = 20 } activity b { priority = background }";
         assert_eq!(proposed("", one)[0], "c affinity=1 priority=2 period=20");
         assert_eq!(

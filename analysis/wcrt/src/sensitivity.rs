@@ -535,11 +535,14 @@ architecture C { instance o: CO }
     const TIMES: &str = "[codel]\none = 1\ntwo = 2\nfour = 4\nrest = 9\n";
 
     /// A line for each time and for each activity of the deployment: its limit.
-    fn limits(deployment: &str, times: &str) -> String {
+    fn limits_with(deployment: &str, times: &str, config: &str) -> String {
         let db = Database::default();
         let texts = [
             ("/robot.mal", format!("{ROBOT}deployment D {{ {deployment} }}")),
-            ("/mauve.toml", "timing.tables = [\"times.toml\"]\nplatform.rt_throttling = false".to_owned()),
+            (
+                "/mauve.toml",
+                format!("timing.tables = [\"times.toml\"]\nplatform.rt_throttling = false\n{config}"),
+            ),
             ("/times.toml", times.to_owned()),
         ];
         let texts = texts.into_iter().map(|(path, text)| (path.into(), text));
@@ -563,6 +566,10 @@ architecture C { instance o: CO }
             let _ = writeln!(out, "{}: {}{}{}{slack}{serves}", it.instance, limit.0, limit.1, limit.2);
         }
         out
+    }
+
+    fn limits(deployment: &str, times: &str) -> String {
+        limits_with(deployment, times, "")
     }
 
     const FINE: &str = "architecture A
@@ -628,6 +635,10 @@ architecture C { instance o: CO }
     fn a_period_is_greater_than_its_offset() {
         let found = limits(&FINE.replace("deadline = 12", "deadline = 12 offset = 15"), TIMES);
         assert!(found.contains("b: last 15.000001 ms"), "{found}");
+        // One clock has nothing to be synchronised with.
+        let alone = "architecture C activity o { priority = 1 period = 10 offset = 2 }";
+        let found = limits_with(alone, TIMES, "clocks.synchronised = [\"o\"]");
+        assert!(found.contains("o: last 2.000001 ms"), "{found}");
     }
 
     #[test]
