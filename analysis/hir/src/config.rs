@@ -467,7 +467,7 @@ impl Reader<'_> {
         };
         let ty = config.types.entry(name.as_ref().into()).or_default();
         for (key, value) in entries {
-            self.key(ty, &format!("types.{name}"), keys, key, value);
+            self.key(ty, &format!("types.{}", toml_key(name)), keys, key, value);
         }
     }
 
@@ -621,7 +621,10 @@ fn maintainer_of(text: &str) -> Option<Maintainer> {
 /// ```
 pub fn toml_key(name: &str) -> String {
     let is_bare = |it: char| it.is_ascii_alphanumeric() || it == '_' || it == '-';
-    if !name.is_empty() && name.chars().all(is_bare) { name.to_owned() } else { format!("{name:?}") }
+    match !name.is_empty() && name.chars().all(is_bare) {
+        true => name.to_owned(),
+        false => format!("\"{}\"", name.replace('\\', "\\\\").replace('"', "\\\"")),
+    }
 }
 
 #[cfg(test)]
