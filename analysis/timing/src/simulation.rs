@@ -496,6 +496,17 @@ mod tests {
             [LeftOut::Background, LeftOut::Unknown, LeftOut::Unknown, LeftOut::Unknown, LeftOut::Unknown];
         assert_eq!(schedule.left_out, [0, 1, 3, 4, 5].into_iter().zip(reasons).collect::<Vec<_>>());
         assert_eq!(schedule.jobs.len(), 2);
+        // Those that a script does not name, unless they cannot be simulated at all.
+        let tasks = vec![None; set.activities.len()];
+        let script = Script { start: Time::ZERO, tasks, last: 2 };
+        let schedule = set.simulate(&SimulationOptions { script: Some(script), ..worst(10) }, &|| ());
+        let unscripted = schedule.left_out.iter().filter(|(_, why)| *why == LeftOut::Unscripted);
+        assert_eq!((unscripted.count(), schedule.jobs.len()), (1, 0));
+        let stopped = Activity { period: Some(Time::ZERO), ..simple(1, 5, 1, 1) };
+        let nowhere = Activity { cpus: Some(0), ..simple(1, 5, 1, 1) };
+        let never = ActivitySet { activities: vec![stopped, nowhere], ..ActivitySet::default() };
+        let left_out = [0, 1].map(|index| (index, LeftOut::Unknown));
+        assert_eq!(never.simulate(&worst(10), &|| ()).left_out, left_out);
         let nothing = ActivitySet::default();
         assert_eq!(nothing.simulate(&worst(10), &|| ()).end.as_nanos(), 10);
         assert_eq!(nothing.length_to_show(10), Time::ZERO);

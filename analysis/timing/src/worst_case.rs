@@ -176,6 +176,7 @@ fn with_totals(machine: &StateMachine, totals: &[u64]) -> Option<Vec<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::task_set::Other;
     use crate::testing::{activity, machine, machines};
     use crate::{Activity, Method, Response, SimulationOptions};
     use proptest::prelude::*;
@@ -247,6 +248,28 @@ mod tests {
         let other = activity(0, 12, machine(3, &[(0, 0, 1), (1, 0, 1), (2, 0, 5), (1, 2, 4)]));
         let set = ActivitySet { activities: vec![late, other], ..ActivitySet::default() };
         assert_eq!(bound_and_simulated(&set, 0), Some((10, 10)));
+    }
+
+    #[test]
+    fn whatever_may_delay_has_a_part() {
+        // 70 activities of one priority: each of them executes once.
+        let many = ActivitySet { activities: vec![simple(1, 1000, 1); 70], ..ActivitySet::default() };
+        assert_eq!(bound_and_simulated(&many, 69), Some((70, 70)));
+        // More other work than activities.
+        let others = [2, 3].map(|time| {
+            let (period, time) = (Time::from_nanos(100), Time::from_nanos(time));
+            Other { name: time.to_string(), cpus: 1, priority: 50, period, jitter: Time::ZERO, time }
+        });
+        let set = ActivitySet {
+            activities: vec![simple(1, 100, 4)],
+            others: others.into(),
+            ..ActivitySet::default()
+        };
+        assert_eq!(bound_and_simulated(&set, 0), Some((9, 9)));
+        // 50 ms of each second are not its own.
+        let activities = vec![simple(1, 1_000_000_000, 4)];
+        let set = ActivitySet { activities, throttled: true, ..ActivitySet::default() };
+        assert_eq!(bound_and_simulated(&set, 0), Some((50_000_004, 50_000_004)));
     }
 
     #[test]
