@@ -99,34 +99,24 @@ impl Psm {
                 }
             }
         }
-        let Some(name) = name else {
-            return match found.as_slice() {
-                [] => Err(format!("no components in `{path}`")),
-                [(tables, component, level)] => {
-                    note_other_tables(&db, *tables, *component);
-                    show(&db, *tables, *component, *level, self.format)
-                }
-                several => {
-                    for (tables, component, _) in several {
-                        note_other_tables(&db, *tables, *component);
-                    }
-                    list(&db, &found, self.format)
-                }
-            };
-        };
-        let is_it = |it: &&Found<'_>| it.1.name(&db) == name.as_str() || it.1.qualified(&db) == *name;
-        match found.iter().find(is_it) {
-            Some(&(tables, component, level)) => {
-                note_other_tables(&db, tables, component);
-                show(&db, tables, component, level, self.format)
-            }
-            None => {
-                let known = found.iter().map(|(_, component, _)| component.name(&db).clone());
-                let known: Vec<Name> = known.collect();
+        if let Some(name) = name {
+            let is_it = |it: &&Found<'_>| it.1.name(&db) == name.as_str() || it.1.qualified(&db) == *name;
+            let Some(&one) = found.iter().find(is_it) else {
+                let known: Vec<Name> =
+                    found.iter().map(|(_, component, _)| component.name(&db).clone()).collect();
                 let near = similar(name, &known)
                     .map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-                Err(format!("no component `{name}`{near}"))
-            }
+                return Err(format!("no component `{name}`{near}"));
+            };
+            found = vec![one];
+        }
+        for &(tables, component, _) in &found {
+            note_other_tables(&db, tables, component);
+        }
+        match found.as_slice() {
+            [] => Err(format!("no components in `{path}`")),
+            &[(tables, component, level)] => show(&db, tables, component, level, self.format),
+            several => list(&db, several, self.format),
         }
     }
 }
