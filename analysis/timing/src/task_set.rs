@@ -499,8 +499,7 @@ impl TaskSet {
     }
 
     fn write(&self) -> String {
-        let mut fields = vec![("name", line(&self.name))];
-        fields.extend(self.times.iter().map(|times| ("times", line(times))));
+        let mut fields = heading(&self.name, self.times.as_ref());
         fields.extend([
             ("levels", line(&self.levels)),
             ("significance", line(&self.significance)),
@@ -513,6 +512,14 @@ impl TaskSet {
         ]);
         lines(1, &fields)
     }
+}
+
+/// Returns the first fields of what a file exports.
+fn heading(name: &String, times: Option<&String>) -> Vec<(&'static str, String)> {
+    [("name", Some(name)), ("times", times)]
+        .into_iter()
+        .filter_map(|(key, text)| Some((key, line(text?))))
+        .collect()
 }
 
 impl Other {
@@ -575,8 +582,7 @@ impl Component {
     }
 
     fn write(&self) -> String {
-        let mut fields = vec![("name", line(&self.name))];
-        fields.extend(self.times.iter().map(|times| ("times", line(times))));
+        let mut fields = heading(&self.name, self.times.as_ref());
         fields.extend([
             ("levels", line(&self.levels)),
             ("not_analysed", items(2, self.not_analysed.iter().map(line))),
