@@ -2,6 +2,7 @@
 
 use mauve_tests::{Client, Text, long_analysis, models, scratch, write};
 use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use crate::{MAUVE, copied_robot, robot, start};
@@ -114,15 +115,20 @@ fn reported(client: &mut Client, token: &Value, kind: &str, message: &str) -> Va
     client.wait(kind, is_it).1["params"]["value"].clone()
 }
 
+/// Starts a server whose search for models lasts while the returned file is there.
+fn searching(folder: &Path) -> (Client, PathBuf) {
+    let hold = folder.with_extension("hold");
+    std::fs::write(&hold, "").unwrap();
+    let mut client = Client::start_where(MAUVE, &[], &[("MAUVE_DEBUG_HOLD", hold.to_str().unwrap())]);
+    client.initialize(Some(folder), &json!({"window": {"workDoneProgress": true}}));
+    (client, hold)
+}
+
 #[test]
 fn a_long_start_says_what_it_does() {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_start");
     write(&folder, &long_analysis(400));
-    // The search lasts while this file is there.
-    let hold = folder.with_extension("hold");
-    std::fs::write(&hold, "").unwrap();
-    let mut client = Client::start_where(MAUVE, &[], &[("MAUVE_DEBUG_HOLD", hold.to_str().unwrap())]);
-    client.initialize(Some(&folder), &json!({"window": {"workDoneProgress": true}}));
+    let (mut client, hold) = searching(&folder);
     let token = progress(&mut client);
     let begin = reported(&mut client, &token, "begin", "searching for models");
     assert_eq!((&begin["title"], &begin["cancellable"]), (&json!("MAUVE"), &json!(true)));
@@ -141,10 +147,7 @@ fn a_long_start_says_what_it_does() {
 #[test]
 fn a_request_that_waits_for_the_search_is_about_its_own_text() {
     let folder = copied_robot("lsp_search_and_edit");
-    let hold = folder.with_extension("hold");
-    std::fs::write(&hold, "").unwrap();
-    let mut client = Client::start_where(MAUVE, &[], &[("MAUVE_DEBUG_HOLD", hold.to_str().unwrap())]);
-    client.initialize(Some(&folder), &json!({}));
+    let (mut client, hold) = searching(&folder);
     let mut text = client.open_file(&folder.join("deployment.mal"));
     let mut rename = text.at("navigation  {");
     rename["newName"] = json!("planner");
@@ -159,10 +162,7 @@ fn a_request_that_waits_for_the_search_is_about_its_own_text() {
 #[test]
 fn a_search_that_is_cancelled_begins_again_after_a_change() {
     let folder = copied_robot("lsp_cancelled_search");
-    let hold = folder.with_extension("hold");
-    std::fs::write(&hold, "").unwrap();
-    let mut client = Client::start_where(MAUVE, &[], &[("MAUVE_DEBUG_HOLD", hold.to_str().unwrap())]);
-    client.initialize(Some(&folder), &json!({"window": {"workDoneProgress": true}}));
+    let (mut client, hold) = searching(&folder);
     let mut text = client.open_file(&folder.join("deployment.mal"));
     let hover = client.request("textDocument/hover", text.at("navigation  {"));
     let token = progress(&mut client);

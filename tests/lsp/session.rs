@@ -177,6 +177,14 @@ fn a_cancelled_request_stops_its_work() {
     assert_eq!(client.shut_down(), Some(0));
 }
 
+/// Waits until a request is computed beside the check.
+fn wait_for_jobs(client: &mut Client) {
+    let end = Instant::now() + SOON;
+    while client.call("mauve/status", Value::Null).unwrap()["jobs"].as_u64() < Some(2) {
+        assert!(Instant::now() < end, "the analysis does not take long");
+    }
+}
+
 #[test]
 fn an_edit_ends_a_long_analysis() {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_long");
@@ -187,11 +195,7 @@ fn an_edit_ends_a_long_analysis() {
         "start": {"line": 0, "character": 0}, "end": {"line": 9999, "character": 0},
     }});
     let id = client.request("textDocument/inlayHint", params);
-    // The check and the request are running.
-    let end = Instant::now() + SOON;
-    while client.call("mauve/status", Value::Null).unwrap()["jobs"].as_u64() < Some(2) {
-        assert!(Instant::now() < end, "the analysis does not take long");
-    }
+    wait_for_jobs(&mut client);
     client.edit(&mut text, "period = 1 }", "period = 2 }");
     assert_eq!(client.answer(id).unwrap_err()["code"], -32801);
     // Half of the CPU is free now, and the bounds are found at once.
@@ -206,10 +210,7 @@ fn a_request_begins_again_after_a_change_elsewhere() {
     let mut client = Client::of_folder(MAUVE, &folder);
     let text = client.open_file(&folder.join("a.mal"));
     let id = client.request("textDocument/hover", text.at("p { priority"));
-    let end = Instant::now() + SOON;
-    while client.call("mauve/status", Value::Null).unwrap()["jobs"].as_u64() < Some(2) {
-        assert!(Instant::now() < end, "the analysis does not take long");
-    }
+    wait_for_jobs(&mut client);
     let mut times = client.open_file(&folder.join("times.toml"));
     client.edit(&mut times, "999999", "5");
     let hover = client.answer(id).unwrap().to_string();
@@ -228,10 +229,7 @@ fn a_request_ends_with_its_text_whatever_the_version() {
     let mut hover = text.at("p { priority");
     hover["textDocument"]["uri"] = json!(address(&path));
     let id = client.request("textDocument/hover", hover);
-    let end = Instant::now() + SOON;
-    while client.call("mauve/status", Value::Null).unwrap()["jobs"].as_u64() < Some(2) {
-        assert!(Instant::now() < end, "the analysis does not take long");
-    }
+    wait_for_jobs(&mut client);
     text.version -= 1;
     client.edit(&mut text, "codel f", "// A line more.\ncodel f");
     assert_eq!(client.answer(id).unwrap_err()["code"], -32801);
