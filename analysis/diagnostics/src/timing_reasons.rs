@@ -124,7 +124,7 @@ pub(super) fn overloaded(cpu: u64, priority: u32, utilisation: Share) -> String 
 }
 
 /// Returns an overload in percent: a slight one would round to 100.0.
-pub(super) fn percent(Share(share): Share) -> String {
+fn percent(Share(share): Share) -> String {
     let percent = share * 100.0;
     match (100.0..100.05).contains(&percent) {
         true => "more than 100 %".to_owned(),

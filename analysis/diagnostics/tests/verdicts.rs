@@ -580,7 +580,7 @@ fn what_an_operation_sends_is_counted_or_refused() {
         );
         assert!(!found.contains("584 years"), "an unknown time is not too long: {found}");
     }
-    // Where `c` has no bound, `middle` is sent any number of times, each of which takes `b` no time.
+    // `c` has no bound, so the number of its calls is unknown; but each call takes `b` no time.
     let endless =
         CHAIN.replace("return log();", "return 1;").replace("h = send(go); }", "h = send(go); log(); }");
     let (b, c) = ("affinity = 2 priority = 2 period = 100", "affinity = 4 priority = 1 period = 100");
@@ -1151,7 +1151,7 @@ fn a_key_in_another_section_is_sent_there() {
         "four" unknown-timing-key: `four` is a key of [codel]: move it to that section
         "C9" unknown-timing-key: no component `C9`; did you mean `C1`?"#]]
     .assert_eq(&with("[component]\nfour = 9\nC9 = 9\n"));
-    // A component whose program has no time is meant rather than one that has it; so is a codel.
+    // The proposed component is one whose program has no time yet; the proposed codel as well.
     expect![[r#""\"C9/update\"" unknown-timing-key: no component `C9`; did you mean `C2`?"#]]
         .assert_eq(&with("[program]\n\"C1/update\" = 1\n\"C9/update\" = 5\n"));
     let fourth = format!("codel fourth(): int\n{ROBOT}");
@@ -1481,7 +1481,7 @@ fn what_a_codel_without_a_time_may_take() {
     let times = TIMES.replace("two = ", "# ").replace("four = ", "# ");
     let found = diagnostics(&format!("{ROBOT}{deployed}{one}{times}"));
     expect![[r#"/model.mal "two" missing-time: no time for codel `two`: `b` is not analysed; all deadlines are met up to 8.999999 ms if the other codels without a time take 0 ms"#]].assert_eq(found.lines().find(|line| line.contains("`two`")).unwrap());
-    // A codel with times at other levels only is another one without a time.
+    // `four` has no time at the level of the report: it is another codel without a time.
     let levels = TIMES
         .replace("[codel]", "levels = [1e-3, 1e-5]\n[codel]")
         .replace("two = ", "# ")

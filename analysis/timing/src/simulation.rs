@@ -739,7 +739,7 @@ mod tests {
                 1.1@1 5-9 edge 0
             "#]],
         );
-        // Of two with the lowest priority, it preempts the one that became ready last.
+        // Both CPUs execute an activity of the lowest priority: the one that became ready last is preempted.
         check(
             &set(vec![simple(1, 20, 3, 6), at(1, simple(1, 20, 3, 6)), at(2, simple(3, 20, 3, 3))]),
             &worst(20),

@@ -523,7 +523,7 @@ mod tests {
     }
 
     #[test]
-    fn a_move_has_a_figure_and_harms_nobody() {
+    fn an_activity_moves_where_all_deadlines_are_met() {
         let activities = |c: &str| {
             format!(
                 "activity a {{ affinity = 2 priority = 5 period = 100 deadline = 35 }}

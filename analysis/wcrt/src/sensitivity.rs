@@ -381,8 +381,8 @@ impl<'a, 'db> Search<'a, 'db> {
     }
 
     /// Returns the activities whose deadlines the value affects, and the first of them that is not proved. The error is the limit
-    /// where there are none, where one of them is not analysed, or where no steps are left. `set` has the present value if `is_present`: then the response times are those of
-    /// the report.
+    /// where there are none, where one of them is not analysed, or where no steps are left. `set` has the present value if
+    /// `is_present`: then the response times are those of the report.
     fn affected(&self, set: &ActivitySet, is_present: bool) -> Result<(Vec<usize>, Option<Name>), Limit> {
         let mut unknown = set.clone();
         for &index in self.of {

@@ -641,7 +641,7 @@ impl Backend {
         self.noted(move |snapshot| inlay_hints::resolve(snapshot, &hint)).await
     }
 
-    /// [`Backend::noted`] with hints or lenses.
+    /// [`Backend::noted`], with the result written as JSON.
     async fn hints<T: Serialize + Send + 'static>(
         &self,
         handler: impl Fn(&Snapshot) -> Result<Option<T>> + Send + Sync + 'static,
@@ -649,7 +649,7 @@ impl Backend {
         self.noted(handler).await.map(|hints| hints.and_then(written))
     }
 
-    /// [`Backend::answer`] with texts that stay on the screen: the main loop notes of which generation they are. A client that gets
+    /// [`Backend::answer`] with hints or lenses, which stay on the screen: the main loop is told their generation. A client that gets
     /// none does not repeat the request.
     async fn noted<T: Send + 'static>(
         &self,

@@ -64,7 +64,7 @@ pub(super) struct Staleness {
     checking: Option<u64>,
     /// The generation of which diagnostics were published last.
     published: Option<u64>,
-    /// The generation of which hints were compared last.
+    /// The last generation whose hints were compared.
     compared: Option<u64>,
     hints: Hints,
     loads_for_checks: u32,
