@@ -1,7 +1,7 @@
 //! Generated packages are built by their own `CMakeLists.txt`, as a user builds them: without a warning, with gcc and with
 //! clang, one by one, all at once, and in a workspace of catkin.
 //!
-//! RTT is the stand-in `rtt-shim/`, or the one at `MAUVE_RTT_PREFIX`; messages, catkin and its tools are Debian's. `tests/run`
+//! RTT is the runtime for Linux, or the one at `MAUVE_RTT_PREFIX`; messages, catkin and its tools are Debian's. `tests/run`
 //! installs them; without them these tests fail with a message.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]

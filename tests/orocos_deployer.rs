@@ -1,7 +1,7 @@
 //! Runs a deployment in the deployer of a real Orocos, with both of its script languages: the output of its components
 //! is that of the model. Then with faults: no component starts, and the log has the reason.
 //!
-//! What all generated components have in common is looked at with the stand-in for Orocos, too. Orocos is in no package registry:
+//! What all generated components have in common is looked at with the runtime for Linux, too. Orocos is in no package registry:
 //! the others run where `MAUVE_RTT_PREFIX` names a folder with RTT and OCL, and `tests/run` says
 //! in its last lines whether they did. What can be tested without is in `deployment_scripts.rs`. They need two CPUs, and root, who
 //! may run threads in real time.

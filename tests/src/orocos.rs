@@ -1,26 +1,47 @@
-//! Builds packages of components with CMake, against the substitute for RTT or the RTT at `MAUVE_RTT_PREFIX`.
+//! Builds packages of components with CMake, against the runtime for Linux or the RTT at `MAUVE_RTT_PREFIX`.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::OnceLock;
 
 use crate::files_in;
 
 /// With which generated code has to compile.
 pub const COMPILERS: [&str; 2] = ["g++", "clang++"];
 
-/// Returns the folder of RTT: `MAUVE_RTT_PREFIX`, otherwise the substitute.
+/// Returns the folder of RTT: `MAUVE_RTT_PREFIX`, otherwise the installed runtime.
 pub fn rtt() -> PathBuf {
-    std::env::var_os("MAUVE_RTT_PREFIX").map_or_else(shim, PathBuf::from)
-}
-
-/// Returns the folder of the substitute.
-pub fn shim() -> PathBuf {
-    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/rtt-shim"))
+    std::env::var_os("MAUVE_RTT_PREFIX").map_or_else(runtime, PathBuf::from)
 }
 
 /// Returns whether RTT is a real one: the tests then pass with Orocos.
 pub fn is_real() -> bool {
-    rtt() != shim()
+    std::env::var_os("MAUVE_RTT_PREFIX").is_some()
+}
+
+/// Returns the folder of the runtime's sources.
+pub fn runtime_sources() -> PathBuf {
+    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../analysis/orocos/runtime"))
+}
+
+/// Builds the runtime, and returns the folder that it is installed in: the same one for all tests, next to their programs.
+pub fn runtime() -> PathBuf {
+    static RUNTIME: OnceLock<PathBuf> = OnceLock::new();
+    let install = || {
+        let program = std::env::current_exe().unwrap_or_else(|error| panic!("no path of this test: {error}"));
+        let target = program.ancestors().nth(3).unwrap_or_else(|| panic!("{} is no test", program.display()));
+        let folder = target.join("tmp/mauve-runtime");
+        let (built, installed) = (folder.join("build"), folder.join("prefix"));
+        let mut configuration = Command::new("cmake");
+        configuration.arg("-S").arg(runtime_sources()).arg("-B").arg(&built);
+        run(configuration.args([
+            format!("-DCMAKE_INSTALL_PREFIX={}", installed.display()),
+            format!("-DCMAKE_CXX_COMPILER={}", COMPILERS[0]),
+        ]));
+        run(build(&built).args(["-j2", "--target", "install"]));
+        installed
+    };
+    RUNTIME.get_or_init(install).clone()
 }
 
 /// The library of components that a package built below `folder`: `build` itself has it, or a folder for Orocos in there.

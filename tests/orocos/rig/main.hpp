@@ -1,4 +1,4 @@
-// RTT has a `main` of its own, which begins with what RTT needs, and then calls `ORO_main`. The stand-in needs nothing.
+// RTT has a `main` of its own, which begins with what RTT needs, and then calls `ORO_main`. The runtime for Linux needs nothing.
 
 #ifndef RIG_MAIN_HPP
 #define RIG_MAIN_HPP

@@ -1,0 +1,54 @@
+#ifndef MAUVE_ROBOT_HPP
+#define MAUVE_ROBOT_HPP
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+namespace mauve {
+
+// The response time of an activity whose response time is unbounded, or not analysed.
+constexpr std::int64_t no_bound = -1;
+
+// A deployment: what a generated program says of it, and then runs. All times are in nanoseconds; names are those of scripts.
+class Robot {
+ public:
+  explicit Robot(const std::string& deployment);
+  ~Robot();
+  Robot(const Robot&) = delete;
+  Robot& operator=(const Robot&) = delete;
+
+  // Creates an instance of a component, in lib<package>-components-<target>.so.
+  void instance(const std::string& name, const std::string& package, const std::string& type);
+  // Sets a property: a number, `true`, `false`, or a text as it is.
+  void value(const std::string& instance, const std::string& property, const std::string& value);
+  // Connects an output with an input, which keeps the last value.
+  void connect(const std::string& output, const std::string& input);
+  // The same; it keeps the last `buffer` values.
+  void connect(const std::string& output, const std::string& input, int buffer);
+  // Connects a required operation with a provided one.
+  void operation(const std::string& required, const std::string& provided);
+  // Creates the activity of an instance: its period; its priority, 0 in the background; its CPUs, a bit each, 0 for any; the
+  // offset of its first release; its deadline and response time.
+  void activity(const std::string& instance, std::int64_t period, int priority, std::uint64_t cpus, std::int64_t offset,
+                std::int64_t deadline, std::int64_t response);
+
+  // For the virtual clock, and for codels that are stubs.
+  void codel_time(const std::string& codel, std::int64_t time);
+  void program_time(const std::string& component, const std::string& state, const std::string& transition,
+                    const std::string& program, std::int64_t time);
+  void overhead(std::int64_t time);
+  void other_work(const std::string& name, std::int64_t period, std::int64_t time, int priority, std::uint64_t cpus);
+
+  // Runs the deployment as the arguments say; `--help` lists them. Returns the exit code of the program: 0; 1 if a deadline was
+  // missed, or an instance is in the exception state; 2 if it could not start.
+  int run(int argc, char** argv);
+
+ private:
+  struct State;
+  const std::unique_ptr<State> state_;
+};
+
+}  // namespace mauve
+
+#endif

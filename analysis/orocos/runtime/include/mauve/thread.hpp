@@ -1,0 +1,89 @@
+#ifndef MAUVE_THREAD_HPP
+#define MAUVE_THREAD_HPP
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "mauve/clock.hpp"
+#include "rtt/base/RunnableInterface.hpp"
+
+namespace mauve {
+
+struct Context;
+
+// What a thread wants of the scheduler.
+struct Scheduling {
+  // 1 to 99 for SCHED_FIFO; 0 for SCHED_OTHER.
+  int priority;
+  // 0 for a thread that is triggered only.
+  Nanoseconds period;
+  // One bit for each CPU; 0 for any.
+  std::uint64_t cpus;
+};
+
+// What the periods of a thread were like. Its thread writes, all threads may read.
+struct Statistics {
+  std::atomic<std::uint64_t> periods{0};
+  // The periods that did not end at their deadline or before.
+  std::atomic<std::uint64_t> misses{0};
+  // The periods that ended after the next release.
+  std::atomic<std::uint64_t> overruns{0};
+  // The greatest times from a release to the end of its period, and to its beginning.
+  std::atomic<Nanoseconds> response{0};
+  std::atomic<Nanoseconds> latency{0};
+  // The greatest CPU time between two periods: what the thread itself costs.
+  std::atomic<Nanoseconds> overhead{0};
+};
+
+// A thread that executes a period at each release, and in between the calls that wait for it. A late period moves no release:
+// missed periods are caught up one by one. In between, the thread neither locks nor allocates.
+class PeriodicThread {
+ public:
+  PeriodicThread(const std::string& name, const Scheduling& scheduling);
+  ~PeriodicThread();
+  PeriodicThread(const PeriodicThread&) = delete;
+  PeriodicThread& operator=(const PeriodicThread&) = delete;
+
+  bool start(RTT::base::RunnableInterface* runner);
+  // Waits until the present period has ended, and then until the thread has.
+  bool stop();
+  bool is_active() const;
+  bool is_self() const;
+  // Executes the calls that wait; without a period, one period.
+  bool trigger();
+
+  Nanoseconds period() const;
+  void set_period(Nanoseconds period);
+  std::uint64_t cpus() const;
+  bool set_cpus(std::uint64_t cpus);
+
+  // Before `start`: the first release is not one period after the start, but comes with `release_at`.
+  void hold();
+  void release_at(Nanoseconds first);
+  // Nothing is released at this instant or later.
+  void release_until(Nanoseconds end);
+  // Before `start`: each release is one period after the beginning of the period before, if that has ended.
+  void release_after_beginnings();
+  // Before `start`: the deadline, for the statistics.
+  void set_deadline(Nanoseconds deadline);
+  // Before `start`: the execution time that a period takes on a virtual clock in addition to its codels.
+  void set_overhead(Nanoseconds overhead);
+
+  const Statistics& statistics() const;
+  // Whether a period or a call is being executed, and the codel that is, if one is.
+  bool is_busy() const;
+  const char* codel() const;
+
+  // For the library alone.
+  Context& context();
+
+ private:
+  struct State;
+  const std::unique_ptr<State> state_;
+};
+
+}  // namespace mauve
+
+#endif

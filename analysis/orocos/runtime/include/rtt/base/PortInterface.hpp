@@ -1,0 +1,46 @@
+#ifndef MAUVE_RTT_PORT_INTERFACE_HPP
+#define MAUVE_RTT_PORT_INTERFACE_HPP
+
+#include <string>
+
+#include "rtt/ConnPolicy.hpp"
+#include "rtt/FlowStatus.hpp"
+
+namespace RTT {
+
+class TaskContext;
+
+namespace base {
+
+class PortInterface {
+ public:
+  virtual ~PortInterface() {}
+  PortInterface(const PortInterface&) = delete;
+  PortInterface& operator=(const PortInterface&) = delete;
+
+  const std::string& getName() const { return name_; }
+
+  PortInterface& doc(const std::string& text) {
+    doc_ = text;
+    return *this;
+  }
+
+  virtual bool connected() const = 0;
+  virtual void disconnect() = 0;
+  virtual bool connectTo(PortInterface* other) = 0;
+  virtual bool connectTo(PortInterface* other, const ConnPolicy& policy) = 0;
+
+ protected:
+  explicit PortInterface(const std::string& name) : name_(name) {}
+
+ private:
+  friend class RTT::TaskContext;
+
+  std::string name_;
+  std::string doc_;
+};
+
+}  // namespace base
+}  // namespace RTT
+
+#endif

@@ -1,0 +1,134 @@
+#ifndef MAUVE_RTT_CHANNEL_HPP
+#define MAUVE_RTT_CHANNEL_HPP
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "rtt/ConnPolicy.hpp"
+#include "rtt/FlowStatus.hpp"
+
+namespace RTT {
+namespace internal {
+
+// A connection of an output port with an input port: the samples that were written and not yet read, and the one that was read
+// last. One thread writes and one thread reads. Neither waits for the other, locks or allocates, whenever it is preempted; copying
+// a sample may allocate if its type does and the sample is greater than those of `reserve`.
+//
+// Samples are in slots, and each slot has one owner at each instant: the writer (free slots), the reader (the sample read last),
+// or the queue, which is a ring of slot numbers. Of `size + 2` slots, the queue has at most `size`; the reader holds two for the
+// moment in which it exchanges them; so the writer always has a free one. A full circular buffer drops its oldest sample: writer
+// and reader both take the oldest by advancing `tail_`, and only one of them succeeds. The counters do not wrap in a robot's life,
+// so a slot number that was read from the ring before another thread advanced `tail_` is never used.
+template <class T>
+class Channel {
+ public:
+  explicit Channel(const ConnPolicy& policy)
+      : size_(policy.type == ConnPolicy::DATA ? 1 : static_cast<std::size_t>(policy.size)),
+        drops_oldest_(policy.type != ConnPolicy::BUFFER),
+        slots_(new T[size_ + 2]()),
+        queue_(new std::atomic<std::size_t>[size_]),
+        returned_(new std::atomic<std::size_t>[size_ + 2]) {
+    for (std::size_t slot = 0; slot < size_; ++slot) queue_[slot].store(0, std::memory_order_relaxed);
+    for (std::size_t slot = 0; slot < size_ + 2; ++slot) give_back(slot);
+  }
+
+  // Makes the free slots as large as this sample. Only while no other thread uses the channel.
+  void reserve(const T& sample) {
+    for (std::uint64_t free = returned_begin_; free != returned_end_; ++free) {
+      slots_[returned_[free % (size_ + 2)]] = sample;
+    }
+  }
+
+  // In the thread of the writer.
+  WriteStatus write(const T& sample) {
+    const std::uint64_t head = head_.load(std::memory_order_relaxed);
+    std::size_t slot = none;
+    std::uint64_t tail = tail_.load(std::memory_order_acquire);
+    if (head - tail == size_) {
+      if (!drops_oldest_) return WriteFailure;
+      const std::size_t oldest = queue_[tail % size_].load(std::memory_order_relaxed);
+      // If this fails, the reader has taken the oldest: then the queue has room.
+      if (tail_.compare_exchange_strong(tail, tail + 1, std::memory_order_acq_rel)) slot = oldest;
+    }
+    if (slot == none) slot = take_returned();
+    slots_[slot] = sample;
+    queue_[head % size_].store(slot, std::memory_order_relaxed);
+    head_.store(head + 1, std::memory_order_release);
+    return WriteSuccess;
+  }
+
+  // In the thread of the reader.
+  FlowStatus read(T& sample, bool copy_old_data) {
+    if (take_oldest()) {
+      sample = slots_[last_];
+      return NewData;
+    }
+    if (!has_last_) return NoData;
+    if (copy_old_data) sample = slots_[last_];
+    return OldData;
+  }
+
+  // In the thread of the reader.
+  void clear() {
+    while (take_oldest()) {
+    }
+    if (has_last_) give_back(last_);
+    has_last_ = false;
+  }
+
+ private:
+  static constexpr std::size_t none = static_cast<std::size_t>(-1);
+
+  // Exchanges the sample that was read last for the oldest one of the queue, if there is one.
+  bool take_oldest() {
+    std::uint64_t tail = tail_.load(std::memory_order_acquire);
+    std::size_t slot;
+    do {
+      if (head_.load(std::memory_order_acquire) == tail) return false;
+      slot = queue_[tail % size_].load(std::memory_order_relaxed);
+    } while (!tail_.compare_exchange_strong(tail, tail + 1, std::memory_order_acq_rel, std::memory_order_acquire));
+    if (has_last_) give_back(last_);
+    last_ = slot;
+    has_last_ = true;
+    return true;
+  }
+
+  // The reader gives a slot back to the writer.
+  void give_back(std::size_t slot) {
+    const std::uint64_t end = returned_end_.load(std::memory_order_relaxed);
+    returned_[end % (size_ + 2)].store(slot, std::memory_order_relaxed);
+    returned_end_.store(end + 1, std::memory_order_release);
+  }
+
+  std::size_t take_returned() {
+    // There is one: see above. This load makes the reader's last use of the slot visible.
+    returned_end_.load(std::memory_order_acquire);
+    const std::size_t slot = returned_[returned_begin_ % (size_ + 2)].load(std::memory_order_relaxed);
+    ++returned_begin_;
+    return slot;
+  }
+
+  const std::size_t size_;
+  const bool drops_oldest_;
+  const std::unique_ptr<T[]> slots_;
+  // The numbers of the slots with unread samples: those from `tail_` to `head_`, modulo the size.
+  const std::unique_ptr<std::atomic<std::size_t>[]> queue_;
+  std::atomic<std::uint64_t> head_{0}, tail_{0};
+  // The numbers of free slots, from `returned_begin_` (the writer's) to `returned_end_` (the reader's).
+  const std::unique_ptr<std::atomic<std::size_t>[]> returned_;
+  std::atomic<std::uint64_t> returned_end_{0};
+  std::uint64_t returned_begin_ = 0;
+  // The reader's.
+  std::size_t last_ = 0;
+  bool has_last_ = false;
+};
+
+template <class T>
+constexpr std::size_t Channel<T>::none;
+
+}  // namespace internal
+}  // namespace RTT
+
+#endif

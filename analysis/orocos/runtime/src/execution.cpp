@@ -1,0 +1,109 @@
+// The execution of codels and programs: measured, recorded, or given the times of the timing tables.
+
+#include "mauve/execution.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <tuple>
+
+#include "context.hpp"
+#include "timeline.hpp"
+
+namespace mauve {
+namespace {
+
+thread_local Context* context_of_thread = nullptr;
+
+int compare(const std::string& one, const char* other) { return std::strcmp(one.c_str(), other); }
+
+// Lets the execution that began at `cpu_before` take this time.
+void take(Context& context, Nanoseconds time, Nanoseconds cpu_before) {
+  if (time < 0) return;
+  if (timeline().is_virtual()) {
+    timeline().spend(*context.worker, time);
+    return;
+  }
+  const Nanoseconds left = time * context.spent_percent / 100 - (cpu_time() - cpu_before);
+  if (left > 0) timeline().spend(*context.worker, left);
+}
+
+}  // namespace
+
+Context* present_context() { return context_of_thread; }
+void set_present_context(Context* context) { context_of_thread = context; }
+
+void ExecutionTimes::add(Key key, Nanoseconds time) {
+  const auto is_before = [](const Entry& one, const Key& other) {
+    return std::tie(one.key.component, one.key.state, one.key.transition, one.key.program) <
+           std::tie(other.component, other.state, other.transition, other.program);
+  };
+  entries_.insert(std::lower_bound(entries_.begin(), entries_.end(), key, is_before), Entry{key, time});
+}
+
+Nanoseconds ExecutionTimes::find(const char* component, const char* state, const char* transition,
+                                 const char* program) const {
+  const auto compare_with = [&](const Entry& entry) {
+    int order = compare(entry.key.component, component);
+    if (order == 0) order = compare(entry.key.state, state);
+    if (order == 0) order = compare(entry.key.transition, transition);
+    return order == 0 ? compare(entry.key.program, program) : order;
+  };
+  std::size_t begin = 0, end = entries_.size();
+  while (begin < end) {
+    const std::size_t middle = begin + (end - begin) / 2;
+    const int found = compare_with(entries_[middle]);
+    if (found == 0) return entries_[middle].time;
+    if (found < 0) {
+      begin = middle + 1;
+    } else {
+      end = middle;
+    }
+  }
+  return -1;
+}
+
+CodelExecution::CodelExecution(const char* codel) : context_(present_context()), codel_(codel) {
+  if (context_ == nullptr) return;
+  outer_ = context_->codel.load(std::memory_order_relaxed);
+  context_->codel.store(codel, std::memory_order_relaxed);
+  if (context_->times == nullptr && context_->trace == nullptr) return;
+  began_ = now();
+  cpu_before_ = cpu_time();
+}
+
+CodelExecution::~CodelExecution() {
+  if (context_ == nullptr) return;
+  if (context_->times != nullptr && !context_->is_timed_program) {
+    take(*context_, context_->times->codel(codel_), cpu_before_);
+  }
+  if (context_->trace != nullptr) {
+    const Nanoseconds ended = now();
+    context_->trace->push({codel_, context_->instance.c_str(), cpu_time() - cpu_before_, ended - began_, ended});
+  }
+  context_->codel.store(outer_, std::memory_order_relaxed);
+}
+
+ProgramExecution::ProgramExecution(const char* component, const char* state, const char* transition, const char* program)
+    : context_(present_context()) {
+  if (context_ == nullptr || context_->times == nullptr || context_->is_timed_program) {
+    context_ = nullptr;
+    return;
+  }
+  time_ = context_->times->program(component, state, transition, program);
+  if (time_ < 0) {
+    context_ = nullptr;
+    return;
+  }
+  context_->is_timed_program = true;
+  cpu_before_ = cpu_time();
+  // On a virtual clock the program itself takes no time: what it writes is written when its time has passed.
+  if (timeline().is_virtual()) take(*context_, time_, cpu_before_);
+}
+
+ProgramExecution::~ProgramExecution() {
+  if (context_ == nullptr) return;
+  if (!timeline().is_virtual()) take(*context_, time_, cpu_before_);
+  context_->is_timed_program = false;
+}
+
+}  // namespace mauve

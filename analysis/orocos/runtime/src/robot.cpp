@@ -1,0 +1,581 @@
+#include "mauve/robot.hpp"
+
+#include <dlfcn.h>
+#include <malloc.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <iostream>
+#include <map>
+#include <set>
+#include <stdexcept>
+#include <vector>
+
+#include "context.hpp"
+#include "mauve/stub.hpp"
+#include "options.hpp"
+#include "report.hpp"
+#include "rtt/Activity.hpp"
+#include "rtt/Logger.hpp"
+#include "rtt/OperationCaller.hpp"
+#include "rtt/TaskContext.hpp"
+#include "supervisor.hpp"
+#include "timeline.hpp"
+#include "trace_file.hpp"
+#include "virtual_clock.hpp"
+
+#define MAUVE_TEXT2(x) #x
+#define MAUVE_TEXT(x) MAUVE_TEXT2(x)
+
+namespace mauve {
+namespace {
+
+constexpr Nanoseconds second = 1000000000;
+// What a period may still take when the robot should end.
+constexpr Nanoseconds grace = 3 * second;
+// What code may take on the virtual clock, without taking time there.
+constexpr int patience_s = 60;
+// From the start of all instances to the first release: all threads wait by then.
+constexpr Nanoseconds before_start = 20000000;
+
+struct Cannot : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+struct InstanceData {
+  std::string name, package, type;
+};
+
+struct ValueData {
+  std::string instance, property, value;
+};
+
+struct ConnectionData {
+  std::string from, to;
+  int buffer;
+};
+
+struct ActivityData {
+  std::string instance;
+  Nanoseconds period;
+  int priority;
+  std::uint64_t cpus;
+  Nanoseconds offset, deadline, bound;
+};
+
+// Real-time work that is not in the model.
+struct OtherWork : RTT::base::RunnableInterface {
+  OtherWork(const std::string& name, const Scheduling& scheduling, Nanoseconds time)
+      : time_(time), thread(name, scheduling) {}
+  bool step() override {
+    timeline().spend(*thread.context().worker, time_);
+    return true;
+  }
+  void serve() override {}
+
+ private:
+  const Nanoseconds time_;
+
+ public:
+  PeriodicThread thread;
+};
+
+// The instance and the feature of `pilot.speed`.
+std::pair<std::string, std::string> parts(const std::string& end) {
+  const std::size_t dot = end.find('.');
+  return {end.substr(0, dot), dot == std::string::npos ? "" : end.substr(dot + 1)};
+}
+
+std::string numbers_of(std::uint64_t cpus) {
+  std::string out;
+  for (int cpu = 0; cpu < 64; ++cpu) {
+    if (cpus >> cpu & 1) out += (out.empty() ? "" : ", ") + std::to_string(cpu + 1);
+  }
+  return out;
+}
+
+RTT::TaskContext* create(const InstanceData& instance) {
+  const std::string file = "lib" + instance.package + "-components-" MAUVE_TEXT(OROCOS_TARGET) ".so";
+  void* const library = dlopen(file.c_str(), RTLD_NOW | RTLD_GLOBAL);
+  if (library == nullptr) throw Cannot("package " + instance.package + " cannot be loaded: " + dlerror());
+  typedef RTT::TaskContext* OneOf(std::string, std::string);
+  typedef RTT::TaskContext* Only(std::string);
+  typedef std::string TypeOfOnly();
+  // Types are written as their package writes them, with `::` before them or not.
+  for (const std::string& type : {instance.type, "::" + instance.type}) {
+    if (const auto one_of = reinterpret_cast<OneOf*>(dlsym(library, "createComponentType"))) {
+      if (RTT::TaskContext* const task = one_of(instance.name, type)) return task;
+    } else if (const auto only = reinterpret_cast<Only*>(dlsym(library, "createComponent"))) {
+      const auto name = reinterpret_cast<TypeOfOnly*>(dlsym(library, "getComponentType"));
+      if (name != nullptr && name() == type) return only(instance.name);
+    }
+  }
+  throw Cannot("package " + instance.package + " has no component " + instance.type + ": build it again");
+}
+
+}  // namespace
+
+struct Robot::State {
+  explicit State(const std::string& name) : deployment(name) {}
+
+  RTT::TaskContext& task(const std::string& name) const;
+  void create_instances();
+  void set(const ValueData& value);
+  void connect_all();
+  void check_rights() const;
+  void lock_memory() const;
+  void create_activities();
+  void check_threads();
+  void configure();
+  void start();
+  void release();
+  void wait_for_end();
+  void stop();
+  std::string stuck() const;
+  std::vector<Row> rows() const;
+  void show(bool is_first) const;
+  int report() const;
+  int run();
+  void end_releases();
+  int greatest_priority() const;
+  std::uint64_t all_cpus() const;
+
+  const std::string deployment;
+  std::vector<InstanceData> instances;
+  std::vector<ValueData> values;
+  std::vector<ConnectionData> connections, operations;
+  std::vector<ActivityData> activities;
+  struct OtherData {
+    std::string name;
+    Scheduling scheduling;
+    Nanoseconds time;
+  };
+  std::vector<OtherData> others;
+  ExecutionTimes times;
+  Nanoseconds overhead = 0;
+
+  Options options;
+  std::unique_ptr<VirtualClock> virtual_clock;
+  std::unique_ptr<TraceFile> trace;
+  std::map<std::string, std::unique_ptr<RTT::TaskContext>> tasks;
+  // In the order of `activities`.
+  std::vector<PeriodicThread*> threads;
+  std::vector<std::unique_ptr<OtherWork>> other_threads;
+  std::unique_ptr<Supervisor> supervisor;
+  // What the main thread does, for the message if it does not end.
+  std::atomic<const char*> doing{""};
+  std::atomic<const std::string*> doing_with{nullptr};
+  Nanoseconds began = 0, ended = 0;
+};
+
+RTT::TaskContext& Robot::State::task(const std::string& name) const {
+  const auto found = tasks.find(name);
+  if (found != tasks.end()) return *found->second;
+  std::string names;
+  for (const auto& it : tasks) names += (names.empty() ? "" : ", ") + it.first;
+  throw Cannot("no instance " + name + " in " + deployment + ", which has " + names);
+}
+
+void Robot::State::create_instances() {
+  for (const InstanceData& it : instances) tasks[it.name].reset(create(it));
+}
+
+void Robot::State::set(const ValueData& value) {
+  RTT::TaskContext& task = this->task(value.instance);
+  RTT::base::PropertyBase* const property = task.getProperty(value.property);
+  if (property == nullptr) {
+    std::string names;
+    for (const std::string& name : task.propertyNames()) names += (names.empty() ? "" : ", ") + name;
+    throw Cannot(value.instance + " has no property " + value.property + (names.empty() ? ": it has none" : "; it has " + names));
+  }
+  if (!property->setText(value.value)) {
+    throw Cannot("property " + value.instance + "." + value.property + " cannot be `" + value.value + "`");
+  }
+}
+
+void Robot::State::connect_all() {
+  for (const ConnectionData& it : connections) {
+    const auto from = parts(it.from), to = parts(it.to);
+    RTT::base::PortInterface* const output = task(from.first).getPort(from.second);
+    RTT::base::PortInterface* const input = task(to.first).getPort(to.second);
+    const RTT::ConnPolicy policy =
+        it.buffer == 0 ? RTT::ConnPolicy::data() : RTT::ConnPolicy::circularBuffer(it.buffer);
+    if (output == nullptr || input == nullptr || !output->connectTo(input, policy)) {
+      throw Cannot(it.from + " cannot be connected with " + it.to + ": build their packages again");
+    }
+  }
+  for (const ConnectionData& it : operations) {
+    const auto required = parts(it.from), provided = parts(it.to);
+    if (!task(required.first).requires()->connect(required.second, task(provided.first).provides(), provided.second)) {
+      throw Cannot(it.from + " cannot be connected with " + it.to + ": build their packages again");
+    }
+  }
+}
+
+int Robot::State::greatest_priority() const {
+  int greatest = 0;
+  for (const ActivityData& it : activities) greatest = std::max(greatest, it.priority);
+  return greatest;
+}
+
+std::uint64_t Robot::State::all_cpus() const {
+  std::uint64_t cpus = 0;
+  for (const ActivityData& it : activities) cpus |= it.cpus;
+  for (const OtherData& it : others) cpus |= it.scheduling.cpus;
+  return cpus == 0 ? 1 : cpus;
+}
+
+// Without them the threads would run all the same, and later than the analysis says.
+void Robot::State::check_rights() const {
+  const int priority = greatest_priority();
+  if (priority == 0) return;
+  std::uint64_t missing = 0;
+  cpu_set_t present;
+  if (sched_getaffinity(0, sizeof present, &present) == 0) {
+    for (int cpu = 0; cpu < 64; ++cpu) {
+      if ((all_cpus() >> cpu & 1) && !CPU_ISSET(cpu, &present)) missing |= std::uint64_t(1) << cpu;
+    }
+  }
+  int error = 0;
+  std::thread probe([&] {
+    sched_param parameter = {};
+    parameter.sched_priority = priority;
+    error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter);
+  });
+  probe.join();
+  const std::string otherwise = "; --simulate-time needs none of this, and with --allow-non-realtime the response times do not hold";
+  if (error != 0) {
+    rlimit limit = {};
+    getrlimit(RLIMIT_RTPRIO, &limit);
+    throw Cannot("this user may not run threads with SCHED_FIFO and priority " + std::to_string(priority) +
+                 " (`ulimit -r` allows " + std::to_string(limit.rlim_cur) +
+                 "): allow it with `rtprio` in /etc/security/limits.conf, or run as root" + otherwise);
+  }
+  if (missing != 0) {
+    throw Cannot("CPU " + numbers_of(missing) + " of the deployment is not available to this program" + otherwise);
+  }
+}
+
+// A page that is not in the memory would delay whoever needs it.
+void Robot::State::lock_memory() const {
+  mallopt(M_TRIM_THRESHOLD, -1);
+  mallopt(M_MMAP_MAX, 0);
+#ifdef MCL_ONFAULT
+  const int pages = MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT;
+#else
+  const int pages = MCL_CURRENT | MCL_FUTURE;
+#endif
+  if (mlockall(pages) != 0) {
+    RTT::log(RTT::Warning) << "the memory cannot be locked (" << std::strerror(errno)
+                           << "; `ulimit -l` shows the limit): page faults may delay periods" << RTT::endlog();
+  }
+}
+
+void Robot::State::create_activities() {
+  for (const ActivityData& it : activities) {
+    RTT::TaskContext& task = this->task(it.instance);
+    auto* const activity = new RTT::Activity(it.priority > 0 ? ORO_SCHED_RT : ORO_SCHED_OTHER, it.priority,
+                                             1e-9 * static_cast<double>(it.period), static_cast<unsigned>(it.cpus), nullptr,
+                                             it.instance);
+    PeriodicThread& thread = activity->thread();
+    thread.set_period(it.period);
+    thread.hold();
+    thread.set_deadline(it.deadline);
+    if (it.priority == 0) thread.release_after_beginnings();
+    Context& context = thread.context();
+    if (options.simulates_time || options.spends_times) context.times = &times;
+    context.spent_percent = 90;
+    if (trace) context.trace = &trace->queue();
+    if (it.priority > 0) thread.set_overhead(overhead);
+    threads.push_back(&thread);
+    if (!task.setActivity(activity)) throw Cannot("the activity of " + it.instance + " cannot be created");
+  }
+  if (!options.simulates_time) return;
+  for (const OtherData& it : others) {
+    other_threads.emplace_back(new OtherWork(it.name, it.scheduling, it.time));
+    PeriodicThread& thread = other_threads.back()->thread;
+    thread.hold();
+    thread.start(other_threads.back().get());
+  }
+}
+
+// Each component looks in its thread whether it has what was analysed: see `mauve_runs_as` in generated code.
+void Robot::State::check_threads() {
+  RTT::TaskContext deployer("deployer");
+  RTT::OperationCaller<bool(int, unsigned int)> runs_as("mauve_runs_as");
+  bool is_fine = true;
+  for (const ActivityData& it : activities) {
+    RTT::OperationCaller<bool(int, unsigned int)> caller("mauve_runs_as");
+    RTT::ServiceRequester requester(deployer.engine());
+    requester.addOperationCaller(caller);
+    // Other components may not have it.
+    if (!requester.connect("mauve_runs_as", task(it.instance).provides(), "mauve_runs_as")) continue;
+    is_fine = caller.call(it.priority, static_cast<unsigned int>(it.cpus)) && is_fine;
+  }
+  if (!is_fine) throw Cannot("threads are not scheduled as analysed, see above");
+}
+
+void Robot::State::configure() {
+  for (const InstanceData& it : instances) {
+    doing_with = &it.name;
+    doing = "configure";
+    if (supervisor->should_end()) return;
+    if (!task(it.name).configure()) throw Cannot(it.name + " cannot be configured");
+  }
+}
+
+void Robot::State::start() {
+  for (const InstanceData& it : instances) {
+    doing_with = &it.name;
+    doing = "start";
+    if (supervisor->should_end()) return;
+    if (!task(it.name).start()) throw Cannot(it.name + " cannot be started");
+  }
+}
+
+// All activities begin at one instant, each at its offset in the first period.
+void Robot::State::release() {
+  began = options.simulates_time ? 0 : now() + before_start;
+  if (options.length != never) {
+    for (PeriodicThread* thread : threads) thread->release_until(began + options.length);
+    for (const auto& it : other_threads) it->thread.release_until(began + options.length);
+    if (!options.simulates_time) supervisor->end_at(began + options.length);
+  }
+  for (std::size_t index = 0; index < threads.size(); ++index) {
+    threads[index]->release_at(began + activities[index].offset);
+  }
+  for (const auto& it : other_threads) it->thread.release_at(began);
+}
+
+void Robot::State::end_releases() {
+  for (PeriodicThread* thread : threads) thread->release_until(0);
+  for (const auto& it : other_threads) it->thread.release_until(0);
+}
+
+void Robot::State::wait_for_end() {
+  doing_with = nullptr;
+  doing = "run";
+  const bool is_live = options.is_live && isatty(STDOUT_FILENO);
+  if (options.simulates_time) {
+    const auto look = [this] {
+      if (trace) trace->write();
+      if (!supervisor->should_end()) return false;
+      end_releases();
+      return true;
+    };
+    if (virtual_clock->run(patience_s, look) == VirtualClock::End::Stuck) {
+      flush_log();
+      std::cerr << "error: " << stuck() << std::endl;
+      _exit(1);
+    }
+  } else {
+    for (int moment = 0; !supervisor->should_end(); ++moment) {
+      if (is_live && moment % 50 == 0) show(moment == 0);
+      if (trace) trace->write();
+      for (int pauses = 0; pauses < 100 && !supervisor->should_end(); ++pauses) pause();
+    }
+    if (is_live) show(false);
+  }
+  ended = std::min(now(), options.length == never ? never : began + options.length);
+}
+
+void Robot::State::stop() {
+  for (auto it = instances.rbegin(); it != instances.rend(); ++it) {
+    doing_with = &it->name;
+    doing = "stop";
+    RTT::TaskContext& task = this->task(it->name);
+    task.stop();
+    doing = "clean up";
+    if (task.isConfigured()) task.cleanup();
+  }
+  doing = "end the threads of";
+  if (virtual_clock) virtual_clock->finish();
+  for (PeriodicThread* thread : threads) thread->stop();
+  for (const auto& it : other_threads) it->thread.stop();
+}
+
+// Says what has not ended.
+std::string Robot::State::stuck() const {
+  std::string out;
+  for (std::size_t index = 0; index < threads.size(); ++index) {
+    const bool is_it = virtual_clock ? threads[index]->context().worker == virtual_clock->running() : threads[index]->is_busy();
+    if (!is_it) continue;
+    const char* const codel = threads[index]->codel();
+    out += (out.empty() ? "" : "; ") + activities[index].instance + " does not end its period" +
+           (codel == nullptr ? std::string() : std::string(": codel ") + codel + " has not returned");
+  }
+  if (out.empty()) {
+    const std::string* const with = doing_with.load();
+    out = std::string("`") + doing.load() + (with == nullptr ? "" : " " + *with) + "` does not end";
+  }
+  return out + "; the robot is not stopped cleanly";
+}
+
+std::vector<Row> Robot::State::rows() const {
+  std::vector<Row> rows;
+  for (std::size_t index = 0; index < threads.size(); ++index) {
+    const ActivityData& it = activities[index];
+    const Statistics& statistics = threads[index]->statistics();
+    rows.push_back({it.instance, it.priority, it.period, it.priority > 0 ? it.deadline : 0, it.bound, statistics.periods,
+                    statistics.misses, statistics.overruns, statistics.latency, statistics.response,
+                    task(it.instance).inException()});
+  }
+  return rows;
+}
+
+void Robot::State::show(bool is_first) const {
+  const std::string text = table(rows());
+  const auto lines = std::count(text.begin(), text.end(), '\n');
+  if (!is_first) std::cout << "\x1b[" << lines << "A\x1b[J";
+  std::cout << text << std::flush;
+}
+
+int Robot::State::report() const {
+  const std::vector<Row> rows = this->rows();
+  const bool was_live = options.is_live && isatty(STDOUT_FILENO) && !options.simulates_time;
+  if (was_live) std::cout << "\n";
+  std::cout << deployment << ": " << milliseconds(ended - began) << " ms "
+            << (options.simulates_time ? "on a virtual clock"
+                                       : options.allows_non_realtime ? "without a guarantee of real time" : "in real time")
+            << ", times in ms\n"
+            << table(rows);
+  bool is_fine = true;
+  for (const Row& row : rows) {
+    is_fine = is_fine && row.misses == 0 && !row.is_in_exception;
+    if (row.bound != no_bound && row.response > row.bound && row.priority > 0) {
+      std::cout << "  " << row.instance << " responded after " << milliseconds(row.response) << " ms, later than its bound of "
+                << milliseconds(row.bound)
+                << " ms: an execution time in the tables is too short, or the computer had other work\n";
+    }
+  }
+  Nanoseconds measured = 0;
+  for (const PeriodicThread* thread : threads) measured = std::max(measured, thread->statistics().overhead.load());
+  if (measured > 0) {
+    std::cout << "  overhead: at most " << milliseconds(measured) << " ms of CPU time for a period besides its codels; for a timing "
+              << "table in ms: [overhead] dispatch = " << milliseconds(measured) << "\n";
+  }
+  std::cout << std::flush;
+  return is_fine ? 0 : 1;
+}
+
+int Robot::State::run() {
+  std::string trace_problem;
+  if (!options.trace_folder.empty()) {
+    trace.reset(new TraceFile(options.trace_folder, trace_problem));
+    if (!trace_problem.empty()) throw Cannot(trace_problem);
+  }
+  if (options.allows_non_realtime) setenv("MAUVE_ALLOW_NON_REALTIME", "true", 1);
+  if (options.simulates_time) {
+    virtual_clock.reset(new VirtualClock(all_cpus()));
+    set_timeline(*virtual_clock);
+    if (options.length == never) options.length = 60 * second;
+  } else {
+    if (!options.allows_non_realtime) check_rights();
+    lock_memory();
+  }
+  const int priority = options.simulates_time ? 0 : std::min(99, greatest_priority() + 1);
+  supervisor.reset(new Supervisor(priority, grace, [this] {
+    // On the virtual clock, the thread of the scheduler does it.
+    if (!options.simulates_time) end_releases();
+  }, [this] { return stuck(); }));
+  create_instances();
+  for (const ValueData& it : values) set(it);
+  for (const Parameter& it : options.parameters) set({it.instance, it.property, it.value});
+  connect_all();
+  create_activities();
+  if (!options.simulates_time) check_threads();
+  try {
+    configure();
+    start();
+  } catch (const Cannot&) {
+    stop();
+    throw;
+  }
+  release();
+  wait_for_end();
+  stop();
+  supervisor.reset();
+  flush_log();
+  int exit_code = report();
+  if (trace) {
+    const std::string problem = trace->finish();
+    if (!problem.empty()) {
+      std::cerr << "error: " << problem << std::endl;
+      exit_code = std::max(exit_code, 2);
+    }
+  }
+  return exit_code;
+}
+
+Robot::Robot(const std::string& deployment) : state_(new State(deployment)) {}
+Robot::~Robot() {}
+
+void Robot::instance(const std::string& name, const std::string& package, const std::string& type) {
+  state_->instances.push_back({name, package, type});
+}
+
+void Robot::value(const std::string& instance, const std::string& property, const std::string& value) {
+  state_->values.push_back({instance, property, value});
+}
+
+void Robot::connect(const std::string& output, const std::string& input) { connect(output, input, 0); }
+
+void Robot::connect(const std::string& output, const std::string& input, int buffer) {
+  state_->connections.push_back({output, input, buffer});
+}
+
+void Robot::operation(const std::string& required, const std::string& provided) {
+  state_->operations.push_back({required, provided, 0});
+}
+
+void Robot::activity(const std::string& instance, std::int64_t period, int priority, std::uint64_t cpus, std::int64_t offset,
+                     std::int64_t deadline, std::int64_t response) {
+  state_->activities.push_back({instance, period, priority, cpus, offset, deadline, response});
+}
+
+void Robot::codel_time(const std::string& codel, std::int64_t time) { state_->times.add(codel, time); }
+
+void Robot::program_time(const std::string& component, const std::string& state, const std::string& transition,
+                         const std::string& program, std::int64_t time) {
+  state_->times.add(component, state, transition, program, time);
+}
+
+void Robot::overhead(std::int64_t time) { state_->overhead = time; }
+
+void Robot::other_work(const std::string& name, std::int64_t period, std::int64_t time, int priority, std::uint64_t cpus) {
+  state_->others.push_back({name, {priority, period, cpus}, time});
+}
+
+int Robot::run(int argc, char** argv) {
+  block_signals();
+  int exit_code = 0;
+  if (!read_options(argc, argv, state_->deployment, state_->options, exit_code)) return exit_code;
+  set_log_level(state_->options.log_level);
+  try {
+    return state_->run();
+  } catch (const std::exception& error) {
+    flush_log();
+    std::cerr << "error: " << error.what() << ": nothing runs" << std::endl;
+    return 2;
+  }
+}
+
+std::uint64_t stub_number() {
+  const Context* const context = present_context();
+  if (context == nullptr) return 0;
+  static thread_local std::uint64_t state = std::hash<std::string>()(context->instance);
+  // splitmix64
+  state += 0x9e3779b97f4a7c15u;
+  std::uint64_t mixed = state;
+  mixed = (mixed ^ (mixed >> 30)) * 0xbf58476d1ce4e5b9u;
+  mixed = (mixed ^ (mixed >> 27)) * 0x94d049bb133111ebu;
+  return mixed ^ (mixed >> 31);
+}
+
+}  // namespace mauve

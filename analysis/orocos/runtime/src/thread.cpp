@@ -1,0 +1,262 @@
+#include "mauve/thread.hpp"
+
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+
+#include <algorithm>
+#include <cstring>
+#include <thread>
+
+#include "context.hpp"
+#include "rtt/Logger.hpp"
+#include "timeline.hpp"
+
+namespace mauve {
+namespace {
+
+// What a thread may use of its stack without a page fault, once its memory is locked.
+constexpr std::size_t touched_stack = 64 * 1024;
+
+__attribute__((noinline)) void touch_stack() {
+  char stack[touched_stack];
+  std::memset(stack, 0, sizeof stack);
+  // The compiler may not leave it out.
+  asm volatile("" : : "r"(stack) : "memory");
+}
+
+cpu_set_t set_of(std::uint64_t cpus) {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  for (unsigned cpu = 0; cpu < 64; ++cpu) {
+    if (cpus >> cpu & 1) CPU_SET(cpu, &set);
+  }
+  return set;
+}
+
+// Some of a mask's CPUs may be missing: the kernel would accept the others.
+bool set_cpus_of(pthread_t thread, std::uint64_t cpus) {
+  const cpu_set_t wanted = set_of(cpus);
+  cpu_set_t before, after;
+  if (pthread_getaffinity_np(thread, sizeof before, &before) != 0) return false;
+  if (pthread_setaffinity_np(thread, sizeof wanted, &wanted) != 0) return false;
+  if (pthread_getaffinity_np(thread, sizeof after, &after) == 0 && CPU_EQUAL(&after, &wanted)) return true;
+  pthread_setaffinity_np(thread, sizeof before, &before);
+  return false;
+}
+
+void note_greatest(std::atomic<Nanoseconds>& greatest, Nanoseconds value) {
+  if (value > greatest.load(std::memory_order_relaxed)) greatest.store(value, std::memory_order_relaxed);
+}
+
+void increment(std::atomic<std::uint64_t>& count) {
+  count.store(count.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+}
+
+}  // namespace
+
+struct PeriodicThread::State {
+  State(const std::string& name, const Scheduling& scheduling) {
+    worker.name = name;
+    worker.scheduling = scheduling;
+    context.worker = &worker;
+    context.instance = name;
+    period = scheduling.period;
+    cpus = scheduling.cpus;
+  }
+
+  void run();
+  void prepare();
+  void execute_period(Nanoseconds release, Nanoseconds length);
+  Nanoseconds first_release() const { return first.load(std::memory_order_acquire); }
+
+  Worker worker;
+  Context context;
+  RTT::base::RunnableInterface* runner = nullptr;
+  Statistics statistics;
+  std::thread thread;
+  std::atomic<std::thread::id> id{std::thread::id()};
+  std::atomic<bool> is_active{false}, stops{false}, is_triggered{false}, is_busy{false};
+  std::atomic<Nanoseconds> period{0};
+  std::atomic<std::uint64_t> cpus{0};
+  // The instant of the first release; `never` as long as nobody knows it.
+  std::atomic<Nanoseconds> first{never};
+  std::atomic<Nanoseconds> end{never};
+  bool is_held = false;
+  bool is_relative = false;
+  Nanoseconds deadline = 0;
+  Nanoseconds overhead = 0;
+  // The CPU time at the end of the period before, while nothing else was executed since then; -1 otherwise.
+  Nanoseconds cpu_after_period = -1;
+};
+
+// Gives the thread its scheduler, priority and CPUs. Where it may not have them it goes on without, as with RTT.
+void PeriodicThread::State::prepare() {
+  char short_name[16] = {};
+  std::strncpy(short_name, worker.name.c_str(), sizeof short_name - 1);
+  pthread_setname_np(pthread_self(), short_name);
+  if (timeline().is_virtual()) return;
+  // The thread that creates this one may have another scheduler, which threads inherit.
+  sched_param parameter = {};
+  parameter.sched_priority = worker.scheduling.priority;
+  const int scheduler = worker.scheduling.priority > 0 ? SCHED_FIFO : SCHED_OTHER;
+  if (pthread_setschedparam(pthread_self(), scheduler, &parameter) != 0 && scheduler == SCHED_FIFO) {
+    RTT::log(RTT::Warning) << worker.name << " may not use SCHED_FIFO, and runs with SCHED_OTHER" << RTT::endlog();
+  }
+  const std::uint64_t mask = cpus;
+  if (mask != 0 && !set_cpus_of(pthread_self(), mask)) {
+    RTT::log(RTT::Warning) << worker.name << " keeps its CPUs: some of 0x" << std::hex << mask << " do not exist"
+                           << RTT::endlog();
+  }
+  touch_stack();
+}
+
+void PeriodicThread::State::run() {
+  id = std::this_thread::get_id();
+  prepare();
+  set_present_context(&context);
+  timeline().begin(worker);
+  if (!is_held) first = now() + period;
+  Nanoseconds release = never;
+  while (true) {
+    // Whatever changes from here on changes the signal.
+    const int seen = worker.signal.load(std::memory_order_acquire);
+    if (stops) break;
+    const Nanoseconds length = period;
+    if (length > 0 && release == never) release = first_release();
+    const bool is_released = length > 0 && release < end.load(std::memory_order_acquire);
+    const Nanoseconds begin = now();
+    if (is_released && release <= begin) {
+      is_triggered.exchange(false);
+      execute_period(release, length);
+      release = is_relative ? std::max(begin + length, now()) : release + length;
+    } else if (is_triggered.exchange(false)) {
+      is_busy = true;
+      cpu_after_period = -1;
+      if (length > 0) {
+        runner->serve();
+      } else {
+        runner->step();
+      }
+      is_busy = false;
+    } else {
+      timeline().wait(worker, seen, is_released ? release : never);
+    }
+  }
+  timeline().end(worker);
+  set_present_context(nullptr);
+  is_active = false;
+}
+
+void PeriodicThread::State::execute_period(Nanoseconds release, Nanoseconds length) {
+  is_busy = true;
+  const Nanoseconds latency = now() - release;
+  const bool is_real = !timeline().is_virtual();
+  if (!is_real && overhead > 0) timeline().spend(worker, overhead);
+  if (is_real && cpu_after_period >= 0) note_greatest(statistics.overhead, cpu_time() - cpu_after_period);
+  const bool was_running = runner->step();
+  const Nanoseconds response = now() - release;
+  cpu_after_period = is_real ? cpu_time() : -1;
+  if (was_running) {
+    increment(statistics.periods);
+    note_greatest(statistics.latency, latency);
+    note_greatest(statistics.response, response);
+    if (deadline > 0 && response > deadline) increment(statistics.misses);
+    if (response > length) increment(statistics.overruns);
+  }
+  is_busy = false;
+}
+
+PeriodicThread::PeriodicThread(const std::string& name, const Scheduling& scheduling)
+    : state_(new State(name, scheduling)) {}
+
+PeriodicThread::~PeriodicThread() { stop(); }
+
+bool PeriodicThread::start(RTT::base::RunnableInterface* runner) {
+  if (state_->is_active || runner == nullptr) return false;
+  if (state_->thread.joinable()) state_->thread.join();
+  state_->runner = runner;
+  state_->stops = false;
+  state_->is_triggered = false;
+  if (!state_->is_held) state_->first = never;
+  state_->is_active = true;
+  State* const state = state_.get();
+  try {
+    state_->thread = std::thread([state] { state->run(); });
+  } catch (const std::exception& error) {
+    state_->is_active = false;
+    RTT::log(RTT::Error) << "no thread for " << state_->worker.name << ": " << error.what() << RTT::endlog();
+    return false;
+  }
+  timeline().started(state_->worker);
+  return true;
+}
+
+bool PeriodicThread::stop() {
+  if (!state_->thread.joinable()) return false;
+  state_->stops = true;
+  timeline().wake(state_->worker);
+  // In its own thread it ends with the present period, and is joined later.
+  if (!is_self()) state_->thread.join();
+  return true;
+}
+
+bool PeriodicThread::is_active() const { return state_->is_active && !state_->stops; }
+bool PeriodicThread::is_self() const { return state_->id.load() == std::this_thread::get_id(); }
+
+bool PeriodicThread::trigger() {
+  if (!is_active()) return false;
+  state_->is_triggered = true;
+  timeline().wake(state_->worker);
+  return true;
+}
+
+Nanoseconds PeriodicThread::period() const { return state_->period; }
+
+void PeriodicThread::set_period(Nanoseconds period) {
+  state_->period = period;
+  timeline().wake(state_->worker);
+}
+
+std::uint64_t PeriodicThread::cpus() const {
+  cpu_set_t set;
+  // The thread of the library has this handle while it is joinable.
+  if (!is_active() || timeline().is_virtual() ||
+      pthread_getaffinity_np(state_->thread.native_handle(), sizeof set, &set) != 0) {
+    return state_->cpus == 0 ? ~std::uint64_t(0) : state_->cpus.load();
+  }
+  std::uint64_t cpus = 0;
+  for (unsigned cpu = 0; cpu < 64; ++cpu) {
+    if (CPU_ISSET(cpu, &set)) cpus |= std::uint64_t(1) << cpu;
+  }
+  return cpus;
+}
+
+bool PeriodicThread::set_cpus(std::uint64_t cpus) {
+  const bool is_set = cpus != 0 && (timeline().is_virtual() || !is_active() ||
+                                    set_cpus_of(state_->thread.native_handle(), cpus));
+  if (is_set) state_->cpus = cpus;
+  return is_set;
+}
+
+void PeriodicThread::hold() { state_->is_held = true; }
+
+void PeriodicThread::release_at(Nanoseconds first) {
+  state_->first.store(first, std::memory_order_release);
+  timeline().wake(state_->worker);
+}
+
+void PeriodicThread::release_until(Nanoseconds end) {
+  state_->end.store(end, std::memory_order_release);
+  timeline().wake(state_->worker);
+}
+
+void PeriodicThread::release_after_beginnings() { state_->is_relative = true; }
+void PeriodicThread::set_deadline(Nanoseconds deadline) { state_->deadline = deadline; }
+void PeriodicThread::set_overhead(Nanoseconds overhead) { state_->overhead = overhead; }
+const Statistics& PeriodicThread::statistics() const { return state_->statistics; }
+bool PeriodicThread::is_busy() const { return state_->is_busy; }
+const char* PeriodicThread::codel() const { return state_->context.codel.load(std::memory_order_relaxed); }
+Context& PeriodicThread::context() { return state_->context; }
+
+}  // namespace mauve

@@ -1,0 +1,182 @@
+#include "virtual_clock.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <tuple>
+
+namespace mauve {
+namespace {
+
+enum { cpu_count = 64 };
+
+typedef decltype(Worker::simulated) Simulated;
+
+}  // namespace
+
+void VirtualClock::started(Worker& worker) {
+  Lock lock(mutex_);
+  workers_.push_back(&worker);
+  scheduler_.wait(lock, [&] { return worker.simulated.state != Simulated::Absent; });
+}
+
+void VirtualClock::begin(Worker& worker) {
+  Lock lock(mutex_);
+  worker.simulated.until = never;
+  make_ready(worker);
+  scheduler_.notify_all();
+  worker.simulated.turn.wait(lock, [&] { return current_ == &worker || is_over_; });
+}
+
+void VirtualClock::end(Worker& worker) {
+  Lock lock(mutex_);
+  workers_.erase(std::remove(workers_.begin(), workers_.end(), &worker), workers_.end());
+  worker.simulated.state = Simulated::Absent;
+  worker.simulated.is_on_cpu = false;
+  current_ = nullptr;
+  scheduler_.notify_all();
+}
+
+void VirtualClock::wait(Worker& worker, int seen, Nanoseconds until) {
+  Lock lock(mutex_);
+  if (is_over_) {
+    lock.unlock();
+    pause();
+    return;
+  }
+  if (worker.signal.load() != seen || until <= now_) return;
+  worker.simulated.state = Simulated::Waiting;
+  worker.simulated.is_on_cpu = false;
+  worker.simulated.until = until;
+  give_way(lock, worker);
+}
+
+void VirtualClock::spend(Worker& worker, Nanoseconds time) {
+  Lock lock(mutex_);
+  if (time <= 0 || is_over_) return;
+  worker.simulated.remaining = time;
+  give_way(lock, worker);
+}
+
+void VirtualClock::wake(Worker& worker) {
+  const Lock lock(mutex_);
+  worker.signal.fetch_add(1);
+  if (worker.simulated.state == Simulated::Waiting) make_ready(worker);
+  scheduler_.notify_all();
+}
+
+void VirtualClock::make_ready(Worker& worker) {
+  worker.simulated.state = Simulated::Ready;
+  worker.simulated.remaining = 0;
+  worker.simulated.ready_since = ready_count_++;
+}
+
+void VirtualClock::give_way(Lock& lock, Worker& worker) {
+  current_ = nullptr;
+  scheduler_.notify_all();
+  worker.simulated.turn.wait(lock, [&] { return current_ == &worker || is_over_; });
+}
+
+// Gives each CPU its worker: the workers choose one after the other, by priority; of equal priority, those on a CPU first, then
+// those that are ready for the longest time.
+void VirtualClock::place() {
+  std::vector<Worker*> ready;
+  for (Worker* worker : workers_) {
+    if (worker->simulated.state == Simulated::Ready) ready.push_back(worker);
+  }
+  std::sort(ready.begin(), ready.end(), [](const Worker* one, const Worker* other) {
+    const auto key = [](const Worker* it) {
+      return std::make_tuple(-it->scheduling.priority, !it->simulated.is_on_cpu, it->simulated.ready_since);
+    };
+    return key(one) < key(other);
+  });
+  Worker* before[cpu_count] = {};
+  for (Worker* worker : ready) {
+    if (worker->simulated.is_on_cpu) before[worker->simulated.cpu] = worker;
+  }
+  std::uint64_t free = cpus_;
+  for (Worker* worker : ready) {
+    Simulated& simulated = worker->simulated;
+    const std::uint64_t wanted = worker->scheduling.cpus;
+    const std::uint64_t allowed = free & (wanted == 0 ? ~std::uint64_t(0) : wanted);
+    // An idle CPU, or else that of the worker with the lowest priority; of several, the one where it executed last.
+    const auto cost = [&](int cpu) {
+      const Worker* const other = before[cpu];
+      const bool is_idle = other == nullptr || other == worker;
+      return std::make_tuple(is_idle ? -1 : other->scheduling.priority, cpu != simulated.cpu);
+    };
+    int chosen = -1;
+    for (int cpu = 0; cpu < cpu_count; ++cpu) {
+      if ((allowed >> cpu & 1) && (chosen < 0 || cost(cpu) < cost(chosen))) chosen = cpu;
+    }
+    simulated.is_on_cpu = chosen >= 0;
+    if (chosen < 0) continue;
+    simulated.cpu = chosen;
+    free &= ~(std::uint64_t(1) << chosen);
+  }
+}
+
+Worker* VirtualClock::next_with_code() const {
+  Worker* next = nullptr;
+  for (Worker* worker : workers_) {
+    const Simulated& simulated = worker->simulated;
+    if (simulated.state != Simulated::Ready || !simulated.is_on_cpu || simulated.remaining > 0) continue;
+    if (next == nullptr || worker->scheduling.priority > next->scheduling.priority) next = worker;
+  }
+  return next;
+}
+
+VirtualClock::End VirtualClock::run(int patience_s, const std::function<bool()>& look) {
+  Lock lock(mutex_);
+  const auto looks = [&] {
+    // What it does may need the lock.
+    lock.unlock();
+    const bool is_interrupted = look();
+    lock.lock();
+    return is_interrupted;
+  };
+  for (std::uint64_t step = 1;; ++step) {
+    if (step % 256 == 0) looks();
+    // The code of the workers on a CPU, until all of them spend time or wait. Those that have just become ready come after those
+    // whose time has passed.
+    if (Worker* const next = next_with_code()) {
+      current_ = next;
+      next->simulated.turn.notify_all();
+      const auto is_done = [&] { return current_ == nullptr; };
+      for (int waited_ms = 0; !scheduler_.wait_for(lock, std::chrono::milliseconds(50), is_done); waited_ms += 50) {
+        const int patience_ms = looks() ? 2000 : patience_s * 1000;
+        if (waited_ms >= patience_ms && !is_done()) return End::Stuck;
+      }
+      continue;
+    }
+    place();
+    if (next_with_code() != nullptr) continue;
+    Nanoseconds next = never;
+    for (const Worker* worker : workers_) {
+      const Simulated& simulated = worker->simulated;
+      if (simulated.state == Simulated::Waiting) next = std::min(next, simulated.until);
+      if (simulated.is_on_cpu) next = std::min(next, now_ + simulated.remaining);
+    }
+    if (next == never) return End::Idle;
+    const Nanoseconds passed = next - now_;
+    now_ = next;
+    for (Worker* worker : workers_) {
+      Simulated& simulated = worker->simulated;
+      if (!simulated.is_on_cpu) continue;
+      simulated.remaining -= passed;
+      simulated.executed += passed;
+    }
+    // What ends here goes on before what is released here: see the class.
+    if (next_with_code() != nullptr) continue;
+    for (Worker* worker : workers_) {
+      if (worker->simulated.state == Simulated::Waiting && worker->simulated.until <= now_) make_ready(*worker);
+    }
+  }
+}
+
+void VirtualClock::finish() {
+  const Lock lock(mutex_);
+  is_over_ = true;
+  for (Worker* worker : workers_) worker->simulated.turn.notify_all();
+}
+
+}  // namespace mauve

@@ -1,9 +1,0 @@
-#ifndef RTT_SHIM_FOSI_H
-#define RTT_SHIM_FOSI_H
-
-#include <sched.h>
-
-#define ORO_SCHED_RT SCHED_FIFO
-#define ORO_SCHED_OTHER SCHED_OTHER
-
-#endif
