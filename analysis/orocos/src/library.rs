@@ -16,10 +16,10 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::cpp_name::{CppNames, file_name};
 use crate::cpp_type::cpp_type;
 
-/// Names that no package can have: packages that generated ones depend on, except messages, and names that CMake
-/// reserves: `project(CMAKE)` would set `CMAKE_VERSION`.
-const OTHER_PACKAGES: [&str; 8] =
-    ["rtt", "ocl", "rtt_ros", "rtt_roscomm", "rtt_rosnode", "genmsg", "CMAKE", "PROJECT"];
+/// Names that no package can have: packages that generated ones depend on, except messages, the namespace of the runtime without
+/// Orocos, and names that CMake reserves: `project(CMAKE)` would set `CMAKE_VERSION`.
+const OTHER_PACKAGES: [&str; 9] =
+    ["rtt", "mauve", "ocl", "rtt_ros", "rtt_roscomm", "rtt_rosnode", "genmsg", "CMAKE", "PROJECT"];
 
 /// A problem that prevents generation.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]

@@ -50,6 +50,10 @@ const HEADER: &str = r#"// {generated}
 #include <rtt/SendStatus.hpp>
 #include <rtt/TaskContext.hpp>
 
+#ifdef MAUVE_RUNTIME
+#include <mauve/clock.hpp>
+#endif
+
 namespace {lib} {
 
 class MauveTask : public RTT::TaskContext {
@@ -245,9 +249,14 @@ class MauveTask : public RTT::TaskContext {
   };
 
   static double mauve_now(clockid_t clock) {
+#ifdef MAUVE_RUNTIME
+    // The clock of this runtime may be a virtual one.
+    return 1e-9 * static_cast<double>(clock == CLOCK_MONOTONIC ? ::mauve::now() : ::mauve::cpu_time());
+#else
     timespec now = {};
     clock_gettime(clock, &now);
     return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+#endif
   }
 
   // Logs the differences from the analysed scheduling. MAUVE_ALLOW_NON_REALTIME=true accepts them.

@@ -60,9 +60,26 @@ pub(crate) fn span_of(program: &ProgramId) -> [&str; 3] {
 const HEADER: &str = r#"// {generated}
 //
 // Spans of components, programs and codels, recorded by LTTng-UST if MAUVE_TRACING is defined.
+// Without Orocos, MAUVE's own runtime (MAUVE_RUNTIME) measures programs and codels, too.
 // Otherwise the macros expand to nothing.
 
 #pragma once
+
+#ifdef MAUVE_RUNTIME
+
+#include <mauve/execution.hpp>
+
+#define MAUVE_EXECUTE_PROGRAM(component, state, transition, program) \
+  const ::mauve::ProgramExecution mauve_program_execution(component, state, transition, program)
+#define MAUVE_EXECUTE_CODEL(codel, ...) \
+  ::mauve::execute_codel(codel, [&] { return __VA_ARGS__; })
+
+#else
+
+#define MAUVE_EXECUTE_PROGRAM(component, state, transition, program) static_cast<void>(0)
+#define MAUVE_EXECUTE_CODEL(codel, ...) (__VA_ARGS__)
+
+#endif
 
 #ifdef MAUVE_TRACING
 
@@ -165,15 +182,17 @@ namespace mauve_trace = ::{lib}::trace;
   const ::mauve_trace::ComponentSpan mauve_component_span(instance)
 #define MAUVE_TRACE_PROGRAM(instance, component, state, transition, program) \
   const ::mauve_trace::ProgramSpan mauve_program_span( \
-      instance, component, state, transition, program)
+      instance, component, state, transition, program); \
+  MAUVE_EXECUTE_PROGRAM(component, state, transition, program)
 #define MAUVE_TRACE_CODEL(instance, codel, ...) \
-  ::mauve_trace::traced(instance, codel, [&] { return __VA_ARGS__; })
+  ::mauve_trace::traced(instance, codel, [&] { return MAUVE_EXECUTE_CODEL(codel, __VA_ARGS__); })
 
 #else
 
 #define MAUVE_TRACE_COMPONENT(instance) static_cast<void>(0)
-#define MAUVE_TRACE_PROGRAM(instance, component, state, transition, program) static_cast<void>(0)
-#define MAUVE_TRACE_CODEL(instance, codel, ...) (__VA_ARGS__)
+#define MAUVE_TRACE_PROGRAM(instance, component, state, transition, program) \
+  MAUVE_EXECUTE_PROGRAM(component, state, transition, program)
+#define MAUVE_TRACE_CODEL(instance, codel, ...) MAUVE_EXECUTE_CODEL(codel, __VA_ARGS__)
 
 #endif
 "#;
