@@ -68,8 +68,8 @@ fn generate(library: &Library, folder: &Path) {
     write(folder, &[("trace/machines/machines-trace.hpp", "#include <trace.hpp>\n")]);
 }
 
-/// The lines of each component's run.
-fn runs(folder: &Path, compiler: &str) -> BTreeMap<String, Vec<String>> {
+/// The lines of each component's run: one component after the other, and then all at once, in threads.
+fn runs(folder: &Path, compiler: &str) -> [BTreeMap<String, Vec<String>>; 2] {
     let rig = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/orocos/rig"));
     let built = folder.join("build");
     run(configure(rig, &built, compiler, &[]).args([
@@ -80,7 +80,13 @@ fn runs(folder: &Path, compiler: &str) -> BTreeMap<String, Vec<String>> {
     ]));
     run(&mut build(&built));
     let library = component_library(&built, "machines-components");
-    let said = run(Command::new(built.join("rig")).arg(library));
+    [&[] as &[&str], &["all at once"]].map(|how| {
+        let said = run(Command::new(built.join("rig")).arg(&library).args(how));
+        lines_by_component(&said)
+    })
+}
+
+fn lines_by_component(said: &str) -> BTreeMap<String, Vec<String>> {
     let mut runs: BTreeMap<String, Vec<String>> = BTreeMap::new();
     let mut name = String::new();
     for line in said.lines() {
@@ -128,7 +134,14 @@ fn components_do_what_their_models_say(seed: u64, compiler: &str) {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("machines_{compiler}"));
     let library = random_library(seed, count as usize);
     generate(&library, &folder);
-    let mut runs = runs(&folder, compiler);
+    let [mut runs, all_at_once] = runs(&folder, compiler);
+    for (name, lines) in &runs {
+        assert!(
+            all_at_once.get(name) == Some(lines),
+            "seed {seed}: {name} behaves differently beside the others"
+        );
+    }
+    assert_eq!(runs.len(), all_at_once.len());
     let mut seen: BTreeSet<&str> = BTreeSet::new();
     for component in &library.components {
         let expected = expected_run(&library, component).unwrap();

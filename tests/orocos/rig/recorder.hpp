@@ -23,7 +23,10 @@ class Random {
 // Writes a line of the run.
 void line(const std::string& text);
 
-// What codels draw their results from.
+// From now on, this text keeps the lines of the calling thread.
+void keep_lines(std::string& lines);
+
+// What codels of the calling thread draw their results from.
 Random& results();
 
 std::string show(bool value);

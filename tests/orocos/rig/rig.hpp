@@ -5,9 +5,11 @@
 #define RIG_RIG_HPP
 
 #include <functional>
+#include <iostream>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -378,6 +380,40 @@ class Rig {
   std::vector<std::unique_ptr<Asked>> asked_;
   std::vector<std::shared_ptr<void>> served_;
 };
+
+// Runs components of the library that is the first argument: one after the other, or with a second argument all at once, each in a
+// thread. Their lines are the same, and follow each other component by component.
+inline int run_components(int argc, char** argv, const std::vector<void (*)(const ComponentLibrary&)>& components) {
+  if (argc != 2 && argc != 3) return 2;
+  std::vector<std::string> lines(components.size());
+  std::vector<std::string> problems(components.size());
+  const ComponentLibrary library(argv[1]);
+  const auto run = [&](std::size_t number) {
+    if (argc == 3) keep_lines(lines[number]);
+    try {
+      components[number](library);
+    } catch (const std::exception& thrown) {
+      problems[number] = thrown.what();
+    }
+  };
+  std::vector<std::thread> threads;
+  for (std::size_t number = 0; number < components.size(); ++number) {
+    if (argc == 3) {
+      threads.emplace_back(run, number);
+    } else {
+      run(number);
+    }
+  }
+  for (std::thread& thread : threads) thread.join();
+  int result = 0;
+  for (std::size_t number = 0; number < components.size(); ++number) {
+    std::cout << lines[number];
+    if (problems[number].empty()) continue;
+    std::cerr << problems[number] << std::endl;
+    result = 1;
+  }
+  return result;
+}
 
 }  // namespace rig
 

@@ -92,9 +92,8 @@ fn signature(of: &Signature) -> (String, String) {
 
 /// A program that runs each component of a library that is given to it.
 pub fn program_source(library: &Library) -> String {
-    let mut out = String::from(
-        "#include <cstdint>\n#include <exception>\n#include <iostream>\n\n#include <rig.hpp>\n#include <main.hpp>\n\nnamespace {\n",
-    );
+    let mut out =
+        String::from("#include <cstdint>\n\n#include <rig.hpp>\n#include <main.hpp>\n\nnamespace {\n");
     for it in &library.components {
         let scenario = &it.scenario;
         let _ = writeln!(out, "\nvoid {}(const rig::ComponentLibrary& library) {{", it.name);
@@ -121,11 +120,12 @@ pub fn program_source(library: &Library) -> String {
         }
         let _ = writeln!(out, "  rig.go({TICKS});\n}}");
     }
-    out += "\n}  // namespace\n\nint ORO_main(int argc, char** argv) {\n  if (argc != 2) return 2;\n  try {\n    \
-        const rig::ComponentLibrary library(argv[1]);\n";
-    for it in &library.components {
-        let _ = writeln!(out, "    {}(library);", it.name);
-    }
-    out + "  } catch (const std::exception& thrown) {\n    std::cerr << thrown.what() << std::endl;\n    return 1;\n  }\n  \
-        return 0;\n}\n"
+    let names: Vec<&str> = library.components.iter().map(|it| it.name.as_str()).collect();
+    let _ = writeln!(
+        out,
+        "\n}}  // namespace\n\nint ORO_main(int argc, char** argv) {{\n  \
+         return rig::run_components(argc, argv, {{{}}});\n}}",
+        names.join(", ")
+    );
+    out
 }
