@@ -423,7 +423,7 @@ std::vector<Row> Robot::State::rows() const {
     const ActivityData& it = activities[index];
     const Statistics& statistics = threads[index]->statistics();
     rows.push_back({it.instance, it.priority, it.period, it.priority > 0 ? it.deadline : 0, it.bound, statistics.periods,
-                    statistics.misses, statistics.overruns, statistics.latency, statistics.response,
+                    statistics.misses + (threads[index]->is_late() ? 1 : 0), statistics.overruns, statistics.latency, statistics.response,
                     task(it.instance).inException()});
   }
   return rows;
@@ -561,7 +561,7 @@ int Robot::run(int argc, char** argv) {
     return state_->run();
   } catch (const std::exception& error) {
     flush_log();
-    std::cerr << "error: " << error.what() << ": nothing runs" << std::endl;
+    std::cerr << "error: " << error.what() << "; nothing runs" << std::endl;
     return 2;
   }
 }

@@ -82,6 +82,8 @@ struct PeriodicThread::State {
   // The instant of the first release; `never` as long as nobody knows it.
   std::atomic<Nanoseconds> first{never};
   std::atomic<Nanoseconds> end{never};
+  // The release of the period that is executed, or else of the next one.
+  std::atomic<Nanoseconds> open{never};
   bool is_held = false;
   bool is_relative = false;
   Nanoseconds deadline = 0;
@@ -90,7 +92,8 @@ struct PeriodicThread::State {
   Nanoseconds cpu_after_period = -1;
 };
 
-// Gives the thread its scheduler, priority and CPUs. Where it may not have them it goes on without, as with RTT.
+// Gives the thread its scheduler, priority and CPUs. Where it may not have them it goes on without, as with
+// RTT; generated components notice it.
 void PeriodicThread::State::prepare() {
   char short_name[16] = {};
   std::strncpy(short_name, worker.name.c_str(), sizeof short_name - 1);
@@ -101,11 +104,11 @@ void PeriodicThread::State::prepare() {
   parameter.sched_priority = worker.scheduling.priority;
   const int scheduler = worker.scheduling.priority > 0 ? SCHED_FIFO : SCHED_OTHER;
   if (pthread_setschedparam(pthread_self(), scheduler, &parameter) != 0 && scheduler == SCHED_FIFO) {
-    RTT::log(RTT::Warning) << worker.name << " may not use SCHED_FIFO, and runs with SCHED_OTHER" << RTT::endlog();
+    RTT::log(RTT::Info) << worker.name << " may not use SCHED_FIFO, and runs with SCHED_OTHER" << RTT::endlog();
   }
   const std::uint64_t mask = cpus;
   if (mask != 0 && !set_cpus_of(pthread_self(), mask)) {
-    RTT::log(RTT::Warning) << worker.name << " keeps its CPUs: some of 0x" << std::hex << mask << " do not exist"
+    RTT::log(RTT::Info) << worker.name << " keeps its CPUs: some of 0x" << std::hex << mask << " do not exist"
                            << RTT::endlog();
   }
   touch_stack();
@@ -125,6 +128,7 @@ void PeriodicThread::State::run() {
     const Nanoseconds length = period;
     if (length > 0 && release == never) release = first_release();
     const bool is_released = length > 0 && release < end.load(std::memory_order_acquire);
+    open.store(is_released ? release : never, std::memory_order_relaxed);
     const Nanoseconds begin = now();
     if (is_released && release <= begin) {
       is_triggered.exchange(false);
@@ -143,6 +147,7 @@ void PeriodicThread::State::run() {
       timeline().wait(worker, seen, is_released ? release : never);
     }
   }
+  open = never;
   timeline().end(worker);
   set_present_context(nullptr);
   is_active = false;
@@ -255,6 +260,12 @@ void PeriodicThread::release_after_beginnings() { state_->is_relative = true; }
 void PeriodicThread::set_deadline(Nanoseconds deadline) { state_->deadline = deadline; }
 void PeriodicThread::set_overhead(Nanoseconds overhead) { state_->overhead = overhead; }
 const Statistics& PeriodicThread::statistics() const { return state_->statistics; }
+
+bool PeriodicThread::is_late() const {
+  const Nanoseconds open = state_->open.load(std::memory_order_relaxed);
+  return state_->deadline > 0 && open != never && now() - open > state_->deadline;
+}
+
 bool PeriodicThread::is_busy() const { return state_->is_busy; }
 const char* PeriodicThread::codel() const { return state_->context.codel.load(std::memory_order_relaxed); }
 Context& PeriodicThread::context() { return state_->context; }

@@ -72,6 +72,8 @@ class PeriodicThread {
   void set_overhead(Nanoseconds overhead);
 
   const Statistics& statistics() const;
+  // Whether a period has not ended whose deadline has passed: the statistics do not count it yet.
+  bool is_late() const;
   // Whether a period or a call is being executed, and the codel that is, if one is.
   bool is_busy() const;
   const char* codel() const;
