@@ -50,6 +50,8 @@ pub(crate) fn deployment_files(model: Model<'_, '_>) -> Vec<GeneratedFile> {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Deployed {
     pub(crate) name: String,
+    /// The name in the model, with its library: `guide.Museum`.
+    pub(crate) qualified: String,
     pub(crate) package: String,
     pub(crate) description: String,
     /// The packages of its components, those that others call first.
@@ -81,10 +83,13 @@ pub(crate) struct Task {
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Activity {
-    /// In seconds, exact.
-    pub(crate) period: String,
+    pub(crate) period: Time,
     /// Whether the period is the default of a background activity.
     pub(crate) assumed: bool,
+    /// The offset of its releases in the period; 0 if its clock is not synchronised.
+    pub(crate) offset: Time,
+    /// `None` for a background activity.
+    pub(crate) deadline: Option<Time>,
     /// 1 to 99; `None` for a background activity.
     pub(crate) priority: Option<u32>,
     /// One bit for each permitted CPU; `None` if all are permitted.
@@ -188,6 +193,11 @@ impl Activity {
     pub(crate) fn scheduling(&self) -> (u32, &'static str) {
         self.priority.map_or((0, "ORO_SCHED_OTHER"), |priority| (priority, "ORO_SCHED_RT"))
     }
+
+    /// Returns the period in seconds, as scripts write it.
+    pub(crate) fn seconds(&self) -> String {
+        seconds(self.period)
+    }
 }
 
 pub(crate) const STREAMS: &str = "Streams outputs, and inputs without a connection, to topics. On a connected \
@@ -209,7 +219,8 @@ pub(crate) struct Streams {
     pub(crate) left_out: Vec<String>,
 }
 
-fn deployed<'db>(model: Model<'_, 'db>, of: Decl<'db>) -> Option<Deployed> {
+/// Resolves a deployment of a library; `None` if its architecture is incomplete.
+pub(crate) fn deployed<'db>(model: Model<'_, 'db>, of: Decl<'db>) -> Option<Deployed> {
     let Model { db, project, libraries, library } = model;
     let (flat, target) = mauve_hir::deployed(db, project, of)?;
     let activities = Activities::new(model, of, flat);
@@ -235,6 +246,7 @@ fn deployed<'db>(model: Model<'_, 'db>, of: Decl<'db>) -> Option<Deployed> {
     }
     Some(Deployed {
         name: file_name(of.name(db)),
+        qualified: of.qualified(db),
         package: library.package.clone(),
         description: format!(
             "Deployment `{}` of architecture `{}` ({}).",
@@ -351,8 +363,14 @@ fn activity(activities: &Activities<'_>, resolved: &ResolvedActivity<'_>) -> Act
         Priority::RealTime(priority) => Some(priority),
         Priority::Background | Priority::Unknown => None,
     };
-    let period = seconds(resolved.period.unwrap_or(BACKGROUND_PERIOD));
-    Activity { period, assumed: resolved.period.is_none(), priority, affinity }
+    Activity {
+        period: resolved.period.unwrap_or(BACKGROUND_PERIOD),
+        assumed: resolved.period.is_none(),
+        offset: resolved.phase().unwrap_or_default(),
+        deadline: priority.and(resolved.deadline),
+        priority,
+        affinity,
+    }
 }
 
 /// Returns seconds, such as `0.1` for 100 ms: exact, and always with a point, so that all scripts parse a

@@ -134,10 +134,11 @@ fn connections(script: &mut Script, deployed: &Deployed) {
 fn activities(script: &mut Script, deployed: &Deployed) {
     script.section(ACTIVITIES);
     for Task { name, activity, .. } in &deployed.tasks {
-        let Activity { period, assumed, affinity, .. } = activity;
+        let Activity { assumed, affinity, .. } = activity;
         if *assumed {
             script.comment(BACKGROUND);
         }
+        let period = activity.seconds();
         let (priority, scheduler) = activity.scheduling();
         let quoted = lua_string(name);
         let arguments = format!("{quoted}, {period}, {priority}, rtt.globals.{scheduler}");

@@ -182,10 +182,11 @@ fn policy(tasks: &FxHashSet<&str>, buffer: Option<u32>) -> String {
 fn activities(script: &mut Script, deployed: &Deployed) {
     script.section(ACTIVITIES);
     for Task { name, activity, .. } in &deployed.tasks {
-        let Activity { period, assumed, affinity, .. } = activity;
+        let Activity { assumed, affinity, .. } = activity;
         if *assumed {
             script.comment(BACKGROUND);
         }
+        let period = activity.seconds();
         let (priority, scheduler) = activity.scheduling();
         let call = format!("setActivity({}, {period}, {priority}, {scheduler})", ops_string(name));
         step(script, "", &call, &scheduling(name));
