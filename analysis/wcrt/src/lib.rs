@@ -27,6 +27,7 @@
 //! | `what_if.rs` | a deployment with other values in its activities |
 //! | `new_activity.rs` | values for an activity that is missing |
 //! | `better_timing.rs` | the search for better priorities, CPUs and periods |
+//! | `execution_times.rs` | the times of all codels and programs of a deployment at one level |
 //! | `exported.rs` | task sets and state machines for files, made of models |
 //! | `fact.rs`, `reason.rs` | errors, and reasons for a missing response time: names and figures |
 //!
@@ -38,6 +39,7 @@
 pub mod better_timing;
 mod bisection;
 mod component_tables;
+mod execution_times;
 mod exported;
 mod fact;
 mod missing_times;
@@ -59,6 +61,7 @@ mod timing_facts;
 mod what_if;
 
 pub use component_tables::{first_tables, tables_for};
+pub use execution_times::{ExecutionTimes, execution_times};
 pub use exported::{exported_component, psm_at, task_set_of};
 pub use fact::{
     Budget, DeadlineAndPriority, Expected, InterferenceReport, Missed, MissingTime, NoTime, Overload,

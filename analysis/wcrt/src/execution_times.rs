@@ -1,0 +1,62 @@
+//! The execution times of a deployment at one level: of the codels that its instances may call, and of the programs with times
+//! of their own.
+
+use mauve_hir::{Decl, ModelDb, ProgramId, Project, behaviour_of, core_of, uses_of};
+use mauve_timing::{Level, Time};
+use rustc_hash::FxHashSet;
+
+use crate::system::system_of;
+use crate::table_set::tables_of;
+use crate::timetable::{Lookup, timetable_of};
+
+/// The execution times of a deployment at one level.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct ExecutionTimes<'db> {
+    /// The codels that its components may call, sorted by their qualified names; `None` where the time is unknown.
+    pub codels: Vec<(Decl<'db>, Option<Time>)>,
+    /// The programs of its components that have times of their own in the tables, sorted by the qualified names of the
+    /// components.
+    pub programs: Vec<(Decl<'db>, ProgramId, Time)>,
+    /// The time of dispatch and context switches in each period; 0 where it is unknown.
+    pub overhead: Time,
+}
+
+/// Returns the execution times of a deployment, from its timing tables and `[assume]`.
+pub fn execution_times<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    level: Level,
+) -> ExecutionTimes<'db> {
+    let times = timetable_of(db, tables_of(db, project, deployment));
+    let known = |found: Lookup<'db>| match found {
+        Lookup::Known(time) | Lookup::Assumed(time) if times.incomplete.is_none() => Some(time),
+        _ => None,
+    };
+    let activities = &system_of(db, project, deployment).activities;
+    let components: FxHashSet<Decl<'db>> = activities.iter().filter_map(|it| it.component).collect();
+    let components = sorted(db, components);
+    let cores =
+        || components.iter().filter_map(|&component| Some((component, core_of(db, project, component)?)));
+    let codels = cores().flat_map(|(_, core)| &uses_of(db, project, core).codels).copied().collect();
+    let codels = sorted(db, codels).into_iter();
+    let mut programs = Vec::new();
+    for (component, core) in cores() {
+        let behaviour = behaviour_of(db, project, core);
+        for program in behaviour.programs.iter().chain(&behaviour.operations) {
+            let time = known(times.program_time(component, &program.id, level));
+            programs.extend(time.map(|time| (component, program.id.clone(), time)));
+        }
+    }
+    ExecutionTimes {
+        codels: codels.map(|codel| (codel, known(times.codel_time(db, codel, level)))).collect(),
+        programs,
+        overhead: times.overhead(level).filter(|_| times.incomplete.is_none()).unwrap_or_default(),
+    }
+}
+
+fn sorted<'db>(db: &'db dyn ModelDb, all: FxHashSet<Decl<'db>>) -> Vec<Decl<'db>> {
+    let mut all: Vec<Decl<'db>> = all.into_iter().collect();
+    all.sort_by_cached_key(|decl| decl.qualified(db));
+    all
+}
