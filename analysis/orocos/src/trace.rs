@@ -28,8 +28,9 @@
 //! Works with LTTng-UST 2.7 and later: it had no enumerations, so a phase is a number, and no macros with `LTTNG_UST_`, and
 //! later versions still know those without.
 
-use mauve_hir::ProgramId;
+use mauve_hir::{Decl, ModelDb, ProgramId};
 
+use crate::escape::cpp_string;
 use crate::library::Library;
 use crate::package::GeneratedFile;
 
@@ -46,8 +47,18 @@ pub(crate) fn trace_files(library: &Library<'_>) -> Vec<GeneratedFile> {
     files.map(|(path, template)| GeneratedFile::from_template(library, path, template)).into()
 }
 
-/// Returns the state, the transition and the program that a trace records for `program`.
-pub(crate) fn span_of(program: &ProgramId) -> [&str; 3] {
+/// Returns the name of a codel in a trace, as a C++ literal.
+pub(crate) fn codel_key(db: &dyn ModelDb, codel: Decl<'_>) -> String {
+    cpp_string(&codel.qualified(db))
+}
+
+/// Returns the names of a program in a trace, as C++ literals: component, state, transition and program.
+pub(crate) fn program_key(db: &dyn ModelDb, component: Decl<'_>, program: &ProgramId) -> String {
+    let [state, transition, program] = span_of(program).map(cpp_string);
+    format!("{}, {state}, {transition}, {program}", cpp_string(&component.qualified(db)))
+}
+
+fn span_of(program: &ProgramId) -> [&str; 3] {
     match program {
         ProgramId::Hook(kind) => ["", "", kind.keyword()],
         ProgramId::Operation(name) => ["", name, "operation"],

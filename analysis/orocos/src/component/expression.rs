@@ -23,6 +23,7 @@ use super::{Class, LastCall, Member};
 use crate::cpp_name::{CppNames, as_identifier};
 use crate::cpp_type::{integer_type, is_large};
 use crate::escape::cpp_string;
+use crate::trace::codel_key;
 
 /// How tight an expression binds, loosest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -656,7 +657,7 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
                 let arguments = self.arguments(found, &parameters, arguments);
                 let function = class.model.libraries.qualified(of).unwrap_or_default();
                 let call = format!("{function}({})", arguments.join(", "));
-                let key = cpp_string(&of.qualified(class.model.db));
+                let key = codel_key(class.model.db, of);
                 let result = class.model.type_of(of, data.result.as_ref());
                 Some(Code::primary(format!("MAUVE_TRACE_CODEL(getName(), {key}, {call})"), result))
             }

@@ -5,8 +5,7 @@ use mauve_hir::{Builtin, Callee, Type, returns};
 
 use super::expression::{Line, Writer};
 use super::{Body, Class, Routine};
-use crate::escape::cpp_string;
-use crate::trace::span_of;
+use crate::trace::program_key;
 
 /// Returns the head of a program, and the lines between the braces.
 pub(super) fn definition<'db>(class: &Class<'_, 'db>, routine: &Routine<'db>) -> (String, Vec<Line>) {
@@ -20,9 +19,8 @@ pub(super) fn definition<'db>(class: &Class<'_, 'db>, routine: &Routine<'db>) ->
     }
     let head =
         format!("{} {}::{}({})", class.cpp(&routine.result), class.name, routine.function, texts.join(", "));
-    let [state, transition, program] = span_of(&routine.program).map(cpp_string);
-    let component = cpp_string(&class.component.qualified(class.model.db));
-    writer.line(format!("MAUVE_TRACE_PROGRAM(getName(), {component}, {state}, {transition}, {program});"));
+    let key = program_key(class.model.db, class.component, &routine.program);
+    writer.line(format!("MAUVE_TRACE_PROGRAM(getName(), {key});"));
     match &routine.body {
         Body::Guard(condition) => {
             let value = writer.value(condition, &Type::Bool);
