@@ -13,7 +13,9 @@ use std::io::{self, ErrorKind};
 use std::path::{Component, Path, PathBuf};
 
 use mauve_hir::{CONFIG_FILE, Database, Decl, Project, Workspace, config_of, normalised};
-use mauve_orocos::{GeneratedFile, MANIFEST, Package, Plan, Problem, packages, plan, problems};
+use mauve_orocos::{
+    GeneratedFile, MANIFEST, Package, Plan, Problem, STANDALONE, packages, plan, problems, standalone,
+};
 
 use crate::disk::{LONGEST, bytes_of, is_hidden};
 use crate::folder::{Folder, Folders, Kind};
@@ -195,6 +197,8 @@ pub(crate) struct GenerateRequest<'db> {
     pub(crate) selected: Vec<Selected<'db>>,
     /// Whether these are all packages of their folders. Then [`Generated::left_packages`] lists any others there.
     pub(crate) is_whole: bool,
+    /// Whether to generate programs that need no Orocos, too.
+    pub(crate) is_standalone: bool,
     /// Whether the folders will be written: they are created, and locked until [`Generated`] is dropped.
     pub(crate) is_written: bool,
 }
@@ -282,7 +286,10 @@ pub(crate) fn generate<'db>(
     for Selected { project, deployment, out, .. } in &request.selected {
         let out = out.clone()?;
         // The project has no problems: it would have been refused.
-        let made = packages(db, *project, *deployment).unwrap_or_default();
+        let mut made = packages(db, *project, *deployment).unwrap_or_default();
+        if request.is_standalone && !made.is_empty() {
+            made.extend(standalone(db, *project, *deployment));
+        }
         match folders.iter_mut().find(|(known, _)| known.real == out.real) {
             Some((_, all)) => all.push((*project, made)),
             None => folders.push((out, vec![(*project, made)])),
@@ -341,7 +348,7 @@ fn difference<'a>(a: &'a Package, b: &'a Package) -> Option<&'a str> {
     only(a, b).or_else(|| only(b, a)).map(|file| file.path.as_str())
 }
 
-/// Returns the names of the packages in a folder that are not among `packages`.
+/// Returns the names of the packages in a folder that are not among `packages`. Standalone programs are not a package.
 fn left_packages(out: &Out, packages: &[Package]) -> Vec<String> {
     let ours: BTreeSet<&str> = packages.iter().map(|package| package.name.as_str()).collect();
     let Ok(folder) = Folder::open(&out.real) else { return Vec::new() };
@@ -351,7 +358,8 @@ fn left_packages(out: &Out, packages: &[Package]) -> Vec<String> {
     };
     let held = folder.names().unwrap_or_default().into_iter().filter(is_held);
     let names = held.filter_map(|name| name.into_string().ok());
-    let mut left: Vec<String> = names.filter(|name| !ours.contains(name.as_str())).collect();
+    let mut left: Vec<String> =
+        names.filter(|name| !ours.contains(name.as_str()) && name != STANDALONE).collect();
     left.sort();
     left
 }

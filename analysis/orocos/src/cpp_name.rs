@@ -11,6 +11,9 @@ static RESERVED: Words = LazyLock::new(|| {
     words(concat!(include_str!("cpp_name/keywords.txt"), include_str!("cpp_name/macros.txt")))
 });
 
+/// Keywords of C++.
+static KEYWORDS: Words = LazyLock::new(|| words(include_str!("cpp_name/keywords.txt")));
+
 /// Names outside of any namespace in those headers: no package can have one.
 static GLOBALS: Words = LazyLock::new(|| words(include_str!("cpp_name/globals.txt")));
 
@@ -147,6 +150,13 @@ pub(crate) fn task_name(name: &str) -> String {
     with_prefix(name, is_taken) + with_suffix(name)
 }
 
+/// Returns the name of a field or a constant of a message in C++: that of ROS's headers, with a `_` where C++ does not allow
+/// it in a struct with the name `message`.
+pub(crate) fn field_name(name: &str, message: &str) -> String {
+    let is_taken = KEYWORDS.contains(name) || name == message || name == "std";
+    if is_taken { format!("{name}_") } else { name.to_owned() }
+}
+
 /// Returns the file name for `name`: the name itself, unless it is a device of Windows. Distinct names stay distinct.
 pub(crate) fn file_name(name: &str) -> String {
     let bare = name.trim_end_matches('_');
@@ -228,6 +238,12 @@ mod tests {
         // In C++ they are two as well.
         let mut all = CppNames::of_namespace();
         assert_eq!(["con", "con_"].map(|name| all.declare(&file_name(name))), ["con_", "con_0_"]);
+    }
+
+    #[test]
+    fn fields_have_the_names_of_ros() {
+        let names = ["header", "ERROR", "start", "class", "std", "Pose"].map(|name| field_name(name, "Pose"));
+        assert_eq!(names, ["header", "ERROR", "start", "class_", "std_", "Pose_"]);
     }
 
     #[test]

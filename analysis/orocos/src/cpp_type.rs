@@ -69,6 +69,8 @@ pub(crate) struct Headers {
     pub(crate) paths: BTreeSet<String>,
     /// The message packages that they come from.
     pub(crate) packages: BTreeSet<Name>,
+    /// The messages that they declare: package and name.
+    pub(crate) messages: BTreeSet<(Name, Name)>,
 }
 
 impl Headers {
@@ -81,6 +83,7 @@ impl Headers {
             Type::CallStatus => "rtt/SendStatus.hpp".to_owned(),
             Type::Message(package, name) => {
                 self.packages.insert(package.clone());
+                self.messages.insert((package.clone(), name.clone()));
                 format!("{package}/{name}.h")
             }
             Type::External(name) => {

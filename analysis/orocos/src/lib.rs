@@ -17,6 +17,8 @@
 //! | `codels.rs` | the headers of types and codels, and the stubs that the user completes |
 //! | `build.rs` | `package.xml`, `CMakeLists.txt`, and what the components of a library have in common |
 //! | `deployment.rs` | what a deployment is, for its scripts: `ops.rs`, `lua.rs`, `launch.rs` |
+//! | `standalone.rs`, `standalone/` | programs of the deployments, which need no Orocos |
+//! | `runtime.rs` | the files of the runtime that these programs use in place of Orocos |
 //! | `export.rs` | what the analysis reads, as JSON: state machines and task sets |
 //! | `plan.rs` | what is written, changed and removed, and what is the user's |
 //! | `manifest.rs` | what the generator wrote into a package the last time |
@@ -45,6 +47,8 @@ mod origin;
 mod package;
 mod plan;
 mod prototype;
+mod runtime;
+mod standalone;
 mod task;
 mod trace;
 
@@ -52,3 +56,4 @@ pub use library::{Artifact, Problem, ProblemKind, problems};
 pub use manifest::{MANIFEST, ManifestError};
 pub use package::{GeneratedFile, Owner, Package, packages};
 pub use plan::{Action, ChangedCodel, Plan, PlanError, Step, plan};
+pub use standalone::{STANDALONE, standalone};

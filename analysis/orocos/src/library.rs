@@ -15,11 +15,22 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::cpp_name::{CppNames, file_name};
 use crate::cpp_type::cpp_type;
+use crate::standalone::STANDALONE;
 
 /// Names that no package can have: packages that generated ones depend on, except messages, the namespace of the runtime without
-/// Orocos, and names that CMake reserves: `project(CMAKE)` would set `CMAKE_VERSION`.
-const OTHER_PACKAGES: [&str; 9] =
-    ["rtt", "mauve", "ocl", "rtt_ros", "rtt_roscomm", "rtt_rosnode", "genmsg", "CMAKE", "PROJECT"];
+/// Orocos, the folder of standalone programs, and names that CMake reserves: `project(CMAKE)` would set `CMAKE_VERSION`.
+const OTHER_PACKAGES: [&str; 10] = [
+    "rtt",
+    "mauve",
+    "ocl",
+    "rtt_ros",
+    "rtt_roscomm",
+    "rtt_rosnode",
+    "genmsg",
+    STANDALONE,
+    "CMAKE",
+    "PROJECT",
+];
 
 /// A problem that prevents generation.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
@@ -538,6 +549,12 @@ mod tests {
         assert_eq!(order(3, &[]), [0, 1, 2]);
         assert_eq!(order(4, &[(0, 2), (2, 3)]), [1, 3, 2, 0]);
         assert_eq!(order(3, &[(0, 1), (1, 0), (2, 2)]), [2, 0, 1]);
+    }
+
+    #[test]
+    fn no_library_has_the_folder_of_standalone_programs() {
+        let packages = generated("library standalone { codel look(): int }").unwrap();
+        assert_eq!(packages[0].name, "standalone_");
     }
 
     #[test]

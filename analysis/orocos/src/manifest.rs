@@ -89,12 +89,12 @@ impl Default for Manifest {
 }
 
 impl Manifest {
-    /// Reads a manifest. It is untrusted, so its paths are checked to stay in the package.
+    /// Reads the manifest of a package. It is untrusted, so its paths are checked to stay in the package.
     ///
     /// # Errors
     ///
     /// The text is not a valid manifest.
-    pub(crate) fn read(text: &str) -> Result<Manifest, ManifestError> {
+    pub(crate) fn read(package: &str, text: &str) -> Result<Manifest, ManifestError> {
         #[derive(Deserialize)]
         struct Version {
             format: u32,
@@ -113,10 +113,10 @@ impl Manifest {
         if let Some(path) = manifest.files.keys().find(|path| is_the_users(path)) {
             return Err(ManifestError::UserFile(path.clone()));
         }
-        if let Some(path) = manifest.files.keys().find(|path| !is_generated_path(path)) {
+        if let Some(path) = manifest.files.keys().find(|path| !is_generated_path(package, path)) {
             return Err(ManifestError::NotGenerated(path.clone()));
         }
-        match manifest.codels.keys().find(|path| !is_codel_path(path)) {
+        match manifest.codels.keys().find(|path| !is_codel_path(package, path)) {
             Some(path) => Err(ManifestError::NotACodel(path.clone())),
             None => Ok(manifest),
         }
@@ -167,12 +167,12 @@ mod tests {
             ]),
             ..Manifest::default()
         };
-        assert_eq!(Manifest::read(&manifest.text().unwrap()), Ok(manifest));
+        assert_eq!(Manifest::read("p", &manifest.text().unwrap()), Ok(manifest));
     }
 
     #[test]
     fn what_is_no_manifest_says_why() {
-        let why = |text: &str| Manifest::read(text).unwrap_err();
+        let why = |text: &str| Manifest::read("p", text).unwrap_err();
         let json = |message: &str| ManifestError::Json(message.to_owned());
         assert_eq!(why(""), json("EOF while parsing a value at line 1 column 0"));
         assert_eq!(why("<<<<<<< HEAD\n{"), json("expected value at line 1 column 1"));

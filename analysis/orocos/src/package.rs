@@ -9,6 +9,7 @@ use crate::deployment::deployment_files;
 use crate::export::export_files;
 use crate::library::{Library, Model, Problem, libraries, problems};
 use crate::origin::generated_from;
+use crate::standalone::{STANDALONE, is_standalone_path};
 use crate::task::task_files;
 use crate::trace::trace_files;
 
@@ -58,14 +59,15 @@ pub enum Owner {
     },
 }
 
-/// Returns whether a path has the form of a generated file of [`package`]. A manifest that lists other paths is
+/// Returns whether a path has the form of a generated file of this package. A manifest that lists other paths is
 /// invalid.
 ///
 /// Listed files that are no longer generated are removed, so this check limits which files a forged manifest can
 /// remove.
-pub(crate) fn is_generated_path(path: &str) -> bool {
-    let ends =
-        |file: &str, ends: &[&str]| ends.iter().any(|end| file.strip_suffix(*end).is_some_and(is_name));
+pub(crate) fn is_generated_path(package: &str, path: &str) -> bool {
+    if package == STANDALONE {
+        return is_standalone_path(path);
+    }
     let is_header_of = |package: &str, file: &str| {
         let end = file.strip_prefix(package).and_then(|rest| rest.strip_prefix('-')?.strip_suffix(".hpp"));
         is_name(package) && end.is_some_and(is_name)
@@ -93,14 +95,19 @@ pub(crate) fn is_generated_path(path: &str) -> bool {
     }
 }
 
-/// Returns whether a path is that of a codel's file, which belongs to the user.
-pub(crate) fn is_codel_path(path: &str) -> bool {
+/// Returns whether a path is that of a codel's file of this package, which belongs to the user.
+pub(crate) fn is_codel_path(package: &str, path: &str) -> bool {
     let name = path.strip_prefix("src/codels/").and_then(|file| file.strip_suffix(".cpp"));
-    name.is_some_and(is_name)
+    package != STANDALONE && name.is_some_and(is_name)
+}
+
+/// Returns whether a file name is a name with one of these ends.
+pub(crate) fn ends(file: &str, ends: &[&str]) -> bool {
+    ends.iter().any(|end| file.strip_suffix(*end).is_some_and(is_name))
 }
 
 /// Returns whether a text has only letters of a name, in models and in C++.
-fn is_name(text: &str) -> bool {
+pub(crate) fn is_name(text: &str) -> bool {
     !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
 }
 
@@ -114,6 +121,15 @@ pub fn packages<'db>(
     project: Project<'db>,
     deployment: Option<Decl<'db>>,
 ) -> Result<Vec<Package>, Vec<Problem<'db>>> {
+    Ok(models(db, project, deployment)?.into_iter().map(package).collect())
+}
+
+/// Returns the libraries that a deployment needs, or all libraries of a project, in build order.
+pub(crate) fn models<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Option<Decl<'db>>,
+) -> Result<Vec<Model<'db, 'db>>, Vec<Problem<'db>>> {
     let found = problems(db, project);
     if !found.is_empty() {
         return Err(found);
@@ -122,7 +138,7 @@ pub fn packages<'db>(
     let needed = deployment.map(|deployment| libraries.needed_by(deployment));
     let is_needed = |index: &usize| needed.as_ref().is_none_or(|needed| needed.contains(index));
     let all = libraries.all.iter().enumerate().filter(|(index, _)| is_needed(index));
-    Ok(all.map(|(_, library)| package(Model { db, project, libraries, library })).collect())
+    Ok(all.map(|(_, library)| Model { db, project, libraries, library }).collect())
 }
 
 fn package(model: Model<'_, '_>) -> Package {
@@ -147,6 +163,7 @@ mod tests {
     use super::*;
     use crate::codels::is_stub;
     use crate::origin::is_marked;
+    use crate::standalone::standalone;
 
     /// The packages of the sample robot, and of random models.
     fn samples() -> Vec<Package> {
@@ -163,6 +180,7 @@ mod tests {
             let workspace = Workspace::of_texts(&db, folder, texts);
             for &project in projects(&db, workspace) {
                 all.extend(packages(&db, project, None).unwrap());
+                all.push(standalone(&db, project, None).unwrap());
             }
         }
         all
@@ -171,11 +189,12 @@ mod tests {
     #[test]
     fn all_that_is_generated_is_known_for_it() {
         let samples = samples();
-        for file in samples.iter().flat_map(|package| &package.files) {
-            let GeneratedFile { path, text, owner } = file;
+        let files =
+            samples.iter().flat_map(|package| package.files.iter().map(|file| (&*package.name, file)));
+        for (package, GeneratedFile { path, text, owner }) in files {
             let is_generators = *owner == Owner::Generator;
             assert_eq!(
-                (is_generated_path(path), is_codel_path(path)),
+                (is_generated_path(package, path), is_codel_path(package, path)),
                 (is_generators, !is_generators),
                 "{path}"
             );
@@ -217,7 +236,7 @@ mod tests {
             "models/C.psm.json",
             "scripts/scripts-component.cpp",
         ] {
-            assert!(is_generated_path(path), "{path}");
+            assert!(is_generated_path("p", path) && !is_generated_path(STANDALONE, path), "{path}");
         }
         for path in [
             "",
@@ -243,12 +262,49 @@ mod tests {
             "launch/deep/a.launch",
             "\u{e9}/\u{e9}-component.hpp",
         ] {
-            assert!(!is_generated_path(path), "{path}");
+            assert!(!is_generated_path("p", path) && !is_generated_path(STANDALONE, path), "{path}");
+        }
+        for path in [
+            "p-D.cpp",
+            "runtime/README.md",
+            "runtime/CMakeLists.txt",
+            "runtime/lib/cmake/orocos-rtt/UseOROCOS-RTT.cmake",
+            "runtime/include/rtt/os/fosi.h",
+            "runtime/include/mauve/robot.hpp",
+            "runtime/src/robot.cpp",
+            "messages/include/std_msgs/Header.h",
+            "messages/std_msgs/std_msgsConfig.cmake",
+        ] {
+            assert!(is_generated_path(STANDALONE, path) && !is_generated_path("p", path), "{path}");
+        }
+        for path in [
+            "main.cpp",
+            "-D.cpp",
+            "a-b-c.cpp",
+            "p-D.hpp",
+            "src/p-D.cpp",
+            "user.cmake",
+            "runtime/user.cmake",
+            "runtime/main.cpp",
+            "runtime/src/deep/robot.cpp",
+            "runtime/src/a.b.cpp",
+            "runtime/include/boost/robot.hpp",
+            "runtime/include/rtt/os/deep/fosi.h",
+            "runtime/include/rtt/fosi.cpp",
+            "runtime/lib/cmake/orocos-rtt/.cmake",
+            "messages/Header.h",
+            "messages/include/Header.h",
+            "messages/include/std_msgs/Header.hpp",
+            "messages/include/std_msgs/deep/Header.h",
+            "messages/std_msgs/tfConfig.cmake",
+        ] {
+            assert!(!is_generated_path(STANDALONE, path), "{path}");
         }
         for path in
             ["src/codels/f.h", "src/codels/.cpp", "src/codels/a/f.cpp", "src/f.cpp", "src/codels/f.cpp.new"]
         {
-            assert!(!is_codel_path(path), "{path}");
+            assert!(!is_codel_path("p", path), "{path}");
         }
+        assert!(is_codel_path("p", "src/codels/f.cpp") && !is_codel_path(STANDALONE, "src/codels/f.cpp"));
     }
 }

@@ -113,7 +113,8 @@ pub fn plan(
         let manifest = format!("{}/{MANIFEST}", package.name);
         let text = read(&manifest).map_err(PlanError::Unreadable)?;
         let unusable = |error| PlanError::Manifest { path: manifest.clone(), error };
-        let before = text.as_deref().map_or_else(|| Ok(Manifest::default()), Manifest::read);
+        let read_manifest = |text| Manifest::read(&package.name, text);
+        let before = text.as_deref().map_or_else(|| Ok(Manifest::default()), read_manifest);
         let before = before.map_err(unusable)?;
         let mut written: FxHashMap<String, Vec<String>> = FxHashMap::default();
         for (path, hash) in &before.files {

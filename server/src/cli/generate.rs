@@ -38,6 +38,9 @@ pub(crate) struct Generate {
     /// The folder of the packages; by default `[generate] out` of mauve.toml.
     #[arg(long, value_name = "DIR", value_hint = clap::ValueHint::DirPath)]
     out: Option<PathBuf>,
+    /// Also generate `standalone` in the folder: programs of the deployments that need no Orocos, with their runtime.
+    #[arg(long)]
+    standalone: bool,
     /// Write nothing: list the files that are out of date, and exit with 1 if there are any.
     #[arg(long, conflicts_with = "force")]
     check: bool,
@@ -122,6 +125,7 @@ impl Generate {
             selected: asked.into_iter().map(select).collect(),
             is_whole: self.deployment.is_none()
                 && workspaces.iter().all(|workspace| workspace.only(db).is_empty()),
+            is_standalone: self.standalone,
             is_written: !self.check,
         })
     }

@@ -101,7 +101,12 @@ pub(crate) fn request(snapshot: &Snapshot, file: File) -> Result<GenerateRequest
     projects.retain(|project| project.workspace(db) == nearest);
     let out = out_folder(snapshot, nearest);
     let selected = projects.into_iter().map(|project| Selected::new(db, project, None, out.clone()));
-    Ok(GenerateRequest { selected: selected.collect(), is_whole: false, is_written: false })
+    Ok(GenerateRequest {
+        selected: selected.collect(),
+        is_whole: false,
+        is_standalone: false,
+        is_written: false,
+    })
 }
 
 const NO_PROJECT: &str = "this file does not belong to a project";
