@@ -136,8 +136,7 @@ VirtualClock::End VirtualClock::run(int patience_s, const std::function<bool()>&
   };
   for (std::uint64_t step = 1;; ++step) {
     if (step % 256 == 0) looks();
-    // The code of the workers on a CPU, until all of them spend time or wait. Those that have just become ready come after those
-    // whose time has passed.
+    // The code of the workers on a CPU, until all of them spend time or wait.
     if (Worker* const next = next_with_code()) {
       current_ = next;
       next->simulated.turn.notify_all();
@@ -147,6 +146,10 @@ VirtualClock::End VirtualClock::run(int patience_s, const std::function<bool()>&
         if (waited_ms >= patience_ms && !is_done()) return End::Stuck;
       }
       continue;
+    }
+    // What ends at an instant has ended now; what is released there comes before other workers go on.
+    for (Worker* worker : workers_) {
+      if (worker->simulated.state == Simulated::Waiting && worker->simulated.until <= now_) make_ready(*worker);
     }
     place();
     if (next_with_code() != nullptr) continue;
@@ -164,11 +167,6 @@ VirtualClock::End VirtualClock::run(int patience_s, const std::function<bool()>&
       if (!simulated.is_on_cpu) continue;
       simulated.remaining -= passed;
       simulated.executed += passed;
-    }
-    // What ends here goes on before what is released here: see the class.
-    if (next_with_code() != nullptr) continue;
-    for (Worker* worker : workers_) {
-      if (worker->simulated.state == Simulated::Waiting && worker->simulated.until <= now_) make_ready(*worker);
     }
   }
 }

@@ -1,0 +1,67 @@
+// Reads a task set, runs its threads on the virtual clock, and writes the greatest response time of each task.
+//
+//   CPUs (a mask), instant of the last release
+//   for each task: period, offset, priority, CPUs, number of times, the execution times of its jobs, again and again
+
+#include <cstdint>
+#include <iostream>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "context.hpp"
+#include "mauve/thread.hpp"
+#include "virtual_clock.hpp"
+
+namespace {
+
+struct Task : RTT::base::RunnableInterface {
+  Task(const std::string& name, const mauve::Scheduling& scheduling) : thread(name, scheduling) {}
+
+  bool step() override {
+    // In two parts, as a program with two codels.
+    const mauve::Nanoseconds time = times[jobs++ % times.size()];
+    mauve::timeline().spend(*thread.context().worker, time / 3);
+    mauve::timeline().spend(*thread.context().worker, time - time / 3);
+    return true;
+  }
+  void serve() override {}
+
+  std::vector<mauve::Nanoseconds> times;
+  std::size_t jobs = 0;
+  mauve::Nanoseconds offset = 0;
+  mauve::PeriodicThread thread;
+};
+
+}  // namespace
+
+int main() {
+  std::uint64_t cpus = 0;
+  mauve::Nanoseconds end = 0;
+  std::cin >> cpus >> end;
+  mauve::VirtualClock clock(cpus);
+  mauve::set_timeline(clock);
+  std::vector<std::unique_ptr<Task>> tasks;
+  mauve::Scheduling scheduling;
+  mauve::Nanoseconds offset = 0;
+  std::size_t count = 0;
+  while (std::cin >> scheduling.period >> offset >> scheduling.priority >> scheduling.cpus >> count) {
+    tasks.emplace_back(new Task(std::to_string(tasks.size()), scheduling));
+    Task& task = *tasks.back();
+    task.offset = offset;
+    task.times.resize(count);
+    for (mauve::Nanoseconds& time : task.times) std::cin >> time;
+    task.thread.hold();
+    task.thread.start(&task);
+    task.thread.release_until(end);
+  }
+  for (const auto& task : tasks) task->thread.release_at(task->offset);
+  if (clock.run(10, [] { return false; }) != mauve::VirtualClock::End::Idle) return 1;
+  clock.finish();
+  for (const auto& task : tasks) {
+    task->thread.stop();
+    std::cout << task->thread.statistics().periods << " " << task->thread.statistics().response << std::endl;
+  }
+  return 0;
+}
