@@ -382,7 +382,7 @@ void Robot::State::wait_for_end() {
     }
     if (is_live) show(false);
   }
-  ended = std::min(now(), options.length == never ? never : began + options.length);
+  ended = supervisor->is_interrupted() ? now() : began + options.length;
 }
 
 void Robot::State::stop() {
