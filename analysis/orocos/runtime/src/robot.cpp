@@ -354,8 +354,9 @@ void Robot::State::release() {
 }
 
 void Robot::State::end_releases() {
-  for (PeriodicThread* thread : threads) thread->release_until(0);
-  for (const auto& it : other_threads) it->thread.release_until(0);
+  const Nanoseconds end = std::min(now(), options.length == never ? never : began + options.length);
+  for (PeriodicThread* thread : threads) thread->release_until(end);
+  for (const auto& it : other_threads) it->thread.release_until(end);
 }
 
 void Robot::State::wait_for_end() {
@@ -363,10 +364,12 @@ void Robot::State::wait_for_end() {
   doing = "run";
   const bool is_live = options.is_live && isatty(STDOUT_FILENO);
   if (options.simulates_time) {
-    const auto look = [this] {
+    bool is_ending = false;
+    const auto look = [&] {
       if (trace) trace->write();
       if (!supervisor->should_end()) return false;
-      end_releases();
+      if (!is_ending) end_releases();
+      is_ending = true;
       return true;
     };
     if (virtual_clock->run(patience_s, look) == VirtualClock::End::Stuck) {
@@ -497,8 +500,10 @@ int Robot::State::run() {
     stop();
     throw;
   }
-  release();
-  wait_for_end();
+  if (!supervisor->should_end()) {
+    release();
+    wait_for_end();
+  }
   stop();
   supervisor.reset();
   flush_log();

@@ -147,6 +147,7 @@ void PeriodicThread::State::run() {
       timeline().wait(worker, seen, is_released ? release : never);
     }
   }
+  if (release < end && deadline > 0 && now() - release > deadline) increment(statistics.misses);
   open = never;
   timeline().end(worker);
   set_present_context(nullptr);
@@ -166,9 +167,10 @@ void PeriodicThread::State::execute_period(Nanoseconds release, Nanoseconds leng
     increment(statistics.periods);
     note_greatest(statistics.latency, latency);
     note_greatest(statistics.response, response);
-    if (deadline > 0 && response > deadline) increment(statistics.misses);
     if (response > length) increment(statistics.overruns);
   }
+  // Also if its task was stopped before it could begin.
+  if (deadline > 0 && response > deadline) increment(statistics.misses);
   is_busy = false;
 }
 

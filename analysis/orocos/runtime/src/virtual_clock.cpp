@@ -16,24 +16,23 @@ typedef decltype(Worker::simulated) Simulated;
 void VirtualClock::started(Worker& worker) {
   Lock lock(mutex_);
   workers_.push_back(&worker);
-  scheduler_.wait(lock, [&] { return worker.simulated.state != Simulated::Absent; });
+  started_.wait(lock, [&] { return worker.simulated.state != Simulated::Absent; });
 }
 
 void VirtualClock::begin(Worker& worker) {
   Lock lock(mutex_);
   worker.simulated.until = never;
   make_ready(worker);
-  scheduler_.notify_all();
+  started_.notify_all();
   worker.simulated.turn.wait(lock, [&] { return current_ == &worker || is_over_; });
 }
 
 void VirtualClock::end(Worker& worker) {
-  Lock lock(mutex_);
+  const Lock lock(mutex_);
   workers_.erase(std::remove(workers_.begin(), workers_.end(), &worker), workers_.end());
   worker.simulated.state = Simulated::Absent;
   worker.simulated.is_on_cpu = false;
-  current_ = nullptr;
-  scheduler_.notify_all();
+  choose();
 }
 
 void VirtualClock::wait(Worker& worker, int seen, Nanoseconds until) {
@@ -61,7 +60,6 @@ void VirtualClock::wake(Worker& worker) {
   const Lock lock(mutex_);
   worker.signal.fetch_add(1);
   if (worker.simulated.state == Simulated::Waiting) make_ready(worker);
-  scheduler_.notify_all();
 }
 
 void VirtualClock::make_ready(Worker& worker) {
@@ -71,8 +69,7 @@ void VirtualClock::make_ready(Worker& worker) {
 }
 
 void VirtualClock::give_way(Lock& lock, Worker& worker) {
-  current_ = nullptr;
-  scheduler_.notify_all();
+  choose();
   worker.simulated.turn.wait(lock, [&] { return current_ == &worker || is_over_; });
 }
 
@@ -125,27 +122,15 @@ Worker* VirtualClock::next_with_code() const {
   return next;
 }
 
-VirtualClock::End VirtualClock::run(int patience_s, const std::function<bool()>& look) {
-  Lock lock(mutex_);
-  const auto looks = [&] {
-    // What it does may need the lock.
-    lock.unlock();
-    const bool is_interrupted = look();
-    lock.lock();
-    return is_interrupted;
-  };
-  for (std::uint64_t step = 1;; ++step) {
-    if (step % 256 == 0) looks();
+void VirtualClock::choose() {
+  current_ = nullptr;
+  while (!is_over_) {
     // The code of the workers on a CPU, until all of them spend time or wait.
     if (Worker* const next = next_with_code()) {
       current_ = next;
+      ++turns_;
       next->simulated.turn.notify_all();
-      const auto is_done = [&] { return current_ == nullptr; };
-      for (int waited_ms = 0; !scheduler_.wait_for(lock, std::chrono::milliseconds(50), is_done); waited_ms += 50) {
-        const int patience_ms = looks() ? 2000 : patience_s * 1000;
-        if (waited_ms >= patience_ms && !is_done()) return End::Stuck;
-      }
-      continue;
+      return;
     }
     // What ends at an instant has ended now; what is released there comes before other workers go on.
     for (Worker* worker : workers_) {
@@ -159,7 +144,7 @@ VirtualClock::End VirtualClock::run(int patience_s, const std::function<bool()>&
       if (simulated.state == Simulated::Waiting) next = std::min(next, simulated.until);
       if (simulated.is_on_cpu) next = std::min(next, now_ + simulated.remaining);
     }
-    if (next == never) return End::Idle;
+    if (next == never) break;
     const Nanoseconds passed = next - now_;
     now_ = next;
     for (Worker* worker : workers_) {
@@ -169,6 +154,27 @@ VirtualClock::End VirtualClock::run(int patience_s, const std::function<bool()>&
       simulated.executed += passed;
     }
   }
+  idle_.notify_all();
+}
+
+VirtualClock::End VirtualClock::run(int patience_s, const std::function<bool()>& look) {
+  Lock lock(mutex_);
+  choose();
+  std::uint64_t turns = 0;
+  // The time in which no other worker has had its turn.
+  int waited_ms = 0;
+  while (!idle_.wait_for(lock, std::chrono::milliseconds(50), [this] { return current_ == nullptr; })) {
+    // What it does may need the lock.
+    lock.unlock();
+    const bool is_ending = look();
+    lock.lock();
+    waited_ms = turns == turns_ ? waited_ms + 50 : 0;
+    turns = turns_;
+    if (waited_ms >= (is_ending ? 2000 : patience_s * 1000)) return End::Stuck;
+    // All waited for ever; what `look` has done may have changed that.
+    if (current_ == nullptr) choose();
+  }
+  return End::Idle;
 }
 
 void VirtualClock::finish() {

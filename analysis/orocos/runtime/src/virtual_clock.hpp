@@ -48,7 +48,9 @@ class VirtualClock : public Timeline {
  private:
   typedef std::unique_lock<std::mutex> Lock;
 
-  // Lets the scheduler choose who goes on, and waits until this worker does.
+  // Chooses whose code runs next, after letting time pass if no worker on a CPU has any; nobody's if all wait for ever.
+  void choose();
+  // Chooses, and waits until this worker goes on.
   void give_way(Lock& lock, Worker& worker);
   void make_ready(Worker& worker);
   void place();
@@ -56,12 +58,12 @@ class VirtualClock : public Timeline {
 
   const std::uint64_t cpus_;
   std::mutex mutex_;
-  std::condition_variable scheduler_;
+  std::condition_variable started_, idle_;
   // In the order in which they were started.
   std::vector<Worker*> workers_;
   std::atomic<Worker*> current_{nullptr};
   std::atomic<Nanoseconds> now_{0};
-  std::uint64_t ready_count_ = 0;
+  std::uint64_t ready_count_ = 0, turns_ = 0;
   // Whether the threads run without the scheduler.
   bool is_over_ = false;
 };
