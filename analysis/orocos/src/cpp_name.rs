@@ -150,10 +150,15 @@ pub(crate) fn task_name(name: &str) -> String {
     with_prefix(name, is_taken) + with_suffix(name)
 }
 
+/// Returns whether a name is a keyword of C++.
+pub(crate) fn is_keyword(name: &str) -> bool {
+    KEYWORDS.contains(name)
+}
+
 /// Returns the name of a field or a constant of a message in C++: that of ROS's headers, with a `_` where C++ does not allow
 /// it in a struct with the name `message`.
 pub(crate) fn field_name(name: &str, message: &str) -> String {
-    let is_taken = KEYWORDS.contains(name) || name == message || name == "std";
+    let is_taken = is_keyword(name) || name == message || name == "std";
     if is_taken { format!("{name}_") } else { name.to_owned() }
 }
 

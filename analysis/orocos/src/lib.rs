@@ -19,6 +19,7 @@
 //! | `deployment.rs` | what a deployment is, for its scripts: `ops.rs`, `lua.rs`, `launch.rs` |
 //! | `standalone.rs`, `standalone/` | programs of the deployments, which need no Orocos |
 //! | `runtime.rs` | the files of the runtime that these programs use in place of Orocos |
+//! | `stubs.rs` | packages that run before their codels are written |
 //! | `export.rs` | what the analysis reads, as JSON: state machines and task sets |
 //! | `plan.rs` | what is written, changed and removed, and what is the user's |
 //! | `manifest.rs` | what the generator wrote into a package the last time |
@@ -49,6 +50,7 @@ mod plan;
 mod prototype;
 mod runtime;
 mod standalone;
+mod stubs;
 mod task;
 mod trace;
 
@@ -57,3 +59,4 @@ pub use manifest::{MANIFEST, ManifestError};
 pub use package::{GeneratedFile, Owner, Package, packages};
 pub use plan::{Action, ChangedCodel, Plan, PlanError, Step, plan};
 pub use standalone::{STANDALONE, standalone};
+pub use stubs::packages_with_stubs;

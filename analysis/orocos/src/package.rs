@@ -141,7 +141,8 @@ pub(crate) fn models<'db>(
     Ok(all.map(|(_, library)| Model { db, project, libraries, library }).collect())
 }
 
-fn package(model: Model<'_, '_>) -> Package {
+/// Returns the package of a library.
+pub(crate) fn package(model: Model<'_, '_>) -> Package {
     let mut files = codel_files(model);
     files.extend(component_files(model));
     files.extend(task_files(model.library));

@@ -5,6 +5,8 @@
 //! messages/include/geometry_msgs/Twist.h
 //! messages/geometry_msgs/geometry_msgsConfig.cmake    what find_package(geometry_msgs) finds
 //! ```
+//!
+//! The build file uses the headers of ROS instead if all of them are installed, and never some of both.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -79,7 +81,7 @@ impl<'db> Messages<'db> {
     fn header(&self, (of, name): &(Name, Name), message: &Message) -> String {
         let mut headers: BTreeSet<String> = BTreeSet::new();
         let mut body: Vec<String> = message.constants.iter().filter_map(|it| constant(it, name)).collect();
-        if !body.is_empty() {
+        if !body.is_empty() && !message.fields.is_empty() {
             body.push(String::new());
         }
         for field in &message.fields {
@@ -103,7 +105,8 @@ impl<'db> Messages<'db> {
             out.push('\n');
             block.iter().for_each(|path| out += &format!("#include <{path}>\n"));
         }
-        out += &format!("\nnamespace {of} {{\n\nstruct {name} {{\n");
+        out += &format!("\nnamespace {of} {{\n\nstruct {name} {{");
+        out += if body.is_empty() { "" } else { "\n" };
         let lines =
             body.iter().map(|line| if line.is_empty() { "\n".to_owned() } else { format!("  {line}\n") });
         out.extend(lines);
@@ -112,47 +115,53 @@ impl<'db> Messages<'db> {
 
     /// Returns the part of the build file that chooses between the headers of ROS and these.
     pub(super) fn cmake(&self) -> String {
-        let mut headers: BTreeMap<&Name, String> = BTreeMap::new();
-        for (of, name) in self.all.keys() {
-            headers.entry(of).or_insert_with(|| format!("{of}/{name}.h"));
-        }
-        if headers.is_empty() {
+        if self.all.is_empty() {
             return String::new();
         }
-        let headers: Vec<String> = headers.into_values().collect();
-        CMAKE.replace("{headers}", &headers.join(" "))
+        let packages: BTreeSet<&str> = self.all.keys().map(|(of, _)| of.as_str()).collect();
+        let packages: Vec<&str> = packages.into_iter().collect();
+        let headers: String = self.all.keys().map(|(of, name)| format!("  {of}/{name}.h\n")).collect();
+        CMAKE.replace("{packages}", &packages.join(" ")).replace("{headers}", &headers)
     }
 }
 
+/// ROS's own packages for CMake are not used: they execute Python programs of catkin.
 const CMAKE: &str = r#"
-# The messages: the headers of ROS 1, if those of all packages are installed; otherwise all from the folder `messages`.
-set(message_headers {headers})
-set(own_messages "${CMAKE_CURRENT_SOURCE_DIR}/messages")
-set(has_ros ON)
-foreach(header ${message_headers})
+# The messages: the headers of ROS 1 if all of them are installed; otherwise those in the folder `messages`.
+option(MAUVE_ROS_MESSAGES "Use the messages of ROS 1 if they are installed" ON)
+set(ros_include_dirs)
+set(ros_libraries)
+set(has_ros ${MAUVE_ROS_MESSAGES})
+foreach(header
+  ros/serialization.h
+{headers})
   get_filename_component(package ${header} DIRECTORY)
-  if("${${package}_DIR}" STREQUAL "${own_messages}/${package}")
-    unset(${package}_DIR CACHE)
+  find_path(MAUVE_INCLUDE_${package} ${header})
+  mark_as_advanced(MAUVE_INCLUDE_${package})
+  list(APPEND ros_include_dirs ${MAUVE_INCLUDE_${package}})
+  if(NOT EXISTS "${MAUVE_INCLUDE_${package}}/${header}")
+    set(has_ros OFF)
   endif()
-  find_package(${package} CONFIG QUIET)
-  set(has_header OFF)
-  foreach(folder ${${package}_INCLUDE_DIRS})
-    if(EXISTS "${folder}/${header}")
-      set(has_header ON)
-    endif()
-  endforeach()
-  if(NOT has_header)
+endforeach()
+foreach(package {packages})
+  set(${package}_DIR "${CMAKE_CURRENT_SOURCE_DIR}/messages/${package}")
+endforeach()
+foreach(library roscpp_serialization rostime)
+  find_library(MAUVE_LIBRARY_${library} ${library})
+  mark_as_advanced(MAUVE_LIBRARY_${library})
+  list(APPEND ros_libraries ${MAUVE_LIBRARY_${library}})
+  if(NOT MAUVE_LIBRARY_${library})
     set(has_ros OFF)
   endif()
 endforeach()
 if(has_ros)
-  message(STATUS "Messages: the headers of ROS")
+  list(REMOVE_DUPLICATES ros_include_dirs)
+  message(STATUS "Messages of ROS: ${ros_include_dirs}")
 else()
-  message(STATUS "Messages: the structs in ${own_messages}")
-  foreach(header ${message_headers})
-    get_filename_component(package ${header} DIRECTORY)
-    set(${package}_DIR "${own_messages}/${package}")
-  endforeach()
+  # An installed package cannot refer to this folder.
+  set(ros_include_dirs "$<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/messages/include>")
+  set(ros_libraries)
+  message(STATUS "Messages without ROS: ${CMAKE_CURRENT_SOURCE_DIR}/messages")
 endif()
 "#;
 
@@ -186,7 +195,7 @@ fn heading(mark: &str) -> String {
 
 fn config(package: &str) -> String {
     format!(
-        "{}\nset({package}_INCLUDE_DIRS \"${{CMAKE_CURRENT_LIST_DIR}}/../include\")\nset({package}_LIBRARIES)\n\
+        "{}\nset({package}_INCLUDE_DIRS ${{ros_include_dirs}})\nset({package}_LIBRARIES ${{ros_libraries}})\n\
          set({package}_EXPORTED_TARGETS)\n",
         heading("#")
     )
@@ -266,4 +275,186 @@ fn constant(of: &MessageConstant, message: &str) -> Option<String> {
         "wstring" => return None,
         _ => format!("enum {{ {name} = {} }};", integer(value.parse().ok()?)?),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+    use std::sync::Arc;
+
+    use expect_test::{Expect, expect};
+    use mauve_hir::{Database, Package, Workspace, read_message};
+    use salsa::Setter as _;
+
+    use super::*;
+
+    /// The headers of a message of package `p` that has these messages, and of those that it needs.
+    fn check(messages: &[(&str, &str)], expected: Expect) {
+        let messages = messages.iter().map(|(name, text)| (Name::from(*name), read_message(text)));
+        let package = Package { name: "p".into(), messages: messages.collect() };
+        let mut db = Database::default();
+        let workspace = Workspace::of_texts(&db, "/".into(), []);
+        let packages = BTreeMap::from([(package.name.clone(), Arc::new(package))]);
+        workspace.set_packages(&mut db).to(Arc::new(packages));
+        let mut messages = Messages::new(&db, workspace);
+        messages.add([("p".into(), "M".into())]);
+        let files = messages.files().into_iter().filter(|file| file.path.ends_with(".h"));
+        let texts = files.map(|file| format!("---- {}\n{}", file.path, file.text));
+        expected.assert_eq(&texts.collect::<String>());
+    }
+
+    #[test]
+    fn fields_have_the_types_of_ros() {
+        check(
+            &[
+                (
+                    "M",
+                    "bool on\nbyte b\nchar c\nuint16 n\nfloat32 f\nfloat64[3] d\nstring s\nwstring<=5 w\ntime at\n\
+                 duration[] for\nOther[<=4] others\nq/Missing[2] missing\nstd_msgs/Empty empty\nint8[99999999999] many",
+                ),
+                ("Other", "M[] again\nint32 Other\nint64 class"),
+            ],
+            expect![[r#"
+                ---- messages/include/p/M.h
+                // Generated by `mauve generate` for standalone programs: do not change this file.
+                //
+                // The message p/M, with the fields of the header of ROS 1.
+
+                #pragma once
+
+                #include <array>
+                #include <cstdint>
+                #include <string>
+                #include <vector>
+
+                #include <p/Other.h>
+                #include <ros/time.h>
+                #include <std_msgs/Empty.h>
+
+                namespace p {
+
+                struct M {
+                  std::uint8_t on = 0;
+                  std::int8_t b = 0;
+                  std::uint8_t c = 0;
+                  std::uint16_t n = 0;
+                  float f = 0;
+                  std::array<double, 3> d{};
+                  std::string s;
+                  std::u16string w;
+                  ::ros::Time at;
+                  std::vector<::ros::Duration> for_;
+                  std::vector<::p::Other> others;
+                  // q/Missing[2] missing is missing: its type is unknown.
+                  ::std_msgs::Empty empty;
+                  // int8[99999999999] many is missing: its type is unknown.
+                };
+
+                }  // namespace p
+                ---- messages/include/p/Other.h
+                // Generated by `mauve generate` for standalone programs: do not change this file.
+                //
+                // The message p/Other, with the fields of the header of ROS 1.
+
+                #pragma once
+
+                #include <cstdint>
+                #include <vector>
+
+                #include <p/M.h>
+
+                namespace p {
+
+                struct Other {
+                  std::vector<::p::M> again;
+                  std::int32_t Other_ = 0;
+                  std::int64_t class_ = 0;
+                };
+
+                }  // namespace p
+                ---- messages/include/ros/time.h
+                // Generated by `mauve generate` for standalone programs: do not change this file.
+                //
+                // An instant and a duration, with the fields of ROS 1.
+
+                #pragma once
+
+                #include <cstdint>
+
+                namespace ros {
+
+                struct Time {
+                  std::uint32_t sec = 0;
+                  std::uint32_t nsec = 0;
+                };
+
+                struct Duration {
+                  std::int32_t sec = 0;
+                  std::int32_t nsec = 0;
+                };
+
+                }  // namespace ros
+                ---- messages/include/std_msgs/Empty.h
+                // Generated by `mauve generate` for standalone programs: do not change this file.
+                //
+                // The message std_msgs/Empty, with the fields of the header of ROS 1.
+
+                #pragma once
+
+                namespace std_msgs {
+
+                struct Empty {};
+
+                }  // namespace std_msgs
+            "#]],
+        );
+    }
+
+    #[test]
+    fn constants_have_the_values_of_ros() {
+        check(
+            &[(
+                "M",
+                "uint8 ERROR=2\nint64 LEAST=-9223372036854775808\nuint64 MOST=18446744073709551615\nbool YES=True\n\
+                 float32 HALF=0.5\nfloat64 MANY=1e300\nfloat64 NONE=nan\nstring TEXT=a \"b\nstring QUOTED='c'\n\
+                 int32 BROKEN=1; evil\nint8 class=1",
+            )],
+            expect![[r#"
+                ---- messages/include/p/M.h
+                // Generated by `mauve generate` for standalone programs: do not change this file.
+                //
+                // The message p/M, with the fields of the header of ROS 1.
+
+                #pragma once
+
+                namespace p {
+
+                struct M {
+                  enum { ERROR = 2 };
+                  enum { LEAST = -9223372036854775807 - 1 };
+                  enum { MOST = 18446744073709551615u };
+                  enum { YES = 1 };
+                  static constexpr float HALF = 0.5f;
+                  static constexpr double MANY = 1e300;
+                  static constexpr const char* TEXT = "a \"b";
+                  static constexpr const char* QUOTED = "c";
+                  enum { class_ = 1 };
+                };
+
+                }  // namespace p
+            "#]],
+        );
+    }
+
+    #[test]
+    fn the_catalogue_is_complete() {
+        let db = Database::default();
+        let workspace = Workspace::of_texts(&db, "/".into(), []);
+        let mut messages = Messages::new(&db, workspace);
+        let all = mauve_hir::catalogue().iter();
+        messages.add(all.flat_map(|(of, it)| it.messages.keys().map(|name| (of.clone(), name.clone()))));
+        for file in messages.files() {
+            assert!(!file.text.contains("is missing"), "{}", file.text);
+        }
+    }
 }
