@@ -11,6 +11,7 @@ mod new;
 mod parse;
 mod psm;
 mod replay;
+mod run;
 mod schema;
 mod sensitivity;
 mod simulate;
@@ -62,6 +63,11 @@ enum Command {
     /// or written: nothing was changed.
     #[command(verbatim_doc_comment)]
     Generate(generate::Generate),
+    /// Build the program of a deployment, which needs no Orocos, and run it on this computer.
+    ///
+    /// Exit codes: 0 each deadline was met; 1 a deadline was missed, a component stopped because of an exception, or the models
+    /// have errors; 2 the program cannot be built or started.
+    Run(run::Run),
     /// Explain a diagnostic code.
     Explain(explain::Explain),
     /// Format models: changes white space only.
@@ -92,6 +98,7 @@ impl Arguments {
             Command::Psm(it) => it.run(),
             Command::Simulate(it) => it.run(),
             Command::Generate(it) => it.run(),
+            Command::Run(it) => it.run(),
             Command::Explain(it) => it.run(),
             Command::Fmt(it) => it.run(),
             Command::Parse(it) => it.run(),

@@ -70,7 +70,8 @@ impl Generate {
             Err(Refusal::Problems(problems)) => return self.refused(&db, &workspaces, &problems),
             Err(Refusal::Other(why)) => return Err(why),
         };
-        warn_of_deadlines(&db, &workspaces, &request.selected)?;
+        let selected = request.selected.iter().map(|it| (it.project, it.deployment));
+        warn_of_deadlines(&db, &workspaces, &selected.collect::<Vec<_>>())?;
         let is_refused = !self.force && folders.iter().any(|it| !it.plan.edited.is_empty());
         let is_written = !self.check && !is_refused;
         if is_written {
@@ -149,20 +150,7 @@ impl Generate {
         problems: &[Problem<'_>],
     ) -> Result<Output, String> {
         let text = match self.format {
-            Format::Human => {
-                let here = std::env::current_dir().unwrap_or_default();
-                let findings: Vec<Finding<'_>> =
-                    workspaces.iter().flat_map(|&workspace| workspace_diagnostics(db, workspace)).collect();
-                let findings: HashMap<(&Location<'_>, &str), &Finding<'_>> = findings
-                    .iter()
-                    .rev()
-                    .map(|it| ((&it.diagnostic.at, it.diagnostic.message.as_str()), it))
-                    .collect();
-                let mut parts = excerpts(problems, |it| problem_excerpt(db, &here, it, &findings));
-                let errors = counted(problems.len(), "error");
-                parts.push(format!("fix {errors} first: nothing was generated\n"));
-                parts.join("\n")
-            }
+            Format::Human => refusal_text(db, workspaces, problems),
             Format::Json => {
                 let lines = Lines::new(|text| text.chars().count());
                 let problems =
@@ -173,6 +161,19 @@ impl Generate {
         };
         Ok(Output::verbatim(text, 1))
     }
+}
+
+/// Renders the problems that prevent generation.
+pub(super) fn refusal_text(db: &Database, workspaces: &[Workspace], problems: &[Problem<'_>]) -> String {
+    let here = std::env::current_dir().unwrap_or_default();
+    let findings: Vec<Finding<'_>> =
+        workspaces.iter().flat_map(|&workspace| workspace_diagnostics(db, workspace)).collect();
+    let findings: HashMap<(&Location<'_>, &str), &Finding<'_>> =
+        findings.iter().rev().map(|it| ((&it.diagnostic.at, it.diagnostic.message.as_str()), it)).collect();
+    let mut parts = excerpts(problems, |it| problem_excerpt(db, &here, it, &findings));
+    let errors = counted(problems.len(), "error");
+    parts.push(format!("fix {errors} first: nothing was generated\n"));
+    parts.join("\n")
 }
 
 /// Renders a problem as `mauve check` renders a diagnostic.
@@ -196,14 +197,14 @@ fn problem_excerpt(
 }
 
 /// Warns on standard error about deadlines that are not proved. The packages are generated nevertheless.
-fn warn_of_deadlines(
+pub(super) fn warn_of_deadlines(
     db: &Database,
     workspaces: &[Workspace],
-    selected: &[Selected<'_>],
+    selected: &[(Project<'_>, Option<Decl<'_>>)],
 ) -> Result<(), String> {
     for (project, deployment) in deployments(db, workspaces, None)? {
-        let is_selected = |it: &Selected<'_>| {
-            it.project == project && it.deployment.is_none_or(|selected| selected == deployment)
+        let is_selected = |&(of, only): &(Project<'_>, Option<Decl<'_>>)| {
+            of == project && only.is_none_or(|selected| selected == deployment)
         };
         if !selected.iter().any(is_selected) {
             continue;

@@ -1,0 +1,220 @@
+//! `mauve run [PATH]`: builds the program of a deployment, which needs no Orocos, and runs it.
+//!
+//! The program is built in a folder of the user's cache. Without `--codels`, its codels are stubs; with it, they are those of
+//! packages that `mauve generate` wrote, which are built in place. The program replaces this process: signals, its output and
+//! its exit code are its own.
+
+mod build;
+
+use std::path::{Path, PathBuf};
+
+use mauve_diagnostics::time_error_message;
+use mauve_hir::{Database, Decl, Project, Workspace};
+use mauve_orocos::{GeneratedFile, Package, packages_with_stubs, problems, standalone};
+use mauve_timing::{Rounding, Time};
+
+use super::generate::{refusal_text, warn_of_deadlines};
+use super::{Outside, say};
+use crate::Output;
+use crate::analysis_document::deployments;
+use crate::generate::{GenerateRequest, Out, Refusal, Selected, generate, read};
+use crate::load::load;
+use build::{Build, check_tools};
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Run {
+    /// A model, a folder or a mauve.toml; the current folder when left out.
+    #[arg(default_value = ".", hide_default_value = true)]
+    path: PathBuf,
+    #[command(flatten)]
+    outside: Outside,
+    /// The deployment; by default the only one.
+    #[arg(long, value_name = "NAME")]
+    deployment: Option<String>,
+    /// Stop after this time, such as 10s; by default when interrupted.
+    #[arg(long = "for", value_name = "TIME")]
+    length: Option<String>,
+    /// Run the codels in this folder, in which `mauve generate` wrote the packages. By default, codels are stubs: they return
+    /// pseudo-random values, and take the execution times of the timing tables.
+    #[arg(long, value_name = "DIR", value_hint = clap::ValueHint::DirPath)]
+    codels: Option<PathBuf>,
+    /// Record the executions of codels in this folder.
+    #[arg(long, value_name = "DIR", value_hint = clap::ValueHint::DirPath)]
+    trace: Option<PathBuf>,
+    /// Run on a virtual clock, as fast as possible, with the execution times of the timing tables.
+    #[arg(long)]
+    simulate_time: bool,
+    /// Set a property of an instance; may be given several times.
+    #[arg(long, value_name = "INSTANCE.PROPERTY=VALUE")]
+    param: Vec<String>,
+    /// Run without the permission to use real-time priorities; the response times do not hold then.
+    #[arg(long)]
+    allow_non_realtime: bool,
+    /// Build the program, print its path, and do not run it.
+    #[arg(long)]
+    build_only: bool,
+}
+
+impl Run {
+    pub(crate) fn run(self) -> Result<Output, String> {
+        let arguments = self.arguments()?;
+        let mut db = Database::default();
+        let workspaces = load(&mut db, std::slice::from_ref(&self.path), self.outside.allow_outside)?;
+        let (project, deployment) = self.deployment(&db, &workspaces)?;
+        let problems = problems(&db, project);
+        if !problems.is_empty() {
+            let text = refusal_text(&db, &workspaces, &problems);
+            anstream::eprint!("{text}");
+            return Ok(Output::verbatim("", 1));
+        }
+        check_tools()?;
+        warn_of_deadlines(&db, &workspaces, &[(project, Some(deployment))])?;
+        let program = self.build(&db, project, deployment)?;
+        if self.build_only {
+            return Ok(Output::escaped(format!("{}\n", program.display()), 0));
+        }
+        Err(execute(&program, &arguments))
+    }
+
+    /// Returns the arguments of the program.
+    fn arguments(&self) -> Result<Vec<String>, String> {
+        let mut arguments = Vec::new();
+        if let Some(text) = &self.length {
+            let time = Time::parse_with_unit(text, Rounding::Exact);
+            let time =
+                time.map_err(|error| format!("--for is a time such as 10s: {}", time_error_message(error)))?;
+            let time = Some(time).filter(|time| *time > Time::ZERO).ok_or("--for is greater than 0")?;
+            arguments.push(format!("--for={}ns", time.as_nanos()));
+        }
+        for parameter in &self.param {
+            let name = parameter.split_once('=').and_then(|(name, _)| name.split_once('.'));
+            if name.is_none_or(|(instance, property)| instance.is_empty() || property.is_empty()) {
+                return Err(format!(
+                    "--param is INSTANCE.PROPERTY=VALUE, such as pilot.width=0.5, and not `{parameter}`"
+                ));
+            }
+            arguments.push(format!("--param={parameter}"));
+        }
+        if let Some(folder) = &self.trace {
+            let folder = folder.to_str().filter(|folder| !folder.is_empty());
+            arguments.push(format!("--trace={}", folder.ok_or("--trace is the path of a folder, in UTF-8")?));
+        }
+        let flags = [
+            ("--simulate-time", self.simulate_time),
+            ("--allow-non-realtime", self.allow_non_realtime),
+            ("--spend-times", self.codels.is_none()),
+            // It shows a table only on a terminal.
+            ("--live", true),
+        ];
+        arguments.extend(flags.into_iter().filter(|(_, is_set)| *is_set).map(|(flag, _)| flag.to_owned()));
+        Ok(arguments)
+    }
+
+    fn deployment<'db>(
+        &self,
+        db: &'db Database,
+        workspaces: &[Workspace],
+    ) -> Result<(Project<'db>, Decl<'db>), String> {
+        match deployments(db, workspaces, self.deployment.as_deref())?.as_slice() {
+            [one] => Ok(*one),
+            [] => Err("no deployment in these models: nothing to run".to_owned()),
+            several => {
+                let has_one_project = several.iter().all(|(project, _)| *project == several[0].0);
+                let name = |(project, decl): &(Project<'db>, Decl<'db>)| match has_one_project {
+                    true => decl.qualified(db),
+                    false => format!("{} of {}", decl.qualified(db), project.root(db).path(db).display()),
+                };
+                let names: Vec<String> = several.iter().map(name).collect();
+                let how =
+                    if has_one_project { "--deployment" } else { "--deployment and the path of a project" };
+                Err(format!("choose a deployment with {how}: {}", names.join(", ")))
+            }
+        }
+    }
+
+    /// Generates and builds the program, and returns its path.
+    fn build<'db>(
+        &self,
+        db: &'db Database,
+        project: Project<'db>,
+        deployment: Decl<'db>,
+    ) -> Result<PathBuf, String> {
+        let root = project.root(db).path(db);
+        let codels = match &self.codels {
+            Some(folder) => Some(self.built_packages(db, project, deployment, folder)?),
+            None => None,
+        };
+        let mut all = match &codels {
+            Some(_) => Vec::new(),
+            None => packages_with_stubs(db, project, deployment).unwrap_or_default(),
+        };
+        // The project has no problems: they were reported.
+        all.extend(standalone(db, project, Some(deployment)));
+        let program = program_in(&all).ok_or("the deployment has no program")?;
+        let name = deployment.qualified(db);
+        if codels.is_none() {
+            say(&format!(
+                "the codels of {name} are stubs that return pseudo-random values; --codels runs yours"
+            ));
+        }
+        Build::open(root, codels.as_deref())?.build(&all, &program, &name)
+    }
+
+    /// Returns the folder of the packages with the user's codels.
+    ///
+    /// # Errors
+    ///
+    /// The packages are not those of the model.
+    fn built_packages<'db>(
+        &self,
+        db: &'db Database,
+        project: Project<'db>,
+        deployment: Decl<'db>,
+        folder: &Path,
+    ) -> Result<PathBuf, String> {
+        let out = Out::named(folder);
+        let request = GenerateRequest {
+            selected: vec![Selected::new(db, project, Some(deployment), out.clone())],
+            is_whole: false,
+            is_standalone: false,
+            is_written: false,
+        };
+        let folders = match generate(db, &request, &read) {
+            Ok(folders) => folders,
+            Err(Refusal::Other(why)) => return Err(why),
+            // They were reported.
+            Err(Refusal::Problems(_)) => Vec::new(),
+        };
+        if !folders.iter().all(|it| it.plan.is_settled()) {
+            return Err(format!(
+                "the packages in `{}` are not those of the model: run `mauve generate {} --out {}` first",
+                folder.display(),
+                self.path.display(),
+                folder.display()
+            ));
+        }
+        Ok(out?.real)
+    }
+}
+
+/// Returns the name of the program, which is that of its main.
+fn program_in(packages: &[Package]) -> Option<String> {
+    let name = |file: &GeneratedFile| Some(file.path.strip_suffix(".cpp")?.to_owned());
+    let main =
+        packages.last()?.files.iter().find(|file| !file.path.contains('/') && file.path.ends_with(".cpp"));
+    main.and_then(name)
+}
+
+/// Replaces this process by the program. Returns why it does not.
+#[cfg(unix)]
+fn execute(program: &Path, arguments: &[String]) -> String {
+    use std::os::unix::process::CommandExt as _;
+    let error = std::process::Command::new(program).args(arguments).exec();
+    format!("cannot run `{}`: {error}", program.display())
+}
+
+/// The runtime needs Linux: [`check_tools`] has refused other systems.
+#[cfg(not(unix))]
+fn execute(program: &Path, _: &[String]) -> String {
+    format!("cannot run `{}` on this system", program.display())
+}

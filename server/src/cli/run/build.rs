@@ -1,0 +1,188 @@
+//! The folder of a program in the user's cache, and its build with CMake.
+//!
+//! ```text
+//! ~/.cache/mauve/run/<hash>/generated/    packages with stubs, and `standalone`
+//! ~/.cache/mauve/run/<hash>/build/        the build folder of CMake
+//! ~/.cache/mauve/run/<hash>/build.log     the output of the last build
+//! ```
+//!
+//! Other users can neither read nor change the folder. Only files that change are written, so only they are compiled again.
+
+use std::env;
+use std::ffi::OsStr;
+use std::fs::{self, File};
+use std::io::{self, IsTerminal as _, Write as _};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use mauve_orocos::{Action, Package, Step};
+use sha2::{Digest as _, Sha256};
+
+use crate::generate::{Out, Site, read};
+use crate::harmless::harmless_line;
+
+/// The number of lines of the log that are shown when a build fails.
+const LAST_LINES: usize = 20;
+
+/// Checks that a program can be built here.
+pub(super) fn check_tools() -> Result<(), String> {
+    if !cfg!(target_os = "linux") {
+        return Err("`mauve run` needs Linux: its programs use the real-time scheduler of Linux".to_owned());
+    }
+    let has = |names: &[&str]| names.iter().any(|name| is_on_path(name));
+    let is_set = |variable: &str| env::var_os(variable).is_some_and(|value| !value.is_empty());
+    let missing = [
+        ("CMake", has(&["cmake"])),
+        ("a C++ compiler", is_set("CXX") || has(&["c++", "g++", "clang++"])),
+        ("make", is_set("CMAKE_GENERATOR") || has(&["make", "gmake"])),
+    ];
+    let missing: Vec<&str> =
+        missing.into_iter().filter(|(_, is_there)| !is_there).map(|(name, _)| name).collect();
+    match missing.as_slice() {
+        [] => Ok(()),
+        missing => Err(format!(
+            "`mauve run` builds a program, and does not find on PATH: {}; install the missing tools, on Debian with \
+             `apt-get install cmake g++ make`",
+            missing.join(", ")
+        )),
+    }
+}
+
+fn is_on_path(name: &str) -> bool {
+    let path = env::var_os("PATH").unwrap_or_default();
+    env::split_paths(&path).any(|folder| folder.join(name).is_file())
+}
+
+/// The folder of a program in the cache.
+pub(super) struct Build {
+    folder: PathBuf,
+    /// The folder of the packages with the user's codels.
+    codels: Option<PathBuf>,
+}
+
+impl Build {
+    /// Creates the folder for a project and the packages of its codels.
+    pub(super) fn open(root: &Path, codels: Option<&Path>) -> Result<Build, String> {
+        let cache =
+            cache_folder().ok_or("no folder for the build: set XDG_CACHE_HOME to the path of a folder")?;
+        let mut digest = Sha256::new();
+        digest.update(root.as_os_str().as_encoded_bytes());
+        digest.update([0]);
+        digest.update(codels.unwrap_or(Path::new("")).as_os_str().as_encoded_bytes());
+        let hash: String = digest.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect();
+        let mut folder = cache;
+        for name in ["mauve", "run", &hash] {
+            folder.push(name);
+            make_private(&folder)
+                .map_err(|error| format!("cannot build in `{}`: {error}", folder.display()))?;
+        }
+        Ok(Build { folder, codels: codels.map(Path::to_owned) })
+    }
+
+    /// Writes the packages, builds the program, and returns its path.
+    pub(super) fn build(
+        &self,
+        packages: &[Package],
+        program: &str,
+        deployment: &str,
+    ) -> Result<PathBuf, String> {
+        let out = Out::named(&self.folder.join("generated"))?;
+        // The lock keeps other runs from building there.
+        let site = Site::open(&out)?;
+        site.write(&steps(&out, packages)?)?;
+        let (source, build) = (out.real.join("standalone"), self.folder.join("build"));
+        let packages = self.codels.as_ref().unwrap_or(&out.real);
+        let log = self.folder.join("build.log");
+        let mut setting = OsStr::new("-DMAUVE_PACKAGES=").to_owned();
+        setting.push(packages);
+        let mut configure = Command::new("cmake");
+        configure.arg("-S").arg(source).arg("-B").arg(&build).arg(setting);
+        let mut make = Command::new("cmake");
+        make.arg("--build").arg(&build).args(["--target", program]);
+        if env::var_os("CMAKE_BUILD_PARALLEL_LEVEL").is_none() {
+            let count = std::thread::available_parallelism().map_or(1, usize::from);
+            make.args(["--parallel", &count.to_string()]);
+        }
+        show_progress(&format!("building {deployment}"));
+        let built = File::create(&log)
+            .and_then(|file| Ok(succeeds(&mut configure, &file)? && succeeds(&mut make, &file)?));
+        show_progress("");
+        match built {
+            Ok(true) => Ok(build.join(program)),
+            Ok(false) => Err(format!(
+                "cannot build the program of {deployment}; the log is `{}`, and its last lines are:\n{}",
+                log.display(),
+                last_lines(&log)
+            )),
+            Err(error) => Err(format!("cannot build in `{}`: {error}", self.folder.display())),
+        }
+    }
+}
+
+/// Returns the steps that update the files of packages. There are no files of the user among them.
+fn steps(out: &Out, packages: &[Package]) -> Result<Vec<Step>, String> {
+    let mut steps = Vec::new();
+    for package in packages {
+        for file in &package.files {
+            let path = format!("{}/{}", package.name, file.path);
+            let action = match read(out, &path)? {
+                None => Action::Create(file.text.clone()),
+                Some(text) if text == file.text => continue,
+                Some(_) => Action::Change(file.text.clone()),
+            };
+            steps.push(Step { path, action });
+        }
+    }
+    Ok(steps)
+}
+
+/// Runs a command with its output in the log, and returns whether it succeeds.
+fn succeeds(command: &mut Command, log: &File) -> io::Result<bool> {
+    let (out, err) = (log.try_clone()?, log.try_clone()?);
+    Ok(command.stdin(Stdio::null()).stdout(out).stderr(err).status()?.success())
+}
+
+fn last_lines(log: &Path) -> String {
+    let text = fs::read(log).map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default();
+    let lines: Vec<&str> = text.lines().collect();
+    let first = lines.len().saturating_sub(LAST_LINES);
+    lines.get(first..).unwrap_or_default().join("\n")
+}
+
+/// Shows the present step on a terminal, in place of the step before.
+fn show_progress(doing: &str) {
+    let mut err = io::stderr();
+    if err.is_terminal() {
+        let text =
+            if doing.is_empty() { String::new() } else { format!("mauve: {}…", harmless_line(doing)) };
+        let _ = write!(err, "\r\x1b[K{text}").and_then(|()| err.flush());
+    }
+}
+
+/// Returns the folder of the user's caches. As its specification says, a relative path is ignored.
+fn cache_folder() -> Option<PathBuf> {
+    let absolute = |variable| env::var_os(variable).map(PathBuf::from).filter(|path| path.is_absolute());
+    absolute("XDG_CACHE_HOME").or_else(|| Some(absolute("HOME")?.join(".cache")))
+}
+
+/// Creates a folder that only the user can read and write. An existing one must be the user's.
+#[cfg(unix)]
+fn make_private(folder: &Path) -> io::Result<()> {
+    use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _, PermissionsExt as _};
+    fs::DirBuilder::new().recursive(true).mode(0o700).create(folder)?;
+    let data = fs::symlink_metadata(folder)?;
+    if !data.is_dir() || data.uid() != rustix::process::geteuid().as_raw() {
+        let why =
+            "it is a link, or belongs to another user; set XDG_CACHE_HOME to the path of another folder";
+        return Err(io::Error::other(why));
+    }
+    match data.mode() & 0o077 {
+        0 => Ok(()),
+        _ => fs::set_permissions(folder, fs::Permissions::from_mode(0o700)),
+    }
+}
+
+#[cfg(not(unix))]
+fn make_private(folder: &Path) -> io::Result<()> {
+    fs::create_dir_all(folder)
+}

@@ -1,0 +1,342 @@
+//! Deployments without Orocos: `mauve run` builds and runs the samples on the virtual clock and, where this user may, in real time.
+//! Their response times are below their bounds; what goes wrong is said, and ends.
+//!
+//! `tests/run` installs CMake and the compilers; without them these tests fail with a message.
+
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::sync::{Mutex, PoisonError};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use mauve_tests::orocos::{build, run};
+use mauve_tests::{models, scratch, write};
+
+/// One build at a time, and nothing beside a run in real time.
+static ALONE: Mutex<()> = Mutex::new(());
+
+const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+
+fn folder(name: &str) -> PathBuf {
+    scratch(env!("CARGO_TARGET_TMPDIR"), &format!("standalone/{name}"))
+}
+
+/// `mauve run` of a project, with a cache of this test.
+fn mauve_run(project: &Path, cache: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(MAUVE);
+    command.arg("run").arg(project).args(arguments).env("XDG_CACHE_HOME", cache).stdin(Stdio::null());
+    command.output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// A line of the table: instance, periods, response time, bound and verdict.
+#[derive(Debug, PartialEq)]
+struct Row {
+    instance: String,
+    periods: u64,
+    response: f64,
+    bound: Option<f64>,
+    verdict: String,
+}
+
+fn rows(said: &str) -> Vec<Row> {
+    let lines =
+        said.lines().skip(2).take_while(|line| line.starts_with("  ") && line.matches("  ").count() > 5);
+    let row = |line: &str| {
+        let cells: Vec<&str> = line.split("  ").map(str::trim).filter(|it| !it.is_empty()).collect();
+        let [instance, _, _, _, periods, _, _, response, bound, _, verdict] = cells[..] else {
+            panic!("{line}");
+        };
+        Row {
+            instance: instance.to_owned(),
+            periods: periods.parse().unwrap(),
+            response: response.parse().unwrap(),
+            bound: bound.parse().ok(),
+            verdict: verdict.to_owned(),
+        }
+    };
+    lines.map(row).collect()
+}
+
+/// Each instance has run, and has met its deadlines within its bound.
+fn assert_within_bounds(said: &str, instances: usize) {
+    let rows = rows(said);
+    assert_eq!(rows.len(), instances, "{said}");
+    for row in rows {
+        assert!(row.periods > 0, "{said}");
+        assert!(row.verdict == "background" || row.verdict == "✓ met", "{said}");
+        assert!(row.bound.is_none_or(|bound| row.response <= bound), "{said}");
+    }
+}
+
+#[test]
+fn orocos_samples_keep_their_bounds_on_the_virtual_clock() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    for (sample, instances) in [("p3dx", 10), ("shared_cpus", 6), ("sorter", 3)] {
+        let cache = folder(sample);
+        let project = models().join(sample);
+        let first = mauve_run(&project, &cache, &["--for", "30s", "--simulate-time"]);
+        let (out, err) = (text(&first.stdout), text(&first.stderr));
+        assert_eq!(first.status.code(), Some(0), "{out}\n{err}");
+        assert_within_bounds(&out, instances);
+        let second = mauve_run(&project, &cache, &["--for", "30s", "--simulate-time"]);
+        assert_eq!(text(&second.stdout), out, "a run is the same each time");
+    }
+}
+
+/// A robot whose codels do what the environment says.
+const ROBOT: &str = "\
+library robot {
+  codel look(): int
+  codel turn(in by: int): int
+  shell EyeShell { property gain: int [1; 9] = 2  output port seen: int }
+  core EyeCore(EyeShell) { update = { write(seen, look()); } }
+  component Eye(EyeShell, EyeCore)
+  shell WheelShell { input port seen: int  provide stop(in now: int): int  require ask(in now: int): int }
+  core WheelCore(WheelShell) {
+    var last: int = 0
+    handler asked: ask
+    provide stop(in now: int): int = { return turn(now); }
+    update = { read(seen, last); if (collect(asked, last) != not_ready) then { asked = send(ask, last); } else { } turn(last); }
+  }
+  component Wheel(WheelShell, WheelCore)
+  architecture Robot {
+    instance eye: Eye  instance left: Wheel  instance right: Wheel
+    connection eye.seen -> [4] left.seen
+    connection eye.seen -> right.seen
+    operation left.stop -> right.ask
+    operation right.stop -> left.ask
+  }
+  deployment Bench {
+    architecture Robot
+    activity eye { affinity = 1  priority = 30  period = 20 }
+    activity left { affinity = 1  priority = 20  period = 20 }
+    activity right { affinity = 1  priority = 10  period = 40 }
+  }
+}
+";
+
+const CONFIGURATION: &str = "[assume]\ncodel = \"1 ms\"\n[platform]\ncpus = 1\nrt_throttling = false\n";
+
+const LOOK: &str = "\
+#include <robot/robot-codels.hpp>
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <stdexcept>
+#include <string>
+
+namespace robot {
+
+int look() {
+  static int calls = 0;
+  const char* const set = std::getenv(\"LOOK\");
+  const std::string what = set == nullptr ? \"\" : set;
+  if (++calls == 5 && what == \"throw\") throw std::runtime_error(\"it is dark\");
+  if (calls == 5 && what == \"sleep\") sleep(1000);
+  for (volatile int spins = 0; calls == 5 && what == \"spin\"; spins = spins + 1) {
+  }
+  if (calls == 5 && what == \"late\") usleep(60000);
+  return calls;
+}
+
+}  // namespace robot
+";
+
+const TURN: &str = "\
+#include <robot/robot-codels.hpp>
+
+namespace robot {
+
+int turn(int by) { return by + 1; }
+
+}  // namespace robot
+";
+
+/// Generates the robot with the codels above, and builds its program. Returns the folder of the project and the program.
+fn robot(folder: &Path) -> PathBuf {
+    write(folder, &[("robot.mal", ROBOT), ("mauve.toml", CONFIGURATION)]);
+    let codels = folder.join("src");
+    run(Command::new(MAUVE).arg("generate").arg(folder).arg("--out").arg(&codels));
+    write(&codels, &[("robot/src/codels/look.cpp", LOOK), ("robot/src/codels/turn.cpp", TURN)]);
+    let built =
+        mauve_run(folder, &folder.join("cache"), &["--build-only", "--codels", codels.to_str().unwrap()]);
+    assert!(built.status.success(), "{}", text(&built.stderr));
+    PathBuf::from(text(&built.stdout).trim())
+}
+
+/// Whether threads of this user may be real-time threads, on a CPU that activities may have for themselves.
+fn has_real_time() -> bool {
+    let probe = Command::new("chrt").args(["-f", "31", "true"]).stderr(Stdio::null()).status();
+    probe.is_ok_and(|status| status.success())
+}
+
+/// Runs the program, which ends soon, whatever happens.
+fn run_program(program: &Path, look: &str, arguments: &[&str]) -> (Option<i32>, String, String) {
+    let began = Instant::now();
+    let mut command = Command::new(program);
+    let output = command.args(arguments).env("LOOK", look).stdin(Stdio::null()).output().unwrap();
+    assert!(began.elapsed() < Duration::from_secs(90), "{command:?}");
+    (output.status.code(), text(&output.stdout), text(&output.stderr))
+}
+
+#[test]
+fn orocos_robot_without_orocos_says_what_goes_wrong() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let folder = folder("robot");
+    let program = robot(&folder);
+    let virtual_clock = ["--simulate-time", "--for", "1s"];
+    let real =
+        if has_real_time() { vec!["--for", "1s"] } else { vec!["--for", "1s", "--allow-non-realtime"] };
+
+    let (code, out, err) = run_program(&program, "", &virtual_clock);
+    assert_eq!((code, err.as_str()), (Some(0), ""), "{out}");
+    assert_within_bounds(&out, 3);
+    if has_real_time() {
+        let (code, out, err) = run_program(&program, "", &real);
+        assert_eq!(code, Some(0), "{out}\n{err}");
+    }
+
+    // A codel throws: its component ends, the others go on.
+    for how in [&virtual_clock[..], &real] {
+        let (code, out, err) = run_program(&program, "throw", how);
+        assert_eq!(code, Some(1), "{out}\n{err}");
+        assert!(err.contains("in updateHook(): it is dark"), "{err}");
+        let rows = rows(&out);
+        assert_eq!((rows[0].periods, rows[0].verdict.as_str()), (5, "✗ exception"), "{out}");
+        assert!(rows[1].periods >= 40, "{out}");
+    }
+
+    // A codel is late in truth, which only the real clock knows.
+    let (code, out, _) = run_program(&program, "late", &real);
+    assert_eq!(code, Some(1), "{out}");
+    assert!(rows(&out)[0].verdict.contains("missed"), "{out}");
+    assert_eq!(run_program(&program, "late", &virtual_clock).0, Some(0));
+
+    // A codel never returns: the robot ends all the same, and says which.
+    for (look, how) in [("sleep", &virtual_clock[..]), ("spin", &real), ("sleep", &real)] {
+        // The virtual clock waits for a minute for a codel, unless it is interrupted.
+        let mut child = Command::new(&program)
+            .args(how)
+            .env("LOOK", look)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        sleep(Duration::from_millis(1500));
+        interrupt(child.id());
+        let began = Instant::now();
+        while child.try_wait().unwrap().is_none() {
+            assert!(began.elapsed() < Duration::from_secs(20), "{look} {how:?} does not end");
+            sleep(Duration::from_millis(20));
+        }
+        let output = child.wait_with_output().unwrap();
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{said}");
+        assert!(said.contains("eye does not end its period: codel robot.look has not returned"), "{said}");
+    }
+
+    // Interrupted in the middle, it stops cleanly.
+    let mut child = Command::new(&program).args(&real[2..]).stdout(Stdio::piped()).spawn().unwrap();
+    sleep(Duration::from_millis(700));
+    interrupt(child.id());
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+}
+
+fn interrupt(process: u32) {
+    run(Command::new("kill").args(["-INT", &process.to_string()]));
+}
+
+#[test]
+fn orocos_programs_refuse_what_they_cannot_do() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let folder = folder("refusals");
+    let program = robot(&folder);
+    let refused = |arguments: &[&str], expected: &str| {
+        let (code, out, err) = run_program(&program, "", arguments);
+        assert_eq!((code, out.as_str()), (Some(2), ""), "{arguments:?}: {err}");
+        assert!(err.contains(expected), "{arguments:?}: {err}");
+    };
+    refused(&["--for", "10"], "--for takes a time with its unit");
+    refused(&["--for", "-1s"], "--for takes a time with its unit");
+    refused(&["--for"], "--for needs a value");
+    refused(&["--live=yes"], "--live takes no value");
+    refused(&["--fro", "1s"], "unknown option `--fro`");
+    refused(&["--param", "eye.gain"], "--param takes INSTANCE.NAME=VALUE");
+    let simulated = |parameter: &str, expected: &str| {
+        refused(&["--simulate-time", "--for", "1s", "--param", parameter], expected);
+    };
+    simulated("ear.gain=1", "no instance ear in robot.Bench, which has eye, left, right");
+    simulated("eye.gian=1", "eye has no property gian; it has gain");
+    simulated("eye.gain=x", "property eye.gain cannot be `x`");
+    simulated("eye.gain=10", "property gain is 10, and must be in [1; 9]");
+    refused(&["--trace", "/proc/no", "--simulate-time"], "the folder /proc/no cannot be made");
+
+    let trace = folder.join("trace");
+    let arguments =
+        ["--simulate-time", "--for", "1s", "--param", "eye.gain=9", "--trace", trace.to_str().unwrap()];
+    let (code, out, err) = run_program(&program, "", &arguments);
+    assert_eq!(code, Some(0), "{out}\n{err}");
+    let recorded = fs::read_to_string(trace.join("executions.csv")).unwrap();
+    let mut lines = recorded.lines();
+    assert_eq!(lines.next(), Some("codel,execution_ns,instance,elapsed_ns,time_ns"));
+    let looks: Vec<&str> = lines.filter(|line| line.starts_with("robot.look,1000000,eye,1000000,")).collect();
+    assert_eq!(looks.len(), 50, "{recorded}");
+
+    // Codels that are out of date, and a build that fails.
+    let codels = folder.join("src");
+    write(&folder, &[("robot.mal", &ROBOT.replace("gain: int [1; 9]", "gain: int [1; 8]"))]);
+    let cache = folder.join("cache");
+    let refusal = mauve_run(&folder, &cache, &["--codels", codels.to_str().unwrap()]);
+    assert_eq!(refusal.status.code(), Some(2));
+    assert!(text(&refusal.stderr).contains("mauve generate"), "{}", text(&refusal.stderr));
+    write(&folder, &[("robot.mal", ROBOT)]);
+    write(&codels, &[("robot/src/codels/turn.cpp", &TURN.replace("return by", "return bye"))]);
+    let failure = mauve_run(&folder, &cache, &["--codels", codels.to_str().unwrap()]);
+    assert_eq!(failure.status.code(), Some(2));
+    assert!(text(&failure.stderr).contains("turn.cpp"), "{}", text(&failure.stderr));
+}
+
+/// The generated folder is a project of CMake, with and without the headers of ROS.
+#[test]
+fn orocos_standalone_folder_builds_with_cmake() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let folder = folder("cmake");
+    let model = "\
+library robot {
+  use sensor_msgs
+  codel look(out scan: LaserScan): bool
+  shell EyeShell { output port scan: LaserScan }
+  core EyeCore(EyeShell) { var seen: LaserScan  update = { if (look(seen)) then { write(scan, seen); } else { } } }
+  component Eye(EyeShell, EyeCore)
+  architecture Robot { instance eye: Eye }
+  deployment Bench { architecture Robot  activity eye { priority = 30  period = 20 } }
+}
+";
+    write(&folder, &[("robot.mal", model), ("mauve.toml", CONFIGURATION)]);
+    let out = folder.join("src");
+    run(Command::new(MAUVE).arg("generate").arg(&folder).arg("--out").arg(&out).arg("--standalone"));
+    for (messages, expected) in [("ON", "Messages of ROS"), ("OFF", "Messages without ROS")] {
+        let built = folder.join(messages);
+        let mut configure = Command::new("cmake");
+        configure.arg("-S").arg(out.join("standalone")).arg("-B").arg(&built);
+        configure.args([
+            format!("-DMAUVE_ROS_MESSAGES={messages}"),
+            "-DCMAKE_CXX_FLAGS=-Wall -Wextra -Werror".to_owned(),
+        ]);
+        let said = run(&mut configure);
+        assert!(said.contains(expected), "{said}");
+        run(build(&built).arg("-j2"));
+        let (code, out, err) =
+            run_program(&built.join("robot-Bench"), "", &["--simulate-time", "--for", "1s"]);
+        assert_eq!(code, Some(0), "{out}\n{err}");
+    }
+}
