@@ -6,6 +6,7 @@
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -14,7 +15,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use mauve_tests::orocos::{build, run};
-use mauve_tests::{models, scratch, write};
+use mauve_tests::{files_in, models, scratch, write};
 
 /// One build at a time, and nothing beside a run in real time.
 static ALONE: Mutex<()> = Mutex::new(());
@@ -22,7 +23,7 @@ static ALONE: Mutex<()> = Mutex::new(());
 const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
 
 fn folder(name: &str) -> PathBuf {
-    scratch(env!("CARGO_TARGET_TMPDIR"), &format!("standalone/{name}"))
+    scratch(env!("CARGO_TARGET_TMPDIR"), &format!("programs/{name}"))
 }
 
 /// `mauve run` of a project, with a cache of this test.
@@ -79,7 +80,8 @@ fn assert_within_bounds(said: &str, instances: usize) {
 #[test]
 fn orocos_samples_keep_their_bounds_on_the_virtual_clock() {
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
-    for (sample, instances) in [("p3dx", 10), ("shared_cpus", 6), ("sorter", 3)] {
+    // A test of the README runs the sample robot.
+    for (sample, instances) in [("shared_cpus", 6), ("sorter", 3)] {
         let cache = folder(sample);
         let project = models().join(sample);
         let first = mauve_run(&project, &cache, &["--for", "30s", "--simulate-time"]);
@@ -303,6 +305,53 @@ fn orocos_programs_refuse_what_they_cannot_do() {
     let failure = mauve_run(&folder, &cache, &["--codels", codels.to_str().unwrap()]);
     assert_eq!(failure.status.code(), Some(2));
     assert!(text(&failure.stderr).contains("turn.cpp"), "{}", text(&failure.stderr));
+}
+
+/// The folder follows the model as packages do, and they do not depend on it.
+#[test]
+fn the_standalone_folder_is_one_more_package() {
+    let folder = folder("generated");
+    write(&folder, &[("robot.mal", ROBOT), ("mauve.toml", CONFIGURATION)]);
+    let generate = |arguments: &[&str]| {
+        let mut command = Command::new(MAUVE);
+        let output = command.arg("generate").arg(&folder).args(arguments).output().unwrap();
+        (output.status.code(), text(&output.stdout) + &text(&output.stderr))
+    };
+    let [plain, both] = ["plain", "both"].map(|name| folder.join(name));
+    let [plain_path, both_path] = [&plain, &both].map(|path| path.to_str().unwrap());
+    assert_eq!(generate(&["--out", plain_path]).0, Some(0));
+    assert_eq!(generate(&["--out", both_path, "--standalone"]).0, Some(0));
+    let package = |out: &Path| {
+        let read =
+            |path: &PathBuf| (path.strip_prefix(out).unwrap().to_owned(), fs::read_to_string(path).unwrap());
+        files_in(&out.join("robot")).iter().map(read).collect::<BTreeMap<_, _>>()
+    };
+    assert_eq!(package(&plain), package(&both));
+    assert!(!plain.join("standalone").exists());
+
+    let check = ["--out", both_path, "--standalone", "--check"];
+    assert_eq!(generate(&check).0, Some(0));
+    let main = both.join("standalone/robot-Bench.cpp");
+    let written = fs::read_to_string(&main).unwrap();
+    // The bounds are those of the model; a changed time is another program.
+    write(&folder, &[("mauve.toml", &CONFIGURATION.replace("1 ms", "2 ms"))]);
+    assert_eq!(generate(&check).0, Some(1));
+    assert_eq!(generate(&["--out", both_path, "--standalone"]).0, Some(0));
+    assert_ne!(fs::read_to_string(&main).unwrap(), written);
+
+    // Without the option, the folder stays, and nobody is told of it.
+    let (code, said) = generate(&["--out", both_path, "--check"]);
+    assert!(code == Some(0) && !said.contains("standalone"), "{said}");
+    assert!(main.exists());
+
+    // A file that somebody has edited is not overwritten, and one that no deployment needs is removed.
+    fs::write(&main, fs::read_to_string(&main).unwrap() + "// mine\n").unwrap();
+    let (code, said) = generate(&["--out", both_path, "--standalone"]);
+    assert!(code == Some(1) && said.contains("robot-Bench.cpp"), "{said}");
+    assert_eq!(generate(&["--out", both_path, "--standalone", "--force"]).0, Some(0));
+    write(&folder, &[("robot.mal", &ROBOT.replace("deployment Bench", "deployment Yard"))]);
+    assert_eq!(generate(&["--out", both_path, "--standalone"]).0, Some(0));
+    assert!(!main.exists() && both.join("standalone/robot-Yard.cpp").exists());
 }
 
 /// The generated folder is a project of CMake, with and without the headers of ROS.
