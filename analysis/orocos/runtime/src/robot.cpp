@@ -139,6 +139,7 @@ struct Robot::State {
   void stop();
   std::string stuck() const;
   std::vector<Row> rows() const;
+  bool is_live() const;
   void show(bool is_first) const;
   int report() const;
   int run();
@@ -362,7 +363,6 @@ void Robot::State::end_releases() {
 void Robot::State::wait_for_end() {
   doing_with = nullptr;
   doing = "run";
-  const bool is_live = options.is_live && isatty(STDOUT_FILENO);
   if (options.simulates_time) {
     bool is_ending = false;
     const auto look = [&] {
@@ -379,11 +379,10 @@ void Robot::State::wait_for_end() {
     }
   } else {
     for (int moment = 0; !supervisor->should_end(); ++moment) {
-      if (is_live && moment % 50 == 0) show(moment == 0);
+      if (is_live() && moment % 50 == 0) show(moment == 0);
       if (trace) trace->write();
       for (int pauses = 0; pauses < 100 && !supervisor->should_end(); ++pauses) pause();
     }
-    if (is_live) show(false);
   }
   ended = supervisor->is_interrupted() ? now() : began + options.length;
 }
@@ -432,17 +431,18 @@ std::vector<Row> Robot::State::rows() const {
   return rows;
 }
 
+// Whether a table is shown while the robot runs.
+bool Robot::State::is_live() const { return options.is_live && !options.simulates_time && isatty(STDOUT_FILENO); }
+
+// Shows the table in place of the one before.
 void Robot::State::show(bool is_first) const {
-  const std::string text = table(rows());
-  const auto lines = std::count(text.begin(), text.end(), '\n');
-  if (!is_first) std::cout << "\x1b[" << lines << "A\x1b[J";
-  std::cout << text << std::flush;
+  if (!is_first) std::cout << "\x1b[" << threads.size() + 1 << "A\x1b[J";
+  std::cout << table(rows()) << std::flush;
 }
 
 int Robot::State::report() const {
   const std::vector<Row> rows = this->rows();
-  const bool was_live = options.is_live && isatty(STDOUT_FILENO) && !options.simulates_time;
-  if (was_live) std::cout << "\n";
+  if (is_live() && ended > 0) std::cout << "\x1b[" << threads.size() + 1 << "A\x1b[J";
   std::cout << deployment << ": " << milliseconds(ended - began) << " ms "
             << (options.simulates_time ? "on a virtual clock"
                                        : options.allows_non_realtime ? "without a guarantee of real time" : "in real time")
