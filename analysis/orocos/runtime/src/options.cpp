@@ -11,7 +11,7 @@ const char usage[] =
     "  --for TIME                  stop after this time, such as 10s or 500ms; by default when interrupted\n"
     "  --param INSTANCE.NAME=VALUE set a property; may be given several times\n"
     "  --simulate-time             run on a virtual clock, as fast as possible, with the execution times of the timing tables\n"
-    "  --spend-times               for codels that are stubs: each uses the CPU for nine tenths of its execution time\n"
+    "  --spend-times               for codels that are stubs: each uses the CPU for four fifths of its execution time\n"
     "  --allow-non-realtime        run without the scheduling that was analysed; the response times do not hold then\n"
     "  --trace DIR                 record the executions of codels in DIR/executions.csv\n"
     "  --live                      show the response times while the robot runs, on a terminal\n"

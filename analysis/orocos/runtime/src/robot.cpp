@@ -291,7 +291,7 @@ void Robot::State::create_activities() {
     if (it.priority == 0) thread.release_after_beginnings();
     Context& context = thread.context();
     if (options.simulates_time || options.spends_times) context.times = &times;
-    context.spent_percent = 90;
+    context.spent_percent = 80;
     if (trace) context.trace = &trace->queue();
     if (it.priority > 0) thread.set_overhead(overhead);
     threads.push_back(&thread);
