@@ -123,6 +123,10 @@ RTT::TaskContext* create(const InstanceData& instance) {
 
 struct Robot::State {
   explicit State(const std::string& name) : deployment(name) {}
+  // The threads that are left end with their tasks.
+  ~State() {
+    if (virtual_clock) virtual_clock->finish();
+  }
 
   RTT::TaskContext& task(const std::string& name) const;
   void create_instances();
@@ -309,7 +313,6 @@ void Robot::State::create_activities() {
 // Each component looks in its thread whether it has what was analysed: see `mauve_runs_as` in generated code.
 void Robot::State::check_threads() {
   RTT::TaskContext deployer("deployer");
-  RTT::OperationCaller<bool(int, unsigned int)> runs_as("mauve_runs_as");
   bool is_fine = true;
   for (const ActivityData& it : activities) {
     RTT::OperationCaller<bool(int, unsigned int)> caller("mauve_runs_as");
@@ -377,6 +380,8 @@ void Robot::State::wait_for_end() {
       std::cerr << "error: " << stuck() << std::endl;
       _exit(1);
     }
+    // What follows may hang as well.
+    supervisor->end_at(0);
   } else {
     for (int moment = 0; !supervisor->should_end(); ++moment) {
       if (is_live() && moment % 50 == 0) show(moment == 0);

@@ -151,6 +151,8 @@ void PeriodicThread::State::run() {
   open = never;
   timeline().end(worker);
   set_present_context(nullptr);
+  // Another thread may get the same identifier.
+  id = std::thread::id();
   is_active = false;
 }
 
