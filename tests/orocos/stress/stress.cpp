@@ -82,7 +82,10 @@ class Node : public RTT::TaskContext {
     sample_.set(all_written_ + 1);
     if (all_out.write(sample_) == RTT::WriteSuccess) ++all_written_;
 
+    // What was written before is there, also while the next sample is being written.
+    const std::uint64_t written = source->periods.load(std::memory_order_acquire);
     RTT::FlowStatus status = last_in.read(sample_);
+    CHECK(status == RTT::NoData ? written == 0 : sample_.number >= written);
     if (status == RTT::NewData) {
       CHECK(sample_.is_whole() && sample_.number > last_read_);
       last_read_ = sample_.number;
@@ -130,6 +133,8 @@ class Node : public RTT::TaskContext {
 
  public:
   std::atomic<std::uint64_t> periods{0};
+  // The component whose samples it reads.
+  const Node* source = nullptr;
   RTT::OutputPort<Sample> last_out, all_out, recent_out;
   RTT::InputPort<Sample> last_in, all_in, recent_in;
   RTT::OperationCaller<bool(std::uint64_t, std::uint64_t&)> add;
@@ -150,6 +155,7 @@ int main(int argc, char** argv) {
   for (std::size_t index = 0; index < count; ++index) {
     Node& node = *nodes[index];
     Node& next = *nodes[(index + 1) % count];
+    next.source = &node;
     is_fine = is_fine && node.last_out.connectTo(&next.last_in, RTT::ConnPolicy::data());
     is_fine = is_fine && node.all_out.connectTo(&next.all_in, RTT::ConnPolicy::buffer(5));
     is_fine = is_fine && node.recent_out.connectTo(&next.recent_in, RTT::ConnPolicy::circularBuffer(3));

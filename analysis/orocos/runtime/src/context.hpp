@@ -58,6 +58,8 @@ struct Context {
   std::atomic<const char*> codel{nullptr};
   // Whether a program with a time of its own is being executed: then its codels take none.
   bool is_timed_program = false;
+  // The CPU time of the codels so far.
+  Nanoseconds codel_cpu = 0;
 };
 
 // The context of the calling thread; none where it is that of no activity.

@@ -66,7 +66,6 @@ CodelExecution::CodelExecution(const char* codel) : context_(present_context()),
   if (context_ == nullptr) return;
   outer_ = context_->codel.load(std::memory_order_relaxed);
   context_->codel.store(codel, std::memory_order_relaxed);
-  if (context_->times == nullptr && context_->trace == nullptr) return;
   began_ = now();
   cpu_before_ = cpu_time();
 }
@@ -76,9 +75,12 @@ CodelExecution::~CodelExecution() {
   if (context_->times != nullptr && !context_->is_timed_program) {
     take(*context_, context_->times->codel(codel_), cpu_before_);
   }
+  const Nanoseconds execution = cpu_time() - cpu_before_;
+  // A codel in the arguments of another one is counted with it.
+  if (outer_ == nullptr) context_->codel_cpu += execution;
   if (context_->trace != nullptr) {
     const Nanoseconds ended = now();
-    context_->trace->push({codel_, context_->instance.c_str(), cpu_time() - cpu_before_, ended - began_, ended});
+    context_->trace->push({codel_, context_->instance.c_str(), execution, ended - began_, ended});
   }
   context_->codel.store(outer_, std::memory_order_relaxed);
 }

@@ -11,7 +11,7 @@ namespace {
 typedef std::vector<std::string> Cells;
 
 std::string verdict(const Row& row) {
-  if (row.is_in_exception) return "✗ exception";
+  if (row.has_thrown) return "✗ exception";
   if (row.misses > 0) return "✗ " + std::to_string(row.misses) + " missed";
   if (row.priority == 0) return "background";
   if (row.periods == 0) return "no period ended";

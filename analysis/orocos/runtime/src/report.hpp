@@ -21,7 +21,7 @@ struct Row {
   Nanoseconds bound;
   std::uint64_t periods, misses, overruns;
   Nanoseconds latency, response;
-  bool is_in_exception;
+  bool has_thrown;
 };
 
 // Returns the table, in lines that end with a newline.

@@ -86,6 +86,11 @@ struct OtherWork : RTT::base::RunnableInterface {
   PeriodicThread thread;
 };
 
+bool has_failed(const RTT::TaskContext& task) {
+  const RTT::TaskContext::TaskState state = task.getTaskState();
+  return task.hasThrown() || state == RTT::TaskContext::Exception || state == RTT::TaskContext::FatalError;
+}
+
 // The instance and the feature of `pilot.speed`.
 std::pair<std::string, std::string> parts(const std::string& end) {
   const std::size_t dot = end.find('.');
@@ -176,7 +181,10 @@ struct Robot::State {
   // What the main thread does, for the message if it does not end.
   std::atomic<const char*> doing{""};
   std::atomic<const std::string*> doing_with{nullptr};
-  Nanoseconds began = 0, ended = 0;
+  // Whether `threads` is complete: the supervisor looks at it from then on.
+  std::atomic<bool> has_threads{false};
+  std::atomic<Nanoseconds> began{0};
+  Nanoseconds ended = 0;
 };
 
 RTT::TaskContext& Robot::State::task(const std::string& name) const {
@@ -267,16 +275,15 @@ void Robot::State::check_rights() const {
   }
 }
 
-// A page that is not in the memory would delay whoever needs it.
+// A page that is not in the memory would delay whoever needs it: loads all of the components, and keeps what comes later. (The
+// stacks of threads are greater than what they use, and come into the memory as they are used.)
 void Robot::State::lock_memory() const {
-  mallopt(M_TRIM_THRESHOLD, -1);
-  mallopt(M_MMAP_MAX, 0);
 #ifdef MCL_ONFAULT
-  const int pages = MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT;
+  const int later = MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT;
 #else
-  const int pages = MCL_CURRENT | MCL_FUTURE;
+  const int later = MCL_CURRENT | MCL_FUTURE;
 #endif
-  if (mlockall(pages) != 0) {
+  if (mlockall(MCL_CURRENT) != 0 || mlockall(later) != 0) {
     RTT::log(RTT::Warning) << "the memory cannot be locked (" << std::strerror(errno)
                            << "; `ulimit -l` shows the limit): page faults may delay periods" << RTT::endlog();
   }
@@ -345,7 +352,7 @@ void Robot::State::start() {
 
 // All activities begin at one instant, each at its offset in the first period.
 void Robot::State::release() {
-  began = options.simulates_time ? 0 : now() + before_start;
+  began = options.simulates_time ? Nanoseconds(0) : now() + before_start;
   if (options.length != never) {
     for (PeriodicThread* thread : threads) thread->release_until(began + options.length);
     for (const auto& it : other_threads) it->thread.release_until(began + options.length);
@@ -354,6 +361,8 @@ void Robot::State::release() {
   for (std::size_t index = 0; index < threads.size(); ++index) {
     threads[index]->release_at(began + activities[index].offset);
   }
+  // An interruption in the meantime has set an earlier end.
+  if (supervisor->should_end() && !options.simulates_time) end_releases();
   for (const auto& it : other_threads) it->thread.release_at(began);
 }
 
@@ -388,8 +397,11 @@ void Robot::State::wait_for_end() {
       if (trace) trace->write();
       for (int pauses = 0; pauses < 100 && !supervisor->should_end(); ++pauses) pause();
     }
+    // What was released before the end is a part of the run. The supervisor ends it if that takes too long.
+    const auto has_open = [](const PeriodicThread* thread) { return thread->has_open_period(); };
+    for (int pauses = 0; pauses < 20000 && std::any_of(threads.begin(), threads.end(), has_open); ++pauses) pause();
   }
-  ended = supervisor->is_interrupted() ? now() : began + options.length;
+  ended = supervisor->is_interrupted() ? std::max(now(), began.load()) : began + options.length;
 }
 
 void Robot::State::stop() {
@@ -410,7 +422,7 @@ void Robot::State::stop() {
 // Says what has not ended.
 std::string Robot::State::stuck() const {
   std::string out;
-  for (std::size_t index = 0; index < threads.size(); ++index) {
+  for (std::size_t index = 0; has_threads && index < threads.size(); ++index) {
     const bool is_it = virtual_clock ? threads[index]->context().worker == virtual_clock->running() : threads[index]->is_busy();
     if (!is_it) continue;
     const char* const codel = threads[index]->codel();
@@ -429,9 +441,9 @@ std::vector<Row> Robot::State::rows() const {
   for (std::size_t index = 0; index < threads.size(); ++index) {
     const ActivityData& it = activities[index];
     const Statistics& statistics = threads[index]->statistics();
-    rows.push_back({it.instance, it.priority, it.period, it.priority > 0 ? it.deadline : 0, it.bound, statistics.periods,
+    rows.push_back({it.instance, it.priority, it.period, it.priority > 0 ? std::max<Nanoseconds>(it.deadline, 0) : 0, it.bound, statistics.periods,
                     statistics.misses + (threads[index]->is_late() ? 1 : 0), statistics.overruns, statistics.latency, statistics.response,
-                    task(it.instance).inException()});
+                    has_failed(task(it.instance))});
   }
   return rows;
 }
@@ -455,7 +467,7 @@ int Robot::State::report() const {
             << table(rows);
   bool is_fine = true;
   for (const Row& row : rows) {
-    is_fine = is_fine && row.misses == 0 && !row.is_in_exception;
+    is_fine = is_fine && row.misses == 0 && !row.has_thrown;
     if (row.bound != no_bound && row.response > row.bound && row.priority > 0) {
       std::cout << "  " << row.instance << " responded after " << milliseconds(row.response) << " ms, later than its bound of "
                 << milliseconds(row.bound)
@@ -485,18 +497,22 @@ int Robot::State::run() {
     if (options.length == never) options.length = 60 * second;
   } else {
     if (!options.allows_non_realtime) check_rights();
-    lock_memory();
+    // Memory that is freed stays, and is used again.
+    mallopt(M_TRIM_THRESHOLD, -1);
+    mallopt(M_MMAP_MAX, 0);
   }
   const int priority = options.simulates_time ? 0 : std::min(99, greatest_priority() + 1);
   supervisor.reset(new Supervisor(priority, grace, [this] {
     // On the virtual clock, the thread of the scheduler does it.
-    if (!options.simulates_time) end_releases();
+    if (!options.simulates_time && has_threads) end_releases();
   }, [this] { return stuck(); }));
   create_instances();
   for (const ValueData& it : values) set(it);
   for (const Parameter& it : options.parameters) set({it.instance, it.property, it.value});
   connect_all();
+  if (!options.simulates_time) lock_memory();
   create_activities();
+  has_threads = true;
   if (!options.simulates_time) check_threads();
   try {
     configure();
@@ -511,6 +527,8 @@ int Robot::State::run() {
   }
   stop();
   supervisor.reset();
+  // From now on an interruption ends the program at once.
+  unblock_signals();
   flush_log();
   int exit_code = report();
   if (trace) {

@@ -13,7 +13,11 @@ namespace {
 sigset_t signals() {
   sigset_t set;
   sigemptyset(&set);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&set, signal);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    // As with `nohup`.
+    struct sigaction present = {};
+    if (sigaction(signal, nullptr, &present) == 0 && present.sa_handler != SIG_IGN) sigaddset(&set, signal);
+  }
   return set;
 }
 
@@ -30,6 +34,11 @@ void block_signals() {
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
   // A reader of the output that has gone is no reason to end a robot in the middle of something.
   signal(SIGPIPE, SIG_IGN);
+}
+
+void unblock_signals() {
+  const sigset_t set = signals();
+  pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
 }
 
 Supervisor::Supervisor(int priority, Nanoseconds grace, std::function<void()> on_end, std::function<std::string()> stuck)

@@ -14,6 +14,7 @@ namespace mauve {
 
 // Blocks the signals that interrupt a program, in this thread and in those that it starts. To be called first.
 void block_signals();
+void unblock_signals();
 
 // A thread of higher priority than all activities, so that it ends a robot whose activities use all CPUs.
 class Supervisor {

@@ -19,6 +19,13 @@ bool TaskCore::guarded(const char* where, F f) {
   } catch (...) {
     log(Error) << "in " << where << "(): an exception" << endlog();
   }
+  has_thrown_ = true;
+  exception();
+  return false;
+}
+
+bool TaskCore::changed_in(const char* where) {
+  log(Error) << "in " << where << "(): the hook has changed the state, and returned true" << endlog();
   exception();
   return false;
 }
@@ -28,6 +35,7 @@ bool TaskCore::configure() {
   return guarded("configure", [this] {
     target_ = Stopped;
     const bool is_configured = configureHook();
+    if (is_configured && target_ != Stopped) return changed_in("configure");
     enter(is_configured ? Stopped : PreOperational);
     return is_configured;
   });
@@ -41,6 +49,7 @@ bool TaskCore::start() {
       target_ = Stopped;
       return false;
     }
+    if (target_ != Running) return changed_in("start");
     // What the hook wrote is visible to the thread of the activity when it sees this state.
     state_ = Running;
     trigger();
@@ -53,7 +62,7 @@ bool TaskCore::stop() {
   return guarded("stop", [this] {
     // Either the thread sees this before its next period, or it is waited for.
     target_ = Stopped;
-    while (is_in_period_ && !engine_.is_self()) mauve::pause();
+    while (is_busy_ && !engine_.is_self()) mauve::pause();
     if (state_ < Running) return false;
     stopHook();
     state_ = Stopped;
@@ -100,7 +109,6 @@ void TaskCore::exception() {
 }
 
 bool TaskCore::step() {
-  is_in_period_ = true;
   const bool was_running = state_ >= Running && target_ >= Running;
   if (was_running) {
     guarded("updateHook", [this] {
@@ -109,18 +117,26 @@ bool TaskCore::step() {
       return true;
     });
   }
-  is_in_period_ = false;
   return was_running;
 }
 
 }  // namespace base
 
 bool ExecutionEngine::step() {
-  serve();
-  return task_->step();
+  task_->is_busy_ = true;
+  execute_messages();
+  const bool was_running = task_->step();
+  task_->is_busy_ = false;
+  return was_running;
 }
 
 void ExecutionEngine::serve() {
+  task_->is_busy_ = true;
+  execute_messages();
+  task_->is_busy_ = false;
+}
+
+void ExecutionEngine::execute_messages() {
   while (internal::Message* message = take_messages()) {
     while (message != nullptr) {
       // When it has been executed, its caller may send it again.

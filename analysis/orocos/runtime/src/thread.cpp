@@ -88,7 +88,7 @@ struct PeriodicThread::State {
   bool is_relative = false;
   Nanoseconds deadline = 0;
   Nanoseconds overhead = 0;
-  // The CPU time at the end of the period before, while nothing else was executed since then; -1 otherwise.
+  // The CPU time at the end of the period before; -1 before the first.
   Nanoseconds cpu_after_period = -1;
 };
 
@@ -119,14 +119,17 @@ void PeriodicThread::State::run() {
   prepare();
   set_present_context(&context);
   timeline().begin(worker);
-  if (!is_held) first = now() + period;
   Nanoseconds release = never;
   while (true) {
     // Whatever changes from here on changes the signal.
     const int seen = worker.signal.load(std::memory_order_acquire);
     if (stops) break;
     const Nanoseconds length = period;
-    if (length > 0 && release == never) release = first_release();
+    if (length == 0) {
+      release = never;
+    } else if (release == never) {
+      release = is_held ? first_release() : now() + length;
+    }
     const bool is_released = length > 0 && release < end.load(std::memory_order_acquire);
     open.store(is_released ? release : never, std::memory_order_relaxed);
     const Nanoseconds begin = now();
@@ -136,7 +139,6 @@ void PeriodicThread::State::run() {
       release = is_relative ? std::max(begin + length, now()) : release + length;
     } else if (is_triggered.exchange(false)) {
       is_busy = true;
-      cpu_after_period = -1;
       if (length > 0) {
         runner->serve();
       } else {
@@ -149,6 +151,8 @@ void PeriodicThread::State::run() {
   }
   if (release < end && deadline > 0 && now() - release > deadline) increment(statistics.misses);
   open = never;
+  // Who has sent a call before may wait for it.
+  runner->serve();
   timeline().end(worker);
   set_present_context(nullptr);
   // Another thread may get the same identifier.
@@ -161,10 +165,16 @@ void PeriodicThread::State::execute_period(Nanoseconds release, Nanoseconds leng
   const Nanoseconds latency = now() - release;
   const bool is_real = !timeline().is_virtual();
   if (!is_real && overhead > 0) timeline().spend(worker, overhead);
-  if (is_real && cpu_after_period >= 0) note_greatest(statistics.overhead, cpu_time() - cpu_after_period);
   const bool was_running = runner->step();
   const Nanoseconds response = now() - release;
-  cpu_after_period = is_real ? cpu_time() : -1;
+  if (is_real) {
+    const Nanoseconds cpu = cpu_time();
+    if (was_running && cpu_after_period >= 0) {
+      note_greatest(statistics.overhead, cpu - cpu_after_period - context.codel_cpu);
+    }
+    cpu_after_period = cpu;
+    context.codel_cpu = 0;
+  }
   if (was_running) {
     increment(statistics.periods);
     note_greatest(statistics.latency, latency);
@@ -187,7 +197,6 @@ bool PeriodicThread::start(RTT::base::RunnableInterface* runner) {
   state_->runner = runner;
   state_->stops = false;
   state_->is_triggered = false;
-  if (!state_->is_held) state_->first = never;
   state_->is_active = true;
   State* const state = state_.get();
   try {
@@ -264,6 +273,8 @@ void PeriodicThread::release_after_beginnings() { state_->is_relative = true; }
 void PeriodicThread::set_deadline(Nanoseconds deadline) { state_->deadline = deadline; }
 void PeriodicThread::set_overhead(Nanoseconds overhead) { state_->overhead = overhead; }
 const Statistics& PeriodicThread::statistics() const { return state_->statistics; }
+
+bool PeriodicThread::has_open_period() const { return state_->open.load(std::memory_order_relaxed) <= now(); }
 
 bool PeriodicThread::is_late() const {
   const Nanoseconds open = state_->open.load(std::memory_order_relaxed);

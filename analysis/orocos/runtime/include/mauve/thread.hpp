@@ -33,7 +33,7 @@ struct Statistics {
   // The greatest times from a release to the end of its period, and to its beginning.
   std::atomic<Nanoseconds> response{0};
   std::atomic<Nanoseconds> latency{0};
-  // The greatest CPU time between two periods: what the thread itself costs.
+  // The greatest CPU time from the end of a period to the end of the next, without that of codels.
   std::atomic<Nanoseconds> overhead{0};
 };
 
@@ -72,6 +72,8 @@ class PeriodicThread {
   void set_overhead(Nanoseconds overhead);
 
   const Statistics& statistics() const;
+  // Whether a period has been released that has not ended.
+  bool has_open_period() const;
   // Whether a period has not ended whose deadline has passed: the statistics do not count it yet.
   bool is_late() const;
   // Whether a period or a call is being executed, and the codel that is, if one is.

@@ -64,6 +64,7 @@ class ExecutionEngine : public base::RunnableInterface {
   friend class base::TaskCore;
   friend class TaskContext;
 
+  void execute_messages();
   // Takes all calls that wait, the first one first.
   internal::Message* take_messages();
   void abandon_messages();

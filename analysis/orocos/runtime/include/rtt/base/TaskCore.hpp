@@ -52,6 +52,9 @@ class TaskCore {
 
   ExecutionEngine* engine() { return &engine_; }
 
+  // Not in RTT: whether a hook has thrown, also if the task has left the exception state since then.
+  bool hasThrown() const { return has_thrown_; }
+
  protected:
   explicit TaskCore(TaskState initial_state)
       : engine_(this), initial_state_(initial_state), state_(initial_state), target_(initial_state) {}
@@ -76,6 +79,9 @@ class TaskCore {
   template <class F>
   bool guarded(const char* where, F f);
 
+  // A hook may not change the state and succeed.
+  bool changed_in(const char* where);
+
   void enter(TaskState state) {
     target_ = state;
     state_ = state;
@@ -88,8 +94,9 @@ class TaskCore {
   const TaskState initial_state_;
   std::atomic<TaskState> state_;
   std::atomic<TaskState> target_;
-  // Whether the thread executes a period.
-  std::atomic<bool> is_in_period_{false};
+  // Whether the thread executes a period or a call.
+  std::atomic<bool> is_busy_{false};
+  std::atomic<bool> has_thrown_{false};
 };
 
 }  // namespace base

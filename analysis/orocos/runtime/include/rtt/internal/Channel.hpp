@@ -17,45 +17,53 @@ namespace internal {
 // a sample may allocate if its type does and the sample is greater than those of `reserve`.
 //
 // Samples are in slots, and each slot has one owner at each instant: the writer (free slots), the reader (the sample read last),
-// or the queue, which is a ring of slot numbers. Of `size + 2` slots, the queue has at most `size`; the reader holds two for the
-// moment in which it exchanges them; so the writer always has a free one. A full circular buffer drops its oldest sample: writer
-// and reader both take the oldest by advancing `tail_`, and only one of them succeeds. The counters do not wrap in a robot's life,
-// so a slot number that was read from the ring before another thread advanced `tail_` is never used.
+// or the queue, which is a ring of slot numbers. A full circular buffer drops its oldest sample after the new one is in the queue, so
+// that the reader finds the newest complete sample while the next one is written: writer and reader both take the oldest by
+// advancing `tail_`, and only one of them succeeds. Of `size + 3` slots, the queue has at most `size` between two writes; the reader
+// holds two for the moment in which it exchanges them; so the writer always has a free one. The counters do not wrap in a robot's
+// life, so a slot number that was read from the ring before another thread advanced `tail_` is never used.
 template <class T>
 class Channel {
  public:
   explicit Channel(const ConnPolicy& policy)
       : size_(policy.type == ConnPolicy::DATA ? 1 : static_cast<std::size_t>(policy.size)),
         drops_oldest_(policy.type != ConnPolicy::BUFFER),
-        slots_(new T[size_ + 2]()),
-        queue_(new std::atomic<std::size_t>[size_]),
-        returned_(new std::atomic<std::size_t>[size_ + 2]) {
-    for (std::size_t slot = 0; slot < size_; ++slot) queue_[slot].store(0, std::memory_order_relaxed);
-    for (std::size_t slot = 0; slot < size_ + 2; ++slot) give_back(slot);
+        slots_(new T[size_ + 3]()),
+        queue_(new std::atomic<std::size_t>[size_ + 1]),
+        returned_(new std::atomic<std::size_t>[size_ + 3]) {
+    for (std::size_t slot = 0; slot < size_ + 1; ++slot) queue_[slot].store(0, std::memory_order_relaxed);
+    for (std::size_t slot = 0; slot < size_ + 3; ++slot) give_back(slot);
   }
 
   // Makes the free slots as large as this sample. Only while no other thread uses the channel.
   void reserve(const T& sample) {
     for (std::uint64_t free = returned_begin_; free != returned_end_; ++free) {
-      slots_[returned_[free % (size_ + 2)]] = sample;
+      slots_[returned_[free % (size_ + 3)]] = sample;
     }
   }
 
   // In the thread of the writer.
   WriteStatus write(const T& sample) {
     const std::uint64_t head = head_.load(std::memory_order_relaxed);
-    std::size_t slot = none;
     std::uint64_t tail = tail_.load(std::memory_order_acquire);
-    if (head - tail == size_) {
-      if (!drops_oldest_) return WriteFailure;
-      const std::size_t oldest = queue_[tail % size_].load(std::memory_order_relaxed);
-      // If this fails, the reader has taken the oldest: then the queue has room.
-      if (tail_.compare_exchange_strong(tail, tail + 1, std::memory_order_acq_rel)) slot = oldest;
-    }
-    if (slot == none) slot = take_returned();
+    if (!drops_oldest_ && head - tail == size_) return WriteFailure;
+    const bool has_spare = spare_ != none;
+    const std::size_t slot = has_spare ? spare_ : first_returned();
     slots_[slot] = sample;
-    queue_[head % size_].store(slot, std::memory_order_relaxed);
+    // Only now, since copying may throw.
+    if (has_spare) {
+      spare_ = none;
+    } else {
+      ++returned_begin_;
+    }
+    queue_[head % (size_ + 1)].store(slot, std::memory_order_relaxed);
     head_.store(head + 1, std::memory_order_release);
+    tail = tail_.load(std::memory_order_acquire);
+    if (head + 1 - tail > size_) {
+      const std::size_t oldest = queue_[tail % (size_ + 1)].load(std::memory_order_relaxed);
+      // If this fails, the reader has taken the oldest.
+      if (tail_.compare_exchange_strong(tail, tail + 1, std::memory_order_acq_rel)) spare_ = oldest;
+    }
     return WriteSuccess;
   }
 
@@ -87,7 +95,7 @@ class Channel {
     std::size_t slot;
     do {
       if (head_.load(std::memory_order_acquire) == tail) return false;
-      slot = queue_[tail % size_].load(std::memory_order_relaxed);
+      slot = queue_[tail % (size_ + 1)].load(std::memory_order_relaxed);
     } while (!tail_.compare_exchange_strong(tail, tail + 1, std::memory_order_acq_rel, std::memory_order_acquire));
     if (has_last_) give_back(last_);
     last_ = slot;
@@ -98,16 +106,14 @@ class Channel {
   // The reader gives a slot back to the writer.
   void give_back(std::size_t slot) {
     const std::uint64_t end = returned_end_.load(std::memory_order_relaxed);
-    returned_[end % (size_ + 2)].store(slot, std::memory_order_relaxed);
+    returned_[end % (size_ + 3)].store(slot, std::memory_order_relaxed);
     returned_end_.store(end + 1, std::memory_order_release);
   }
 
-  std::size_t take_returned() {
+  std::size_t first_returned() {
     // There is one: see above. This load makes the reader's last use of the slot visible.
     returned_end_.load(std::memory_order_acquire);
-    const std::size_t slot = returned_[returned_begin_ % (size_ + 2)].load(std::memory_order_relaxed);
-    ++returned_begin_;
-    return slot;
+    return returned_[returned_begin_ % (size_ + 3)].load(std::memory_order_relaxed);
   }
 
   const std::size_t size_;
@@ -120,6 +126,8 @@ class Channel {
   const std::unique_ptr<std::atomic<std::size_t>[]> returned_;
   std::atomic<std::uint64_t> returned_end_{0};
   std::uint64_t returned_begin_ = 0;
+  // The slot of the sample that was dropped: the writer's, for the next one.
+  std::size_t spare_ = none;
   // The reader's.
   std::size_t last_ = 0;
   bool has_last_ = false;
