@@ -93,7 +93,8 @@ fn orocos_samples_keep_their_bounds_on_the_virtual_clock() {
     }
 }
 
-/// A robot whose codels do what the environment says.
+/// A robot whose codels do what the environment says. Its deadlines are long, so that a virtual machine that pauses for a moment
+/// meets them.
 const ROBOT: &str = "\
 library robot {
   codel look(): int
@@ -118,9 +119,9 @@ library robot {
   }
   deployment Bench {
     architecture Robot
-    activity eye { affinity = 1  priority = 30  period = 20 }
-    activity left { affinity = 1  priority = 20  period = 20 }
-    activity right { affinity = 1  priority = 10  period = 40 }
+    activity eye { affinity = 1  priority = 30  period = 100 }
+    activity left { affinity = 1  priority = 20  period = 100 }
+    activity right { affinity = 1  priority = 10  period = 200 }
   }
 }
 ";
@@ -146,7 +147,7 @@ int look() {
   if (calls == 5 && what == \"sleep\") sleep(1000);
   for (volatile int spins = 0; calls == 5 && what == \"spin\"; spins = spins + 1) {
   }
-  if (calls == 5 && what == \"late\") usleep(60000);
+  if (calls == 5 && what == \"late\") usleep(160000);
   return calls;
 }
 
@@ -214,7 +215,7 @@ fn orocos_robot_without_orocos_says_what_goes_wrong() {
         assert!(err.contains("in updateHook(): it is dark"), "{err}");
         let rows = rows(&out);
         assert_eq!((rows[0].periods, rows[0].verdict.as_str()), (5, "✗ exception"), "{out}");
-        assert!(rows[1].periods >= 40, "{out}");
+        assert!(rows[1].periods >= 8, "{out}");
     }
 
     // A codel is late in truth, which only the real clock knows.
@@ -291,7 +292,7 @@ fn orocos_programs_refuse_what_they_cannot_do() {
     let mut lines = recorded.lines();
     assert_eq!(lines.next(), Some("codel,execution_ns,instance,elapsed_ns,time_ns"));
     let looks: Vec<&str> = lines.filter(|line| line.starts_with("robot.look,1000000,eye,1000000,")).collect();
-    assert_eq!(looks.len(), 50, "{recorded}");
+    assert_eq!(looks.len(), 10, "{recorded}");
 
     // Codels that are out of date, and a build that fails.
     let codels = folder.join("src");
