@@ -8,6 +8,7 @@
 //! goes from folder to folder without following links, `harmless.rs` makes visible what a terminal would obey.
 
 mod analysis_document;
+mod cache;
 mod cli;
 mod disk;
 mod folder;

@@ -8,6 +8,8 @@ use std::sync::OnceLock;
 use mauve_diagnostics::{codes, page};
 use tower_lsp::lsp_types::Url;
 
+use crate::cache::cache_folder;
+
 /// Returns the address of the page of a diagnostic; none if there is no folder for the pages.
 pub(crate) fn address(code: &str) -> Option<Url> {
     static FOLDER: OnceLock<Option<PathBuf>> = OnceLock::new();
@@ -18,11 +20,8 @@ pub(crate) fn address(code: &str) -> Option<Url> {
 
 /// Writes the pages of this version to the user's cache. Other servers of this version write the same pages.
 fn written() -> io::Result<PathBuf> {
-    let variable = |name| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
-    let cache = variable("XDG_CACHE_HOME").or_else(|| variable("LOCALAPPDATA"));
-    let cache = cache.or_else(|| variable("HOME").map(|home| home.join(".cache")));
-    let cache = cache.ok_or_else(|| io::Error::other("neither XDG_CACHE_HOME nor HOME is set"))?;
-    let folder = cache.join("mauve").join(format!("pages-{}", env!("CARGO_PKG_VERSION")));
+    let cache = cache_folder().ok_or_else(|| io::Error::other("neither XDG_CACHE_HOME nor HOME is set"))?;
+    let folder = cache.join(format!("pages-{}", env!("CARGO_PKG_VERSION")));
     std::fs::create_dir_all(&folder)?;
     for code in codes() {
         let (path, page) = (folder.join(format!("{}.md", code.name)), page(code.name).unwrap_or_default());

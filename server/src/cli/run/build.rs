@@ -18,6 +18,7 @@ use std::process::{Command, Stdio};
 use mauve_orocos::{Action, Package, Step};
 use sha2::{Digest as _, Sha256};
 
+use crate::cache::cache_folder;
 use crate::generate::{Out, Site, read};
 use crate::harmless::harmless_line;
 
@@ -70,10 +71,10 @@ impl Build {
         digest.update([0]);
         digest.update(codels.unwrap_or(Path::new("")).as_os_str().as_encoded_bytes());
         let hash: String = digest.finalize().iter().take(8).map(|byte| format!("{byte:02x}")).collect();
-        let mut folder = cache;
-        for name in ["mauve", "run", &hash] {
-            folder.push(name);
-            make_private(&folder)
+        let runs = cache.join("run");
+        let folder = runs.join(hash);
+        for folder in [&cache, &runs, &folder] {
+            make_private(folder)
                 .map_err(|error| format!("cannot build in `{}`: {error}", folder.display()))?;
         }
         Ok(Build { folder, codels: codels.map(Path::to_owned) })
@@ -157,12 +158,6 @@ fn show_progress(doing: &str) {
             if doing.is_empty() { String::new() } else { format!("mauve: {}…", harmless_line(doing)) };
         let _ = write!(err, "\r\x1b[K{text}").and_then(|()| err.flush());
     }
-}
-
-/// Returns the folder of the user's caches. As its specification says, a relative path is ignored.
-fn cache_folder() -> Option<PathBuf> {
-    let absolute = |variable| env::var_os(variable).map(PathBuf::from).filter(|path| path.is_absolute());
-    absolute("XDG_CACHE_HOME").or_else(|| Some(absolute("HOME")?.join(".cache")))
 }
 
 /// Creates a folder that only the user can read and write. An existing one must be the user's.
