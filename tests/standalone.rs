@@ -340,7 +340,7 @@ fn the_standalone_folder_is_one_more_package() {
     assert_eq!(generate(&["--out", both_path, "--standalone"]).0, Some(0));
     assert_ne!(fs::read_to_string(&main).unwrap(), written);
 
-    // Without the option, the folder stays, and nobody is told of it.
+    // Without the option, the folder stays, and the report does not mention it.
     let (code, said) = generate(&["--out", both_path, "--check"]);
     assert!(code == Some(0) && !said.contains("standalone"), "{said}");
     assert!(main.exists());

@@ -13,7 +13,6 @@
 #include <cstring>
 #include <iostream>
 #include <map>
-#include <set>
 #include <stdexcept>
 #include <vector>
 
@@ -97,12 +96,18 @@ std::pair<std::string, std::string> parts(const std::string& end) {
   return {end.substr(0, dot), dot == std::string::npos ? "" : end.substr(dot + 1)};
 }
 
-std::string numbers_of(std::uint64_t cpus) {
+std::string joined(const std::vector<std::string>& texts) {
   std::string out;
-  for (int cpu = 0; cpu < 64; ++cpu) {
-    if (cpus >> cpu & 1) out += (out.empty() ? "" : ", ") + std::to_string(cpu + 1);
-  }
+  for (const std::string& text : texts) out += (out.empty() ? "" : ", ") + text;
   return out;
+}
+
+std::string numbers_of(std::uint64_t cpus) {
+  std::vector<std::string> numbers;
+  for (int cpu = 0; cpu < 64; ++cpu) {
+    if (cpus >> cpu & 1) numbers.push_back(std::to_string(cpu + 1));
+  }
+  return joined(numbers);
 }
 
 RTT::TaskContext* create(const InstanceData& instance) {
@@ -153,6 +158,7 @@ struct Robot::State {
   int report() const;
   int run();
   void end_releases();
+  void release_until(Nanoseconds end);
   int greatest_priority() const;
   std::uint64_t all_cpus() const;
 
@@ -190,9 +196,9 @@ struct Robot::State {
 RTT::TaskContext& Robot::State::task(const std::string& name) const {
   const auto found = tasks.find(name);
   if (found != tasks.end()) return *found->second;
-  std::string names;
-  for (const auto& it : tasks) names += (names.empty() ? "" : ", ") + it.first;
-  throw Cannot("no instance " + name + " in " + deployment + ", which has " + names);
+  std::vector<std::string> names;
+  for (const auto& it : tasks) names.push_back(it.first);
+  throw Cannot("no instance " + name + " in " + deployment + ", which has " + joined(names));
 }
 
 void Robot::State::create_instances() {
@@ -203,8 +209,7 @@ void Robot::State::set(const ValueData& value) {
   RTT::TaskContext& task = this->task(value.instance);
   RTT::base::PropertyBase* const property = task.getProperty(value.property);
   if (property == nullptr) {
-    std::string names;
-    for (const std::string& name : task.propertyNames()) names += (names.empty() ? "" : ", ") + name;
+    const std::string names = joined(task.propertyNames());
     throw Cannot(value.instance + " has no property " + value.property + (names.empty() ? ": it has none" : "; it has " + names));
   }
   if (!property->setText(value.value)) {
@@ -354,8 +359,7 @@ void Robot::State::start() {
 void Robot::State::release() {
   began = options.simulates_time ? Nanoseconds(0) : now() + before_start;
   if (options.length != never) {
-    for (PeriodicThread* thread : threads) thread->release_until(began + options.length);
-    for (const auto& it : other_threads) it->thread.release_until(began + options.length);
+    release_until(began + options.length);
     if (!options.simulates_time) supervisor->end_at(began + options.length);
   }
   for (std::size_t index = 0; index < threads.size(); ++index) {
@@ -367,7 +371,10 @@ void Robot::State::release() {
 }
 
 void Robot::State::end_releases() {
-  const Nanoseconds end = std::min(now(), options.length == never ? never : began + options.length);
+  release_until(std::min(now(), options.length == never ? never : began + options.length));
+}
+
+void Robot::State::release_until(Nanoseconds end) {
   for (PeriodicThread* thread : threads) thread->release_until(end);
   for (const auto& it : other_threads) it->thread.release_until(end);
 }

@@ -5,7 +5,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "rtt/Logger.hpp"
+#include "timeline.hpp"
 
 namespace mauve {
 namespace {
@@ -19,12 +19,6 @@ sigset_t signals() {
     if (sigaction(signal, nullptr, &present) == 0 && present.sa_handler != SIG_IGN) sigaddset(&set, signal);
   }
   return set;
-}
-
-Nanoseconds real_now() {
-  timespec time = {};
-  clock_gettime(CLOCK_MONOTONIC, &time);
-  return time.tv_sec * Nanoseconds(1000000000) + time.tv_nsec;
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 
 #include <pthread.h>
 #include <sched.h>
-#include <sys/mman.h>
 
 #include <algorithm>
 #include <cstring>
@@ -68,7 +67,6 @@ struct PeriodicThread::State {
   void run();
   void prepare();
   void execute_period(Nanoseconds release, Nanoseconds length);
-  Nanoseconds first_release() const { return first.load(std::memory_order_acquire); }
 
   Worker worker;
   Context context;
@@ -128,7 +126,7 @@ void PeriodicThread::State::run() {
     if (length == 0) {
       release = never;
     } else if (release == never) {
-      release = is_held ? first_release() : now() + length;
+      release = is_held ? first.load(std::memory_order_acquire) : now() + length;
     }
     const bool is_released = length > 0 && release < end.load(std::memory_order_acquire);
     open.store(is_released ? release : never, std::memory_order_relaxed);

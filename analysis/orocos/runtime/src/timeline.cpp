@@ -67,6 +67,8 @@ std::atomic<Timeline*> present{&real_time};
 
 }  // namespace
 
+Nanoseconds real_now() { return read(CLOCK_MONOTONIC); }
+
 Timeline& timeline() { return *present.load(std::memory_order_relaxed); }
 void set_timeline(Timeline& timeline) { present = &timeline; }
 

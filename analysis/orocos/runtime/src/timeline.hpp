@@ -51,6 +51,9 @@ class Timeline {
   virtual void started(Worker& worker) = 0;
 };
 
+// The computer's monotonic clock, whatever the timeline is.
+Nanoseconds real_now();
+
 Timeline& timeline();
 // Before any activity is started.
 void set_timeline(Timeline& timeline);
