@@ -1,0 +1,319 @@
+//! The probabilistic worst-case execution time of one codel or program, from its measured executions.
+
+use crate::bootstrap;
+use crate::checks::{Check, CheckKind, adjust, checks};
+use crate::convergence::{Convergence, convergence};
+use crate::distributions::chi_square;
+use crate::gev::{BlockMaxima, block_maxima};
+use crate::gpd::Gpd;
+use crate::hold_out::{HoldOut, hold_out};
+use crate::order::{Times, resolution};
+use crate::tail::{ACCEPTED, Tail, excesses};
+
+/// What an estimate is asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// The levels: probabilities that an execution takes longer, each in (0, 1).
+    pub levels: Vec<f64>,
+    /// The model of the tail.
+    pub model: TailModel,
+    /// The seed of all random numbers: the same seed gives the same estimate on each machine.
+    pub seed: u64,
+    /// How many samples the bootstrap of the fit draws; 0 for none.
+    pub bootstraps: u64,
+}
+
+/// The family of distributions that the tail is fitted with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TailModel {
+    /// Generalised Pareto with ξ ≥ 0: exponential, or heavier if the data say so.
+    GeneralisedPareto,
+    /// Exponential, whatever the data say: too low a bound if the tail is heavier.
+    Exponential,
+}
+
+/// An estimate, with everything that it rests on. Times are in nanoseconds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// How many executions were measured.
+    pub count: usize,
+    /// The least time.
+    pub least: u64,
+    /// The greatest time: the high-water mark.
+    pub greatest: u64,
+    /// The mean time.
+    pub mean: f64,
+    /// What all differences of times are multiples of.
+    pub resolution: u64,
+    /// How many distinct times there are.
+    pub distinct: usize,
+    /// The tail.
+    pub tail: Tail,
+    /// The probability of so bad a fit, by the bootstrap; `None` if no samples were drawn.
+    pub bootstrapped_p: Option<f64>,
+    /// The other way to estimate the tail, for comparison; `None` if there are too few blocks.
+    pub block_maxima: Option<BlockMaxima>,
+    /// The tests of the assumptions.
+    pub checks: Vec<Check>,
+    /// What the first half promises, counted in the second.
+    pub hold_out: Vec<HoldOut>,
+    /// The estimates from parts of the sample.
+    pub convergence: Vec<Convergence>,
+    /// The times of the levels, in the order of [`Options::levels`].
+    pub levels: Vec<LevelEstimate>,
+    /// The fitted tail with its confidence band, for a drawing.
+    pub curve: Vec<CurvePoint>,
+    /// What a reader must know before using the times.
+    pub warnings: Vec<Warning>,
+}
+
+/// The time of one level, in nanoseconds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LevelEstimate {
+    /// The probability that an execution takes longer.
+    pub level: f64,
+    /// The estimate: on perfect data, too low in half of all cases.
+    pub point: f64,
+    /// The 95 % upper confidence bound: the time for tables, rounded up to the resolution of the clock.
+    pub upper: f64,
+    /// Whether it is extrapolated from the tail, not counted in the sample.
+    pub is_extrapolated: bool,
+    /// The level times the number of executions: how many of them should exceed the time.
+    pub depth: f64,
+    /// The bound divided by the high-water mark.
+    pub ratio: f64,
+    /// The same estimate from block maxima, and its upper bound.
+    pub block_maxima: Option<(f64, f64)>,
+}
+
+/// A point of the fitted tail: times that an execution exceeds with a probability, in nanoseconds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CurvePoint {
+    /// The probability.
+    pub probability: f64,
+    /// The lower end of the 95 % confidence interval.
+    pub lower: f64,
+    /// The estimate.
+    pub point: f64,
+    /// The upper end.
+    pub upper: f64,
+}
+
+/// A reason to distrust an estimate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Warning {
+    /// Fewer executions than [`FEW_EXECUTIONS`].
+    Few {
+        /// How many there are.
+        count: usize,
+    },
+    /// A test rejects an assumption.
+    Rejected(Check),
+    /// No threshold gives a tail that fits.
+    PoorFit {
+        /// The probability of so bad a fit.
+        p: f64,
+    },
+    /// The clock is coarse beside the spread of the tail.
+    Coarse {
+        /// The resolution, in nanoseconds.
+        resolution: u64,
+        /// The scale of the tail, in nanoseconds.
+        scale: f64,
+    },
+    /// The last tenth of the sample moved the estimate above its earlier upper bound.
+    NotConverged {
+        /// The level.
+        level: f64,
+        /// The upper bound without the last tenth.
+        before: f64,
+        /// The estimate with it.
+        now: f64,
+    },
+    /// The tail was fitted with an exponential distribution, and the data suggest a heavier one.
+    ExponentialByChoice {
+        /// The shape of the free fit.
+        shape: f64,
+    },
+}
+
+/// Why there is no estimate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Refusal {
+    /// Fewer executions than [`LEAST_EXECUTIONS`].
+    TooFew {
+        /// How many there are.
+        count: usize,
+    },
+    /// All executions took the same time, in nanoseconds.
+    Constant {
+        /// That time.
+        time: u64,
+    },
+    /// There are too few distinct times for a distribution.
+    TooCoarse {
+        /// How many distinct times there are.
+        distinct: usize,
+        /// The resolution of the clock, in nanoseconds.
+        resolution: u64,
+    },
+    /// The tail is so heavy that it has no mean: ξ ≥ 1.
+    InfiniteMean {
+        /// ξ.
+        shape: f64,
+    },
+}
+
+/// An estimate needs at least as many executions: a quarter of them is the tail.
+pub const LEAST_EXECUTIONS: usize = 200;
+
+/// Fewer executions give a warning.
+pub const FEW_EXECUTIONS: usize = 500;
+
+/// An estimate needs at least as many distinct times.
+pub const LEAST_DISTINCT: usize = 20;
+
+/// Estimates the times that an execution exceeds with the probabilities of the levels.
+///
+/// `executions` are in nanoseconds, in the order in which they were measured.
+///
+/// # Errors
+///
+/// The executions do not support any estimate.
+pub fn estimate(executions: &[u64], options: &Options) -> Result<Estimate, Refusal> {
+    let count = executions.len();
+    if count < LEAST_EXECUTIONS {
+        return Err(Refusal::TooFew { count });
+    }
+    let resolution = resolution(executions);
+    let least = executions.iter().copied().min().unwrap_or_default();
+    let greatest = executions.iter().copied().max().unwrap_or_default();
+    if resolution == 0 {
+        return Err(Refusal::Constant { time: greatest });
+    }
+    let mut values = executions.to_vec();
+    values.sort_unstable();
+    values.dedup();
+    let distinct = values.len();
+    if distinct < LEAST_DISTINCT {
+        return Err(Refusal::TooCoarse { distinct, resolution });
+    }
+    let times = Times::new(executions, resolution, options.seed);
+    let Some(tail) = Tail::select(&times, options.model) else {
+        return Err(Refusal::TooCoarse { distinct, resolution });
+    };
+    if tail.model.shape >= 1.0 {
+        return Err(Refusal::InfiniteMean { shape: tail.model.shape });
+    }
+    let block_maxima = block_maxima(&times);
+    let mut greatest_bound = 0.0_f64;
+    let mut levels = vec![None; options.levels.len()];
+    // At a stricter level, a time is never shorter.
+    let mut order: Vec<usize> = (0..levels.len()).collect();
+    order.sort_by(|&a, &b| options.levels[b].total_cmp(&options.levels[a]));
+    for index in order {
+        let level = options.levels[index];
+        let depth = level * count as f64;
+        // A bound that fewer than one execution should exceed is not below one that was seen.
+        let seen = if depth < 1.0 { greatest as f64 } else { 0.0 };
+        let upper = tail.upper_bound(&times, level).max(seen) + resolution as f64;
+        greatest_bound = greatest_bound.max(upper);
+        levels[index] = Some(LevelEstimate {
+            level,
+            point: tail.exceeded_with(&times, level),
+            upper: greatest_bound,
+            is_extrapolated: tail.is_extrapolated(level),
+            depth,
+            ratio: greatest_bound / greatest as f64,
+            block_maxima: block_maxima.as_ref().map(|it| it.exceeded_with(level)),
+        });
+    }
+    let levels: Vec<LevelEstimate> = levels.into_iter().flatten().collect();
+    let strictest = options.levels.iter().copied().fold(1e-9, f64::min);
+    let curve = curve(&times, &tail, strictest);
+    let hold_out = hold_out(&times, options.model);
+    let checks = all_checks(&times, &tail, &hold_out);
+    let convergence = convergence(&times, &options.levels, options.model);
+    let bootstrapped_p = (options.bootstraps > 0).then(|| {
+        let drawn = bootstrap::null_distribution(tail.free, tail.excesses, options.bootstraps, options.seed);
+        bootstrap::p_value(tail.statistic, &drawn)
+    });
+    let mut estimate = Estimate {
+        count,
+        least,
+        greatest,
+        mean: executions.iter().map(|&time| time as f64).sum::<f64>() / count as f64,
+        resolution,
+        distinct,
+        tail,
+        bootstrapped_p,
+        block_maxima,
+        checks,
+        hold_out,
+        convergence,
+        levels,
+        curve,
+        warnings: Vec::new(),
+    };
+    estimate.warnings = warnings(&estimate, options.model);
+    Ok(estimate)
+}
+
+/// Returns the tail from its threshold to a probability, with four points for each power of ten.
+fn curve(times: &Times, tail: &Tail, strictest: f64) -> Vec<CurvePoint> {
+    let probabilities =
+        (0..).map(|step| 10_f64.powf(-f64::from(step) / 4.0)).take_while(|&it| it >= strictest * 0.99);
+    let point = |probability| {
+        let lower = tail.lower_bound(probability)?;
+        let (point, upper) = (tail.exceeded_with(times, probability), tail.upper_bound(times, probability));
+        Some(CurvePoint { probability, lower, point, upper })
+    };
+    probabilities.filter_map(point).collect()
+}
+
+/// The tests of the assumptions, adjusted for their number.
+fn all_checks(times: &Times, tail: &Tail, hold_out: &[HoldOut]) -> Vec<Check> {
+    let mut checks = checks(times);
+    let excesses = excesses(times, tail.excesses);
+    let exponential = Gpd { shape: 0.0, scale: excesses.iter().sum::<f64>() / excesses.len() as f64 };
+    let heavier = if tail.free.shape > 0.0 { tail.free } else { exponential };
+    let ratio = 2.0 * (heavier.log_likelihood(&excesses) - exponential.log_likelihood(&excesses));
+    // ξ = 0 is on the border of ξ ≥ 0: half of the ratios are 0 (Self and Liang 1987).
+    let p = if ratio <= 0.0 { 1.0 } else { chi_square(ratio, 1) / 2.0 };
+    checks.push(Check { kind: CheckKind::LightTail, statistic: ratio.max(0.0), p, adjusted: p });
+    // The worst of its levels, for as many levels.
+    if let Some(worst) = hold_out.iter().min_by(|a, b| a.p.total_cmp(&b.p)) {
+        let p = (worst.p * hold_out.len() as f64).min(1.0);
+        checks.push(Check { kind: CheckKind::HoldOut, statistic: worst.exceedances as f64, p, adjusted: p });
+    }
+    adjust(&mut checks);
+    checks
+}
+
+fn warnings(estimate: &Estimate, model: TailModel) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    let Estimate { count, tail, resolution, .. } = estimate;
+    if *count < FEW_EXECUTIONS {
+        warnings.push(Warning::Few { count: *count });
+    }
+    warnings
+        .extend(estimate.checks.iter().filter(|check| check.is_rejected()).copied().map(Warning::Rejected));
+    if tail.p < ACCEPTED {
+        warnings.push(Warning::PoorFit { p: estimate.bootstrapped_p.unwrap_or(tail.p) });
+    }
+    if *resolution as f64 > tail.model.scale / 4.0 {
+        warnings.push(Warning::Coarse { resolution: *resolution, scale: tail.model.scale });
+    }
+    if let Some(before) = estimate.convergence.last().filter(|last| last.count * 10 >= count * 8) {
+        let moved = estimate.levels.iter().zip(&before.levels).find(|(now, (_, upper))| now.point > *upper);
+        warnings.extend(moved.map(|(now, &(_, before))| Warning::NotConverged {
+            level: now.level,
+            before,
+            now: now.point,
+        }));
+    }
+    if model == TailModel::Exponential && tail.free.shape > 0.0 {
+        warnings.push(Warning::ExponentialByChoice { shape: tail.free.shape });
+    }
+    warnings
+}

@@ -1,0 +1,63 @@
+//! Times in their two orders: as they were recorded, and ascending; with ties broken at random.
+
+use crate::random::{generator, uniform};
+
+/// Execution times as the statistics use them.
+#[derive(Debug, Clone)]
+pub(crate) struct Times {
+    /// In the order of recording. Where the clock is coarse, a random part of its resolution is added to each: tests and fits are
+    /// for values without ties.
+    pub(crate) recorded: Vec<f64>,
+    /// The same, ascending.
+    pub(crate) ascending: Vec<f64>,
+}
+
+impl Times {
+    pub(crate) fn new(executions: &[u64], resolution: u64, seed: u64) -> Times {
+        let mut random = generator(seed, u64::MAX);
+        let mut smooth = |&time: &u64| time as f64 + (uniform(&mut random) - 0.5) * resolution as f64;
+        Times::of(executions.iter().map(&mut smooth).collect())
+    }
+
+    pub(crate) fn of(recorded: Vec<f64>) -> Times {
+        let mut ascending = recorded.clone();
+        ascending.sort_unstable_by(f64::total_cmp);
+        Times { recorded, ascending }
+    }
+
+    /// The first `count` of them.
+    pub(crate) fn first(&self, count: usize) -> Times {
+        Times::of(self.recorded[..count].to_vec())
+    }
+
+    pub(crate) fn count(&self) -> usize {
+        self.recorded.len()
+    }
+}
+
+/// Returns the resolution of the clock: the greatest number that all differences of times are multiples of; 0 if all are equal.
+pub(crate) fn resolution(executions: &[u64]) -> u64 {
+    let first = executions.first().copied().unwrap_or_default();
+    executions.iter().fold(0, |divisor, &time| greatest_common_divisor(divisor, time.abs_diff(first)))
+}
+
+fn greatest_common_divisor(mut a: u64, mut b: u64) -> u64 {
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    a
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_coarse_clock_has_a_resolution() {
+        assert_eq!(resolution(&[12_000, 8_000, 14_000]), 2_000);
+        assert_eq!(resolution(&[7, 8]), 1);
+        assert_eq!(resolution(&[5, 5, 5]), 0);
+        assert_eq!(resolution(&[]), 0);
+        assert_eq!(resolution(&[0, u64::MAX]), u64::MAX);
+    }
+}
