@@ -29,6 +29,7 @@ pub mod reasons;
 mod render;
 
 pub use configuration::time_error as time_error_message;
+pub use execution_times::{check_assumption, check_name, measurement_refusal, measurement_warning};
 pub use proof::{is_lowered, is_missing_proof, missing_proof};
 pub use render::render;
 pub use syntax_error::{message as syntax_error_message, tree_of};
@@ -351,6 +352,7 @@ codes! {
 mod allow;
 mod cause;
 mod configuration;
+mod execution_times;
 mod findings;
 mod follow_up;
 mod mechanical;

@@ -1,8 +1,7 @@
 //! Convergence: how the estimates change as the sample grows.
 
-use crate::estimate::TailModel;
 use crate::order::Times;
-use crate::tail::Tail;
+use crate::tail::{Tail, TailModel};
 
 /// The estimates from the first executions.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,5 +22,5 @@ pub(crate) fn convergence(times: &Times, levels: &[f64], model: TailModel) -> Ve
             levels.iter().map(|&level| (tail.exceeded_with(&first, level), tail.upper_bound(&first, level)));
         Some(Convergence { count, levels: levels.collect() })
     };
-    counts.filter(|&count| count >= crate::estimate::LEAST_EXECUTIONS).filter_map(at).collect()
+    counts.filter(|&count| count >= crate::tail::LEAST_EXECUTIONS).filter_map(at).collect()
 }

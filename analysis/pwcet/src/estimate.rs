@@ -8,7 +8,7 @@ use crate::gev::{BlockMaxima, block_maxima};
 use crate::gpd::Gpd;
 use crate::hold_out::{HoldOut, hold_out};
 use crate::order::{Times, resolution};
-use crate::tail::{ACCEPTED, Tail, excesses};
+use crate::tail::{ACCEPTED, LEAST_EXECUTIONS, Tail, TailModel, excesses};
 
 /// What an estimate is asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,15 +21,6 @@ pub struct Options {
     pub seed: u64,
     /// How many samples the bootstrap of the fit draws; 0 for none.
     pub bootstraps: u64,
-}
-
-/// The family of distributions that the tail is fitted with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TailModel {
-    /// Generalised Pareto with ξ ≥ 0: exponential, or heavier if the data say so.
-    GeneralisedPareto,
-    /// Exponential, whatever the data say: too low a bound if the tail is heavier.
-    Exponential,
 }
 
 /// An estimate, with everything that it rests on. Times are in nanoseconds.
@@ -164,14 +155,27 @@ pub enum Refusal {
     },
 }
 
-/// An estimate needs at least as many executions: a quarter of them is the tail.
-pub const LEAST_EXECUTIONS: usize = 200;
-
 /// Fewer executions give a warning.
 pub const FEW_EXECUTIONS: usize = 500;
 
 /// An estimate needs at least as many distinct times.
 pub const LEAST_DISTINCT: usize = 20;
+
+/// Returns a time in nanoseconds with at most four significant digits, rounded up; 0 for less than that.
+///
+/// ```
+/// assert_eq!(mauve_pwcet::rounded_up(8_123_456.7), 8_124_000);
+/// assert_eq!(mauve_pwcet::rounded_up(12.3), 13);
+/// ```
+pub fn rounded_up(nanoseconds: f64) -> u64 {
+    // A cast saturates; a value that is no number becomes 0.
+    let whole = nanoseconds.ceil() as u64;
+    let mut step = 1_u64;
+    while whole / step >= 10_000 {
+        step *= 10;
+    }
+    whole.div_ceil(step).saturating_mul(step)
+}
 
 /// Estimates the times that an execution exceeds with the probabilities of the levels.
 ///

@@ -6,9 +6,9 @@
 use std::cell::Cell;
 
 use crate::gpd::falling_root;
+use crate::likelihood_region::CHI_SQUARE;
 use crate::order::Times;
 use crate::simplex::least;
-use crate::tail::CHI_SQUARE;
 
 /// A generalised extreme value distribution.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,9 +1,8 @@
 //! The hold-out: what the first half of a recording promises is counted in the second half.
 
 use crate::distributions::binomial_at_least;
-use crate::estimate::TailModel;
 use crate::order::Times;
-use crate::tail::Tail;
+use crate::tail::{Tail, TailModel};
 
 /// The bound of one level, from the first half, and how often the second half exceeds it.
 #[derive(Debug, Clone, Copy, PartialEq)]

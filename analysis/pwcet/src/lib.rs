@@ -49,10 +49,10 @@ mod tail;
 pub use checks::{Check, CheckKind};
 pub use convergence::Convergence;
 pub use estimate::{
-    CurvePoint, Estimate, FEW_EXECUTIONS, LEAST_DISTINCT, LEAST_EXECUTIONS, LevelEstimate, Options, Refusal,
-    TailModel, Warning, estimate,
+    CurvePoint, Estimate, FEW_EXECUTIONS, LEAST_DISTINCT, LevelEstimate, Options, Refusal, Warning, estimate,
+    rounded_up,
 };
 pub use gev::{BlockMaxima, Gev};
 pub use gpd::Gpd;
 pub use hold_out::HoldOut;
-pub use tail::{LEAST_EXCESSES, Tail};
+pub use tail::{LEAST_EXCESSES, LEAST_EXECUTIONS, Tail, TailModel};

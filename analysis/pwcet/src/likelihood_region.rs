@@ -13,6 +13,13 @@ pub(crate) struct LikelihoodRegion {
     edges: Vec<(f64, [f64; 2])>,
 }
 
+/// The confidence bound of a quantile is the upper end of its 95 % likelihood interval: 2 (l_max − l) ≤ the 95 % quantile of χ²
+/// with one degree of freedom.
+///
+/// The theory promises 97.5 % for one side of it. In simulations, 50 to 2000 excesses of heavy tails (ξ from 0.1 to 0.3) gave
+/// 95 to 96 %, and light tails more (`tests/coverage.rs`); the quantile for one side, 2.71, gave 90 to 93 %.
+pub(crate) const CHI_SQUARE: f64 = 3.841_458_820_694_124;
+
 /// The number of shapes, most of them near the ends of the region, where its scales close in on one.
 const SHAPES: usize = 24;
 

@@ -3,10 +3,18 @@
 use statrs::function::beta::beta_reg;
 
 use crate::anderson_darling;
-use crate::estimate::TailModel;
 use crate::gpd::Gpd;
-use crate::likelihood_region::LikelihoodRegion;
+use crate::likelihood_region::{CHI_SQUARE, LikelihoodRegion};
 use crate::order::Times;
+
+/// The family of distributions that the tail is fitted with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TailModel {
+    /// Generalised Pareto with ξ ≥ 0: exponential, or heavier if the data say so.
+    GeneralisedPareto,
+    /// Exponential, whatever the data say: too low a bound if the tail is heavier.
+    Exponential,
+}
 
 /// The tail of execution times, in nanoseconds.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,12 +42,8 @@ pub struct Tail {
 /// A fit needs as many excesses.
 pub const LEAST_EXCESSES: usize = 50;
 
-/// The confidence bound of a quantile is the upper end of its 95 % likelihood interval: 2 (l_max − l) ≤ the 95 % quantile of χ²
-/// with one degree of freedom.
-///
-/// The theory promises 97.5 % for one side of it. In simulations, 50 to 2000 excesses of heavy tails (ξ from 0.1 to 0.3) gave
-/// 95 to 96 %, and light tails more (`tests/coverage.rs`); the quantile for one side, 2.71, gave 90 to 93 %.
-pub(crate) const CHI_SQUARE: f64 = 3.841_458_820_694_124;
+/// An estimate needs at least as many executions: a quarter of them is the tail.
+pub const LEAST_EXECUTIONS: usize = 200;
 
 /// The confidence of quantiles that are counted, not extrapolated: as that of the fit.
 const CONFIDENCE: f64 = 0.975;

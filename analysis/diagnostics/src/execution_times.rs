@@ -1,0 +1,119 @@
+//! Measured execution times in words: what a test assumes, why an estimate has a warning, and why there is none.
+
+use mauve_pwcet::{
+    Check, CheckKind, FEW_EXECUTIONS, LEAST_DISTINCT, LEAST_EXECUTIONS, Refusal, Warning, rounded_up,
+};
+use mauve_timing::Time;
+
+/// Returns the name of a test.
+///
+/// ```
+/// use mauve_pwcet::CheckKind;
+/// assert_eq!(mauve_diagnostics::check_name(CheckKind::LjungBox { lags: 20 }), "Ljung–Box, 20 lags");
+/// ```
+pub fn check_name(kind: CheckKind) -> String {
+    match kind {
+        CheckKind::LjungBox { lags } => format!("Ljung–Box, {lags} lags"),
+        CheckKind::Runs => "runs about the median".to_owned(),
+        CheckKind::Halves => "Kolmogorov–Smirnov, two halves".to_owned(),
+        CheckKind::Kpss { lags } => format!("KPSS, {lags} lags"),
+        CheckKind::LightTail => "likelihood ratio of the tail".to_owned(),
+        CheckKind::HoldOut => "hold-out".to_owned(),
+    }
+}
+
+/// Returns what a test assumes, and may reject.
+pub fn check_assumption(kind: CheckKind) -> &'static str {
+    match kind {
+        CheckKind::LjungBox { .. } => "executions do not depend on earlier ones",
+        CheckKind::Runs => "fast and slow executions alternate at random",
+        CheckKind::Halves => "both halves of the measurement have one distribution",
+        CheckKind::Kpss { .. } => "the mean does not change",
+        CheckKind::LightTail => "the tail is not heavier than exponential",
+        CheckKind::HoldOut => "the bounds of the first half hold in the second half",
+    }
+}
+
+/// Returns why an estimate must not be trusted without a look, and what to do.
+///
+/// ```
+/// use mauve_pwcet::Warning;
+/// let text = mauve_diagnostics::measurement_warning(&Warning::Few { count: 300 });
+/// assert_eq!(text, "only 300 executions: measure at least 500");
+/// ```
+pub fn measurement_warning(warning: &Warning) -> String {
+    match *warning {
+        Warning::Few { count } => {
+            format!("only {count} executions: measure at least {FEW_EXECUTIONS}")
+        }
+        Warning::Rejected(check) => rejected(&check),
+        Warning::PoorFit { p } => format!(
+            "no threshold gives a tail that fits (Anderson–Darling, p = {p:.2}): the codel may have several modes, or outliers; look at the plots"
+        ),
+        Warning::Coarse { resolution, scale } => format!(
+            "the clock is coarse: {} beside a tail of {}; the resolution is added to each time",
+            time(resolution as f64),
+            time(scale)
+        ),
+        Warning::NotConverged { level, before, now } => format!(
+            "not converged: the last executions raised the estimate at {level:e} to {}, above the bound of {} before them; measure more",
+            time(now),
+            time(before)
+        ),
+        Warning::ExponentialByChoice { shape } => format!(
+            "the exponential tail was chosen, but the data suggest a heavier one (ξ = {shape:.2}): the times may be too short"
+        ),
+    }
+}
+
+fn rejected(check: &Check) -> String {
+    let p =
+        if check.adjusted < 0.001 { "p < 0.001".to_owned() } else { format!("p = {:.3}", check.adjusted) };
+    let test = check_name(check.kind);
+    match check.kind {
+        CheckKind::LjungBox { .. } | CheckKind::Runs => format!(
+            "executions depend on earlier ones ({test}: {p}): the confidence is less than 95 %; measure longer, with varied inputs"
+        ),
+        CheckKind::Halves | CheckKind::Kpss { .. } => format!(
+            "execution times change during the measurement ({test}: {p}): measure under the conditions of the mission, without start-up"
+        ),
+        CheckKind::LightTail => format!(
+            "the tail is heavier than exponential ({test}: {p}): strict levels cost much; look for outliers and rare modes"
+        ),
+        CheckKind::HoldOut => format!(
+            "the second half exceeds the bounds of the first more often than the levels promise ({test}: {p}): the times are too short; measure longer, with varied inputs"
+        ),
+    }
+}
+
+/// Returns why executions give no estimate, and what to do.
+///
+/// ```
+/// use mauve_pwcet::Refusal;
+/// let text = mauve_diagnostics::measurement_refusal(&Refusal::TooFew { count: 3 });
+/// assert_eq!(text, "3 executions are too few for a tail: measure at least 200, better 5000");
+/// ```
+pub fn measurement_refusal(refusal: &Refusal) -> String {
+    match *refusal {
+        Refusal::TooFew { count } => format!(
+            "{} too few for a tail: measure at least {LEAST_EXECUTIONS}, better 5000",
+            if count == 1 { "1 execution is".to_owned() } else { format!("{count} executions are") }
+        ),
+        Refusal::Constant { time: constant } => format!(
+            "all executions took exactly {}: a real clock gives different times; write the time by hand if it is the worst case",
+            time(constant as f64)
+        ),
+        Refusal::TooCoarse { distinct, resolution } => format!(
+            "only {distinct} distinct times, since the clock counts steps of {}: a tail needs at least {LEAST_DISTINCT}; measure with a finer clock",
+            time(resolution as f64)
+        ),
+        Refusal::InfiniteMean { shape } => format!(
+            "the tail has no mean (ξ = {shape:.2}): no time holds; look for outliers, several modes, or an interrupted measurement"
+        ),
+    }
+}
+
+/// Nanoseconds with four digits, rounded up.
+fn time(nanoseconds: f64) -> Time {
+    Time::from_nanos(rounded_up(nanoseconds))
+}
