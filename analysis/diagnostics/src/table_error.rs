@@ -42,6 +42,16 @@ pub fn table_error_message(kind: &TableErrorKind) -> String {
         TableErrorKind::UnknownOverhead(name) => {
             format!("unknown overhead `{name}`: expected {}", names_of(&table_keys::OVERHEAD))
         }
+        TableErrorKind::UnknownMeasured(name) => {
+            format!("unknown key `{name}` of a measurement: expected {}", names_of(&table_keys::MEASURED))
+        }
+        TableErrorKind::MissingMeasured(name) => {
+            format!("this measurement has no `{name}`: measure again with `mauve pwcet`, or remove it")
+        }
+        TableErrorKind::MeasuredOfKind { key, found } => {
+            let found = kind_name(*found);
+            format!("`{key}` of a measurement is {found}: measure again with `mauve pwcet`, or remove it")
+        }
         TableErrorKind::FallingOverhead => {
             format!("the overhead is shorter at a stricter level: {NOT_SHORTER}")
         }
@@ -88,6 +98,7 @@ pub(crate) fn correction(kind: &TableErrorKind) -> Option<String> {
     match kind {
         TableErrorKind::UnknownKey(name) => similar_key(name, &table_keys::KEYS),
         TableErrorKind::UnknownOverhead(name) => similar_key(name, &table_keys::OVERHEAD),
+        TableErrorKind::UnknownMeasured(name) => similar_key(name, &table_keys::MEASURED),
         TableErrorKind::UnknownUnit(name) => {
             let unit = match name.trim_end_matches(['.', 's']) {
                 "msec" | "millisec" | "millisecond" | "m" | "M" | "MS" | "Ms" => "ms",

@@ -62,6 +62,21 @@ fn the_schema_of_tables_has_every_key() {
                 let keys = table_keys::OVERHEAD.iter();
                 closed(3, keys.map(|it| property(4, it.name, it.documentation, &times)).collect())
             }
+            table_keys::Kind::Measured(example) => {
+                let value = |it: &table_keys::Key| match it.kind {
+                    table_keys::Kind::Value(kind) => {
+                        property(5, it.name, it.documentation, &[format!("\"type\": {kind}")])
+                    }
+                    _ => panic!("{} is a value", it.name),
+                };
+                let keys = closed(4, table_keys::MEASURED.iter().map(value).collect());
+                vec![
+                    r#""type": "object""#.to_owned(),
+                    object(3, "additionalProperties", &keys),
+                    format!("\"examples\": [{example}]"),
+                ]
+            }
+            table_keys::Kind::Value(kind) => vec![format!("\"type\": {kind}")],
             table_keys::Kind::Times(_) => times.to_vec(),
         };
         property(2, it.name, it.documentation, &members)

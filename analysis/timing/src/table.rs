@@ -2,6 +2,8 @@
 
 pub(crate) mod error;
 pub mod keys;
+pub(crate) mod measured;
+pub(crate) mod update;
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -15,6 +17,7 @@ use toml_parser::parser::{EventKind, RecursionGuard, parse_document};
 
 use self::error::{TableError, TableErrorKind, TomlKind};
 use self::keys::{KEYS, Kind, OVERHEAD, kind_of};
+use self::measured::Measured;
 use crate::{Rounding, Time, TimeError, Unit};
 
 /// A timing table, as it was read, and what is wrong with it.
@@ -60,6 +63,8 @@ pub struct Table {
     pub overhead: Overhead,
     /// The bytes of the first key in it.
     pub overhead_span: Range<usize>,
+    /// `[measured]`, in the order of the keys.
+    pub measured: Vec<Measured>,
     /// What is wrong, in the order of the text.
     pub errors: Vec<TableError>,
     /// The table is unusable as a whole: text that is not understood may contain a time that would raise a bound.
@@ -276,7 +281,12 @@ impl Reader {
                     *field(&mut self.table) = entries;
                 }
                 (Some(Kind::Overhead), DeValue::Table(section)) => self.overhead(section),
-                (Some(Kind::Entries(..) | Kind::Overhead), other) => {
+                (Some(Kind::Measured(_)), DeValue::Table(section)) => {
+                    // No time of a record is in a bound.
+                    self.loses_all = false;
+                    self.measured(None, section);
+                }
+                (Some(Kind::Entries(..) | Kind::Overhead | Kind::Measured(_)), other) => {
                     let (name, found) = (key.get_ref().to_string(), TomlKind::of(other));
                     self.error(value.span(), TableErrorKind::NotASection { name, found });
                 }

@@ -105,11 +105,22 @@ impl Time {
     /// The number of milliseconds, as short as is exact, without the unit: `83`, `0.25`, `0.000001`. A field or a table takes
     /// it so.
     pub fn number(self) -> String {
-        let (whole, rest) = (self.0 / 1_000_000, self.0 % 1_000_000);
+        self.number_in(Unit::Milliseconds)
+    }
+
+    /// The number of `unit`s, as short as is exact.
+    ///
+    /// ```
+    /// use mauve_timing::{Time, Unit};
+    /// assert_eq!(Time::from_nanos(1_250).number_in(Unit::Microseconds), "1.25");
+    /// ```
+    pub fn number_in(self, unit: Unit) -> String {
+        let (whole, rest) = (self.0 / unit.nanos(), self.0 % unit.nanos());
         if rest == 0 {
             return whole.to_string();
         }
-        let digits = format!("{rest:06}");
+        let places = unit.decimals() as usize;
+        let digits = format!("{rest:0places$}");
         format!("{whole}.{}", digits.trim_end_matches('0'))
     }
 }

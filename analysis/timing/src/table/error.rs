@@ -39,6 +39,12 @@ pub enum TableErrorKind {
     NotALevel,
     /// A key of `[overhead]` has an unknown name.
     UnknownOverhead(String),
+    /// A record of `[measured]` has a key with an unknown name.
+    UnknownMeasured(String),
+    /// A record of `[measured]` lacks this key.
+    MissingMeasured(&'static str),
+    /// This record of `[measured]`, or its value of this key, has a value of another kind.
+    MeasuredOfKind { key: String, found: TomlKind },
     /// The overhead falls from a level to a rarer one.
     FallingOverhead,
     /// The time of an entry falls from a level to a rarer one; with the two times.

@@ -21,13 +21,17 @@ pub enum Kind {
     Entries(fn(&mut Table) -> &mut Vec<Entry>, &'static str),
     /// The section with the keys of [`OVERHEAD`].
     Overhead,
+    /// The section with records of the keys of [`MEASURED`], and an example in JSON.
+    Measured(&'static str),
+    /// A value of a record, as a type of the schema.
+    Value(&'static str),
     /// A time, or one for each level, and the field that has it.
     Times(fn(&mut Overhead) -> &mut Times),
 }
 
 /// The keys before the first section and the sections, in the order of messages and completion.
 #[rustfmt::skip] // rustfmt would give each field a line of its own.
-pub static KEYS: [Key; 6] = [
+pub static KEYS: [Key; 7] = [
     Key { name: "unit", kind: Kind::Unit, summary: "", documentation: "The unit of all times in this table." },
     Key { name: "levels", kind: Kind::Levels, summary: "",
         documentation: "The significance levels of the columns of the arrays below: the probability that one execution takes \
@@ -46,6 +50,25 @@ pub static KEYS: [Key; 6] = [
         documentation: "Whole components, for the classic method, if they take longer than their programs." },
     Key { name: "overhead", summary: "the overhead of each job", kind: Kind::Overhead,
         documentation: "The overhead of each period of each activity: dispatch + 2 × context_switch." },
+    Key { name: "measured", summary: "where measured times come from",
+        kind: Kind::Measured(r#"{ "navigation.astar": { "executions": 20000, "greatest": 281.5, "times": [290, 297, 310] } }"#),
+        documentation: "Where measured times come from. `mauve pwcet` writes this section; it changes no response time." },
+];
+
+/// The keys of a record of `[measured]`.
+#[rustfmt::skip] // rustfmt would give each field a line of its own.
+pub static MEASURED: [Key; 9] = [
+    Key { name: "executions", kind: Kind::Value(r#""integer""#), summary: "", documentation: "How many executions were measured." },
+    Key { name: "greatest", kind: Kind::Value(r#""number""#), summary: "", documentation: "The greatest of them, the high-water mark, in `unit`." },
+    Key { name: "times", kind: Kind::Value(r#""array""#), summary: "",
+        documentation: "The measured bounds, one for each level, in `unit`. If the entry has other times, somebody edited it." },
+    Key { name: "method", kind: Kind::Value(r#""string""#), summary: "", documentation: "The method of the estimate." },
+    Key { name: "date", kind: Kind::Value(r#""string""#), summary: "", documentation: "When the times were estimated." },
+    Key { name: "samples", kind: Kind::Value(r#""string""#), summary: "", documentation: "The digest of the executions." },
+    Key { name: "files", kind: Kind::Value(r#""array""#), summary: "", documentation: "The sample files, relative to this table." },
+    Key { name: "source", kind: Kind::Value(r#""string""#), summary: "",
+        documentation: "The digest of the source of the codel: if it changes, the times are outdated." },
+    Key { name: "warnings", kind: Kind::Value(r#""array""#), summary: "", documentation: "Why the times need a look, in words." },
 ];
 
 /// The keys of `[overhead]`.
@@ -59,7 +82,7 @@ pub static OVERHEAD: [Key; 2] = [
 impl Key {
     /// Whether it is a section.
     pub fn is_section(&self) -> bool {
-        matches!(self.kind, Kind::Entries(..) | Kind::Overhead)
+        matches!(self.kind, Kind::Entries(..) | Kind::Overhead | Kind::Measured(_))
     }
 }
 
@@ -75,7 +98,7 @@ mod tests {
     #[test]
     fn sections() {
         let sections: Vec<&str> = KEYS.iter().filter(|key| key.is_section()).map(|key| key.name).collect();
-        assert_eq!(sections, ["codel", "program", "component", "overhead"]);
+        assert_eq!(sections, ["codel", "program", "component", "overhead", "measured"]);
         assert!(!OVERHEAD.iter().any(Key::is_section));
     }
 }

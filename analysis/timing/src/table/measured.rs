@@ -1,0 +1,224 @@
+//! `[measured]`: where the times of a table come from. `mauve pwcet` writes it; it changes no response time.
+
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::error::{TableErrorKind, TomlKind};
+use super::keys::{MEASURED, kind_of};
+use super::{Reader, Times};
+use crate::Time;
+
+/// The record of one measured entry: `[measured."nav.astar"]`.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub struct Measured {
+    /// The key of the entry.
+    pub key: String,
+    /// The bytes of its first key.
+    pub span: Range<usize>,
+    /// How many executions were measured.
+    pub executions: u64,
+    /// The greatest of them, the high-water mark.
+    pub greatest: Time,
+    /// The measured bounds, one for each level. If the entry has other times, somebody edited it.
+    pub times: Times,
+    /// The method of the estimate.
+    pub method: String,
+    /// When, as a date in ISO 8601.
+    pub date: String,
+    /// The digest of the executions.
+    pub samples: String,
+    /// The sample files, relative to the table.
+    pub files: Vec<String>,
+    /// The digest of the codel's source; `None` if it was not found.
+    pub source: Option<String>,
+    /// What is wrong with the measurement, in words.
+    pub warnings: Vec<String>,
+}
+
+impl Reader {
+    /// Reads the section. A record is a table with a value that is no table; other tables are parts of keys.
+    pub(super) fn measured(&mut self, prefix: Option<&str>, section: &DeTable) {
+        for (key, value) in section.iter() {
+            let name = key.get_ref();
+            let whole = prefix.map_or_else(|| name.to_string(), |prefix| format!("{prefix}.{name}"));
+            match value.get_ref() {
+                DeValue::Table(table)
+                    if table.iter().all(|(_, it)| matches!(it.get_ref(), DeValue::Table(_))) =>
+                {
+                    self.measured(Some(&whole), table);
+                }
+                DeValue::Table(table) => {
+                    if let Some(record) = self.record(whole, key.span(), table) {
+                        self.table.measured.push(record);
+                    }
+                }
+                other => {
+                    let found = TomlKind::of(other);
+                    self.error(value.span(), TableErrorKind::MeasuredOfKind { key: whole, found });
+                }
+            }
+        }
+    }
+
+    fn record(&mut self, key: String, span: Range<usize>, table: &DeTable) -> Option<Measured> {
+        for (name, _) in table.iter() {
+            if kind_of(name.get_ref(), &MEASURED).is_none() {
+                self.error(name.span(), TableErrorKind::UnknownMeasured(name.get_ref().to_string()));
+            }
+        }
+        let errors = self.table.errors.len();
+        let mut fields = Fields { reader: self, table, record: span.clone() };
+        let record = Measured {
+            executions: fields.count("executions"),
+            greatest: fields.one_time("greatest"),
+            times: fields.times("times"),
+            method: fields.text("method"),
+            date: fields.date("date"),
+            samples: fields.text("samples"),
+            files: fields.texts("files"),
+            source: table.contains_key("source").then(|| fields.text("source")),
+            warnings: if table.contains_key("warnings") { fields.texts("warnings") } else { Vec::new() },
+            key,
+            span,
+        };
+        (self.table.errors.len() == errors).then_some(record)
+    }
+}
+
+/// The fields of one record: a missing one, or one of another kind, is an error, and gets a default value.
+struct Fields<'a, 'text> {
+    reader: &'a mut Reader,
+    table: &'a DeTable<'text>,
+    record: Range<usize>,
+}
+
+impl<'a, 'text> Fields<'a, 'text> {
+    fn get(&mut self, name: &'static str) -> Option<&'a Spanned<DeValue<'text>>> {
+        let found = self.table.get(name);
+        if found.is_none() {
+            self.reader.error(self.record.clone(), TableErrorKind::MissingMeasured(name));
+        }
+        found
+    }
+
+    fn other_kind(&mut self, key: &str, value: &Spanned<DeValue<'text>>) {
+        let (key, found) = (key.to_owned(), TomlKind::of(value.get_ref()));
+        self.reader.error(value.span(), TableErrorKind::MeasuredOfKind { key, found });
+    }
+
+    fn count(&mut self, name: &'static str) -> u64 {
+        let Some(value) = self.get(name) else { return 0 };
+        let count = match value.get_ref() {
+            DeValue::Integer(integer) => u64::from_str_radix(integer.as_str(), integer.radix()).ok(),
+            _ => None,
+        };
+        count.unwrap_or_else(|| {
+            self.other_kind(name, value);
+            0
+        })
+    }
+
+    fn one_time(&mut self, name: &'static str) -> Time {
+        let value = self.get(name);
+        value.and_then(|value| self.reader.one_time(value)).unwrap_or(Time::ZERO)
+    }
+
+    fn times(&mut self, name: &'static str) -> Times {
+        let value = self.get(name);
+        value.and_then(|value| self.reader.times(value)).unwrap_or_default()
+    }
+
+    fn text(&mut self, name: &'static str) -> String {
+        let Some(value) = self.get(name) else { return String::new() };
+        if let DeValue::String(text) = value.get_ref() {
+            return text.to_string();
+        }
+        self.other_kind(name, value);
+        String::new()
+    }
+
+    fn date(&mut self, name: &'static str) -> String {
+        let Some(value) = self.get(name) else { return String::new() };
+        if let DeValue::Datetime(date) = value.get_ref() {
+            return date.to_string();
+        }
+        self.other_kind(name, value);
+        String::new()
+    }
+
+    fn texts(&mut self, name: &'static str) -> Vec<String> {
+        let Some(value) = self.get(name) else { return Vec::new() };
+        let DeValue::Array(array) = value.get_ref() else {
+            self.other_kind(name, value);
+            return Vec::new();
+        };
+        let mut texts = Vec::with_capacity(array.len());
+        for item in array.iter() {
+            match item.get_ref() {
+                DeValue::String(text) => texts.push(text.to_string()),
+                _ => self.other_kind(name, item),
+            }
+        }
+        texts
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Table, TableErrorKind, Time, Times};
+
+    const RECORD: &str = r#"
+levels = [1e-3, 1e-4]
+[codel]
+"nav.astar" = [290, 297]
+[measured."nav.astar"]
+executions = 20_000
+greatest = 281.5
+times = [290, 297]
+method = "generalised Pareto"
+date = 2026-11-23
+samples = "0123"
+files = ["run.samples"]
+warnings = ["only 300 executions"]
+"#;
+
+    #[test]
+    fn a_record() {
+        let table = Table::parse(RECORD);
+        assert!(table.errors.is_empty(), "{:?}", table.errors);
+        let record = &table.measured[0];
+        assert_eq!((record.key.as_str(), record.executions), ("nav.astar", 20_000));
+        assert_eq!(record.greatest, Time::from_nanos(281_500_000));
+        assert_eq!(
+            record.times,
+            Times::PerLevel([290, 297].map(|it| Time::from_nanos(it * 1_000_000)).into())
+        );
+        assert_eq!((record.date.as_str(), record.source.as_ref()), ("2026-11-23", None));
+        assert_eq!(record.warnings, ["only 300 executions"]);
+        // Without quotes, the key has the same parts.
+        assert_eq!(
+            Table::parse(&RECORD.replace("measured.\"nav.astar\"", "measured.nav.astar")).measured[0].key,
+            "nav.astar"
+        );
+    }
+
+    #[test]
+    fn errors_in_a_record_lose_no_times() {
+        for (from, to) in [
+            ("date = 2026-11-23", ""),
+            ("date = 2026-11-23", "date = \"today\""),
+            ("executions = 20_000", "executions = -1"),
+            ("files = [\"run.samples\"]", "files = [1]"),
+            ("times = [290, 297]", "times = [290]"),
+            ("warnings", "warning"),
+        ] {
+            let table = Table::parse(&RECORD.replace(from, to));
+            assert_eq!(table.errors.len(), 1, "{to}: {:?}", table.errors);
+            assert!(!table.lost && table.codels[0].value.is_some(), "{to}");
+        }
+        let table = Table::parse("[measured]\na = 1");
+        assert!(matches!(table.errors[0].kind, TableErrorKind::MeasuredOfKind { .. }));
+    }
+}
