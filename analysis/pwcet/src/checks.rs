@@ -71,7 +71,7 @@ pub(crate) fn adjust(checks: &mut [Check]) {
 }
 
 /// Q = n (n + 2) Σ ρₖ²/(n − k), which has about the distribution of χ².
-fn ljung_box(values: &[f64], lags: usize) -> (f64, f64) {
+pub(crate) fn ljung_box(values: &[f64], lags: usize) -> (f64, f64) {
     let count = values.len() as f64;
     let mean = values.iter().sum::<f64>() / count;
     let variance: f64 = values.iter().map(|x| (x - mean).powi(2)).sum();
@@ -85,7 +85,7 @@ fn ljung_box(values: &[f64], lags: usize) -> (f64, f64) {
 }
 
 /// The number of runs above and below the median (Wald and Wolfowitz), as a normal variable.
-fn runs(times: &Times) -> (f64, f64) {
+pub(crate) fn runs(times: &Times) -> (f64, f64) {
     let count = times.count();
     let median = f64::midpoint(times.ascending[(count - 1) / 2], times.ascending[count / 2]);
     let sides: Vec<bool> = times.recorded.iter().filter(|&&x| x != median).map(|&x| x > median).collect();
@@ -100,7 +100,7 @@ fn runs(times: &Times) -> (f64, f64) {
 }
 
 /// D, the greatest difference of the distributions of the halves; its p-value is that of the limit.
-fn halves(values: &[f64]) -> (f64, f64) {
+pub(crate) fn halves(values: &[f64]) -> (f64, f64) {
     let (first, second) = values.split_at(values.len() / 2);
     let [first, second] = [first, second].map(|half| Times::of(half.to_vec()).ascending);
     let (mut i, mut j, mut greatest) = (0, 0, 0.0_f64);
@@ -119,7 +119,7 @@ fn halves(values: &[f64]) -> (f64, f64) {
 }
 
 /// Σ Sₜ² / (n² s²), with S the sums of the deviations and s² their long-run variance (Newey and West).
-fn kpss(values: &[f64], lags: usize) -> (f64, f64) {
+pub(crate) fn kpss(values: &[f64], lags: usize) -> (f64, f64) {
     let count = values.len() as f64;
     let mean = values.iter().sum::<f64>() / count;
     let deviations: Vec<f64> = values.iter().map(|x| x - mean).collect();

@@ -43,6 +43,8 @@ mod hold_out;
 mod likelihood_region;
 mod order;
 mod random;
+#[cfg(test)]
+mod reference;
 mod simplex;
 mod tail;
 
