@@ -47,6 +47,7 @@ mod random;
 mod reference;
 mod simplex;
 mod tail;
+pub mod trace;
 
 pub use checks::{Check, CheckKind};
 pub use convergence::Convergence;
