@@ -48,6 +48,7 @@ mod reference;
 mod simplex;
 mod tail;
 pub mod trace;
+pub mod samples;
 
 pub use checks::{Check, CheckKind};
 pub use convergence::Convergence;

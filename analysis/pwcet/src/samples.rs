@@ -1,0 +1,781 @@
+//! Sample files: the execution times of all imported runs, in a compact form.
+//!
+//! ```text
+//! MAUVE samples 1⏎
+//! begin of run 0 · series 0 · executions of 0 · series 1 · executions of 1 · executions of 0 · … · end of run 0
+//! begin of run 1 · …
+//! ```
+//!
+//! A file only grows. A run is valid from the block that ends it, so that neither a crash nor a full disk damages a run that was
+//! imported before: readers ignore a run without its end, and the next writer removes it. Files may be a stranger's: no length in
+//! them is trusted.
+
+mod block;
+mod encoding;
+mod writer;
+
+use std::fs::File;
+use std::io::{self, BufRead as _, BufReader, Read as _, Seek as _, SeekFrom};
+use std::path::Path;
+
+use sha2::{Digest as _, Sha256};
+
+use crate::trace::Summary;
+use block::{Block, Kind};
+use encoding::{Bytes, Codec, Has, put, put_text};
+
+pub use writer::Writer;
+
+/// The first line of a sample file.
+const MAGIC: &[u8] = b"MAUVE samples 1\n";
+
+/// What the head of an end of a run begins with. A file that has it behind a damaged block has lost a valid run.
+const END_MARK: &[u8] = b"\0end of run\xff";
+
+/// Runs that a file may have. A recording in chunks has one in a few seconds.
+const MOST_RUNS: usize = 1 << 20;
+
+/// An imported trace.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Run {
+    /// Where it comes from, as the user wrote it.
+    pub source: String,
+    /// When it was imported, in seconds since the epoch.
+    pub date: u64,
+    /// What the trace had, and what of it was not used.
+    pub summary: Summary,
+    /// The number of executions in the file.
+    pub executions: u64,
+    /// The SHA-256 of its executions: equal for the same trace.
+    fingerprint: [u8; 32],
+}
+
+/// The number of a [`Series`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct SeriesId(u32);
+
+/// The executions of one codel or program in one instance.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Series {
+    /// Its number.
+    pub id: SeriesId,
+    /// The key in a timing table: of a codel, or of a program, which has a `/`.
+    pub key: String,
+    /// The instance; empty if it is unknown.
+    pub instance: String,
+    /// The number of executions.
+    pub count: u64,
+    /// The least execution time in nanoseconds.
+    pub least: u64,
+    /// The greatest execution time in nanoseconds.
+    pub greatest: u64,
+}
+
+/// One execution. Times are in nanoseconds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Execution {
+    /// The CPU time.
+    pub execution: u64,
+    /// The time from its begin to its end.
+    pub elapsed: Option<u64>,
+    /// When it ended.
+    pub end: Option<u64>,
+    /// The index of its [`Run`].
+    pub run: u32,
+}
+
+/// Why a sample file cannot be read or written.
+#[derive(Debug)]
+pub enum SamplesError {
+    /// The file cannot be read or written.
+    Io(io::Error),
+    /// The file is not a sample file.
+    NotSamples,
+    /// The file has a later version of the format.
+    LaterVersion,
+    /// The file is damaged at this offset.
+    Damaged {
+        /// In bytes from the begin of the file.
+        offset: u64,
+        /// How.
+        damage: Damage,
+    },
+    /// Another process writes the file.
+    Locked,
+    /// The same executions were imported before.
+    Duplicate {
+        /// The run that has them.
+        run: Run,
+    },
+    /// A name is too long.
+    LongName,
+    /// More runs or series than a file may have.
+    TooMany,
+    /// No series has this number.
+    UnknownSeries,
+}
+
+/// What is wrong with a block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Damage {
+    /// The file ends within it.
+    Truncated,
+    /// Its checksum is wrong.
+    Checksum,
+    /// Its content is not valid.
+    Content,
+}
+
+/// Where the executions of a series are.
+#[derive(Debug, Clone, Copy)]
+struct Part {
+    /// Of the body.
+    offset: u64,
+    length: usize,
+    count: u64,
+    has: Has,
+    run: u32,
+}
+
+/// A sample file, opened for reading.
+///
+/// ```
+/// use mauve_pwcet::samples::{Execution, Samples, Writer};
+/// use mauve_pwcet::trace::Summary;
+///
+/// let path = std::env::temp_dir().join(format!("mauve-doc-{}.samples", std::process::id()));
+/// let mut writer = Writer::open(&path)?;
+/// writer.begin("monday.csv", 1_700_000_000)?;
+/// let plan = writer.series("nav.plan", "pilot")?;
+/// for execution in [1200, 1300] {
+///     writer.add(plan, Execution { execution, elapsed: None, end: None, run: 0 })?;
+/// }
+/// writer.commit(&Summary::default())?;
+///
+/// let mut samples = Samples::open(&path)?;
+/// let plan = samples.series()[0].clone();
+/// assert_eq!((plan.key.as_str(), plan.count, plan.greatest), ("nav.plan", 2, 1300));
+/// assert_eq!(samples.executions(plan.id)?[0].execution, 1200);
+/// # std::fs::remove_file(&path).unwrap();
+/// # Ok::<(), mauve_pwcet::samples::SamplesError>(())
+/// ```
+#[derive(Debug)]
+pub struct Samples {
+    file: File,
+    index: Index,
+}
+
+/// What a file has, without the executions.
+#[derive(Debug, Default)]
+struct Index {
+    runs: Vec<Run>,
+    series: Vec<Series>,
+    /// For each series, in the order in which they were recorded.
+    parts: Vec<Vec<Part>>,
+    /// The end of the last valid run.
+    end: u64,
+}
+
+impl Samples {
+    /// Opens a file, and reads which runs and series it has.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be read, is not a sample file, or is damaged.
+    pub fn open(path: &Path) -> Result<Samples, SamplesError> {
+        let mut file = File::open(path).map_err(SamplesError::Io)?;
+        let index = Index::read(&mut file)?;
+        if index.end == 0 {
+            // A file that is empty, or has a part of the first line.
+            return Err(SamplesError::NotSamples);
+        }
+        Ok(Samples { file, index })
+    }
+
+    /// Returns the runs in the order in which they were imported.
+    pub fn runs(&self) -> &[Run] {
+        &self.index.runs
+    }
+
+    /// Returns the series in the order in which they appeared.
+    pub fn series(&self) -> &[Series] {
+        &self.index.series
+    }
+
+    /// Returns the executions of a series in the order in which they were recorded. Does not read those of others.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be read, or is damaged.
+    pub fn executions(&mut self, series: SeriesId) -> Result<Vec<Execution>, SamplesError> {
+        let mut all = Vec::new();
+        self.each(series, |execution| all.push(execution))?;
+        Ok(all)
+    }
+
+    /// Returns the SHA-256 of the executions of some series, in hexadecimal: of keys, instances and execution times. It does not
+    /// depend on how the runs were imported, nor on the order of the series.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be read, or is damaged.
+    pub fn digest(&mut self, series: &[SeriesId]) -> Result<String, SamplesError> {
+        let mut named: Vec<(String, String, SeriesId)> = Vec::new();
+        for id in series {
+            let it = self.index.series.get(id.0 as usize).ok_or(SamplesError::UnknownSeries)?;
+            named.push((it.key.clone(), it.instance.clone(), *id));
+        }
+        named.sort();
+        named.dedup();
+        let mut hash = Sha256::new();
+        for (key, instance, id) in named {
+            let mut bytes = Vec::new();
+            put_text(&mut bytes, &key);
+            put_text(&mut bytes, &instance);
+            put(&mut bytes, self.index.series.get(id.0 as usize).map_or(0, |it| it.count));
+            self.each(id, |it| {
+                bytes.extend(it.execution.to_le_bytes());
+                if bytes.len() > 1 << 13 {
+                    hash.update(&bytes);
+                    bytes.clear();
+                }
+            })?;
+            hash.update(&bytes);
+        }
+        Ok(hexadecimal(&hash.finalize()))
+    }
+
+    fn each(&mut self, series: SeriesId, mut take: impl FnMut(Execution)) -> Result<(), SamplesError> {
+        let parts = self.index.parts.get(series.0 as usize).ok_or(SamplesError::UnknownSeries)?;
+        for part in parts {
+            let damaged = |damage| SamplesError::Damaged { offset: part.offset, damage };
+            self.file.seek(SeekFrom::Start(part.offset)).map_err(SamplesError::Io)?;
+            let body = block::read_body(&mut self.file, part.length).map_err(SamplesError::Io)?;
+            let body = body.map_err(damaged)?;
+            let (mut bytes, mut codec) = (Bytes(&body), Codec::default());
+            for _ in 0..part.count {
+                let times = codec.take(&mut bytes, part.has).ok_or(damaged(Damage::Content))?;
+                take(Execution {
+                    execution: times.execution,
+                    elapsed: part.has.elapsed.then_some(times.elapsed),
+                    end: part.has.end.then_some(times.end),
+                    run: part.run,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Index {
+    /// Reads the heads of all blocks. A file that is new, or ends in its first line, has no end.
+    fn read(file: &mut File) -> Result<Index, SamplesError> {
+        let size = file.metadata().map_err(SamplesError::Io)?.len();
+        file.seek(SeekFrom::Start(0)).map_err(SamplesError::Io)?;
+        let mut reader = BufReader::new(&mut *file);
+        let mut magic = Vec::new();
+        reader.by_ref().take(MAGIC.len() as u64).read_to_end(&mut magic).map_err(SamplesError::Io)?;
+        if magic.len() < MAGIC.len() && MAGIC.starts_with(&magic) {
+            return Ok(Index::default());
+        }
+        if magic != MAGIC {
+            let version = MAGIC.len() - 2;
+            let is_ours = magic.get(..version) == MAGIC.get(..version);
+            return Err(if is_ours { SamplesError::LaterVersion } else { SamplesError::NotSamples });
+        }
+
+        let mut offset = MAGIC.len() as u64;
+        let mut index = Index { end: offset, ..Index::default() };
+        // What the run has that is not yet ended.
+        let mut open = OpenRun::default();
+        let damage = loop {
+            if offset == size {
+                break Damage::Truncated;
+            }
+            let block = match block::read_head(&mut reader).map_err(SamplesError::Io)? {
+                Ok(block) => block,
+                Err(damage) => break damage,
+            };
+            let length = block.length();
+            if length > size - offset {
+                break Damage::Truncated;
+            }
+            let body = offset + block.body_offset();
+            match index.take(&block, body, &mut open) {
+                Some(true) => {
+                    index.end = offset + length;
+                    open = OpenRun::default();
+                    if index.runs.len() >= MOST_RUNS {
+                        return Err(SamplesError::TooMany);
+                    }
+                }
+                Some(false) => {}
+                None => break Damage::Content,
+            }
+            offset += length;
+            let skipped = i64::try_from(length - block.body_offset()).unwrap_or(i64::MAX);
+            reader.seek_relative(skipped).map_err(SamplesError::Io)?;
+        };
+        // A run that was not completed may end anywhere. A complete one behind the damage would be lost.
+        if offset < size && contains_end(reader, offset).map_err(SamplesError::Io)? {
+            return Err(SamplesError::Damaged { offset, damage });
+        }
+        index.forget(&open);
+        for it in index.series.iter_mut().filter(|it| it.count == 0) {
+            it.least = 0;
+        }
+        Ok(index)
+    }
+
+    /// Takes a block. Returns whether it ends a run; none if its content is not valid.
+    fn take(&mut self, block: &Block, body: u64, open: &mut OpenRun) -> Option<bool> {
+        let mut head = Bytes(&block.head);
+        match block.kind {
+            Kind::Begin => {
+                if open.run.is_some() {
+                    return None;
+                }
+                open.run = Some((head.text()?.to_owned(), head.number()?));
+            }
+            Kind::Series => {
+                open.run.as_ref()?;
+                let id = SeriesId(u32::try_from(self.series.len()).ok()?);
+                let (key, instance) = (head.text()?.to_owned(), head.text()?.to_owned());
+                self.series.push(Series { id, key, instance, count: 0, least: u64::MAX, greatest: 0 });
+                self.parts.push(Vec::new());
+                open.declared += 1;
+            }
+            Kind::Data => {
+                open.run.as_ref()?;
+                let series = usize::try_from(head.number()?).ok()?;
+                let count = head.number()?;
+                let has = Has::of_bits(head.number()?)?;
+                let (least, greatest) = (head.number()?, head.number()?);
+                // Each execution has a byte at least.
+                if count == 0 || count > block.body as u64 || least > greatest {
+                    return None;
+                }
+                let part = Part {
+                    offset: body,
+                    length: block.body,
+                    count,
+                    has,
+                    run: self.runs.len().try_into().ok()?,
+                };
+                let known = self.series.get_mut(series)?;
+                open.before.push((series, known.count, known.least, known.greatest));
+                known.count += count;
+                known.least = known.least.min(least);
+                known.greatest = known.greatest.max(greatest);
+                self.parts.get_mut(series)?.push(part);
+                open.executions += count;
+            }
+            Kind::End => {
+                let (source, date) = open.run.take()?;
+                head.0 = head.0.strip_prefix(END_MARK)?;
+                let (fingerprint, rest) = head.0.split_first_chunk::<32>()?;
+                head.0 = rest;
+                let executions = head.number()?;
+                let summary = read_summary(&mut head)?;
+                if executions != open.executions {
+                    return None;
+                }
+                self.runs.push(Run { source, date, summary, executions, fingerprint: *fingerprint });
+                return Some(true);
+            }
+        }
+        Some(false)
+    }
+
+    /// Removes what the run without an end has added.
+    fn forget(&mut self, open: &OpenRun) {
+        for &(series, count, least, greatest) in open.before.iter().rev() {
+            if let Some(it) = self.series.get_mut(series) {
+                (it.count, it.least, it.greatest) = (count, least, greatest);
+            }
+            if let Some(parts) = self.parts.get_mut(series) {
+                parts.pop();
+            }
+        }
+        let declared = self.series.len() - open.declared.min(self.series.len());
+        self.series.truncate(declared);
+        self.parts.truncate(declared);
+    }
+}
+
+/// A run whose end has not been read.
+#[derive(Debug, Default)]
+struct OpenRun {
+    run: Option<(String, u64)>,
+    declared: usize,
+    executions: u64,
+    /// The series of each block of executions, with count, least and greatest before it.
+    before: Vec<(usize, u64, u64, u64)>,
+}
+
+/// Returns whether there is a valid end of a run behind an offset.
+fn contains_end(mut reader: BufReader<&mut File>, mut offset: u64) -> io::Result<bool> {
+    while let Some(mark) = find_mark(&mut reader, offset)? {
+        reader.seek(SeekFrom::Start(mark.saturating_sub(block::PREFIX as u64)))?;
+        if block::read_head(&mut reader)?.is_ok_and(|block| block.kind == Kind::End) {
+            return Ok(true);
+        }
+        offset = mark + 1;
+    }
+    Ok(false)
+}
+
+/// Returns the next offset of [`END_MARK`].
+fn find_mark(reader: &mut BufReader<&mut File>, mut offset: u64) -> io::Result<Option<u64>> {
+    reader.seek(SeekFrom::Start(offset))?;
+    let mut bytes: Vec<u8> = Vec::new();
+    loop {
+        let part = reader.fill_buf()?;
+        if part.is_empty() {
+            return Ok(None);
+        }
+        let count = part.len();
+        bytes.extend_from_slice(part);
+        reader.consume(count);
+        if let Some(at) = bytes.windows(END_MARK.len()).position(|it| it == END_MARK) {
+            return Ok(Some(offset + at as u64));
+        }
+        let searched = bytes.len().saturating_sub(END_MARK.len() - 1);
+        bytes.drain(..searched);
+        offset += searched as u64;
+    }
+}
+
+fn put_summary(head: &mut Vec<u8>, it: &Summary) {
+    let counts = [
+        it.events,
+        it.foreign,
+        it.spans,
+        it.cut_at_start,
+        it.cut_at_end,
+        it.unbalanced,
+        it.lost_events,
+        it.losses,
+        it.dropped,
+        it.clock_errors,
+        it.suspicious,
+    ];
+    counts.into_iter().for_each(|count| put(head, count));
+    for time in [it.first, it.last] {
+        put(head, u64::from(time.is_some()));
+        put(head, time.unwrap_or(0));
+    }
+}
+
+fn read_summary(head: &mut Bytes<'_>) -> Option<Summary> {
+    let mut summary = Summary {
+        events: head.number()?,
+        foreign: head.number()?,
+        spans: head.number()?,
+        cut_at_start: head.number()?,
+        cut_at_end: head.number()?,
+        unbalanced: head.number()?,
+        lost_events: head.number()?,
+        losses: head.number()?,
+        dropped: head.number()?,
+        clock_errors: head.number()?,
+        suspicious: head.number()?,
+        ..Summary::default()
+    };
+    for time in [&mut summary.first, &mut summary.last] {
+        let is_known = head.number()? == 1;
+        *time = Some(head.number()?).filter(|_| is_known);
+    }
+    Some(summary)
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+    use std::sync::atomic::{AtomicU32, Ordering};
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// A file that goes with the test.
+    struct Scratch(PathBuf);
+
+    impl Scratch {
+        fn new() -> Scratch {
+            static COUNT: AtomicU32 = AtomicU32::new(0);
+            let number = COUNT.fetch_add(1, Ordering::Relaxed);
+            let name = format!("mauve-samples-{}-{number}", std::process::id());
+            let path = std::env::temp_dir().join(name);
+            let _ = std::fs::remove_file(&path);
+            Scratch(path)
+        }
+
+        fn of(bytes: &[u8]) -> Scratch {
+            let scratch = Scratch::new();
+            std::fs::write(&scratch.0, bytes).unwrap();
+            scratch
+        }
+    }
+
+    impl Drop for Scratch {
+        fn drop(&mut self) {
+            let _ = std::fs::remove_file(&self.0);
+        }
+    }
+
+    const NAMES: [(&str, &str); 3] = [("f", "a"), ("C/S.run", "a"), ("f", "")];
+
+    type Row = (usize, u64, Option<u64>, Option<u64>);
+
+    fn execution(row: &Row, run: u32) -> Execution {
+        Execution { execution: row.1, elapsed: row.2, end: row.3, run }
+    }
+
+    fn write(path: &Path, source: &str, rows: &[Row]) -> Result<(), SamplesError> {
+        let mut writer = Writer::open(path)?;
+        begin(&mut writer, source, rows);
+        writer.commit(&Summary { events: rows.len() as u64, first: Some(7), ..Summary::default() })
+    }
+
+    fn begin(writer: &mut Writer, source: &str, rows: &[Row]) {
+        writer.begin(source, 1_700_000_000).unwrap();
+        for row in rows {
+            let (key, instance) = NAMES[row.0];
+            let series = writer.series(key, instance).unwrap();
+            writer.add(series, execution(row, 9)).unwrap();
+        }
+    }
+
+    /// The executions of each of [`NAMES`].
+    fn all(samples: &mut Samples) -> Vec<Vec<Execution>> {
+        let series = samples.series().to_vec();
+        NAMES
+            .iter()
+            .map(|(key, instance)| {
+                let found = series.iter().find(|it| it.key == *key && it.instance == *instance);
+                let Some(found) = found else { return Vec::new() };
+                let all = samples.executions(found.id).unwrap();
+                assert_eq!(found.count, all.len() as u64);
+                let values = || all.iter().map(|it| it.execution);
+                assert_eq!((found.least, found.greatest), (values().min().unwrap(), values().max().unwrap()));
+                all
+            })
+            .collect()
+    }
+
+    fn digest(path: &Path) -> String {
+        let mut samples = Samples::open(path).unwrap();
+        let ids: Vec<SeriesId> = samples.series().iter().rev().map(|it| it.id).collect();
+        samples.digest(&ids).unwrap()
+    }
+
+    fn rows() -> impl Strategy<Value = Vec<Row>> {
+        let time = prop_oneof![0_u64..100_000, any::<u64>()];
+        let optional = proptest::option::of(time.clone());
+        proptest::collection::vec((0_usize..3, time, optional.clone(), optional), 1..60)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(40))]
+
+        #[test]
+        fn executions_are_read_as_they_were_written(runs in proptest::collection::vec(rows(), 1..4)) {
+            let file = Scratch::new();
+            let mut expected = vec![Vec::new(); NAMES.len()];
+            let mut committed = 0;
+            for (number, rows) in runs.iter().enumerate() {
+                match write(&file.0, &format!("run {number}"), rows) {
+                    Ok(()) => {
+                        rows.iter().for_each(|row| expected[row.0].push(execution(row, committed)));
+                        committed += 1;
+                    }
+                    Err(SamplesError::Duplicate { .. }) => prop_assert!(runs[..number].contains(rows)),
+                    Err(error) => panic!("{error:?}"),
+                }
+            }
+            let mut samples = Samples::open(&file.0).unwrap();
+            prop_assert_eq!(samples.runs().len(), committed as usize);
+            prop_assert_eq!(samples.runs()[0].executions, runs[0].len() as u64);
+            prop_assert_eq!(samples.runs()[0].summary.events, runs[0].len() as u64);
+            prop_assert_eq!(all(&mut samples), expected);
+        }
+
+        #[test]
+        fn the_digest_does_not_depend_on_the_runs(rows in rows(), at in 0_usize..60) {
+            let (one, two) = (Scratch::new(), Scratch::new());
+            write(&one.0, "all", &rows).unwrap();
+            let (first, second) = rows.split_at(at.min(rows.len()));
+            prop_assume!(!first.is_empty() && !second.is_empty() && first != second);
+            write(&two.0, "first", first).unwrap();
+            write(&two.0, "second", second).unwrap();
+            prop_assert_eq!(digest(&one.0), digest(&two.0));
+            let mut other = rows.clone();
+            other[0].1 ^= 1;
+            let three = Scratch::new();
+            write(&three.0, "other", &other).unwrap();
+            prop_assert_ne!(digest(&one.0), digest(&three.0));
+        }
+
+        #[test]
+        fn damaged_files_are_read_without_a_panic(at in 0_usize..1000, bytes in proptest::collection::vec(any::<u8>(), 1..20)) {
+            let mut file = two_runs().0;
+            for (index, byte) in bytes.iter().enumerate() {
+                let length = file.len();
+                file[(16 + at + index) % length] = *byte;
+            }
+            let file = Scratch::of(&file);
+            if let Ok(mut samples) = Samples::open(&file.0) {
+                for series in samples.series().to_vec() {
+                    let _ = samples.executions(series.id);
+                }
+            }
+        }
+    }
+
+    /// A file with two runs, and the ends of both.
+    fn two_runs() -> (Vec<u8>, [u64; 2]) {
+        let file = Scratch::new();
+        let first = [(0, 5, Some(6), Some(7)), (1, 8, None, None), (0, 9, Some(10), Some(11))];
+        write(&file.0, "first", &first).unwrap();
+        let middle = std::fs::metadata(&file.0).unwrap().len();
+        write(&file.0, "second", &[(2, 1, None, None), (0, 2, None, Some(3))]).unwrap();
+        let bytes = std::fs::read(&file.0).unwrap();
+        let end = bytes.len() as u64;
+        (bytes, [middle, end])
+    }
+
+    #[test]
+    fn a_truncated_file_has_the_runs_that_are_complete() {
+        let (bytes, ends) = two_runs();
+        for length in 0..=bytes.len() {
+            let file = Scratch::of(&bytes[..length]);
+            let runs = ends.iter().filter(|end| **end <= length as u64).count();
+            match Samples::open(&file.0) {
+                Ok(mut samples) => {
+                    assert_eq!(samples.runs().len(), runs, "{length}");
+                    let counts: Vec<usize> = all(&mut samples).iter().map(Vec::len).collect();
+                    assert_eq!(counts, [[0, 0, 0], [2, 1, 0], [3, 1, 1]][runs], "{length}");
+                }
+                Err(SamplesError::NotSamples) => assert!(length < MAGIC.len(), "{length}"),
+                Err(error) => panic!("{length}: {error:?}"),
+            }
+            // The next import goes on from there.
+            write(&file.0, "next", &[(1, 77, None, None)]).unwrap();
+            let samples = Samples::open(&file.0).unwrap();
+            assert_eq!(samples.runs().len(), runs + 1, "{length}");
+            assert_eq!(samples.runs()[runs].source, "next");
+        }
+    }
+
+    #[test]
+    fn damage_before_a_complete_run_is_an_error() {
+        let (bytes, ends) = two_runs();
+        for at in MAGIC.len()..bytes.len() {
+            let mut damaged = bytes.clone();
+            damaged[at] ^= 4;
+            let file = Scratch::of(&damaged);
+            let opened = Samples::open(&file.0);
+            let runs = opened.map(|mut samples| {
+                let runs = samples.runs().len();
+                let is_readable =
+                    samples.series().to_vec().iter().all(|it| samples.executions(it.id).is_ok());
+                (runs, is_readable)
+            });
+            match runs {
+                // Damage in a body is noticed when it is read.
+                Ok((2, false)) | Err(SamplesError::Damaged { .. }) => {}
+                // The end of the last run is damaged: it looks like a run that did not end.
+                Ok((1, true)) => assert!(at as u64 >= ends[0], "{at}"),
+                other => panic!("{at}: {other:?}"),
+            }
+        }
+    }
+
+    #[test]
+    fn a_run_that_is_not_committed_is_removed() {
+        let file = Scratch::new();
+        write(&file.0, "first", &[(0, 5, None, None)]).unwrap();
+        let before = std::fs::read(&file.0).unwrap();
+        let mut writer = Writer::open(&file.0).unwrap();
+        let rows: Vec<Row> = (0..20_000).map(|it| (it % 3, it as u64, None, None)).collect();
+        begin(&mut writer, "second", &rows);
+        assert!(std::fs::metadata(&file.0).unwrap().len() > before.len() as u64);
+        assert_eq!(Samples::open(&file.0).unwrap().runs().len(), 1);
+        // The next run declares its series again.
+        begin(&mut writer, "third", &[(1, 6, None, None)]);
+        writer.commit(&Summary::default()).unwrap();
+        let mut samples = Samples::open(&file.0).unwrap();
+        assert_eq!(all(&mut samples).iter().map(Vec::len).collect::<Vec<_>>(), [1, 1, 0]);
+        begin(&mut writer, "fourth", &rows);
+        let length = || std::fs::metadata(&file.0).unwrap().len();
+        let with_four = length();
+        drop(writer);
+        assert!(length() < with_four);
+        assert_eq!(Samples::open(&file.0).unwrap().runs().len(), 2);
+    }
+
+    #[test]
+    fn the_same_executions_are_imported_once() {
+        let file = Scratch::new();
+        let rows = [(0, 5, None, Some(1)), (1, 5, None, Some(2))];
+        // The series have other numbers in this file.
+        write(&file.0, "other", &[(2, 1, None, None), (1, 1, None, None)]).unwrap();
+        write(&file.0, "first", &rows).unwrap();
+        let length = std::fs::metadata(&file.0).unwrap().len();
+        match write(&file.0, "again", &rows) {
+            Err(SamplesError::Duplicate { run }) => assert_eq!(run.source, "first"),
+            other => panic!("{other:?}"),
+        }
+        assert_eq!(std::fs::metadata(&file.0).unwrap().len(), length);
+        write(&file.0, "later", &[(0, 5, None, Some(3)), (1, 5, None, Some(4))]).unwrap();
+    }
+
+    #[test]
+    fn other_files_are_refused() {
+        for (bytes, is_ours) in
+            [(b"codel,execution_ns\n".as_slice(), false), (b"MAUVE samples 2\n", true), (b"x", false)]
+        {
+            let file = Scratch::of(bytes);
+            for error in [Samples::open(&file.0).map(drop), Writer::open(&file.0).map(drop)] {
+                match error {
+                    Err(SamplesError::LaterVersion) => assert!(is_ours),
+                    Err(SamplesError::NotSamples) => assert!(!is_ours),
+                    other => panic!("{other:?}"),
+                }
+            }
+            assert_eq!(std::fs::read(&file.0).unwrap(), bytes);
+        }
+        let file = Scratch::new();
+        let writer = Writer::open(&file.0).unwrap();
+        assert!(matches!(Writer::open(&file.0), Err(SamplesError::Locked)));
+        drop(writer);
+        // Nothing was committed.
+        assert!(!file.0.exists());
+    }
+
+    #[test]
+    fn executions_are_compact() {
+        let file = Scratch::new();
+        // A codel of 100 µs each 10 ms, with jitter and preemption as they are.
+        let mut random = 1_u64;
+        let mut below = |bound: u64| {
+            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (random >> 33) % bound
+        };
+        let row = |number: u64| {
+            let execution = 100_000 + below(8000);
+            let elapsed = execution + 300 + below(500);
+            let end = 1_700_000_000_000_000_000 + number * 10_000_000 + elapsed + below(50_000);
+            (0, execution, Some(elapsed), Some(end))
+        };
+        let rows: Vec<Row> = (0..100_000).map(row).collect();
+        write(&file.0, "run", &rows).unwrap();
+        let each = std::fs::metadata(&file.0).unwrap().len() as f64 / rows.len() as f64;
+        assert!(each < 8.0, "{each} bytes for an execution");
+    }
+}
