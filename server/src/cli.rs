@@ -15,6 +15,7 @@ mod run;
 mod schema;
 mod sensitivity;
 mod simulate;
+mod trace;
 mod wcrt;
 
 use std::path::{Path, PathBuf};
@@ -68,6 +69,8 @@ enum Command {
     /// Exit codes: 0 each deadline was met; 1 a deadline was missed, a component stopped because of an exception, or the models
     /// have errors; 2 the program cannot be built or started.
     Run(run::Run),
+    /// Import recorded executions.
+    Trace(trace::Trace),
     /// Explain a diagnostic code.
     Explain(explain::Explain),
     /// Format models: changes white space only.
@@ -99,6 +102,7 @@ impl Arguments {
             Command::Simulate(it) => it.run(),
             Command::Generate(it) => it.run(),
             Command::Run(it) => it.run(),
+            Command::Trace(it) => it.run(),
             Command::Explain(it) => it.run(),
             Command::Fmt(it) => it.run(),
             Command::Parse(it) => it.run(),

@@ -1,0 +1,165 @@
+//! `mauve trace import TRACE… -o SAMPLES`: adds the execution times in recorded traces to a sample file.
+
+mod follow;
+mod messages;
+mod recorder;
+mod table;
+mod watch;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use mauve_pwcet::samples::{SamplesError, Writer};
+use mauve_pwcet::trace::{Reader, Source, TraceError};
+
+use crate::Output;
+use crate::cli::say;
+use messages::{samples_error, trace_error, warnings};
+use recorder::Recorder;
+use table::Imported;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Import {
+    /// A folder of LTTng, a folder of `mauve run --trace`, or a file of executions in comma-separated values.
+    #[arg(value_name = "TRACE", required = true, value_hint = clap::ValueHint::AnyPath)]
+    traces: Vec<PathBuf>,
+    /// The sample file: the runs are added to those that it has.
+    #[arg(short, long, value_name = "SAMPLES", value_hint = clap::ValueHint::FilePath)]
+    output: PathBuf,
+    /// Import a TRACE while it is recorded, until the recording ends or Ctrl-C: a file of executions that grows, or the chunks
+    /// of a session of LTTng, which needs `lttng enable-rotation`.
+    #[arg(long)]
+    watch: bool,
+}
+
+impl Import {
+    pub(crate) fn run(self) -> Result<Output, String> {
+        if self.watch && self.traces.len() > 1 {
+            return Err(
+                "--watch follows one TRACE: start a command for each, with its own sample file".to_owned()
+            );
+        }
+        let writer = Writer::open(&self.output).map_err(|error| samples_error(&self.output, &error))?;
+        let mut session = Session {
+            output: self.output.clone(),
+            writer,
+            imported: Imported::default(),
+            stop: Arc::new(AtomicBool::new(false)),
+        };
+        let result = match self.traces.as_slice() {
+            [trace] if self.watch => session.watch(trace),
+            traces => traces.iter().try_for_each(|trace| session.import(trace)),
+        };
+        match result {
+            // Nothing was imported.
+            Err(message) if session.imported.runs == 0 => Err(message),
+            result => {
+                let code = if result.is_ok() { 0 } else { 2 };
+                result.unwrap_or_else(|message| say(&message));
+                Ok(Output::escaped(session.imported.table(&self.output, session.writer.runs()), code))
+            }
+        }
+    }
+}
+
+/// An open sample file, and what was added to it.
+struct Session {
+    output: PathBuf,
+    writer: Writer,
+    imported: Imported,
+    /// Whether the user wants the command to end.
+    stop: Arc<AtomicBool>,
+}
+
+/// What became of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Outcome {
+    Added,
+    /// It has no execution.
+    Empty,
+    /// The sample file has the same run.
+    Known,
+}
+
+impl Session {
+    /// Imports a complete trace.
+    fn import(&mut self, trace: &Path) -> Result<(), String> {
+        let said = |error: &TraceError| trace_error(trace, error);
+        let source = Source::of(trace).map_err(|error| said(&error))?;
+        let mut reader = Reader::default();
+        let (chunks, is_recording) = match &source {
+            Source::Ctf { chunks, is_recording } => (chunks.as_slice(), *is_recording),
+            _ => {
+                let name = trace.display().to_string();
+                return match self.run(&name, &mut reader, true, |reader, to| reader.read(&source, to))? {
+                    Outcome::Added => Ok(()),
+                    Outcome::Empty => Err(said(&TraceError::NoEvents { foreign: 0 })),
+                    Outcome::Known => Err(messages::known(trace, &self.output)),
+                };
+            }
+        };
+        if is_recording {
+            match chunks.is_empty() {
+                true => return Err(said(&TraceError::Recording(trace.to_owned()))),
+                false => say(&messages::still_recording(trace)),
+            }
+        }
+        let mut outcomes = Vec::new();
+        let mut foreign = 0;
+        for (index, chunk) in chunks.iter().enumerate() {
+            let is_last = index + 1 == chunks.len();
+            let read = |reader: &mut Reader, to: &mut Recorder<'_>| reader.read_chunk(chunk, to);
+            outcomes.push(self.run(&chunk.display().to_string(), &mut reader, is_last, read)?);
+            foreign += self.imported.last.foreign;
+        }
+        match outcomes.iter().filter(|it| **it == Outcome::Known).count() {
+            _ if outcomes.iter().all(|it| *it == Outcome::Empty) => {
+                Err(said(&TraceError::NoEvents { foreign }))
+            }
+            0 => Ok(()),
+            _ if !outcomes.contains(&Outcome::Added) => Err(messages::known(trace, &self.output)),
+            known => {
+                say(&messages::known_chunks(trace, known));
+                Ok(())
+            }
+        }
+    }
+
+    /// Adds what `read` reads as one run. The last run of a trace ends the spans that are open.
+    fn run(
+        &mut self,
+        name: &str,
+        reader: &mut Reader,
+        is_last: bool,
+        read: impl FnOnce(&mut Reader, &mut Recorder<'_>) -> Result<(), TraceError>,
+    ) -> Result<Outcome, String> {
+        let date = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+        let output = self.output.clone();
+        let said = |error: SamplesError| samples_error(&output, &error);
+        self.writer.begin(name, date).map_err(said)?;
+        let mut recorder = Recorder::new(&mut self.writer, name);
+        let result = read(reader, &mut recorder);
+        let (series, error) = recorder.finish();
+        if let Some(error) = error {
+            return Err(said(error));
+        }
+        result.map_err(|error| trace_error(Path::new(name), &error))?;
+        let summary = if is_last { reader.finish() } else { reader.take_summary() };
+        self.imported.last = summary;
+        if series.is_empty() {
+            return Ok(Outcome::Empty);
+        }
+        match self.writer.commit(&summary) {
+            Ok(()) => {}
+            Err(SamplesError::Duplicate { .. }) => return Ok(Outcome::Known),
+            Err(error) => return Err(said(error)),
+        }
+        for warning in warnings(name, &summary) {
+            say(&warning);
+        }
+        self.imported.add(&series, &summary);
+        Ok(Outcome::Added)
+    }
+}

@@ -1,0 +1,199 @@
+//! The messages about traces and sample files.
+
+use std::path::Path;
+
+use mauve_pwcet::samples::{Damage, SamplesError};
+use mauve_pwcet::trace::{CsvProblem, Summary, TraceError};
+
+use super::table::spans;
+
+/// Returns the message for a trace that cannot be read.
+pub(super) fn trace_error(trace: &Path, error: &TraceError) -> String {
+    let shown = trace.display();
+    match error {
+        TraceError::Io { path, error } => format!("cannot read `{}`: {error}", path.display()),
+        TraceError::Reading(error) => format!("cannot read `{shown}`: {error}"),
+        TraceError::NotATrace(_) => format!(
+            "`{shown}` is not a trace: the folder has neither `executions.csv` of `mauve run --trace` nor a file `metadata` of LTTng"
+        ),
+        TraceError::Unfinished(path) => format!(
+            "`{}` is incomplete: the program that records it still runs, or did not end properly; wait for its end, follow it \
+             with --watch, or copy the file to a name that ends in `.csv`, without its last line",
+            path.display()
+        ),
+        TraceError::Recording(_) => format!(
+            "`{shown}` has no complete chunk: LTTng still records the session; stop it with `lttng destroy`, or rotate it with \
+             `lttng rotate`"
+        ),
+        TraceError::NoBabeltrace => format!(
+            "`{shown}` is a trace of LTTng, which `babeltrace2` reads, and that program was not found: install the package babeltrace2"
+        ),
+        TraceError::Babeltrace(said) => {
+            let said = said.trim_end();
+            let said = if said.is_empty() { String::new() } else { format!(":\n{said}") };
+            format!(
+                "babeltrace2 cannot read `{shown}`; if LTTng still records this session, end it with `lttng destroy` first{said}"
+            )
+        }
+        TraceError::Malformed { line, text } => format!(
+            "`{shown}`: line {line} in the output of babeltrace2 is not an event of MAUVE: `{text}`; regenerate the packages, or \
+             report this as a defect"
+        ),
+        TraceError::LongLine(line) => format!("`{shown}`: line {line} is longer than 64 KiB"),
+        TraceError::NoThread => format!(
+            "`{shown}` does not name the threads of its events, so that begins and ends cannot be matched: record again with \
+             `lttng add-context -u -t vtid -t vpid` before `lttng start`"
+        ),
+        TraceError::NoEvents { foreign: 0 } => format!(
+            "`{shown}` has no execution of a codel or a program: build the packages with -DMAUVE_TRACING=ON, and enable the events \
+             with `lttng enable-event -u 'mauve*'`"
+        ),
+        TraceError::NoEvents { foreign } => format!(
+            "`{shown}` has no event of MAUVE, and {foreign} of other programs: build the packages with -DMAUVE_TRACING=ON, and \
+             enable the events with `lttng enable-event -u 'mauve*'`"
+        ),
+        TraceError::TooManyNames => {
+            format!(
+                "`{shown}` has more than 100000 names of codels, programs and instances: it is not the trace of a robot"
+            )
+        }
+        TraceError::Csv { line, problem } => format!("`{shown}`, line {line}: {}", csv_problem(problem)),
+        TraceError::Stopped => format!("the import of `{shown}` was cancelled"),
+    }
+}
+
+fn csv_problem(problem: &CsvProblem) -> String {
+    match problem {
+        CsvProblem::NoHeader => {
+            "the file is empty; its first line names the columns, `codel` and `execution_ns` at least"
+                .to_owned()
+        }
+        CsvProblem::MissingColumn(column) => format!(
+            "the header has no column `{}`; a file of executions has the columns `codel` and `execution_ns`",
+            column.name()
+        ),
+        CsvProblem::RepeatedColumn(column) => format!("the header has the column `{}` twice", column.name()),
+        CsvProblem::Missing(column) => format!("no value for `{}`", column.name()),
+        CsvProblem::Number(column, text) => {
+            format!("`{text}` is not a time for `{}`: write nanoseconds as a decimal integer", column.name())
+        }
+        CsvProblem::Quotes => "a quoted field has no closing quote in this line".to_owned(),
+        CsvProblem::NotUtf8 => "a name is not UTF-8 text".to_owned(),
+    }
+}
+
+/// Returns the message for a sample file that cannot be read or written.
+pub(super) fn samples_error(samples: &Path, error: &SamplesError) -> String {
+    let shown = samples.display();
+    match error {
+        SamplesError::Io(error) => format!("cannot write `{shown}`: {error}"),
+        SamplesError::NotSamples => {
+            format!(
+                "`{shown}` is not a sample file, and is not overwritten: choose another path for --output"
+            )
+        }
+        SamplesError::LaterVersion => {
+            format!(
+                "`{shown}` was written by a later version of mauve: update mauve, or choose another path for --output"
+            )
+        }
+        SamplesError::Damaged { offset, damage } => {
+            let how = match damage {
+                Damage::Truncated => "a block ends too early",
+                Damage::Checksum => "a checksum is wrong",
+                Damage::Content => "a block is not valid",
+            };
+            format!(
+                "`{shown}` is damaged at byte {offset}: {how}; restore the file, or import its traces into a new one"
+            )
+        }
+        SamplesError::Locked => {
+            format!(
+                "another mauve imports into `{shown}`: wait for its end, or choose another path for --output"
+            )
+        }
+        SamplesError::Duplicate { run } => {
+            format!("`{shown}` has the same executions from `{}`: a trace is imported once", run.source)
+        }
+        SamplesError::LongName => format!("a name in the trace is too long for `{shown}`"),
+        SamplesError::TooMany => format!("`{shown}` is full: choose another path for --output"),
+        SamplesError::UnknownSeries => format!("`{shown}` has changed: try again"),
+    }
+}
+
+/// Returns the message for a trace that was imported before.
+pub(super) fn known(trace: &Path, samples: &Path) -> String {
+    format!(
+        "`{}` was imported into `{}` before: the same executions twice would falsify an estimate; nothing was added",
+        trace.display(),
+        samples.display()
+    )
+}
+
+/// Returns the message for chunks that were imported before.
+pub(super) fn known_chunks(trace: &Path, count: usize) -> String {
+    let chunks = if count == 1 { "1 chunk was".to_owned() } else { format!("{count} chunks were") };
+    format!("`{}`: {chunks} imported before, and not added again", trace.display())
+}
+
+/// Returns the message for a session that goes on.
+pub(super) fn still_recording(trace: &Path) -> String {
+    format!(
+        "LTTng still records `{}`: only its complete chunks are imported; import it again after `lttng destroy`, or use --watch",
+        trace.display()
+    )
+}
+
+/// Returns the warnings about a run that was imported.
+pub(super) fn warnings(name: &str, it: &Summary) -> Vec<String> {
+    let mut found = Vec::new();
+    if it.losses > 0 {
+        let events = match it.lost_events {
+            0 => "events (their number is unknown)".to_owned(),
+            1 => "1 event".to_owned(),
+            count => format!("{count} events"),
+        };
+        found.push(format!(
+            "`{name}`: the tracer discarded {events}; {} near them were not imported. Long executions are more likely to be \
+             among these, so an estimate would be too low: record again with larger buffers, such as `lttng enable-channel -u \
+             --subbuf-size=4M --num-subbuf=8 events`",
+            spans(it.dropped)
+        ));
+    }
+    if it.unbalanced > 0 {
+        found.push(format!(
+            "`{name}`: {} have a begin without an end, or an end without a begin, and were not imported: the session was stopped \
+             for a while, or a program ended abnormally",
+            spans(it.unbalanced)
+        ));
+    }
+    if it.clock_errors > 0 {
+        found.push(format!(
+            "`{name}`: a clock ran backwards {} times; executions of LTTng around these were not imported, and lines of a file \
+             have no time: import files in the order of time_ns, and record on a kernel with a stable clock",
+            it.clock_errors
+        ));
+    }
+    if it.suspicious > 0 {
+        found.push(format!(
+            "`{name}`: {} executions used more CPU time than the time that passed: check the clocks of the computer, and the \
+             columns execution_ns and elapsed_ns of a file",
+            it.suspicious
+        ));
+    }
+    found
+}
+
+/// Returns the message for a session of LTTng without chunks.
+pub(super) fn waiting_for_chunk(trace: &Path) -> String {
+    format!(
+        "waiting for the first chunk of `{}`: LTTng completes one at each rotation, such as with `lttng enable-rotation --timer 10s`; \
+         a session without rotation cannot be read while it is recorded",
+        trace.display()
+    )
+}
+
+/// Returns the message for a recording that was given up.
+pub(super) fn abandoned(trace: &Path) -> String {
+    format!("the program that recorded `{}` has removed it: nothing was added", trace.display())
+}

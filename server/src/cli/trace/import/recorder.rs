@@ -1,0 +1,99 @@
+//! Puts spans into a sample file, and shows the progress on a terminal.
+
+use std::io::{self, IsTerminal as _, Write as _};
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+use mauve_pwcet::samples::{Execution, SamplesError, SeriesId, Writer};
+use mauve_pwcet::trace::{Names, Progress, Span, SpanKind, Visitor};
+
+use super::table::Series;
+use crate::harmless::harmless_line;
+
+/// The time between two updates of the progress.
+const PAUSE: Duration = Duration::from_millis(200);
+
+/// Writes the executions of one run.
+pub(super) struct Recorder<'a> {
+    writer: &'a mut Writer,
+    name: &'a str,
+    /// By the number of the name in the trace; none for a period.
+    series: Vec<Option<(SeriesId, Series)>>,
+    error: Option<SamplesError>,
+    is_terminal: bool,
+    shown: Option<Instant>,
+    begun: Instant,
+}
+
+impl<'a> Recorder<'a> {
+    pub(super) fn new(writer: &'a mut Writer, name: &'a str) -> Recorder<'a> {
+        Recorder {
+            writer,
+            name,
+            series: Vec::new(),
+            error: None,
+            is_terminal: io::stderr().is_terminal(),
+            shown: None,
+            begun: Instant::now(),
+        }
+    }
+
+    /// Returns the series that the run has, and the first error.
+    pub(super) fn finish(self) -> (Vec<Series>, Option<SamplesError>) {
+        if self.shown.is_some() {
+            let _ = write!(io::stderr(), "\r\x1b[K");
+        }
+        (self.series.into_iter().flatten().map(|(_, series)| series).collect(), self.error)
+    }
+
+    fn add(&mut self, span: &Span, names: &Names) -> Result<(), SamplesError> {
+        let name = names.get(span.name);
+        if name.kind == SpanKind::Period {
+            return Ok(());
+        }
+        let index = span.name.index();
+        if self.series.len() <= index {
+            self.series.resize_with(index + 1, || None);
+        }
+        let Some(place) = self.series.get_mut(index) else { return Ok(()) };
+        let (id, series) = match place {
+            Some(known) => known,
+            None => {
+                let id = self.writer.series(&name.key, &name.instance)?;
+                place.insert((id, Series::new(&name.key, &name.instance)))
+            }
+        };
+        series.add(span.execution);
+        // Its run is that of the writer.
+        let execution = Execution { execution: span.execution, elapsed: span.elapsed, end: span.end, run: 0 };
+        self.writer.add(*id, execution)
+    }
+}
+
+impl Visitor for Recorder<'_> {
+    fn span(&mut self, span: &Span, names: &Names) -> ControlFlow<()> {
+        match self.add(span, names) {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(error) => {
+                self.error = Some(error);
+                ControlFlow::Break(())
+            }
+        }
+    }
+
+    fn progress(&mut self, progress: Progress) -> ControlFlow<()> {
+        let is_due = self.shown.unwrap_or(self.begun).elapsed() >= PAUSE;
+        if self.is_terminal && is_due {
+            self.shown = Some(Instant::now());
+            let part = match progress.bytes {
+                Some((done, all)) if all > 0 => format!(" ({} %)", done.saturating_mul(100) / all),
+                _ => String::new(),
+            };
+            let name = harmless_line(self.name);
+            let mut err = io::stderr();
+            let _ = write!(err, "\r\x1b[Kmauve: importing {name}: {} events{part}", progress.events)
+                .and_then(|()| err.flush());
+        }
+        ControlFlow::Continue(())
+    }
+}

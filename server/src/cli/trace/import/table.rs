@@ -1,0 +1,147 @@
+//! The table of the executions that were imported.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use mauve_pwcet::samples::Run;
+use mauve_pwcet::trace::Summary;
+
+use crate::cli::{columns, counted};
+
+/// The executions of one codel or program in one instance.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Series {
+    key: String,
+    instance: String,
+    count: u64,
+    /// Of 2⁶⁴ executions of 2⁶³ ns.
+    sum: u128,
+    least: u64,
+    greatest: u64,
+}
+
+impl Series {
+    pub(super) fn new(key: &str, instance: &str) -> Series {
+        let (key, instance) = (key.to_owned(), instance.to_owned());
+        Series { key, instance, count: 0, sum: 0, least: u64::MAX, greatest: 0 }
+    }
+
+    pub(super) fn add(&mut self, execution: u64) {
+        self.count += 1;
+        self.sum += u128::from(execution);
+        self.least = self.least.min(execution);
+        self.greatest = self.greatest.max(execution);
+    }
+
+    fn mean(&self) -> u64 {
+        u64::try_from(self.sum / u128::from(self.count.max(1))).unwrap_or(u64::MAX)
+    }
+}
+
+/// What a command has imported.
+#[derive(Debug, Default)]
+pub(super) struct Imported {
+    /// The number of runs.
+    pub(super) runs: usize,
+    /// The summary of the last run that was read.
+    pub(super) last: Summary,
+    series: BTreeMap<(String, String), Series>,
+    cut: u64,
+}
+
+impl Imported {
+    /// Adds a run.
+    pub(super) fn add(&mut self, series: &[Series], summary: &Summary) {
+        self.runs += 1;
+        self.cut(summary);
+        for it in series {
+            let name = (it.key.clone(), it.instance.clone());
+            let all = self.series.entry(name).or_insert_with(|| Series::new(&it.key, &it.instance));
+            all.count += it.count;
+            all.sum += it.sum;
+            all.least = all.least.min(it.least);
+            all.greatest = all.greatest.max(it.greatest);
+        }
+    }
+
+    /// Counts what was open when the recording ended.
+    pub(super) fn cut(&mut self, summary: &Summary) {
+        self.cut += summary.cut_at_start + summary.cut_at_end;
+    }
+
+    /// Returns the executions in a table, and how many the file has.
+    pub(super) fn table(&self, output: &Path, runs: &[Run]) -> String {
+        let rows: Vec<Vec<String>> = self
+            .series
+            .values()
+            .map(|it| {
+                let instance = if it.instance.is_empty() { "—" } else { &it.instance };
+                let times = [it.least, it.mean(), it.greatest].map(time);
+                let [least, mean, greatest] = times;
+                vec![it.key.clone(), instance.to_owned(), it.count.to_string(), least, mean, greatest]
+            })
+            .collect();
+        let header = ["codel or program", "instance", "executions", "least", "mean", "greatest"];
+        let count: u64 = self.series.values().map(|it| it.count).sum();
+        let all: u64 = runs.iter().map(|run| run.executions).sum();
+        let mut out = columns(&header, &rows);
+        out += &format!(
+            "imported {count} executions in {}; {} has {all} executions in {}\n",
+            counted(self.runs, "run"),
+            output.display(),
+            counted(runs.len(), "run"),
+        );
+        if self.cut > 0 {
+            out += &format!("not imported: {} at the start or the end of a recording\n", spans(self.cut));
+        }
+        out
+    }
+}
+
+/// Returns a number of periods, programs and codels.
+pub(super) fn spans(count: u64) -> String {
+    match count {
+        1 => "1 incomplete execution".to_owned(),
+        _ => format!("{count} incomplete executions"),
+    }
+}
+
+/// Returns a time with four digits, in the unit that fits: `1.235 ms`.
+fn time(nanoseconds: u64) -> String {
+    let (scale, unit) = match nanoseconds {
+        0..1_000 => return format!("{nanoseconds} ns"),
+        1_000..1_000_000 => (1e3, "µs"),
+        1_000_000..1_000_000_000 => (1e6, "ms"),
+        _ => (1e9, "s"),
+    };
+    let value = nanoseconds as f64 / scale;
+    let decimals = match value {
+        ..9.9995 => 3,
+        ..99.995 => 2,
+        ..999.95 => 1,
+        _ => 0,
+    };
+    format!("{value:.decimals$} {unit}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_have_four_digits() {
+        for (nanoseconds, text) in [
+            (0, "0 ns"),
+            (999, "999 ns"),
+            (1_000, "1.000 µs"),
+            (12_345, "12.35 µs"),
+            (999_960, "1000 µs"),
+            (1_234_500, "1.234 ms"),
+            (123_456_789, "123.5 ms"),
+            (7_000_000_000, "7.000 s"),
+            (123_456_000_000_000, "123456 s"),
+        ] {
+            assert_eq!(time(nanoseconds), text);
+        }
+    }
+}

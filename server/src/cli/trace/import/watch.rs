@@ -1,0 +1,141 @@
+//! `--watch`: imports a trace while it is recorded.
+//!
+//! A file of executions becomes one run at its end. A session of LTTng becomes a run for each chunk, when LTTng has completed it:
+//! `babeltrace2` cannot read the chunk that is being written, whose metadata may still be empty. Executions that begin in one
+//! chunk and end in the next are complete all the same, since one reader reads all chunks.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::sleep;
+use std::time::Duration;
+
+use mauve_pwcet::trace::{Reader, Source, TraceError};
+
+use super::follow::Follow;
+use super::messages::{abandoned, known, known_chunks, trace_error, waiting_for_chunk};
+use super::{Outcome, Session};
+use crate::cli::say;
+
+/// The time between two looks at a folder.
+const PAUSE: Duration = Duration::from_millis(500);
+
+impl Session {
+    /// Imports a trace until its recording ends, or the user ends the command.
+    pub(super) fn watch(&mut self, trace: &Path) -> Result<(), String> {
+        stop_on_signal(self.stop.clone())?;
+        let said = |error: TraceError| trace_error(trace, &error);
+        match Source::of(trace).map_err(said) {
+            Ok(Source::Csv(path)) if path.as_path() != trace => self.import(trace),
+            Ok(Source::Csv(path)) => self.follow(trace, &path, None),
+            Ok(Source::Growing { partial, complete }) => self.follow(trace, &partial, Some(complete)),
+            // A folder without a chunk may get one.
+            Ok(Source::Ctf { .. }) | Err(_) if trace.is_dir() => self.watch_chunks(trace),
+            Ok(Source::Ctf { .. }) => Ok(()),
+            Err(message) => Err(message),
+        }
+    }
+
+    fn follow(&mut self, trace: &Path, path: &Path, complete: Option<PathBuf>) -> Result<(), String> {
+        let file = Follow::open(path, complete, self.stop.clone());
+        let file = file.map_err(|error| format!("cannot read `{}`: {error}", path.display()))?;
+        let name = trace.display().to_string();
+        let mut reader = Reader::default();
+        let mut is_removed = false;
+        let outcome = self.run(&name, &mut reader, true, |reader, to| {
+            let result = reader.read_csv(file, None, to);
+            is_removed = matches!(&result, Err(TraceError::Reading(error)) if error.kind() == std::io::ErrorKind::NotFound);
+            result
+        });
+        match outcome {
+            Ok(Outcome::Added) => Ok(()),
+            Ok(Outcome::Empty) => Err(trace_error(trace, &TraceError::NoEvents { foreign: 0 })),
+            Ok(Outcome::Known) => Err(known(trace, &self.output)),
+            Err(_) if is_removed => Err(abandoned(path)),
+            Err(message) => Err(message),
+        }
+    }
+
+    fn watch_chunks(&mut self, trace: &Path) -> Result<(), String> {
+        let mut reader = Reader::default();
+        let mut read: BTreeSet<PathBuf> = BTreeSet::new();
+        let mut known = 0;
+        let mut is_said = false;
+        // Between two chunks, a session may seem to have ended.
+        let mut idle = 0;
+        loop {
+            let stops = self.stop.load(Ordering::Relaxed);
+            let (chunks, is_recording) = match Source::of(trace) {
+                Ok(Source::Ctf { chunks, .. }) if chunks == [trace] => (Vec::new(), true),
+                Ok(Source::Ctf { chunks, is_recording }) => (chunks, is_recording),
+                _ => (Vec::new(), true),
+            };
+            if chunks.is_empty() && !is_said {
+                is_said = true;
+                say(&waiting_for_chunk(trace));
+            }
+            for chunk in chunks {
+                if !read.insert(chunk.clone()) {
+                    continue;
+                }
+                idle = 0;
+                let name = chunk.display().to_string();
+                let outcome =
+                    self.run(&name, &mut reader, false, |reader, to| reader.read_chunk(&chunk, to))?;
+                known += usize::from(outcome == Outcome::Known);
+            }
+            idle += usize::from(!is_recording);
+            if stops || idle > 2 {
+                break;
+            }
+            sleep(PAUSE);
+        }
+        // The last chunk is committed: executions that are still open only count.
+        self.imported.cut(&reader.finish());
+        if known > 0 {
+            say(&known_chunks(trace, known));
+        }
+        match self.imported.runs {
+            0 => Err(trace_error(trace, &TraceError::NoEvents { foreign: 0 })),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Sets `stop` when the user ends the command, with Ctrl-C or `kill`.
+fn stop_on_signal(stop: Arc<AtomicBool>) -> Result<(), String> {
+    let failed = |error: std::io::Error| format!("cannot wait for signals: {error}");
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_io().build().map_err(failed)?;
+    let (ready, is_ready) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        runtime.block_on(async {
+            #[cfg(unix)]
+            let mut terminate = {
+                use tokio::signal::unix::{SignalKind, signal};
+                match (signal(SignalKind::terminate()), signal(SignalKind::interrupt())) {
+                    (Ok(terminate), Ok(interrupt)) => {
+                        let _ = ready.send(Ok(()));
+                        (terminate, interrupt)
+                    }
+                    (Err(error), _) | (_, Err(error)) => {
+                        let _ = ready.send(Err(error));
+                        return;
+                    }
+                }
+            };
+            #[cfg(unix)]
+            tokio::select! {
+                _ = terminate.0.recv() => {}
+                _ = terminate.1.recv() => {}
+            }
+            #[cfg(not(unix))]
+            {
+                let _ = ready.send(Ok(()));
+                let _ = tokio::signal::ctrl_c().await;
+            }
+            stop.store(true, Ordering::Relaxed);
+        });
+    });
+    is_ready.recv().unwrap_or(Ok(())).map_err(failed)
+}
