@@ -13,6 +13,7 @@ use std::process::{Command, Stdio};
 
 use mauve_hir::{Database, Workspace, projects};
 use mauve_orocos::packages;
+use mauve_pwcet::samples::{Samples, Series};
 use mauve_tests::orocos::{COMPILERS, build, configure, run};
 use mauve_tests::{Recorder, Span, scratch, spans};
 
@@ -113,6 +114,38 @@ fn run_robot(recorder: &Recorder) -> Vec<Call> {
     calls
 }
 
+/// Returns the key in a timing table of the codel or program of a span; none for a period.
+fn key(span: &Span) -> Option<String> {
+    let field = |name| span.begin.field(name);
+    let of_program = |component| match (field("state"), field("transition"), field("program")) {
+        ("-", operation, "operation") => format!("{component}/{operation}"),
+        ("-", "-", hook) => format!("{component}/{hook}"),
+        (state, "-", method) => format!("{component}/{state}.{method}"),
+        (state, transition, kind) => format!("{component}/{state}.{transition}.{kind}"),
+    };
+    match span.begin.name.as_str() {
+        "codel" => Some(field("codel").to_owned()),
+        "program" => Some(of_program(field("component"))),
+        _ => None,
+    }
+}
+
+/// Imports a recording; returns the execution times of each codel and program, by key and instance.
+fn imported(recording: &Path, folder: &Path) -> BTreeMap<(String, String), Vec<u64>> {
+    let path = folder.join("robot.samples");
+    let mut import = Command::new(env!("CARGO_BIN_EXE_mauve"));
+    let import = import.args(["trace", "import"]).arg(recording).arg("--output").arg(&path).output().unwrap();
+    let said = String::from_utf8_lossy(&import.stderr);
+    assert!(import.status.success() && said.is_empty(), "{said}");
+    let mut samples = Samples::open(&path).unwrap();
+    let series = samples.series().to_vec();
+    let times = |it: &Series| {
+        let all = samples.executions(it.id).unwrap();
+        ((it.key.clone(), it.instance.clone()), all.iter().map(|it| it.execution).collect())
+    };
+    series.iter().map(times).collect()
+}
+
 /// Returns the program of a span, as in [`PROGRAMS`].
 fn program(span: &Span) -> String {
     ["component", "state", "transition", "program"].map(|field| span.begin.field(field)).join(" ")
@@ -125,6 +158,17 @@ fn orocos_trace_of_a_robot_has_all_that_ran_and_how_long() {
     recorder.record();
     let calls = run_robot(&recorder);
     let all = spans(&recorder.stop()).unwrap_or_else(|error| panic!("{error}"));
+
+    // `mauve trace import` has the same execution times, in the order in which the executions ended.
+    let mut expected: BTreeMap<(String, String), Vec<u64>> = BTreeMap::new();
+    let mut in_order: Vec<&Span> = all.iter().collect();
+    in_order.sort_by_key(|span| span.begin.time + span.elapsed);
+    for span in in_order {
+        if let Some(key) = key(span) {
+            expected.entry((key, span.begin.field("instance").to_owned())).or_default().push(span.cpu);
+        }
+    }
+    assert_eq!(imported(&recorder.output(), recorder.folder()), expected);
 
     let threads: BTreeSet<u64> = calls.iter().map(|(thread, ..)| *thread).collect();
     // That of each component, and that of the deployer, which configures and starts them.

@@ -18,5 +18,6 @@ mod samples;
 mod sensitivity;
 mod simulate;
 mod task_sets;
+mod trace_import;
 
 const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");

@@ -120,7 +120,8 @@ impl Recorder {
         String::from_utf8_lossy(&read.stdout).lines().map(event).collect()
     }
 
-    fn output(&self) -> PathBuf {
+    /// The folder of the last session.
+    pub fn output(&self) -> PathBuf {
         self.folder.join("home").join(format!("trace{}", self.sessions))
     }
 

@@ -1,6 +1,6 @@
 //! Measured execution times → probabilistic worst-case execution times (pWCET).
 //!
-//! [`estimate`] takes the execution times of one codel, in the order in which they were measured, and returns for each level the
+//! [`trace`] reads recorded traces, [`samples`] keeps their execution times. [`estimate`] takes the execution times of one codel, in the order in which they were measured, and returns for each level the
 //! time that an execution exceeds with that probability: a point estimate, and a 95 % upper confidence bound, which is the time for
 //! timing tables. An [`Estimate`] also has all that the times rest on: tests, fits, a hold-out, the convergence, and warnings.
 //! Where the executions support no number, the result is a [`Refusal`].
@@ -28,6 +28,17 @@
 //! | `checks.rs`, `distributions.rs` | [`Check`]: tests of the assumptions |
 //! | `hold_out.rs`, `convergence.rs` | what the first half promises of the second, and how estimates change with n |
 //! | `order.rs`, `random.rs` | times without ties; random numbers with a seed |
+//! | `trace.rs` | [`trace::Reader`]: recorded traces → [`trace::Span`]s, in one pass and in constant memory |
+//! | `trace/source.rs` | [`trace::Source`]: what a path is; the chunks of a session of LTTng |
+//! | `trace/babeltrace.rs` | runs `babeltrace2`; what the tracer discarded |
+//! | `trace/lines.rs` | the lines of a stream, without an allocation for each |
+//! | `trace/event.rs` | an event of LTTng, from the text of `babeltrace2` |
+//! | `trace/nesting.rs` | begins and ends → spans, across discarded events and damaged recordings |
+//! | `trace/csv.rs` | files of executions, in comma-separated values |
+//! | `trace/names.rs` | [`trace::Names`]: codels, programs and instances, by number |
+//! | `samples.rs` | [`samples::Samples`]: reads the sample file of all runs |
+//! | `samples/writer.rs` | [`samples::Writer`]: appends runs, each of them completely or not at all |
+//! | `samples/block.rs`, `samples/encoding.rs` | the blocks of a sample file, and the numbers in them |
 //!
 //! `tests/` compares with R, scipy and pyextremes, and counts how often bounds hold.
 
@@ -45,10 +56,10 @@ mod order;
 mod random;
 #[cfg(test)]
 mod reference;
+pub mod samples;
 mod simplex;
 mod tail;
 pub mod trace;
-pub mod samples;
 
 pub use checks::{Check, CheckKind};
 pub use convergence::Convergence;

@@ -140,7 +140,7 @@ impl Drop for Babeltrace {
 /// Reads a message about discarded events or packets; none if it is another message.
 fn lost(message: &[u8]) -> Option<Lost> {
     let message = message.strip_prefix(b"WARNING: Tracer ")?;
-    let (events, rest) = match message.strip_prefix(b"may have discarded ") {
+    let (events, rest) = match message.strip_prefix(b"may have ") {
         Some(rest) => (None, rest),
         None => {
             let rest = message.strip_prefix(b"discarded ")?;

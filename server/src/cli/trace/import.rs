@@ -12,7 +12,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use mauve_pwcet::samples::{SamplesError, Writer};
-use mauve_pwcet::trace::{Reader, Source, TraceError};
+use mauve_pwcet::trace::{Reader, Source, Summary, TraceError};
 
 use crate::Output;
 use crate::cli::say;
@@ -93,7 +93,10 @@ impl Session {
             Source::Ctf { chunks, is_recording } => (chunks.as_slice(), *is_recording),
             _ => {
                 let name = trace.display().to_string();
-                return match self.run(&name, &mut reader, true, |reader, to| reader.read(&source, to))? {
+                let (outcome, summary) =
+                    self.run(&name, &mut reader, true, |reader, to| reader.read(&source, to))?;
+                warn(trace, &summary);
+                return match outcome {
                     Outcome::Added => Ok(()),
                     Outcome::Empty => Err(said(&TraceError::NoEvents { foreign: 0 })),
                     Outcome::Known => Err(messages::known(trace, &self.output)),
@@ -107,16 +110,18 @@ impl Session {
             }
         }
         let mut outcomes = Vec::new();
-        let mut foreign = 0;
+        let mut all = Summary::default();
         for (index, chunk) in chunks.iter().enumerate() {
             let is_last = index + 1 == chunks.len();
             let read = |reader: &mut Reader, to: &mut Recorder<'_>| reader.read_chunk(chunk, to);
-            outcomes.push(self.run(&chunk.display().to_string(), &mut reader, is_last, read)?);
-            foreign += self.imported.last.foreign;
+            let (outcome, summary) = self.run(&chunk.display().to_string(), &mut reader, is_last, read)?;
+            outcomes.push(outcome);
+            all.add(&summary);
         }
+        warn(trace, &all);
         match outcomes.iter().filter(|it| **it == Outcome::Known).count() {
             _ if outcomes.iter().all(|it| *it == Outcome::Empty) => {
-                Err(said(&TraceError::NoEvents { foreign }))
+                Err(said(&TraceError::NoEvents { foreign: all.foreign }))
             }
             0 => Ok(()),
             _ if !outcomes.contains(&Outcome::Added) => Err(messages::known(trace, &self.output)),
@@ -127,14 +132,15 @@ impl Session {
         }
     }
 
-    /// Adds what `read` reads as one run. The last run of a trace ends the spans that are open.
+    /// Adds what `read` reads as one run, and returns its summary if it is not known. The last run of a trace ends the spans
+    /// that are open.
     fn run(
         &mut self,
         name: &str,
         reader: &mut Reader,
         is_last: bool,
         read: impl FnOnce(&mut Reader, &mut Recorder<'_>) -> Result<(), TraceError>,
-    ) -> Result<Outcome, String> {
+    ) -> Result<(Outcome, Summary), String> {
         let date = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
         let output = self.output.clone();
         let said = |error: SamplesError| samples_error(&output, &error);
@@ -147,19 +153,22 @@ impl Session {
         }
         result.map_err(|error| trace_error(Path::new(name), &error))?;
         let summary = if is_last { reader.finish() } else { reader.take_summary() };
-        self.imported.last = summary;
         if series.is_empty() {
-            return Ok(Outcome::Empty);
+            return Ok((Outcome::Empty, summary));
         }
         match self.writer.commit(&summary) {
             Ok(()) => {}
-            Err(SamplesError::Duplicate { .. }) => return Ok(Outcome::Known),
+            Err(SamplesError::Duplicate { .. }) => return Ok((Outcome::Known, Summary::default())),
             Err(error) => return Err(said(error)),
         }
-        for warning in warnings(name, &summary) {
-            say(&warning);
-        }
         self.imported.add(&series, &summary);
-        Ok(Outcome::Added)
+        Ok((Outcome::Added, summary))
+    }
+}
+
+/// Says on standard error what of a trace was not imported, and why.
+fn warn(trace: &Path, summary: &Summary) {
+    for warning in warnings(&trace.display().to_string(), summary) {
+        say(&warning);
     }
 }

@@ -43,8 +43,6 @@ impl Series {
 pub(super) struct Imported {
     /// The number of runs.
     pub(super) runs: usize,
-    /// The summary of the last run that was read.
-    pub(super) last: Summary,
     series: BTreeMap<(String, String), Series>,
     cut: u64,
 }

@@ -11,11 +11,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::sleep;
 use std::time::Duration;
 
-use mauve_pwcet::trace::{Reader, Source, TraceError};
+use mauve_pwcet::trace::{Reader, Source, Summary, TraceError};
 
 use super::follow::Follow;
 use super::messages::{abandoned, known, known_chunks, trace_error, waiting_for_chunk};
-use super::{Outcome, Session};
+use super::recorder::Recorder;
+use super::{Outcome, Session, warn};
 use crate::cli::say;
 
 /// The time between two looks at a folder.
@@ -48,7 +49,10 @@ impl Session {
             is_removed = matches!(&result, Err(TraceError::Reading(error)) if error.kind() == std::io::ErrorKind::NotFound);
             result
         });
-        match outcome {
+        match outcome.map(|(outcome, summary)| {
+            warn(trace, &summary);
+            outcome
+        }) {
             Ok(Outcome::Added) => Ok(()),
             Ok(Outcome::Empty) => Err(trace_error(trace, &TraceError::NoEvents { foreign: 0 })),
             Ok(Outcome::Known) => Err(known(trace, &self.output)),
@@ -61,6 +65,7 @@ impl Session {
         let mut reader = Reader::default();
         let mut read: BTreeSet<PathBuf> = BTreeSet::new();
         let mut known = 0;
+        let mut all = Summary::default();
         let mut is_said = false;
         // Between two chunks, a session may seem to have ended.
         let mut idle = 0;
@@ -81,8 +86,9 @@ impl Session {
                 }
                 idle = 0;
                 let name = chunk.display().to_string();
-                let outcome =
-                    self.run(&name, &mut reader, false, |reader, to| reader.read_chunk(&chunk, to))?;
+                let read = |reader: &mut Reader, to: &mut Recorder<'_>| reader.read_chunk(&chunk, to);
+                let (outcome, summary) = self.run(&name, &mut reader, false, read)?;
+                all.add(&summary);
                 known += usize::from(outcome == Outcome::Known);
             }
             idle += usize::from(!is_recording);
@@ -93,6 +99,7 @@ impl Session {
         }
         // The last chunk is committed: executions that are still open only count.
         self.imported.cut(&reader.finish());
+        warn(trace, &all);
         if known > 0 {
             say(&known_chunks(trace, known));
         }

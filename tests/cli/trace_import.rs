@@ -1,0 +1,164 @@
+//! `mauve trace import`: files of executions become runs of a sample file.
+
+use std::io::Write as _;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use mauve_tests::{Run, mauve, scratch, test_name, write};
+
+use crate::MAUVE;
+
+const HEADER: &str = "codel,execution_ns,instance,elapsed_ns,time_ns\n";
+
+fn folder(files: &[(&str, &str)]) -> std::path::PathBuf {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &test_name());
+    write(&folder, files);
+    folder
+}
+
+fn import(folder: &Path, arguments: &[&str]) -> Run {
+    let arguments = [&["trace", "import"], arguments, &["--output", "robot.samples"]].concat();
+    mauve(MAUVE, folder, &arguments)
+}
+
+/// The lines of the table, without its columns' widths.
+fn lines(text: &str) -> Vec<String> {
+    text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect()
+}
+
+#[test]
+fn traces_become_runs() {
+    let first = format!(
+        "{HEADER}nav.plan,1000,pilot,1200,5000\nnav.plan,2000,pilot,2200,9000\nnav.Pilot/Free.run,5000000,pilot,,\n"
+    );
+    let folder = folder(&[
+        ("monday/executions.csv", first.as_str()),
+        ("tuesday.csv", "codel,execution_ns\nnav.plan,1500\n"),
+    ]);
+    let run = import(&folder, &["monday", "tuesday.csv"]);
+    assert_eq!((run.code, run.err.as_str()), (0, ""));
+    assert_eq!(
+        lines(&run.out),
+        [
+            "codel or program instance executions least mean greatest",
+            "nav.Pilot/Free.run pilot 1 5.000 ms 5.000 ms 5.000 ms",
+            "nav.plan — 1 1.500 µs 1.500 µs 1.500 µs",
+            "nav.plan pilot 2 1.000 µs 1.500 µs 2.000 µs",
+            "imported 4 executions in 2 runs; robot.samples has 4 executions in 2 runs",
+        ]
+    );
+    // Each trace is imported once.
+    let before = std::fs::read(folder.join("robot.samples")).unwrap();
+    let run = import(&folder, &["monday/executions.csv"]);
+    assert_eq!((run.code, run.out.as_str()), (2, ""));
+    assert!(run.err.contains("was imported into `robot.samples` before"), "{}", run.err);
+    assert_eq!(std::fs::read(folder.join("robot.samples")).unwrap(), before);
+}
+
+#[test]
+fn a_trace_that_cannot_be_read_adds_nothing() {
+    let bad = format!("{HEADER}f,1,a,2,3\nf,NaN,a,2,4\n");
+    let folder = folder(&[
+        ("bad.csv", bad.as_str()),
+        ("good.csv", "codel,execution_ns\nf,7\n"),
+        ("open/executions.csv.partial", HEADER),
+        ("empty.csv", HEADER),
+        ("other/a.txt", ""),
+    ]);
+    for (trace, message) in [
+        ("bad.csv", "`bad.csv`, line 3: `NaN` is not a time for `execution_ns`: write nanoseconds"),
+        ("open", "`open/executions.csv.partial` is incomplete"),
+        ("empty.csv", "`empty.csv` has no execution of a codel or a program"),
+        ("other", "`other` is not a trace"),
+        ("missing", "cannot read `missing`"),
+        ("other/a.txt", "`other/a.txt`, line 1: the file is empty"),
+    ] {
+        let run = import(&folder, &[trace]);
+        assert_eq!((run.code, run.out.as_str()), (2, ""), "{trace}");
+        assert!(run.err.contains(message), "{trace}: {}", run.err);
+        assert!(!folder.join("robot.samples").exists(), "{trace}");
+    }
+    // The traces before it are imported.
+    let run = import(&folder, &["good.csv", "bad.csv"]);
+    assert_eq!(run.code, 2);
+    assert!(run.out.contains("imported 1 executions in 1 run") && run.err.contains("line 3"), "{run:?}");
+}
+
+#[test]
+fn other_files_are_not_overwritten() {
+    let folder = folder(&[("good.csv", "codel,execution_ns\nf,7\n"), ("robot.samples", "important\n")]);
+    let run = import(&folder, &["good.csv"]);
+    assert_eq!(run.code, 2);
+    assert!(run.err.contains("`robot.samples` is not a sample file, and is not overwritten"), "{}", run.err);
+    assert_eq!(std::fs::read_to_string(folder.join("robot.samples")).unwrap(), "important\n");
+}
+
+#[test]
+fn lines_out_of_order_are_warned_of() {
+    let text = format!("{HEADER}f,1,a,2,30\nf,1,a,2,20\nf,9000000,a,2,40\n");
+    let folder = folder(&[("a.csv", text.as_str())]);
+    let run = import(&folder, &["a.csv"]);
+    assert_eq!(run.code, 0);
+    assert!(run.err.contains("`a.csv`: a clock ran backwards 1 times"), "{}", run.err);
+    assert!(
+        run.err.contains("`a.csv`: 1 executions used more CPU time than the time that passed"),
+        "{}",
+        run.err
+    );
+}
+
+/// Waits until the sample file has grown by what the import has read, or a minute has passed.
+fn wait_until(what: impl Fn() -> bool) {
+    let begin = Instant::now();
+    while !what() {
+        assert!(begin.elapsed() < Duration::from_secs(60), "the import does not end");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn a_growing_file_is_followed_to_its_end() {
+    let folder = folder(&[("run/executions.csv.partial", HEADER)]);
+    let partial = folder.join("run/executions.csv.partial");
+    let mut child = Command::new(MAUVE);
+    child.args(["trace", "import", "--watch", "run", "-o", "robot.samples"]).current_dir(&folder);
+    let child = child.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    wait_until(|| folder.join("robot.samples").exists());
+    let mut file = std::fs::OpenOptions::new().append(true).open(&partial).unwrap();
+    // A line that is written in two parts.
+    for part in ["f,1000,a,1100,5000\nf,2", "000,a,2100,9000\n", "f,3000,a,3100,12000\n"] {
+        file.write_all(part.as_bytes()).unwrap();
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    std::fs::rename(&partial, folder.join("run/executions.csv")).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let out = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{out} {}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(lines(&out)[1], "f a 3 1.000 µs 2.000 µs 3.000 µs");
+    // The complete file has the same executions.
+    assert_eq!(import(&folder, &["run"]).code, 2);
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_watch_keeps_the_complete_lines() {
+    let text = format!("{HEADER}f,1000,a,1100,5000\nf,20");
+    let folder = folder(&[("run.csv", text.as_str())]);
+    let mut child = Command::new(MAUVE);
+    child.args(["trace", "import", "--watch", "run.csv", "-o", "robot.samples"]).current_dir(&folder);
+    let child = child.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let signals = format!("/proc/{}/status", child.id());
+    // Its handler of SIGINT is there: a bit of the mask of caught signals.
+    wait_until(|| {
+        let status = std::fs::read_to_string(&signals).unwrap();
+        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap();
+        u64::from_str_radix(caught.trim(), 16).unwrap() & 2 != 0
+    });
+    std::thread::sleep(Duration::from_millis(500));
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    let out = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{out} {}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(lines(&out)[1], "f a 1 1.000 µs 1.000 µs 1.000 µs");
+}
