@@ -52,7 +52,7 @@ fn traces_become_runs() {
     let before = std::fs::read(folder.join("robot.samples")).unwrap();
     let run = import(&folder, &["monday/executions.csv"]);
     assert_eq!((run.code, run.out.as_str()), (2, ""));
-    assert!(run.err.contains("was imported into `robot.samples` before"), "{}", run.err);
+    assert!(run.err.contains("was imported into `robot.samples` before, from `monday`"), "{}", run.err);
     assert_eq!(std::fs::read(folder.join("robot.samples")).unwrap(), before);
 }
 

@@ -228,9 +228,9 @@ impl Writer {
         run.hashed.clear();
         let fingerprint: [u8; 32] = run.hash.clone().finalize().into();
         let same =
-            |it: &&Run| it.fingerprint == fingerprint && it.executions == run.executions && it.executions > 0;
-        if let Some(run) = self.index.runs.iter().find(same) {
-            return Err(SamplesError::Duplicate { run: run.clone() });
+            |it: &Run| it.fingerprint == fingerprint && it.executions == run.executions && it.executions > 0;
+        if let Some(run) = self.index.runs.iter().position(same) {
+            return Err(SamplesError::Duplicate { run });
         }
         let mut head = END_MARK.to_vec();
         head.extend(fingerprint);

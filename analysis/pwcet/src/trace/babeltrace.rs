@@ -25,7 +25,7 @@ use super::nesting::Gap;
 /// Its name: the one of the paths in `PATH`.
 const PROGRAM: &str = "babeltrace2";
 
-/// What is shown of its messages if it fails.
+/// The number of bytes of its messages that an error has.
 const MOST_SAID: usize = 2000;
 
 /// A discarded part of a trace.

@@ -6,7 +6,7 @@ use std::ops::Range;
 /// The greatest length of a line in bytes. A recorded event has about 200.
 pub(super) const LONGEST_LINE: usize = 1 << 16;
 
-/// What is read at once.
+/// The number of bytes in one read.
 const CHUNK: usize = 1 << 18;
 
 /// Why there is no next line.

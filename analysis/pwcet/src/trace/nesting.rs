@@ -182,7 +182,8 @@ impl Nesting {
 
     /// Begins the gaps up to a time.
     fn enter_gaps(&mut self, time: u64, summary: &mut Summary) {
-        while let Some(gap) = self.gaps.pop_front_if(|gap| gap.begin <= time) {
+        while let Some(gap) = self.gaps.front().copied().filter(|gap| gap.begin <= time) {
+            self.gaps.pop_front();
             self.drop_all(summary);
             self.lossy_until = self.lossy_until.max(Some(gap.end));
         }

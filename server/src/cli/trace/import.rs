@@ -79,8 +79,8 @@ enum Outcome {
     Added,
     /// It has no execution.
     Empty,
-    /// The sample file has the same run.
-    Known,
+    /// The sample file has the same executions in the run with this index.
+    Known(usize),
 }
 
 impl Session {
@@ -99,7 +99,7 @@ impl Session {
                 return match outcome {
                     Outcome::Added => Ok(()),
                     Outcome::Empty => Err(said(&TraceError::NoEvents { foreign: 0 })),
-                    Outcome::Known => Err(messages::known(trace, &self.output)),
+                    Outcome::Known(run) => Err(self.known(trace, run)),
                 };
             }
         };
@@ -119,17 +119,30 @@ impl Session {
             all.add(&summary);
         }
         warn(trace, &all);
-        match outcomes.iter().filter(|it| **it == Outcome::Known).count() {
+        let known: Vec<usize> = outcomes
+            .iter()
+            .filter_map(|it| match it {
+                Outcome::Known(run) => Some(*run),
+                _ => None,
+            })
+            .collect();
+        match known.as_slice() {
             _ if outcomes.iter().all(|it| *it == Outcome::Empty) => {
                 Err(said(&TraceError::NoEvents { foreign: all.foreign }))
             }
-            0 => Ok(()),
-            _ if !outcomes.contains(&Outcome::Added) => Err(messages::known(trace, &self.output)),
+            [] => Ok(()),
+            [first, ..] if !outcomes.contains(&Outcome::Added) => Err(self.known(trace, *first)),
             known => {
-                say(&messages::known_chunks(trace, known));
+                say(&messages::known_chunks(trace, known.len()));
                 Ok(())
             }
         }
+    }
+
+    /// Returns the message for a trace whose executions a run of the sample file has.
+    fn known(&self, trace: &Path, run: usize) -> String {
+        let earlier = self.writer.runs().get(run).map_or("", |run| run.source.as_str());
+        messages::known(trace, &self.output, earlier)
     }
 
     /// Adds what `read` reads as one run, and returns its summary if it is not known. The last run of a trace ends the spans
@@ -158,7 +171,7 @@ impl Session {
         }
         match self.writer.commit(&summary) {
             Ok(()) => {}
-            Err(SamplesError::Duplicate { .. }) => return Ok((Outcome::Known, Summary::default())),
+            Err(SamplesError::Duplicate { run }) => return Ok((Outcome::Known(run), Summary::default())),
             Err(error) => return Err(said(error)),
         }
         self.imported.add(&series, &summary);

@@ -11,7 +11,7 @@ use std::time::Duration;
 /// The time between two looks at the file.
 const PAUSE: Duration = Duration::from_millis(200);
 
-/// What is read at once.
+/// The number of bytes in one read.
 const CHUNK: usize = 1 << 16;
 
 /// A growing file.

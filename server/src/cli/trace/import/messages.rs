@@ -113,7 +113,7 @@ pub(super) fn samples_error(samples: &Path, error: &SamplesError) -> String {
             )
         }
         SamplesError::Duplicate { run } => {
-            format!("`{shown}` has the same executions from `{}`: a trace is imported once", run.source)
+            format!("`{shown}` has the same executions in run {}: a trace is imported once", run + 1)
         }
         SamplesError::LongName => format!("a name in the trace is too long for `{shown}`"),
         SamplesError::TooMany => format!("`{shown}` is full: choose another path for --output"),
@@ -121,10 +121,10 @@ pub(super) fn samples_error(samples: &Path, error: &SamplesError) -> String {
     }
 }
 
-/// Returns the message for a trace that was imported before.
-pub(super) fn known(trace: &Path, samples: &Path) -> String {
+/// Returns the message for a trace whose executions the sample file has, from `earlier`.
+pub(super) fn known(trace: &Path, samples: &Path, earlier: &str) -> String {
     format!(
-        "`{}` was imported into `{}` before: the same executions twice would falsify an estimate; nothing was added",
+        "`{}` was imported into `{}` before, from `{earlier}`: the same executions twice would falsify an estimate; nothing was added",
         trace.display(),
         samples.display()
     )

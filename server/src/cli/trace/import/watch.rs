@@ -14,7 +14,7 @@ use std::time::Duration;
 use mauve_pwcet::trace::{Reader, Source, Summary, TraceError};
 
 use super::follow::Follow;
-use super::messages::{abandoned, known, known_chunks, trace_error, waiting_for_chunk};
+use super::messages::{abandoned, known_chunks, trace_error, waiting_for_chunk};
 use super::recorder::Recorder;
 use super::{Outcome, Session, warn};
 use crate::cli::say;
@@ -55,7 +55,7 @@ impl Session {
         }) {
             Ok(Outcome::Added) => Ok(()),
             Ok(Outcome::Empty) => Err(trace_error(trace, &TraceError::NoEvents { foreign: 0 })),
-            Ok(Outcome::Known) => Err(known(trace, &self.output)),
+            Ok(Outcome::Known(run)) => Err(self.known(trace, run)),
             Err(_) if is_removed => Err(abandoned(path)),
             Err(message) => Err(message),
         }
@@ -89,7 +89,7 @@ impl Session {
                 let read = |reader: &mut Reader, to: &mut Recorder<'_>| reader.read_chunk(&chunk, to);
                 let (outcome, summary) = self.run(&name, &mut reader, false, read)?;
                 all.add(&summary);
-                known += usize::from(outcome == Outcome::Known);
+                known += usize::from(matches!(outcome, Outcome::Known(_)));
             }
             idle += usize::from(!is_recording);
             if stops || idle > 2 {
