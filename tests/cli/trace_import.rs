@@ -82,7 +82,7 @@ fn a_trace_that_cannot_be_read_adds_nothing() {
     // The traces before it are imported.
     let run = import(&folder, &["good.csv", "bad.csv"]);
     assert_eq!(run.code, 2);
-    assert!(run.out.contains("imported 1 executions in 1 run") && run.err.contains("line 3"), "{run:?}");
+    assert!(run.out.contains("imported 1 execution in 1 run") && run.err.contains("line 3"), "{run:?}");
 }
 
 #[test]
@@ -100,9 +100,9 @@ fn lines_out_of_order_are_warned_of() {
     let folder = folder(&[("a.csv", text.as_str())]);
     let run = import(&folder, &["a.csv"]);
     assert_eq!(run.code, 0);
-    assert!(run.err.contains("`a.csv`: a clock ran backwards 1 times"), "{}", run.err);
+    assert!(run.err.contains("`a.csv`: a clock ran backwards at 1 execution:"), "{}", run.err);
     assert!(
-        run.err.contains("`a.csv`: 1 executions used more CPU time than the time that passed"),
+        run.err.contains("`a.csv`: 1 execution used more CPU time than the time that passed"),
         "{}",
         run.err
     );

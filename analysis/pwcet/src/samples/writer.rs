@@ -78,6 +78,10 @@ impl Writer {
             }
             file => (file.map_err(SamplesError::Io)?, false),
         };
+        // A pipe or a device has no end.
+        if !file.metadata().map_err(SamplesError::Io)?.is_file() {
+            return Err(SamplesError::NotSamples);
+        }
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => return Err(SamplesError::Locked),

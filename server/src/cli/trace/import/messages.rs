@@ -5,7 +5,7 @@ use std::path::Path;
 use mauve_pwcet::samples::{Damage, SamplesError};
 use mauve_pwcet::trace::{CsvProblem, Summary, TraceError};
 
-use super::table::spans;
+use super::table::{executions, incomplete};
 
 /// Returns the message for a trace that cannot be read.
 pub(super) fn trace_error(trace: &Path, error: &TraceError) -> String {
@@ -157,28 +157,28 @@ pub(super) fn warnings(name: &str, it: &Summary) -> Vec<String> {
             "`{name}`: the tracer discarded {events}; {} near them were not imported. Long executions are more likely to be \
              among these, so an estimate would be too low: record again with larger buffers, such as `lttng enable-channel -u \
              --subbuf-size=4M --num-subbuf=8 events`",
-            spans(it.dropped)
+            incomplete(it.dropped)
         ));
     }
     if it.unbalanced > 0 {
         found.push(format!(
             "`{name}`: {} have a begin without an end, or an end without a begin, and were not imported: the session was stopped \
              for a while, or a program ended abnormally",
-            spans(it.unbalanced)
+            incomplete(it.unbalanced)
         ));
     }
     if it.clock_errors > 0 {
         found.push(format!(
-            "`{name}`: a clock ran backwards {} times; executions of LTTng around these were not imported, and lines of a file \
-             have no time: import files in the order of time_ns, and record on a kernel with a stable clock",
-            it.clock_errors
+            "`{name}`: a clock ran backwards at {}: those in a trace of LTTng were not imported, and those in a file have no time; \
+             import files in the order of time_ns, and record on a kernel with a stable clock",
+            executions(it.clock_errors)
         ));
     }
     if it.suspicious > 0 {
         found.push(format!(
-            "`{name}`: {} executions used more CPU time than the time that passed: check the clocks of the computer, and the \
+            "`{name}`: {} used more CPU time than the time that passed: check the clocks of the computer, and the \
              columns execution_ns and elapsed_ns of a file",
-            it.suspicious
+            executions(it.suspicious)
         ));
     }
     found

@@ -84,24 +84,32 @@ impl Imported {
         let all: u64 = runs.iter().map(|run| run.executions).sum();
         let mut out = columns(&header, &rows);
         out += &format!(
-            "imported {count} executions in {}; {} has {all} executions in {}\n",
+            "imported {} in {}; {} has {} in {}\n",
+            executions(count),
             counted(self.runs, "run"),
             output.display(),
+            executions(all),
             counted(runs.len(), "run"),
         );
         if self.cut > 0 {
-            out += &format!("not imported: {} at the start or the end of a recording\n", spans(self.cut));
+            out +=
+                &format!("not imported: {} at the start or the end of a recording\n", incomplete(self.cut));
         }
         out
     }
 }
 
-/// Returns a number of periods, programs and codels.
-pub(super) fn spans(count: u64) -> String {
+/// Returns a number of executions.
+pub(super) fn executions(count: u64) -> String {
     match count {
-        1 => "1 incomplete execution".to_owned(),
-        _ => format!("{count} incomplete executions"),
+        1 => "1 execution".to_owned(),
+        _ => format!("{count} executions"),
     }
+}
+
+/// Returns a number of executions that are not imported.
+pub(super) fn incomplete(count: u64) -> String {
+    executions(count).replacen(' ', " incomplete ", 1)
 }
 
 /// Returns a time with four digits, in the unit that fits: `1.235 ms`.
