@@ -13,6 +13,7 @@ mod first_steps;
 mod fixes;
 #[cfg(unix)]
 mod hostile;
+mod pwcet;
 mod robot;
 mod samples;
 mod sensitivity;

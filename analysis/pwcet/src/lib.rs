@@ -19,6 +19,7 @@
 //!
 //! | file | content |
 //! |---|---|
+//! | `measurement.rs` | [`measure`]: from sample files to the times of each codel |
 //! | `estimate.rs` | [`estimate`]: from executions to times, with all checks |
 //! | `tail.rs` | [`Tail`]: threshold, fit, quantiles and their bounds (peaks over threshold) |
 //! | `gpd.rs` | [`Gpd`]: the generalised Pareto distribution, by maximum likelihood |
@@ -52,6 +53,7 @@ mod gev;
 mod gpd;
 mod hold_out;
 mod likelihood_region;
+mod measurement;
 mod order;
 mod random;
 #[cfg(test)]
@@ -70,4 +72,5 @@ pub use estimate::{
 pub use gev::{BlockMaxima, Gev};
 pub use gpd::Gpd;
 pub use hold_out::HoldOut;
+pub use measurement::{InstanceMeasurement, Measurement, measure};
 pub use tail::{LEAST_EXCESSES, LEAST_EXECUTIONS, Tail, TailModel};

@@ -202,6 +202,13 @@ impl Samples {
         &self.index.series
     }
 
+    /// Returns the SHA-256 of the fingerprints of all runs, in hexadecimal: it changes when a run is added. Reads nothing.
+    pub fn fingerprint(&self) -> String {
+        let mut hash = Sha256::new();
+        self.index.runs.iter().for_each(|run| hash.update(run.fingerprint));
+        hexadecimal(&hash.finalize())
+    }
+
     /// Returns the executions of a series in the order in which they were recorded. Does not read those of others.
     ///
     /// # Errors

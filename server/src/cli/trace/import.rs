@@ -15,8 +15,9 @@ use mauve_pwcet::samples::{SamplesError, Writer};
 use mauve_pwcet::trace::{Reader, Source, Summary, TraceError};
 
 use crate::Output;
+use crate::cli::sample_file::samples_error;
 use crate::cli::say;
-use messages::{samples_error, trace_error, warnings};
+use messages::{trace_error, warnings};
 use recorder::Recorder;
 use table::Imported;
 

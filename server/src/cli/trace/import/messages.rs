@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use mauve_pwcet::samples::{Damage, SamplesError};
 use mauve_pwcet::trace::{CsvProblem, Summary, TraceError};
 
 use super::table::{executions, incomplete};
@@ -79,45 +78,6 @@ fn csv_problem(problem: &CsvProblem) -> String {
         }
         CsvProblem::Quotes => "a quoted field has no closing quote in this line".to_owned(),
         CsvProblem::NotUtf8 => "a name is not UTF-8 text".to_owned(),
-    }
-}
-
-/// Returns the message for a sample file that cannot be read or written.
-pub(super) fn samples_error(samples: &Path, error: &SamplesError) -> String {
-    let shown = samples.display();
-    match error {
-        SamplesError::Io(error) => format!("cannot write `{shown}`: {error}"),
-        SamplesError::NotSamples => {
-            format!(
-                "`{shown}` is not a sample file, and is not overwritten: choose another path for --output"
-            )
-        }
-        SamplesError::LaterVersion => {
-            format!(
-                "`{shown}` was written by a later version of mauve: update mauve, or choose another path for --output"
-            )
-        }
-        SamplesError::Damaged { offset, damage } => {
-            let how = match damage {
-                Damage::Truncated => "a block ends too early",
-                Damage::Checksum => "a checksum is wrong",
-                Damage::Content => "a block is not valid",
-            };
-            format!(
-                "`{shown}` is damaged at byte {offset}: {how}; restore the file, or import its traces into a new one"
-            )
-        }
-        SamplesError::Locked => {
-            format!(
-                "another mauve imports into `{shown}`: wait for its end, or choose another path for --output"
-            )
-        }
-        SamplesError::Duplicate { run } => {
-            format!("`{shown}` has the same executions in run {}: a trace is imported once", run + 1)
-        }
-        SamplesError::LongName => format!("a name in the trace is too long for `{shown}`"),
-        SamplesError::TooMany => format!("`{shown}` is full: choose another path for --output"),
-        SamplesError::UnknownSeries => format!("`{shown}` has changed: try again"),
     }
 }
 

@@ -1,0 +1,164 @@
+//! All measured executions of one codel or program: those of each instance are a sample of their own, and the time of the codel
+//! is the longest of them.
+//!
+//! Instances are not mixed: they may execute a codel with other inputs, or on other CPUs, and a mixture of two distributions is
+//! none of the distributions that an estimate assumes.
+
+use rayon::prelude::*;
+
+use crate::estimate::{Estimate, Options, Refusal, estimate};
+use crate::samples::{Samples, SamplesError};
+
+/// What was measured of one codel or program.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measurement {
+    /// The key in a timing table: of a codel, or of a program, which has a `/`.
+    pub key: String,
+    /// The instances, in the order of their names.
+    pub instances: Vec<InstanceMeasurement>,
+}
+
+/// What was measured in one instance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InstanceMeasurement {
+    /// The instance; empty if it is unknown.
+    pub instance: String,
+    /// The execution times in nanoseconds, in the order of recording, run after run.
+    pub executions: Vec<u64>,
+    /// The index of the first execution of each run.
+    pub runs: Vec<usize>,
+    /// The estimate.
+    pub result: Result<Estimate, Refusal>,
+}
+
+impl Measurement {
+    /// Returns the number of executions.
+    pub fn count(&self) -> usize {
+        self.instances.iter().map(|it| it.executions.len()).sum()
+    }
+
+    /// Returns the greatest execution time in nanoseconds.
+    pub fn greatest(&self) -> u64 {
+        self.instances.iter().flat_map(|it| &it.executions).copied().max().unwrap_or_default()
+    }
+
+    /// Returns the time of each level, in nanoseconds: the longest upper bound of an instance, and no less than any execution of an
+    /// instance without an estimate. `None` if no instance has an estimate.
+    pub fn times(&self) -> Option<Vec<f64>> {
+        let estimates = || self.instances.iter().filter_map(|it| it.result.as_ref().ok());
+        let levels = estimates().next()?.levels.len();
+        let refused = self.instances.iter().filter(|it| it.result.is_err());
+        let seen = refused.flat_map(|it| &it.executions).copied().max().unwrap_or_default() as f64;
+        let time = |level: usize| {
+            estimates().filter_map(|it| it.levels.get(level)).map(|it| it.upper).fold(seen, f64::max)
+        };
+        Some((0..levels).map(time).collect())
+    }
+}
+
+/// Estimates each codel and program of these sample files whose key is `wanted`; those of several files together, run after run.
+///
+/// All these executions are in memory: 8 bytes for each.
+///
+/// # Errors
+///
+/// A file cannot be read; with its index.
+pub fn measure(
+    files: &mut [Samples],
+    wanted: impl Fn(&str) -> bool,
+    options: &Options,
+) -> Result<Vec<Measurement>, (usize, SamplesError)> {
+    let mut names: Vec<(String, String)> = Vec::new();
+    for it in files.iter().flat_map(Samples::series).filter(|it| wanted(&it.key)) {
+        names.push((it.key.clone(), it.instance.clone()));
+    }
+    names.sort();
+    names.dedup();
+    let mut read = Vec::with_capacity(names.len());
+    for (key, instance) in names {
+        let (mut executions, mut runs) = (Vec::new(), Vec::new());
+        for (index, file) in files.iter_mut().enumerate() {
+            let found = file.series().iter().find(|it| it.key == key && it.instance == instance);
+            let Some(id) = found.map(|it| it.id) else { continue };
+            let mut run = None;
+            for it in file.executions(id).map_err(|error| (index, error))? {
+                if run != Some(it.run) {
+                    run = Some(it.run);
+                    runs.push(executions.len());
+                }
+                executions.push(it.execution);
+            }
+        }
+        read.push((key, instance, executions, runs));
+    }
+    let estimated = read.into_par_iter().map(|(key, instance, executions, runs)| {
+        let result = estimate(&executions, options);
+        (key, InstanceMeasurement { instance, executions, runs, result })
+    });
+    let mut measurements: Vec<Measurement> = Vec::new();
+    for (key, instance) in estimated.collect::<Vec<_>>() {
+        match measurements.last_mut().filter(|it| it.key == key) {
+            Some(it) => it.instances.push(instance),
+            None => measurements.push(Measurement { key, instances: vec![instance] }),
+        }
+    }
+    Ok(measurements)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::{generator, uniform};
+    use crate::samples::{Execution, Writer};
+    use crate::tail::TailModel;
+    use crate::trace::Summary;
+
+    fn options() -> Options {
+        Options { levels: vec![1e-3, 1e-6], model: TailModel::GeneralisedPareto, seed: 1, bootstraps: 0 }
+    }
+
+    /// Writes a file with one run, in which each instance executes `plan` so often, with exponential times of this mean.
+    fn file(name: &str, seed: u64, instances: &[(&str, usize, f64)]) -> Samples {
+        let path = std::env::temp_dir().join(format!("mauve-measurement-{}-{name}", std::process::id()));
+        let _ = std::fs::remove_file(&path);
+        let mut writer = Writer::open(&path).unwrap();
+        writer.begin(name, 0).unwrap();
+        for (instance, count, mean) in instances {
+            let series = writer.series("nav.plan", instance).unwrap();
+            let mut random = generator(seed, *count as u64);
+            for _ in 0..*count {
+                let execution = (1e6 - mean * uniform(&mut random).ln()) as u64;
+                writer.add(series, Execution { execution, elapsed: None, end: None, run: 0 }).unwrap();
+            }
+        }
+        writer.commit(&Summary::default()).unwrap();
+        let samples = Samples::open(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        samples
+    }
+
+    #[test]
+    fn the_slowest_instance_gives_the_times() {
+        let mut files =
+            [file("a", 1, &[("left", 900, 1e5), ("right", 901, 4e5)]), file("b", 2, &[("left", 600, 1e5)])];
+        let found = measure(&mut files, |key| key == "nav.plan", &options()).unwrap();
+        let [plan] = &found[..] else { panic!("{found:?}") };
+        let [left, right] = &plan.instances[..] else { panic!("{plan:?}") };
+        assert_eq!((left.executions.len(), &left.runs[..], &right.runs[..]), (1500, &[0, 900][..], &[0][..]));
+        let of = |it: &InstanceMeasurement| {
+            it.result.as_ref().unwrap().levels.iter().map(|it| it.upper).collect::<Vec<_>>()
+        };
+        assert!(of(left) < of(right));
+        assert_eq!(plan.times(), Some(of(right)));
+        assert!(measure(&mut files, |key| key.contains('/'), &options()).unwrap().is_empty());
+    }
+
+    /// Three slow executions of an instance are not forgotten, although they are too few for an estimate.
+    #[test]
+    fn an_instance_without_an_estimate_counts() {
+        let mut files = [file("c", 3, &[("left", 900, 1e5), ("right", 3, 9e7)])];
+        let plan = measure(&mut files, |_| true, &options()).unwrap().remove(0);
+        assert_eq!(plan.instances[1].result, Err(Refusal::TooFew { count: 3 }));
+        assert!(plan.times().unwrap().iter().all(|&time| time >= plan.greatest() as f64));
+    }
+}

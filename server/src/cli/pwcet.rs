@@ -1,0 +1,224 @@
+//! `mauve pwcet SAMPLES…`: from measured executions to the times of a timing table.
+
+mod budgets;
+mod date;
+mod document;
+mod table;
+mod write;
+
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use mauve_diagnostics::{measurement_refusal, measurement_warning};
+use mauve_pwcet::samples::Samples;
+use mauve_pwcet::{Measurement, Options, TailModel, measure, rounded_up};
+use mauve_timing::{Level, MOST_LEVELS, Table, Time};
+
+use self::budgets::{Budgets, budgets};
+use super::sample_file::unreadable_samples;
+use super::{Outside, say};
+use crate::Output;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Pwcet {
+    /// Sample files of `mauve trace import`.
+    #[arg(value_name = "SAMPLES", required = true, value_hint = clap::ValueHint::FilePath)]
+    samples: Vec<PathBuf>,
+    /// The timing table that gets the times. Comments, order and entries that were written or edited by hand stay.
+    #[arg(short, long, value_name = "TABLE", value_hint = clap::ValueHint::FilePath)]
+    output: Option<PathBuf>,
+    /// The levels, such as 1e-4,1e-7: by default those of the table, otherwise 1e-3 to 1e-9.
+    #[arg(long, value_name = "LEVEL,…", value_delimiter = ',')]
+    levels: Vec<f64>,
+    /// The model of the tail.
+    #[arg(long, value_enum, default_value = "pareto")]
+    tail: Tail,
+    /// Estimate programs, too. In a table, the time of a program is used instead of the times of its codels.
+    #[arg(long)]
+    programs: bool,
+    /// Overwrite entries that were written or edited by hand.
+    #[arg(long, requires = "output")]
+    replace: bool,
+    /// The project whose deadlines give each codel a budget, and whose sources are recorded; by default that of TABLE.
+    #[arg(long, value_name = "PATH", value_hint = clap::ValueHint::AnyPath)]
+    project: Option<PathBuf>,
+    #[command(flatten)]
+    outside: Outside,
+    /// Determines the random numbers: the same seed gives the same times.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// How many samples of each fitted tail are drawn to test the fit; 0 for none.
+    #[arg(long, value_name = "N", default_value_t = 1000)]
+    bootstraps: u64,
+    /// How to show the times.
+    #[arg(long, value_enum, default_value = "table")]
+    format: Format,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Tail {
+    /// Generalised Pareto: exponential, or heavier if the data say so.
+    Pareto,
+    /// Exponential, whatever the data say: the times are too short if the tail is heavier.
+    Exponential,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// A table with warnings, for people.
+    Table,
+    /// One document with all estimates, tests and warnings.
+    Json,
+}
+
+/// The estimates of all codels, with what they are compared with.
+struct Estimates {
+    options: Options,
+    levels: Vec<Level>,
+    measurements: Vec<Measured>,
+    /// The level of the budgets, and their project; none without a project.
+    budgets: Option<Budgets>,
+}
+
+/// A codel or a program.
+struct Measured {
+    measurement: Measurement,
+    /// The time of each level, rounded up to four digits; none if no instance has an estimate.
+    times: Option<Vec<Time>>,
+    /// The greatest time with which all deadlines are met.
+    budget: Option<Time>,
+}
+
+impl Measured {
+    /// Returns what is wrong with the measurement, in words; the instance is named if there are several.
+    fn remarks(&self) -> Vec<String> {
+        let several = self.measurement.instances.len() > 1;
+        let mut remarks = Vec::new();
+        for instance in &self.measurement.instances {
+            let of = if several { format!("in `{}`, ", instance.instance) } else { String::new() };
+            match &instance.result {
+                Ok(estimate) => {
+                    let warnings = estimate.warnings.iter().map(measurement_warning);
+                    remarks.extend(warnings.map(|warning| format!("{of}{warning}")));
+                }
+                Err(refusal) => remarks.push(format!("{of}{}", measurement_refusal(refusal))),
+            }
+        }
+        remarks
+    }
+
+    /// Whether its time at the level of the budgets is longer than its budget.
+    fn is_over_budget(&self, level: Option<usize>) -> bool {
+        let time = self.times.as_ref().zip(level).and_then(|(times, level)| times.get(level));
+        time.zip(self.budget).is_some_and(|(time, budget)| *time > budget)
+    }
+}
+
+impl Pwcet {
+    pub(crate) fn run(self) -> Result<Output, String> {
+        let levels = self.levels()?;
+        let options = Options {
+            levels: levels.iter().map(|level| level.as_f64()).collect(),
+            model: match self.tail {
+                Tail::Pareto => TailModel::GeneralisedPareto,
+                Tail::Exponential => TailModel::Exponential,
+            },
+            seed: self.seed,
+            bootstraps: self.bootstraps,
+        };
+        let open = |path: &PathBuf| Samples::open(path).map_err(|error| unreadable_samples(path, &error));
+        let mut files = self.samples.iter().map(open).collect::<Result<Vec<_>, _>>()?;
+        let wanted = |key: &str| self.programs || !key.contains('/');
+        let measurements = measure(&mut files, wanted, &options)
+            .map_err(|(index, error)| unreadable_samples(&self.samples[index], &error))?;
+        if measurements.is_empty() {
+            let first = self.samples[0].display();
+            return Err(format!("`{first}` has no executions of codels: record a trace and import it first"));
+        }
+        let budgets =
+            self.project_path().map(|path| budgets(&path, self.outside.allow_outside)).transpose()?;
+        if let Some(level) = budgets.as_ref().map(|it| it.level).filter(|level| !levels.contains(level)) {
+            say(&format!(
+                "the project is analysed at {level}, which is not one of the levels: add it to --levels, or change `significance` in \
+                 mauve.toml"
+            ));
+        }
+        let measured = |measurement: Measurement| {
+            let time = |nanoseconds: f64| Time::from_nanos(rounded_up(nanoseconds));
+            let times = measurement.times().map(|times| times.into_iter().map(time).collect());
+            let budget = budgets.as_ref().and_then(|it| it.of(&measurement.key));
+            Measured { measurement, times, budget }
+        };
+        let measurements = measurements.into_iter().map(measured).collect();
+        let mut estimates = Estimates { options, levels, measurements, budgets };
+        estimates.sort();
+        if let Some(path) = &self.output {
+            let fingerprints = files.iter().map(Samples::fingerprint).collect::<Vec<_>>();
+            for message in write::write(path, &self.samples, &fingerprints, &estimates, self.replace)? {
+                say(&message);
+            }
+        }
+        let code = u8::from(estimates.measurements.iter().any(|it| estimates.is_finding(it)));
+        match self.format {
+            Format::Table => Ok(Output::escaped(table::table(&estimates), code)),
+            Format::Json => Ok(Output::verbatim(document::document(&estimates)?, code)),
+        }
+    }
+
+    /// The levels of the option, of the table, or the default.
+    fn levels(&self) -> Result<Vec<Level>, String> {
+        let of_table = || {
+            let text = std::fs::read_to_string(self.output.as_ref()?).ok()?;
+            Some(Table::parse(&text).levels).filter(|levels| !levels.is_empty())
+        };
+        if self.levels.is_empty() {
+            let default =
+                || (3..=9).filter_map(|exponent| Level::from_f64(format!("1e-{exponent}").parse().ok()?));
+            return Ok(of_table().unwrap_or_else(|| default().collect()));
+        }
+        let level = |&level: &f64| {
+            Level::from_f64(level)
+                .ok_or_else(|| format!("the level {level} is not a number between 0 and 1, such as 1e-4"))
+        };
+        let mut levels = self.levels.iter().map(level).collect::<Result<Vec<_>, _>>()?;
+        levels.sort_by(|a, b| b.cmp(a));
+        levels.dedup();
+        match levels.len() {
+            0..=MOST_LEVELS => Ok(levels),
+            count => Err(format!("{count} levels: a table has at most {MOST_LEVELS}")),
+        }
+    }
+
+    /// The project that was named, or whose table is written.
+    fn project_path(&self) -> Option<PathBuf> {
+        let of_table = || {
+            let folder = std::path::absolute(self.output.as_ref()?).ok()?;
+            let found = folder.ancestors().skip(1).map(|it| it.join("mauve.toml")).find(|it| it.is_file());
+            found.as_deref().and_then(Path::parent).map(Path::to_owned)
+        };
+        self.project.clone().or_else(of_table)
+    }
+}
+
+impl Estimates {
+    /// The index of the level of the budgets.
+    fn budget_level(&self) -> Option<usize> {
+        let budgets = self.budgets.as_ref()?;
+        self.levels.iter().position(|level| *level == budgets.level)
+    }
+
+    /// First the codels that exceed their budget, then those without an estimate, then those with warnings.
+    fn sort(&mut self) {
+        let level = self.budget_level();
+        self.measurements.sort_by_key(|it| match () {
+            () if it.is_over_budget(level) => 0,
+            () if it.times.is_none() => 1,
+            () if !it.remarks().is_empty() => 2,
+            () => 3,
+        });
+    }
+
+    fn is_finding(&self, it: &Measured) -> bool {
+        it.times.is_none() || it.is_over_budget(self.budget_level())
+    }
+}

@@ -1,0 +1,97 @@
+//! The estimates as a JSON document.
+
+use mauve_diagnostics::{check_name, measurement_refusal, measurement_warning};
+use mauve_pwcet::{Estimate, InstanceMeasurement, TailModel};
+use mauve_timing::Level;
+use serde::Serialize;
+
+use super::{Estimates, Measured};
+use crate::analysis_document::milliseconds;
+use crate::json::{self, object};
+
+/// All times are in milliseconds; `bounds` has one for each of `levels`.
+pub(super) fn document(estimates: &Estimates) -> Result<String, String> {
+    json::text(&object! {
+        unit: "ms",
+        levels: estimates.levels.iter().map(|level| level.as_f64()).collect::<Vec<_>>(),
+        tail: match estimates.options.model {
+            TailModel::GeneralisedPareto => "generalised Pareto",
+            TailModel::Exponential => "exponential",
+        },
+        confidence: 0.95,
+        seed: estimates.options.seed,
+        budget_level: estimates.budgets.as_ref().map(|it| it.level.as_f64()),
+        codels: estimates.measurements.iter().map(|it| codel(estimates, it)).collect::<Vec<_>>(),
+    })
+}
+
+fn codel(estimates: &Estimates, it: &Measured) -> impl Serialize + use<> {
+    object! {
+        key: it.measurement.key.clone(),
+        executions: it.measurement.count(),
+        greatest: ms(it.measurement.greatest() as f64),
+        bounds: it.times.as_ref().map(|times| times.iter().map(|&time| milliseconds(time)).collect::<Vec<_>>()),
+        budget: it.budget.map(milliseconds),
+        over_budget: it.is_over_budget(estimates.budget_level()),
+        instances: it.measurement.instances.iter().map(|it| instance(&estimates.levels, it)).collect::<Vec<_>>(),
+    }
+}
+
+fn instance(levels: &[Level], it: &InstanceMeasurement) -> impl Serialize + use<> {
+    object! {
+        instance: it.instance.clone(),
+        executions: it.executions.len(),
+        runs: it.runs.len(),
+        refused: it.result.as_ref().err().map(measurement_refusal),
+        estimate: it.result.as_ref().ok().map(|it| estimate(levels, it)),
+    }
+}
+
+fn estimate(levels: &[Level], it: &Estimate) -> impl Serialize + use<> {
+    let of_levels = it.levels.iter().zip(levels).map(|(at, level)| {
+        object! {
+            level: level.as_f64(),
+            estimate: ms(at.point),
+            bound: ms(at.upper),
+            is_extrapolated: at.is_extrapolated,
+            depth: at.depth,
+            ratio: at.ratio,
+            block_maxima: at.block_maxima.map(|(point, upper)| object! { estimate: ms(point), bound: ms(upper) }),
+        }
+    });
+    let checks = it.checks.iter().map(|check| {
+        object! {
+            test: check_name(check.kind),
+            statistic: check.statistic,
+            p: check.p,
+            adjusted: check.adjusted,
+            is_rejected: check.is_rejected(),
+        }
+    });
+    let hold_out = it.hold_out.iter().map(|at| {
+        object! { level: at.level, bound: ms(at.bound), executions: at.executions, exceedances: at.exceedances, p: at.p }
+    });
+    object! {
+        least: ms(it.least as f64),
+        mean: ms(it.mean),
+        greatest: ms(it.greatest as f64),
+        resolution: ms(it.resolution as f64),
+        distinct: it.distinct,
+        threshold: ms(it.tail.threshold),
+        excesses: it.tail.excesses,
+        shape: it.tail.model.shape,
+        scale: ms(it.tail.model.scale),
+        free_shape: it.tail.free.shape,
+        greatest_shape: it.tail.greatest_shape,
+        fit_p: it.bootstrapped_p.unwrap_or(it.tail.p),
+        levels: of_levels.collect::<Vec<_>>(),
+        checks: checks.collect::<Vec<_>>(),
+        hold_out: hold_out.collect::<Vec<_>>(),
+        warnings: it.warnings.iter().map(measurement_warning).collect::<Vec<_>>(),
+    }
+}
+
+/// Nanoseconds in milliseconds.
+fn ms(nanoseconds: f64) -> f64 {
+    nanoseconds / 1e6
+}

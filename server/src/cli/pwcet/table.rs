@@ -1,0 +1,81 @@
+//! The table of the estimates for a terminal, with what each measurement lacks.
+
+use std::fmt::Write as _;
+
+use mauve_pwcet::{TailModel, rounded_up};
+use mauve_timing::{Level, Time};
+
+use super::{Estimates, Measured};
+use crate::cli::{columns, counted};
+
+pub(super) fn table(estimates: &Estimates) -> String {
+    let with_budgets = estimates.measurements.iter().any(|it| it.budget.is_some());
+    let levels: Vec<String> = estimates.levels.iter().map(Level::to_string).collect();
+    let mut header = vec!["codel", "executions", "greatest"];
+    header.extend(levels.iter().map(String::as_str));
+    if with_budgets {
+        header.push("budget");
+    }
+    header.push("");
+    let rows: Vec<Vec<String>> =
+        estimates.measurements.iter().map(|it| row(estimates, it, with_budgets)).collect();
+    let model = match estimates.options.model {
+        TailModel::GeneralisedPareto => "generalised Pareto",
+        TailModel::Exponential => "exponential",
+    };
+    let mut out = format!(
+        "95 % upper confidence bounds in ms, by the probability that an execution takes longer (tail: {model})\n\n"
+    );
+    out += &columns(&header, &rows);
+    for it in &estimates.measurements {
+        for line in remarks(estimates, it) {
+            let _ = write!(out, "\n{}: {line}", it.measurement.key);
+        }
+    }
+    if !out.ends_with('\n') {
+        out.push('\n');
+    }
+    let estimated = estimates.measurements.iter().filter(|it| it.times.is_some());
+    if let Some(least) = estimated.map(|it| it.measurement.count()).min() {
+        let _ = writeln!(
+            out,
+            "\nThe times hold for inputs and conditions like those of the measurement. A case that is rarer than 1 in {} executions \
+             may never have occurred in it.",
+            least / 3
+        );
+    }
+    out
+}
+
+fn row(estimates: &Estimates, it: &Measured, with_budgets: bool) -> Vec<String> {
+    let greatest = Time::from_nanos(rounded_up(it.measurement.greatest() as f64));
+    let mut row = vec![it.measurement.key.clone(), it.measurement.count().to_string(), greatest.number()];
+    row.extend(estimates.levels.iter().enumerate().map(|(level, _)| {
+        it.times.as_ref().and_then(|times| times.get(level)).map_or_else(|| "—".to_owned(), |it| it.number())
+    }));
+    if with_budgets {
+        row.push(it.budget.map_or_else(|| "—".to_owned(), Time::number));
+    }
+    let warnings =
+        it.measurement.instances.iter().filter_map(|it| it.result.as_ref().ok()).map(|it| it.warnings.len());
+    row.push(match warnings.sum() {
+        _ if it.is_over_budget(estimates.budget_level()) => "✗ over budget".to_owned(),
+        _ if it.times.is_none() => "✗ no estimate".to_owned(),
+        0 if it.measurement.instances.iter().all(|it| it.result.is_ok()) => "✓".to_owned(),
+        0 => "! see below".to_owned(),
+        warnings => format!("! {}", counted(warnings, "warning")),
+    });
+    row
+}
+
+/// Returns what is wrong with a codel: first its budget.
+fn remarks(estimates: &Estimates, it: &Measured) -> Vec<String> {
+    let over = estimates.budgets.as_ref().filter(|_| it.is_over_budget(estimates.budget_level()));
+    let over = over.zip(it.budget).map(|(budgets, budget)| {
+        format!(
+            "exceeds its budget of {budget} at {}: with a longer time, a deadline is missed",
+            budgets.level
+        )
+    });
+    over.into_iter().chain(it.remarks()).collect()
+}

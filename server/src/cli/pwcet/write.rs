@@ -1,0 +1,125 @@
+//! Writes the estimates into a timing table.
+
+use std::fs::File;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use mauve_diagnostics::table_error_message;
+use mauve_pwcet::TailModel;
+use mauve_timing::{Kept, Measured as Record, NewEntry, Time, Times, UpdateError, update_table};
+
+use super::date::today;
+use super::{Estimates, Measured};
+use crate::disk;
+use crate::replace::replace;
+
+/// Writes all times into the table at `path`, or none. Returns messages about what was written, and what was kept.
+pub(super) fn write(
+    path: &Path,
+    samples: &[PathBuf],
+    fingerprints: &[String],
+    estimates: &Estimates,
+    replaces: bool,
+) -> Result<Vec<String>, String> {
+    let shown = path.display();
+    let old = match path.try_exists() {
+        Ok(true) => Some(read(path).map_err(|error| format!("cannot read `{shown}`: {error}"))?),
+        Ok(false) => None,
+        Err(error) => return Err(format!("cannot read `{shown}`: {error}")),
+    };
+    let files: Vec<String> = samples.iter().map(|it| relative(it, path)).collect();
+    let mut entries: Vec<NewEntry> = estimates
+        .measurements
+        .iter()
+        .filter_map(|it| Some(entry(estimates, it, it.times.as_ref()?, &files, &fingerprints.join(" "))))
+        .collect();
+    entries.sort_by(|a, b| a.record.key.cmp(&b.record.key));
+    let text = old.as_deref().unwrap_or_default();
+    let updated = update_table(text, &estimates.levels, &entries, replaces).map_err(|error| match error {
+        UpdateError::Invalid(error) => {
+            let line = text[..error.span.start.min(text.len())].lines().count().max(1);
+            format!(
+                "`{shown}`, line {line}: {}; the table was not changed",
+                table_error_message(&error.kind)
+            )
+        }
+        UpdateError::OtherLevels(levels) => {
+            let levels = levels.iter().map(|it| it.to_string()).collect::<Vec<_>>().join(",");
+            format!(
+                "`{shown}` has entries at other levels, which stay: use --levels {levels}, or another table; the table was not changed"
+            )
+        }
+    })?;
+    let failed =
+        |error: std::io::Error| format!("cannot write `{shown}`: {error}; the table was not changed");
+    match &old {
+        Some(old) if *old == updated.text => {}
+        Some(_) => replace(&path.canonicalize().map_err(failed)?, &updated.text).map_err(failed)?,
+        None => create(path, &updated.text).map_err(failed)?,
+    }
+    let kept = updated.kept.iter().map(|kept| match kept {
+        Kept::ByHand { key, entry } if key == entry => {
+            format!("`{shown}` keeps the time of `{key}`, which was written by hand: --replace overwrites it")
+        }
+        Kept::ByHand { key, entry } => format!(
+            "`{shown}` keeps the time of `{entry}`, which was written by hand, for `{key}`: --replace overwrites it"
+        ),
+        Kept::Edited { key } => format!(
+            "`{shown}` keeps the time of `{key}`, which was edited after its measurement: --replace overwrites it"
+        ),
+    });
+    let written = entries.len() - updated.kept.len();
+    let done = match written {
+        1 => format!("`{shown}` has the measured times of 1 key"),
+        written => format!("`{shown}` has the measured times of {written} keys"),
+    };
+    Ok(kept.chain([done]).collect())
+}
+
+fn read(path: &Path) -> std::io::Result<String> {
+    String::from_utf8(disk::read(path, disk::LONGEST)?).map_err(std::io::Error::other)
+}
+
+/// Returns a path as it is written in the table: from its folder, if the file is below it or beside it.
+fn relative(file: &Path, table: &Path) -> String {
+    let [file, table] = [file, table].map(|it| std::path::absolute(it).unwrap_or_else(|_| it.to_owned()));
+    let mut up = String::new();
+    for folder in table.ancestors().skip(1) {
+        if let Ok(below) = file.strip_prefix(folder) {
+            return format!("{up}{}", below.display());
+        }
+        up += "../";
+    }
+    file.display().to_string()
+}
+
+/// Writes a new file; a part of one is removed.
+fn create(path: &Path, text: &str) -> std::io::Result<()> {
+    let mut file = File::create_new(path)?;
+    let written = file.write_all(text.as_bytes()).and_then(|()| file.sync_all());
+    if written.is_err() {
+        let _ = std::fs::remove_file(path);
+    }
+    written
+}
+
+fn entry(estimates: &Estimates, it: &Measured, times: &[Time], files: &[String], samples: &str) -> NewEntry {
+    NewEntry {
+        record: Record {
+            key: it.measurement.key.clone(),
+            span: 0..0,
+            executions: it.measurement.count() as u64,
+            greatest: Time::from_nanos(it.measurement.greatest()),
+            times: Times::PerLevel(times.to_vec()),
+            method: match estimates.options.model {
+                TailModel::GeneralisedPareto => "generalised Pareto, 95 % upper confidence bound".to_owned(),
+                TailModel::Exponential => "exponential, 95 % upper confidence bound".to_owned(),
+            },
+            date: today(),
+            samples: samples.chars().take(16).collect(),
+            files: files.to_vec(),
+            source: None,
+            warnings: it.remarks(),
+        },
+    }
+}

@@ -1,0 +1,134 @@
+//! `mauve pwcet`: from executions in a file to the times of a table, and to the response times of a model.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use mauve_tests::{Run, mauve, own_scratch};
+
+use crate::MAUVE;
+
+/// A project with two codels of 100 ms periods.
+const MODEL: &str = "library robot {
+  codel scan(): int
+  codel avoid(): int
+  shell S { }
+  core LaserCore(S) { update = { scan(); } }
+  core PilotCore(S) { update = { avoid(); } }
+  component Laser(S, LaserCore)
+  component Pilot(S, PilotCore)
+  architecture Robot { instance laser: Laser  instance pilot: Pilot }
+  deployment Run {
+    architecture Robot
+    activity laser { priority = 2  period = 100  deadline = 50 }
+    activity pilot { priority = 1  period = 100 }
+  }
+}
+";
+
+/// Makes a project with the samples of 2000 executions: exponential with these means, in milliseconds, after 10 ms.
+fn project(name: &str, scan: f64, avoid: f64) -> PathBuf {
+    let folder = own_scratch(name);
+    let mut lines = String::from("codel,execution_ns,instance\n");
+    // The quantiles of the distribution, in an order that looks random.
+    for index in 0..2000_u32 {
+        let share = f64::from(index * 1213 % 2000) / 2000.0 + 0.000_25;
+        for (codel, instance, mean) in [("robot.scan", "laser", scan), ("robot.avoid", "pilot", avoid)] {
+            let _ = writeln!(lines, "{codel},{:.0},{instance}", 1e7 - mean * 1e6 * share.ln());
+        }
+    }
+    for (file, text) in [
+        ("robot.mal", MODEL),
+        ("mauve.toml", "[timing]\ntables = [\"timing.toml\"]\n[platform]\ncpus = 1\nrt_throttling = false\n"),
+        ("timing.toml", "unit = \"ms\"\n[codel]\n# by hand\n\"robot.avoid\" = 30\n"),
+        ("run.csv", &lines),
+    ] {
+        std::fs::write(folder.join(file), text).unwrap();
+    }
+    let imported = mauve_in(&folder, &["trace", "import", "run.csv", "-o", "run.samples"]);
+    assert_eq!(imported.code, 0, "{}", imported.err);
+    folder
+}
+
+fn mauve_in(folder: &Path, arguments: &[&str]) -> Run {
+    mauve(MAUVE, folder, arguments)
+}
+
+fn table(folder: &Path) -> String {
+    std::fs::read_to_string(folder.join("timing.toml")).unwrap()
+}
+
+#[test]
+fn measured_times_give_response_times() {
+    let folder = project("pwcet-loop", 1.0, 0.5);
+    let found = mauve_in(&folder, &["pwcet", "run.samples", "-o", "timing.toml", "--levels", "1e-4,1e-6"]);
+    assert_eq!(found.code, 0, "{}{}", found.out, found.err);
+    assert!(
+        found.err.contains("keeps the time of `robot.avoid`, which was written by hand"),
+        "{}",
+        found.err
+    );
+    let text = table(&folder);
+    assert!(text.contains("# by hand\n\"robot.avoid\" = 30\n\"robot.scan\" = ["), "{text}");
+    assert!(text.contains("[measured.\"robot.scan\"]\nexecutions = 2000\n"), "{text}");
+    // The bound at 1e-4 is above the true 10 ms + ln(1e4) ms = 19.21 ms.
+    let checked = mauve_in(&folder, &["wcrt", "--format", "json"]);
+    let document: serde_json::Value = serde_json::from_str(&checked.out).unwrap();
+    let own = document["results"][0]["activities"][0]["own"].as_f64().unwrap();
+    assert!((19.21..25.0).contains(&own), "{own}");
+
+    // Again: nothing changes. By force: the entry by hand is replaced.
+    mauve_in(&folder, &["pwcet", "run.samples", "-o", "timing.toml"]);
+    assert_eq!(table(&folder), text);
+    let forced = mauve_in(&folder, &["pwcet", "run.samples", "-o", "timing.toml", "--replace"]);
+    assert_eq!(forced.code, 0, "{}", forced.err);
+    assert!(
+        table(&folder).contains("[measured.\"robot.avoid\"]") && !table(&folder).contains(" = 30"),
+        "{}",
+        table(&folder)
+    );
+}
+
+#[test]
+fn a_codel_over_its_budget_comes_first() {
+    let folder = project("pwcet-budget", 6.0, 0.5);
+    let found = mauve_in(&folder, &["pwcet", "run.samples", "-o", "timing.toml", "--levels", "1e-4"]);
+    assert_eq!(found.code, 1, "{}{}", found.out, found.err);
+    let first = found.out.lines().find(|line| line.contains("robot.")).unwrap();
+    assert!(first.contains("robot.scan") && first.ends_with("✗ over budget"), "{first}");
+    assert!(found.out.contains("robot.scan: exceeds its budget of 50 ms at 1e-4"), "{}", found.out);
+}
+
+#[test]
+fn a_table_that_cannot_be_updated_stays() {
+    let folder = project("pwcet-refused", 1.0, 0.5);
+    for (text, message) in [
+        ("[codel]\na = -3\n", "timing.toml`, line 2: negative time -3"),
+        ("levels = [1e-2]\n[codel]\na = [3]\n", "has entries at other levels, which stay: use --levels 1e-2"),
+    ] {
+        std::fs::write(folder.join("timing.toml"), text).unwrap();
+        let found = mauve_in(&folder, &["pwcet", "run.samples", "-o", "timing.toml", "--levels", "1e-4"]);
+        assert!(found.code == 2 && found.err.contains(message), "{}{}", found.out, found.err);
+        assert_eq!(table(&folder), text);
+    }
+    for (arguments, message) in [
+        (&["pwcet", "run.csv"][..], "`run.csv` is not a sample file"),
+        (&["pwcet", "none.samples"], "cannot read `none.samples`"),
+        (&["pwcet", "run.samples", "--levels", "2"], "the level 2 is not a number between 0 and 1"),
+    ] {
+        let found = mauve_in(&folder, arguments);
+        assert!(found.code == 2 && found.err.contains(message), "{}{}", found.out, found.err);
+    }
+}
+
+#[test]
+fn few_and_constant_executions_give_no_time() {
+    let folder = own_scratch("pwcet-few");
+    let constant = "b,5\n".repeat(300);
+    std::fs::write(folder.join("run.csv"), format!("codel,execution_ns\na,1\na,2\na,3\n{constant}")).unwrap();
+    mauve_in(&folder, &["trace", "import", "run.csv", "-o", "run.samples"]);
+    let found = mauve_in(&folder, &["pwcet", "run.samples", "-o", "new.toml"]);
+    assert_eq!(found.code, 1);
+    assert!(found.out.contains("a: 3 executions are too few for a tail"), "{}", found.out);
+    assert!(found.out.contains("b: all executions took exactly 0.000005 ms"), "{}", found.out);
+    assert!(!std::fs::read_to_string(folder.join("new.toml")).unwrap().contains("[codel]"));
+}
