@@ -10,15 +10,15 @@ use std::sync::Arc;
 
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
-    CONFIG_FILE, Database, File, ModelDb, Package, Problem, Workspace, config_file, config_of,
+    CONFIG_FILE, Database, File, ModelDb, OnDisk, Package, Problem, Workspace, config_file, config_of,
     include_candidates, includes, is_model, named_packages, normalised,
 };
 use mauve_syntax::keywords::DECLARATIONS;
-use mauve_timing::Level;
-use mauve_wcrt::table_pattern;
+use mauve_timing::{Level, digest_of};
+use mauve_wcrt::{table, table_files, table_pattern};
 use salsa::{Durability, Setter};
 
-use crate::disk::{Boundary, LONGEST, is_hidden, text_of};
+use crate::disk::{self, Boundary, LONGEST, is_hidden, text_of};
 use packages::Places;
 use walk::Text;
 use walk::Walks;
@@ -307,9 +307,13 @@ impl Loader {
         if !is_there || !self.has(path) || self.absent.contains(path) || self.is_config(path) {
             return None;
         }
+        let file = *self.files.get(path)?;
+        let measured =
+            |db: &Database| if is_model(path) { BTreeSet::new() } else { measured_files(db, file) };
+        let before = measured(db);
         let is_changed = self.changed(db, path);
-        let file = self.files.get(path)?;
-        (!is_model(path) || !is_foreign(db, *file)).then_some(is_changed)
+        let is_same = before == measured(db) && !(is_model(path) && is_foreign(db, file));
+        is_same.then_some(is_changed)
     }
 
     /// Returns whether this is the configuration of a workspace, or would be if it existed.
@@ -410,6 +414,22 @@ impl Loader {
             found.extend(package.clone().map(|package| (name.clone(), package)));
         }
         set_changed!(db, workspace: packages = set_packages(Arc::new(found)));
+    }
+
+    /// Looks at the sample files and the sources that the tables name: at their sizes, and at the content of sources.
+    fn find_measured(&mut self, db: &mut Database, workspace: Workspace) {
+        let mut found = BTreeMap::new();
+        let tables = table_files(db, workspace).files.clone();
+        for (path, is_source) in tables.into_iter().flat_map(|table| measured_files(db, table)) {
+            self.watch_set.add(&path);
+            self.watch_set.folders.extend(path.parent().filter(|it| it.is_dir()).map(Path::to_owned));
+            let canonical = canonical_path(&path);
+            let data = canonical.metadata().ok().filter(std::fs::Metadata::is_file);
+            let Some(data) = data.filter(|_| self.boundary.refusal(&canonical).is_none()) else { continue };
+            let content = is_source.then(|| disk::read(&canonical, LONGEST).ok()).flatten();
+            found.insert(path, OnDisk { length: data.len(), digest: content.map(|it| digest_of(&it)) });
+        }
+        set_changed!(db, workspace: measured_files = set_measured_files(Arc::new(found)));
     }
 
     /// Takes a file's text from the disk again, since the editor has closed it. Returns whether the workspaces must
@@ -576,6 +596,7 @@ impl Loader {
             included = set_included(Arc::new(included)),
         );
         self.find_packages(db, workspace);
+        self.find_measured(db, workspace);
         Some(workspace)
     }
 
@@ -704,6 +725,15 @@ impl Loader {
         found.files.extend(new.cloned());
         Some(found)
     }
+}
+
+/// Returns the files that the measurements of a table name, and whether each is the source of a codel.
+fn measured_files(db: &dyn ModelDb, file: File) -> BTreeSet<(PathBuf, bool)> {
+    let folder = parent(file.path(db));
+    let records = table(db, file).measured.iter();
+    let samples = records.clone().flat_map(|it| &it.files).map(|path| (path, false));
+    let sources = records.filter_map(|it| it.source.as_ref()).map(|path| (path, true));
+    samples.chain(sources).map(|(path, is_source)| (normalised(&folder.join(path)), is_source)).collect()
 }
 
 /// Returns whether the files of this workspace must be searched again after a change of a text: a model includes a

@@ -132,3 +132,31 @@ fn few_and_constant_executions_give_no_time() {
     assert!(found.out.contains("b: all executions took exactly 0.000005 ms"), "{}", found.out);
     assert!(!std::fs::read_to_string(folder.join("new.toml")).unwrap().contains("[codel]"));
 }
+
+#[test]
+fn a_measurement_becomes_outdated() {
+    let folder = project("pwcet-outdated", 1.0, 0.5);
+    std::fs::create_dir_all(folder.join("generated/robot/src/codels")).unwrap();
+    let source = folder.join("generated/robot/src/codels/scan.cpp");
+    std::fs::write(&source, "int scan() { return 1; }").unwrap();
+    mauve_in(
+        &folder,
+        &["pwcet", "run.samples", "-o", "timing.toml", "--levels", "1e-4", "--bootstraps", "0"],
+    );
+    assert!(
+        table(&folder).contains("source = \"generated/robot/src/codels/scan.cpp\""),
+        "{}",
+        table(&folder)
+    );
+    let hints = || mauve_in(&folder, &["check", "--hints"]).out;
+    assert!(!hints().contains("outdated-measurement"), "{}", hints());
+
+    std::fs::write(&source, "int scan() { return 2; }").unwrap();
+    let changed = "`generated/robot/src/codels/scan.cpp` has changed since `robot.scan` was measured";
+    assert!(hints().contains(changed), "{}", hints());
+
+    std::fs::write(folder.join("more.csv"), "codel,execution_ns,instance\nrobot.scan,1,laser\n").unwrap();
+    mauve_in(&folder, &["trace", "import", "more.csv", "-o", "run.samples"]);
+    let older = "the time of `robot.scan` is older than its executions in `run.samples`";
+    assert!(hints().contains(older), "{}", hints());
+}

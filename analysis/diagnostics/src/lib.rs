@@ -306,6 +306,8 @@ codes! {
     invalid_configuration::INVALID_CONFIGURATION;
     invalid_table::INVALID_TABLE;
     unknown_timing_key::UNKNOWN_TIMING_KEY;
+    outdated_measurement::OUTDATED_MEASUREMENT;
+    doubtful_measurement::DOUBTFUL_MEASUREMENT;
     unresolved_operation::UNRESOLVED_OPERATION;
     argument_count::ARGUMENT_COUNT;
     argument_type::ARGUMENT_TYPE;

@@ -68,6 +68,8 @@ pub(super) fn timing_diagnostic<'db>(
         Fact::AmbiguousTimingKey { key, first } => {
             unknown_timing_key::ambiguous(at, key, &first.qualified(db))
         }
+        Fact::OutdatedMeasurement { key, changed } => outdated_measurement::report(at, key, changed),
+        Fact::DoubtfulMeasurement { key, warnings } => doubtful_measurement::report(at, key, warnings),
         Fact::NoTimesAtLevel(level, table) => missing_time::no_level(db, at, *level, table),
         Fact::NoTimes { tables, codels, others } => missing_time::no_table(db, at, *tables, *codels, others),
         Fact::MissingTime(missing, budget) => missing_time::report(db, at, missing, budget.as_ref()),

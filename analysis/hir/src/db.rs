@@ -169,9 +169,22 @@ pub struct Workspace {
     #[default]
     #[returns(ref)]
     pub included: Arc<BTreeSet<PathBuf>>,
+    /// The other files that timing tables name: sample files, and sources of codels. Those that do not exist are missing.
+    #[default]
+    #[returns(ref)]
+    pub measured_files: Arc<BTreeMap<PathBuf, OnDisk>>,
     /// The displayed significance level, if the user selected one; otherwise `mauve.toml` gives it.
     #[default]
     pub significance: Option<Level>,
+}
+
+/// A file whose content is not analysed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct OnDisk {
+    /// Its size in bytes.
+    pub length: u64,
+    /// The [digest](mauve_timing::digest_of) of its content; `None` if only its size matters.
+    pub digest: Option<String>,
 }
 
 /// The database that queries run on.
@@ -257,7 +270,7 @@ impl ModelDb for Database {
 }
 
 impl Workspace {
-    /// Returns a workspace of `texts`, by their absolute paths.
+    /// Returns a workspace of `texts`, by their absolute paths. Sample files and C++ sources are not analysed.
     ///
     /// ```
     /// use mauve_hir::{Database, Workspace, projects};
@@ -271,9 +284,18 @@ impl Workspace {
         folder: PathBuf,
         texts: impl IntoIterator<Item = (PathBuf, String)>,
     ) -> Workspace {
+        let texts: Vec<(PathBuf, String)> = texts.into_iter().collect();
+        let is_other = |path: &Path| path.extension().is_some_and(|it| it == "samples" || it == "cpp");
+        let others = texts.iter().filter(|(path, _)| is_other(path));
+        let others = others.map(|(path, text)| {
+            let digest = Some(mauve_timing::digest_of(text.as_bytes()));
+            (path.clone(), OnDisk { length: text.len() as u64, digest })
+        });
+        let others: BTreeMap<PathBuf, OnDisk> = others.collect();
         let file = |(path, text): (PathBuf, String)| (path.clone(), File::new(db, path, text.into(), None));
-        let files = Arc::new(texts.into_iter().map(file).collect());
+        let files = Arc::new(texts.into_iter().filter(|(path, _)| !is_other(path)).map(file).collect());
         Workspace::builder(folder, files, Vec::new(), Vec::new(), Vec::new(), Arc::default())
+            .measured_files(Arc::new(others))
             .durability(Durability::HIGH)
             .new(db)
     }

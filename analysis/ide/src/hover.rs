@@ -13,8 +13,10 @@ use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Decl, File, Message, ModelDb, Package, Project, Workspace, message_of, parse};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, comment_above, tokens_at};
+use mauve_timing::Measured;
 use mauve_wcrt::{
-    ActivityReport, Lookup, Query, TableSet, response_times, table_sets, tables_of, timetable_of,
+    ActivityReport, Lookup, Query, TableSet, files_of, response_times, table, table_sets, tables_of,
+    timetable_of,
 };
 
 use crate::definition::{definition_of, names};
@@ -228,7 +230,23 @@ fn times_in<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, codel: Decl<'db>) 
         let mark = if level == shown { " (current level)" } else { "" };
         let _ = writeln!(out, "{time} at {level}{mark}");
     }
+    for record in measurements(db, tables, codel) {
+        let plural = if record.executions == 1 { "" } else { "s" };
+        let _ = writeln!(
+            out,
+            "measured on {}: {} execution{plural}, the longest {}",
+            record.date, record.executions, record.greatest
+        );
+        record.warnings.iter().for_each(|warning| out += &format!("warning: {warning}\n"));
+    }
     out
+}
+
+/// Returns the records of a codel's measurements, by its key with or without the library.
+fn measurements<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, codel: Decl<'db>) -> Vec<&'db Measured> {
+    let (name, qualified) = (codel.name(db), codel.qualified(db));
+    let all = files_of(db, tables).iter().flat_map(|&file| &table(db, file).measured);
+    all.filter(|it| it.key == qualified || it.key == **name).collect()
 }
 
 #[cfg(test)]
@@ -798,6 +816,33 @@ codel.drive = 4
                 how much it may take in `Land` is unknown: `pilot` is not analysed
 
                 how much it may take in `Sea` is unknown: `pilot` is not analysed
+
+            "#]],
+        );
+    }
+
+    #[test]
+    fn a_measured_codel_shows_its_measurement() {
+        let record = "executions = 300\ngreatest = 7.5\ntimes = 9\nmethod = \"\"\ndate = 2026-11-23\nsamples = \"\"\n\
+                      files = []\nbytes = 0\nwarnings = [\"only 300 executions: measure at least 500\"]\n";
+        check(
+            &format!(
+                "codel pl$0an(): int\n//- /mauve.toml\ntiming.tables = [\"times.toml\"]\n//- /times.toml\n\
+                      codel.plan = 9\n[measured.plan]\n{record}"
+            ),
+            expect![[r#"
+                plan
+                ---
+                ```mauve
+                codel plan(): int
+                ```
+
+                ```text
+                9 ms at 1e-4 (current level)
+                measured on 2026-11-23: 300 executions, the longest 7.5 ms
+                warning: only 300 executions: measure at least 500
+                ```
+                from `times.toml`, line 1
 
             "#]],
         );

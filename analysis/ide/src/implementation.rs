@@ -84,7 +84,7 @@ fn defined(db: &dyn ModelDb, project: Project<'_>, operation: &Definition<'_>) -
 }
 
 /// Returns the path at which the generator places the user's source of a codel: one package per library.
-pub(crate) fn codel_file<'db>(
+pub fn codel_file<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     decl: Decl<'db>,

@@ -93,7 +93,7 @@ pub use gantt::draw_schedule;
 pub use graph::{Graph, GraphEdge, GraphNode, GraphsOf, draw_graph, graph, selected_graphs};
 pub use hierarchy::HierarchyItem;
 pub use hover::{Hover, hover};
-pub use implementation::implementation;
+pub use implementation::{codel_file, implementation};
 pub use inlay_hints::{HintKinds, InlayHint, hash_of_hints, inlay_hints};
 pub use levels::known_levels;
 pub use machine_view::{MachineEdge, MachineState, MachineView, component_at, state_machine};

@@ -71,7 +71,7 @@ pub use simulation::{
     Statistics,
 };
 pub use table::error::{TableError, TableErrorKind, TomlKind};
-pub use table::measured::Measured;
+pub use table::measured::{Measured, digest_of};
 pub use table::update::{Kept, NewEntry, UpdateError, Updated, update as update_table};
 pub use table::{Entry, KeyPart, Level, MOST_LEVELS, Overhead, Table, Times, keys as table_keys};
 pub use task::{

@@ -24,6 +24,15 @@ impl<'db> TimingFact<'db> {
     }
 }
 
+/// What has changed since times were measured.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub enum ChangedOrigin {
+    /// The sample files, as the table names them: runs were added or removed.
+    Samples(Vec<String>),
+    /// The source of the codel, as the table names it.
+    Source(String),
+}
+
 /// The kind of a fact. Each variant belongs to one code.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub enum TimingFactKind<'db> {
@@ -83,6 +92,11 @@ pub enum TimingFactKind<'db> {
     UnknownProgram { program: WrongProgram<'db>, near: Option<Name>, fixed: Option<String> },
     /// A key is ambiguous. With the first definition.
     AmbiguousTimingKey { key: String, first: Decl<'db> },
+
+    /// The times of a key are older than what they were measured from.
+    OutdatedMeasurement { key: String, changed: ChangedOrigin },
+    /// A measurement has warnings, in words.
+    DoubtfulMeasurement { key: String, warnings: Vec<String> },
 
     /// A table has no times at the level of the report.
     NoTimesAtLevel(Level, TableLevels),

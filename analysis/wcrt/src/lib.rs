@@ -64,8 +64,8 @@ pub use component_tables::{first_tables, tables_for};
 pub use execution_times::{ExecutionTimes, execution_times};
 pub use exported::{exported_component, psm_at, task_set_of};
 pub use fact::{
-    Budget, DeadlineAndPriority, Expected, InterferenceReport, Missed, MissingTime, NoTime, Overload,
-    TableSection, TimingFact, TimingFactKind,
+    Budget, ChangedOrigin, DeadlineAndPriority, Expected, InterferenceReport, Missed, MissingTime, NoTime,
+    Overload, TableSection, TimingFact, TimingFactKind,
 };
 pub use missing_times::{budgets, missing_time_facts};
 pub use new_activity::{NewActivity, missing_activities, new_activities};

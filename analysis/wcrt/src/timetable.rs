@@ -9,10 +9,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use globset::{GlobBuilder, GlobMatcher};
-use mauve_timing::{Entry, Level, Overhead, Table, Time, Times};
+use mauve_timing::{Entry, Level, Measured, Overhead, Table, Time, Times};
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::fact::{TableSection, TimingFact, TimingFactKind};
+use crate::fact::{ChangedOrigin, TableSection, TimingFact, TimingFactKind};
 use crate::reason::{
     IncompleteTable, PatternError, StrayEntry, TableFault, TableFilesError, TableLevels, Timed, UnusableTime,
     WrongProgram,
@@ -382,6 +382,34 @@ impl<'db> TimetableBuilder<'db> {
         }
         for entry in &table.programs {
             self.program(entry, slot(entry), at(&entry.key_span));
+        }
+        for record in &table.measured {
+            self.measured(file, record, at(&record.span));
+        }
+    }
+
+    /// Reports what makes a measurement outdated or doubtful. A file that is not here may be on another computer.
+    fn measured(&mut self, file: File, record: &Measured, at: Location<'db>) {
+        let found = self.project.workspace(self.db).measured_files(self.db);
+        let folder = file.path(self.db).parent().unwrap_or(file.path(self.db));
+        let on_disk = |path: &String| found.get(&normalised(&folder.join(path)));
+        let lengths: Option<u64> = record.files.iter().map(|path| on_disk(path).map(|it| it.length)).sum();
+        let source = record.source.as_ref().zip(record.source_digest.as_ref());
+        let changed_source = source.filter(|(path, digest)| {
+            on_disk(path).and_then(|it| it.digest.as_ref()).is_some_and(|now| now != *digest)
+        });
+        let key = || record.key.clone();
+        if lengths.is_some_and(|bytes| bytes != record.bytes) && !record.files.is_empty() {
+            let changed = ChangedOrigin::Samples(record.files.clone());
+            self.report(at.clone(), TimingFactKind::OutdatedMeasurement { key: key(), changed });
+        }
+        if let Some((path, _)) = changed_source {
+            let changed = ChangedOrigin::Source(path.clone());
+            self.report(at.clone(), TimingFactKind::OutdatedMeasurement { key: key(), changed });
+        }
+        if !record.warnings.is_empty() {
+            let warnings = record.warnings.clone();
+            self.report(at, TimingFactKind::DoubtfulMeasurement { key: key(), warnings });
         }
     }
 

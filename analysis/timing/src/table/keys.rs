@@ -57,7 +57,7 @@ pub static KEYS: [Key; 7] = [
 
 /// The keys of a record of `[measured]`.
 #[rustfmt::skip] // rustfmt would give each field a line of its own.
-pub static MEASURED: [Key; 9] = [
+pub static MEASURED: [Key; 11] = [
     Key { name: "executions", kind: Kind::Value(r#""integer""#), summary: "", documentation: "How many executions were measured." },
     Key { name: "greatest", kind: Kind::Value(r#""number""#), summary: "", documentation: "The greatest of them, the high-water mark, in `unit`." },
     Key { name: "times", kind: Kind::Value(r#""array""#), summary: "",
@@ -66,8 +66,10 @@ pub static MEASURED: [Key; 9] = [
     Key { name: "date", kind: Kind::Value(r#""string""#), summary: "", documentation: "When the times were estimated." },
     Key { name: "samples", kind: Kind::Value(r#""string""#), summary: "", documentation: "The digest of the executions." },
     Key { name: "files", kind: Kind::Value(r#""array""#), summary: "", documentation: "The sample files, relative to this table." },
-    Key { name: "source", kind: Kind::Value(r#""string""#), summary: "",
-        documentation: "The digest of the source of the codel: if it changes, the times are outdated." },
+    Key { name: "bytes", kind: Kind::Value(r#""integer""#), summary: "", documentation: "Their size together: it grows with each run." },
+    Key { name: "source", kind: Kind::Value(r#""string""#), summary: "", documentation: "The source of the codel, relative to this table." },
+    Key { name: "source_digest", kind: Kind::Value(r#""string""#), summary: "",
+        documentation: "The digest of the source: if it changes, the times are outdated." },
     Key { name: "warnings", kind: Kind::Value(r#""array""#), summary: "", documentation: "Why the times need a look, in words." },
 ];
 

@@ -31,10 +31,24 @@ pub struct Measured {
     pub samples: String,
     /// The sample files, relative to the table.
     pub files: Vec<String>,
-    /// The digest of the codel's source; `None` if it was not found.
+    /// Their size together: it grows with each run.
+    pub bytes: u64,
+    /// The source of the codel, relative to the table; `None` if it was not found.
     pub source: Option<String>,
+    /// The [`digest_of`] its content.
+    pub source_digest: Option<String>,
     /// What is wrong with the measurement, in words.
     pub warnings: Vec<String>,
+}
+
+/// Returns a digest that tells a change of a file: FNV-1a with 64 bits, in hexadecimal. It is not cryptographic.
+///
+/// ```
+/// assert_eq!(mauve_timing::digest_of(b"a"), "af63dc4c8601ec8c");
+/// ```
+pub fn digest_of(content: &[u8]) -> String {
+    let step = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
+    format!("{:016x}", content.iter().fold(0xcbf2_9ce4_8422_2325, step))
 }
 
 impl Reader {
@@ -78,7 +92,9 @@ impl Reader {
             date: fields.date("date"),
             samples: fields.text("samples"),
             files: fields.texts("files"),
+            bytes: fields.count("bytes"),
             source: table.contains_key("source").then(|| fields.text("source")),
+            source_digest: table.contains_key("source").then(|| fields.text("source_digest")),
             warnings: if table.contains_key("warnings") { fields.texts("warnings") } else { Vec::new() },
             key,
             span,
@@ -181,6 +197,7 @@ method = "generalised Pareto"
 date = 2026-11-23
 samples = "0123"
 files = ["run.samples"]
+bytes = 4711
 warnings = ["only 300 executions"]
 "#;
 

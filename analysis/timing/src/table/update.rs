@@ -185,8 +185,10 @@ fn fields(record: &Measured, unit: Unit) -> EditTable {
     put("date", date);
     put("samples", toml_edit::value(&record.samples));
     put("files", texts(&record.files));
-    if let Some(source) = &record.source {
+    put("bytes", toml_edit::value(i64::try_from(record.bytes).unwrap_or(i64::MAX)));
+    if let Some((source, digest)) = record.source.as_ref().zip(record.source_digest.as_ref()) {
         put("source", toml_edit::value(source));
+        put("source_digest", toml_edit::value(digest));
     }
     if !record.warnings.is_empty() {
         put("warnings", texts(&record.warnings));
@@ -229,7 +231,9 @@ mod tests {
                 date: "2026-11-23".to_owned(),
                 samples: "ab12".to_owned(),
                 files: vec!["run.samples".to_owned()],
+                bytes: 4711,
                 source: None,
+                source_digest: None,
                 warnings: Vec::new(),
             },
         }
@@ -276,6 +280,7 @@ mod tests {
                 date = 2026-11-23
                 samples = "ab12"
                 files = ["run.samples"]
+                bytes = 4711
 
                 [measured."Pilot/update"]
                 executions = 5000
@@ -285,6 +290,7 @@ mod tests {
                 date = 2026-11-23
                 samples = "ab12"
                 files = ["run.samples"]
+                bytes = 4711
             "#]],
         );
     }
@@ -312,6 +318,7 @@ method = "generalised Pareto"
 date = 2026-01-01
 samples = "00"
 files = []
+bytes = 0
 "#;
         let entries = [
             entry("nav.astar", &[9000, 9500]),
@@ -323,76 +330,80 @@ files = []
             &entries,
             false,
             expect![[r##"
-            # By the team of the arm.
-            unit = "ms" # not s
-            levels = [1e-3, 1e-4]
+                # By the team of the arm.
+                unit = "ms" # not s
+                levels = [1e-3, 1e-4]
 
-            [codel]
-            # static analysis
-            "arm.grip" = 3
-            astar = 7 # guessed
-            nav.dist = [1.5, 2.5] # measured
-            "nav.turn" = [0.07, 0.08]
+                [codel]
+                # static analysis
+                "arm.grip" = 3
+                astar = 7 # guessed
+                nav.dist = [1.5, 2.5] # measured
+                "nav.turn" = [0.07, 0.08]
 
-            [overhead]
-            dispatch = 0.01
+                [overhead]
+                dispatch = 0.01
 
-            [measured."nav.dist"]
-            executions = 5000
-            greatest = 1.35
-            times = [1.5, 2.5]
-            method = "generalised Pareto"
-            date = 2026-11-23
-            samples = "ab12"
-            files = ["run.samples"]
+                [measured."nav.dist"]
+                executions = 5000
+                greatest = 1.35
+                times = [1.5, 2.5]
+                method = "generalised Pareto"
+                date = 2026-11-23
+                samples = "ab12"
+                files = ["run.samples"]
+                bytes = 4711
 
-            [measured."nav.turn"]
-            executions = 5000
-            greatest = 0.063
-            times = [0.07, 0.08]
-            method = "generalised Pareto"
-            date = 2026-11-23
-            samples = "ab12"
-            files = ["run.samples"]
-            ByHand { key: "nav.astar", entry: "astar" }
-        "##]],
+                [measured."nav.turn"]
+                executions = 5000
+                greatest = 0.063
+                times = [0.07, 0.08]
+                method = "generalised Pareto"
+                date = 2026-11-23
+                samples = "ab12"
+                files = ["run.samples"]
+                bytes = 4711
+                ByHand { key: "nav.astar", entry: "astar" }
+            "##]],
         );
         check(
             text,
             &entries[..1],
             true,
             expect![[r##"
-            # By the team of the arm.
-            unit = "ms" # not s
-            levels = [1e-3, 1e-4]
+                # By the team of the arm.
+                unit = "ms" # not s
+                levels = [1e-3, 1e-4]
 
-            [codel]
-            # static analysis
-            "arm.grip" = 3
-            astar = [9, 9.5] # guessed
-            nav.dist = [1, 2] # measured
+                [codel]
+                # static analysis
+                "arm.grip" = 3
+                astar = [9, 9.5] # guessed
+                nav.dist = [1, 2] # measured
 
-            [overhead]
-            dispatch = 0.01
+                [overhead]
+                dispatch = 0.01
 
-            [measured."nav.dist"]
-            executions = 10
-            greatest = 1
-            times = [1, 2]
-            method = "generalised Pareto"
-            date = 2026-01-01
-            samples = "00"
-            files = []
+                [measured."nav.dist"]
+                executions = 10
+                greatest = 1
+                times = [1, 2]
+                method = "generalised Pareto"
+                date = 2026-01-01
+                samples = "00"
+                files = []
+                bytes = 0
 
-            [measured.astar]
-            executions = 5000
-            greatest = 8.1
-            times = [9, 9.5]
-            method = "generalised Pareto"
-            date = 2026-11-23
-            samples = "ab12"
-            files = ["run.samples"]
-        "##]],
+                [measured.astar]
+                executions = 5000
+                greatest = 8.1
+                times = [9, 9.5]
+                method = "generalised Pareto"
+                date = 2026-11-23
+                samples = "ab12"
+                files = ["run.samples"]
+                bytes = 4711
+            "##]],
         );
     }
 

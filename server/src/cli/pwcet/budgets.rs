@@ -1,9 +1,11 @@
-//! The budgets of codels: the greatest time of each with which all deadlines of the project are met.
+//! What a project says of its codels: the greatest time of each with which all deadlines are met, its budget; and its source.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use mauve_hir::Database;
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Database, names_of, projects};
+use mauve_ide::codel_file;
 use mauve_timing::{Level, Time};
 use mauve_wcrt::{Limit, Query, sensitivity};
 
@@ -16,11 +18,17 @@ pub(super) struct Budgets {
     pub(super) level: Level,
     /// The least budget of each codel and program in all deployments.
     greatest: BTreeMap<String, Time>,
+    /// The C++ files of the codels, where they exist.
+    sources: BTreeMap<String, PathBuf>,
 }
 
 impl Budgets {
     pub(super) fn of(&self, key: &str) -> Option<Time> {
         self.greatest.get(key).copied()
+    }
+
+    pub(super) fn source(&self, key: &str) -> Option<&Path> {
+        self.sources.get(key).map(PathBuf::as_path)
     }
 }
 
@@ -28,7 +36,8 @@ impl Budgets {
 pub(super) fn budgets(path: &Path, allows_outside: bool) -> Result<Budgets, String> {
     let mut db = Database::default();
     let workspaces = load(&mut db, &[path.to_owned()], allows_outside)?;
-    let mut budgets = Budgets { level: Level::TEN_TO_MINUS_FOUR, greatest: BTreeMap::new() };
+    let mut budgets =
+        Budgets { level: Level::TEN_TO_MINUS_FOUR, greatest: BTreeMap::new(), sources: BTreeMap::new() };
     for (project, deployment) in deployments(&db, &workspaces, None)? {
         let query = Query::shown(&db, project);
         budgets.level = query.level;
@@ -40,6 +49,12 @@ pub(super) fn budgets(path: &Path, allows_outside: bool) -> Result<Budgets, Stri
             };
             let least = budgets.greatest.entry(it.key(&db)).or_insert(limit);
             *least = limit.min(*least);
+        }
+    }
+    for project in workspaces.iter().flat_map(|&workspace| projects(&db, workspace)) {
+        for &codel in names_of(&db, *project).all.iter().filter(|it| it.kind(&db) == Kind::Codel) {
+            let source = codel_file(&db, *project, codel).filter(|path| path.is_file());
+            budgets.sources.extend(source.map(|path| (codel.qualified(&db), path)));
         }
     }
     Ok(budgets)

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use mauve_diagnostics::table_error_message;
 use mauve_pwcet::TailModel;
-use mauve_timing::{Kept, Measured as Record, NewEntry, Time, Times, UpdateError, update_table};
+use mauve_timing::{Kept, Measured as Record, NewEntry, Time, Times, UpdateError, digest_of, update_table};
 
 use super::date::today;
 use super::{Estimates, Measured};
@@ -28,11 +28,11 @@ pub(super) fn write(
         Err(error) => return Err(format!("cannot read `{shown}`: {error}")),
     };
     let files: Vec<String> = samples.iter().map(|it| relative(it, path)).collect();
-    let mut entries: Vec<NewEntry> = estimates
-        .measurements
-        .iter()
-        .filter_map(|it| Some(entry(estimates, it, it.times.as_ref()?, &files, &fingerprints.join(" "))))
-        .collect();
+    let bytes = samples.iter().filter_map(|it| it.metadata().ok()).map(|it| it.len()).sum();
+    let origin = Origin { files, bytes, samples: fingerprints.join(" "), table: path };
+    let found = estimates.measurements.iter();
+    let mut entries: Vec<NewEntry> =
+        found.filter_map(|it| Some(origin.entry(estimates, it, it.times.as_ref()?))).collect();
     entries.sort_by(|a, b| a.record.key.cmp(&b.record.key));
     let text = old.as_deref().unwrap_or_default();
     let updated = update_table(text, &estimates.levels, &entries, replaces).map_err(|error| match error {
@@ -103,23 +103,39 @@ fn create(path: &Path, text: &str) -> std::io::Result<()> {
     written
 }
 
-fn entry(estimates: &Estimates, it: &Measured, times: &[Time], files: &[String], samples: &str) -> NewEntry {
-    NewEntry {
-        record: Record {
-            key: it.measurement.key.clone(),
-            span: 0..0,
-            executions: it.measurement.count() as u64,
-            greatest: Time::from_nanos(it.measurement.greatest()),
-            times: Times::PerLevel(times.to_vec()),
-            method: match estimates.options.model {
-                TailModel::GeneralisedPareto => "generalised Pareto, 95 % upper confidence bound".to_owned(),
-                TailModel::Exponential => "exponential, 95 % upper confidence bound".to_owned(),
+/// Where all times come from.
+struct Origin<'a> {
+    files: Vec<String>,
+    bytes: u64,
+    samples: String,
+    table: &'a Path,
+}
+
+impl Origin<'_> {
+    fn entry(&self, estimates: &Estimates, it: &Measured, times: &[Time]) -> NewEntry {
+        let source = estimates.budgets.as_ref().and_then(|it_has| it_has.source(&it.measurement.key));
+        let source = source.and_then(|path| Some((path, disk::read(path, disk::LONGEST).ok()?)));
+        NewEntry {
+            record: Record {
+                key: it.measurement.key.clone(),
+                span: 0..0,
+                executions: it.measurement.count() as u64,
+                greatest: Time::from_nanos(it.measurement.greatest()),
+                times: Times::PerLevel(times.to_vec()),
+                method: match estimates.options.model {
+                    TailModel::GeneralisedPareto => {
+                        "generalised Pareto, 95 % upper confidence bound".to_owned()
+                    }
+                    TailModel::Exponential => "exponential, 95 % upper confidence bound".to_owned(),
+                },
+                date: today(),
+                samples: self.samples.chars().take(16).collect(),
+                files: self.files.clone(),
+                bytes: self.bytes,
+                source: source.as_ref().map(|(path, _)| relative(path, self.table)),
+                source_digest: source.as_ref().map(|(_, content)| digest_of(content)),
+                warnings: it.remarks(),
             },
-            date: today(),
-            samples: samples.chars().take(16).collect(),
-            files: files.to_vec(),
-            source: None,
-            warnings: it.remarks(),
-        },
+        }
     }
 }
