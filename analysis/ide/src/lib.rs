@@ -32,6 +32,7 @@
 //! | `graph.rs` | the graph of an architecture, with utilisations and response times, as DOT and SVG |
 //! | `machine_view.rs` | the state machine of a component with locations, for a panel |
 //! | `timing_actions.rs` | actions that change priorities, CPUs and periods, with their effect |
+//! | `execution_report.rs`, `execution_report/` | the report of measured execution times, as HTML |
 //! | `state_machine.rs` | the periodic state machine of a component as DOT and SVG |
 //!
 //! Locations are offsets in a file's text. This crate knows no protocol and no terminal.
@@ -46,6 +47,7 @@ mod definition;
 mod document_links;
 mod document_symbols;
 mod drawing;
+mod execution_report;
 mod explanation;
 #[cfg(test)]
 mod fixture;
@@ -86,6 +88,7 @@ pub use definition::{Navigation, Target, definition};
 pub use document_links::{DocumentLink, document_links};
 pub use document_symbols::{Symbol, SymbolKind, document_symbols};
 pub use drawing::Drawing;
+pub use execution_report::{ExecutionReport, Measured, MeasuredKind, SampleSource, execution_report};
 pub use explanation::{counted_cpus, explain_response, explain_response_of};
 pub use folding_ranges::{FoldingKind, FoldingRange, folding_ranges};
 pub use formatting::{formatting, formatting_on_type};

@@ -1,0 +1,359 @@
+//! The report of measured execution times: one HTML document with figures, plots, tests and fits, for engineers who decide whether the
+//! times may be used.
+//!
+//! The document needs no network, no other file and no scripts. Its size does not depend on the number of executions.
+//!
+//! | file | content |
+//! |---|---|
+//! | `page.rs` | the document: header, overview, a section for each codel |
+//! | `tables.rs` | the tables of a section: levels, tests, hold-out, fits |
+//! | `plots.rs` | the plots of a section: recording, density, tail, fit, convergence |
+//! | `frame.rs`, `axis.rs` | the frame of a plot, its ticks and marks |
+//! | `samples.rs` | few points that show many executions |
+//! | `figures.rs` | times, levels and counts as text |
+//! | `style.css` | the styles of screens and paper, light and dark |
+
+mod axis;
+mod figures;
+mod frame;
+mod page;
+mod plots;
+mod samples;
+mod tables;
+
+use mauve_pwcet::{Estimate, Options, Refusal};
+use mauve_timing::Time;
+
+/// All that a report shows. No text needs to be escaped.
+#[derive(Debug, Clone, Copy)]
+pub struct ExecutionReport<'a> {
+    /// The name of the project or of the measurement.
+    pub title: &'a str,
+    /// The date of the report, as it is shown.
+    pub date: &'a str,
+    /// The files with the samples.
+    pub sources: &'a [SampleSource<'a>],
+    /// The options of all estimates.
+    pub options: &'a Options,
+    /// The codels and programs, each instance of its own.
+    pub measured: &'a [Measured<'a>],
+}
+
+/// A file with samples.
+#[derive(Debug, Clone, Copy)]
+pub struct SampleSource<'a> {
+    /// Its name, as it is shown.
+    pub name: &'a str,
+    /// The digest of its content, with the name of the algorithm.
+    pub digest: &'a str,
+}
+
+/// The measured executions of one codel or program, and their result.
+#[derive(Debug, Clone, Copy)]
+pub struct Measured<'a> {
+    /// Whether `key` is the key of a codel or of a program.
+    pub kind: MeasuredKind,
+    /// The key in timing tables.
+    pub key: &'a str,
+    /// The instance whose executions these are; `None` for those of all instances.
+    pub instance: Option<&'a str>,
+    /// The times in nanoseconds, in recorded order.
+    pub executions: &'a [u64],
+    /// The indices of the executions that begin a run, ascending. The index 0 may be missing.
+    pub runs: &'a [usize],
+    /// The estimate with the options of the report, or the reason why there is none.
+    pub result: Result<&'a Estimate, Refusal>,
+    /// The time in the timing table for each level of the options; empty if the table has no time of this codel.
+    pub table: &'a [Time],
+    /// The greatest acceptable time for each level of the options; empty without budgets.
+    pub budgets: &'a [Option<Time>],
+}
+
+/// What was measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MeasuredKind {
+    /// A codel.
+    Codel,
+    /// A program of a component, such as an update or the run of a state.
+    Program,
+}
+
+/// Returns the report as an HTML document. The same values give the same text.
+pub fn execution_report(report: &ExecutionReport<'_>) -> String {
+    page::document(report)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use expect_test::expect;
+    use mauve_pwcet::{TailModel, estimate};
+
+    const LEVELS: [f64; 3] = [1e-3, 1e-4, 1e-7];
+
+    /// About exponential times from 1 ms on, with a clock of 10 ns.
+    fn exponential(count: u64) -> Vec<u64> {
+        let time = |index: u64| {
+            // SplitMix64.
+            let mixed = (index + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            let mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+            let part = ((mixed ^ (mixed >> 31)) >> 11) as f64 / (1_u64 << 53) as f64;
+            1_000_000 + (-(part.max(1e-12)).ln() * 5_000.0) as u64 * 10
+        };
+        (0..count).map(time).collect()
+    }
+
+    struct Sample {
+        key: &'static str,
+        instance: Option<&'static str>,
+        executions: Vec<u64>,
+        budgets: Vec<Option<Time>>,
+    }
+
+    fn sample(key: &'static str, executions: Vec<u64>) -> Sample {
+        Sample { key, instance: None, executions, budgets: Vec::new() }
+    }
+
+    fn report(samples: &[Sample]) -> String {
+        let options =
+            Options { levels: LEVELS.to_vec(), model: TailModel::GeneralisedPareto, seed: 1, bootstraps: 0 };
+        let estimates: Vec<_> = samples.iter().map(|it| estimate(&it.executions, &options)).collect();
+        let measured = samples.iter().zip(&estimates).map(|(sample, result)| Measured {
+            kind: MeasuredKind::Codel,
+            key: sample.key,
+            instance: sample.instance,
+            executions: &sample.executions,
+            runs: &[0, 100],
+            result: result.as_ref().map_err(|refusal| *refusal),
+            table: &[],
+            budgets: &sample.budgets,
+        });
+        execution_report(&ExecutionReport {
+            title: "<p3dx>",
+            date: "2026-11-23",
+            sources: &[SampleSource { name: "a&b.csv", digest: "sha256 00ff" }],
+            options: &options,
+            measured: &measured.collect::<Vec<_>>(),
+        })
+    }
+
+    fn samples() -> Vec<Sample> {
+        vec![
+            sample("scan.read", exponential(3000)),
+            Sample {
+                instance: Some("left"),
+                budgets: vec![None, None, Some(Time::from_nanos(1_100_000))],
+                ..sample("scan.filter", exponential(5000))
+            },
+            sample("empty", Vec::new()),
+            sample("once", vec![7]),
+            sample("three", vec![1_200_000, 1_250_000, 1_100_000]),
+            sample("constant", vec![2_000_000; 400]),
+        ]
+    }
+
+    /// Returns the texts of a document, a line for each, without styles.
+    fn texts(html: &str) -> Vec<String> {
+        let body = html.split("</style>").nth(1).unwrap_or_default();
+        let texts = body.split('>').filter_map(|rest| rest.split('<').next()).map(str::trim);
+        texts.filter(|text| !text.is_empty()).map(str::to_owned).collect()
+    }
+
+    /// Returns the headings, indented by their level.
+    fn outline(html: &str) -> String {
+        let mut out = String::new();
+        for rest in html.split("<h").skip(1) {
+            let Some((level @ ('1' | '2' | '3'), rest)) = rest.chars().next().map(|it| (it, rest)) else {
+                continue;
+            };
+            let heading = rest.split("</h").next().unwrap_or_default();
+            let indent = "  ".repeat(level as usize - '1' as usize);
+            let words = texts(&format!("</style><h{heading}")).join(" ");
+            out += &format!("{indent}{words}\n");
+        }
+        out
+    }
+
+    /// Checks that each element is closed, as in XML.
+    fn check_tags(html: &str) {
+        let mut open: Vec<&str> = Vec::new();
+        for tag in html.split('<').skip(1).filter(|tag| !tag.starts_with('!')) {
+            let (tag, _) = tag.split_once('>').expect("the end of a tag");
+            assert_eq!(tag.matches('"').count() % 2, 0, "{tag}");
+            let name = tag.trim_start_matches('/').split([' ', '/']).next().unwrap_or_default();
+            if tag.starts_with('/') {
+                assert_eq!(open.pop(), Some(name), "</{name}> in {open:?}");
+            } else if !tag.ends_with('/') {
+                open.push(name);
+            }
+        }
+        assert!(open.is_empty(), "{open:?}");
+    }
+
+    #[test]
+    fn refusals_and_warnings_come_first() {
+        expect![[r#"
+            Execution times of &lt;p3dx&gt;
+              How to read this report
+              Overview
+              empty codel
+                No estimate
+              once codel
+                No estimate
+              three codel
+                No estimate
+              constant codel
+                No estimate
+              scan. filter codel of instance left
+                Levels
+                Tests
+                Hold-out
+                Clock
+                Fit of the tail
+                Fit of block maxima
+              scan. read codel
+                Levels
+                Tests
+                Hold-out
+                Clock
+                Fit of the tail
+                Fit of block maxima
+                Sources
+        "#]]
+        .assert_eq(&outline(&report(&samples())));
+    }
+
+    #[test]
+    fn the_overview_has_a_row_for_each_codel() {
+        let html = report(&samples());
+        let overview =
+            html.split("<table class=\"overview\">").nth(1).and_then(|it| it.split("</table>").next());
+        let rows = overview.unwrap_or_default().split("<tr>").skip(1);
+        let rows: String = rows.map(|row| texts(&format!("</style><tr>{row}")).join(" | ") + "\n").collect();
+        expect![[r#"
+            codel or program | instance | verdict | executions | high-water | mark | 95 % upper bound at level
+            1e-3 | 1e-4 | 1e-7
+            empty | all | refused | 0 | – | 0 executions are too few for a tail: measure at least 200, better 5000
+            once | all | refused | 1 | 7 ns | 1 execution is too few for a tail: measure at least 200, better 5000
+            three | all | refused | 3 | 1.25 ms | 3 executions are too few for a tail: measure at least 200, better 5000
+            constant | all | refused | 400 | 2 ms | all executions took exactly 2 ms: a real clock gives different times; write the time by hand if it is the worst case
+            scan. | filter | left | over budget | 5000 | 1.417 ms | 1.383 ms | 0.98 × | 1.53 ms | 1.08 × | 2.054 ms | 1.45 ×
+            scan. | read | all | fine | 3000 | 1.382 ms | 1.382 ms | 1.00 × | 1.534 ms | 1.11 × | 2.093 ms | 1.51 ×
+        "#]].assert_eq(&rows);
+    }
+
+    #[test]
+    fn tables_of_a_codel() {
+        let html = report(&samples()[..1]);
+        let tables = html.split("<h3>Levels</h3>").nth(1).and_then(|it| it.split("</section>").next());
+        let rows = tables.unwrap_or_default().split("<tr>").skip(1);
+        let rows: String = rows.map(|row| texts(&format!("</style><tr>{row}")).join(" | ") + "\n").collect();
+        expect![[r#"
+            level | estimate | 95 % upper | bound | ratio | block maxima: | estimate | block maxima: | bound | expected | p·n | the bound is
+            1e-3 | 1.351 | 1.382 | 1.00 × | 1.341 | 1.398 | 3 | of the fitted tail, within the sample
+            1e-4 | 1.468 | 1.534 | 1.11 × | 1.452 | 1.602 | 0.3 | extrapolated: one exceedance in 3 such measurements
+            1e-7 | 1.821 | 2.093 | 1.51 × | 1.786 | 2.712 | 0.0003 | extrapolated: one exceedance in 3333 such measurements | Tests | Adjusted for the number of tests (Holm): below 0.05, the assumption is rejected.
+            test | assumption | statistic | p | adjusted p | verdict
+            Ljung–Box, 20 lags | executions do not depend on earlier ones | 17.69 | 0.608 | 1.000 | not rejected
+            runs about the median | fast and slow executions alternate at random | 1.096 | 0.273 | 1.000 | not rejected
+            Kolmogorov–Smirnov, two halves | both halves of the measurement have one distribution | 0.02667 | 0.660 | 1.000 | not rejected
+            KPSS, 9 lags | the mean does not change | 0.04478 | 0.907 | 1.000 | not rejected
+            likelihood ratio of the tail | the tail is not heavier than exponential | 0 | 1.000 | 1.000 | not rejected
+            hold-out | the bounds of the first half hold in the second half | 9 | 1.000 | 1.000 | not rejected | Hold-out | Bounds from the first half of the executions, in ms, and the exceedances in the second half.
+            level | bound | expected at most | observed | p | verdict
+            1e-2 | 1.252 | 15 | 9 | 0.963 | not rejected
+            1e-3 | 1.421 | 1.5 | 0 | 1.000 | not rejected | Clock | Times without ties need a fine clock.
+            property | value
+            resolution of the clock | 10 ns
+            distinct times | 2602
+            executions with the time of another one | 398 (13 %)
+            mean | 1.05 ms | Fit of the tail | Excesses over the threshold, with a generalised Pareto distribution. The bounds come from this fit.
+            peaks over threshold | value
+            threshold | 1.069 ms
+            excesses | 750 (25 %)
+            free fit | ξ = −0.04803, σ = 0.05347 ms
+            fit with ξ ≥ 0 | ξ = 0, σ = 0.05102 ms
+            greatest ξ that is not rejected | 0.04401
+            goodness of the free fit | Anderson–Darling 0.4186, p = 0.465
+            the same by bootstrap | not computed | Fit of block maxima | Maxima of blocks, with a generalised extreme value distribution. For comparison only.
+            block maxima | value
+            blocks | 150 of 20 executions
+            free fit | ξ = −0.01583, μ = 1.152 ms, σ = 0.04858 ms
+            fit with ξ ≥ 0 | ξ = 0, μ = 1.152 ms, σ = 0.04832 ms
+        "#]].assert_eq(&rows);
+    }
+
+    #[test]
+    fn documents_are_well_formed() {
+        for html in [report(&samples()), report(&[])] {
+            check_tags(&html);
+            let ids: Vec<&str> = html.split(" id=\"").skip(1).filter_map(|it| it.split('"').next()).collect();
+            assert_eq!(ids.iter().collect::<BTreeSet<_>>().len(), ids.len(), "{ids:?}");
+            for link in html.split("href=\"").skip(1).filter_map(|it| it.split('"').next()) {
+                assert!(link.strip_prefix('#').is_some_and(|id| ids.contains(&id)), "{link}");
+            }
+            for number in ["NaN", "inf", "http:", "https:", "<script", "url("] {
+                assert!(!html.contains(number), "{number}");
+            }
+        }
+    }
+
+    #[test]
+    fn texts_from_outside_are_escaped() {
+        let key = "<script>alert('1')</script>\" onload=\"x\"&\u{202e}\u{0}";
+        let mut evil = sample(key, exponential(400));
+        evil.instance = Some("</title></style>");
+        let html = report(&[evil]);
+        check_tags(&html);
+        assert!(
+            !html.contains("<script") && !html.contains("onload=\"x") && !html.contains("</title></style>")
+        );
+        assert!(html.contains("&lt;p3dx&gt;") && html.contains("&lt;script&gt;alert"));
+        assert!(!html.contains(['\u{202e}', '\u{0}']));
+    }
+
+    #[test]
+    fn the_size_does_not_depend_on_the_number_of_executions() {
+        let many = exponential(400_000);
+        // Each execution is a new high-water mark.
+        let rising: Vec<u64> = (0..400_000).collect();
+        for executions in [many, rising] {
+            let options = Options {
+                levels: LEVELS.to_vec(),
+                model: TailModel::GeneralisedPareto,
+                seed: 1,
+                bootstraps: 0,
+            };
+            let first = estimate(&executions[..4000], &options);
+            let size = |executions: &[u64]| {
+                execution_report(&ExecutionReport {
+                    title: "",
+                    date: "",
+                    sources: &[],
+                    options: &options,
+                    measured: &[Measured {
+                        kind: MeasuredKind::Program,
+                        key: "Pilot/update",
+                        instance: None,
+                        executions,
+                        runs: &(0..executions.len()).collect::<Vec<_>>(),
+                        result: first.as_ref().map_err(|refusal| *refusal),
+                        table: &[],
+                        budgets: &[],
+                    }],
+                })
+                .len()
+            };
+            let (few, many) = (size(&executions[..4000]), size(&executions));
+            assert!(many < few + 3000 && many < 60_000, "{few} and {many} bytes");
+        }
+    }
+
+    #[test]
+    fn equal_values_give_equal_documents() {
+        assert_eq!(report(&samples()), report(&samples()));
+    }
+}

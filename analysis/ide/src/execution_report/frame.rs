@@ -1,0 +1,181 @@
+//! The parts that all plots have: the figure, the frame with its axes, and the marks of data, which legends show as well.
+
+use std::fmt::Write as _;
+
+use super::axis::Axis;
+use super::figures::{self, TimeUnit};
+
+/// A plot with its caption and legend.
+pub(super) struct Figure {
+    pub(super) class: &'static str,
+    pub(super) caption: &'static str,
+    /// HTML.
+    pub(super) note: String,
+    pub(super) svg: String,
+    /// The mark of each entry, as SVG of 28 × 14, and its text.
+    pub(super) legend: Vec<(&'static str, String)>,
+}
+
+impl Figure {
+    pub(super) fn html(&self) -> String {
+        let Figure { class, caption, note, svg, legend } = self;
+        let entries: String = legend
+            .iter()
+            .map(|(mark, text)| {
+                format!(
+                    "<li><svg viewBox=\"0 0 28 14\" width=\"28\" height=\"14\" aria-hidden=\"true\">{mark}</svg>{text}</li>"
+                )
+            })
+            .collect();
+        format!(
+            "<figure class=\"{class}\">\n<figcaption><b>{caption}</b> {note}</figcaption>\n{svg}<ul class=\"legend\">{entries}</ul>\n</figure>\n"
+        )
+    }
+}
+
+/// The width of all plots. On a narrow screen, a letter is 10 wide: margins have room for these.
+pub(super) const WIDTH: f64 = 560.0;
+pub(super) const LETTER: f64 = 9.5;
+
+/// The rectangle of the values.
+#[derive(Clone, Copy)]
+pub(super) struct Frame {
+    pub(super) left: f64,
+    pub(super) right: f64,
+    pub(super) top: f64,
+    pub(super) bottom: f64,
+}
+
+impl Frame {
+    pub(super) fn new(height: f64, right: f64) -> Frame {
+        Frame { left: 70.0, right: WIDTH - right, top: 32.0, bottom: height - 52.0 }
+    }
+
+    pub(super) fn horizontal(&self) -> (f64, f64) {
+        (self.left, self.right)
+    }
+
+    pub(super) fn vertical(&self) -> (f64, f64) {
+        (self.bottom, self.top)
+    }
+}
+
+/// The positions and the labels of an axis.
+pub(super) type Ticks = Vec<(f64, String)>;
+
+/// Returns the head of a plot, its grid and its axes.
+pub(super) fn begin(
+    frame: &Frame,
+    title: &str,
+    (x_title, x_ticks): (&str, &Ticks),
+    (y_title, y_ticks): (&str, &Ticks),
+) -> String {
+    let Frame { left, right, bottom, .. } = *frame;
+    let mut out = format!(
+        "<svg class=\"plot\" viewBox=\"0 0 {WIDTH} {:.0}\" role=\"img\"><title>{title}</title>\n",
+        bottom + 52.0
+    );
+    let grid: String = y_ticks.iter().map(|(y, _)| format!("M{left:.1} {y:.1}H{right:.1}")).collect();
+    let marks: String = x_ticks.iter().map(|(x, _)| format!("M{x:.1} {bottom:.1}v4")).collect();
+    let _ = writeln!(
+        out,
+        "<path class=\"grid\" d=\"{grid}\"/><path class=\"axis\" d=\"M{left:.1} {bottom:.1}H{right:.1}{marks}\"/>"
+    );
+    let alternating = |ticks: &Ticks, index: usize, most: usize| ticks.len() > most && index % 2 == 1;
+    for (index, (x, label)) in x_ticks.iter().enumerate() {
+        let class = if alternating(x_ticks, index, 4) { " class=\"alt\"" } else { "" };
+        let _ = writeln!(
+            out,
+            "<text{class} x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{label}</text>",
+            bottom + 19.0
+        );
+    }
+    for (index, (y, label)) in y_ticks.iter().enumerate() {
+        let class = if alternating(y_ticks, index, 7) { " class=\"alt\"" } else { "" };
+        let _ = writeln!(
+            out,
+            "<text{class} x=\"{:.1}\" y=\"{y:.1}\" dy=\".35em\" text-anchor=\"end\">{label}</text>",
+            left - 8.0
+        );
+    }
+    let _ = writeln!(
+        out,
+        "<text class=\"name\" x=\"{right:.1}\" y=\"{:.1}\" text-anchor=\"end\">{x_title}</text>\n\
+         <text class=\"name\" x=\"4\" y=\"14\">{y_title}</text>",
+        bottom + 42.0
+    );
+    out
+}
+
+/// Returns the ticks of an axis of times.
+pub(super) fn time_ticks(axis: &Axis, most: usize, unit: &TimeUnit) -> Ticks {
+    let (ticks, decimals) = axis.ticks(most, unit.nanoseconds);
+    let label = |time: f64| {
+        let value = time / unit.nanoseconds;
+        // Differences of neighbours may need more than four digits.
+        if value >= 100_000.0 {
+            format!("{value:.0e}")
+        } else if axis.is_logarithmic() || value.abs() >= 10_000.0 {
+            figures::significant(value)
+        } else {
+            format!("{value:.decimals$}")
+        }
+    };
+    ticks.into_iter().map(|time| (axis.at(time), label(time))).collect()
+}
+
+/// Returns the ticks of an axis that counts executions, and how its title continues.
+pub(super) fn count_ticks(axis: &Axis, most: usize, greatest: usize) -> (Ticks, &'static str) {
+    let (unit, title) = match greatest {
+        ..20_000 => (1.0, ""),
+        20_000..20_000_000 => (1e3, ", in thousands"),
+        _ => (1e6, ", in millions"),
+    };
+    let (ticks, decimals) = axis.ticks(most, unit);
+    (ticks.into_iter().map(|it| (axis.at(it), format!("{:.decimals$}", it / unit))).collect(), title)
+}
+
+/// Returns a line through points.
+pub(super) fn line(points: impl Iterator<Item = (f64, f64)>) -> String {
+    let mut path = String::new();
+    for (x, y) in points {
+        let _ = write!(path, "{}{x:.1} {y:.1}", if path.is_empty() { 'M' } else { 'L' });
+    }
+    path
+}
+
+/// Returns dots: lines without a length, whose ends are round.
+pub(super) fn dots(points: impl Iterator<Item = (f64, f64)>) -> String {
+    points.fold(String::new(), |mut path, (x, y)| {
+        let _ = write!(path, "M{x:.1} {y:.1}h0");
+        path
+    })
+}
+
+pub(super) fn diamond((x, y): (f64, f64)) -> String {
+    format!("M{:.1} {y:.1}l4.5 -4.5l4.5 4.5l-4.5 4.5z", x - 4.5)
+}
+
+pub(super) fn square((x, y): (f64, f64)) -> String {
+    format!("M{:.1} {:.1}h6v6h-6z", x - 3.0, y - 3.0)
+}
+
+pub(super) fn triangle((x, y): (f64, f64)) -> String {
+    format!("M{x:.1} {:.1}l5 8.5h-10z", y - 5.0)
+}
+
+pub(super) const DOTS: &str = "<path class=\"dots\" d=\"M4 7h0M14 7h0M24 7h0\"/>";
+pub(super) const RANGE: &str =
+    "<path class=\"range\" d=\"M5 3v8M8 5v7M11 2v10M14 4v8M17 3v8M20 5v6M23 2v10\"/>";
+pub(super) const MEAN: &str = "<path class=\"mean\" d=\"M2 7h24\"/>";
+pub(super) const RECORD: &str = "<path class=\"record\" d=\"M2 10h10V5h14\"/>";
+pub(super) const RUNS: &str = "<rect class=\"run\" x=\"2\" y=\"1\" width=\"24\" height=\"12\"/>";
+pub(super) const BARS: &str = "<path class=\"bar\" d=\"M5 13v-6h6v-4h6v7h6v3z\"/>";
+pub(super) const FIT: &str = "<path class=\"fit\" d=\"M2 7h24\"/>";
+pub(super) const BAND: &str = "<path class=\"band\" d=\"M2 2h24v10h-24z\"/>";
+pub(super) const HIGH_WATER: &str = "<path class=\"hwm\" d=\"M2 7h24\"/>";
+pub(super) const THRESHOLD: &str = "<path class=\"threshold\" d=\"M2 7h24\"/>";
+pub(super) const BOUND: &str = "<path class=\"bound\" d=\"M9.5 7l4.5 -4.5l4.5 4.5l-4.5 4.5z\"/>";
+pub(super) const BLOCKS: &str = "<path class=\"blocks\" d=\"M11 4h6v6h-6z\"/>";
+pub(super) const BUDGET: &str = "<path class=\"budget\" d=\"M14 2l5 8.5h-10z\"/>";
+pub(super) const IDENTITY: &str = "<path class=\"identity\" d=\"M2 7h24\"/>";

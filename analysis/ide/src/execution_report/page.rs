@@ -1,0 +1,320 @@
+//! The document: header, overview and a section for each codel.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+
+use mauve_diagnostics::{measurement_refusal, measurement_warning};
+use mauve_pwcet::{Estimate, Options, TailModel};
+
+use super::figures::{self, TimeUnit, count, counted};
+use super::plots::{self, Plotted};
+use super::{ExecutionReport, Measured, MeasuredKind, tables};
+use crate::drawing::svg_text;
+
+/// Returns a text from outside, escaped. Characters that no reader sees, or that reorder a line, are replaced.
+pub(super) fn text(outside: &str) -> String {
+    let is_hidden = |letter: char| {
+        letter.is_control()
+            || matches!(letter, '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}' | '\u{fffe}' | '\u{ffff}')
+    };
+    svg_text(&outside.replace(is_hidden, "\u{fffd}")).replace('\'', "&#39;")
+}
+
+/// Returns a name in code, with the places where a narrow column may break it.
+pub(super) fn code(name: &str) -> String {
+    let mut out = "<code>".to_owned();
+    for part in name.split_inclusive(['.', '/', '_', '(', ',', ':']) {
+        out += &text(part);
+        out += "<wbr/>";
+    }
+    out.truncate(out.len() - if name.is_empty() { 0 } else { "<wbr/>".len() });
+    out + "</code>"
+}
+
+/// Returns the document.
+pub(super) fn document(report: &ExecutionReport<'_>) -> String {
+    let title = text(report.title);
+    let mut order: Vec<&Measured<'_>> = report.measured.iter().collect();
+    // A stable sort keeps the order of the caller among equals.
+    order.sort_by_key(|it| Verdict::of(it).rank());
+    let mut out = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\"/>\n\
+         <title>Execution times of {title}</title>\n<style>\n{}</style>\n</head>\n<body>\n",
+        include_str!("style.css")
+    );
+    header(&mut out, report, &title);
+    out.push_str("<main>\n");
+    overview(&mut out, report, &order);
+    for (index, measured) in order.iter().enumerate() {
+        section(&mut out, index, measured, report.options);
+    }
+    out.push_str("</main>\n");
+    footer(&mut out, report);
+    out + "</body>\n</html>\n"
+}
+
+fn header(out: &mut String, report: &ExecutionReport<'_>, title: &str) {
+    let Options { levels, model, .. } = report.options;
+    let model = match model {
+        TailModel::GeneralisedPareto => {
+            "generalised Pareto with ξ ≥ 0: exponential, or heavier where the executions suggest it"
+        }
+        TailModel::Exponential => "exponential, as chosen: too short times if the tail is heavier",
+    };
+    let levels: Vec<String> = levels.iter().copied().map(figures::level).collect();
+    let executions = report.measured.iter().map(|it| it.executions.len()).sum();
+    let _ = write!(
+        out,
+        "<header>\n<h1>Execution times of {title}</h1>\n\
+         <p class=\"lead\">Probabilistic worst-case execution times (pWCET), estimated from measured executions.</p>\n\
+         <dl>\n<dt>Date</dt><dd>{}</dd>\n<dt>Measurement</dt><dd>{} of {}, in {}</dd>\n<dt>Levels</dt><dd>{}</dd>\n\
+         <dt>Tail</dt><dd>{model}</dd>\n</dl>\n\
+         <div class=\"read\">\n<h2>How to read this report</h2>\n<ul>\n\
+         <li>The time of a level p is a <b>95\u{a0}% upper bound</b>: in at least 95 of 100 such measurements, an execution exceeds it \
+         with a probability of at most p, if executions are independent and have one distribution with the fitted tail.</li>\n\
+         <li>A bound for less than one expected exceedance (p·n &lt; 1) is <b>extrapolated</b>: no execution confirms it.</li>\n\
+         <li>Tests can only <b>reject</b> an assumption: “not rejected” does not prove it.</li>\n\
+         <li>Inputs and modes that no execution showed are in <b>no number</b>: an event that is rarer than 3/n may be missing \
+         from n executions.</li>\n\
+         </ul>\n</div>\n</header>\n",
+        text(report.date),
+        counted(executions, "execution"),
+        kinds(report.measured),
+        counted(report.sources.len(), "file"),
+        levels.join(", "),
+    );
+}
+
+/// Returns how many codels and programs there are, whatever the number of their instances: `7 codels and 2 programs`.
+fn kinds(measured: &[Measured<'_>]) -> String {
+    let number = |kind| {
+        let of_kind = measured.iter().filter(|it| it.kind == kind);
+        of_kind.map(|it| it.key).collect::<BTreeSet<_>>().len()
+    };
+    match (number(MeasuredKind::Codel), number(MeasuredKind::Program)) {
+        (codels, 0) => counted(codels, "codel"),
+        (0, programs) => counted(programs, "program"),
+        (codels, programs) => format!("{} and {}", counted(codels, "codel"), counted(programs, "program")),
+    }
+}
+
+/// What the overview says about a codel.
+pub(super) struct Verdict {
+    refusal: Option<String>,
+    warnings: Vec<String>,
+    is_over_budget: bool,
+}
+
+impl Verdict {
+    fn of(measured: &Measured<'_>) -> Verdict {
+        let (warnings, refusal) = match &measured.result {
+            Ok(estimate) => (estimate.warnings.iter().map(measurement_warning).collect(), None),
+            Err(refusal) => (Vec::new(), Some(measurement_refusal(refusal))),
+        };
+        let bounds = measured.result.map(|it| it.levels.as_slice()).unwrap_or_default();
+        let is_over_budget = (0..bounds.len()).any(|index| tables::is_over_budget(measured, index));
+        Verdict { refusal, warnings, is_over_budget }
+    }
+
+    /// Refusals first, then what needs a look.
+    fn rank(&self) -> u32 {
+        match self {
+            Verdict { refusal: Some(_), .. } => 0,
+            Verdict { is_over_budget: true, .. } => 1,
+            Verdict { warnings, .. } if !warnings.is_empty() => 2,
+            _ => 3,
+        }
+    }
+
+    fn badges(&self) -> String {
+        let badge = |class: &str, text: &str| format!("<span class=\"badge {class}\">{text}</span> ");
+        if self.refusal.is_some() {
+            return badge("failed", "refused");
+        }
+        let mut out = String::new();
+        if self.is_over_budget {
+            out += &badge("failed", "over budget");
+        }
+        if !self.warnings.is_empty() {
+            out += &badge("warned", &counted(self.warnings.len(), "warning"));
+        }
+        if out.is_empty() { badge("fine", "fine") } else { out }
+    }
+}
+
+fn overview(out: &mut String, report: &ExecutionReport<'_>, order: &[&Measured<'_>]) {
+    let levels = &report.options.levels;
+    let heads: String = levels
+        .iter()
+        .map(|&level| format!("<th scope=\"col\" class=\"number\">{}</th>", figures::level(level)))
+        .collect();
+    let _ = write!(
+        out,
+        "<h2 id=\"overview\">Overview</h2>\n\
+         <p class=\"note\">Codels with refusals and warnings first. Below each bound: its ratio to the high-water mark.</p>\n\
+         <div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"overview\">\n<table class=\"overview\">\n\
+         <thead><tr><th scope=\"col\" rowspan=\"2\">codel or program</th><th scope=\"col\" rowspan=\"2\">instance</th>\
+         <th scope=\"col\" rowspan=\"2\">verdict</th><th scope=\"col\" rowspan=\"2\" class=\"number\">executions</th>\
+         <th scope=\"col\" rowspan=\"2\" class=\"number\">high-water<br/>mark</th>\
+         <th scope=\"colgroup\" colspan=\"{}\" class=\"group\">95\u{a0}% upper bound at level</th></tr>\n\
+         <tr>{heads}</tr></thead>\n\
+         <tbody>\n",
+        levels.len().max(1)
+    );
+    for (index, measured) in order.iter().enumerate() {
+        let verdict = Verdict::of(measured);
+        let unit = unit_of(measured);
+        let high_water =
+            measured.executions.iter().max().map_or("–".to_owned(), |&time| unit.time(time as f64));
+        let instance = measured.instance.map_or("all".to_owned(), code);
+        let _ = write!(
+            out,
+            "<tr><th scope=\"row\"><a href=\"#codel-{}\">{}</a></th><td>{instance}</td><td>{}</td>\
+             <td class=\"number\">{}</td><td class=\"number\">{high_water}</td>",
+            index + 1,
+            code(measured.key),
+            verdict.badges(),
+            count(measured.executions.len()),
+        );
+        match (&measured.result, &verdict.refusal) {
+            (Ok(estimate), _) => {
+                for level in &estimate.levels {
+                    let _ = write!(
+                        out,
+                        "<td class=\"number\">{}<small>{}</small></td>",
+                        unit.bound(level.upper),
+                        figures::ratio(level.ratio)
+                    );
+                }
+            }
+            (Err(_), refusal) => {
+                let _ = write!(
+                    out,
+                    "<td class=\"why\" colspan=\"{}\"><small>{}</small></td>",
+                    levels.len().max(1),
+                    text(refusal.as_deref().unwrap_or_default())
+                );
+            }
+        }
+        out.push_str("</tr>\n");
+    }
+    out.push_str("</tbody>\n</table>\n</div>\n");
+}
+
+/// Returns the unit of all times of a codel: that of its high-water mark.
+fn unit_of(measured: &Measured<'_>) -> TimeUnit {
+    TimeUnit::of(measured.executions.iter().copied().max().unwrap_or_default() as f64)
+}
+
+fn section(out: &mut String, index: usize, measured: &Measured<'_>, options: &Options) {
+    let verdict = Verdict::of(measured);
+    let kind = match measured.kind {
+        MeasuredKind::Codel => "codel",
+        MeasuredKind::Program => "program",
+    };
+    let key = text(measured.key);
+    let instance = measured.instance.map(text);
+    let of_instance = measured.instance.map_or(String::new(), |it| format!(" of instance {}", code(it)));
+    let _ = write!(
+        out,
+        "<section id=\"codel-{number}\" aria-labelledby=\"name-{number}\">\n<div class=\"title\">\
+         <h2 id=\"name-{number}\">{} <small>{kind}{of_instance}</small></h2>\
+         <span>{}</span><a href=\"#overview\">back to the overview</a></div>\n",
+        code(measured.key),
+        verdict.badges().trim_end(),
+        number = index + 1,
+    );
+    if let Some(refusal) = &verdict.refusal {
+        let _ = writeln!(
+            out,
+            "<div class=\"refusal\"><h3>No estimate</h3><p>{}</p></div>",
+            text(&sentence(refusal))
+        );
+    }
+    if !verdict.warnings.is_empty() {
+        let items: String =
+            verdict.warnings.iter().map(|it| format!("<li>{}</li>", text(&sentence(it)))).collect();
+        let _ = writeln!(out, "<div class=\"warnings\"><h3>Warnings</h3><ul>{items}</ul></div>");
+    }
+    let mut ascending = measured.executions.to_vec();
+    ascending.sort_unstable();
+    let unit = unit_of(measured);
+    key_figures(out, measured, &ascending, &unit);
+    let name = match &instance {
+        Some(instance) => format!("{key} of instance {instance}"),
+        None => key,
+    };
+    let plotted = Plotted { name, unit, executions: measured.executions, ascending, runs: measured.runs };
+    let estimate = measured.result.ok();
+    if measured.executions.len() >= 2 {
+        let budgets: Vec<Option<u64>> =
+            measured.budgets.iter().map(|it| it.map(|it| it.as_nanos())).collect();
+        let figures = [
+            estimate.map(|it| plots::tail(&plotted, it, &budgets)),
+            Some(plots::recording(&plotted)),
+            plots::density(&plotted, estimate),
+            estimate.map(|it| plots::quantiles(&plotted, it)),
+            estimate.and_then(|it| plots::convergence(&plotted, it, options)),
+        ];
+        out.push_str("<div class=\"plots\">\n");
+        out.extend(figures.into_iter().flatten().map(|figure| figure.html()));
+        out.push_str("</div>\n");
+    }
+    if let Some(estimate) = estimate {
+        tables::tables(out, measured, estimate, options, &plotted.unit);
+    }
+    out.push_str("</section>\n");
+}
+
+/// Returns a message as a sentence.
+fn sentence(message: &str) -> String {
+    let mut letters = message.chars();
+    let first = letters.next().map(|letter| letter.to_uppercase().to_string()).unwrap_or_default();
+    format!("{first}{}.", letters.as_str())
+}
+
+fn key_figures(out: &mut String, measured: &Measured<'_>, ascending: &[u64], unit: &TimeUnit) {
+    let mut figures = vec![("executions", count(ascending.len()))];
+    let runs = measured.runs.iter().filter(|&&start| 0 < start && start < ascending.len()).count() + 1;
+    if runs > 1 {
+        figures.push(("runs", count(runs)));
+    }
+    let time = |time: Option<&u64>| time.map(|&time| unit.time(time as f64));
+    figures.extend(time(ascending.first()).map(|it| ("least", it)));
+    figures.extend(time(ascending.get(ascending.len() / 2)).map(|it| ("median", it)));
+    figures.extend(time(ascending.last()).map(|it| ("high-water mark", it)));
+    let strictest =
+        |estimate: &Estimate| estimate.levels.iter().copied().min_by(|a, b| a.level.total_cmp(&b.level));
+    let bound = measured.result.ok().and_then(strictest).map(|it| {
+        (format!("bound at {}", figures::level(it.level)), unit.bound(it.upper), figures::ratio(it.ratio))
+    });
+    let _ = write!(out, "<dl class=\"keys\">");
+    for (name, value) in figures {
+        let _ = write!(out, "<div><dt>{name}</dt><dd>{value}</dd></div>");
+    }
+    if let Some((name, value, ratio)) = bound {
+        let _ = write!(
+            out,
+            "<div><dt>{name}</dt><dd>{value}</dd><dd class=\"note\">{ratio} high-water mark</dd></div>"
+        );
+    }
+    out.push_str("</dl>\n");
+}
+
+fn footer(out: &mut String, report: &ExecutionReport<'_>) {
+    let rows: String = report
+        .sources
+        .iter()
+        .map(|it| format!("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", code(it.name), code(it.digest)))
+        .collect();
+    let Options { seed, bootstraps, .. } = report.options;
+    let _ = write!(
+        out,
+        "<footer>\n<h3 id=\"sources\">Sources</h3>\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"sources\">\n\
+         <table>\n<thead><tr><th scope=\"col\">file</th><th scope=\"col\">digest</th></tr></thead>\n<tbody>\n{rows}</tbody>\n</table>\n</div>\n\
+         <p class=\"note\">Seed {seed}, {}. The same files, options and version of mauve give the same numbers.</p>\n</footer>\n",
+        counted(*bootstraps as usize, "bootstrap"),
+    );
+}

@@ -1,0 +1,468 @@
+//! The plots of one codel, as SVG in a figure. Styles are classes of `style.css`, so that one drawing serves light and dark pages, paper,
+//! and narrow screens: these show texts larger, and leave out every second label (`alt`).
+
+use std::fmt::Write as _;
+
+use mauve_pwcet::{Estimate, Options};
+
+use super::axis::Axis;
+use super::figures::{self, TimeUnit};
+use super::frame::{
+    BAND, BARS, BLOCKS, BOUND, BUDGET, DOTS, FIT, Figure, Frame, HIGH_WATER, IDENTITY, LETTER, MEAN, RANGE,
+    RECORD, RUNS, THRESHOLD, begin, count_ticks, diamond, dots, line, square, time_ticks, triangle,
+};
+use super::samples::{histogram, parts, ranks};
+
+/// What the plots of a codel show.
+pub(super) struct Plotted<'a> {
+    /// The codel and its instance, escaped.
+    pub(super) name: String,
+    pub(super) unit: TimeUnit,
+    /// In the order of recording.
+    pub(super) executions: &'a [u64],
+    pub(super) ascending: Vec<u64>,
+    /// The indices of the executions that begin a run.
+    pub(super) runs: &'a [usize],
+}
+
+/// Draws the executions in the order in which they were recorded.
+pub(super) fn recording(of: &Plotted<'_>) -> Figure {
+    const PARTS: usize = 280;
+    let count = of.executions.len();
+    let frame = Frame::new(270.0, 26.0);
+    let (least, greatest) = ends(&of.ascending);
+    // From 0 unless that hides the variation.
+    let low = if least < 0.4 * greatest { 0.0 } else { least };
+    let x = Axis::linear((0.5, count as f64 + 0.5), 0.0, frame.horizontal());
+    let y = Axis::linear((low, greatest), 0.05, frame.vertical());
+    let (x_ticks, thousands) = count_ticks(&x, 5, count);
+    let title = format!("Execution times of {} in the order of recording", of.name);
+    let mut out = begin(
+        &frame,
+        &title,
+        (&format!("execution{thousands}"), &x_ticks),
+        (&format!("time in {}", of.unit.name), &time_ticks(&y, 5, &of.unit)),
+    );
+    let mut legend = Vec::new();
+    let starts: Vec<usize> = of.runs.iter().copied().filter(|&start| 0 < start && start < count).collect();
+    let runs = starts.len() + 1;
+    if (2..=MOST_RUNS).contains(&runs) {
+        let edge = |index: usize| match index.checked_sub(1) {
+            Some(index) => starts.get(index).copied().unwrap_or(count),
+            None => 0,
+        };
+        for run in (1..runs).step_by(2) {
+            let (from, to) = (x.at(edge(run) as f64 + 0.5), x.at(edge(run + 1) as f64 + 0.5));
+            let _ = writeln!(
+                out,
+                "<rect class=\"run\" x=\"{from:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\"/>",
+                frame.top,
+                to - from,
+                frame.bottom - frame.top
+            );
+        }
+        legend.push((RUNS, format!("every second of {runs} runs")));
+    }
+    let found = parts(of.executions, PARTS);
+    let at = |index: usize| x.at(index as f64 + 1.0);
+    let records: Vec<(f64, f64)> =
+        found.iter().filter_map(|part| Some((at(part.record?), y.at(part.greatest as f64)))).collect();
+    if count <= 2 * PARTS {
+        let points = of.executions.iter().enumerate().map(|(index, &time)| (at(index), y.at(time as f64)));
+        let _ = writeln!(out, "<path class=\"dots\" d=\"{}\"/>", dots(points));
+        legend.push((DOTS, "execution".to_owned()));
+    } else {
+        let bars: String = found
+            .iter()
+            .map(|part| {
+                let middle = x.at(part.first as f64 + 0.5 + part.count as f64 / 2.0);
+                // A line of equal times has a length too.
+                format!(
+                    "M{middle:.1} {:.1}V{:.1}",
+                    y.at(part.least as f64) + 0.4,
+                    y.at(part.greatest as f64) - 0.4
+                )
+            })
+            .collect();
+        let _ = writeln!(out, "<path class=\"range\" d=\"{bars}\"/>");
+        let size = count.div_ceil(PARTS);
+        legend.push((RANGE, format!("least to greatest of about {} executions", figures::count(size))));
+    }
+    if count >= 200 {
+        let means = parts(of.executions, 40)
+            .into_iter()
+            .map(|part| (x.at(part.first as f64 + 0.5 + part.count as f64 / 2.0), y.at(part.mean)));
+        let _ = writeln!(out, "<path class=\"mean\" d=\"{}\"/>", line(means));
+        legend.push((MEAN, "mean of each fortieth".to_owned()));
+    }
+    let mut steps = String::new();
+    for (x, y) in &records {
+        let _ =
+            if steps.is_empty() { write!(steps, "M{x:.1} {y:.1}") } else { write!(steps, "H{x:.1}V{y:.1}") };
+    }
+    let _ = writeln!(
+        out,
+        "<path class=\"record\" d=\"{steps}H{:.1}\"/><path class=\"records\" d=\"{}\"/>",
+        frame.right,
+        dots(records.into_iter())
+    );
+    legend.push((RECORD, format!("high-water mark so far, at the end {}", of.unit.time(greatest))));
+    Figure {
+        class: "recording",
+        caption: "Recording.",
+        note: "Executions in recorded order: trends, phases and start-up are visible here.".to_owned(),
+        svg: out + "</svg>\n",
+        legend,
+    }
+}
+
+/// More runs are too narrow for a drawing.
+const MOST_RUNS: usize = 40;
+
+fn ends(ascending: &[u64]) -> (f64, f64) {
+    let end = |time: Option<&u64>| time.copied().unwrap_or_default() as f64;
+    (end(ascending.first()), end(ascending.last()))
+}
+
+/// Draws the density as a histogram.
+pub(super) fn density(of: &Plotted<'_>, estimate: Option<&Estimate>) -> Option<Figure> {
+    let found = histogram(&of.ascending)?;
+    let frame = Frame::new(270.0, 26.0);
+    let end = found.start + found.width * found.counts.len() as f64;
+    let share = |count: usize| 100.0 * count as f64 / of.ascending.len() as f64;
+    let tallest = found.counts.iter().copied().max().unwrap_or_default();
+    let x = Axis::linear((found.start, end), 0.02, frame.horizontal());
+    let y = Axis::linear((0.0, share(tallest) * 1.05), 0.0, frame.vertical());
+    let (percentages, decimals) = y.ticks(4, 1.0);
+    let y_ticks = percentages.into_iter().map(|it| (y.at(it), format!("{it:.decimals$}\u{a0}%"))).collect();
+    let title = format!("Histogram of the execution times of {}", of.name);
+    let mut out = begin(
+        &frame,
+        &title,
+        (&format!("execution time in {}", of.unit.name), &time_ticks(&x, 5, &of.unit)),
+        ("share of executions", &y_ticks),
+    );
+    let base = frame.bottom;
+    let mut bars = format!("M{:.1} {base:.1}", x.at(found.start));
+    for (index, &count) in found.counts.iter().enumerate() {
+        let end = x.at(found.start + found.width * (index + 1) as f64);
+        let _ = write!(bars, "V{:.1}H{end:.1}", y.at(share(count)));
+    }
+    let _ = writeln!(out, "<path class=\"bar\" d=\"{bars}V{base:.1}z\"/>");
+    let width = of.unit.time(found.width);
+    let mut legend = vec![(BARS, format!("{} of {width}", figures::counted(found.counts.len(), "bin")))];
+    let mut vertical = |class: &str, mark, time: f64, text: String| {
+        if x.has(time) {
+            let at = x.at(time);
+            let _ = writeln!(out, "<path class=\"{class}\" d=\"M{at:.1} {:.1}V{base:.1}\"/>", frame.top);
+        }
+        legend.push((mark, text));
+    };
+    if let Some(estimate) = estimate {
+        let threshold = estimate.tail.threshold;
+        vertical(
+            "threshold",
+            THRESHOLD,
+            threshold,
+            format!("threshold of the tail, {}", of.unit.time(threshold)),
+        );
+    }
+    let (_, greatest) = ends(&of.ascending);
+    if found.above == 0 {
+        vertical("hwm", HIGH_WATER, greatest, format!("high-water mark, {}", of.unit.time(greatest)));
+    }
+    let note = if found.above > 0 {
+        format!(
+            "{} longer than {} ({}\u{a0}%) {} to the right of this plot, up to {}.",
+            figures::counted(found.above, "execution"),
+            of.unit.time(end),
+            figures::rounded(share(found.above)),
+            if found.above == 1 { "is" } else { "are" },
+            of.unit.time(greatest)
+        )
+    } else {
+        "Several peaks suggest several modes.".to_owned()
+    };
+    Some(Figure { class: "density", caption: "Density.", note, svg: out + "</svg>\n", legend })
+}
+
+/// Draws the probabilities of longer executions: observed, fitted, and the bounds of the levels.
+pub(super) fn tail(of: &Plotted<'_>, estimate: &Estimate, budgets: &[Option<u64>]) -> Figure {
+    let frame = Frame::new(410.0, 112.0);
+    let count = estimate.count as f64;
+    let strictest = estimate.levels.iter().map(|it| it.level).fold(1.0 / count, f64::min);
+    // With room for the mark of the strictest level.
+    let lowest = 10_f64.powf((strictest.log10() - 0.35).max(-300.0));
+    let y = Axis::logarithmic((lowest, 1.0), frame.vertical());
+    let curve: Vec<_> = estimate.curve.iter().filter(|it| it.probability >= strictest * 0.99).collect();
+    let bounds = estimate.levels.iter().map(|it| it.upper).chain(curve.iter().map(|it| it.upper));
+    let greatest = estimate.greatest as f64;
+    let mut high = bounds.filter(|it| it.is_finite()).fold(greatest, f64::max);
+    // A much longer budget would leave no room for the tail.
+    let budget = budgets.iter().flatten().map(|&it| it as f64).filter(|it| *it <= 1.5 * high);
+    high = budget.fold(high, f64::max);
+    let least = estimate.least as f64;
+    let x = if high > 8.0 * greatest {
+        Axis::logarithmic((least.max(1.0), high * 1.05), frame.horizontal())
+    } else {
+        Axis::linear((least, high), 0.02, frame.horizontal())
+    };
+    let scale = if x.is_logarithmic() { ", logarithmic" } else { "" };
+    let every = (-lowest.log10() / 12.0).ceil().max(1.0) as i32;
+    let powers = (0..=-(lowest.log10().ceil() as i32)).step_by(every as usize);
+    let y_ticks = powers.map(|power| {
+        let label = if power == 0 { "1".to_owned() } else { format!("1e-{power}") };
+        (y.at(10_f64.powi(-power)), label)
+    });
+    let title = format!(
+        "Exceedance probabilities of {}: observed executions, the fitted tail, and the bounds of the levels",
+        of.name
+    );
+    let mut out = begin(
+        &frame,
+        &title,
+        (&format!("execution time in {}{scale}", of.unit.name), &time_ticks(&x, 6, &of.unit)),
+        ("exceedance probability", &y_ticks.collect()),
+    );
+    let mut legend = vec![(DOTS, "observed".to_owned())];
+    let at = |time: f64, probability: f64| (x.at(time), y.at(probability));
+    let edge = curve.iter().map(|it| at(it.upper, it.probability));
+    let band = edge.clone().chain(curve.iter().rev().map(|it| at(it.lower, it.probability)));
+    let _ = writeln!(
+        out,
+        "<path class=\"band\" d=\"{}z\"/><path class=\"edge\" d=\"{}\"/><path class=\"fit\" d=\"{}\"/>",
+        line(band),
+        line(edge),
+        line(curve.iter().map(|it| at(it.point, it.probability)))
+    );
+    legend.push((FIT, "fitted tail".to_owned()));
+    legend.push((BAND, "its 95\u{a0}% confidence band".to_owned()));
+    let mut vertical = |class: &str, mark, time: f64, text: String| {
+        let (at, Frame { top, bottom, .. }) = (x.at(time), frame);
+        let _ = writeln!(out, "<path class=\"{class}\" d=\"M{at:.1} {top:.1}V{bottom:.1}\"/>");
+        legend.push((mark, format!("{text}, {}", of.unit.time(time))));
+    };
+    vertical("threshold", THRESHOLD, estimate.tail.threshold, "threshold of the tail".to_owned());
+    vertical("hwm", HIGH_WATER, greatest, "high-water mark".to_owned());
+    let observed = ranks(of.ascending.len(), 180).into_iter().filter_map(|rank| {
+        let time = of.ascending.get(of.ascending.len().checked_sub(rank)?)?;
+        Some(at(*time as f64, rank as f64 / count))
+    });
+    let _ = writeln!(out, "<path class=\"dots\" d=\"{}\"/>", dots(observed));
+    let blocks = estimate.levels.iter().filter_map(|it| Some((it.block_maxima?.0, it.level)));
+    let blocks: String =
+        blocks.filter(|(time, _)| x.has(*time)).map(|(time, level)| square(at(time, level))).collect();
+    if !blocks.is_empty() {
+        let _ = writeln!(out, "<path class=\"blocks\" d=\"{blocks}\"/>");
+        legend.push((BLOCKS, "estimate from block maxima".to_owned()));
+    }
+    let budgets =
+        estimate.levels.iter().zip(budgets).filter_map(|(it, budget)| Some(((*budget)? as f64, it.level)));
+    let budgets: String =
+        budgets.filter(|(time, _)| x.has(*time)).map(|(time, level)| triangle(at(time, level))).collect();
+    if !budgets.is_empty() {
+        let _ = writeln!(out, "<path class=\"budget\" d=\"{budgets}\"/>");
+        legend.push((BUDGET, "budget".to_owned()));
+    }
+    level_marks(&mut out, &frame, of, estimate, at);
+    legend.push((BOUND, "95\u{a0}% upper bound of a level".to_owned()));
+    Figure {
+        class: "tail",
+        caption: "Tail.",
+        note: format!(
+            "Probability that an execution takes longer than a time. An event that is rarer than 3/n = {} may be missing from \
+             these executions.",
+            figures::rate(3.0 / count)
+        ),
+        svg: out + "</svg>\n",
+        legend,
+    }
+}
+
+/// Draws a mark for the bound of each level, and its time to the right of the plot.
+fn level_marks(
+    out: &mut String,
+    frame: &Frame,
+    of: &Plotted<'_>,
+    estimate: &Estimate,
+    at: impl Fn(f64, f64) -> (f64, f64),
+) {
+    const HEIGHT: f64 = 20.0;
+    let mut levels: Vec<_> = estimate.levels.iter().collect();
+    levels.sort_by(|a, b| b.level.total_cmp(&a.level));
+    let marks: Vec<(f64, f64)> = levels.iter().map(|it| at(it.upper, it.level)).collect();
+    let most = ((frame.bottom - frame.top) / HEIGHT) as usize;
+    let every = levels.len().div_ceil(most.max(1)).max(1);
+    // Labels move down until they do not overlap, and up where there is no room left.
+    let mut labels: Vec<(usize, f64)> =
+        marks.iter().enumerate().step_by(every).map(|(index, (_, y))| (index, *y)).collect();
+    let mut next = frame.top;
+    for (_, y) in &mut labels {
+        *y = y.max(next);
+        next = *y + HEIGHT;
+    }
+    let mut next = frame.bottom;
+    for (_, y) in labels.iter_mut().rev() {
+        *y = y.min(next);
+        next = *y - HEIGHT;
+    }
+    let mut leaders = String::new();
+    for (index, label) in &labels {
+        let (Some((x, y)), Some(level)) = (marks.get(*index), levels.get(*index)) else { continue };
+        let _ = write!(leaders, "M{x:.1} {y:.1}H{:.1}L{:.1} {label:.1}", frame.right, frame.right + 6.0);
+        let _ = writeln!(
+            out,
+            "<text class=\"value\" x=\"{:.1}\" y=\"{label:.1}\" dy=\".35em\"><tspan class=\"alt\">{}: </tspan>{}</text>",
+            frame.right + 9.0,
+            figures::level(level.level),
+            of.unit.bound(level.upper)
+        );
+    }
+    let diamonds: String = marks.into_iter().map(diamond).collect();
+    let _ = writeln!(out, "<path class=\"leader\" d=\"{leaders}\"/><path class=\"bound\" d=\"{diamonds}\"/>");
+}
+
+/// Draws the observed excesses against those of the fitted tail.
+pub(super) fn quantiles(of: &Plotted<'_>, estimate: &Estimate) -> Figure {
+    let frame = Frame::new(270.0, 26.0);
+    let tail = &estimate.tail;
+    let points: Vec<(f64, f64)> = ranks(tail.excesses, 180)
+        .into_iter()
+        .filter_map(|rank| {
+            let fitted = tail.model.exceeded_with((rank as f64 - 0.5) / tail.excesses as f64);
+            let time = of.ascending.get(of.ascending.len().checked_sub(rank)?)?;
+            Some((fitted, (*time as f64 - tail.threshold).max(0.0)))
+        })
+        .collect();
+    let greatest =
+        points.iter().fold((0.0_f64, 0.0_f64), |greatest, it| (greatest.0.max(it.0), greatest.1.max(it.1)));
+    let x = Axis::linear((0.0, greatest.0), 0.03, frame.horizontal());
+    let y = Axis::linear((0.0, greatest.1), 0.03, frame.vertical());
+    let title = format!("Observed excesses of {} against the excesses of the fitted tail", of.name);
+    let mut out = begin(
+        &frame,
+        &title,
+        (&format!("fitted excess in {}", of.unit.name), &time_ticks(&x, 5, &of.unit)),
+        (&format!("observed excess in {}", of.unit.name), &time_ticks(&y, 5, &of.unit)),
+    );
+    let end = x.range().1.min(y.range().1);
+    let _ = writeln!(
+        out,
+        "<path class=\"identity\" d=\"M{:.1} {:.1}L{:.1} {:.1}\"/><path class=\"dots\" d=\"{}\"/>",
+        x.at(0.0),
+        y.at(0.0),
+        x.at(end),
+        y.at(end),
+        dots(points.into_iter().map(|(fitted, observed)| (x.at(fitted), y.at(observed))))
+    );
+    Figure {
+        class: "quantiles",
+        caption: "Fit.",
+        note: "Times above the threshold, against those of the fitted tail. Points far above the line at the right are longer than \
+               the fit expects."
+            .to_owned(),
+        svg: out + "</svg>\n",
+        legend: vec![
+            (DOTS, format!("{} above the threshold", figures::counted(tail.excesses, "execution"))),
+            (IDENTITY, "observed = fitted".to_owned()),
+        ],
+    }
+}
+
+/// Draws the estimates and the bounds of one or two levels as the sample grows; `None` if it has no parts that are large enough.
+pub(super) fn convergence(of: &Plotted<'_>, estimate: &Estimate, options: &Options) -> Option<Figure> {
+    if estimate.convergence.is_empty() {
+        return None;
+    }
+    let levels = &options.levels;
+    let order = |index: &usize| levels.get(*index).copied().unwrap_or(1.0);
+    let usual = (0..levels.len()).min_by(|a, b| {
+        let distance = |index| (order(index) / 1e-4).ln().abs();
+        distance(a).total_cmp(&distance(b))
+    })?;
+    let strictest = (0..levels.len()).min_by(|a, b| order(a).total_cmp(&order(b)))?;
+    let mut shown = vec![usual];
+    shown.extend(Some(strictest).filter(|it| *it != usual));
+    let series = |index: usize| -> Vec<(f64, f64, f64)> {
+        let parts = estimate.convergence.iter().filter_map(|it| {
+            let &(point, upper) = it.levels.get(index)?;
+            Some((it.count as f64, point, upper))
+        });
+        let last = estimate.levels.get(index).map(|it| (estimate.count as f64, it.point, it.upper));
+        parts.chain(last).filter(|it| it.2.is_finite()).collect()
+    };
+    let all: Vec<Vec<(f64, f64, f64)>> = shown.iter().map(|&index| series(index)).collect();
+    let low = all.iter().flatten().map(|it| it.1).fold(f64::INFINITY, f64::min);
+    let high = all.iter().flatten().map(|it| it.2).fold(0.0, f64::max);
+    let frame = Frame::new(270.0, 64.0);
+    let first = estimate.convergence.first()?.count as f64;
+    let x = Axis::linear((first, estimate.count as f64), 0.0, frame.horizontal());
+    let y = if high > 8.0 * low && low > 0.0 {
+        Axis::logarithmic((low * 0.95, high * 1.05), frame.vertical())
+    } else {
+        Axis::linear((low, high), 0.06, frame.vertical())
+    };
+    let (x_ticks, thousands) = count_ticks(&x, 4, estimate.count);
+    let title = format!("Estimates and bounds of {} from the first executions", of.name);
+    let scale = if y.is_logarithmic() { ", logarithmic" } else { "" };
+    let mut out = begin(
+        &frame,
+        &title,
+        (&format!("executions used{thousands}"), &x_ticks),
+        (&format!("time in {}{scale}", of.unit.name), &time_ticks(&y, 5, &of.unit)),
+    );
+    let mut legend = Vec::new();
+    let mut labels: Vec<(f64, String)> = Vec::new();
+    for ((points, &index), (class, marks)) in all.iter().zip(&shown).zip(SERIES) {
+        let upper = points.iter().map(|it| (x.at(it.0), y.at(it.2)));
+        let point = points.iter().map(|it| (x.at(it.0), y.at(it.1)));
+        let _ = writeln!(
+            out,
+            "<g class=\"{class}\"><path class=\"between\" d=\"{}z\"/><path class=\"upper\" d=\"{}\"/>\
+             <path class=\"point\" d=\"{}\"/><path class=\"ends\" d=\"{}\"/></g>",
+            line(upper.clone().chain(point.clone().rev())),
+            line(upper.clone()),
+            line(point.clone()),
+            dots(upper.clone().chain(point))
+        );
+        let level = figures::level(order(&index));
+        legend.push((marks, format!("level {level}: estimate to upper bound")));
+        labels.extend(points.last().map(|it| y.at(it.2)).map(|y| (y, level)));
+    }
+    if let [(first, _), (second, _)] = labels.as_mut_slice()
+        && (*first - *second).abs() < 20.0
+    {
+        // The stricter level has the longer times; both labels stay above the ticks.
+        *first = (first.max(*second) + 10.0).min(frame.bottom - 2.0);
+        *second = *first - 20.0;
+    }
+    for (y, level) in labels {
+        let _ = writeln!(
+            out,
+            "<text class=\"value\" x=\"{:.1}\" y=\"{y:.1}\" dy=\".35em\">{level}</text>",
+            frame.right + LETTER
+        );
+    }
+    Some(Figure {
+        class: "convergence",
+        caption: "Convergence.",
+        note: "Estimates from the first executions only. They are stable if more executions move them within their earlier band."
+            .to_owned(),
+        svg: out + "</svg>\n",
+        legend,
+    })
+}
+
+/// The class of each level in the plot of the convergence, and its entry in the legend.
+const SERIES: [(&str, &str); 2] = [
+    (
+        "first",
+        "<g class=\"first\"><path class=\"between\" d=\"M2 2h24v10h-24z\"/><path class=\"upper\" d=\"M2 2h24\"/>\
+         <path class=\"point\" d=\"M2 12h24\"/></g>",
+    ),
+    (
+        "second",
+        "<g class=\"second\"><path class=\"between\" d=\"M2 2h24v10h-24z\"/><path class=\"upper\" d=\"M2 2h24\"/>\
+         <path class=\"point\" d=\"M2 12h24\"/></g>",
+    ),
+];
