@@ -76,6 +76,12 @@ fn measured_times_give_response_times() {
     let own = document["results"][0]["activities"][0]["own"].as_f64().unwrap();
     assert!((19.21..25.0).contains(&own), "{own}");
 
+    let reported =
+        mauve_in(&folder, &["pwcet", "run.samples", "--report", "report.html", "--bootstraps", "0"]);
+    assert_eq!(reported.code, 0, "{}", reported.err);
+    let report = std::fs::read_to_string(folder.join("report.html")).unwrap();
+    assert!(report.starts_with("<!") && report.contains("robot.scan") && report.contains("<svg"));
+
     // Again: nothing changes. By force: the entry by hand is replaced.
     mauve_in(&folder, &["pwcet", "run.samples", "-o", "timing.toml"]);
     assert_eq!(table(&folder), text);

@@ -3,6 +3,7 @@
 mod budgets;
 mod date;
 mod document;
+mod report;
 mod table;
 mod write;
 
@@ -10,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use mauve_diagnostics::{measurement_refusal, measurement_warning};
+use mauve_hir::CONFIG_FILE;
 use mauve_pwcet::samples::Samples;
 use mauve_pwcet::{Measurement, Options, TailModel, measure, rounded_up};
 use mauve_timing::{Level, MOST_LEVELS, Table, Time};
@@ -33,6 +35,9 @@ pub(crate) struct Pwcet {
     /// The model of the tail.
     #[arg(long, value_enum, default_value = "pareto")]
     tail: Tail,
+    /// Write a report with plots, tests and fits: one HTML file for a browser.
+    #[arg(long, value_name = "FILE.html", value_hint = clap::ValueHint::FilePath)]
+    report: Option<PathBuf>,
     /// Estimate programs, too. In a table, the time of a program is used instead of the times of its codels.
     #[arg(long)]
     programs: bool,
@@ -135,8 +140,7 @@ impl Pwcet {
             let first = self.samples[0].display();
             return Err(format!("`{first}` has no executions of codels: record a trace and import it first"));
         }
-        let budgets =
-            self.project_path().map(|path| budgets(&path, self.outside.allow_outside)).transpose()?;
+        let budgets = self.budgets()?;
         if let Some(level) = budgets.as_ref().map(|it| it.level).filter(|level| !levels.contains(level)) {
             say(&format!(
                 "the project is analysed at {level}, which is not one of the levels: add it to --levels, or change `significance` in \
@@ -152,8 +156,12 @@ impl Pwcet {
         let measurements = measurements.into_iter().map(measured).collect();
         let mut estimates = Estimates { options, levels, measurements, budgets };
         estimates.sort();
+        let fingerprints = files.iter().map(Samples::fingerprint).collect::<Vec<_>>();
+        if let Some(path) = &self.report {
+            write::put(path, &report::report(&estimates, &self.samples, &fingerprints))?;
+            say(&format!("`{}` has the report", path.display()));
+        }
         if let Some(path) = &self.output {
-            let fingerprints = files.iter().map(Samples::fingerprint).collect::<Vec<_>>();
             for message in write::write(path, &self.samples, &fingerprints, &estimates, self.replace)? {
                 say(&message);
             }
@@ -189,14 +197,20 @@ impl Pwcet {
         }
     }
 
-    /// The project that was named, or whose table is written.
-    fn project_path(&self) -> Option<PathBuf> {
-        let of_table = || {
-            let folder = std::path::absolute(self.output.as_ref()?).ok()?;
-            let found = folder.ancestors().skip(1).map(|it| it.join("mauve.toml")).find(|it| it.is_file());
-            found.as_deref().and_then(Path::parent).map(Path::to_owned)
+    /// The budgets of the project that was named, or whose table is written; the latter may have nothing to analyse.
+    fn budgets(&self) -> Result<Option<Budgets>, String> {
+        let read = |path: &Path| budgets(path, self.outside.allow_outside);
+        if let Some(path) = &self.project {
+            return read(path).map(Some);
+        }
+        let table = self.output.as_ref().and_then(|path| std::path::absolute(path).ok());
+        let folders = table.iter().flat_map(|path| path.ancestors().skip(1));
+        let Some(folder) = folders.into_iter().find(|it| it.join(CONFIG_FILE).is_file()) else {
+            return Ok(None);
         };
-        self.project.clone().or_else(of_table)
+        let found =
+            read(folder).map_err(|error| say(&format!("the times are compared with no budgets: {error}")));
+        Ok(found.ok())
     }
 }
 

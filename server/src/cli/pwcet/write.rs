@@ -50,12 +50,8 @@ pub(super) fn write(
             )
         }
     })?;
-    let failed =
-        |error: std::io::Error| format!("cannot write `{shown}`: {error}; the table was not changed");
-    match &old {
-        Some(old) if *old == updated.text => {}
-        Some(_) => replace(&path.canonicalize().map_err(failed)?, &updated.text).map_err(failed)?,
-        None => create(path, &updated.text).map_err(failed)?,
+    if old.as_ref() != Some(&updated.text) {
+        put(path, &updated.text).map_err(|error| format!("{error}; the table was not changed"))?;
     }
     let kept = updated.kept.iter().map(|kept| match kept {
         Kept::ByHand { key, entry } if key == entry => {
@@ -93,14 +89,17 @@ fn relative(file: &Path, table: &Path) -> String {
     file.display().to_string()
 }
 
-/// Writes a new file; a part of one is removed.
-fn create(path: &Path, text: &str) -> std::io::Result<()> {
-    let mut file = File::create_new(path)?;
-    let written = file.write_all(text.as_bytes()).and_then(|()| file.sync_all());
-    if written.is_err() {
-        let _ = std::fs::remove_file(path);
-    }
-    written
+/// Writes a file, or replaces it as a whole.
+pub(super) fn put(path: &Path, text: &str) -> Result<(), String> {
+    let written = match path.canonicalize() {
+        Ok(real) => replace(&real, text),
+        Err(_) => File::create_new(path).and_then(|mut file| {
+            let written = file.write_all(text.as_bytes()).and_then(|()| file.sync_all());
+            // A part of a table would look like a table.
+            written.inspect_err(|_| drop(std::fs::remove_file(path)))
+        }),
+    };
+    written.map_err(|error| format!("cannot write `{}`: {error}", path.display()))
 }
 
 /// Where all times come from.
