@@ -17,6 +17,10 @@
 //! ends: a span counts about 500 ns of its own tracing, and 1 µs for each span inside of it. So times are rather too long
 //! than too short.
 //!
+//! **Scheduling.** The begin of a period has the real-time priority of its thread and the CPUs that the thread may use, as the
+//! kernel has them at that time: two system calls, only where a session records the event, and before the clock is read. (The
+//! C library keeps a copy of the priority, which misses changes by other programs such as `chrt`.)
+//!
 //! **Balance.** A span whose beginning nobody recorded does not record its end, and one that an exception leaves does: so
 //! begins and ends are brackets in each thread. Two things break them: a session that ends before a span does leaves a
 //! beginning without an end at the end of its trace, and one that starts within a span that another session already
@@ -225,14 +229,17 @@ const EVENTS: &str = r#"// {generated}
 #include <lttng/tracepoint.h>
 #include <stdint.h>
 
-// One period of a component.
+// One period of a component. Its begin has the real-time priority of the thread, which is 0 without a
+// real-time scheduler, and the CPUs that the thread may use, a bit each; -1 and 0 are unknown.
 TRACEPOINT_EVENT(
     mauve_{lib}, component,
-    TP_ARGS(const char*, instance, int, phase, uint64_t, cpu_ns),
+    TP_ARGS(const char*, instance, int, phase, uint64_t, cpu_ns, int, priority, uint64_t, cpus),
     TP_FIELDS(
         ctf_string(instance, instance)
         ctf_integer(uint8_t, phase, phase)
-        ctf_integer(uint64_t, cpu_ns, cpu_ns)))
+        ctf_integer(uint64_t, cpu_ns, cpu_ns)
+        ctf_integer(int32_t, priority, priority)
+        ctf_integer(uint64_t, cpus, cpus)))
 
 // A program of a component: of a state, of a transition, of an operation (then `transition` is the
 // name of the operation), or of the component itself. "-" without a state or a transition.
@@ -268,6 +275,11 @@ const PROVIDER: &str = r#"// {generated}
 //
 // The tracepoint provider of LTTng-UST, called by {lib}-trace.hpp.
 
+#ifndef _GNU_SOURCE
+#define _GNU_SOURCE
+#endif
+
+#include <sched.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <time.h>
@@ -283,6 +295,24 @@ static uint64_t cpu_ns(void) {
   return (uint64_t)used.tv_sec * 1000000000u + (uint64_t)used.tv_nsec;
 }
 
+// The real-time priority of this thread: 0 with another scheduler, -1 if it is unknown.
+static int priority(void) {
+  struct sched_param parameter;
+  return sched_getparam(0, &parameter) == 0 ? parameter.sched_priority : -1;
+}
+
+// The CPUs that this thread may use, of the first 64: 0 if they are unknown.
+static uint64_t cpus(void) {
+  cpu_set_t set;
+  uint64_t mask = 0;
+  int cpu;
+  if (sched_getaffinity(0, sizeof set, &set) != 0) return 0;
+  for (cpu = 0; cpu < 64; ++cpu) {
+    if (CPU_ISSET(cpu, &set)) mask |= (uint64_t)1 << cpu;
+  }
+  return mask;
+}
+
 // babeltrace2 up to 2.0.4 reads an empty string as a string of an earlier event.
 static const char* or_dash(const char* name) { return *name ? name : "-"; }
 
@@ -291,7 +321,13 @@ static const char* or_dash(const char* name) { return *name ? name : "-"; }
 
 bool mauve_{lib}_component(const char* instance, int phase) {
   if (!tracepoint_enabled(mauve_{lib}, component)) return false;
-  do_tracepoint(mauve_{lib}, component, instance, phase, cpu_ns());
+  if (phase == 0) {
+    const int priority_now = priority();
+    const uint64_t cpus_now = cpus();
+    do_tracepoint(mauve_{lib}, component, instance, phase, cpu_ns(), priority_now, cpus_now);
+  } else {
+    do_tracepoint(mauve_{lib}, component, instance, phase, cpu_ns(), -1, 0);
+  }
   return true;
 }
 

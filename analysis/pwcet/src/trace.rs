@@ -54,6 +54,19 @@ pub struct Span {
     pub elapsed: Option<u64>,
     /// The CPU time of its thread: without the time in which the thread was preempted.
     pub execution: u64,
+    /// Of a period, when it was released; a trace of LTTng does not have it.
+    pub release: Option<u64>,
+    /// Of a period, how its thread was scheduled when it began.
+    pub scheduling: Option<Scheduling>,
+}
+
+/// How a thread is scheduled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Scheduling {
+    /// The priority of the real-time scheduler; 0 without one.
+    pub priority: u32,
+    /// The CPUs that the thread may use, a bit each.
+    pub cpus: u64,
 }
 
 /// A thread of a trace.
@@ -120,6 +133,11 @@ impl Summary {
         self.last = later.last.or(self.last);
     }
 
+    /// Returns how many spans were not reported.
+    fn missing(&self) -> u64 {
+        self.dropped.saturating_add(self.unbalanced).saturating_add(self.clock_errors)
+    }
+
     fn at(&mut self, time: Option<u64>) {
         self.first = self.first.or(time);
         self.last = self.last.max(time);
@@ -139,6 +157,12 @@ pub struct Progress {
 pub trait Visitor {
     /// A span has ended.
     fn span(&mut self, span: &Span, names: &Names) -> ControlFlow<()>;
+
+    /// Executions within this time, which ends where they began or later, may be missing: the tracer discarded events, or a
+    /// recording is damaged. Is called before the spans that end after it, at most a few spans too late.
+    fn lost(&mut self, begin: u64, end: u64) {
+        let _ = (begin, end);
+    }
 
     /// Is called now and then.
     fn progress(&mut self, progress: Progress) -> ControlFlow<()> {
@@ -304,7 +328,7 @@ impl Reader {
         let babeltrace = lines.source();
         babeltrace.finish()?;
         for lost in std::mem::take(&mut babeltrace.lost) {
-            self.lose(lost);
+            self.lose(lost, visitor);
         }
         Ok(())
     }
@@ -325,7 +349,7 @@ impl Reader {
                 Err(LineError::Long(line)) => return Err(TraceError::LongLine(line)),
             }
             for lost in lost(lines.source()).drain(..) {
-                self.lose(lost);
+                self.lose(lost, visitor);
             }
             let line = lines.line();
             let mut flow = match event::parse(line) {
@@ -358,7 +382,12 @@ impl Reader {
         };
         self.summary.events += 1;
         self.summary.at(Some(event.time));
-        match self.nesting.event(event, thread, name, &mut self.summary) {
+        let missing = self.summary.missing();
+        let span = self.nesting.event(event, thread, name, &mut self.summary);
+        if self.summary.missing() != missing {
+            visitor.lost(event.time, event.time);
+        }
+        match span {
             Some(span) => {
                 self.summary.spans += 1;
                 Ok(visitor.span(&span, &self.names))
@@ -380,7 +409,10 @@ impl Reader {
         Ok(self.origin.1)
     }
 
-    fn lose(&mut self, lost: Lost) {
+    fn lose(&mut self, lost: Lost, visitor: &mut dyn Visitor) {
+        let now = self.summary.last.unwrap_or_default();
+        let (begin, end) = lost.gap.map_or((now, now), |gap| (gap.begin, gap.end));
+        visitor.lost(begin, end);
         self.summary.losses += 1;
         self.summary.lost_events = self.summary.lost_events.saturating_add(lost.events.unwrap_or(0));
         match lost.gap {

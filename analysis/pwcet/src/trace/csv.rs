@@ -194,7 +194,18 @@ impl Csv {
         let order = self.order;
         self.order += 1;
         let begin = end.zip(elapsed).and_then(|(end, elapsed)| end.checked_sub(elapsed));
-        Ok(Some(Span { name, order, thread: None, cpu: None, begin, end, elapsed, execution }))
+        Ok(Some(Span {
+            name,
+            order,
+            thread: None,
+            cpu: None,
+            begin,
+            end,
+            elapsed,
+            execution,
+            release: None,
+            scheduling: None,
+        }))
     }
 
     /// Returns whether the last execution of this name ended later.

@@ -7,6 +7,7 @@
 //! The host, the process, the contexts and their order depend on the session; the payload is that of the tracepoint provider. The
 //! parser borrows from the line and allocates nothing.
 
+use super::Scheduling;
 use super::names::{Name, SpanKind};
 
 /// A begin or an end of a span.
@@ -25,6 +26,8 @@ pub(super) struct Event<'a> {
     pub(super) is_end: bool,
     /// The CPU time that the thread had used, in nanoseconds.
     pub(super) cpu_ns: u64,
+    /// Of the begin of a period.
+    pub(super) scheduling: Option<Scheduling>,
 }
 
 /// A line of `babeltrace2`.
@@ -93,8 +96,29 @@ fn event(line: &[u8]) -> Option<Line<'_>> {
     };
     let cpu_ns = fields.next().filter(|field| field.name == b"cpu_ns")?;
     let cpu_ns = number(cpu_ns.value)?;
+    let scheduling = if is_end { None } else { scheduling(&mut fields) };
     let Some(thread) = thread else { return Some(Line::WithoutThread) };
-    Some(Line::Event(Event { time, process, process_id, thread, cpu, kind, text, is_end, cpu_ns }))
+    Some(Line::Event(Event {
+        time,
+        process,
+        process_id,
+        thread,
+        cpu,
+        kind,
+        text,
+        is_end,
+        cpu_ns,
+        scheduling,
+    }))
+}
+
+/// Reads the scheduling of a thread. None in recordings of earlier versions, and where the system did not say it.
+fn scheduling(fields: &mut Fields<'_>) -> Option<Scheduling> {
+    let priority = fields.next().filter(|field| field.name == b"priority")?;
+    let cpus = fields.next().filter(|field| field.name == b"cpus")?;
+    // A negative priority is unknown.
+    let priority = u32::try_from(number(priority.value)?).ok()?;
+    Some(Scheduling { priority, cpus: number(cpus.value)? })
 }
 
 /// Reads the names of a span in the text of its event. Returns `None` if the provider is not that of a generated package.
@@ -256,6 +280,21 @@ mod tests {
             instance: "p".to_owned(),
         };
         assert_eq!(name, expected);
+    }
+
+    #[test]
+    fn a_period_has_the_scheduling_of_its_thread() {
+        let period = |rest: &str| {
+            let line = format!(
+                "[1.000000000] mauve_x:component: {{ vtid = 3 }}, {{ instance = \"a\", phase = {rest} }}"
+            );
+            read(&line).0.scheduling
+        };
+        let found = Scheduling { priority: 42, cpus: 6 };
+        assert_eq!(period("0, cpu_ns = 5, priority = 42, cpus = 6"), Some(found));
+        assert_eq!(period("0, cpu_ns = 5, priority = -1, cpus = 0"), None);
+        assert_eq!(period("0, cpu_ns = 5"), None);
+        assert_eq!(period("1, cpu_ns = 5, priority = 42, cpus = 6"), None);
     }
 
     #[test]

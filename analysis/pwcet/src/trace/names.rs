@@ -56,6 +56,11 @@ impl Names {
         self.all.get(id.index()).unwrap_or(UNKNOWN)
     }
 
+    /// Returns all names, in the order of their numbers.
+    pub fn ids(&self) -> impl Iterator<Item = NameId> + use<> {
+        (0..self.all.len() as u32).map(NameId)
+    }
+
     /// Returns the number of names.
     pub fn len(&self) -> usize {
         self.all.len()

@@ -9,7 +9,7 @@ use std::collections::{HashMap, VecDeque};
 
 use super::event::Event;
 use super::names::{NameId, SpanKind};
-use super::{Span, Summary, Thread, is_suspicious};
+use super::{Scheduling, Span, Summary, Thread, is_suspicious};
 
 /// Spans deeper than these are not nested by a generated package: a thread's begins lack their ends.
 const DEEPEST: usize = 256;
@@ -63,6 +63,7 @@ struct Open {
     cpu: Option<u32>,
     time: u64,
     cpu_ns: u64,
+    scheduling: Option<Scheduling>,
 }
 
 impl Nesting {
@@ -138,6 +139,7 @@ impl Nesting {
                 cpu: event.cpu,
                 time: event.time,
                 cpu_ns: event.cpu_ns,
+                scheduling: event.scheduling,
             });
             return None;
         }
@@ -156,6 +158,8 @@ impl Nesting {
                     end: Some(event.time),
                     elapsed: Some(elapsed),
                     execution,
+                    release: None,
+                    scheduling: begin.scheduling,
                 })
             }
             // The begin of this end, or the end of that begin, is missing: which of both is unknown.
@@ -236,6 +240,7 @@ mod tests {
             text: b"",
             is_end,
             cpu_ns,
+            scheduling: None,
         };
         let thread = Thread { origin: 0, process: 0, thread: step.thread };
         nesting.event(&event, thread, NameId(step.name), summary)
