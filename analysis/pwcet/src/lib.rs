@@ -28,6 +28,7 @@
 //! | `gev.rs`, `simplex.rs` | [`BlockMaxima`]: the other way to estimate a tail, for comparison |
 //! | `checks.rs`, `distributions.rs` | [`Check`]: tests of the assumptions |
 //! | `hold_out.rs`, `convergence.rs` | what the first half promises of the second, and how estimates change with n |
+//! | `exceedances.rs` | [`exceedance_probability`]: whether executions keep the promise of a time |
 //! | `order.rs`, `random.rs` | times without ties; random numbers with a seed |
 //! | `trace.rs` | [`trace::Reader`]: recorded traces → [`trace::Span`]s, in one pass and in constant memory |
 //! | `trace/source.rs` | [`trace::Source`]: what a path is; the chunks of a session of LTTng |
@@ -49,6 +50,7 @@ mod checks;
 mod convergence;
 mod distributions;
 mod estimate;
+mod exceedances;
 mod gev;
 mod gpd;
 mod hold_out;
@@ -69,6 +71,7 @@ pub use estimate::{
     CurvePoint, Estimate, FEW_EXECUTIONS, LEAST_DISTINCT, LevelEstimate, Options, Refusal, Warning, estimate,
     rounded_up,
 };
+pub use exceedances::exceedance_probability;
 pub use gev::{BlockMaxima, Gev};
 pub use gpd::Gpd;
 pub use hold_out::HoldOut;
