@@ -15,7 +15,8 @@ const MAP: [(&str, &[&str]); 11] = [
     ("analysis/timing", &[]),
     ("analysis/pwcet", &[]),
     ("analysis/hir", &["mauve-syntax", "mauve-timing"]),
-    ("analysis/wcrt", &["mauve-syntax", "mauve-timing", "mauve-hir"]),
+    // `observed` compares recordings, which `pwcet` reads, with a model.
+    ("analysis/wcrt", &["mauve-syntax", "mauve-timing", "mauve-pwcet", "mauve-hir"]),
     ("analysis/diagnostics", &["mauve-syntax", "mauve-timing", "mauve-pwcet", "mauve-hir", "mauve-wcrt"]),
     ("analysis/orocos", &["mauve-syntax", "mauve-timing", "mauve-hir", "mauve-wcrt", "mauve-diagnostics"]),
     (

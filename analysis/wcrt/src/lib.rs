@@ -29,6 +29,7 @@
 //! | `better_timing.rs` | the search for better priorities, CPUs and periods |
 //! | `execution_times.rs` | the times of all codels and programs of a deployment at one level |
 //! | `exported.rs` | task sets and state machines for files, made of models |
+//! | `observed.rs` | a recording beside the model: which assumption of the analysis fails |
 //! | `fact.rs`, `reason.rs` | errors, and reasons for a missing response time: names and figures |
 //!
 //! A timing table with an error, an activity without a priority, a core that is not analysed: where something unknown may
@@ -44,6 +45,7 @@ mod exported;
 mod fact;
 mod missing_times;
 mod new_activity;
+pub mod observed;
 mod priorities;
 mod psm;
 mod reason;

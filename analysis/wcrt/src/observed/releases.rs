@@ -1,0 +1,334 @@
+//! The releases of one activity: as recorded, or the latest ones that agree with the recording.
+//!
+//! A trace of LTTng has the begins b₀, b₁, … of the periods, not their releases. The releases are r₀ + k·T, since the activity
+//! catches up missed periods one by one, and no period begins before its release. So r₀ ≤ b_k − k·T for each k, and the least of
+//! these is the latest possible r₀: the response times with it are lower bounds of the true ones, and one of them above R is no
+//! false alarm. A segment is a sequence of periods without a missing one; each has an r₀ of its own.
+
+/// The periods of a segment. RTT rounds its period to nanoseconds: the drift in a segment is at most 1 ns each, see [`Segment::close`].
+const LONGEST_SEGMENT: i64 = 10_000;
+
+/// With as many missing periods, the activity was stopped.
+const STOPPED: u64 = 10;
+
+/// A period that was recorded. Times are in nanoseconds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Job {
+    pub(super) begin: i64,
+    pub(super) end: i64,
+    pub(super) execution: i64,
+    pub(super) release: Option<i64>,
+}
+
+/// The greatest response time, and its job.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Longest<C> {
+    pub(super) response: i64,
+    pub(super) job: Job,
+    /// What the caller has found in the time of this job.
+    pub(super) cause: C,
+}
+
+/// What was found of the releases of an activity.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Found<C> {
+    pub(super) longest: Option<Longest<C>>,
+    /// Periods whose response time is above the limit: at least so many, where releases are not recorded.
+    pub(super) late: u64,
+    /// The greatest difference of the delays from release to begin in one segment.
+    pub(super) jitter: Option<i64>,
+    /// Missing periods, and the time of the first.
+    pub(super) skipped: u64,
+    pub(super) first_skipped: Option<i64>,
+    /// Times without periods, that end with the activity at work again, and the end of the first one.
+    pub(super) pauses: u64,
+    pub(super) first_pause: Option<i64>,
+    /// Releases that are not those of the period, where they are recorded.
+    irregular: u64,
+    /// Segments whose periods begin too early, in which a period cannot begin before its release.
+    early: u64,
+    /// The sum of the times from begin to begin, and their number.
+    time: i128,
+    intervals: u64,
+}
+
+#[derive(Debug, Clone)]
+struct Segment<C> {
+    jobs: i64,
+    first_offset: i64,
+    least: i64,
+    greatest: i64,
+    last: Job,
+    /// The job with the greatest end relative to its release.
+    longest: (i64, Job, C),
+}
+
+/// See the module.
+#[derive(Debug)]
+pub(super) struct Releases<C> {
+    period: i64,
+    /// The response time that no job exceeds, if it is known.
+    limit: Option<i64>,
+    segment: Option<Segment<C>>,
+    /// A job that is late by a period or more, and did not wait for its predecessor: what follows says whether it was delayed, or
+    /// periods are missing before it.
+    pending: Option<Job>,
+    found: Found<C>,
+}
+
+impl<C: Clone + Default> Releases<C> {
+    pub(super) fn new(period: u64, limit: Option<u64>) -> Releases<C> {
+        let found = Found {
+            longest: None,
+            late: 0,
+            jitter: None,
+            skipped: 0,
+            first_skipped: None,
+            pauses: 0,
+            first_pause: None,
+            irregular: 0,
+            early: 0,
+            time: 0,
+            intervals: 0,
+        };
+        let signed = |time: u64| i64::try_from(time).unwrap_or(i64::MAX / 4).min(i64::MAX / 4);
+        let limit = limit.map(signed);
+        Releases { period: signed(period).max(1), limit, segment: None, pending: None, found }
+    }
+
+    /// Takes the next period. `cause` gives what happened from a release to an end.
+    pub(super) fn job(&mut self, job: Job, cause: &mut dyn FnMut(i64, i64) -> C) {
+        let Some(pending) = self.pending.take() else { return self.next(job, cause) };
+        // A delayed job is followed by the one whose release has passed meanwhile.
+        if job.release.is_none() && job.begin - pending.begin < self.period / 2 {
+            self.accept(pending, cause);
+        } else {
+            self.skip(pending, cause);
+        }
+        self.next(job, cause);
+    }
+
+    /// Ends the segment: periods may be missing for another reason.
+    pub(super) fn interrupt(&mut self, cause: &mut dyn FnMut(i64, i64) -> C) {
+        if let Some(pending) = self.pending.take() {
+            self.skip(pending, cause);
+        }
+        self.close();
+    }
+
+    /// Returns what was found. Ends the recording.
+    pub(super) fn finish(mut self, cause: &mut dyn FnMut(i64, i64) -> C) -> Found<C> {
+        self.interrupt(cause);
+        self.found
+    }
+
+    fn next(&mut self, job: Job, cause: &mut dyn FnMut(i64, i64) -> C) {
+        let Some(segment) = &self.segment else { return self.accept(job, cause) };
+        let last = segment.last;
+        if let (Some(release), Some(before)) = (job.release, last.release) {
+            let interval = release - before;
+            if interval == self.period {
+                return self.accept(job, cause);
+            }
+            let missing = interval / self.period - 1;
+            if interval % self.period != 0 || missing < 0 {
+                self.found.irregular += 1;
+                self.note_interval(interval);
+                self.close();
+                return self.accept(job, cause);
+            }
+            return self.skip(job, cause);
+        }
+        let release = segment.least + segment.jobs.saturating_mul(self.period);
+        let late = job.begin.saturating_sub(release);
+        // The latency of earlier jobs may be less than the least one so far: a little less than a period is one, too.
+        let is_late = late >= self.period - self.period / 16 && self.limit.is_none_or(|limit| late > limit);
+        let waited = job.begin.saturating_sub(last.end.max(release));
+        if is_late && waited >= self.period / 2 {
+            self.pending = Some(job);
+        } else {
+            self.accept(job, cause);
+        }
+    }
+
+    /// Adds a job before which periods are missing.
+    fn skip(&mut self, job: Job, cause: &mut dyn FnMut(i64, i64) -> C) {
+        if let Some(segment) = &self.segment {
+            let release = segment.least + segment.jobs.saturating_mul(self.period);
+            let (from, to) = match job.release.zip(segment.last.release) {
+                Some((to, from)) => (from + self.period, to),
+                None => (release, job.begin),
+            };
+            let missing = ((to - from + self.period / 2) / self.period).max(1);
+            let interval = job.begin - segment.last.begin;
+            if missing as u64 >= STOPPED {
+                self.found.pauses += 1;
+                self.found.first_pause.get_or_insert(job.begin);
+            } else {
+                self.found.skipped += missing as u64;
+                self.found.first_skipped.get_or_insert(release);
+                self.note_interval(interval);
+            }
+        }
+        self.close();
+        self.accept(job, cause);
+    }
+
+    fn note_interval(&mut self, interval: i64) {
+        self.found.time += i128::from(interval);
+        self.found.intervals += 1;
+    }
+
+    /// Adds a job of the segment.
+    fn accept(&mut self, job: Job, cause: &mut dyn FnMut(i64, i64) -> C) {
+        if self.segment.as_ref().is_some_and(|segment| segment.jobs >= LONGEST_SEGMENT) {
+            let last = self.segment.as_ref().map(|segment| segment.last);
+            self.close();
+            if let Some(last) = last {
+                self.note_interval(job.begin - last.begin);
+            }
+        }
+        if let Some(last) = self.segment.as_ref().map(|segment| segment.last) {
+            self.note_interval(job.begin - last.begin);
+        }
+        let index = self.segment.as_ref().map_or(0, |segment| segment.jobs);
+        let nominal = index.saturating_mul(self.period);
+        let offset = job.begin - nominal;
+        let least = job.release.map(|release| release - nominal);
+        let segment = self.segment.get_or_insert_with(|| Segment {
+            jobs: 0,
+            first_offset: offset,
+            least: least.unwrap_or(offset),
+            greatest: offset,
+            last: job,
+            longest: (i64::MIN, job, C::default()),
+        });
+        segment.jobs += 1;
+        segment.least = least.unwrap_or_else(|| segment.least.min(offset));
+        segment.greatest = segment.greatest.max(offset);
+        segment.last = job;
+        let end = job.end - nominal;
+        if end > segment.longest.0 {
+            segment.longest = (end, job, cause(segment.least + nominal, job.end));
+        }
+        let is_late = self.limit.is_some_and(|limit| end - segment.least > limit);
+        self.found.late += u64::from(is_late);
+    }
+
+    fn close(&mut self) {
+        let Some(segment) = self.segment.take() else { return };
+        let is_recorded = segment.last.release.is_some();
+        // The period of RTT may be 1 ns less than that of the model.
+        let drift = if is_recorded { 0 } else { segment.jobs - 1 };
+        let range = segment.greatest - segment.least;
+        let last_offset = segment.last.begin - (segment.jobs - 1) * self.period;
+        let early = segment.first_offset - last_offset;
+        if !is_recorded && segment.jobs > 1 && early > self.period.max(self.limit.unwrap_or(0)) {
+            self.found.early += 1;
+            return;
+        }
+        self.found.jitter = self.found.jitter.max(Some(range));
+        let (end, job, cause) = segment.longest;
+        let response = end - segment.least;
+        // What may be drift is no response time.
+        let is_drift = self.limit.is_some_and(|limit| response > limit && response - drift <= limit);
+        let response = if is_drift { response - drift } else { response };
+        if self.found.longest.as_ref().is_none_or(|longest| longest.response < response) {
+            self.found.longest = Some(Longest { response, job, cause });
+        }
+    }
+}
+
+impl<C> Found<C> {
+    /// Returns the mean time from begin to begin, if it is not the period.
+    pub(super) fn other_period(&self, period: u64) -> Option<u64> {
+        let all = self.intervals.max(1);
+        let is_other = self.early > 0
+            || (self.intervals >= 20 && (self.skipped.saturating_add(self.irregular)) * 10 >= all);
+        let mean = self.interval()?;
+        (is_other && mean != period).then_some(mean)
+    }
+
+    /// Returns the mean time from begin to begin, without pauses.
+    pub(super) fn interval(&self) -> Option<u64> {
+        u64::try_from(self.time / i128::from(self.intervals.max(1))).ok().filter(|_| self.intervals > 0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn job(begin: i64, end: i64) -> Job {
+        Job { begin, end, execution: end - begin, release: None }
+    }
+
+    fn found(jobs: &[Job], limit: Option<u64>) -> Found<()> {
+        let mut releases = Releases::new(100, limit);
+        jobs.iter().for_each(|job| releases.job(*job, &mut |_, _| ()));
+        releases.finish(&mut |_, _| ())
+    }
+
+    fn response(found: &Found<()>) -> Option<i64> {
+        found.longest.as_ref().map(|it| it.response)
+    }
+
+    #[test]
+    fn a_delayed_job_is_caught_up_and_not_missing() {
+        let jobs = [job(5, 20), job(105, 120), job(315, 330), job(330, 350), job(405, 420)];
+        // At 315, two releases have passed: that of 205 and that of 305.
+        let found = found(&jobs, Some(60));
+        assert_eq!((found.skipped, found.late), (0, 1));
+        assert_eq!(response(&found), Some(125));
+        assert_eq!(found.longest.as_ref().map(|it| it.job.begin), Some(315));
+    }
+
+    #[test]
+    fn a_missing_period_is_no_late_one() {
+        let jobs = [job(5, 20), job(105, 120), job(305, 320), job(405, 420), job(505, 521)];
+        let found = found(&jobs, Some(60));
+        assert_eq!((found.skipped, found.first_skipped, found.late), (1, Some(205), 0));
+        assert_eq!((response(&found), found.other_period(100)), (Some(16), None));
+    }
+
+    #[test]
+    fn a_pause_is_not_counted_as_periods() {
+        let jobs = [job(5, 20), job(105, 120), job(5000, 5020), job(5100, 5120)];
+        let found = found(&jobs, Some(60));
+        assert_eq!((found.skipped, found.pauses, found.first_pause), (0, 1, Some(5000)));
+    }
+
+    #[test]
+    fn other_periods_are_found() {
+        for (period, expected) in [(50, 50), (200, 200), (99, 99), (300, 300)] {
+            let jobs: Vec<Job> = (0..400).map(|k| job(k * period, k * period + 10)).collect();
+            let found = found(&jobs, Some(60));
+            assert_eq!(found.other_period(100), Some(expected), "{period}");
+        }
+        let jobs: Vec<Job> = (0..400).map(|k| job(k * 100 + k % 7, k * 100 + 20)).collect();
+        assert_eq!(found(&jobs, Some(60)).other_period(100), None);
+    }
+
+    proptest! {
+        /// Jobs that catch up: none responds later than in truth, none is missing, and none is late.
+        #[test]
+        fn observed_responses_are_lower_bounds(
+            delays in proptest::collection::vec((0_i64..60, 1_i64..120), 1..60), offset in 0_i64..1000,
+        ) {
+            let (mut free, mut longest, mut jobs) = (0, 0, Vec::new());
+            for (index, (delay, execution)) in delays.iter().enumerate() {
+                let release = offset + index as i64 * 100;
+                let begin = free.max(release) + delay;
+                free = begin + execution;
+                longest = longest.max(free - release);
+                jobs.push(job(begin, free));
+            }
+            let found = found(&jobs, Some(longest as u64));
+            prop_assert!(response(&found) <= Some(longest));
+            prop_assert_eq!((found.skipped, found.pauses, found.late), (0, 0, 0));
+            prop_assert_eq!(found.other_period(100), None);
+        }
+    }
+}
