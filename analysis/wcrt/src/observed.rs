@@ -527,6 +527,20 @@ impl Observer {
         self.next_recent = (self.next_recent + 1) % REMEMBERED;
     }
 
+    /// Ends a recording; another one of the same deployment may follow.
+    pub fn end_recording(&mut self) {
+        let recent = std::mem::take(&mut self.recent);
+        self.next_recent = 0;
+        self.gaps.clear();
+        for (index, instance) in self.instances.iter_mut().enumerate() {
+            if let Some(releases) = &mut instance.releases {
+                releases.interrupt(&mut |from, to| cause_of(&recent, index, from, to));
+            }
+            instance.programs.clear();
+            (instance.is_interrupted, instance.last_end) = (true, 0);
+        }
+    }
+
     /// Returns what was observed. `names` are those of the recording.
     pub fn finish(mut self, names: &Names) -> Observed {
         let mut observed = Observed { has_releases: self.has_releases, ..Observed::default() };

@@ -1,5 +1,6 @@
 //! `mauve trace`: recorded executions of robots.
 
+mod check;
 mod import;
 
 use clap::Subcommand;
@@ -27,12 +28,42 @@ enum Command {
     /// Exit codes: 0 all traces were imported; 2 a trace that cannot be read or has no executions, or a file that cannot be
     /// written: the traces before it were imported.
     Import(import::Import),
+    /// Compare recorded traces with the model: what was observed, and which assumption of the analysis fails.
+    ///
+    /// Shows for each instance the response times beside their bounds, the periods, and the execution times beside those of the
+    /// timing tables; then what the traces and the model do not agree on: priorities and CPUs of threads, transitions, execution
+    /// times, response times, activations and names; then what was not observed.
+    ///
+    /// A TRACE is a folder that LTTng has recorded, a folder of `mauve run --trace`, or a file of executions. The last path is the
+    /// model if it ends in .mal or .toml, or is a folder without a trace.
+    ///
+    /// Exit codes: 0 nothing contradicts the model; 1 findings, or the model has errors; 2 a trace or a model that cannot be read.
+    Check(check::Check),
 }
 
 impl Trace {
     pub(crate) fn run(self) -> Result<Output, String> {
         match self.command {
             Command::Import(it) => it.run(),
+            Command::Check(it) => it.run(),
         }
     }
+}
+
+/// Returns a time with four digits, in the unit that fits: `1.235 ms`.
+fn duration(nanoseconds: u64) -> String {
+    let (scale, unit) = match nanoseconds {
+        0..1_000 => return format!("{nanoseconds} ns"),
+        1_000..1_000_000 => (1e3, "µs"),
+        1_000_000..1_000_000_000 => (1e6, "ms"),
+        _ => (1e9, "s"),
+    };
+    let value = nanoseconds as f64 / scale;
+    let decimals = match value {
+        ..9.9995 => 3,
+        ..99.995 => 2,
+        ..999.95 => 1,
+        _ => 0,
+    };
+    format!("{value:.decimals$} {unit}")
 }

@@ -1,7 +1,7 @@
 //! `mauve trace import TRACE… -o SAMPLES`: adds the execution times in recorded traces to a sample file.
 
 mod follow;
-mod messages;
+pub(super) mod messages;
 mod recorder;
 mod table;
 mod watch;

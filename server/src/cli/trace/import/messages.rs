@@ -7,7 +7,7 @@ use mauve_pwcet::trace::{CsvProblem, Summary, TraceError};
 use super::table::{executions, incomplete};
 
 /// Returns the message for a trace that cannot be read.
-pub(super) fn trace_error(trace: &Path, error: &TraceError) -> String {
+pub(in crate::cli::trace) fn trace_error(trace: &Path, error: &TraceError) -> String {
     let shown = trace.display();
     match error {
         TraceError::Io { path, error } => format!("cannot read `{}`: {error}", path.display()),
@@ -97,7 +97,7 @@ pub(super) fn known_chunks(trace: &Path, count: usize) -> String {
 }
 
 /// Returns the message for a session that goes on.
-pub(super) fn still_recording(trace: &Path) -> String {
+pub(in crate::cli::trace) fn still_recording(trace: &Path) -> String {
     format!(
         "LTTng still records `{}`: only its complete chunks are imported; import it again after `lttng destroy`, or use --watch",
         trace.display()

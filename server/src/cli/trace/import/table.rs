@@ -6,6 +6,7 @@ use std::path::Path;
 use mauve_pwcet::samples::Run;
 use mauve_pwcet::trace::Summary;
 
+use crate::cli::trace::duration;
 use crate::cli::{columns, counted};
 
 /// The executions of one codel or program in one instance.
@@ -74,7 +75,7 @@ impl Imported {
             .values()
             .map(|it| {
                 let instance = if it.instance.is_empty() { "—" } else { &it.instance };
-                let times = [it.least, it.mean(), it.greatest].map(time);
+                let times = [it.least, it.mean(), it.greatest].map(duration);
                 let [least, mean, greatest] = times;
                 vec![it.key.clone(), instance.to_owned(), it.count.to_string(), least, mean, greatest]
             })
@@ -112,24 +113,6 @@ pub(super) fn incomplete(count: u64) -> String {
     executions(count).replacen(' ', " incomplete ", 1)
 }
 
-/// Returns a time with four digits, in the unit that fits: `1.235 ms`.
-fn time(nanoseconds: u64) -> String {
-    let (scale, unit) = match nanoseconds {
-        0..1_000 => return format!("{nanoseconds} ns"),
-        1_000..1_000_000 => (1e3, "µs"),
-        1_000_000..1_000_000_000 => (1e6, "ms"),
-        _ => (1e9, "s"),
-    };
-    let value = nanoseconds as f64 / scale;
-    let decimals = match value {
-        ..9.9995 => 3,
-        ..99.995 => 2,
-        ..999.95 => 1,
-        _ => 0,
-    };
-    format!("{value:.decimals$} {unit}")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -147,7 +130,7 @@ mod tests {
             (7_000_000_000, "7.000 s"),
             (123_456_000_000_000, "123456 s"),
         ] {
-            assert_eq!(time(nanoseconds), text);
+            assert_eq!(duration(nanoseconds), text);
         }
     }
 }

@@ -1,0 +1,189 @@
+//! `mauve trace check TRACE… [PATH]`: recordings beside the model, and which assumption of the analysis fails.
+
+mod document;
+mod findings;
+mod table;
+
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use mauve_diagnostics::errors_of;
+use mauve_hir::{Database, Decl, Project};
+use mauve_pwcet::trace::{Names, Reader, Source, Summary, TraceError};
+use mauve_timing::Level;
+use mauve_wcrt::observed::{Expected, Observed, Observer, expected};
+use mauve_wcrt::{Query, Report, response_times};
+
+use super::import::messages::{still_recording, trace_error};
+use crate::Output;
+use crate::analysis_document::deployments;
+use crate::cli::wcrt::with_errors;
+use crate::cli::{Outside, say};
+use crate::json;
+use crate::load::load;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Check {
+    /// Recordings of one deployment, and then, optionally, its model: a file *.mal, a folder or a mauve.toml; the current folder
+    /// when left out.
+    #[arg(value_name = "TRACE> [PATH", required = true, value_hint = clap::ValueHint::AnyPath)]
+    paths: Vec<PathBuf>,
+    #[command(flatten)]
+    outside: Outside,
+    /// The deployment that was recorded; needed if the model has several.
+    #[arg(long, value_name = "NAME")]
+    deployment: Option<String>,
+    /// The significance level of the times; by default that of mauve.toml, else 1e-4.
+    #[arg(long, value_name = "LEVEL")]
+    significance: Option<f64>,
+    /// How to show the comparison.
+    #[arg(long, value_enum, default_value = "table")]
+    format: Format,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// For people.
+    Table,
+    /// One document.
+    Json,
+}
+
+/// Recordings beside a model.
+struct Checked<'db> {
+    db: &'db Database,
+    name: String,
+    level: Level,
+    traces: Vec<PathBuf>,
+    report: Report<'db>,
+    expected: Expected,
+    observed: Observed,
+    summary: Summary,
+}
+
+impl Checked<'_> {
+    /// Whether the recordings agree with the model.
+    fn is_fine(&self) -> bool {
+        self.observed.findings.is_empty()
+    }
+
+    /// Returns the time since the first event.
+    fn since_begin(&self, at: u64) -> u64 {
+        at.saturating_sub(self.summary.first.unwrap_or_default())
+    }
+}
+
+impl Check {
+    pub(crate) fn run(self) -> Result<Output, String> {
+        let level = level(self.significance)?;
+        let (traces, model) = traces_and_model(&self.paths);
+        let mut db = Database::default();
+        let workspaces = load(&mut db, &[model], self.outside.allow_outside)?;
+        let found = deployments(&db, &workspaces, self.deployment.as_deref())?;
+        let (project, deployment) = only(&db, &found)?;
+        let (query, report, expected) = model_of(&db, project, deployment, level);
+        let mut observer = Observer::new(expected.clone());
+        let mut reader = Reader::default();
+        let mut summary = Summary::default();
+        for trace in &traces {
+            read(trace, &mut reader, &mut observer)?;
+            summary.add(&reader.finish());
+            observer.end_recording();
+        }
+        let observed = finish(observer, reader.names());
+        let errors = errors_of(&db, project);
+        let name = deployment.name(&db).to_string();
+        let checked =
+            Checked { db: &db, name, level: query.level, traces, report, expected, observed, summary };
+        let text = match self.format {
+            Format::Table => table::text(&checked),
+            Format::Json => json::text(&document::document(&checked))?,
+        };
+        if errors > 0 {
+            say(&with_errors(errors));
+        }
+        Ok(Output::escaped(text, u8::from(!checked.is_fine() || errors > 0)))
+    }
+}
+
+fn finish(observer: Observer, names: &Names) -> Observed {
+    observer.finish(names)
+}
+
+pub(super) fn level(significance: Option<f64>) -> Result<Option<Level>, String> {
+    let Some(level) = significance else { return Ok(None) };
+    let level = Level::from_f64(level).ok_or("the significance is a number between 0 and 1, such as 1e-4")?;
+    Ok(Some(level))
+}
+
+/// Splits the paths of the command: the last one is a model if it cannot be a recording.
+pub(super) fn traces_and_model(paths: &[PathBuf]) -> (Vec<PathBuf>, PathBuf) {
+    if let [traces @ .., last] = paths
+        && !traces.is_empty()
+        && is_model(last)
+    {
+        return (traces.to_vec(), last.clone());
+    }
+    (paths.to_vec(), PathBuf::from("."))
+}
+
+fn is_model(path: &Path) -> bool {
+    let is_text = path.extension().is_some_and(|it| it == "mal" || it == "toml");
+    is_text || matches!(Source::of(path), Err(TraceError::NotATrace(_)))
+}
+
+/// Returns the only deployment.
+pub(super) fn only<'db>(
+    db: &'db Database,
+    found: &[(Project<'db>, Decl<'db>)],
+) -> Result<(Project<'db>, Decl<'db>), String> {
+    match found {
+        [one] => Ok(*one),
+        [] => Err("no deployment in these models: nothing to compare the recording with".to_owned()),
+        several => {
+            let names: Vec<&str> = several.iter().map(|(_, it)| it.name(db).as_str()).collect();
+            Err(format!(
+                "a recording is of one deployment: choose it with --deployment: {}",
+                names.join(", ")
+            ))
+        }
+    }
+}
+
+/// Returns what the model of a deployment promises.
+pub(super) fn model_of<'db>(
+    db: &'db Database,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    level: Option<Level>,
+) -> (Query, Report<'db>, Expected) {
+    let shown = Query::shown(db, project);
+    let query = Query { level: level.unwrap_or(shown.level), ..shown };
+    let report = response_times(db, project, deployment, query).clone();
+    let expected = expected(db, project, deployment, query, &report);
+    (query, report, expected)
+}
+
+/// Reads a recording.
+pub(super) fn read(
+    trace: &Path,
+    reader: &mut Reader,
+    visitor: &mut dyn mauve_pwcet::trace::Visitor,
+) -> Result<(), String> {
+    let said = |error: TraceError| match error {
+        TraceError::Unfinished(path) => format!(
+            "`{}` is incomplete: the program that records it still runs, or did not end properly; wait for its end, or copy the \
+             file to a name that ends in `.csv`, without its last line",
+            path.display()
+        ),
+        error => trace_error(trace, &error),
+    };
+    let source = Source::of(trace).map_err(said)?;
+    if let Source::Ctf { chunks, is_recording: true } = &source {
+        if chunks.is_empty() {
+            return Err(said(TraceError::Recording(trace.to_owned())));
+        }
+        say(&still_recording(trace));
+    }
+    reader.read(&source, visitor).map_err(said)
+}

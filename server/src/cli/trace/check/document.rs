@@ -1,0 +1,159 @@
+//! A recording beside its model as one JSON document.
+//!
+//! ```json
+//! {
+//!   "deployment": "Robot", "unit": "ms", "significance": 0.0001, "traces": ["recording"], "fails": true,
+//!   "recording": {
+//!     "begin_ns": 1795402383698441889, "end_ns": 1795402393698441889, "events": 4000, "lost_events": 0, "incomplete": 0,
+//!     "periods": true, "releases": false, "programs": true, "scheduling": true
+//!   },
+//!   "instances": [
+//!     {
+//!       "instance": "pilot", "component": "lib.Pilot", "verdict": "fails", "periods": 100, "interval": 100.01, "period": 100,
+//!       "response": 71.2, "response_at_ns": 1795402384000000000, "response_is_lower_bound": true, "bound": 60, "deadline": 100,
+//!       "jitter": 12.5, "execution": 41.1, "greatest_edge": 45,
+//!       "priority": 2, "priorities": [{ "priority": 2, "periods": 100 }],
+//!       "affinity": 1, "affinities": [{ "affinity": 1, "periods": 100 }], "cpus": [{ "affinity": 1, "periods": 100 }],
+//!       "pauses": 0,
+//!       "edges": [{ "source": "Idle", "transition": "go", "target": "Moving", "observed": 3, "possible": 3 }],
+//!       "codels_not_observed": ["lib.plan"]
+//!     }
+//!   ],
+//!   "times": [
+//!     {
+//!       "key": "lib.work", "kind": "codel", "time": 3, "executions": 5000, "exceeded": 0, "expected": 0.5, "probability": 1,
+//!       "longest": 2.7, "longest_at_ns": 1795402384000000000, "instance": "pilot"
+//!     }
+//!   ],
+//!   "findings": [
+//!     { "instance": "pilot", "code": "response", "count": 2, "at_ns": 1795402384000000000, "message": "…" }
+//!   ]
+//! }
+//! ```
+//!
+//! - `verdict`: `as-modelled`, `fails` or `not-observed`.
+//! - `recording`: whether the recording has periods, their releases, programs, and the priorities and CPUs of threads. `incomplete`
+//!   counts executions that were not recorded completely.
+//! - A figure that the recording or the model does not have is null. Times with `_ns` are those of the recording, in nanoseconds.
+//! - `edges`: how often each edge of the state machine was executed; `possible` also counts periods in which another edge with the
+//!   same programs may have been executed. `transition` is null where the machine stays in its state.
+//! - `expected`: the number of executions that exceed the time on average, at this level; `probability`: that of as many as
+//!   `exceeded` or more. Below 0.001, it is a finding.
+
+use mauve_timing::task_set::Priority;
+use mauve_wcrt::observed::{ExpectedInstance, ObservedInstance};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::Checked;
+use super::findings::{code, instance, message};
+use crate::json::object;
+
+pub(super) fn document(it: &Checked<'_>) -> impl Serialize + use<> {
+    let summary = &it.summary;
+    let observed = &it.observed;
+    let instances = it.expected.instances.iter().zip(&observed.instances).enumerate();
+    object! {
+        deployment: it.name.clone(),
+        [times_of]: it.report.times.as_ref().map(ToString::to_string),
+        unit: "ms",
+        significance: it.level.as_f64(),
+        traces: it.traces.clone(),
+        fails: !it.is_fine(),
+        recording: object! {
+            begin_ns: summary.first,
+            end_ns: summary.last,
+            events: summary.events,
+            lost_events: summary.lost_events,
+            incomplete: summary.dropped + summary.unbalanced + summary.clock_errors,
+            periods: observed.has_periods,
+            releases: observed.has_releases,
+            programs: observed.has_programs,
+            scheduling: observed.has_scheduling,
+        },
+        instances: instances.map(|(index, (expected, observed))| of_instance(it, index, expected, observed)).collect::<Vec<_>>(),
+        times: observed.times.iter().map(|time| object! {
+            key: time.key.clone(),
+            kind: if time.is_program { "program" } else { "codel" },
+            time: milliseconds(time.time),
+            executions: time.executions,
+            exceeded: time.exceeded,
+            expected: time.executions as f64 * it.expected.level,
+            probability: time.probability,
+            longest: milliseconds(time.greatest.map(|it| it.time)),
+            longest_at_ns: time.greatest.and_then(|it| it.at),
+            instance: Some(time.instance.clone()).filter(|it| !it.is_empty()),
+        }).collect::<Vec<_>>(),
+        findings: observed.findings.iter().map(|finding| object! {
+            instance: instance(it, finding).map(str::to_owned),
+            code: code(&finding.kind),
+            count: finding.count,
+            at_ns: finding.at,
+            message: message(it, finding),
+        }).collect::<Vec<_>>(),
+    }
+}
+
+fn of_instance(
+    it: &Checked<'_>,
+    index: usize,
+    expected: &ExpectedInstance,
+    observed: &ObservedInstance,
+) -> impl Serialize + use<> {
+    let fails = it.observed.findings.iter().any(|finding| finding.instance == Some(index));
+    let state = |machine: &mauve_wcrt::observed::ExpectedMachine, state: usize| machine.states.get(state).cloned();
+    let edges = expected.machine.iter().flat_map(|machine| {
+        machine.edges.all.iter().zip(&observed.edges).map(|(edge, count)| {
+            json!({
+                "source": state(machine, edge.source),
+                "transition": edge.transition.as_ref().map(ToString::to_string),
+                "target": state(machine, edge.target),
+                "observed": count.observed,
+                "possible": count.possible,
+            })
+        })
+    });
+    let masks = |counts: &mut dyn Iterator<Item = (u64, u64)>| -> Vec<Value> {
+        counts.map(|(mask, periods)| json!({ "affinity": mask, "periods": periods })).collect()
+    };
+    let cpu = |cpu: u32| 1_u64.checked_shl(cpu).unwrap_or_default();
+    object! {
+        instance: expected.instance.clone(),
+        component: expected.component.clone(),
+        verdict: match (observed.is_observed, fails) {
+            (false, _) => "not-observed",
+            (true, true) => "fails",
+            (true, false) => "as-modelled",
+        },
+        periods: observed.periods,
+        interval: milliseconds(observed.interval),
+        period: milliseconds(expected.period),
+        response: milliseconds(observed.response.map(|it| it.time)),
+        response_at_ns: observed.response.and_then(|it| it.at),
+        response_is_lower_bound: !it.observed.has_releases,
+        bound: milliseconds(expected.response),
+        deadline: milliseconds(expected.deadline),
+        jitter: milliseconds(observed.jitter),
+        execution: milliseconds(observed.execution.map(|it| it.time)),
+        greatest_edge: milliseconds(expected.own),
+        priority: match expected.priority {
+            Priority::RealTime(priority) => Some(priority),
+            Priority::Background | Priority::Unknown => None,
+        },
+        priorities: observed.priorities.iter().map(|(priority, periods)| json!({ "priority": priority, "periods": periods })).collect::<Vec<_>>(),
+        affinity: expected.cpus,
+        affinities: masks(&mut observed.masks.iter().map(|(mask, count)| (*mask, *count))),
+        cpus: masks(&mut observed.cpus.iter().map(|(number, count)| (cpu(*number), *count))),
+        pauses: observed.pauses,
+        edges: edges.collect::<Vec<_>>(),
+        codels_not_observed: observed.codels_not_observed.clone(),
+    }
+}
+
+fn milliseconds(time: Option<u64>) -> Value {
+    match time {
+        None => Value::Null,
+        Some(time) if time.is_multiple_of(1_000_000) => (time / 1_000_000).into(),
+        Some(time) => (time as f64 / 1e6).into(),
+    }
+}

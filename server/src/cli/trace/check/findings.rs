@@ -1,0 +1,206 @@
+//! What a recording and a model do not agree on, in words: what is wrong, why, and what to do.
+
+use mauve_diagnostics::cpu_names;
+use mauve_wcrt::observed::{Finding, FindingKind, Interferer, UnknownPath};
+
+use super::Checked;
+use crate::cli::trace::duration;
+
+/// Returns the stable name of a kind of finding.
+pub(super) fn code(kind: &FindingKind) -> &'static str {
+    match kind {
+        FindingKind::NotObserved => "not-observed",
+        FindingKind::Priority { .. } => "priority",
+        FindingKind::Cpus { .. } => "cpus",
+        FindingKind::OtherCpu { .. } => "other-cpu",
+        FindingKind::Component { .. } => "component",
+        FindingKind::Path(_) => "path",
+        FindingKind::UnknownProgram { .. } => "unknown-program",
+        FindingKind::UnknownCodel { .. } => "unknown-codel",
+        FindingKind::UnknownInstance { .. } => "unknown-instance",
+        FindingKind::ExecutionTime { .. } => "execution-time",
+        FindingKind::Execution { .. } => "execution-of-period",
+        FindingKind::Response { .. } => "response",
+        FindingKind::Skipped => "skipped",
+        FindingKind::Period { .. } => "period",
+    }
+}
+
+/// Returns the message of a finding.
+pub(super) fn message(it: &Checked<'_>, finding: &Finding) -> String {
+    let instance = instance(it, finding).unwrap_or_default();
+    let count = finding.count;
+    let first = finding.at.map_or_else(String::new, |at| {
+        format!(", first {} after the begin", duration(it.since_begin(at)))
+    });
+    let at = finding.at.map_or_else(String::new, |at| {
+        format!(", {} after the begin", duration(it.since_begin(at)))
+    });
+    match &finding.kind {
+        FindingKind::NotObserved => format!(
+            "`{instance}` is not in the recording: it did not run, or its package was built without -DMAUVE_TRACING=ON"
+        ),
+        FindingKind::Priority { expected, observed } => format!(
+            "`{instance}` has {} instead of {} in {}{first}: the deployment script failed to set it, or another program changed it",
+            scheduler(*observed),
+            scheduler(*expected),
+            periods(count)
+        ),
+        FindingKind::Cpus { expected, observed } => format!(
+            "`{instance}` may use {} instead of {} in {}{first}: check the affinity in the deployment, and `taskset` and cgroups on \
+             the robot",
+            cpu_names(*observed),
+            cpu_names(*expected),
+            periods(count)
+        ),
+        FindingKind::OtherCpu { expected, observed } => format!(
+            "`{instance}` began {} on {}, and the deployment gives it {}{first}",
+            periods(count),
+            1_u64.checked_shl(*observed).map_or_else(|| format!("CPU {}", u64::from(*observed) + 1), cpu_names),
+            cpu_names(*expected)
+        ),
+        FindingKind::Component { expected, observed } => format!(
+            "`{instance}` executes programs of `{observed}`, and the model deploys `{expected}`: generate, build and record again"
+        ),
+        FindingKind::Path(path) => path_message(instance, path, &periods(count), &first),
+        FindingKind::UnknownProgram { key } => format!(
+            "`{instance}` executed `{key}`{first}, which the model does not have: the recording is of another version of the model"
+        ),
+        FindingKind::UnknownCodel { key, is_known } => {
+            let which = if instance.is_empty() { "the recording has" } else { "its component does not call" };
+            let of = match is_known {
+                true => "",
+                false => ", and no component of the deployment does",
+            };
+            match instance.is_empty() {
+                true => format!("{which} the codel `{key}`{first}, and no component of the deployment calls it"),
+                false => format!(
+                    "`{instance}` executed the codel `{key}`{first}, which {which}{of}: the recording is of another version of the model"
+                )
+                .replace("which its component does not call", "which its component does not call in the model"),
+            }
+        }
+        FindingKind::UnknownInstance { instance } => {
+            format!("the recording has `{instance}`{first}, which is not an instance of {}", it.name)
+        }
+        FindingKind::ExecutionTime { key, time, executions, expected, greatest } => format!(
+            "`{key}` exceeded its time of {} in {count} of {executions} executions; at {} at most {} are expected; the longest took \
+             {}{at}: measure it again, and update the table",
+            duration(*time),
+            it.level,
+            number(*expected),
+            duration(*greatest)
+        ),
+        FindingKind::Execution { own, greatest } => format!(
+            "`{instance}` executed longer than {}, the greatest execution time of a period in the model, in {}; the longest took {}: \
+             a codel exceeded its time, or code outside the codels takes time that `[overhead]` in a timing table does not have",
+            duration(*own),
+            periods(count),
+            duration(*greatest)
+        ),
+        FindingKind::Response { .. } => response_message(instance, finding, &at),
+        FindingKind::Skipped => format!(
+            "`{instance}` skipped {}{first}: it does not catch up late periods, or it was stopped for a moment",
+            periods(count)
+        ),
+        FindingKind::Period { expected, observed } => format!(
+            "`{instance}` begins a period each {} on average, and the deployment says {}: its response times are not compared",
+            duration(*observed),
+            duration(*expected)
+        ),
+    }
+}
+
+/// Returns the instance that a finding is about.
+pub(super) fn instance<'a>(it: &'a Checked<'_>, finding: &Finding) -> Option<&'a str> {
+    Some(it.expected.instances.get(finding.instance?)?.instance.as_str())
+}
+
+fn path_message(instance: &str, path: &UnknownPath, periods: &str, first: &str) -> String {
+    let programs = match path.programs.as_slice() {
+        [] => "no program".to_owned(),
+        programs => format!("`{}`", programs.join("`, `")),
+    };
+    let which = match (&path.state, path.is_of_other_state) {
+        (Some(state), _) => format!("in state `{state}`, which no transition of that state does"),
+        (None, true) => "in a state that its previous periods do not lead to".to_owned(),
+        (None, false) => "which no state of the model does".to_owned(),
+    };
+    format!(
+        "`{instance}` executed {programs} in {periods}{first}, {which}: the recording is of another version of the model"
+    )
+}
+
+fn response_message(instance: &str, finding: &Finding, at: &str) -> String {
+    let FindingKind::Response { bound, deadline, response, execution, own, interference } = &finding.kind else {
+        return String::new();
+    };
+    let limit = match (bound, deadline) {
+        (Some(bound), _) => format!("its bound of {}", duration(*bound)),
+        (None, Some(deadline)) => format!("its deadline of {}", duration(*deadline)),
+        (None, None) => String::new(),
+    };
+    let mut reasons = Vec::new();
+    if let Some(own) = own.filter(|own| execution > own) {
+        reasons.push(format!(
+            "it executed {}, longer than the {} of the model",
+            duration(*execution),
+            duration(own)
+        ));
+    }
+    let exceeding = |it: &&Interferer| it.execution > it.bound || it.jobs > it.bound_jobs;
+    for other in interference.iter().filter(exceeding).take(3) {
+        let in_bound = match other.bound_jobs {
+            0 => "the bound counts none".to_owned(),
+            jobs => format!("the bound counts {} in {}", duration(other.bound), periods(jobs)),
+        };
+        reasons.push(format!(
+            "`{}` executed {} in {}, and {in_bound}",
+            other.instance,
+            duration(other.execution),
+            periods(other.jobs)
+        ));
+    }
+    let known: u64 =
+        interference.iter().map(|it| it.execution).fold(*execution, u64::saturating_add);
+    if reasons.is_empty() {
+        let rest = response.saturating_sub(known);
+        reasons.push(match interference.first() {
+            _ if rest * 2 > *response => format!(
+                "no activity of the recording explains {} of it: it waited for a resource, an interrupt or a program that is not \
+                 in the model",
+                duration(rest)
+            ),
+            Some(most) => format!("most interference is of `{}`, {}", most.instance, duration(most.execution)),
+            None => format!("it executed {}", duration(*execution)),
+        });
+    }
+    let late = match finding.count {
+        0 | 1 => String::new(),
+        count => format!(", as at least {count} periods do"),
+    };
+    format!("`{instance}` responded after {}{at}, and exceeds {limit}{late}: {}", duration(*response), reasons.join("; "))
+}
+
+fn scheduler(priority: u32) -> String {
+    match priority {
+        0 => "no real-time priority".to_owned(),
+        priority => format!("priority {priority}"),
+    }
+}
+
+pub(super) fn periods(count: u64) -> String {
+    match count {
+        1 => "1 period".to_owned(),
+        count => format!("{count} periods"),
+    }
+}
+
+/// Returns an expected number of executions.
+pub(super) fn number(value: f64) -> String {
+    match value {
+        ..0.001 => format!("{value:.0e}"),
+        ..10.0 => format!("{value:.3}"),
+        _ => format!("{value:.0}"),
+    }
+}
