@@ -80,22 +80,22 @@ CodelExecution::~CodelExecution() {
   if (outer_ == nullptr) context_->codel_cpu += execution;
   if (context_->trace != nullptr) {
     const Nanoseconds ended = now();
-    context_->trace->push({codel_, context_->instance.c_str(), execution, ended - began_, ended});
+    context_->trace->push({TraceRecord::Codel, context_->instance.c_str(), execution, ended - began_, ended, codel_, "", "", "", -1,
+                           -1, -1, -1});
   }
   context_->codel.store(outer_, std::memory_order_relaxed);
 }
 
 ProgramExecution::ProgramExecution(const char* component, const char* state, const char* transition, const char* program)
-    : context_(present_context()) {
-  if (context_ == nullptr || context_->times == nullptr || context_->is_timed_program) {
-    context_ = nullptr;
-    return;
+    : context_(present_context()), component_(component), state_(state), transition_(transition), program_(program) {
+  if (context_ == nullptr) return;
+  if (context_->trace != nullptr) {
+    began_ = now();
+    cpu_before_ = cpu_time();
   }
+  if (context_->times == nullptr || context_->is_timed_program) return;
   time_ = context_->times->program(component, state, transition, program);
-  if (time_ < 0) {
-    context_ = nullptr;
-    return;
-  }
+  if (time_ < 0) return;
   context_->is_timed_program = true;
   cpu_before_ = cpu_time();
   // On a virtual clock the program itself takes no time: what it writes is written when its time has passed.
@@ -104,8 +104,16 @@ ProgramExecution::ProgramExecution(const char* component, const char* state, con
 
 ProgramExecution::~ProgramExecution() {
   if (context_ == nullptr) return;
-  if (!timeline().is_virtual()) take(*context_, time_, cpu_before_);
-  context_->is_timed_program = false;
+  if (time_ >= 0) {
+    if (!timeline().is_virtual()) take(*context_, time_, cpu_before_);
+    context_->is_timed_program = false;
+  }
+  if (context_->trace != nullptr) {
+    const Nanoseconds execution = cpu_time() - cpu_before_;
+    const Nanoseconds ended = now();
+    context_->trace->push({TraceRecord::Program, context_->instance.c_str(), execution, ended - began_, ended, component_, state_,
+                           transition_, program_, -1, -1, -1, -1});
+  }
 }
 
 }  // namespace mauve

@@ -67,6 +67,7 @@ struct PeriodicThread::State {
   void run();
   void prepare();
   void execute_period(Nanoseconds release, Nanoseconds length);
+  TraceRecord period_record(Nanoseconds release) const;
 
   Worker worker;
   Context context;
@@ -160,11 +161,23 @@ void PeriodicThread::State::run() {
 
 void PeriodicThread::State::execute_period(Nanoseconds release, Nanoseconds length) {
   is_busy = true;
-  const Nanoseconds latency = now() - release;
+  TraceQueue* const trace = context.trace;
+  TraceRecord record = {};
+  if (trace != nullptr) record = period_record(release);
+  const Nanoseconds cpu_before = trace == nullptr ? 0 : cpu_time();
+  const Nanoseconds began = now();
+  const Nanoseconds latency = began - release;
   const bool is_real = !timeline().is_virtual();
   if (!is_real && overhead > 0) timeline().spend(worker, overhead);
   const bool was_running = runner->step();
-  const Nanoseconds response = now() - release;
+  const Nanoseconds ended = now();
+  const Nanoseconds response = ended - release;
+  if (trace != nullptr && was_running) {
+    record.execution = cpu_time() - cpu_before;
+    record.elapsed = ended - began;
+    record.ended = ended;
+    trace->push(record);
+  }
   if (is_real) {
     const Nanoseconds cpu = cpu_time();
     if (was_running && cpu_after_period >= 0) {
@@ -182,6 +195,28 @@ void PeriodicThread::State::execute_period(Nanoseconds release, Nanoseconds leng
   // Also if its task was stopped before it could begin.
   if (deadline > 0 && response > deadline) increment(statistics.misses);
   is_busy = false;
+}
+
+// Begins the record of a period. Its system calls neither wait nor allocate.
+TraceRecord PeriodicThread::State::period_record(Nanoseconds release) const {
+  TraceRecord record = {TraceRecord::Period, context.instance.c_str(), 0, 0, 0, "", "", "", "", release, -1, -1, -1};
+  if (timeline().is_virtual()) {
+    record.priority = worker.scheduling.priority;
+    record.cpus = static_cast<std::int64_t>(cpus.load());
+    return record;
+  }
+  sched_param parameter = {};
+  if (sched_getparam(0, &parameter) == 0) record.priority = parameter.sched_priority;
+  cpu_set_t set;
+  if (sched_getaffinity(0, sizeof set, &set) == 0) {
+    std::uint64_t mask = 0;
+    for (unsigned cpu = 0; cpu < 64; ++cpu) {
+      if (CPU_ISSET(cpu, &set)) mask |= std::uint64_t(1) << cpu;
+    }
+    record.cpus = static_cast<std::int64_t>(mask);
+  }
+  record.cpu = sched_getcpu();
+  return record;
 }
 
 PeriodicThread::PeriodicThread(const std::string& name, const Scheduling& scheduling)

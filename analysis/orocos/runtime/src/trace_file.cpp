@@ -8,64 +8,109 @@
 #include <cstring>
 
 namespace mauve {
+namespace {
 
-TraceFile::TraceFile(const std::string& folder, std::string& problem)
-    : path_(folder + "/executions.csv"), partial_(path_ + ".partial") {
+// The key of a codel or a program in a timing table.
+std::string key_of(const TraceRecord& it) {
+  if (it.kind != TraceRecord::Program) return it.name;
+  const std::string component = std::string(it.name) + "/", state = it.state, transition = it.transition;
+  if (state.empty()) return component + (transition.empty() ? it.program : transition.c_str());
+  return component + state + (transition.empty() ? "" : "." + transition) + "." + it.program;
+}
+
+// A number, or an empty text where it is unknown.
+std::string known(std::int64_t number) { return number < 0 ? "" : std::to_string(number); }
+
+}  // namespace
+
+TraceFile::TraceFile(const std::string& folder, std::string& problem) {
   if (mkdir(folder.c_str(), 0777) != 0 && errno != EEXIST) {
     problem = "the folder " + folder + " cannot be made: " + std::strerror(errno);
     return;
   }
-  file_ = std::fopen(partial_.c_str(), "we");
-  if (file_ == nullptr) {
-    problem = partial_ + " cannot be written: " + std::strerror(errno);
+  if (!begin(executions_, folder + "/executions.csv", "codel,execution_ns,instance,elapsed_ns,time_ns,order\n", problem)) return;
+  if (!begin(periods_, folder + "/periods.csv",
+             "instance,release_ns,begin_ns,end_ns,execution_ns,priority,cpus,cpu,order\n", problem)) {
     return;
   }
   taken_.reserve(1 << 16);
-  if (std::fputs("codel,execution_ns,instance,elapsed_ns,time_ns\n", file_) < 0) error_ = errno;
 }
 
-TraceFile::~TraceFile() {
-  if (file_ == nullptr) return;
-  std::fclose(file_);
-  unlink(partial_.c_str());
+TraceFile::~TraceFile() { remove(); }
+
+bool TraceFile::begin(File& to, const std::string& path, const char* header, std::string& problem) {
+  to.path = path;
+  to.partial = path + ".partial";
+  to.file = std::fopen(to.partial.c_str(), "we");
+  if (to.file == nullptr) {
+    problem = to.partial + " cannot be written: " + std::strerror(errno);
+    return false;
+  }
+  // Periods of an earlier recording would not be those of these executions.
+  unlink(path.c_str());
+  if (std::fputs(header, to.file) < 0) error_ = errno;
+  return true;
 }
 
 void TraceFile::write() {
-  if (file_ == nullptr) return;
+  if (executions_.file == nullptr || periods_.file == nullptr) return;
   taken_.clear();
   while (taken_.size() < taken_.capacity() &&
          queue_.records_.take([this](const TraceRecord& record) { taken_.push_back(record); })) {
   }
   if (error_ != 0) return;
-  // The threads' records arrive in about the order of time.
+  // The threads' records arrive in about the order of time. Those of one thread keep their order: a period follows its programs.
   std::stable_sort(taken_.begin(), taken_.end(),
                    [](const TraceRecord& one, const TraceRecord& other) { return one.ended < other.ended; });
   for (const TraceRecord& it : taken_) {
-    const int written = std::fprintf(file_, "%s,%lld,%s,%lld,%lld\n", it.codel, static_cast<long long>(it.execution),
-                                     it.instance, static_cast<long long>(it.elapsed),
-                                     static_cast<long long>(it.ended));
-    if (written < 0) {
+    if (!write(it)) {
       error_ = errno;
       return;
     }
   }
 }
 
+bool TraceFile::write(const TraceRecord& it) {
+  const auto number = [](std::int64_t value) { return static_cast<long long>(value); };
+  const auto order = static_cast<unsigned long long>(order_++);
+  if (it.kind == TraceRecord::Period) {
+    return std::fprintf(periods_.file, "%s,%s,%lld,%lld,%lld,%s,%s,%s,%llu\n", it.instance, known(it.release).c_str(),
+                        number(it.ended - it.elapsed), number(it.ended), number(it.execution), known(it.priority).c_str(),
+                        known(it.cpus).c_str(), known(it.cpu).c_str(), order) >= 0;
+  }
+  return std::fprintf(executions_.file, "%s,%lld,%s,%lld,%lld,%llu\n", key_of(it).c_str(), number(it.execution), it.instance,
+                      number(it.elapsed), number(it.ended), order) >= 0;
+}
+
 std::string TraceFile::finish() {
-  if (file_ == nullptr) return "";
+  if (executions_.file == nullptr || periods_.file == nullptr) return "";
   do {
     write();
   } while (!taken_.empty());
-  if (error_ == 0 && std::fflush(file_) != 0) error_ = errno;
-  if (std::fclose(file_) != 0 && error_ == 0) error_ = errno;
-  file_ = nullptr;
-  if (error_ == 0 && std::rename(partial_.c_str(), path_.c_str()) != 0) error_ = errno;
+  // With executions.csv, both are complete.
+  for (File* const it : {&periods_, &executions_}) {
+    if (error_ == 0 && std::fflush(it->file) != 0) error_ = errno;
+    if (std::fclose(it->file) != 0 && error_ == 0) error_ = errno;
+    it->file = nullptr;
+    if (error_ == 0 && std::rename(it->partial.c_str(), it->path.c_str()) != 0) error_ = errno;
+  }
   if (error_ != 0) {
-    unlink(partial_.c_str());
-    return path_ + " could not be written: " + std::strerror(error_);
+    unlink(periods_.path.c_str());
+    unlink(periods_.partial.c_str());
+    unlink(executions_.partial.c_str());
+    return executions_.path + " could not be written: " + std::strerror(error_);
   }
   const std::uint64_t lost = queue_.records_.lost();
-  return lost == 0 ? "" : path_ + " lacks " + std::to_string(lost) + " executions: too many at once";
+  return lost == 0 ? "" : executions_.path + " lacks " + std::to_string(lost) + " executions: too many at once";
+}
+
+void TraceFile::remove() {
+  for (File* const it : {&executions_, &periods_}) {
+    if (it->file == nullptr) continue;
+    std::fclose(it->file);
+    it->file = nullptr;
+    unlink(it->partial.c_str());
+  }
 }
 
 }  // namespace mauve

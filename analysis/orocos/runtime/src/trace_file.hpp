@@ -1,4 +1,4 @@
-// Records the executions of codels in a file that `mauve pwcet` reads.
+// Records executions of codels, programs and periods in files that `mauve trace` reads.
 
 #ifndef MAUVE_TRACE_FILE_HPP
 #define MAUVE_TRACE_FILE_HPP
@@ -14,12 +14,21 @@
 
 namespace mauve {
 
-// An execution of a codel. Its texts stay valid.
+// An execution. Its texts stay valid.
 struct TraceRecord {
-  const char* codel;
+  enum Kind { Codel, Program, Period };
+  Kind kind;
   const char* instance;
   // CPU time; time from its beginning to its end; the instant of its end.
   Nanoseconds execution, elapsed, ended;
+  // The name of the codel, or the component, state, transition and kind of the program.
+  const char *name, *state, *transition, *program;
+  // Of a period: its release, the real-time priority of its thread, the CPUs that the thread may use, and the CPU where it began;
+  // -1 where they are unknown.
+  Nanoseconds release;
+  int priority;
+  std::int64_t cpus;
+  int cpu;
 };
 
 // Where the threads of a robot put records.
@@ -35,24 +44,33 @@ class TraceQueue {
   Queue<TraceRecord> records_;
 };
 
-// A folder with the file executions.csv, which has its name when it is complete.
+// A folder with the files executions.csv and periods.csv, which have their names when they are complete.
 class TraceFile {
  public:
-  // Begins the file. `problem` says why it cannot be.
+  // Begins the files. `problem` says why they cannot be.
   TraceFile(const std::string& folder, std::string& problem);
   ~TraceFile();
   TraceQueue& queue() { return queue_; }
   // To be called now and then, by one thread.
   void write();
-  // Completes the file. Returns what is wrong with it, or an empty text. A file that could not be written is removed.
+  // Completes the files. Returns what is wrong with them, or an empty text. Files that could not be written are removed.
   std::string finish();
-  const std::string& path() const { return path_; }
 
  private:
+  struct File {
+    std::string path, partial;
+    std::FILE* file = nullptr;
+  };
+
+  bool begin(File& to, const std::string& path, const char* header, std::string& problem);
+  bool write(const TraceRecord& record);
+  void remove();
+
   TraceQueue queue_;
-  std::string path_, partial_;
-  std::FILE* file_ = nullptr;
+  File executions_, periods_;
   int error_ = 0;
+  // The number of the next line, of both files.
+  std::uint64_t order_ = 0;
   std::vector<TraceRecord> taken_;
 };
 

@@ -36,9 +36,12 @@ class ProgramExecution {
   ProgramExecution& operator=(const ProgramExecution&) = delete;
 
  private:
-  // Nothing where the program has no time of its own.
-  Context* context_;
-  Nanoseconds time_ = 0;
+  // Nothing where the thread is that of no activity.
+  Context* const context_;
+  const char *const component_, *const state_, *const transition_, *const program_;
+  // The time of its own; -1 without one.
+  Nanoseconds time_ = -1;
+  Nanoseconds began_ = 0;
   Nanoseconds cpu_before_ = 0;
 };
 
