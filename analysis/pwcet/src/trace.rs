@@ -21,7 +21,7 @@ use event::{Event, Line};
 use lines::{LineError, Lines};
 use nesting::Nesting;
 
-pub use csv::Column;
+pub use csv::{Column, FileKind};
 pub use names::{Name, NameId, Names, SpanKind};
 pub use source::Source;
 
@@ -211,8 +211,10 @@ pub enum TraceError {
     },
     /// More names than can be of one robot.
     TooManyNames,
-    /// A file of executions has an error.
+    /// A file of executions or of periods has an error.
     Csv {
+        /// Which of both.
+        file: FileKind,
         /// The number of the line, from 1.
         line: u64,
         /// The error.
@@ -292,6 +294,15 @@ impl Reader {
                     TraceError::Reading(error) => TraceError::io(path, error),
                     error => error,
                 })
+            }
+            Source::Run { executions, periods } => {
+                let open = |path: &Path| {
+                    let open = std::fs::File::open(path).and_then(|file| Ok((file.metadata()?.len(), file)));
+                    open.map_err(|error| TraceError::io(path, error))
+                };
+                let ((size, executions), (_, periods)) = (open(executions)?, open(periods)?);
+                let (names, summary) = (&mut self.names, &mut self.summary);
+                csv::read_both(executions, periods, Some(size), names, summary, visitor)
             }
             Source::Growing { partial, .. } => Err(TraceError::Unfinished(partial.clone())),
             Source::Ctf { chunks, .. } => {

@@ -1,4 +1,4 @@
-//! A file of executions in comma-separated values, one execution on a line, in the order of time:
+//! Files of executions and of periods in comma-separated values, one on a line, in the order of time:
 //!
 //! ```text
 //! codel,execution_ns,instance,elapsed_ns,time_ns
@@ -6,16 +6,26 @@
 //! nav.Pilot/Moving.run,3000,pilot,,
 //! ```
 //!
-//! The header names the columns: `codel` and `execution_ns`, which are required, and `instance`, `elapsed_ns` and `time_ns` (when
-//! the execution ended). Other columns are ignored. A field may be quoted, and may not have a line break. A value that cannot be
-//! read is an error and not skipped: it could be the greatest one.
+//! ```text
+//! instance,release_ns,begin_ns,end_ns,execution_ns,priority,cpus,cpu
+//! pilot,4990000,4990100,5000100,3500,2,1,0
+//! ```
+//!
+//! The header names the columns. A file of executions requires `codel` and `execution_ns`, and may have `instance`, `elapsed_ns` and
+//! `time_ns` (when the execution ended). A file of periods requires `instance`, `begin_ns`, `end_ns` and `execution_ns`, and may
+//! have `release_ns`, `priority`, `cpus` (a bit for each that the thread might use) and `cpu` (the number of the one where the period
+//! began). Other columns are ignored. A field may be quoted, and may not have a line break. A value that cannot be read is an error
+//! and not skipped: it could be the greatest one.
+//!
+//! The periods of a recording contain its executions. The column `order` numbers the lines of both files, each of which is in this
+//! order; without it, the times of the ends say the order.
 
 use std::io::Read;
 
 use super::event::number;
 use super::lines::{LineError, Lines};
 use super::names::{Name, NameId, Names, SpanKind};
-use super::{CsvProblem, Progress, Span, Summary, TraceError, Visitor, is_suspicious};
+use super::{CsvProblem, Progress, Scheduling, Span, Summary, TraceError, Visitor, is_suspicious};
 
 /// A column that is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,12 +40,41 @@ pub enum Column {
     Elapsed,
     /// `time_ns`: the time of the end.
     Time,
+    /// `order`: the number of the line among those of both files.
+    Order,
+    /// `release_ns`: the time of the release of a period.
+    Release,
+    /// `begin_ns`: the time of its begin.
+    Begin,
+    /// `end_ns`: the time of its end.
+    End,
+    /// `priority`: the real-time priority of its thread, or 0.
+    Priority,
+    /// `cpus`: the CPUs that its thread might use, a bit each.
+    Cpus,
+    /// `cpu`: the number of the CPU where it began.
+    Cpu,
 }
+
+/// The number of columns that are read.
+const COLUMNS: usize = 12;
 
 impl Column {
     /// All columns.
-    pub const ALL: [Column; 5] =
-        [Column::Codel, Column::Execution, Column::Instance, Column::Elapsed, Column::Time];
+    pub const ALL: [Column; COLUMNS] = [
+        Column::Codel,
+        Column::Execution,
+        Column::Instance,
+        Column::Elapsed,
+        Column::Time,
+        Column::Order,
+        Column::Release,
+        Column::Begin,
+        Column::End,
+        Column::Priority,
+        Column::Cpus,
+        Column::Cpu,
+    ];
 
     /// Returns the name in the header.
     pub fn name(self) -> &'static str {
@@ -45,6 +84,13 @@ impl Column {
             Column::Instance => "instance",
             Column::Elapsed => "elapsed_ns",
             Column::Time => "time_ns",
+            Column::Order => "order",
+            Column::Release => "release_ns",
+            Column::Begin => "begin_ns",
+            Column::End => "end_ns",
+            Column::Priority => "priority",
+            Column::Cpus => "cpus",
+            Column::Cpu => "cpu",
         }
     }
 }
@@ -53,14 +99,92 @@ impl Column {
 #[derive(Debug)]
 pub(super) struct Csv {
     /// The index of each of [`Column::ALL`].
-    columns: [Option<usize>; 5],
+    columns: [Option<usize>; COLUMNS],
+    kind: FileKind,
     ends: Vec<u64>,
     /// What is reused for the name of each line.
     name: Vec<u8>,
     order: u64,
 }
 
-/// Reads a file to its end.
+/// Which file in a folder of `mauve run --trace`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FileKind {
+    /// Executions of codels and programs.
+    Executions,
+    /// Periods.
+    Periods,
+}
+
+impl FileKind {
+    /// Returns the columns that the file must have.
+    pub fn required(self) -> &'static [Column] {
+        match self {
+            FileKind::Executions => &[Column::Codel, Column::Execution],
+            FileKind::Periods => &[Column::Instance, Column::Begin, Column::End, Column::Execution],
+        }
+    }
+}
+
+/// A line.
+struct Row {
+    span: Span,
+    /// Its number among the lines of both files.
+    order: Option<u64>,
+}
+
+/// The lines of a file, one by one.
+struct Rows<R> {
+    lines: Lines<R>,
+    csv: Csv,
+    scratch: Scratch,
+}
+
+impl<R: Read> Rows<R> {
+    fn of(source: R, kind: FileKind) -> Result<Rows<R>, TraceError> {
+        let mut lines = Lines::new(source);
+        let Some(header) = lines.next().map_err(reading)? else {
+            return Err(TraceError::Csv { file: kind, line: 1, problem: CsvProblem::NoHeader });
+        };
+        let csv = Csv::of_header(header, kind);
+        let csv = csv.map_err(|problem| TraceError::Csv { file: kind, line: 1, problem })?;
+        Ok(Rows { lines, csv, scratch: Scratch::default() })
+    }
+
+    fn next(&mut self, names: &mut Names, summary: &mut Summary) -> Result<Option<Row>, TraceError> {
+        loop {
+            let number = self.lines.number() + 1;
+            let Some(line) = self.lines.next().map_err(reading)? else { return Ok(None) };
+            if let Some(row) = self.csv.line(line, number, &mut self.scratch, names, summary)? {
+                return Ok(Some(row));
+            }
+        }
+    }
+
+    /// Reports the progress now and then.
+    fn report(
+        &self,
+        size: Option<u64>,
+        summary: &Summary,
+        visitor: &mut dyn Visitor,
+    ) -> Result<(), TraceError> {
+        if !self.lines.number().is_multiple_of(1 << 16) {
+            return Ok(());
+        }
+        let done = self.lines.bytes();
+        let progress = Progress { events: summary.events, bytes: size.map(|size| (done, size)) };
+        if visitor.progress(progress).is_break() { Err(TraceError::Stopped) } else { Ok(()) }
+    }
+}
+
+fn reading(error: LineError) -> TraceError {
+    match error {
+        LineError::Io(error) => TraceError::Reading(error),
+        LineError::Long(line) => TraceError::LongLine(line),
+    }
+}
+
+/// Reads a file of executions to its end.
 pub(super) fn read<R: Read>(
     source: R,
     size: Option<u64>,
@@ -68,30 +192,46 @@ pub(super) fn read<R: Read>(
     summary: &mut Summary,
     visitor: &mut dyn Visitor,
 ) -> Result<(), TraceError> {
-    let mut lines = Lines::new(source);
-    let error = |error: LineError| match error {
-        LineError::Io(error) => TraceError::Reading(error),
-        LineError::Long(line) => TraceError::LongLine(line),
-    };
-    let Some(header) = lines.next().map_err(error)? else {
-        return Err(TraceError::Csv { line: 1, problem: CsvProblem::NoHeader });
-    };
-    let mut csv = Csv::of_header(header).map_err(|problem| TraceError::Csv { line: 1, problem })?;
-    let mut scratch = Scratch::default();
+    let mut rows = Rows::of(source, FileKind::Executions)?;
     loop {
-        let done = lines.bytes();
-        if lines.number().is_multiple_of(1 << 16)
-            && visitor
-                .progress(Progress { events: summary.events, bytes: size.map(|size| (done, size)) })
-                .is_break()
-        {
+        rows.report(size, summary, visitor)?;
+        let Some(row) = rows.next(names, summary)? else { return Ok(()) };
+        if visitor.span(&row.span, names).is_break() {
             return Err(TraceError::Stopped);
         }
-        let number = lines.number() + 1;
-        let Some(line) = lines.next().map_err(error)? else { return Ok(()) };
-        if let Some(span) = csv.line(line, number, &mut scratch, names, summary)?
-            && visitor.span(&span, names).is_break()
-        {
+    }
+}
+
+/// Reads both files of a recording to their ends, in one order.
+pub(super) fn read_both<R: Read>(
+    executions: R,
+    periods: R,
+    size: Option<u64>,
+    names: &mut Names,
+    summary: &mut Summary,
+    visitor: &mut dyn Visitor,
+) -> Result<(), TraceError> {
+    let mut executions = Rows::of(executions, FileKind::Executions)?;
+    let mut periods = Rows::of(periods, FileKind::Periods)?;
+    let mut execution = executions.next(names, summary)?;
+    let mut period = periods.next(names, summary)?;
+    loop {
+        executions.report(size, summary, visitor)?;
+        let is_period = match (&execution, &period) {
+            (None, None) => return Ok(()),
+            (Some(_), None) => false,
+            (None, Some(_)) => true,
+            (Some(one), Some(other)) => match one.order.zip(other.order) {
+                Some((one, other)) => other < one,
+                // An execution whose time is unknown comes first.
+                None => one.span.end.is_some_and(|end| other.span.end.is_none_or(|other| other < end)),
+            },
+        };
+        let row = match is_period {
+            true => std::mem::replace(&mut period, periods.next(names, summary)?),
+            false => std::mem::replace(&mut execution, executions.next(names, summary)?),
+        };
+        if row.is_some_and(|row| visitor.span(&row.span, names).is_break()) {
             return Err(TraceError::Stopped);
         }
     }
@@ -103,7 +243,7 @@ struct Scratch {
     /// The fields of [`Column::ALL`], one after the other.
     text: Vec<u8>,
     /// Where each of them is.
-    fields: [Option<(usize, usize)>; 5],
+    fields: [Option<(usize, usize)>; COLUMNS],
 }
 
 impl Scratch {
@@ -114,9 +254,9 @@ impl Scratch {
 }
 
 impl Csv {
-    fn of_header(line: &[u8]) -> Result<Csv, CsvProblem> {
+    fn of_header(line: &[u8], kind: FileKind) -> Result<Csv, CsvProblem> {
         let line = line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line);
-        let mut columns = [None; 5];
+        let mut columns = [None; COLUMNS];
         let mut rest = Some(without_return(line));
         let mut index = 0;
         let mut text = Vec::new();
@@ -132,12 +272,12 @@ impl Csv {
             }
             index += 1;
         }
-        for column in [Column::Codel, Column::Execution] {
-            if columns.get(column as usize).is_none_or(Option::is_none) {
-                return Err(CsvProblem::MissingColumn(column));
+        for column in kind.required() {
+            if columns.get(*column as usize).is_none_or(Option::is_none) {
+                return Err(CsvProblem::MissingColumn(*column));
             }
         }
-        Ok(Csv { columns, ends: Vec::new(), name: Vec::new(), order: 0 })
+        Ok(Csv { columns, kind, ends: Vec::new(), name: Vec::new(), order: 0 })
     }
 
     fn line(
@@ -147,22 +287,42 @@ impl Csv {
         scratch: &mut Scratch,
         names: &mut Names,
         summary: &mut Summary,
-    ) -> Result<Option<Span>, TraceError> {
+    ) -> Result<Option<Row>, TraceError> {
         let line = without_return(line);
         if line.is_empty() {
             return Ok(None);
         }
-        let problem = |problem| TraceError::Csv { line: number, problem };
+        let file = self.kind;
+        let problem = |problem| TraceError::Csv { file, line: number, problem };
         self.split(line, scratch).map_err(problem)?;
-        let key = scratch.field(Column::Codel).unwrap_or_default();
-        if key.is_empty() {
+        let is_period = file == FileKind::Periods;
+        let key = if is_period { b"" } else { scratch.field(Column::Codel).unwrap_or_default() };
+        if key.is_empty() && !is_period {
             return Err(problem(CsvProblem::Missing(Column::Codel)));
         }
-        let execution = time(scratch, Column::Execution).map_err(problem)?;
-        let execution = execution.ok_or_else(|| problem(CsvProblem::Missing(Column::Execution)))?;
-        let elapsed = time(scratch, Column::Elapsed).map_err(problem)?;
-        let mut end = time(scratch, Column::Time).map_err(problem)?;
+        let time = |column| time(scratch, column).map_err(problem);
+        let required = |column| time(column)?.ok_or_else(|| problem(CsvProblem::Missing(column)));
+        let execution = required(Column::Execution)?;
         let instance = scratch.field(Column::Instance).unwrap_or_default();
+        let (mut end, elapsed, release, scheduling, cpu);
+        if is_period {
+            if instance.is_empty() {
+                return Err(problem(CsvProblem::Missing(Column::Instance)));
+            }
+            let (begun, ended) = (required(Column::Begin)?, required(Column::End)?);
+            // A period that ends before it begins has no place in time.
+            elapsed = ended.checked_sub(begun);
+            end = elapsed.map(|_| ended);
+            release = time(Column::Release)?;
+            let priority = time(Column::Priority)?.and_then(|it| u32::try_from(it).ok());
+            let cpus = time(Column::Cpus)?.unwrap_or_default();
+            scheduling = priority.map(|priority| Scheduling { priority, cpus });
+            cpu = time(Column::Cpu)?.and_then(|it| u32::try_from(it).ok());
+        } else {
+            (elapsed, end) = (time(Column::Elapsed)?, time(Column::Time)?);
+            (release, scheduling, cpu) = (None, None, None);
+        }
+        let order = time(Column::Order)?;
 
         let mut text = std::mem::take(&mut self.name);
         text.clear();
@@ -173,7 +333,11 @@ impl Csv {
         let name = names.of_text(&text, || {
             let utf8 =
                 |bytes: &[u8]| String::from_utf8(bytes.to_vec()).map_err(|_| problem(CsvProblem::NotUtf8));
-            let kind = if key.contains(&b'/') { SpanKind::Program } else { SpanKind::Codel };
+            let kind = match is_period {
+                true => SpanKind::Period,
+                false if key.contains(&b'/') => SpanKind::Program,
+                false => SpanKind::Codel,
+            };
             Ok(Name { kind, key: utf8(key)?, instance: utf8(instance)? })
         });
         self.name = text;
@@ -191,21 +355,13 @@ impl Csv {
             summary.suspicious += 1;
         }
         summary.at(end);
+        let line_order = order;
         let order = self.order;
         self.order += 1;
         let begin = end.zip(elapsed).and_then(|(end, elapsed)| end.checked_sub(elapsed));
-        Ok(Some(Span {
-            name,
-            order,
-            thread: None,
-            cpu: None,
-            begin,
-            end,
-            elapsed,
-            execution,
-            release: None,
-            scheduling: None,
-        }))
+        let thread = None;
+        let span = Span { name, order, thread, cpu, begin, end, elapsed, execution, release, scheduling };
+        Ok(Some(Row { span, order: line_order }))
     }
 
     /// Returns whether the last execution of this name ended later.
@@ -225,7 +381,7 @@ impl Csv {
     /// Puts the fields that are read into the scratch.
     fn split(&self, line: &[u8], scratch: &mut Scratch) -> Result<(), CsvProblem> {
         scratch.text.clear();
-        scratch.fields = [None; 5];
+        scratch.fields = [None; COLUMNS];
         let mut rest = Some(line);
         let mut index = 0;
         while let Some(field) = rest {
@@ -326,7 +482,7 @@ mod tests {
 
     fn problem(text: &str) -> (u64, CsvProblem) {
         match rows(text.as_bytes()) {
-            Err(TraceError::Csv { line, problem }) => (line, problem),
+            Err(TraceError::Csv { line, problem, .. }) => (line, problem),
             other => panic!("{text}: {other:?}"),
         }
     }
@@ -390,7 +546,51 @@ mod tests {
             assert_eq!(problem(text), expected, "{text}");
         }
         let not_utf8 = rows(b"codel,execution_ns\n\xff,1\n");
-        assert!(matches!(not_utf8, Err(TraceError::Csv { line: 2, problem: CsvProblem::NotUtf8 })));
+        assert!(matches!(not_utf8, Err(TraceError::Csv { line: 2, problem: CsvProblem::NotUtf8, .. })));
+    }
+
+    /// The names, releases and schedulings of spans.
+    #[derive(Default)]
+    struct Both(Vec<(String, Option<u64>, Option<Scheduling>)>);
+
+    impl Visitor for Both {
+        fn span(&mut self, span: &Span, names: &Names) -> ControlFlow<()> {
+            let name = names.get(span.name);
+            let key = if name.kind == SpanKind::Period { &name.instance } else { &name.key };
+            self.0.push((key.clone(), span.release, span.scheduling));
+            ControlFlow::Continue(())
+        }
+    }
+
+    fn both(executions: &str, periods: &str) -> Vec<(String, Option<u64>, Option<Scheduling>)> {
+        let (mut names, mut summary, mut found) = (Names::default(), Summary::default(), Both::default());
+        let (executions, periods) = (executions.as_bytes(), periods.as_bytes());
+        read_both(executions, periods, None, &mut names, &mut summary, &mut found).unwrap();
+        assert_eq!(summary.spans, found.0.len() as u64);
+        found.0
+    }
+
+    #[test]
+    fn periods_follow_their_executions() {
+        let periods = "instance,release_ns,begin_ns,end_ns,execution_ns,priority,cpus,cpu,order\na,1,2,9,5,3,6,0,2\nb,1,,9,5,,,,4\n";
+        let periods = periods.replace("b,1,,", "b,1,2,");
+        let executions = "codel,execution_ns,time_ns,order\nf,1,10,0\ng,1,9,1\nh,1,9,3\n";
+        let scheduling = Some(Scheduling { priority: 3, cpus: 6 });
+        let execution = |key: &str| (key.to_owned(), None, None);
+        let first = ("a".to_owned(), Some(1), scheduling);
+        let second = ("b".to_owned(), Some(1), None);
+        assert_eq!(
+            both(executions, &periods),
+            [execution("f"), execution("g"), first, execution("h"), second]
+        );
+        // Without numbers, the times of the ends say the order.
+        let periods = "instance,begin_ns,end_ns,execution_ns\na,2,9,5\nb,2,12,5\n";
+        let executions = "codel,execution_ns,time_ns\nf,1,5\ng,1,9\nh,1,10\n";
+        let period = |key: &str| (key.to_owned(), None, None);
+        assert_eq!(
+            both(executions, periods),
+            [execution("f"), execution("g"), period("a"), execution("h"), period("b")]
+        );
     }
 
     proptest! {

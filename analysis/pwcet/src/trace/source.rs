@@ -7,6 +7,9 @@ use super::TraceError;
 /// The file in a folder of `mauve run --trace`.
 const EXECUTIONS: &str = "executions.csv";
 
+/// The file beside it, which is complete if that is; recordings of earlier versions have none.
+const PERIODS: &str = "periods.csv";
+
 /// The end of its name until it is complete.
 const PARTIAL: &str = ".partial";
 
@@ -18,6 +21,13 @@ const DEEPEST: usize = 10;
 pub enum Source {
     /// A file of executions.
     Csv(PathBuf),
+    /// A folder of `mauve run --trace`.
+    Run {
+        /// The file of executions.
+        executions: PathBuf,
+        /// The file of periods.
+        periods: PathBuf,
+    },
     /// A file of executions that a program is still writing.
     Growing {
         /// Its present path.
@@ -51,7 +61,11 @@ impl Source {
         }
         let complete = path.join(EXECUTIONS);
         if complete.is_file() {
-            return Ok(Source::Csv(complete));
+            let periods = path.join(PERIODS);
+            return Ok(match periods.is_file() {
+                true => Source::Run { executions: complete, periods },
+                false => Source::Csv(complete),
+            });
         }
         let partial = path.join(format!("{EXECUTIONS}{PARTIAL}"));
         if partial.is_file() {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use mauve_pwcet::trace::{CsvProblem, Summary, TraceError};
+use mauve_pwcet::trace::{Column, CsvProblem, FileKind, Summary, TraceError};
 
 use super::table::{executions, incomplete};
 
@@ -56,25 +56,45 @@ pub(in crate::cli::trace) fn trace_error(trace: &Path, error: &TraceError) -> St
                 "`{shown}` has more than 100000 names of codels, programs and instances: it is not the trace of a robot"
             )
         }
-        TraceError::Csv { line, problem } => format!("`{shown}`, line {line}: {}", csv_problem(problem)),
+        TraceError::Csv { file, line, problem } => {
+            // Only a folder has a file of periods.
+            let of_folder = if *file == FileKind::Periods { "/periods.csv" } else { "" };
+            format!("`{shown}{of_folder}`, line {line}: {}", csv_problem(*file, problem))
+        }
         TraceError::Stopped => format!("the import of `{shown}` was cancelled"),
     }
 }
 
-fn csv_problem(problem: &CsvProblem) -> String {
+fn csv_problem(file: FileKind, problem: &CsvProblem) -> String {
+    let required: Vec<String> = file.required().iter().map(|column| format!("`{}`", column.name())).collect();
+    let required = match required.as_slice() {
+        [rest @ .., last] => format!("{} and {last}", rest.join(", ")),
+        [] => String::new(),
+    };
+    let of = match file {
+        FileKind::Executions => "executions",
+        FileKind::Periods => "periods",
+    };
     match problem {
         CsvProblem::NoHeader => {
-            "the file is empty; its first line names the columns, `codel` and `execution_ns` at least"
-                .to_owned()
+            format!("the file is empty; its first line names the columns, {required} at least")
         }
-        CsvProblem::MissingColumn(column) => format!(
-            "the header has no column `{}`; a file of executions has the columns `codel` and `execution_ns`",
-            column.name()
-        ),
+        CsvProblem::MissingColumn(column) => {
+            format!("the header has no column `{}`; a file of {of} has the columns {required}", column.name())
+        }
         CsvProblem::RepeatedColumn(column) => format!("the header has the column `{}` twice", column.name()),
         CsvProblem::Missing(column) => format!("no value for `{}`", column.name()),
         CsvProblem::Number(column, text) => {
-            format!("`{text}` is not a time for `{}`: write nanoseconds as a decimal integer", column.name())
+            let what = match column {
+                Column::Order | Column::Priority | Column::Cpus | Column::Cpu => "a number",
+                _ => "a time",
+            };
+            let instead = if what == "a time" {
+                "write nanoseconds as a decimal integer"
+            } else {
+                "write a decimal integer"
+            };
+            format!("`{text}` is not {what} for `{}`: {instead}", column.name())
         }
         CsvProblem::Quotes => "a quoted field has no closing quote in this line".to_owned(),
         CsvProblem::NotUtf8 => "a name is not UTF-8 text".to_owned(),

@@ -28,6 +28,7 @@ impl Session {
         stop_on_signal(self.stop.clone())?;
         let said = |error: TraceError| trace_error(trace, &error);
         match Source::of(trace).map_err(said) {
+            Ok(Source::Run { .. }) => self.import(trace),
             Ok(Source::Csv(path)) if path.as_path() != trace => self.import(trace),
             Ok(Source::Csv(path)) => self.follow(trace, &path, None),
             Ok(Source::Growing { partial, complete }) => self.follow(trace, &partial, Some(complete)),
