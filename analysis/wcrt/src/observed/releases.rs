@@ -47,7 +47,7 @@ pub(super) struct Found<C> {
     irregular: u64,
     /// Segments whose periods begin too early, in which a period cannot begin before its release.
     early: u64,
-    /// The sum of the times from begin to begin, and their number.
+    /// The sum of the times from begin to begin, or from release to release, and their number.
     time: i128,
     intervals: u64,
 }
@@ -189,7 +189,8 @@ impl<C: Clone + Default> Releases<C> {
             }
         }
         if let Some(last) = self.segment.as_ref().map(|segment| segment.last) {
-            self.note_interval(job.begin - last.begin);
+            let recorded = job.release.zip(last.release).map(|(release, before)| release - before);
+            self.note_interval(recorded.unwrap_or(job.begin - last.begin));
         }
         let index = self.segment.as_ref().map_or(0, |segment| segment.jobs);
         let nominal = index.saturating_mul(self.period);

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use mauve_diagnostics::errors_of;
 use mauve_hir::{Database, Decl, Project};
-use mauve_pwcet::trace::{Names, Reader, Source, Summary, TraceError};
+use mauve_pwcet::trace::{Reader, Source, Summary, TraceError};
 use mauve_timing::Level;
 use mauve_wcrt::observed::{Expected, Observed, Observer, expected};
 use mauve_wcrt::{Query, Report, response_times};
@@ -51,7 +51,6 @@ enum Format {
 
 /// Recordings beside a model.
 struct Checked<'db> {
-    db: &'db Database,
     name: String,
     level: Level,
     traces: Vec<PathBuf>,
@@ -90,11 +89,10 @@ impl Check {
             summary.add(&reader.finish());
             observer.end_recording();
         }
-        let observed = finish(observer, reader.names());
+        let observed = observer.finish(reader.names());
         let errors = errors_of(&db, project);
         let name = deployment.name(&db).to_string();
-        let checked =
-            Checked { db: &db, name, level: query.level, traces, report, expected, observed, summary };
+        let checked = Checked { name, level: query.level, traces, report, expected, observed, summary };
         let text = match self.format {
             Format::Table => table::text(&checked),
             Format::Json => json::text(&document::document(&checked))?,
@@ -104,10 +102,6 @@ impl Check {
         }
         Ok(Output::escaped(text, u8::from(!checked.is_fine() || errors > 0)))
     }
-}
-
-fn finish(observer: Observer, names: &Names) -> Observed {
-    observer.finish(names)
 }
 
 pub(super) fn level(significance: Option<f64>) -> Result<Option<Level>, String> {

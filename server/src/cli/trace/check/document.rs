@@ -101,7 +101,8 @@ fn of_instance(
     observed: &ObservedInstance,
 ) -> impl Serialize + use<> {
     let fails = it.observed.findings.iter().any(|finding| finding.instance == Some(index));
-    let state = |machine: &mauve_wcrt::observed::ExpectedMachine, state: usize| machine.states.get(state).cloned();
+    let state =
+        |machine: &mauve_wcrt::observed::ExpectedMachine, state: usize| machine.states.get(state).cloned();
     let edges = expected.machine.iter().flat_map(|machine| {
         machine.edges.all.iter().zip(&observed.edges).map(|(edge, count)| {
             json!({

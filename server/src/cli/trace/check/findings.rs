@@ -30,12 +30,12 @@ pub(super) fn code(kind: &FindingKind) -> &'static str {
 pub(super) fn message(it: &Checked<'_>, finding: &Finding) -> String {
     let instance = instance(it, finding).unwrap_or_default();
     let count = finding.count;
-    let first = finding.at.map_or_else(String::new, |at| {
-        format!(", first {} after the begin", duration(it.since_begin(at)))
-    });
-    let at = finding.at.map_or_else(String::new, |at| {
-        format!(", {} after the begin", duration(it.since_begin(at)))
-    });
+    let first = finding
+        .at
+        .map_or_else(String::new, |at| format!(", first {} after the begin", duration(it.since_begin(at))));
+    let at = finding
+        .at
+        .map_or_else(String::new, |at| format!(", {} after the begin", duration(it.since_begin(at))));
     match &finding.kind {
         FindingKind::NotObserved => format!(
             "`{instance}` is not in the recording: it did not run, or its package was built without -DMAUVE_TRACING=ON"
@@ -56,7 +56,9 @@ pub(super) fn message(it: &Checked<'_>, finding: &Finding) -> String {
         FindingKind::OtherCpu { expected, observed } => format!(
             "`{instance}` began {} on {}, and the deployment gives it {}{first}",
             periods(count),
-            1_u64.checked_shl(*observed).map_or_else(|| format!("CPU {}", u64::from(*observed) + 1), cpu_names),
+            1_u64
+                .checked_shl(*observed)
+                .map_or_else(|| format!("CPU {}", u64::from(*observed) + 1), cpu_names),
             cpu_names(*expected)
         ),
         FindingKind::Component { expected, observed } => format!(
@@ -132,7 +134,8 @@ fn path_message(instance: &str, path: &UnknownPath, periods: &str, first: &str) 
 }
 
 fn response_message(instance: &str, finding: &Finding, at: &str) -> String {
-    let FindingKind::Response { bound, deadline, response, execution, own, interference } = &finding.kind else {
+    let FindingKind::Response { bound, deadline, response, execution, own, interference } = &finding.kind
+    else {
         return String::new();
     };
     let limit = match (bound, deadline) {
@@ -161,8 +164,7 @@ fn response_message(instance: &str, finding: &Finding, at: &str) -> String {
             periods(other.jobs)
         ));
     }
-    let known: u64 =
-        interference.iter().map(|it| it.execution).fold(*execution, u64::saturating_add);
+    let known: u64 = interference.iter().map(|it| it.execution).fold(*execution, u64::saturating_add);
     if reasons.is_empty() {
         let rest = response.saturating_sub(known);
         reasons.push(match interference.first() {
@@ -179,7 +181,11 @@ fn response_message(instance: &str, finding: &Finding, at: &str) -> String {
         0 | 1 => String::new(),
         count => format!(", as at least {count} periods do"),
     };
-    format!("`{instance}` responded after {}{at}, and exceeds {limit}{late}: {}", duration(*response), reasons.join("; "))
+    format!(
+        "`{instance}` responded after {}{at}, and exceeds {limit}{late}: {}",
+        duration(*response),
+        reasons.join("; ")
+    )
 }
 
 fn scheduler(priority: u32) -> String {
@@ -199,6 +205,7 @@ pub(super) fn periods(count: u64) -> String {
 /// Returns an expected number of executions.
 pub(super) fn number(value: f64) -> String {
     match value {
+        ..=0.0 => "0".to_owned(),
         ..0.001 => format!("{value:.0e}"),
         ..10.0 => format!("{value:.3}"),
         _ => format!("{value:.0}"),

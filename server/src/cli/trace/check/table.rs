@@ -19,12 +19,20 @@ pub(super) fn text(it: &Checked<'_>) -> String {
     let length = length.map_or_else(String::new, |length| format!(" of {}", duration(length)));
     let _ = writeln!(out, "{}: a recording{length} beside the model at {}, times in ms", it.name, it.level);
     let header = [
-        "instance", "periods", "every", "period", "response", "bound", "of bound", "jitter", "execution",
-        "greatest", "",
+        "instance",
+        "periods",
+        "every",
+        "period",
+        "response",
+        "bound",
+        "of bound",
+        "jitter",
+        "execution",
+        "greatest",
+        "",
     ];
-    let rows: Vec<Vec<String>> = rows(it).map(|(index, expected, observed)| {
-        cells(it, index, expected, observed)
-    }).collect();
+    let rows: Vec<Vec<String>> =
+        rows(it).map(|(index, expected, observed)| cells(it, index, expected, observed)).collect();
     out += &columns(&header, &rows);
     out += "  every, response, jitter, execution: observed; period, bound and the greatest execution of a period: model\n";
     out.push('\n');
@@ -50,7 +58,12 @@ pub(super) fn text(it: &Checked<'_>) -> String {
 fn rows<'a>(
     it: &'a Checked<'_>,
 ) -> impl Iterator<Item = (usize, &'a ExpectedInstance, &'a ObservedInstance)> {
-    it.expected.instances.iter().zip(&it.observed.instances).enumerate().map(|(index, (one, other))| (index, one, other))
+    it.expected
+        .instances
+        .iter()
+        .zip(&it.observed.instances)
+        .enumerate()
+        .map(|(index, (one, other))| (index, one, other))
 }
 
 fn cells(
@@ -70,7 +83,9 @@ fn cells(
         ms(expected.period),
         ms(response),
         ms(expected.response),
-        ratio.map_or_else(none, |(response, bound)| format!("{:.1} %", 100.0 * response as f64 / bound as f64)),
+        ratio.map_or_else(none, |(response, bound)| {
+            format!("{:.1} %", 100.0 * response as f64 / bound as f64)
+        }),
         ms(observed.jitter),
         ms(observed.execution.map(|it| it.time)),
         ms(expected.own),
@@ -113,7 +128,8 @@ fn notes(it: &Checked<'_>) -> Vec<String> {
     let observed = &it.observed;
     if !observed.has_periods {
         notes.push(
-            "periods are not in the trace: response times, activations, priorities and CPUs are not compared".to_owned(),
+            "periods are not in the trace: response times, activations, priorities and CPUs are not compared"
+                .to_owned(),
         );
     } else if !observed.has_releases {
         notes.push(
@@ -147,7 +163,8 @@ fn notes(it: &Checked<'_>) -> Vec<String> {
         }
         if observed.pauses > 0 {
             let first = observed.first_pause.map_or(0, |at| it.since_begin(at));
-            let times = if observed.pauses == 1 { "once".to_owned() } else { format!("{} times", observed.pauses) };
+            let times =
+                if observed.pauses == 1 { "once".to_owned() } else { format!("{} times", observed.pauses) };
             notes.push(format!(
                 "`{name}` paused {times}, until {} after the begin the first time: it was stopped and started, or did not run",
                 duration(first)
@@ -178,7 +195,9 @@ fn coverage(it: &Checked<'_>, index: usize, observed: &ObservedInstance) -> Opti
         let name = |state: usize| machine.states.get(state).map_or("", String::as_str);
         let was_left = |state: usize, count: &EdgeCount| count.possible > 0 && state < machine.states.len();
         let is_seen = |state: usize| {
-            edges.clone().any(|(edge, count)| was_left(state, count) && (edge.source == state || edge.target == state))
+            edges
+                .clone()
+                .any(|(edge, count)| was_left(state, count) && (edge.source == state || edge.target == state))
         };
         let states: Vec<String> = (0..machine.states.len())
             .filter(|state| !is_seen(*state))
@@ -201,7 +220,10 @@ fn coverage(it: &Checked<'_>, index: usize, observed: &ObservedInstance) -> Opti
         }
         let unclear = edges.filter(|(_, count)| count.observed == 0 && count.possible > 0).count();
         if unclear > 0 {
-            parts.push(format!("{} may have been taken: others execute the same programs", periods_of_edges(unclear)));
+            parts.push(format!(
+                "{} may have been taken: others execute the same programs",
+                periods_of_edges(unclear)
+            ));
         }
     }
     let codels: Vec<String> = observed.codels_not_observed.iter().map(|codel| format!("`{codel}`")).collect();
