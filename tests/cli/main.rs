@@ -19,6 +19,7 @@ mod samples;
 mod sensitivity;
 mod simulate;
 mod task_sets;
+mod trace_check;
 mod trace_import;
 
 const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");

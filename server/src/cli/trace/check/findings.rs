@@ -154,7 +154,7 @@ fn response_message(instance: &str, finding: &Finding, at: &str) -> String {
     let exceeding = |it: &&Interferer| it.execution > it.bound || it.jobs > it.bound_jobs;
     for other in interference.iter().filter(exceeding).take(3) {
         let in_bound = match other.bound_jobs {
-            0 => "the bound counts none".to_owned(),
+            0 => "the bound counts none of it".to_owned(),
             jobs => format!("the bound counts {} in {}", duration(other.bound), periods(jobs)),
         };
         reasons.push(format!(
@@ -165,15 +165,19 @@ fn response_message(instance: &str, finding: &Finding, at: &str) -> String {
         ));
     }
     let known: u64 = interference.iter().map(|it| it.execution).fold(*execution, u64::saturating_add);
-    if reasons.is_empty() {
-        let rest = response.saturating_sub(known);
+    let rest = response.saturating_sub(known);
+    // What is left: less than a tenth is no explanation.
+    if rest > response / 10 {
+        reasons.push(format!(
+            "no activity of the recording explains {} of it: it waited for a resource, an interrupt or a program that is not in \
+             the model",
+            duration(rest)
+        ));
+    } else if reasons.is_empty() {
         reasons.push(match interference.first() {
-            _ if rest * 2 > *response => format!(
-                "no activity of the recording explains {} of it: it waited for a resource, an interrupt or a program that is not \
-                 in the model",
-                duration(rest)
-            ),
-            Some(most) => format!("most interference is of `{}`, {}", most.instance, duration(most.execution)),
+            Some(most) => {
+                format!("most interference is of `{}`, {}", most.instance, duration(most.execution))
+            }
             None => format!("it executed {}", duration(*execution)),
         });
     }

@@ -1,0 +1,417 @@
+//! `mauve trace check`: schedules of the simulation, written as recordings, agree with the model; with a fault, exactly that one is
+//! found.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use mauve_tests::{Run, mauve, models, scratch, test_name, write};
+use serde_json::Value;
+
+use crate::MAUVE;
+
+/// The packages of the components of the sample robot.
+const PACKAGES: [(&str, &str); 10] = [
+    ("p3dx_driver", "drivers"),
+    ("hokuyo", "drivers"),
+    ("teleop", "drivers"),
+    ("switch", "motion"),
+    ("guidance", "motion"),
+    ("control", "motion"),
+    ("pose", "localisation"),
+    ("gmapping", "localisation"),
+    ("navigation", "navigation"),
+    ("exploration", "exploration"),
+];
+
+/// A period of a recording. Times are in nanoseconds.
+#[derive(Debug, Clone)]
+struct Period {
+    instance: String,
+    component: String,
+    release: i64,
+    begin: i64,
+    end: i64,
+    execution: i64,
+    priority: i64,
+    cpus: i64,
+    programs: Vec<String>,
+    codels: Vec<(String, i64)>,
+}
+
+fn nanoseconds(time: &Value) -> i64 {
+    (time.as_f64().unwrap() * 1e6).round() as i64
+}
+
+/// Simulates the sample robot; returns its complete jobs, in the order of their ends.
+fn simulated(seed: u64) -> Vec<Period> {
+    let run = mauve(
+        MAUVE,
+        &models(),
+        &["simulate", "p3dx", "--format", "json", "--for", "20s", "--seed", &seed.to_string()],
+    );
+    let document: Value = serde_json::from_str(&run.out).unwrap();
+    let of_instance: BTreeMap<&str, &Value> = document["activities"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|it| (it["instance"].as_str().unwrap(), it))
+        .collect();
+    let packages: BTreeMap<&str, &str> = PACKAGES.into();
+    let mut slices: BTreeMap<(&str, u64), Vec<&Value>> = BTreeMap::new();
+    for slice in document["slices"].as_array().unwrap() {
+        let key = (slice["instance"].as_str().unwrap(), slice["job"].as_u64().unwrap());
+        slices.entry(key).or_default().push(slice);
+    }
+    let mut found = Vec::new();
+    for job in document["jobs"].as_array().unwrap() {
+        let instance = job["instance"].as_str().unwrap();
+        let Some(slices) = slices.get(&(instance, job["job"].as_u64().unwrap())) else { continue };
+        if job["end"].is_null() {
+            continue;
+        }
+        let activity = of_instance[instance];
+        let names = slices[0]["programs"].as_array().unwrap();
+        found.push(Period {
+            instance: instance.to_owned(),
+            component: format!("{}.{}", packages[instance], activity["component"].as_str().unwrap()),
+            release: nanoseconds(&job["nominal"]),
+            begin: nanoseconds(&slices[0]["start"]),
+            end: nanoseconds(&job["end"]),
+            execution: slices.iter().map(|it| nanoseconds(&it["end"]) - nanoseconds(&it["start"])).sum(),
+            priority: activity["priority"].as_i64().unwrap(),
+            cpus: activity["affinity"].as_i64().unwrap(),
+            programs: names.iter().map(|it| it.as_str().unwrap().to_owned()).collect(),
+            codels: Vec::new(),
+        });
+    }
+    // The simulation leaves out what runs in the background.
+    found.push(Period {
+        instance: "exploration".to_owned(),
+        component: "exploration.Exploration".to_owned(),
+        release: 0,
+        begin: 5,
+        end: 6,
+        execution: 1,
+        priority: 0,
+        cpus: 3,
+        programs: ["Choosing.run", "Choosing.chosen.guard", "Choosing.finished.guard"]
+            .map(str::to_owned)
+            .into(),
+        codels: Vec::new(),
+    });
+    found.sort_by_key(|it| it.end);
+    found
+}
+
+/// What a recording has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Has {
+    Everything,
+    /// As a recording of LTTng.
+    NoReleases,
+    /// As a recording of an earlier version.
+    NeitherReleasesNorScheduling,
+}
+
+/// Writes a recording, and compares it with the sample robot.
+fn check(name: &str, periods: &[Period], has: Has) -> (Run, Value) {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("{}_{name}", test_name()));
+    let mut executions = "codel,execution_ns,instance,elapsed_ns,time_ns,order\n".to_owned();
+    let mut lines = match has {
+        Has::Everything => "instance,begin_ns,end_ns,execution_ns,order,release_ns,priority,cpus\n",
+        Has::NoReleases => "instance,begin_ns,end_ns,execution_ns,order,unknown,priority,cpus\n",
+        Has::NeitherReleasesNorScheduling => "instance,begin_ns,end_ns,execution_ns,order,unknown,x,y\n",
+    }
+    .to_owned();
+    let mut order = 0;
+    // An arbitrary epoch.
+    let epoch = 1_795_402_383_000_000_000_i64;
+    for it in periods {
+        let (instance, component) = (&it.instance, &it.component);
+        for program in &it.programs {
+            let _ = writeln!(executions, "{component}/{program},0,{instance},0,{},{order}", epoch + it.begin);
+            order += 1;
+        }
+        for (codel, time) in &it.codels {
+            let _ =
+                writeln!(executions, "{codel},{time},{instance},{time},{},{order}", epoch + it.begin + time);
+            order += 1;
+        }
+        let _ = writeln!(
+            lines,
+            "{instance},{},{},{},{order},{},{},{}",
+            epoch + it.begin,
+            epoch + it.end,
+            it.execution,
+            epoch + it.release,
+            it.priority,
+            it.cpus
+        );
+        order += 1;
+    }
+    write(&folder, &[("trace/executions.csv", executions.as_str()), ("trace/periods.csv", lines.as_str())]);
+    let model = models().join("p3dx");
+    let model = model.to_str().unwrap();
+    let json = mauve(MAUVE, &folder, &["trace", "check", "trace", model, "--format", "json"]);
+    let document = serde_json::from_str(&json.out).unwrap_or_else(|why| panic!("{why}: {json:?}"));
+    let table = mauve(MAUVE, &folder, &["trace", "check", "trace", model]);
+    assert_eq!((table.code, table.err.as_str()), (json.code, json.err.as_str()));
+    (table, document)
+}
+
+/// Returns the instances and codes of the findings.
+fn codes(document: &Value) -> Vec<(String, String)> {
+    let findings = document["findings"].as_array().unwrap().iter();
+    let text = |value: &Value| value.as_str().unwrap_or("—").to_owned();
+    findings.map(|it| (text(&it["instance"]), text(&it["code"]))).collect()
+}
+
+fn expect(name: &str, periods: &[Period], has: Has, expected: &[(&str, &str)], message: &str) {
+    let (table, document) = check(name, periods, has);
+    let found = codes(&document);
+    let expected: Vec<(String, String)> =
+        expected.iter().map(|(one, other)| ((*one).to_owned(), (*other).to_owned())).collect();
+    assert_eq!(found, expected, "{name}, {has:?}: {}", table.out);
+    assert_eq!(table.code, i32::from(!found.is_empty()));
+    assert!(table.out.contains(message), "{name}, {has:?}: {}", table.out);
+}
+
+#[test]
+fn schedules_of_the_model_agree_with_it() {
+    for seed in 1..=3 {
+        let periods = simulated(seed);
+        for has in [Has::Everything, Has::NoReleases, Has::NeitherReleasesNorScheduling] {
+            expect(
+                &format!("{seed}"),
+                &periods,
+                has,
+                &[],
+                "✓ nothing in the recording contradicts the model",
+            );
+        }
+        // Observed responses are exact with releases, and lower bounds without.
+        let (_, exact) = check("exact", &periods, Has::Everything);
+        let (_, bounds) = check("bounds", &periods, Has::NoReleases);
+        let all = |document: &Value| document["instances"].as_array().unwrap().clone();
+        for (exact, bound) in all(&exact).iter().zip(all(&bounds)) {
+            let Some(true_response) = exact["response"].as_f64() else { continue };
+            let name = exact["instance"].as_str().unwrap();
+            let jobs = periods.iter().filter(|it| it.instance == name);
+            let longest = jobs.map(|it| it.end - it.release).max().unwrap();
+            assert_eq!((true_response * 1e6).round() as i64, longest, "{name}");
+            let bound = bound["response"].as_f64().unwrap();
+            // Rounding of the document, of 1 ns.
+            assert!(bound <= true_response + 1e-5 && bound > 0.0, "{name}: {bound} {true_response}");
+        }
+    }
+}
+
+#[test]
+fn each_fault_is_found() {
+    let clean = simulated(1);
+    let with = |change: &dyn Fn(usize, &mut Period)| {
+        let mut periods = clean.clone();
+        let mut numbers: BTreeMap<String, usize> = BTreeMap::new();
+        for it in &mut periods {
+            let number = numbers.entry(it.instance.clone()).or_default();
+            change(*number, it);
+            *number += 1;
+        }
+        periods.sort_by_key(|it| it.end);
+        periods
+    };
+    for has in [Has::Everything, Has::NoReleases] {
+        let fault = |name: &str, expected: &[(&str, &str)], message: &str, periods: Vec<Period>| {
+            expect(name, &periods, has, expected, message);
+        };
+        // (a) Priorities and CPUs.
+        fault(
+            "priority",
+            &[("pose", "priority")],
+            "`pose` has no real-time priority instead of priority 7 in 3 periods",
+            with(&|number, it| {
+                if it.instance == "pose" && number < 3 {
+                    it.priority = 0;
+                }
+            }),
+        );
+        fault(
+            "cpus",
+            &[("gmapping", "cpus")],
+            "`gmapping` may use CPU 1 instead of CPU 2 in 20 periods",
+            with(&|_, it| {
+                if it.instance == "gmapping" {
+                    it.cpus = 1;
+                }
+            }),
+        );
+        // (b) Transitions.
+        fault(
+            "path",
+            &[("navigation", "path")],
+            "executed no program in 1 period",
+            with(&|number, it| {
+                if it.instance == "navigation" && number == 5 {
+                    it.programs.clear();
+                }
+            }),
+        );
+        fault(
+            "program",
+            &[("pose", "unknown-program")],
+            "`pose` executed `localisation.Pose/Turbo.run`",
+            with(&|number, it| {
+                if it.instance == "pose" && number == 5 {
+                    it.programs.push("Turbo.run".to_owned());
+                }
+            }),
+        );
+        // (c) An execution time.
+        fault(
+            "codel",
+            &[("—", "execution-time")],
+            "`drivers.hokuyo_sweep` exceeded its time of 41.00 ms in 1 of 1 executions",
+            with(&|number, it| {
+                if it.instance == "hokuyo" && number == 5 {
+                    it.codels.push(("drivers.hokuyo_sweep".to_owned(), 41_000_001));
+                }
+            }),
+        );
+        fault(
+            "codel_of_other",
+            &[("pose", "unknown-codel")],
+            "`pose` executed the codel `drivers.hokuyo_sweep`",
+            with(&|number, it| {
+                if it.instance == "pose" && number == 5 {
+                    it.codels.push(("drivers.hokuyo_sweep".to_owned(), 1));
+                }
+            }),
+        );
+        // (d) A response time: of its own execution, and of another activity.
+        fault(
+            "response",
+            &[("p3dx_driver", "response")],
+            "it executed 60.00 ms, longer than the 10.00 ms of the model",
+            with(&|number, it| {
+                if it.instance == "p3dx_driver" && number == 5 {
+                    (it.end, it.execution) = (it.begin + 60_000_000, 60_000_000);
+                }
+            }),
+        );
+        fault(
+            "waiting",
+            &[("p3dx_driver", "response")],
+            "no activity of the recording explains",
+            with(&|number, it| {
+                if it.instance == "gmapping" || it.instance == "p3dx_driver" && number == 5 {
+                    let wait = if it.instance == "gmapping" { 0 } else { 80_000_000 };
+                    it.end += wait;
+                    it.begin += wait;
+                }
+            }),
+        );
+        // (e) Activations.
+        let without = |instance: &str, numbers: std::ops::Range<usize>| {
+            let mut number = 0;
+            let mut periods = clean.clone();
+            periods.retain(|it| {
+                let is_it = it.instance == instance;
+                number += usize::from(is_it);
+                !is_it || !numbers.contains(&(number - 1))
+            });
+            periods
+        };
+        fault("skipped", &[("pose", "skipped")], "`pose` skipped 2 periods", without("pose", 7..9));
+        fault("paused", &[], "`pose` paused once", without("pose", 7..50));
+        fault(
+            "period",
+            &[("p3dx_driver", "period")],
+            "`p3dx_driver` begins a period each 50.00 ms on average, and the deployment says 100.0 ms",
+            with(&|number, it| {
+                if it.instance == "p3dx_driver" {
+                    let earlier = number as i64 * 50_000_000;
+                    it.release -= earlier;
+                    it.begin = it.release;
+                    it.end = it.begin + it.execution;
+                }
+            }),
+        );
+        // (f) Names.
+        fault(
+            "renamed",
+            &[("pose", "not-observed"), ("—", "unknown-instance")],
+            "the recording has `pose2`",
+            with(&|_, it| {
+                if it.instance == "pose" {
+                    it.instance = "pose2".to_owned();
+                }
+            }),
+        );
+        fault(
+            "missing",
+            &[("teleop", "not-observed")],
+            "`teleop` is not in the recording",
+            without("teleop", 0..9999),
+        );
+        fault(
+            "component",
+            &[("pose", "component")],
+            "`pose` executes programs of `localisation.OldPose`, and the model deploys `localisation.Pose`",
+            with(&|_, it| {
+                if it.instance == "pose" {
+                    it.component = "localisation.OldPose".to_owned();
+                }
+            }),
+        );
+    }
+}
+
+#[test]
+fn interference_is_named() {
+    // hokuyo executes twice as long as modelled, and delays pose beyond its bound of 57 ms.
+    let mut periods = simulated(1);
+    let release = periods.iter().find(|it| it.instance == "pose").unwrap().release;
+    for it in &mut periods {
+        if it.instance == "hokuyo" && (it.begin - release) / 100_000_000 == 5 {
+            (it.begin, it.execution) = (release + 500_000_001, 90_000_000);
+            it.end = it.begin + it.execution;
+            it.release = it.release.min(it.begin);
+        }
+        if it.instance == "pose" && it.release == release + 500_000_000 {
+            it.begin = release + 591_000_000;
+            it.end = it.begin + it.execution;
+        }
+    }
+    periods.sort_by_key(|it| it.end);
+    let (table, document) = check("long", &periods, Has::Everything);
+    let found = codes(&document);
+    assert!(found.contains(&("pose".to_owned(), "response".to_owned())), "{}", table.out);
+    let message = "`hokuyo` executed 90.00 ms in 1 period, and the bound counts 43.00 ms in 1 period";
+    assert!(table.out.contains(message), "{}", table.out);
+}
+
+#[test]
+fn what_cannot_be_compared_is_said() {
+    let folder: PathBuf = scratch(env!("CARGO_TARGET_TMPDIR"), &test_name());
+    write(
+        &folder,
+        &[("codels.csv", "codel,execution_ns\nlocalisation.odometry_pose,5\n"), ("empty/a.txt", "")],
+    );
+    let model = models().join("p3dx");
+    let model = model.to_str().unwrap();
+    let run = mauve(MAUVE, &folder, &["trace", "check", "codels.csv", model]);
+    assert_eq!((run.code, run.err.as_str()), (0, ""));
+    assert!(run.out.contains("note: periods are not in the trace"), "{}", run.out);
+    assert!(run.out.contains("note: instances are not in the trace"), "{}", run.out);
+    for (arguments, message) in [
+        (&["missing", model][..], "cannot read `missing`"),
+        (&["empty", model], "`empty` is not a trace"),
+        (&["codels.csv", model, "--deployment", "Nope"], "no deployment `Nope`"),
+        (&["codels.csv", model, "--significance", "2"], "the significance is a number between 0 and 1"),
+    ] {
+        let run = mauve(MAUVE, &folder, &[&["trace", "check"], arguments].concat());
+        assert_eq!((run.code, run.out.as_str()), (2, ""), "{arguments:?}");
+        assert!(run.err.contains(message), "{arguments:?}: {}", run.err);
+    }
+}
