@@ -18,6 +18,7 @@ mod schema;
 mod sensitivity;
 mod simulate;
 mod trace;
+mod trace_events;
 mod wcrt;
 
 use std::path::{Path, PathBuf};
@@ -71,7 +72,7 @@ enum Command {
     /// Exit codes: 0 each deadline was met; 1 a deadline was missed, a component stopped because of an exception, or the models
     /// have errors; 2 the program cannot be built or started.
     Run(run::Run),
-    /// Import recorded executions.
+    /// Import recorded executions, compare them with the model, or show them in a viewer.
     Trace(trace::Trace),
     /// Estimate probabilistic worst-case execution times from measured executions.
     ///

@@ -415,3 +415,42 @@ fn what_cannot_be_compared_is_said() {
         assert!(run.err.contains(message), "{arguments:?}: {}", run.err);
     }
 }
+
+#[test]
+fn a_recording_is_exported_for_viewers() {
+    let periods = simulated(2);
+    check("export", &periods, Has::Everything);
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{}_export", test_name()));
+    let model = models().join("p3dx");
+    let arguments = ["trace", "export", "trace", model.to_str().unwrap(), "--output", "trace.json"];
+    let run = mauve(MAUVE, &folder, &arguments);
+    assert_eq!((run.code, run.out.as_str(), run.err.as_str()), (0, "", ""));
+    let text = std::fs::read_to_string(folder.join("trace.json")).unwrap();
+    assert_eq!(mauve(MAUVE, &folder, &arguments[..4]).out, text);
+    let document: Value = serde_json::from_str(&text).unwrap();
+    let events = document["traceEvents"].as_array().unwrap();
+    let of = |category: &str| events.iter().filter(|it| it["cat"] == category).collect::<Vec<&Value>>();
+    assert_eq!(of("period").len(), periods.len());
+    assert_eq!(of("program").len(), periods.iter().map(|it| it.programs.len()).sum::<usize>());
+    // All but that in the background have a release, and a bound that is not exceeded.
+    assert_eq!(of("release").len(), periods.len() - 1);
+    assert_eq!(of("bound").len(), periods.len() - 1);
+    assert_eq!((of("bound exceeded").len(), of("deadline missed").len()), (0, 0));
+    for it in of("period").into_iter().filter(|it| it["args"]["bound_ms"].is_number()) {
+        assert!(it["args"]["response_ms"].as_f64() <= it["args"]["bound_ms"].as_f64(), "{it}");
+    }
+    // Each thread with an event has a name, and slices of one thread are apart or within each other.
+    let key = |it: &Value| (it["pid"].as_u64().unwrap(), it["tid"].as_u64().unwrap());
+    let named: Vec<(u64, u64)> = events.iter().filter(|it| it["name"] == "thread_name").map(key).collect();
+    let mut bounds: BTreeMap<(u64, u64), Vec<(f64, f64)>> = BTreeMap::new();
+    for it in events.iter().filter(|it| it["ph"] == "X") {
+        assert!(named.contains(&key(it)), "{it}");
+        if it["cat"] == "bound" {
+            let begin = it["ts"].as_f64().unwrap();
+            bounds.entry(key(it)).or_default().push((begin, begin + it["dur"].as_f64().unwrap()));
+        }
+    }
+    for of_thread in bounds.values() {
+        assert!(of_thread.windows(2).all(|two| two[0].1 <= two[1].0 + 1e-3));
+    }
+}

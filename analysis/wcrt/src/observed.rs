@@ -356,27 +356,23 @@ impl Observer {
             let all = it.machine.iter().flat_map(|machine| &machine.programs).enumerate();
             all.map(|(index, program)| (program.clone(), index as u32)).collect()
         };
-        let instance = |it: &ExpectedInstance| {
-            let limit = it.response.or(it.deadline);
-            let period = it.period.filter(|_| it.priority != Priority::Background);
-            Instance {
-                observed: ObservedInstance::default(),
-                path: it.machine.as_ref().map(Path::new),
-                releases: period.map(|period| Releases::new(period, limit)),
-                programs: Vec::new(),
-                has_programs: false,
-                is_interrupted: true,
-                last_end: 0,
-                spans: 0,
-                codels: 0,
-                most_codels: 0,
-                long: 0,
-                first_long: None,
-                paths: Vec::new(),
-                first_priority: BTreeMap::new(),
-                first_mask: BTreeMap::new(),
-                first_cpu: BTreeMap::new(),
-            }
+        let instance = |it: &ExpectedInstance| Instance {
+            observed: ObservedInstance::default(),
+            path: it.machine.as_ref().map(Path::new),
+            releases: releases_of(it),
+            programs: Vec::new(),
+            has_programs: false,
+            is_interrupted: true,
+            last_end: 0,
+            spans: 0,
+            codels: 0,
+            most_codels: 0,
+            long: 0,
+            first_long: None,
+            paths: Vec::new(),
+            first_priority: BTreeMap::new(),
+            first_mask: BTreeMap::new(),
+            first_cpu: BTreeMap::new(),
         };
         Observer {
             by_name,
@@ -477,14 +473,9 @@ impl Observer {
             if has_gap {
                 releases.interrupt(&mut cause);
             }
-            let signed = |time: u64| i64::try_from(time).unwrap_or(i64::MAX / 4);
-            let job = Job {
-                begin: signed(begin),
-                end: signed(end),
-                execution: signed(span.execution),
-                release: span.release.map(signed),
-            };
-            releases.job(job, &mut cause);
+            if let Some(job) = job_of(span) {
+                releases.job(job, &mut cause);
+            }
         }
         let mut programs = std::mem::take(&mut instance.programs);
         let was_interrupted = std::mem::take(&mut instance.is_interrupted) || has_gap;
@@ -672,6 +663,44 @@ impl Visitor for Observer {
         let at = self.gaps.partition_point(|gap| gap.0 <= begin);
         self.gaps.insert(at, (begin, end.max(begin)));
     }
+}
+
+/// The releases of periods while a recording is read: as recorded, or the latest ones that agree with the periods so far.
+#[derive(Debug)]
+pub struct LatestReleases(Vec<Option<Releases<()>>>);
+
+impl LatestReleases {
+    /// Begins with a recording.
+    pub fn new(expected: &Expected) -> LatestReleases {
+        LatestReleases(expected.instances.iter().map(releases_of).collect())
+    }
+
+    /// Takes the next period of the instance with this index; returns its release in nanoseconds, if it is known.
+    pub fn release(&mut self, instance: usize, period: &Span) -> Option<i64> {
+        let releases = self.0.get_mut(instance)?.as_mut()?;
+        releases.job(job_of(period)?, &mut |_, _| ());
+        releases.last_release()
+    }
+
+    /// Periods may be missing here.
+    pub fn interrupt(&mut self) {
+        self.0.iter_mut().flatten().for_each(|releases| releases.interrupt(&mut |_, _| ()));
+    }
+}
+
+fn releases_of<C: Clone + Default>(it: &ExpectedInstance) -> Option<Releases<C>> {
+    let period = it.period.filter(|_| it.priority != Priority::Background)?;
+    Some(Releases::new(period, it.response.or(it.deadline)))
+}
+
+fn job_of(span: &Span) -> Option<Job> {
+    let signed = |time: u64| i64::try_from(time).unwrap_or(i64::MAX / 4);
+    Some(Job {
+        begin: signed(span.begin?),
+        end: signed(span.end?),
+        execution: signed(span.execution),
+        release: span.release.map(signed),
+    })
 }
 
 /// Counts a value of a period, and remembers when it was first seen.

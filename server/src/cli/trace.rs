@@ -1,6 +1,7 @@
 //! `mauve trace`: recorded executions of robots.
 
 mod check;
+mod export;
 mod import;
 
 use clap::Subcommand;
@@ -39,6 +40,14 @@ enum Command {
     ///
     /// Exit codes: 0 nothing contradicts the model; 1 findings, or the model has errors; 2 a trace or a model that cannot be read.
     Check(check::Check),
+    /// Write a recorded trace for a viewer, with the bounds of the model beside the response times.
+    ///
+    /// A CPU is a process, and each instance a thread with its periods, programs and codels; beside it, each period has a slice
+    /// from its release to its bound. Marks show releases, missed deadlines and exceeded bounds. Releases that the trace does not
+    /// have are the latest ones that agree with the periods so far.
+    ///
+    /// Exit codes: 0 the trace was written; 2 a trace or a model that cannot be read, or a file that cannot be written.
+    Export(export::Export),
 }
 
 impl Trace {
@@ -46,6 +55,7 @@ impl Trace {
         match self.command {
             Command::Import(it) => it.run(),
             Command::Check(it) => it.run(),
+            Command::Export(it) => it.run(),
         }
     }
 }

@@ -116,6 +116,12 @@ impl<C: Clone + Default> Releases<C> {
         self.close();
     }
 
+    /// Returns the release of the last job, as far as it is known; none while it is open whether periods are missing before it.
+    pub(super) fn last_release(&self) -> Option<i64> {
+        let segment = self.segment.as_ref().filter(|_| self.pending.is_none())?;
+        Some(segment.least + (segment.jobs - 1) * self.period)
+    }
+
     /// Returns what was found. Ends the recording.
     pub(super) fn finish(mut self, cause: &mut dyn FnMut(i64, i64) -> C) -> Found<C> {
         self.interrupt(cause);

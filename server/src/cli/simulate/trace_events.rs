@@ -5,7 +5,6 @@
 //! that they are exact.
 
 use std::collections::HashSet;
-use std::fmt::Write as _;
 
 use mauve_diagnostics::cpu_names;
 use mauve_timing::task_set::Priority;
@@ -13,6 +12,7 @@ use mauve_timing::{Slice, Time};
 use serde_json::{Value, json};
 
 use super::Simulation;
+use crate::cli::trace_events::{line, process, thread};
 
 /// Returns the document: an event a line.
 pub(super) fn text(it: &Simulation<'_>) -> Result<String, String> {
@@ -28,17 +28,12 @@ pub(super) fn text(it: &Simulation<'_>) -> Result<String, String> {
             let Priority::RealTime(priority) = activity.priority else { continue };
             let name = format!("{} (priority {priority})", activity.name);
             // Higher priorities are above.
-            events.extend(thread(place(it, cpu, index), &name, -i64::from(priority))?);
+            let (pid, tid) = place(it, cpu, index);
+            events.extend(thread(pid, tid, &name, -i64::from(priority))?);
         }
     }
     for cpu in (0..u64::BITS).filter(|cpu| cpus & (1 << cpu) != 0) {
-        let args = json!({ "name": cpu_names(1 << cpu) });
-        events.push(line(&[], json!({ "ph": "M", "name": "process_name", "pid": cpu + 1, "args": args }))?);
-        let args = json!({ "sort_index": cpu });
-        events.push(line(
-            &[],
-            json!({ "ph": "M", "name": "process_sort_index", "pid": cpu + 1, "args": args }),
-        )?);
+        events.extend(process(cpu + 1, &cpu_names(1 << cpu))?);
     }
     let set = &it.deployment.set;
     // Other work, which may change its CPU, and throttling.
@@ -47,9 +42,11 @@ pub(super) fn text(it: &Simulation<'_>) -> Result<String, String> {
         let is_activity = slice.activity < set.activities.len();
         if !is_activity && named.insert(place(it, slice.cpu, slice.activity)) {
             let order = set.other(slice.activity).map_or(-1000, |it| -i64::from(it.priority));
-            events.extend(thread(place(it, slice.cpu, slice.activity), &set.name(slice.activity), order)?);
+            let (pid, tid) = place(it, slice.cpu, slice.activity);
+            events.extend(thread(pid, tid, &set.name(slice.activity), order)?);
         }
-        let times = [("ts", slice.start), ("dur", slice.end.checked_sub(slice.start).unwrap_or_default())];
+        let length = slice.end.checked_sub(slice.start).unwrap_or_default();
+        let times = [("ts", nanos(slice.start)), ("dur", nanos(length))];
         let (name, args) = described(it, slice);
         let (pid, tid) = place(it, slice.cpu, slice.activity);
         let event = json!({ "ph": "X", "name": name, "cat": "job", "pid": pid, "tid": tid, "args": args });
@@ -61,7 +58,7 @@ pub(super) fn text(it: &Simulation<'_>) -> Result<String, String> {
         let mut instant = |name: &str, at: Time| -> Result<(), String> {
             let args = json!({ "job": job.number });
             let event = json!({ "ph": "i", "s": "t", "name": name, "cat": name, "pid": pid, "tid": tid, "args": args });
-            events.push(line(&[("ts", at)], event)?);
+            events.push(line(&[("ts", nanos(at))], event)?);
             Ok(())
         };
         instant("release", job.release)?;
@@ -78,14 +75,6 @@ fn place(it: &Simulation<'_>, cpu: u32, activity: usize) -> (u32, usize) {
     let most_cpus = u64::BITS as usize;
     let threads = it.deployment.set.activities.len() + it.deployment.set.others.len() + most_cpus;
     (cpu + 1, 1 + most_cpus + cpu as usize * threads + activity)
-}
-
-/// The name of a thread, and its place among those of its process.
-fn thread((pid, tid): (u32, usize), name: &str, order: i64) -> Result<[String; 2], String> {
-    let named = json!({ "ph": "M", "name": "thread_name", "pid": pid, "tid": tid, "args": { "name": name } });
-    let args = json!({ "sort_index": order });
-    let placed = json!({ "ph": "M", "name": "thread_sort_index", "pid": pid, "tid": tid, "args": args });
-    Ok([line(&[], named)?, line(&[], placed)?])
 }
 
 /// The name of a slice, and its arguments.
@@ -110,14 +99,6 @@ fn described(it: &Simulation<'_>, slice: &Slice) -> (String, Value) {
     }
 }
 
-/// Returns an event as text. The times are written as decimals of whole nanoseconds.
-fn line(times: &[(&str, Time)], event: Value) -> Result<String, String> {
-    let mut out = String::from("{");
-    for (key, time) in times {
-        let nanos = time.as_nanos();
-        let _ = write!(out, "\"{key}\":{}.{:03},", nanos / 1000, nanos % 1000);
-    }
-    let event = serde_json::to_string(&event).map_err(|error| error.to_string())?;
-    out += event.strip_prefix('{').unwrap_or(&event);
-    Ok(out)
+fn nanos(time: Time) -> i64 {
+    i64::try_from(time.as_nanos()).unwrap_or(i64::MAX)
 }

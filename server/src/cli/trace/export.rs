@@ -1,0 +1,294 @@
+//! `mauve trace export TRACE [PATH]`: a recording as trace events, with the bounds of the model beside it.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use mauve_diagnostics::cpu_names;
+use mauve_hir::Database;
+use mauve_pwcet::trace::{Names, Reader, Span, SpanKind, Visitor};
+use mauve_timing::task_set::Priority;
+use mauve_wcrt::observed::{Expected, LatestReleases};
+use serde_json::{Value, json};
+
+use super::check::{level, model_of, only, read, traces_and_model};
+use crate::Output;
+use crate::analysis_document::deployments;
+use crate::cli::trace_events::{line, process, thread};
+use crate::cli::{Outside, say};
+use crate::load::load;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Export {
+    /// A recording, and then, optionally, its model: a file *.mal, a folder or a mauve.toml; the current folder when left out.
+    #[arg(value_name = "TRACE> [PATH", required = true, num_args = 1..=2, value_hint = clap::ValueHint::AnyPath)]
+    paths: Vec<PathBuf>,
+    #[command(flatten)]
+    outside: Outside,
+    /// The deployment that was recorded; needed if the model has several.
+    #[arg(long, value_name = "NAME")]
+    deployment: Option<String>,
+    /// The significance level of the bounds; by default that of mauve.toml, else 1e-4.
+    #[arg(long, value_name = "LEVEL")]
+    significance: Option<f64>,
+    /// The file to write; standard output when left out.
+    #[arg(short, long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    output: Option<PathBuf>,
+    /// The format of the file.
+    #[arg(long, value_enum, default_value = "perfetto")]
+    format: Format,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// Trace events, for ui.perfetto.dev and chrome://tracing.
+    Perfetto,
+}
+
+impl Export {
+    pub(crate) fn run(self) -> Result<Output, String> {
+        let Format::Perfetto = self.format;
+        let level = level(self.significance)?;
+        let (traces, model) = traces_and_model(&self.paths);
+        let [trace] = traces.as_slice() else {
+            return Err(format!("`{}` is not a model", model.display()));
+        };
+        let mut db = Database::default();
+        let workspaces = load(&mut db, &[model], self.outside.allow_outside)?;
+        let found = deployments(&db, &workspaces, self.deployment.as_deref())?;
+        let expected = match found.is_empty() {
+            true => {
+                say("no deployment in this model: the recording is exported without bounds");
+                Expected::default()
+            }
+            false => {
+                let (project, deployment) = only(&db, &found)?;
+                model_of(&db, project, deployment, level).2
+            }
+        };
+        match &self.output {
+            None => {
+                let result = write_events(trace, expected, io::stdout().lock());
+                // The reader has enough.
+                let is_closed =
+                    matches!(&result, Err(Failure::Io(error)) if error.kind() == io::ErrorKind::BrokenPipe);
+                if !is_closed {
+                    result.map_err(|failure| failure.message("standard output"))?;
+                }
+            }
+            Some(path) => write_file(trace, expected, path)?,
+        }
+        Ok(Output::verbatim(String::new(), 0))
+    }
+}
+
+/// Why a recording was not exported.
+enum Failure {
+    Io(io::Error),
+    Other(String),
+}
+
+impl Failure {
+    fn message(self, output: &str) -> String {
+        match self {
+            Failure::Io(error) => format!("cannot write {output}: {error}"),
+            Failure::Other(message) => message,
+        }
+    }
+}
+
+/// Writes a file, which has its name when it is complete.
+fn write_file(trace: &Path, expected: Expected, path: &Path) -> Result<(), String> {
+    let mut partial = path.as_os_str().to_owned();
+    partial.push(".partial");
+    let partial = PathBuf::from(partial);
+    let shown = format!("`{}`", path.display());
+    let file = File::create(&partial).map_err(|error| Failure::Io(error).message(&shown))?;
+    let written = write_events(trace, expected, file)
+        .and_then(|()| std::fs::rename(&partial, path).map_err(Failure::Io));
+    written.map_err(|failure| {
+        let _ = std::fs::remove_file(&partial);
+        failure.message(&shown)
+    })
+}
+
+/// Writes the events one by one.
+fn write_events(trace: &Path, expected: Expected, to: impl Write) -> Result<(), Failure> {
+    let mut writer = Writer {
+        to: BufWriter::new(to),
+        releases: LatestReleases::new(&expected),
+        expected,
+        base: None,
+        numbers: BTreeMap::new(),
+        named: BTreeSet::new(),
+        is_first: true,
+        failure: None,
+    };
+    writer.to.write_all(b"{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n").map_err(Failure::Io)?;
+    let read = read(trace, &mut Reader::default(), &mut writer);
+    if let Some(failure) = writer.failure {
+        return Err(failure);
+    }
+    read.map_err(Failure::Other)?;
+    let base = writer.base.unwrap_or_default();
+    let end = format!("\n],\"otherData\":{{\"zero_ns\":\"{base}\"}}}}\n");
+    writer.to.write_all(end.as_bytes()).and_then(|()| writer.to.flush()).map_err(Failure::Io)
+}
+
+/// The process for periods whose CPU is unknown.
+const UNKNOWN_CPU: u32 = 65;
+
+/// Writes spans as events. A CPU is a process, and each instance that was active on it a thread, with a thread for its bounds.
+struct Writer<W: Write> {
+    to: BufWriter<W>,
+    expected: Expected,
+    releases: LatestReleases,
+    /// The time that is 0 in the events: those of the recording have too many digits for the numbers of JSON.
+    base: Option<i64>,
+    /// The numbers of the instances.
+    numbers: BTreeMap<String, usize>,
+    named: BTreeSet<(u32, usize)>,
+    is_first: bool,
+    failure: Option<Failure>,
+}
+
+impl<W: Write> Visitor for Writer<W> {
+    fn span(&mut self, span: &Span, names: &Names) -> ControlFlow<()> {
+        match self.span_events(span, names) {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(failure) => {
+                self.failure = Some(failure);
+                ControlFlow::Break(())
+            }
+        }
+    }
+
+    fn lost(&mut self, _: u64, _: u64) {
+        self.releases.interrupt();
+    }
+}
+
+impl<W: Write> Writer<W> {
+    fn write(&mut self, event: &str) -> Result<(), Failure> {
+        let separator: &[u8] = if std::mem::take(&mut self.is_first) { b"" } else { b",\n" };
+        self.to.write_all(separator).and_then(|()| self.to.write_all(event.as_bytes())).map_err(Failure::Io)
+    }
+
+    fn write_all(&mut self, events: Result<[String; 2], String>) -> Result<(), Failure> {
+        for event in events.map_err(Failure::Other)? {
+            self.write(&event)?;
+        }
+        Ok(())
+    }
+
+    fn event(&mut self, times: &[(&str, i64)], event: Value) -> Result<(), Failure> {
+        let event = line(times, event).map_err(Failure::Other)?;
+        self.write(&event)
+    }
+
+    fn span_events(&mut self, span: &Span, names: &Names) -> Result<(), Failure> {
+        let (Some(begin), Some(end)) = (span.begin, span.end) else { return Ok(()) };
+        let signed = |time: u64| i64::try_from(time).unwrap_or(i64::MAX / 4);
+        let (begin, end) = (signed(begin), signed(end));
+        let base = *self.base.get_or_insert(begin);
+        let name = names.get(span.name);
+        let index = self.expected.instances.iter().position(|it| it.instance == name.instance);
+        let (pid, tid) = self.place(span, &name.instance, index)?;
+        let (ts, dur) = (begin - base, end - begin);
+        let execution = span.execution as f64 / 1e6;
+        let (title, category) = match name.kind {
+            SpanKind::Period => (name.instance.clone(), "period"),
+            SpanKind::Program => {
+                let program = name.key.rsplit_once('/').map_or(name.key.as_str(), |(_, program)| program);
+                (program.to_owned(), "program")
+            }
+            SpanKind::Codel => (name.key.clone(), "codel"),
+        };
+        let mut args = json!({ "execution_ms": execution });
+        let mut instants = Vec::new();
+        if let Some((index, args)) = index.filter(|_| name.kind == SpanKind::Period).zip(args.as_object_mut())
+        {
+            self.bound(index, span, (pid, tid), args, &mut instants)?;
+        }
+        let event =
+            json!({ "ph": "X", "name": title, "cat": category, "pid": pid, "tid": tid, "args": args });
+        self.event(&[("ts", ts), ("dur", dur)], event)?;
+        for (what, at) in instants {
+            let event = json!({ "ph": "i", "s": "t", "name": what, "cat": what, "pid": pid, "tid": tid });
+            self.event(&[("ts", at - base)], event)?;
+        }
+        Ok(())
+    }
+
+    /// Writes the bound of a period beside it.
+    fn bound(
+        &mut self,
+        index: usize,
+        span: &Span,
+        (pid, tid): (u32, usize),
+        args: &mut serde_json::Map<String, Value>,
+        instants: &mut Vec<(&str, i64)>,
+    ) -> Result<(), Failure> {
+        let Some(release) = self.releases.release(index, span) else { return Ok(()) };
+        let Some(expected) = self.expected.instances.get(index) else { return Ok(()) };
+        let end = span.end.and_then(|end| i64::try_from(end).ok()).unwrap_or_default();
+        let response = end - release;
+        let ms = |time: i64| time as f64 / 1e6;
+        args.insert("response_ms".to_owned(), ms(response).into());
+        instants.push(("release", release));
+        let signed = |time: u64| i64::try_from(time).unwrap_or(i64::MAX / 4);
+        let (bound, deadline) = (expected.response.map(signed), expected.deadline.map(signed));
+        if deadline.is_some_and(|deadline| response > deadline) {
+            instants.push(("deadline missed", release + deadline.unwrap_or_default()));
+        }
+        let Some(bound) = bound else { return Ok(()) };
+        args.insert("bound_ms".to_owned(), ms(bound).into());
+        if response > bound {
+            instants.push(("bound exceeded", release + bound));
+        }
+        if expected.period.map(signed).is_some_and(|period| bound <= period) {
+            let base = self.base.unwrap_or_default();
+            let args = json!({ "bound_ms": ms(bound), "response_ms": ms(response) });
+            let event = json!({ "ph": "X", "name": "bound", "cat": "bound", "pid": pid, "tid": tid + 1, "args": args });
+            self.event(&[("ts", release - base), ("dur", bound)], event)?;
+        } else {
+            // Slices of one thread do not overlap.
+            instants.push(("bound", release + bound));
+        }
+        Ok(())
+    }
+
+    /// Returns the process and the thread of a span, and names them the first time.
+    fn place(&mut self, span: &Span, instance: &str, index: Option<usize>) -> Result<(u32, usize), Failure> {
+        let expected = index.and_then(|index| self.expected.instances.get(index));
+        let only = expected.and_then(|it| it.cpus).filter(|mask| mask.is_power_of_two());
+        let cpu = span.cpu.or(only.map(u64::trailing_zeros)).filter(|cpu| *cpu < 64);
+        let priority = match expected.map(|it| it.priority) {
+            Some(Priority::RealTime(priority)) => i64::from(priority),
+            _ => 0,
+        };
+        let next = self.numbers.len();
+        let number = *self.numbers.entry(instance.to_owned()).or_insert(next);
+        let pid = cpu.map_or(UNKNOWN_CPU, |cpu| cpu + 1);
+        // Viewers take a thread with the number of its process for the main one.
+        let tid = 1000 + (number * 100 + pid as usize) * 2;
+        if self.named.insert((pid, tid)) {
+            if self.named.insert((pid, 0)) {
+                let name = cpu.map_or_else(|| "unknown CPU".to_owned(), |cpu| cpu_names(1 << cpu));
+                self.write_all(process(pid, &name))?;
+            }
+            let title = match priority {
+                0 => instance.to_owned(),
+                priority => format!("{instance} (priority {priority})"),
+            };
+            self.write_all(thread(pid, tid, &title, -2 * priority))?;
+            if self.expected.instances.iter().any(|it| it.instance == instance && it.response.is_some()) {
+                self.write_all(thread(pid, tid + 1, &format!("{instance}: bound"), -2 * priority + 1))?;
+            }
+        }
+        Ok((pid, tid))
+    }
+}
