@@ -134,7 +134,11 @@ fn few_and_constant_executions_give_no_time() {
     mauve_in(&folder, &["trace", "import", "run.csv", "-o", "run.samples"]);
     let found = mauve_in(&folder, &["pwcet", "run.samples", "-o", "new.toml"]);
     assert_eq!(found.code, 1);
-    assert!(found.out.contains("a: 3 executions are too few for a tail"), "{}", found.out);
+    assert!(
+        found.out.contains("Too few executions for a tail: measure at least 200, better 5000: a (3)"),
+        "{}",
+        found.out
+    );
     assert!(found.out.contains("b: all executions took exactly 0.000005 ms"), "{}", found.out);
     assert!(!std::fs::read_to_string(folder.join("new.toml")).unwrap().contains("[codel]"));
 }

@@ -60,6 +60,10 @@ pub fn measurement_warning(warning: &Warning) -> String {
             time(now),
             time(before)
         ),
+        Warning::Far { level, ratio } => format!(
+            "the bound at {level:e} is {} times the longest execution: the measurement does not support that level; measure more",
+            rounded_up(ratio)
+        ),
         Warning::ExponentialByChoice { shape } => format!(
             "the exponential tail was chosen, but the data suggest a heavier one (ξ = {shape:.2}): the times may be too short"
         ),

@@ -121,6 +121,13 @@ pub enum Warning {
         /// The estimate with it.
         now: f64,
     },
+    /// The bound of a level is more than [`FAR`] times the high-water mark: so few executions do not support it.
+    Far {
+        /// The least strict such level.
+        level: f64,
+        /// The bound divided by the high-water mark.
+        ratio: f64,
+    },
     /// The tail was fitted with an exponential distribution, and the data suggest a heavier one.
     ExponentialByChoice {
         /// The shape of the free fit.
@@ -154,6 +161,9 @@ pub enum Refusal {
         shape: f64,
     },
 }
+
+/// A bound that is so many times the high-water mark gives a warning.
+pub const FAR: f64 = 10.0;
 
 /// Fewer executions give a warning.
 pub const FEW_EXECUTIONS: usize = 500;
@@ -316,6 +326,8 @@ fn warnings(estimate: &Estimate, model: TailModel) -> Vec<Warning> {
             now: now.point,
         }));
     }
+    let far = estimate.levels.iter().filter(|it| it.ratio > FAR).max_by(|a, b| a.level.total_cmp(&b.level));
+    warnings.extend(far.map(|it| Warning::Far { level: it.level, ratio: it.ratio }));
     if model == TailModel::Exponential && tail.free.shape > 0.0 {
         warnings.push(Warning::ExponentialByChoice { shape: tail.free.shape });
     }

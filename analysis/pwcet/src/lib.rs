@@ -68,8 +68,8 @@ pub mod trace;
 pub use checks::{Check, CheckKind};
 pub use convergence::Convergence;
 pub use estimate::{
-    CurvePoint, Estimate, FEW_EXECUTIONS, LEAST_DISTINCT, LevelEstimate, Options, Refusal, Warning, estimate,
-    rounded_up,
+    CurvePoint, Estimate, FAR, FEW_EXECUTIONS, LEAST_DISTINCT, LevelEstimate, Options, Refusal, Warning,
+    estimate, rounded_up,
 };
 pub use exceedances::exceedance_probability;
 pub use gev::{BlockMaxima, Gev};

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use mauve_pwcet::{TailModel, rounded_up};
+use mauve_pwcet::{LEAST_EXECUTIONS, Refusal, TailModel, rounded_up};
 use mauve_timing::{Level, Time};
 
 use super::{Estimates, Measured};
@@ -27,10 +27,21 @@ pub(super) fn table(estimates: &Estimates) -> String {
         "95 % upper confidence bounds in ms, by the probability that an execution takes longer (tail: {model})\n\n"
     );
     out += &columns(&header, &rows);
-    for it in &estimates.measurements {
+    let (few, others): (Vec<&Measured>, Vec<&Measured>) =
+        estimates.measurements.iter().partition(|it| has_few(it));
+    for it in others {
         for line in remarks(estimates, it) {
             let _ = write!(out, "\n{}: {line}", it.measurement.key);
         }
+    }
+    if !few.is_empty() {
+        let few: Vec<String> =
+            few.iter().map(|it| format!("{} ({})", it.measurement.key, it.measurement.count())).collect();
+        let _ = write!(
+            out,
+            "\nToo few executions for a tail: measure at least {LEAST_EXECUTIONS}, better 5000: {}",
+            few.join(", ")
+        );
     }
     if !out.ends_with('\n') {
         out.push('\n');
@@ -66,6 +77,11 @@ fn row(estimates: &Estimates, it: &Measured, with_budgets: bool) -> Vec<String> 
         warnings => format!("! {}", counted(warnings, "warning")),
     });
     row
+}
+
+/// Returns whether all instances have too few executions.
+fn has_few(it: &Measured) -> bool {
+    it.measurement.instances.iter().all(|it| matches!(it.result, Err(Refusal::TooFew { .. })))
 }
 
 /// Returns what is wrong with a codel: first its budget.
