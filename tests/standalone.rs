@@ -16,6 +16,7 @@ use std::time::{Duration, Instant};
 
 use mauve_tests::orocos::{build, run};
 use mauve_tests::{files_in, models, scratch, write};
+use serde_json::Value;
 
 /// One build at a time, and nothing beside a run in real time.
 static ALONE: Mutex<()> = Mutex::new(());
@@ -293,6 +294,26 @@ fn orocos_programs_refuse_what_they_cannot_do() {
     assert_eq!(lines.next(), Some("codel,execution_ns,instance,elapsed_ns,time_ns,order"));
     let looks: Vec<&str> = lines.filter(|line| line.starts_with("robot.look,1000000,eye,1000000,")).collect();
     assert_eq!(looks.len(), 10, "{recorded}");
+
+    // The recording agrees with the model, and not with another one.
+    let check = |expected: i32| {
+        let mut check = Command::new(MAUVE);
+        let check = check.args(["trace", "check", "--format", "json"]).arg(&trace).arg(&folder);
+        let found = check.output().unwrap();
+        assert_eq!(found.status.code(), Some(expected), "{}{}", text(&found.stdout), text(&found.stderr));
+        let document: Value = serde_json::from_slice(&found.stdout).unwrap();
+        assert_eq!(document["recording"]["releases"], true);
+        let codes =
+            document["findings"].as_array().unwrap().iter().map(|it| it["code"].as_str().unwrap().to_owned());
+        codes.collect::<Vec<String>>()
+    };
+    assert_eq!(check(0), Vec::<String>::new());
+    write(
+        &folder,
+        &[("robot.mal", &ROBOT.replace("priority = 20  period = 100", "priority = 21  period = 50"))],
+    );
+    assert_eq!(check(1), ["priority", "period"]);
+    write(&folder, &[("robot.mal", ROBOT)]);
 
     // Codels that are out of date, and a build that fails.
     let codels = folder.join("src");

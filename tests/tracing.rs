@@ -16,6 +16,7 @@ use mauve_orocos::packages;
 use mauve_pwcet::samples::{Samples, Series};
 use mauve_tests::orocos::{COMPILERS, build, configure, run};
 use mauve_tests::{Recorder, Span, scratch, spans};
+use serde_json::Value;
 
 /// Which program says that it has which number: its component, state, transition and kind.
 const PROGRAMS: [(u64, &str); 19] = [
@@ -151,6 +152,41 @@ fn program(span: &Span) -> String {
     ["component", "state", "transition", "program"].map(|field| span.begin.field(field)).join(" ")
 }
 
+/// The deployment that `tests/tracing/deployer.cpp` should start, with other priorities.
+const DEPLOYMENT: &str = "
+library robot {
+  use sensors
+  use motion
+  architecture Robot {
+    instance source: Source
+    instance pilot: Pilot
+    connection source.value -> pilot.value
+    operation source.reset -> pilot.reset
+  }
+  deployment Bench {
+    architecture Robot
+    activity source { affinity = 1  priority = 5  period = 60 }
+    activity pilot { affinity = 1  priority = 4  period = 20 }
+  }
+}
+";
+
+/// Compares a recording with the model: the document of `mauve trace check`.
+fn checked(recording: &Path, folder: &Path) -> Value {
+    let model = std::fs::read_to_string(source("robot.mal")).unwrap() + DEPLOYMENT;
+    let table = "unit = \"ms\"\ncodel.\"probe.mark\" = 100\ncodel.\"probe.work\" = 1\n";
+    let configuration = "[timing]\ntables = [\"times.toml\"]\n";
+    mauve_tests::write(
+        &folder.join("model"),
+        &[("robot.mal", model.as_str()), ("times.toml", table), ("mauve.toml", configuration)],
+    );
+    let mut check = Command::new(env!("CARGO_BIN_EXE_mauve"));
+    let check = check.args(["trace", "check", "--format", "json"]).arg(recording).arg(folder.join("model"));
+    let found = check.output().unwrap();
+    assert_eq!(found.status.code(), Some(1), "{}", String::from_utf8_lossy(&found.stderr));
+    serde_json::from_slice(&found.stdout).unwrap()
+}
+
 #[test]
 fn orocos_trace_of_a_robot_has_all_that_ran_and_how_long() {
     let mut recorder = Recorder::start();
@@ -169,6 +205,27 @@ fn orocos_trace_of_a_robot_has_all_that_ran_and_how_long() {
         }
     }
     assert_eq!(imported(&recorder.output(), recorder.folder()), expected);
+
+    // `mauve trace check`: the threads have no real-time priority, and `work` takes longer than its time. What else is found
+    // depends on the computer, but no program, state, codel or CPU is another one.
+    let checked = checked(&recorder.output(), recorder.folder());
+    let findings: Vec<&Value> = checked["findings"].as_array().unwrap().iter().collect();
+    let has = |instance: Value, code: &str| {
+        findings.iter().any(|it| it["instance"] == instance && it["code"] == code)
+    };
+    assert!(has("source".into(), "priority") && has("pilot".into(), "priority"), "{findings:#?}");
+    assert!(has(Value::Null, "execution-time"), "{findings:#?}");
+    let timing = ["priority", "execution-time", "execution-of-period", "response", "skipped", "period"];
+    let others = findings.iter().filter(|it| !timing.contains(&it["code"].as_str().unwrap()));
+    assert_eq!(others.collect::<Vec<_>>(), Vec::<&&Value>::new());
+    for instance in checked["instances"].as_array().unwrap() {
+        let name = instance["instance"].as_str().unwrap();
+        let periods =
+            all.iter().filter(|it| it.begin.name == "component" && it.begin.field("instance") == name);
+        assert_eq!(instance["periods"], periods.count(), "{instance:#}");
+        assert!(instance["edges"].as_array().unwrap().iter().any(|it| it["observed"].as_u64() > Some(0)));
+        assert_eq!(instance["response_is_lower_bound"], true);
+    }
 
     let threads: BTreeSet<u64> = calls.iter().map(|(thread, ..)| *thread).collect();
     // That of each component, and that of the deployer, which configures and starts them.

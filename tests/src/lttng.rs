@@ -202,8 +202,9 @@ impl Event {
 
     /// All that its other half has in common with it.
     fn key(&self) -> (&str, &str, Vec<(&String, &String)>) {
-        let fields =
-            self.fields.iter().filter(|(name, _)| !["cpu_id", "phase", "cpu_ns"].contains(&name.as_str()));
+        // Only the begin of a period has the scheduling of its thread.
+        let own = ["cpu_id", "phase", "cpu_ns", "priority", "cpus"];
+        let fields = self.fields.iter().filter(|(name, _)| !own.contains(&name.as_str()));
         (&self.provider, &self.name, fields.collect())
     }
 }
