@@ -249,9 +249,10 @@ impl<C: Clone + Default> Releases<C> {
 impl<C> Found<C> {
     /// Returns the mean time from begin to begin, if it is not the period.
     pub(super) fn other_period(&self, period: u64) -> Option<u64> {
-        let all = self.intervals.max(1);
-        let is_other = self.early > 0
-            || (self.intervals >= 20 && (self.skipped.saturating_add(self.irregular)) * 10 >= all);
+        let missing = self.skipped.saturating_add(self.irregular);
+        // A few missing periods are no period; with a short recording, half of them may be.
+        let is_often = |least: u64, share: u64| self.intervals >= least && missing * share >= self.intervals;
+        let is_other = self.early > 0 || is_often(20, 10) || is_often(5, 2);
         let mean = self.interval()?;
         (is_other && mean != period).then_some(mean)
     }

@@ -193,7 +193,8 @@ impl<W: Write> Writer<W> {
         let (Some(begin), Some(end)) = (span.begin, span.end) else { return Ok(()) };
         let signed = |time: u64| i64::try_from(time).unwrap_or(i64::MAX / 4);
         let (begin, end) = (signed(begin), signed(end));
-        let base = *self.base.get_or_insert(begin);
+        // Spans that began before this one follow: a second before it, few of them are before 0.
+        let base = *self.base.get_or_insert(begin - 1_000_000_000);
         let name = names.get(span.name);
         let index = self.expected.instances.iter().position(|it| it.instance == name.instance);
         let (pid, tid) = self.place(span, &name.instance, index)?;

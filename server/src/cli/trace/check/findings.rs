@@ -86,7 +86,7 @@ pub(super) fn message(it: &Checked<'_>, finding: &Finding) -> String {
             format!("the recording has `{instance}`{first}, which is not an instance of {}", it.name)
         }
         FindingKind::ExecutionTime { key, time, executions, expected, greatest } => format!(
-            "`{key}` exceeded its time of {} in {count} of {executions} executions; at {} at most {} are expected; the longest took \
+            "`{key}` exceeded its time of {} in {count} of {executions} executions; at {}, {} are expected on average; the longest took \
              {}{at}: measure it again, and update the table",
             duration(*time),
             it.level,
