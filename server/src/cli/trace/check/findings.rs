@@ -68,19 +68,16 @@ pub(super) fn message(it: &Checked<'_>, finding: &Finding) -> String {
         FindingKind::UnknownProgram { key } => format!(
             "`{instance}` executed `{key}`{first}, which the model does not have: the recording is of another version of the model"
         ),
+        FindingKind::UnknownCodel { key, .. } if instance.is_empty() => {
+            format!("the recording has the codel `{key}`{first}, and no component of the deployment calls it")
+        }
         FindingKind::UnknownCodel { key, is_known } => {
-            let which = if instance.is_empty() { "the recording has" } else { "its component does not call" };
-            let of = match is_known {
-                true => "",
-                false => ", and no component of the deployment does",
-            };
-            match instance.is_empty() {
-                true => format!("{which} the codel `{key}`{first}, and no component of the deployment calls it"),
-                false => format!(
-                    "`{instance}` executed the codel `{key}`{first}, which {which}{of}: the recording is of another version of the model"
-                )
-                .replace("which its component does not call", "which its component does not call in the model"),
-            }
+            let component = if *is_known { "its component" } else { "no component of the deployment" };
+            let calls = if *is_known { "does not call" } else { "calls" };
+            format!(
+                "`{instance}` executed the codel `{key}`{first}, and {component} {calls} it in the model: the recording is of \
+                 another version of the model"
+            )
         }
         FindingKind::UnknownInstance { instance } => {
             format!("the recording has `{instance}`{first}, which is not an instance of {}", it.name)
