@@ -46,8 +46,6 @@ bool TraceFile::begin(File& to, const std::string& path, const char* header, std
     problem = to.partial + " cannot be written: " + std::strerror(errno);
     return false;
   }
-  // Periods of an earlier recording would not be those of these executions.
-  unlink(path.c_str());
   if (std::fputs(header, to.file) < 0) error_ = errno;
   return true;
 }
@@ -87,15 +85,18 @@ std::string TraceFile::finish() {
   do {
     write();
   } while (!taken_.empty());
-  // With executions.csv, both are complete.
   for (File* const it : {&periods_, &executions_}) {
     if (error_ == 0 && std::fflush(it->file) != 0) error_ = errno;
     if (std::fclose(it->file) != 0 && error_ == 0) error_ = errno;
     it->file = nullptr;
+  }
+  // Until both are complete, those of an earlier recording stay. Periods of another recording than the executions would be
+  // wrong: without executions.csv, the folder is no recording.
+  if (error_ == 0 && unlink(executions_.path.c_str()) != 0 && errno != ENOENT) error_ = errno;
+  for (File* const it : {&periods_, &executions_}) {
     if (error_ == 0 && std::rename(it->partial.c_str(), it->path.c_str()) != 0) error_ = errno;
   }
   if (error_ != 0) {
-    unlink(periods_.path.c_str());
     unlink(periods_.partial.c_str());
     unlink(executions_.partial.c_str());
     return executions_.path + " could not be written: " + std::strerror(error_);

@@ -60,16 +60,17 @@ impl Source {
             });
         }
         let complete = path.join(EXECUTIONS);
+        // Beside it, a complete file is of an earlier recording.
+        let partial = path.join(format!("{EXECUTIONS}{PARTIAL}"));
+        if partial.is_file() {
+            return Ok(Source::Growing { partial, complete });
+        }
         if complete.is_file() {
             let periods = path.join(PERIODS);
             return Ok(match periods.is_file() {
                 true => Source::Run { executions: complete, periods },
                 false => Source::Csv(complete),
             });
-        }
-        let partial = path.join(format!("{EXECUTIONS}{PARTIAL}"));
-        if partial.is_file() {
-            return Ok(Source::Growing { partial, complete });
         }
         let (chunks, is_recording) = chunks(path)?;
         if !chunks.is_empty() || is_recording {
