@@ -41,10 +41,10 @@ fn traces_become_runs() {
     assert_eq!(
         lines(&run.out),
         [
-            "codel or program instance executions least mean greatest",
-            "nav.Pilot/Free.run pilot 1 5.000 ms 5.000 ms 5.000 ms",
+            "codel instance executions least mean greatest",
             "nav.plan — 1 1.500 µs 1.500 µs 1.500 µs",
             "nav.plan pilot 2 1.000 µs 1.500 µs 2.000 µs",
+            "and 1 execution of 1 program: --programs lists them",
             "imported 4 executions in 2 runs; robot.samples has 4 executions in 2 runs",
         ]
     );

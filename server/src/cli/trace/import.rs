@@ -33,6 +33,9 @@ pub(crate) struct Import {
     /// of a session of LTTng, which needs `lttng enable-rotation`.
     #[arg(long)]
     watch: bool,
+    /// List the executions of programs, too.
+    #[arg(long)]
+    programs: bool,
 }
 
 impl Import {
@@ -59,7 +62,10 @@ impl Import {
             result => {
                 let code = if result.is_ok() { 0 } else { 2 };
                 result.unwrap_or_else(|message| say(&message));
-                Ok(Output::escaped(session.imported.table(&self.output, session.writer.runs()), code))
+                Ok(Output::escaped(
+                    session.imported.table(&self.output, session.writer.runs(), self.programs),
+                    code,
+                ))
             }
         }
     }

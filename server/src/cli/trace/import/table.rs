@@ -68,11 +68,12 @@ impl Imported {
         self.cut += summary.cut_at_start + summary.cut_at_end;
     }
 
-    /// Returns the executions in a table, and how many the file has.
-    pub(super) fn table(&self, output: &Path, runs: &[Run]) -> String {
-        let rows: Vec<Vec<String>> = self
-            .series
-            .values()
+    /// Returns the executions in a table, and how many the file has. Lists programs only if they are wanted: there are many.
+    pub(super) fn table(&self, output: &Path, runs: &[Run], with_programs: bool) -> String {
+        let (programs, codels): (Vec<&Series>, Vec<&Series>) =
+            self.series.values().partition(|it| it.key.contains('/'));
+        let listed = codels.iter().chain(programs.iter().filter(|_| with_programs));
+        let rows: Vec<Vec<String>> = listed
             .map(|it| {
                 let instance = if it.instance.is_empty() { "—" } else { &it.instance };
                 let times = [it.least, it.mean(), it.greatest].map(duration);
@@ -80,10 +81,22 @@ impl Imported {
                 vec![it.key.clone(), instance.to_owned(), it.count.to_string(), least, mean, greatest]
             })
             .collect();
-        let header = ["codel or program", "instance", "executions", "least", "mean", "greatest"];
+        let header = [
+            if with_programs { "codel or program" } else { "codel" },
+            "instance",
+            "executions",
+            "least",
+            "mean",
+            "greatest",
+        ];
         let count: u64 = self.series.values().map(|it| it.count).sum();
         let all: u64 = runs.iter().map(|run| run.executions).sum();
-        let mut out = columns(&header, &rows);
+        let mut out = if rows.is_empty() { String::new() } else { columns(&header, &rows) };
+        if !with_programs && !programs.is_empty() {
+            let of_programs = programs.iter().map(|it| it.count).sum();
+            let series = counted(programs.len(), "program");
+            out += &format!("and {} of {series}: --programs lists them\n", executions(of_programs));
+        }
         out += &format!(
             "imported {} in {}; {} has {} in {}\n",
             executions(count),
