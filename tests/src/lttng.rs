@@ -82,8 +82,18 @@ impl Recorder {
 
     /// A program that is recorded while a session is, and that ends with the thread that starts it.
     pub fn command(&self, program: impl AsRef<std::ffi::OsStr>) -> Command {
+        self.command_with(&[], program)
+    }
+
+    /// The same, with the rights to real-time priorities and to locked memory: root gives them, another user needs them already.
+    pub fn real_time_command(&self, program: impl AsRef<std::ffi::OsStr>) -> Command {
+        let rights = ["--inh-caps=+sys_nice,+ipc_lock", "--ambient-caps=+sys_nice,+ipc_lock"];
+        self.command_with(if is_root() { &rights } else { &[] }, program)
+    }
+
+    fn command_with(&self, rights: &[&str], program: impl AsRef<std::ffi::OsStr>) -> Command {
         let mut command = Command::new("setpriv");
-        command.arg("--pdeathsig=TERM");
+        command.arg("--pdeathsig=TERM").args(rights);
         if is_root() {
             command.args([format!("--reuid={NOBODY}"), format!("--regid={NOBODY}")]).arg("--clear-groups");
         }
