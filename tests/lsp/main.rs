@@ -13,6 +13,7 @@ mod generate;
 #[cfg(unix)]
 mod histories;
 mod language_server;
+mod measured;
 mod message_packages;
 mod navigation;
 mod rename;

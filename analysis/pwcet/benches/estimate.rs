@@ -1,0 +1,66 @@
+//! How long estimates take: a fit, one codel with and without bootstraps, and a robot of 50 codels on all CPUs.
+
+#![allow(clippy::unwrap_used)]
+
+use std::hint::black_box;
+use std::time::Duration;
+
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use mauve_pwcet::{Gpd, Options, TailModel, estimate};
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::{Rng as _, SeedableRng as _};
+use rayon::prelude::*;
+
+/// Exponential times with a mean of 1 ms.
+fn exponential(count: usize, seed: u64) -> Vec<f64> {
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let mut unit = || ((random.next_u64() >> 12) as f64 + 0.5) / (1_u64 << 52) as f64;
+    (0..count).map(|_| -1e6 * unit().ln()).collect()
+}
+
+fn executions(count: usize, seed: u64) -> Vec<u64> {
+    exponential(count, seed).into_iter().map(|it| 5_000_000 + it as u64).collect()
+}
+
+fn options(bootstraps: u64) -> Options {
+    Options {
+        levels: vec![1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9],
+        model: TailModel::GeneralisedPareto,
+        seed: 1,
+        bootstraps,
+    }
+}
+
+fn benches(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("fit");
+    for count in [200, 2_000, 20_000] {
+        let excesses = exponential(count, 1);
+        group.bench_with_input(BenchmarkId::from_parameter(count), &excesses, |bencher, excesses| {
+            bencher.iter(|| Gpd::fit_without_end(black_box(excesses)).unwrap());
+        });
+    }
+    group.finish();
+
+    let mut group = criterion.benchmark_group("estimate 5000 executions");
+    group.sample_size(10).measurement_time(Duration::from_secs(5));
+    let codel = executions(5_000, 1);
+    for bootstraps in [0, 1_000] {
+        group.bench_function(format!("{bootstraps} bootstraps"), |bencher| {
+            bencher.iter(|| estimate(black_box(&codel), &options(bootstraps)).unwrap());
+        });
+    }
+    group.finish();
+
+    let mut group = criterion.benchmark_group("estimate 50 codels");
+    group.sample_size(10);
+    let robot: Vec<Vec<u64>> = (0..50).map(|seed| executions(5_000, seed)).collect();
+    group.bench_function("1000 bootstraps", |bencher| {
+        bencher.iter(|| -> Vec<_> {
+            robot.par_iter().map(|codel| estimate(black_box(codel), &options(1_000)).unwrap()).collect()
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(all, benches);
+criterion_main!(all);
