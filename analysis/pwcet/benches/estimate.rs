@@ -36,7 +36,7 @@ fn benches(criterion: &mut Criterion) {
     for count in [200, 2_000, 20_000] {
         let excesses = exponential(count, 1);
         group.bench_with_input(BenchmarkId::from_parameter(count), &excesses, |bencher, excesses| {
-            bencher.iter(|| Gpd::fit_without_end(black_box(excesses)).unwrap());
+            bencher.iter(|| Gpd::fit(black_box(excesses)).unwrap());
         });
     }
     group.finish();
