@@ -22,7 +22,7 @@ use sha2::{Digest as _, Sha256};
 
 use crate::trace::Summary;
 use block::{Block, Kind};
-use encoding::{Bytes, Codec, Has, put, put_text};
+use encoding::{Bytes, Codec, Has, put};
 
 pub use writer::Writer;
 
@@ -218,38 +218,6 @@ impl Samples {
         let mut all = Vec::new();
         self.each(series, |execution| all.push(execution))?;
         Ok(all)
-    }
-
-    /// Returns the SHA-256 of the executions of some series, in hexadecimal: of keys, instances and execution times. It does not
-    /// depend on how the runs were imported, nor on the order of the series.
-    ///
-    /// # Errors
-    ///
-    /// The file cannot be read, or is damaged.
-    pub fn digest(&mut self, series: &[SeriesId]) -> Result<String, SamplesError> {
-        let mut named: Vec<(String, String, SeriesId)> = Vec::new();
-        for id in series {
-            let it = self.index.series.get(id.0 as usize).ok_or(SamplesError::UnknownSeries)?;
-            named.push((it.key.clone(), it.instance.clone(), *id));
-        }
-        named.sort();
-        named.dedup();
-        let mut hash = Sha256::new();
-        for (key, instance, id) in named {
-            let mut bytes = Vec::new();
-            put_text(&mut bytes, &key);
-            put_text(&mut bytes, &instance);
-            put(&mut bytes, self.index.series.get(id.0 as usize).map_or(0, |it| it.count));
-            self.each(id, |it| {
-                bytes.extend(it.execution.to_le_bytes());
-                if bytes.len() > 1 << 13 {
-                    hash.update(&bytes);
-                    bytes.clear();
-                }
-            })?;
-            hash.update(&bytes);
-        }
-        Ok(hexadecimal(&hash.finalize()))
     }
 
     fn each(&mut self, series: SeriesId, mut take: impl FnMut(Execution)) -> Result<(), SamplesError> {
@@ -575,12 +543,6 @@ mod tests {
             .collect()
     }
 
-    fn digest(path: &Path) -> String {
-        let mut samples = Samples::open(path).unwrap();
-        let ids: Vec<SeriesId> = samples.series().iter().rev().map(|it| it.id).collect();
-        samples.digest(&ids).unwrap()
-    }
-
     fn rows() -> impl Strategy<Value = Vec<Row>> {
         let time = prop_oneof![0_u64..100_000, any::<u64>()];
         let optional = proptest::option::of(time.clone());
@@ -610,22 +572,6 @@ mod tests {
             prop_assert_eq!(samples.runs()[0].executions, runs[0].len() as u64);
             prop_assert_eq!(samples.runs()[0].summary.events, runs[0].len() as u64);
             prop_assert_eq!(all(&mut samples), expected);
-        }
-
-        #[test]
-        fn the_digest_does_not_depend_on_the_runs(rows in rows(), at in 0_usize..60) {
-            let (one, two) = (Scratch::new(), Scratch::new());
-            write(&one.0, "all", &rows).unwrap();
-            let (first, second) = rows.split_at(at.min(rows.len()));
-            prop_assume!(!first.is_empty() && !second.is_empty() && first != second);
-            write(&two.0, "first", first).unwrap();
-            write(&two.0, "second", second).unwrap();
-            prop_assert_eq!(digest(&one.0), digest(&two.0));
-            let mut other = rows.clone();
-            other[0].1 ^= 1;
-            let three = Scratch::new();
-            write(&three.0, "other", &other).unwrap();
-            prop_assert_ne!(digest(&one.0), digest(&three.0));
         }
 
         #[test]

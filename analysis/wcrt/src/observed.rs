@@ -8,22 +8,27 @@
 //! | `model.rs` | what the model promises |
 //! | `releases.rs` | releases, response times, missing periods |
 //! | `path.rs` | the path through the state machine |
+//! | `conclusion.rs` | from counters to findings |
+//! | `findings.rs` | the result |
 
+mod conclusion;
+mod findings;
 mod model;
 mod path;
 mod releases;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
-use mauve_pwcet::exceedance_probability;
 use mauve_pwcet::trace::{NameId, Names, Span, SpanKind, Visitor};
 use rustc_hash::FxHashMap;
 
+pub use findings::{Finding, FindingKind, Greatest, Interferer, Observed, ObservedInstance, ObservedTime};
 pub use model::{Expected, ExpectedInstance, ExpectedMachine, expected};
 pub use path::{EdgeCount, UnknownPath};
 
 use crate::system::Priority;
+use conclusion::{Finish, times};
 use path::Path;
 use releases::{Job, Releases};
 
@@ -47,225 +52,6 @@ const MOST_GAPS: usize = 1 << 12;
 
 /// What LTTng counts for itself: in each span, and for each span inside of it (see `orocos/src/trace.rs`).
 const TRACING: (u64, u64) = (500, 1500);
-
-/// A greatest value, and when it was observed. Times are in nanoseconds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Greatest {
-    /// The value.
-    pub time: u64,
-    /// The time of the end of the span.
-    pub at: Option<u64>,
-}
-
-/// What another activity executed in a response time.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Interferer {
-    /// The instance.
-    pub instance: String,
-    /// The number of its periods, and their execution time.
-    pub jobs: u64,
-    /// See `jobs`.
-    pub execution: u64,
-    /// The same in the bound; 0 if it does not count this instance.
-    pub bound_jobs: u64,
-    /// See `bound_jobs`.
-    pub bound: u64,
-}
-
-/// Where a response time comes from.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Cause {
-    /// The response time, in which the others executed.
-    time: u64,
-    /// The instance, the number of periods and their execution time.
-    others: BTreeMap<usize, (u64, u64)>,
-}
-
-/// Something that the model and the recording do not agree on.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Finding {
-    /// The index of the instance in the deployment.
-    pub instance: Option<usize>,
-    /// What it is.
-    pub kind: FindingKind,
-    /// When it was first observed.
-    pub at: Option<u64>,
-    /// How often: periods, or executions.
-    pub count: u64,
-}
-
-/// See [`Finding`]. Times are in nanoseconds.
-#[derive(Debug, Clone, PartialEq)]
-pub enum FindingKind {
-    /// The recording does not have the instance.
-    NotObserved,
-    /// The priority of the thread; 0 without the real-time scheduler.
-    Priority {
-        /// That of the model; 0 in the background.
-        expected: u32,
-        /// That of the recording.
-        observed: u32,
-    },
-    /// The CPUs that the thread may use, a bit each.
-    Cpus {
-        /// Those of the model.
-        expected: u64,
-        /// Those of the recording.
-        observed: u64,
-    },
-    /// A period began on another CPU.
-    OtherCpu {
-        /// Those of the model, a bit each.
-        expected: u64,
-        /// The number of the CPU.
-        observed: u32,
-    },
-    /// The instance executes the programs of another component.
-    Component {
-        /// That of the model.
-        expected: String,
-        /// That of the recording.
-        observed: String,
-    },
-    /// The programs of a period are those of no edge.
-    Path(UnknownPath),
-    /// The component has no such program.
-    UnknownProgram {
-        /// Its key in a timing table.
-        key: String,
-    },
-    /// The component does not call the codel.
-    UnknownCodel {
-        /// Its name.
-        key: String,
-        /// Whether another component of the deployment calls it.
-        is_known: bool,
-    },
-    /// The deployment has no such instance.
-    UnknownInstance {
-        /// Its name.
-        instance: String,
-    },
-    /// Executions exceeded a time of the tables more often than its level promises; `count` of them.
-    ExecutionTime {
-        /// The codel or program.
-        key: String,
-        /// The time.
-        time: u64,
-        /// The number of all executions.
-        executions: u64,
-        /// The number that exceed it on average, if the time holds.
-        expected: f64,
-        /// The longest execution.
-        greatest: u64,
-    },
-    /// Periods executed longer than the greatest edge, more often than the level promises.
-    Execution {
-        /// The greatest edge.
-        own: u64,
-        /// The longest execution.
-        greatest: u64,
-    },
-    /// The response time exceeds the bound, or, without a bound, the deadline.
-    Response {
-        /// R.
-        bound: Option<u64>,
-        /// D.
-        deadline: Option<u64>,
-        /// The greatest response time.
-        response: u64,
-        /// The execution time of this job.
-        execution: u64,
-        /// The greatest edge.
-        own: Option<u64>,
-        /// The others that executed, those first that exceed the bound most.
-        interference: Vec<Interferer>,
-    },
-    /// Periods are missing; `count` of them.
-    Skipped,
-    /// The periods do not begin as often as the period says.
-    Period {
-        /// That of the model.
-        expected: u64,
-        /// The mean time between two begins.
-        observed: u64,
-    },
-}
-
-/// What was observed of an activity. Times are in nanoseconds.
-#[derive(Debug, Clone, Default)]
-pub struct ObservedInstance {
-    /// Whether the recording has its name.
-    pub is_observed: bool,
-    /// The number of its periods.
-    pub periods: u64,
-    /// The mean time from begin to begin.
-    pub interval: Option<u64>,
-    /// The greatest response time: a lower bound, where the recording does not have releases.
-    pub response: Option<Greatest>,
-    /// The greatest difference of the delays from release to begin.
-    pub jitter: Option<u64>,
-    /// The greatest execution time of a period.
-    pub execution: Option<Greatest>,
-    /// Times without periods, after which the instance was at work again, and the end of the first.
-    pub pauses: u64,
-    /// See `pauses`.
-    pub first_pause: Option<u64>,
-    /// The priorities of its thread, with the number of periods.
-    pub priorities: BTreeMap<u32, u64>,
-    /// The CPUs that its thread might use, a bit each, with the number of periods.
-    pub masks: BTreeMap<u64, u64>,
-    /// The CPUs on which periods began, with their number.
-    pub cpus: BTreeMap<u32, u64>,
-    /// How often each edge of its state machine was observed; empty if the recording does not have its programs.
-    pub edges: Vec<EdgeCount>,
-    /// The codels of its component without an execution.
-    pub codels_not_observed: Vec<String>,
-}
-
-/// What was observed of a codel, or of a program with a time of its own, in all instances.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ObservedTime {
-    /// Its key in a timing table.
-    pub key: String,
-    /// Whether it is a program.
-    pub is_program: bool,
-    /// The time in the tables.
-    pub time: Option<u64>,
-    /// The number of executions.
-    pub executions: u64,
-    /// How many of them exceeded the time.
-    pub exceeded: u64,
-    /// How probable so many are, if each exceeds with the probability of the level.
-    pub probability: f64,
-    /// The greatest execution time; none without an execution.
-    pub greatest: Option<Greatest>,
-    /// The instance with the greatest execution time.
-    pub instance: String,
-}
-
-/// A recording beside a model.
-#[derive(Debug, Clone, Default)]
-pub struct Observed {
-    /// In the order of [`Expected::instances`].
-    pub instances: Vec<ObservedInstance>,
-    /// Sorted by key.
-    pub times: Vec<ObservedTime>,
-    /// By instance, then those of none.
-    pub findings: Vec<Finding>,
-    /// Whether the recording has periods, and their releases.
-    pub has_periods: bool,
-    /// See `has_periods`.
-    pub has_releases: bool,
-    /// Whether it has programs.
-    pub has_programs: bool,
-    /// Whether it has priorities and CPUs of threads.
-    pub has_scheduling: bool,
-    /// Whether it has the CPUs on which periods began.
-    pub has_cpus: bool,
-    /// Whether it names instances.
-    pub has_instances: bool,
-}
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Role {
@@ -320,6 +106,15 @@ struct Instance {
     first_priority: BTreeMap<u32, Option<u64>>,
     first_mask: BTreeMap<u64, Option<u64>>,
     first_cpu: BTreeMap<u32, Option<u64>>,
+}
+
+/// Where a response time comes from.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+struct Cause {
+    /// The response time, in which the others executed.
+    time: u64,
+    /// The instance, the number of periods and their execution time.
+    others: BTreeMap<usize, (u64, u64)>,
 }
 
 /// A period that was recorded, to say who delayed others.
@@ -728,207 +523,4 @@ fn cause_of(recent: &[Recent], instance: usize, from: i64, to: i64) -> Cause {
         *execution += it.execution.min(overlap);
     }
     Cause { time: to - from, others }
-}
-
-/// Returns what was observed of codels and of programs with times of their own.
-fn times(expected: &Expected, names: &Names, all: &[(NameId, Series)]) -> Vec<ObservedTime> {
-    let new = |key: &str, is_program, time| ObservedTime {
-        key: key.to_owned(),
-        is_program,
-        time,
-        executions: 0,
-        exceeded: 0,
-        probability: 1.0,
-        greatest: None,
-        instance: String::new(),
-    };
-    let codels = expected.codels.iter().map(|(key, time)| new(key, false, *time));
-    let programs = expected.programs.iter().map(|(key, time)| new(key, true, Some(*time)));
-    let mut found: BTreeMap<String, ObservedTime> =
-        codels.chain(programs).map(|it| (it.key.clone(), it)).collect();
-    for (id, series) in all {
-        let name = names.get(*id);
-        let Some(it) = found.get_mut(&name.key).filter(|_| name.kind != SpanKind::Period) else { continue };
-        it.executions += series.executions;
-        it.exceeded += series.exceeded;
-        if it.greatest.map(|it| it.time) < series.greatest.map(|it| it.time) {
-            it.greatest = series.greatest;
-            it.instance.clone_from(&name.instance);
-        }
-    }
-    let mut found: Vec<ObservedTime> = found.into_values().collect();
-    for it in &mut found {
-        it.probability = exceedance_probability(it.executions, it.exceeded, expected.level);
-    }
-    found
-}
-
-/// The findings about one instance.
-struct Finish<'a> {
-    index: usize,
-    all: &'a Expected,
-    expected: &'a ExpectedInstance,
-    recent: &'a [Recent],
-    has_instances: bool,
-    findings: &'a mut Vec<Finding>,
-}
-
-impl Finish<'_> {
-    fn add(&mut self, kind: FindingKind, at: Option<u64>, count: u64) {
-        self.findings.push(Finding { instance: Some(self.index), kind, at, count });
-    }
-
-    fn instance(&mut self, mut it: Instance, series: &[(&str, &Series)]) -> ObservedInstance {
-        if !it.observed.is_observed {
-            // Without names of instances, none can be missing.
-            if self.has_instances {
-                self.add(FindingKind::NotObserved, None, 0);
-            }
-            return it.observed;
-        }
-        self.scheduling(&it);
-        self.names(series);
-        for (path, count, at) in std::mem::take(&mut it.paths) {
-            self.add(FindingKind::Path(path), at, count);
-        }
-        if let Some(mut path) = it.path.take() {
-            path.count(None);
-            if it.has_programs && it.observed.periods > 0 {
-                it.observed.edges = path.counts;
-            }
-        }
-        let called: BTreeSet<&str> = series.iter().map(|(key, _)| *key).collect();
-        let codels = self.expected.codels.iter().flatten();
-        it.observed.codels_not_observed =
-            codels.filter(|codel| !called.contains(codel.as_str())).cloned().collect();
-        self.execution(&it);
-        self.releases(&mut it);
-        it.observed
-    }
-
-    fn scheduling(&mut self, it: &Instance) {
-        let priority = match self.expected.priority {
-            Priority::RealTime(priority) => Some(priority),
-            Priority::Background => Some(0),
-            Priority::Unknown => None,
-        };
-        for (&observed, &count) in &it.observed.priorities {
-            if let Some(expected) = priority.filter(|expected| *expected != observed) {
-                let at = it.first_priority.get(&observed).copied().flatten();
-                self.add(FindingKind::Priority { expected, observed }, at, count);
-            }
-        }
-        let Some(expected) = self.expected.cpus.filter(|cpus| *cpus != 0) else { return };
-        for (&observed, &count) in &it.observed.masks {
-            if expected != observed {
-                let at = it.first_mask.get(&observed).copied().flatten();
-                self.add(FindingKind::Cpus { expected, observed }, at, count);
-            }
-        }
-        // A wrong mask says it already.
-        if it.observed.masks.keys().any(|mask| *mask != expected) {
-            return;
-        }
-        for (&observed, &count) in &it.observed.cpus {
-            if observed >= 64 || expected >> observed & 1 == 0 {
-                let at = it.first_cpu.get(&observed).copied().flatten();
-                self.add(FindingKind::OtherCpu { expected, observed }, at, count);
-            }
-        }
-    }
-
-    fn names(&mut self, series: &[(&str, &Series)]) {
-        let mut components: BTreeMap<&str, (Option<u64>, u64)> = BTreeMap::new();
-        for (key, it) in series {
-            match it.role {
-                Role::OtherComponent => {
-                    let component = key.rsplit_once('/').map_or(*key, |(component, _)| component);
-                    let (at, count) = components.entry(component).or_insert((it.first, 0));
-                    *count += it.executions;
-                    *at = (*at).min(it.first);
-                }
-                Role::UnknownProgram => {
-                    let kind = FindingKind::UnknownProgram { key: (*key).to_owned() };
-                    self.add(kind, it.first, it.executions);
-                }
-                Role::UnknownCodel { is_known } => {
-                    let kind = FindingKind::UnknownCodel { key: (*key).to_owned(), is_known };
-                    self.add(kind, it.first, it.executions);
-                }
-                _ => {}
-            }
-        }
-        for (observed, (at, count)) in components {
-            let expected = self.expected.component.clone().unwrap_or_default();
-            self.add(FindingKind::Component { expected, observed: observed.to_owned() }, at, count);
-        }
-    }
-
-    fn execution(&mut self, it: &Instance) {
-        let Some((own, greatest)) = self.expected.own.zip(it.observed.execution) else { return };
-        // If a codel exceeds its time, its period may exceed its own.
-        let probability = (self.all.level * it.most_codels.max(1) as f64).min(1.0);
-        if exceedance_probability(it.observed.periods, it.long, probability) < IMPROBABLE {
-            self.add(FindingKind::Execution { own, greatest: greatest.time }, it.first_long, it.long);
-        }
-    }
-
-    fn releases(&mut self, it: &mut Instance) {
-        let Some(releases) = it.releases.take() else { return };
-        let (recent, index) = (self.recent, self.index);
-        let found = releases.finish(&mut |from, to| cause_of(recent, index, from, to));
-        let unsigned = |time: i64| u64::try_from(time).unwrap_or(0);
-        it.observed.interval = found.interval();
-        it.observed.jitter = found.jitter.map(unsigned);
-        (it.observed.pauses, it.observed.first_pause) = (found.pauses, found.first_pause.map(unsigned));
-        let period = self.expected.period.unwrap_or_default();
-        if let Some(observed) = found.other_period(period) {
-            // Neither releases nor response times are known.
-            it.observed.jitter = None;
-            self.add(FindingKind::Period { expected: period, observed }, None, it.observed.periods);
-            return;
-        }
-        if found.skipped > 0 {
-            self.add(FindingKind::Skipped, found.first_skipped.map(unsigned), found.skipped);
-        }
-        let Some(longest) = found.longest else { return };
-        let response = unsigned(longest.response);
-        let at = unsigned(longest.job.end);
-        it.observed.response = Some(Greatest { time: response, at: Some(at) });
-        let (bound, deadline) = (self.expected.response, self.expected.deadline);
-        if bound.or(deadline).is_some_and(|limit| response > limit) {
-            let kind = FindingKind::Response {
-                bound,
-                deadline,
-                response,
-                execution: unsigned(longest.job.execution),
-                own: self.expected.own,
-                interference: self.interference(&longest.cause),
-            };
-            self.add(kind, Some(at), found.late.max(1));
-        }
-    }
-
-    fn interference(&self, cause: &Cause) -> Vec<Interferer> {
-        let mut all: Vec<Interferer> = cause
-            .others
-            .iter()
-            .filter_map(|(&index, &(jobs, execution))| {
-                let instance = self.all.instances.get(index)?.instance.clone();
-                let bound = self.expected.interference.iter().find(|it| it.instance.as_str() == instance);
-                let bound = bound.map_or((0, 0), |it| (it.jobs, it.time.as_nanos()));
-                Some(Interferer { instance, jobs, execution, bound_jobs: bound.0, bound: bound.1 })
-            })
-            // On another CPU it delays nothing.
-            .filter(|it| it.bound_jobs > 0 || self.shares_cpu(&it.instance))
-            .collect();
-        all.sort_by_key(|it| std::cmp::Reverse((it.execution.saturating_sub(it.bound), it.execution)));
-        all
-    }
-
-    fn shares_cpu(&self, instance: &str) -> bool {
-        let other = self.all.instances.iter().find(|it| it.instance == instance);
-        let cpus = |it: &ExpectedInstance| it.cpus.unwrap_or(u64::MAX);
-        other.is_some_and(|other| cpus(other) & cpus(self.expected) != 0)
-    }
 }

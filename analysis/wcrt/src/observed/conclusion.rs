@@ -1,0 +1,215 @@
+//! From what was counted to findings, when all recordings have been read.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use mauve_pwcet::exceedance_probability;
+use mauve_pwcet::trace::{NameId, Names, SpanKind};
+
+use super::{
+    Cause, Expected, ExpectedInstance, Finding, FindingKind, Greatest, IMPROBABLE, Instance, Interferer,
+    ObservedInstance, ObservedTime, Recent, Role, Series, cause_of,
+};
+use crate::system::Priority;
+
+/// Returns what was observed of codels and of programs with times of their own.
+pub(super) fn times(expected: &Expected, names: &Names, all: &[(NameId, Series)]) -> Vec<ObservedTime> {
+    let new = |key: &str, is_program, time| ObservedTime {
+        key: key.to_owned(),
+        is_program,
+        time,
+        executions: 0,
+        exceeded: 0,
+        probability: 1.0,
+        greatest: None,
+        instance: String::new(),
+    };
+    let codels = expected.codels.iter().map(|(key, time)| new(key, false, *time));
+    let programs = expected.programs.iter().map(|(key, time)| new(key, true, Some(*time)));
+    let mut found: BTreeMap<String, ObservedTime> =
+        codels.chain(programs).map(|it| (it.key.clone(), it)).collect();
+    for (id, series) in all {
+        let name = names.get(*id);
+        let Some(it) = found.get_mut(&name.key).filter(|_| name.kind != SpanKind::Period) else { continue };
+        it.executions += series.executions;
+        it.exceeded += series.exceeded;
+        if it.greatest.map(|it| it.time) < series.greatest.map(|it| it.time) {
+            it.greatest = series.greatest;
+            it.instance.clone_from(&name.instance);
+        }
+    }
+    let mut found: Vec<ObservedTime> = found.into_values().collect();
+    for it in &mut found {
+        it.probability = exceedance_probability(it.executions, it.exceeded, expected.level);
+    }
+    found
+}
+
+/// The findings about one instance.
+pub(super) struct Finish<'a> {
+    pub(super) index: usize,
+    pub(super) all: &'a Expected,
+    pub(super) expected: &'a ExpectedInstance,
+    pub(super) recent: &'a [Recent],
+    pub(super) has_instances: bool,
+    pub(super) findings: &'a mut Vec<Finding>,
+}
+
+impl Finish<'_> {
+    fn add(&mut self, kind: FindingKind, at: Option<u64>, count: u64) {
+        self.findings.push(Finding { instance: Some(self.index), kind, at, count });
+    }
+
+    pub(super) fn instance(&mut self, mut it: Instance, series: &[(&str, &Series)]) -> ObservedInstance {
+        if !it.observed.is_observed {
+            // Without names of instances, none can be missing.
+            if self.has_instances {
+                self.add(FindingKind::NotObserved, None, 0);
+            }
+            return it.observed;
+        }
+        self.scheduling(&it);
+        self.names(series);
+        for (path, count, at) in std::mem::take(&mut it.paths) {
+            self.add(FindingKind::Path(path), at, count);
+        }
+        if let Some(mut path) = it.path.take() {
+            path.count(None);
+            if it.has_programs && it.observed.periods > 0 {
+                it.observed.edges = path.counts;
+            }
+        }
+        let called: BTreeSet<&str> = series.iter().map(|(key, _)| *key).collect();
+        let codels = self.expected.codels.iter().flatten();
+        it.observed.codels_not_observed =
+            codels.filter(|codel| !called.contains(codel.as_str())).cloned().collect();
+        self.execution(&it);
+        self.releases(&mut it);
+        it.observed
+    }
+
+    fn scheduling(&mut self, it: &Instance) {
+        let priority = match self.expected.priority {
+            Priority::RealTime(priority) => Some(priority),
+            Priority::Background => Some(0),
+            Priority::Unknown => None,
+        };
+        for (&observed, &count) in &it.observed.priorities {
+            if let Some(expected) = priority.filter(|expected| *expected != observed) {
+                let at = it.first_priority.get(&observed).copied().flatten();
+                self.add(FindingKind::Priority { expected, observed }, at, count);
+            }
+        }
+        let Some(expected) = self.expected.cpus.filter(|cpus| *cpus != 0) else { return };
+        for (&observed, &count) in &it.observed.masks {
+            if expected != observed {
+                let at = it.first_mask.get(&observed).copied().flatten();
+                self.add(FindingKind::Cpus { expected, observed }, at, count);
+            }
+        }
+        // A wrong mask says it already.
+        if it.observed.masks.keys().any(|mask| *mask != expected) {
+            return;
+        }
+        for (&observed, &count) in &it.observed.cpus {
+            if observed >= 64 || expected >> observed & 1 == 0 {
+                let at = it.first_cpu.get(&observed).copied().flatten();
+                self.add(FindingKind::OtherCpu { expected, observed }, at, count);
+            }
+        }
+    }
+
+    fn names(&mut self, series: &[(&str, &Series)]) {
+        let mut components: BTreeMap<&str, (Option<u64>, u64)> = BTreeMap::new();
+        for (key, it) in series {
+            match it.role {
+                Role::OtherComponent => {
+                    let component = key.rsplit_once('/').map_or(*key, |(component, _)| component);
+                    let (at, count) = components.entry(component).or_insert((it.first, 0));
+                    *count += it.executions;
+                    *at = (*at).min(it.first);
+                }
+                Role::UnknownProgram => {
+                    let kind = FindingKind::UnknownProgram { key: (*key).to_owned() };
+                    self.add(kind, it.first, it.executions);
+                }
+                Role::UnknownCodel { is_known } => {
+                    let kind = FindingKind::UnknownCodel { key: (*key).to_owned(), is_known };
+                    self.add(kind, it.first, it.executions);
+                }
+                _ => {}
+            }
+        }
+        for (observed, (at, count)) in components {
+            let expected = self.expected.component.clone().unwrap_or_default();
+            self.add(FindingKind::Component { expected, observed: observed.to_owned() }, at, count);
+        }
+    }
+
+    fn execution(&mut self, it: &Instance) {
+        let Some((own, greatest)) = self.expected.own.zip(it.observed.execution) else { return };
+        // If a codel exceeds its time, its period may exceed its own.
+        let probability = (self.all.level * it.most_codels.max(1) as f64).min(1.0);
+        if exceedance_probability(it.observed.periods, it.long, probability) < IMPROBABLE {
+            self.add(FindingKind::Execution { own, greatest: greatest.time }, it.first_long, it.long);
+        }
+    }
+
+    fn releases(&mut self, it: &mut Instance) {
+        let Some(releases) = it.releases.take() else { return };
+        let (recent, index) = (self.recent, self.index);
+        let found = releases.finish(&mut |from, to| cause_of(recent, index, from, to));
+        let unsigned = |time: i64| u64::try_from(time).unwrap_or(0);
+        it.observed.interval = found.interval();
+        it.observed.jitter = found.jitter.map(unsigned);
+        (it.observed.pauses, it.observed.first_pause) = (found.pauses, found.first_pause.map(unsigned));
+        let period = self.expected.period.unwrap_or_default();
+        if let Some(observed) = found.other_period(period) {
+            // Neither releases nor response times are known.
+            it.observed.jitter = None;
+            self.add(FindingKind::Period { expected: period, observed }, None, it.observed.periods);
+            return;
+        }
+        if found.skipped > 0 {
+            self.add(FindingKind::Skipped, found.first_skipped.map(unsigned), found.skipped);
+        }
+        let Some(longest) = found.longest else { return };
+        let response = unsigned(longest.response);
+        let at = unsigned(longest.job.end);
+        it.observed.response = Some(Greatest { time: response, at: Some(at) });
+        let (bound, deadline) = (self.expected.response, self.expected.deadline);
+        if bound.or(deadline).is_some_and(|limit| response > limit) {
+            let kind = FindingKind::Response {
+                bound,
+                deadline,
+                response,
+                execution: unsigned(longest.job.execution),
+                own: self.expected.own,
+                interference: self.interference(&longest.cause),
+            };
+            self.add(kind, Some(at), found.late.max(1));
+        }
+    }
+
+    fn interference(&self, cause: &Cause) -> Vec<Interferer> {
+        let mut all: Vec<Interferer> = cause
+            .others
+            .iter()
+            .filter_map(|(&index, &(jobs, execution))| {
+                let instance = self.all.instances.get(index)?.instance.clone();
+                let bound = self.expected.interference.iter().find(|it| it.instance.as_str() == instance);
+                let bound = bound.map_or((0, 0), |it| (it.jobs, it.time.as_nanos()));
+                Some(Interferer { instance, jobs, execution, bound_jobs: bound.0, bound: bound.1 })
+            })
+            // On another CPU it delays nothing.
+            .filter(|it| it.bound_jobs > 0 || self.shares_cpu(&it.instance))
+            .collect();
+        all.sort_by_key(|it| std::cmp::Reverse((it.execution.saturating_sub(it.bound), it.execution)));
+        all
+    }
+
+    fn shares_cpu(&self, instance: &str) -> bool {
+        let other = self.all.instances.iter().find(|it| it.instance == instance);
+        let cpus = |it: &ExpectedInstance| it.cpus.unwrap_or(u64::MAX);
+        other.is_some_and(|other| cpus(other) & cpus(self.expected) != 0)
+    }
+}

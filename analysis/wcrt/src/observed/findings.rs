@@ -1,0 +1,215 @@
+//! What a recording showed, beside what the model expects.
+
+use std::collections::BTreeMap;
+
+use super::{EdgeCount, UnknownPath};
+
+/// A greatest value, and when it was observed. Times are in nanoseconds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Greatest {
+    /// The value.
+    pub time: u64,
+    /// The time of the end of the span.
+    pub at: Option<u64>,
+}
+
+/// What another activity executed in a response time.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Interferer {
+    /// The instance.
+    pub instance: String,
+    /// The number of its periods, and their execution time.
+    pub jobs: u64,
+    /// See `jobs`.
+    pub execution: u64,
+    /// The same in the bound; 0 if it does not count this instance.
+    pub bound_jobs: u64,
+    /// See `bound_jobs`.
+    pub bound: u64,
+}
+
+/// Something that the model and the recording do not agree on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Finding {
+    /// The index of the instance in the deployment.
+    pub instance: Option<usize>,
+    /// What it is.
+    pub kind: FindingKind,
+    /// When it was first observed.
+    pub at: Option<u64>,
+    /// How often: periods, or executions.
+    pub count: u64,
+}
+
+/// See [`Finding`]. Times are in nanoseconds.
+#[derive(Debug, Clone, PartialEq)]
+pub enum FindingKind {
+    /// The recording does not have the instance.
+    NotObserved,
+    /// The priority of the thread; 0 without the real-time scheduler.
+    Priority {
+        /// That of the model; 0 in the background.
+        expected: u32,
+        /// That of the recording.
+        observed: u32,
+    },
+    /// The CPUs that the thread may use, a bit each.
+    Cpus {
+        /// Those of the model.
+        expected: u64,
+        /// Those of the recording.
+        observed: u64,
+    },
+    /// A period began on another CPU.
+    OtherCpu {
+        /// Those of the model, a bit each.
+        expected: u64,
+        /// The number of the CPU.
+        observed: u32,
+    },
+    /// The instance executes the programs of another component.
+    Component {
+        /// That of the model.
+        expected: String,
+        /// That of the recording.
+        observed: String,
+    },
+    /// The programs of a period are those of no edge.
+    Path(UnknownPath),
+    /// The component has no such program.
+    UnknownProgram {
+        /// Its key in a timing table.
+        key: String,
+    },
+    /// The component does not call the codel.
+    UnknownCodel {
+        /// Its name.
+        key: String,
+        /// Whether another component of the deployment calls it.
+        is_known: bool,
+    },
+    /// The deployment has no such instance.
+    UnknownInstance {
+        /// Its name.
+        instance: String,
+    },
+    /// Executions exceeded a time of the tables more often than its level promises; `count` of them.
+    ExecutionTime {
+        /// The codel or program.
+        key: String,
+        /// The time.
+        time: u64,
+        /// The number of all executions.
+        executions: u64,
+        /// The number that exceed it on average, if the time holds.
+        expected: f64,
+        /// The longest execution.
+        greatest: u64,
+    },
+    /// Periods executed longer than the greatest edge, more often than the level promises.
+    Execution {
+        /// The greatest edge.
+        own: u64,
+        /// The longest execution.
+        greatest: u64,
+    },
+    /// The response time exceeds the bound, or, without a bound, the deadline.
+    Response {
+        /// R.
+        bound: Option<u64>,
+        /// D.
+        deadline: Option<u64>,
+        /// The greatest response time.
+        response: u64,
+        /// The execution time of this job.
+        execution: u64,
+        /// The greatest edge.
+        own: Option<u64>,
+        /// The others that executed, those first that exceed the bound most.
+        interference: Vec<Interferer>,
+    },
+    /// Periods are missing; `count` of them.
+    Skipped,
+    /// The periods do not begin as often as the period says.
+    Period {
+        /// That of the model.
+        expected: u64,
+        /// The mean time between two begins.
+        observed: u64,
+    },
+}
+
+/// What was observed of an activity. Times are in nanoseconds.
+#[derive(Debug, Clone, Default)]
+pub struct ObservedInstance {
+    /// Whether the recording has its name.
+    pub is_observed: bool,
+    /// The number of its periods.
+    pub periods: u64,
+    /// The mean time from begin to begin.
+    pub interval: Option<u64>,
+    /// The greatest response time: a lower bound, where the recording does not have releases.
+    pub response: Option<Greatest>,
+    /// The greatest difference of the delays from release to begin.
+    pub jitter: Option<u64>,
+    /// The greatest execution time of a period.
+    pub execution: Option<Greatest>,
+    /// Times without periods, after which the instance was at work again, and the end of the first.
+    pub pauses: u64,
+    /// See `pauses`.
+    pub first_pause: Option<u64>,
+    /// The priorities of its thread, with the number of periods.
+    pub priorities: BTreeMap<u32, u64>,
+    /// The CPUs that its thread might use, a bit each, with the number of periods.
+    pub masks: BTreeMap<u64, u64>,
+    /// The CPUs on which periods began, with their number.
+    pub cpus: BTreeMap<u32, u64>,
+    /// How often each edge of its state machine was observed; empty if the recording does not have its programs.
+    pub edges: Vec<EdgeCount>,
+    /// The codels of its component without an execution.
+    pub codels_not_observed: Vec<String>,
+}
+
+/// What was observed of a codel, or of a program with a time of its own, in all instances.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObservedTime {
+    /// Its key in a timing table.
+    pub key: String,
+    /// Whether it is a program.
+    pub is_program: bool,
+    /// The time in the tables.
+    pub time: Option<u64>,
+    /// The number of executions.
+    pub executions: u64,
+    /// How many of them exceeded the time.
+    pub exceeded: u64,
+    /// How probable so many are, if each exceeds with the probability of the level.
+    pub probability: f64,
+    /// The greatest execution time; none without an execution.
+    pub greatest: Option<Greatest>,
+    /// The instance with the greatest execution time.
+    pub instance: String,
+}
+
+/// A recording beside a model.
+#[derive(Debug, Clone, Default)]
+pub struct Observed {
+    /// In the order of [`Expected::instances`].
+    pub instances: Vec<ObservedInstance>,
+    /// Sorted by key.
+    pub times: Vec<ObservedTime>,
+    /// By instance, then those of none.
+    pub findings: Vec<Finding>,
+    /// Whether the recording has periods, and their releases.
+    pub has_periods: bool,
+    /// See `has_periods`.
+    pub has_releases: bool,
+    /// Whether it has programs.
+    pub has_programs: bool,
+    /// Whether it has priorities and CPUs of threads.
+    pub has_scheduling: bool,
+    /// Whether it has the CPUs on which periods began.
+    pub has_cpus: bool,
+    /// Whether it names instances.
+    pub has_instances: bool,
+}
