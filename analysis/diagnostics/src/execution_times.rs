@@ -48,7 +48,8 @@ pub fn measurement_warning(warning: &Warning) -> String {
         }
         Warning::Rejected(check) => rejected(&check),
         Warning::PoorFit { p } => format!(
-            "no threshold gives a tail that fits (Anderson–Darling, p = {p:.2}): the codel may have several modes, or outliers; look at the plots"
+            "no threshold gives a tail that fits (Anderson–Darling, {}): the codel may have several modes, or outliers; look at the plots",
+            probability(p)
         ),
         Warning::Coarse { resolution, scale } => format!(
             "the clock is coarse: {} beside a tail of {}; the resolution is added to each time",
@@ -70,9 +71,13 @@ pub fn measurement_warning(warning: &Warning) -> String {
     }
 }
 
+/// Returns the probability of a test.
+fn probability(p: f64) -> String {
+    if p < 0.001 { "p < 0.001".to_owned() } else { format!("p = {p:.3}") }
+}
+
 fn rejected(check: &Check) -> String {
-    let p =
-        if check.adjusted < 0.001 { "p < 0.001".to_owned() } else { format!("p = {:.3}", check.adjusted) };
+    let p = probability(check.adjusted);
     let test = check_name(check.kind);
     match check.kind {
         CheckKind::LjungBox { .. } | CheckKind::Runs => format!(

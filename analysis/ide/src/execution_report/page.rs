@@ -167,7 +167,7 @@ fn overview(out: &mut String, report: &ExecutionReport<'_>, order: &[&Measured<'
         let verdict = Verdict::of(measured);
         let unit = unit_of(measured);
         let high_water =
-            measured.executions.iter().max().map_or("–".to_owned(), |&time| unit.time(time as f64));
+            measured.executions.iter().max().map_or("–".to_owned(), |&time| unit.bound(time as f64));
         let instance = measured.instance.map_or("all".to_owned(), code);
         let _ = write!(
             out,
@@ -284,7 +284,7 @@ fn key_figures(out: &mut String, measured: &Measured<'_>, ascending: &[u64], uni
     let time = |time: Option<&u64>| time.map(|&time| unit.time(time as f64));
     figures.extend(time(ascending.first()).map(|it| ("least", it)));
     figures.extend(time(ascending.get(ascending.len() / 2)).map(|it| ("median", it)));
-    figures.extend(time(ascending.last()).map(|it| ("high-water mark", it)));
+    figures.extend(ascending.last().map(|&time| ("high-water mark", unit.bound(time as f64))));
     let strictest =
         |estimate: &Estimate| estimate.levels.iter().copied().min_by(|a, b| a.level.total_cmp(&b.level));
     let bound = measured.result.ok().and_then(strictest).map(|it| {

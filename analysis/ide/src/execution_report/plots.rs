@@ -106,7 +106,7 @@ pub(super) fn recording(of: &Plotted<'_>) -> Figure {
         frame.right,
         dots(records.into_iter())
     );
-    legend.push((RECORD, format!("high-water mark so far, at the end {}", of.unit.time(greatest))));
+    legend.push((RECORD, format!("high-water mark so far, at the end {}", of.unit.bound(greatest))));
     Figure {
         class: "recording",
         caption: "Recording.",
@@ -169,7 +169,7 @@ pub(super) fn density(of: &Plotted<'_>, estimate: Option<&Estimate>) -> Option<F
     }
     let (_, greatest) = ends(&of.ascending);
     if found.above == 0 {
-        vertical("hwm", HIGH_WATER, greatest, format!("high-water mark, {}", of.unit.time(greatest)));
+        vertical("hwm", HIGH_WATER, greatest, format!("high-water mark, {}", of.unit.bound(greatest)));
     }
     let note = if found.above > 0 {
         format!(
@@ -178,7 +178,7 @@ pub(super) fn density(of: &Plotted<'_>, estimate: Option<&Estimate>) -> Option<F
             of.unit.time(end),
             figures::rounded(share(found.above)),
             if found.above == 1 { "is" } else { "are" },
-            of.unit.time(greatest)
+            of.unit.bound(greatest)
         )
     } else {
         "Several peaks suggest several modes.".to_owned()
