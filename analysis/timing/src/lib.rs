@@ -72,7 +72,7 @@ pub use simulation::{
 };
 pub use table::error::{TableError, TableErrorKind, TomlKind};
 pub use table::measured::{Measured, digest_of};
-pub use table::update::{Kept, NewEntry, UpdateError, Updated, update as update_table};
+pub use table::update::{Kept, UpdateError, Updated, update as update_table};
 pub use table::{Entry, KeyPart, Level, MOST_LEVELS, Overhead, Table, Times, keys as table_keys};
 pub use task::{
     Analysis, Bound, CpuLoad, CpuRule, Demand, Interference, Method, NoBoundReason, Options, Response,

@@ -1,17 +1,10 @@
 //! Writes measured times into a table, and keeps everything else of its text: comments, order, and entries by hand.
 
-use toml_edit::{Array, DocumentMut, Item, Table as EditTable, Value};
+use toml_edit::{Array, DocumentMut, Item, Table as EditTable, TableLike, Value};
 
 use super::measured::Measured;
 use super::{Entry, Level, Table, TableError, Times};
 use crate::{Time, Unit};
-
-/// A measured entry to write.
-#[derive(Debug, Clone, PartialEq)]
-pub struct NewEntry {
-    /// Its record. The key has a `/` for a program, and `times` has one time for each level.
-    pub record: Measured,
-}
 
 /// A table with measured times.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -24,12 +17,15 @@ pub struct Updated {
 
 /// An entry that was not overwritten, since somebody wrote or edited it by hand.
 #[derive(Debug, Clone, PartialEq, Eq)]
-#[allow(missing_docs, reason = "the documentation of a variant says what its fields are")]
-pub enum Kept {
-    /// The table has no record of this entry; `entry` is its key in the table, which may lack the library.
-    ByHand { key: String, entry: String },
-    /// The entry has other times than its record.
-    Edited { key: String },
+pub struct Kept {
+    /// The key of the measured times.
+    pub key: String,
+    /// The key of the entry, which may lack the library.
+    pub entry: String,
+    /// The times of the entry.
+    pub times: Option<Times>,
+    /// Whether it was measured, and edited afterwards.
+    pub is_edited: bool,
 }
 
 /// Why a table cannot be updated.
@@ -41,9 +37,12 @@ pub enum UpdateError {
     OtherLevels(Vec<Level>),
 }
 
-/// Writes entries with times at `levels` into the text of a table. An empty text becomes a table in microseconds.
+/// Writes measured times at `levels` into the text of a table. An empty text becomes a table in microseconds.
 ///
-/// An entry by hand stays unless `replace`: one without a record in `[measured]`, or with other times than its record.
+/// The key of a record is that of a program if it has a `/`; its `times` has one time for each level.
+///
+/// An entry by hand stays unless `replace`: one without a record in `[measured]`, or with other times than its record, or with a key
+/// that lacks the library, since it may be that of another one. It is replaced by an entry with the whole key.
 ///
 /// # Errors
 ///
@@ -51,7 +50,7 @@ pub enum UpdateError {
 pub fn update(
     text: &str,
     levels: &[Level],
-    entries: &[NewEntry],
+    records: &[Measured],
     replace: bool,
 ) -> Result<Updated, UpdateError> {
     let is_new = text.trim().is_empty();
@@ -66,21 +65,31 @@ pub fn update(
     };
     let mut kept = Vec::new();
     let mut written = Vec::new();
-    for NewEntry { record } in entries {
+    for record in records {
         match existing(&table, record) {
-            Some(entry) if !replace && !is_measured(&table, entry) => {
-                kept.push(reason(&table, record, entry))
+            Some(entry) if !replace && !is_measured(&table, record, entry) => {
+                kept.push(Kept {
+                    key: record.key.clone(),
+                    entry: entry.key.clone(),
+                    times: entry.value.clone(),
+                    is_edited: entry.key == record.key && record_of(&table, &record.key).is_some(),
+                });
             }
             found => written.push((record, found)),
         }
+    }
+    if written.is_empty() {
+        return Ok(Updated { text: text.to_owned(), kept });
     }
     let replaced = |entry: &Entry| written.iter().any(|(_, found)| *found == Some(entry));
     let others = table.codels.iter().chain(&table.programs).chain(&table.components);
     let has_levels = |times: &Times| matches!(times, Times::PerLevel(_));
     let stay = others.filter(|entry| !replaced(entry)).filter_map(|entry| entry.value.as_ref());
+    let remains = |key: &str| written.iter().all(|(record, _)| record.key != key);
+    let records = table.measured.iter().filter(|it| remains(&it.key)).map(|it| &it.times);
     let overhead = [&table.overhead.dispatch, &table.overhead.context_switch];
     if table.levels != levels {
-        if stay.chain(overhead).any(has_levels) {
+        if stay.chain(overhead).chain(records).any(has_levels) {
             return Err(UpdateError::OtherLevels(table.levels));
         }
         let mut array = Array::new();
@@ -90,43 +99,77 @@ pub fn update(
     let unit = unit_of(&document);
     for (record, found) in &written {
         let section = if record.key.contains('/') { "program" } else { "codel" };
+        let mut value = times(&record.times, unit);
         let whole = [record.key.as_str()];
         let parts: Vec<&str> = match found {
-            Some(entry) => entry.key_parts.iter().map(|part| &entry.key[part.of_key.clone()]).collect(),
+            Some(entry) if entry.key == record.key => {
+                entry.key_parts.iter().map(|part| &entry.key[part.of_key.clone()]).collect()
+            }
+            Some(entry) => {
+                let entries = document.get_mut(section).and_then(Item::as_table_like_mut);
+                if let Some(Item::Value(old)) = entries.and_then(|it| remove(it, &entry.key)) {
+                    *value.decor_mut() = old.decor().clone();
+                }
+                whole.into()
+            }
             None => whole.into(),
         };
         let path: Vec<&str> = [section].into_iter().chain(parts).collect();
-        set(document.as_table_mut(), &path, Item::Value(times(&record.times, unit)));
+        set(document.as_table_mut(), &path, Item::Value(value));
     }
     // After all entries, so that the sections of a new table are in this order.
     for (record, found) in &written {
-        let key = found.map_or(record.key.as_str(), |entry| entry.key.as_str());
-        set(document.as_table_mut(), &["measured", key], Item::Table(fields(record, unit)));
+        for key in [&record.key].into_iter().chain(found.map(|entry| &entry.key)) {
+            if let Some(measured) = document.get_mut("measured").and_then(Item::as_table_like_mut)
+                && (*key != record.key || !measured.contains_key(key))
+            {
+                remove(measured, key);
+            }
+        }
+        set(document.as_table_mut(), &["measured", &record.key], Item::Table(fields(record, unit)));
     }
-    Ok(Updated { text: document.to_string(), kept })
+    Ok(Updated { text: as_before(document.to_string(), text), kept })
+}
+
+/// Returns a new text with the byte order mark and the line ends of the old one.
+fn as_before(new: String, old: &str) -> String {
+    let has_crlf = old.lines().count() > 0 && old.matches('\n').count() == old.matches("\r\n").count();
+    let new = if has_crlf { new.replace("\r\n", "\n").replace('\n', "\r\n") } else { new };
+    if old.starts_with('\u{feff}') && !new.starts_with('\u{feff}') { format!("\u{feff}{new}") } else { new }
+}
+
+/// Removes what has a key that may be written in parts.
+fn remove(table: &mut dyn TableLike, key: &str) -> Option<Item> {
+    if let Some(found) = table.remove(key) {
+        return Some(found);
+    }
+    key.match_indices('.').find_map(|(at, _)| {
+        let inner = table.get_mut(&key[..at])?.as_table_like_mut()?;
+        let found = remove(inner, &key[at + 1..])?;
+        if inner.is_empty() {
+            table.remove(&key[..at]);
+        }
+        Some(found)
+    })
 }
 
 /// The entry of this key: that with the library, or without if there is none.
 fn existing<'t>(table: &'t Table, record: &Measured) -> Option<&'t Entry> {
-    let section = if record.key.contains('/') { &table.programs } else { &table.codels };
+    let is_program = record.key.contains('/');
+    let section = if is_program { &table.programs } else { &table.codels };
     let find = |key: &str| section.iter().find(|entry| entry.key == key);
-    find(&record.key).or_else(|| find(record.key.split_once('.')?.1))
+    let component = record.key.split('/').next().unwrap_or_default();
+    let library = component.split_once('.').map(|(library, _)| library.len() + 1);
+    find(&record.key).or_else(|| find(record.key.get(library?..)?))
 }
 
-fn record_of<'t>(table: &'t Table, entry: &Entry) -> Option<&'t Measured> {
-    table.measured.iter().find(|record| record.key == entry.key)
+fn record_of<'t>(table: &'t Table, key: &str) -> Option<&'t Measured> {
+    table.measured.iter().find(|record| record.key == key)
 }
 
-fn is_measured(table: &Table, entry: &Entry) -> bool {
-    record_of(table, entry).is_some_and(|record| entry.value.as_ref() == Some(&record.times))
-}
-
-fn reason(table: &Table, record: &Measured, entry: &Entry) -> Kept {
-    let key = record.key.clone();
-    match record_of(table, entry) {
-        Some(_) => Kept::Edited { key },
-        None => Kept::ByHand { key, entry: entry.key.clone() },
-    }
+fn is_measured(table: &Table, record: &Measured, entry: &Entry) -> bool {
+    let old = record_of(table, &entry.key).filter(|_| entry.key == record.key);
+    old.is_some_and(|old| entry.value.as_ref() == Some(&old.times))
 }
 
 fn unit_of(document: &DocumentMut) -> Unit {
@@ -137,7 +180,7 @@ fn unit_of(document: &DocumentMut) -> Unit {
 /// Sets the value at a path, and makes the tables on the way; the comments around an old value stay.
 fn set(table: &mut EditTable, path: &[&str], item: Item) {
     let Some((last, sections)) = path.split_last() else { return };
-    let mut table: &mut dyn toml_edit::TableLike = table;
+    let mut table: &mut dyn TableLike = table;
     for &section in sections {
         let entry = table.entry(section).or_insert_with(|| {
             let mut new = EditTable::new();
@@ -218,24 +261,22 @@ mod tests {
     use super::*;
     use expect_test::{Expect, expect};
 
-    fn entry(key: &str, micros: &[u64]) -> NewEntry {
+    fn entry(key: &str, micros: &[u64]) -> Measured {
         let times = micros.iter().map(|it| Time::from_nanos(it * 1000)).collect();
-        NewEntry {
-            record: Measured {
-                key: key.to_owned(),
-                span: 0..0,
-                executions: 5000,
-                greatest: Time::from_nanos(micros[0] * 900),
-                times: Times::PerLevel(times),
-                method: "generalised Pareto".to_owned(),
-                date: "2026-11-23".to_owned(),
-                samples: "ab12".to_owned(),
-                files: vec!["run.samples".to_owned()],
-                bytes: 4711,
-                source: None,
-                source_digest: None,
-                warnings: Vec::new(),
-            },
+        Measured {
+            key: key.to_owned(),
+            span: 0..0,
+            executions: 5000,
+            greatest: Time::from_nanos(micros[0] * 900),
+            times: Times::PerLevel(times),
+            method: "generalised Pareto".to_owned(),
+            date: "2026-11-23".to_owned(),
+            samples: "ab12".to_owned(),
+            files: vec!["run.samples".to_owned()],
+            bytes: 4711,
+            source: None,
+            source_digest: None,
+            warnings: Vec::new(),
         }
     }
 
@@ -243,7 +284,7 @@ mod tests {
         [1e-3, 1e-4].into_iter().filter_map(Level::from_f64).collect()
     }
 
-    fn check(text: &str, entries: &[NewEntry], replace: bool, expected: Expect) {
+    fn check(text: &str, entries: &[Measured], replace: bool, expected: Expect) {
         let updated = update(text, &levels(), entries, replace).expect("a valid table");
         let table = Table::parse(&updated.text);
         assert!(table.errors.is_empty(), "{:?}\n{}", table.errors, updated.text);
@@ -363,7 +404,7 @@ bytes = 0
                 samples = "ab12"
                 files = ["run.samples"]
                 bytes = 4711
-                ByHand { key: "nav.astar", entry: "astar" }
+                Kept { key: "nav.astar", entry: "astar", times: Some(Always(Time(7000000))), is_edited: false }
             "##]],
         );
         check(
@@ -378,8 +419,8 @@ bytes = 0
                 [codel]
                 # static analysis
                 "arm.grip" = 3
-                astar = [9, 9.5] # guessed
                 nav.dist = [1, 2] # measured
+                "nav.astar" = [9, 9.5] # guessed
 
                 [overhead]
                 dispatch = 0.01
@@ -394,7 +435,7 @@ bytes = 0
                 files = []
                 bytes = 0
 
-                [measured.astar]
+                [measured."nav.astar"]
                 executions = 5000
                 greatest = 8.1
                 times = [9, 9.5]
@@ -412,7 +453,58 @@ bytes = 0
         let first = update("", &levels(), &[entry("a.b", &[10, 20])], false).expect("a valid table").text;
         let edited = first.replacen("[10, 20]", "[10, 25]", 1);
         let second = update(&edited, &levels(), &[entry("a.b", &[11, 21])], false).expect("a valid table");
-        assert_eq!((second.text, second.kept), (edited, vec![Kept::Edited { key: "a.b".to_owned() }]));
+        assert_eq!(second.text, edited);
+        assert!(second.kept[0].is_edited && second.kept[0].key == "a.b", "{:?}", second.kept);
+    }
+
+    /// `plan` may be that of another library.
+    #[test]
+    fn a_key_without_its_library_is_by_hand() {
+        let text = "unit = \"ms\"\nlevels = [1e-3, 1e-4]\n[codel]\nplan = 9 # guessed\n[program]\nrun = 4\n";
+        let records = [entry("arm.plan", &[9000, 9500]), entry("nav.plan", &[2000, 2500])];
+        let kept = update(text, &levels(), &records, false).expect("a valid table");
+        assert_eq!((kept.text.as_str(), kept.kept.len()), (text, 2));
+        let replaced = update(text, &levels(), &records, true).expect("a valid table").text;
+        let table = Table::parse(&replaced);
+        let keys: Vec<&str> = table.codels.iter().map(|it| it.key.as_str()).collect();
+        assert_eq!(keys, ["arm.plan", "nav.plan"], "{replaced}");
+        let again =
+            update(&replaced, &levels(), &[entry("zoo.plan", &[1, 2])], false).expect("a valid table");
+        assert!(again.text.contains("\"arm.plan\" = [9, 9.5]") && again.kept.is_empty(), "{}", again.text);
+        let program =
+            update(text, &levels(), &[entry("Pilot/Moving.run", &[1, 2])], true).expect("a valid table");
+        assert!(program.text.contains("run = 4\n\"Pilot/Moving.run\" = "), "{}", program.text);
+    }
+
+    #[test]
+    fn a_record_in_parts_is_replaced() {
+        let first = update("", &levels(), &[entry("a.b", &[10, 20])], false).expect("a valid table").text;
+        let parts = first.replacen("[measured.\"a.b\"]", "[measured.a.b]", 1);
+        let second = update(&parts, &levels(), &[entry("a.b", &[11, 21])], false).expect("a valid table");
+        let table = Table::parse(&second.text);
+        assert!(
+            second.kept.is_empty() && table.errors.is_empty() && table.measured.len() == 1,
+            "{}",
+            second.text
+        );
+    }
+
+    #[test]
+    fn line_ends_and_the_byte_order_mark_stay() {
+        let text = "\u{feff}unit = \"ms\"\r\n[codel]\r\nb = 3 # by hand\r\n";
+        let found = update(text, &levels(), &[entry("a.b", &[10, 20])], true).expect("a valid table").text;
+        assert!(found.starts_with("\u{feff}unit = \"ms\"\r\n"), "{found:?}");
+        assert_eq!(found.matches('\n').count(), found.matches("\r\n").count(), "{found:?}");
+    }
+
+    /// The times of a record belong to the levels, too.
+    #[test]
+    fn records_that_stay_have_levels() {
+        let first = update("", &levels(), &[entry("a.b", &[10, 20])], false).expect("a valid table").text;
+        let by_hand = first.replacen("[10, 20]", "12", 1);
+        let three: Vec<Level> = [1e-3, 1e-4, 1e-5].into_iter().filter_map(Level::from_f64).collect();
+        let found = update(&by_hand, &three, &[entry("b.c", &[1, 2, 3])], false);
+        assert_eq!(found, Err(UpdateError::OtherLevels(levels())));
     }
 
     #[test]
