@@ -113,8 +113,14 @@ pub fn measurement_refusal(refusal: &Refusal) -> String {
             time(constant as f64)
         ),
         Refusal::TooCoarse { distinct, resolution } => format!(
-            "only {distinct} distinct times, since the clock counts steps of {}: a tail needs at least {LEAST_DISTINCT}; measure with a finer clock",
+            "only {distinct} distinct times, in steps of {}: a tail needs at least {LEAST_DISTINCT}; measure with a finer clock, or with more varied inputs",
             time(resolution as f64)
+        ),
+        Refusal::NoFit => {
+            "no distribution fits the longest executions: look for outliers, several modes, or an interrupted measurement".to_owned()
+        }
+        Refusal::NoBound { level } => format!(
+            "no bound at {level:e} that a codel could take: measure more, or leave the level out"
         ),
         Refusal::InfiniteMean { shape } => format!(
             "the tail has no mean (ξ = {shape:.2}): no time holds; look for outliers, several modes, or an interrupted measurement"

@@ -155,6 +155,13 @@ pub enum Refusal {
         /// The resolution of the clock, in nanoseconds.
         resolution: u64,
     },
+    /// No distribution fits the longest executions.
+    NoFit,
+    /// A bound is longer than any time of a codel.
+    NoBound {
+        /// Its level.
+        level: f64,
+    },
     /// The tail is so heavy that it has no mean: ξ ≥ 1.
     InfiniteMean {
         /// ξ.
@@ -187,6 +194,9 @@ pub fn rounded_up(nanoseconds: f64) -> u64 {
     whole.div_ceil(step).saturating_mul(step)
 }
 
+/// No longer bound is a time of a codel, in nanoseconds: 30 years.
+const LONGEST_BOUND: f64 = 1e18;
+
 /// Estimates the times that an execution exceeds with the probabilities of the levels.
 ///
 /// `executions` are in nanoseconds, in the order in which they were measured.
@@ -214,7 +224,7 @@ pub fn estimate(executions: &[u64], options: &Options) -> Result<Estimate, Refus
     }
     let times = Times::new(executions, resolution, options.seed);
     let Some(tail) = Tail::select(&times, options.model) else {
-        return Err(Refusal::TooCoarse { distinct, resolution });
+        return Err(Refusal::NoFit);
     };
     if tail.model.shape >= 1.0 {
         return Err(Refusal::InfiniteMean { shape: tail.model.shape });
@@ -232,6 +242,9 @@ pub fn estimate(executions: &[u64], options: &Options) -> Result<Estimate, Refus
         let seen = if depth < 1.0 { greatest as f64 } else { 0.0 };
         let upper = tail.upper_bound(&times, level).max(seen) + resolution as f64;
         greatest_bound = greatest_bound.max(upper);
+        if greatest_bound.is_nan() || greatest_bound > LONGEST_BOUND {
+            return Err(Refusal::NoBound { level });
+        }
         levels[index] = Some(LevelEstimate {
             level,
             point: tail.exceeded_with(&times, level),

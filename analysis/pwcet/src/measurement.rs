@@ -1,5 +1,5 @@
 //! All measured executions of one codel or program: those of each instance are a sample of their own, and the time of the codel
-//! is the longest of them.
+//! is the longest of their bounds.
 //!
 //! Instances are not mixed: they may execute a codel with other inputs, or on other CPUs, and a mixture of two distributions is
 //! none of the distributions that an estimate assumes.
@@ -42,17 +42,34 @@ impl Measurement {
         self.instances.iter().flat_map(|it| &it.executions).copied().max().unwrap_or_default()
     }
 
-    /// Returns the time of each level, in nanoseconds: the longest upper bound of an instance, and no less than any execution of an
-    /// instance without an estimate. `None` if no instance has an estimate.
+    /// Returns the time of each level, in nanoseconds: the longest upper bound of an instance. `None` if no instance has an estimate,
+    /// or [`withheld_by`](Self::withheld_by) an instance without one.
     pub fn times(&self) -> Option<Vec<f64>> {
+        if self.withheld_by().is_some() {
+            return None;
+        }
         let estimates = || self.instances.iter().filter_map(|it| it.result.as_ref().ok());
         let levels = estimates().next()?.levels.len();
-        let refused = self.instances.iter().filter(|it| it.result.is_err());
-        let seen = refused.flat_map(|it| &it.executions).copied().max().unwrap_or_default() as f64;
         let time = |level: usize| {
-            estimates().filter_map(|it| it.levels.get(level)).map(|it| it.upper).fold(seen, f64::max)
+            estimates().filter_map(|it| it.levels.get(level)).map(|it| it.upper).fold(0.0, f64::max)
         };
         Some((0..levels).map(time).collect())
+    }
+
+    /// Returns the instance because of which the bounds of the others are no times of the codel: it has no estimate, and an execution
+    /// in it took longer than all of theirs, or its tail has no bound. An instance without an estimate that was never slower than the
+    /// others is taken to be like them.
+    pub fn withheld_by(&self) -> Option<&InstanceMeasurement> {
+        let estimates = self.instances.iter().filter_map(|it| it.result.as_ref().ok());
+        let greatest = estimates.map(|it| it.greatest).max()?;
+        let is_slower = |it: &&InstanceMeasurement| match it.result {
+            Ok(_) => false,
+            Err(Refusal::InfiniteMean { .. } | Refusal::NoBound { .. } | Refusal::NoFit) => true,
+            Err(Refusal::TooFew { .. } | Refusal::Constant { .. } | Refusal::TooCoarse { .. }) => {
+                it.executions.iter().any(|&time| time > greatest)
+            }
+        };
+        self.instances.iter().find(is_slower)
     }
 }
 
@@ -62,12 +79,17 @@ impl Measurement {
 ///
 /// # Errors
 ///
-/// A file cannot be read; with its index.
+/// A file cannot be read, or has a run of an earlier one; with its index.
 pub fn measure(
     files: &mut [Samples],
     wanted: impl Fn(&str) -> bool,
     options: &Options,
 ) -> Result<Vec<Measurement>, (usize, SamplesError)> {
+    for (index, file) in files.iter().enumerate() {
+        if let Some(run) = files[..index].iter().find_map(|earlier| earlier.common_run(file)) {
+            return Err((index, SamplesError::Repeated { run }));
+        }
+    }
     let mut names: Vec<(String, String)> = Vec::new();
     for it in files.iter().flat_map(Samples::series).filter(|it| wanted(&it.key)) {
         names.push((it.key.clone(), it.instance.clone()));
@@ -153,12 +175,24 @@ mod tests {
         assert!(measure(&mut files, |key| key.contains('/'), &options()).unwrap().is_empty());
     }
 
-    /// Three slow executions of an instance are not forgotten, although they are too few for an estimate.
+    /// Executions that are too few for an estimate are not forgotten: if they are slow, nobody knows how slow the codel may be.
     #[test]
-    fn an_instance_without_an_estimate_counts() {
+    fn a_slow_instance_without_an_estimate_takes_the_time_away() {
         let mut files = [file("c", 3, &[("left", 900, 1e5), ("right", 3, 9e7)])];
         let plan = measure(&mut files, |_| true, &options()).unwrap().remove(0);
         assert_eq!(plan.instances[1].result, Err(Refusal::TooFew { count: 3 }));
-        assert!(plan.times().unwrap().iter().all(|&time| time >= plan.greatest() as f64));
+        assert_eq!((plan.times(), plan.withheld_by()), (None, Some(&plan.instances[1])));
+
+        let mut files = [file("d", 3, &[("left", 900, 1e5), ("right", 3, 1e4)])];
+        let plan = measure(&mut files, |_| true, &options()).unwrap().remove(0);
+        let left = plan.instances[0].result.as_ref().unwrap();
+        assert_eq!(plan.times(), Some(left.levels.iter().map(|it| it.upper).collect()));
+    }
+
+    #[test]
+    fn a_run_counts_once() {
+        let one = || file("e", 4, &[("left", 300, 1e5)]);
+        let found = measure(&mut [one(), one()], |_| true, &options());
+        assert!(matches!(found, Err((1, SamplesError::Repeated { run: 0 }))), "{found:?}");
     }
 }

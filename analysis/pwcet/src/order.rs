@@ -35,10 +35,26 @@ impl Times {
     }
 }
 
-/// Returns the resolution of the clock: the greatest number that all differences of times are multiples of; 0 if all are equal.
+/// Returns the resolution of the clock; 0 if all times are equal.
+///
+/// It is the greatest number that all differences of times are multiples of. A clock with ticks of, say, 52.08 ns gives differences of
+/// 52 and 53 ns: where times repeat, it is at least the distance between neighbours.
 pub(crate) fn resolution(executions: &[u64]) -> u64 {
     let first = executions.first().copied().unwrap_or_default();
-    executions.iter().fold(0, |divisor, &time| greatest_common_divisor(divisor, time.abs_diff(first)))
+    let divisor =
+        executions.iter().fold(0, |divisor, &time| greatest_common_divisor(divisor, time.abs_diff(first)));
+    let mut values = executions.to_vec();
+    values.sort_unstable();
+    values.dedup();
+    // Few ties are chance, and there the resolution does not matter.
+    if values.len() * 10 > executions.len() * 9 {
+        return divisor;
+    }
+    let mut distances: Vec<u64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    distances.sort_unstable();
+    // Not the least one: a single odd time would hide the ticks.
+    let usual = distances.get(distances.len() / 20).copied().unwrap_or_default();
+    divisor.max(usual)
 }
 
 fn greatest_common_divisor(mut a: u64, mut b: u64) -> u64 {
@@ -58,6 +74,9 @@ mod tests {
         assert_eq!(resolution(&[7, 8]), 1);
         assert_eq!(resolution(&[5, 5, 5]), 0);
         assert_eq!(resolution(&[]), 0);
+        // Ticks of 19.2 MHz, and one time that is no tick.
+        let ticks = (0..2000_u64).map(|it| 100_000 + it * 37 % 400 * 625 / 12);
+        assert_eq!(resolution(&ticks.chain([100_001]).collect::<Vec<_>>()), 52);
         assert_eq!(resolution(&[0, u64::MAX]), u64::MAX);
     }
 }

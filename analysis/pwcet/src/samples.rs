@@ -50,6 +50,12 @@ pub struct Run {
     fingerprint: [u8; 32],
 }
 
+impl Run {
+    fn is_same(&self, other: &Run) -> bool {
+        self.executions > 0 && self.executions == other.executions && self.fingerprint == other.fingerprint
+    }
+}
+
 /// The number of a [`Series`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SeriesId(u32);
@@ -105,6 +111,11 @@ pub enum SamplesError {
     /// The same executions were imported before.
     Duplicate {
         /// The index of the [`Run`] that has them.
+        run: usize,
+    },
+    /// Another file has a run of this file.
+    Repeated {
+        /// The index of the [`Run`] in this file.
         run: usize,
     },
     /// A name is too long.
@@ -174,6 +185,8 @@ struct Index {
     parts: Vec<Vec<Part>>,
     /// The end of the last valid run.
     end: u64,
+    /// The size of the file when it was read.
+    size: u64,
 }
 
 impl Samples {
@@ -183,6 +196,10 @@ impl Samples {
     ///
     /// The file cannot be read, is not a sample file, or is damaged.
     pub fn open(path: &Path) -> Result<Samples, SamplesError> {
+        // A pipe would wait for its writer.
+        if !path.metadata().map_err(SamplesError::Io)?.is_file() {
+            return Err(SamplesError::NotSamples);
+        }
         let mut file = File::open(path).map_err(SamplesError::Io)?;
         let index = Index::read(&mut file)?;
         if index.end == 0 {
@@ -195,6 +212,29 @@ impl Samples {
     /// Returns the runs in the order in which they were imported.
     pub fn runs(&self) -> &[Run] {
         &self.index.runs
+    }
+
+    /// Returns the sum of what all runs had, and of what was not used of them.
+    pub fn summary(&self) -> Summary {
+        let mut sum = Summary::default();
+        self.index.runs.iter().for_each(|run| sum.add(&run.summary));
+        sum
+    }
+
+    /// Returns the size of the file in bytes when it was opened.
+    pub fn size(&self) -> u64 {
+        self.index.size
+    }
+
+    /// Returns how many bytes at the end of the file are no complete run: an import under way, one that did not end, or damage.
+    pub fn incomplete_bytes(&self) -> u64 {
+        self.index.size.saturating_sub(self.index.end)
+    }
+
+    /// Returns the index of the first run of `other` that this file has, too.
+    pub fn common_run(&self, other: &Samples) -> Option<usize> {
+        let is_here = |run: &Run| self.index.runs.iter().any(|it| it.is_same(run));
+        other.index.runs.iter().position(is_here)
     }
 
     /// Returns the series in the order in which they appeared.
@@ -260,7 +300,7 @@ impl Index {
         }
 
         let mut offset = MAGIC.len() as u64;
-        let mut index = Index { end: offset, ..Index::default() };
+        let mut index = Index { end: offset, size, ..Index::default() };
         // What the run has that is not yet ended.
         let mut open = OpenRun::default();
         let damage = loop {

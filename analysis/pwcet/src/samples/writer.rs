@@ -31,6 +31,7 @@ pub struct Writer {
     names: Vec<(String, String)>,
     /// Whether this writer has made the file, which goes again if no run is committed.
     is_new: bool,
+    removed: u64,
     run: Option<OpenRun>,
 }
 
@@ -99,9 +100,16 @@ impl Writer {
         let names: Vec<(String, String)> =
             index.series.iter().map(|it| (it.key.clone(), it.instance.clone())).collect();
         let ids = names.iter().cloned().zip(index.series.iter().map(|it| it.id)).collect();
-        let mut writer = Writer { path: path.to_owned(), file, index, ids, names, is_new, run: None };
+        let removed = index.size.saturating_sub(index.end);
+        let mut writer =
+            Writer { path: path.to_owned(), file, index, ids, names, is_new, removed, run: None };
         writer.abort()?;
         Ok(writer)
+    }
+
+    /// Returns how many bytes of an import that did not end were removed when the file was opened.
+    pub fn removed_bytes(&self) -> u64 {
+        self.removed
     }
 
     /// Returns the runs in the file.
