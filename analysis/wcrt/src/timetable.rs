@@ -384,7 +384,13 @@ impl<'db> TimetableBuilder<'db> {
             self.program(entry, slot(entry), at(&entry.key_span));
         }
         for record in &table.measured {
-            self.measured(file, record, at(&record.span));
+            let mut entries = table.codels.iter().chain(&table.programs);
+            let entry = entries.find(|entry| entry.key == record.key);
+            let is_edited = entry.is_some_and(|entry| entry.value.as_ref() != Some(&record.times));
+            // An edited time is one by hand: a new measurement does not replace it.
+            if !is_edited {
+                self.measured(file, record, at(&record.span));
+            }
         }
     }
 

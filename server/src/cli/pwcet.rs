@@ -7,6 +7,8 @@ mod report;
 mod table;
 mod write;
 
+use std::fs::File;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
@@ -18,8 +20,9 @@ use mauve_timing::{Level, MOST_LEVELS, Table, Time};
 
 use self::budgets::{Budgets, budgets};
 use super::sample_file::unreadable_samples;
-use super::{Outside, say};
-use crate::Output;
+use super::trace::recording_warnings;
+use super::{Outside, counted, say};
+use crate::{Output, disk};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Pwcet {
@@ -83,6 +86,8 @@ struct Estimates {
     measurements: Vec<Measured>,
     /// The level of the budgets, and their project; none without a project.
     budgets: Option<Budgets>,
+    /// What the recordings lack, in words.
+    recording: Vec<String>,
 }
 
 /// A codel or a program.
@@ -106,7 +111,17 @@ impl Measured {
                     let warnings = estimate.warnings.iter().map(measurement_warning);
                     remarks.extend(warnings.map(|warning| format!("{of}{warning}")));
                 }
-                Err(refusal) => remarks.push(format!("{of}{}", measurement_refusal(refusal))),
+                Err(refusal) => {
+                    let withheld = self.measurement.withheld_by() == Some(instance);
+                    let then = match () {
+                        () if withheld => {
+                            ": the codel has no time, since nobody knows how long it takes there"
+                        }
+                        () if self.times.is_some() => ": it is taken to be no slower there than elsewhere",
+                        () => "",
+                    };
+                    remarks.push(format!("{of}{}{then}", measurement_refusal(refusal)));
+                }
             }
         }
         remarks
@@ -121,6 +136,7 @@ impl Measured {
 
 impl Pwcet {
     pub(crate) fn run(self) -> Result<Output, String> {
+        self.check_report()?;
         let levels = self.levels()?;
         let options = Options {
             levels: levels.iter().map(|level| level.as_f64()).collect(),
@@ -140,6 +156,17 @@ impl Pwcet {
             let first = self.samples[0].display();
             return Err(format!("`{first}` has no executions of codels: record a trace and import it first"));
         }
+        let mut recording = Vec::new();
+        for (path, file) in self.samples.iter().zip(&files) {
+            recording.extend(recording_warnings(&path.display().to_string(), &file.summary()));
+            if file.incomplete_bytes() > 0 {
+                say(&format!(
+                    "`{}` ends with {} of an import that did not end, or that is damaged: they are not used; import that trace again",
+                    path.display(),
+                    counted(usize::try_from(file.incomplete_bytes()).unwrap_or(usize::MAX), "byte")
+                ));
+            }
+        }
         let budgets = self.budgets()?;
         if let Some(level) = budgets.as_ref().map(|it| it.level).filter(|level| !levels.contains(level)) {
             say(&format!(
@@ -154,19 +181,19 @@ impl Pwcet {
             Measured { measurement, times, budget }
         };
         let measurements = measurements.into_iter().map(measured).collect();
-        let mut estimates = Estimates { options, levels, measurements, budgets };
+        let mut estimates = Estimates { options, levels, measurements, budgets, recording };
         estimates.sort();
-        let fingerprints = files.iter().map(Samples::fingerprint).collect::<Vec<_>>();
+        let mut code = u8::from(estimates.measurements.iter().any(|it| estimates.is_finding(it)));
+        if let Some(path) = &self.output {
+            let written = write::write(path, &self.samples, &files, &estimates, self.replace)?;
+            written.messages.iter().for_each(|message| say(message));
+            code |= u8::from(written.is_exceeded || self.has_missed(&estimates));
+        }
         if let Some(path) = &self.report {
+            let fingerprints: Vec<String> = files.iter().map(Samples::fingerprint).collect();
             write::put(path, &report::report(&estimates, &self.samples, &fingerprints))?;
             say(&format!("`{}` has the report", path.display()));
         }
-        if let Some(path) = &self.output {
-            for message in write::write(path, &self.samples, &fingerprints, &estimates, self.replace)? {
-                say(&message);
-            }
-        }
-        let code = u8::from(estimates.measurements.iter().any(|it| estimates.is_finding(it)));
         match self.format {
             Format::Table => Ok(Output::escaped(table::table(&estimates), code)),
             Format::Json => Ok(Output::verbatim(document::document(&estimates)?, code)),
@@ -176,8 +203,8 @@ impl Pwcet {
     /// The levels of the option, of the table, or the default.
     fn levels(&self) -> Result<Vec<Level>, String> {
         let of_table = || {
-            let text = std::fs::read_to_string(self.output.as_ref()?).ok()?;
-            Some(Table::parse(&text).levels).filter(|levels| !levels.is_empty())
+            let text = disk::read(self.output.as_ref()?, disk::LONGEST).ok()?;
+            Some(Table::parse(str::from_utf8(&text).ok()?).levels).filter(|levels| !levels.is_empty())
         };
         if self.levels.is_empty() {
             let default =
@@ -191,9 +218,63 @@ impl Pwcet {
         let mut levels = self.levels.iter().map(level).collect::<Result<Vec<_>, _>>()?;
         levels.sort_by(|a, b| b.cmp(a));
         levels.dedup();
+        // In the order of the table, if they are those of the table.
+        if let Some(of_table) = of_table() {
+            let mut sorted = of_table.clone();
+            sorted.sort_by(|a, b| b.cmp(a));
+            if sorted == levels {
+                return Ok(of_table);
+            }
+        }
         match levels.len() {
             0..=MOST_LEVELS => Ok(levels),
             count => Err(format!("{count} levels: a table has at most {MOST_LEVELS}")),
+        }
+    }
+
+    /// Returns whether a deadline of the project is missed with the table as it now is, and says which: budgets are for one codel
+    /// each, while the others keep their times.
+    fn has_missed(&self, estimates: &Estimates) -> bool {
+        let Some(project) = estimates.budgets.as_ref() else { return false };
+        if !project.has_sources() {
+            say(
+                "no C++ file of a codel was found below the folder `out` of [generate] in mauve.toml: nobody will notice that one changes",
+            );
+        }
+        let missed = budgets::missed(project.project(), self.outside.allow_outside).unwrap_or_default();
+        if let [first, ..] = missed.as_slice() {
+            let others = match missed.len() - 1 {
+                0 => String::new(),
+                others => format!(" and {others} more"),
+            };
+            say(&format!(
+                "with the times of the tables, the deadline of `{first}`{others} is not proved: `mauve wcrt` shows it"
+            ));
+        }
+        !missed.is_empty()
+    }
+
+    /// A report overwrites reports only.
+    fn check_report(&self) -> Result<(), String> {
+        let Some(path) = &self.report else { return Ok(()) };
+        let is_other = match File::open(path).map(|file| file.take(9)) {
+            Ok(mut file) => {
+                let mut begin = Vec::new();
+                let is_read = path.is_file() && file.read_to_end(&mut begin).is_ok();
+                !(is_read && (begin.is_empty() || begin.eq_ignore_ascii_case(b"<!doctype")))
+            }
+            Err(_) => false,
+        };
+        let is_table = self
+            .output
+            .as_ref()
+            .is_some_and(|table| std::path::absolute(table).ok() == std::path::absolute(path).ok());
+        match is_other || is_table {
+            true => Err(format!(
+                "`{}` is no report, and is not overwritten: choose another path for --report",
+                path.display()
+            )),
+            false => Ok(()),
         }
     }
 

@@ -6,6 +6,8 @@ mod import;
 
 use clap::Subcommand;
 
+pub(super) use import::warnings as recording_warnings;
+
 use crate::Output;
 
 #[derive(Debug, clap::Args)]

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, names_of, projects};
 use mauve_ide::codel_file;
-use mauve_timing::{Level, Time};
-use mauve_wcrt::{Limit, Query, sensitivity};
+use mauve_timing::{Level, Status, Time};
+use mauve_wcrt::{ActivityReport, Limit, Query, Verdict, response_times, sensitivity};
 
 use crate::analysis_document::deployments;
 use crate::load::load;
@@ -20,11 +20,21 @@ pub(super) struct Budgets {
     greatest: BTreeMap<String, Time>,
     /// The C++ files of the codels, where they exist.
     sources: BTreeMap<String, PathBuf>,
+    /// What to load.
+    project: PathBuf,
 }
 
 impl Budgets {
     pub(super) fn of(&self, key: &str) -> Option<Time> {
         self.greatest.get(key).copied()
+    }
+
+    pub(super) fn project(&self) -> &Path {
+        &self.project
+    }
+
+    pub(super) fn has_sources(&self) -> bool {
+        !self.sources.is_empty()
     }
 
     pub(super) fn source(&self, key: &str) -> Option<&Path> {
@@ -36,16 +46,21 @@ impl Budgets {
 pub(super) fn budgets(path: &Path, allows_outside: bool) -> Result<Budgets, String> {
     let mut db = Database::default();
     let workspaces = load(&mut db, &[path.to_owned()], allows_outside)?;
-    let mut budgets =
-        Budgets { level: Level::TEN_TO_MINUS_FOUR, greatest: BTreeMap::new(), sources: BTreeMap::new() };
+    let mut budgets = Budgets {
+        level: Level::TEN_TO_MINUS_FOUR,
+        greatest: BTreeMap::new(),
+        sources: BTreeMap::new(),
+        project: path.to_owned(),
+    };
     for (project, deployment) in deployments(&db, &workspaces, None)? {
         let query = Query::shown(&db, project);
         budgets.level = query.level;
         for it in sensitivity(&db, project, deployment, query).times {
             let limit = match it.limit {
                 Limit::Last(time) | Limit::Proved(time) => time,
-                // Even a time of 0 misses a deadline: the fault is elsewhere.
-                Limit::NotFound | Limit::Any | Limit::NotAnalysed(_) | Limit::Exhausted => continue,
+                // Even a time of 0 misses a deadline.
+                Limit::NotFound => Time::from_nanos(0),
+                Limit::Any | Limit::NotAnalysed(_) | Limit::Exhausted => continue,
             };
             let least = budgets.greatest.entry(it.key(&db)).or_insert(limit);
             *least = limit.min(*least);
@@ -58,4 +73,20 @@ pub(super) fn budgets(path: &Path, allows_outside: bool) -> Result<Budgets, Stri
         }
     }
     Ok(budgets)
+}
+
+/// Returns the activities whose deadlines are not proved with the times of the tables on the disk: those of a project whose table
+/// was just written. Activities that lack a time are not among them.
+pub(super) fn missed(path: &Path, allows_outside: bool) -> Result<Vec<String>, String> {
+    let mut db = Database::default();
+    let workspaces = load(&mut db, &[path.to_owned()], allows_outside)?;
+    let mut missed = Vec::new();
+    for (project, deployment) in deployments(&db, &workspaces, None)? {
+        let report = response_times(&db, project, deployment, Query::shown(&db, project));
+        let late = |it: &&ActivityReport<'_>| {
+            matches!(it.verdict, Verdict::RealTime(Status::Missed | Status::Unbounded | Status::NoBound))
+        };
+        missed.extend(report.activities.iter().filter(late).map(|it| it.instance.to_string()));
+    }
+    Ok(missed)
 }

@@ -21,6 +21,7 @@ pub(super) fn document(estimates: &Estimates) -> Result<String, String> {
         confidence: 0.95,
         seed: estimates.options.seed,
         budget_level: estimates.budgets.as_ref().map(|it| it.level.as_f64()),
+        recording: estimates.recording.clone(),
         codels: estimates.measurements.iter().map(|it| codel(estimates, it)).collect::<Vec<_>>(),
     })
 }
@@ -32,6 +33,7 @@ fn codel(estimates: &Estimates, it: &Measured) -> impl Serialize + use<> {
         greatest: ms(it.measurement.greatest() as f64),
         bounds: it.times.as_ref().map(|times| times.iter().map(|&time| milliseconds(time)).collect::<Vec<_>>()),
         budget: it.budget.map(milliseconds),
+        remarks: it.remarks(),
         over_budget: it.is_over_budget(estimates.budget_level()),
         instances: it.measurement.instances.iter().map(|it| instance(&estimates.levels, it)).collect::<Vec<_>>(),
     }

@@ -46,8 +46,12 @@ pub(super) fn table(estimates: &Estimates) -> String {
     if !out.ends_with('\n') {
         out.push('\n');
     }
+    for line in &estimates.recording {
+        let _ = writeln!(out, "\n{line}");
+    }
     let estimated = estimates.measurements.iter().filter(|it| it.times.is_some());
-    if let Some(least) = estimated.map(|it| it.measurement.count()).min() {
+    let instances = estimated.flat_map(|it| &it.measurement.instances);
+    if let Some(least) = instances.map(|it| it.executions.len()).min().filter(|least| *least >= 6) {
         let _ = writeln!(
             out,
             "\nThe times hold for inputs and conditions like those of the measurement. A case that is rarer than 1 in {} executions \
@@ -87,11 +91,12 @@ fn has_few(it: &Measured) -> bool {
 /// Returns what is wrong with a codel: first its budget.
 fn remarks(estimates: &Estimates, it: &Measured) -> Vec<String> {
     let over = estimates.budgets.as_ref().filter(|_| it.is_over_budget(estimates.budget_level()));
-    let over = over.zip(it.budget).map(|(budgets, budget)| {
-        format!(
+    let over = over.zip(it.budget).map(|(budgets, budget)| match budget.as_nanos() {
+        0 => format!("a deadline is missed at {}, whatever it takes", budgets.level),
+        _ => format!(
             "exceeds its budget of {budget} at {}: with a longer time, a deadline is missed",
             budgets.level
-        )
+        ),
     });
     over.into_iter().chain(it.remarks()).collect()
 }

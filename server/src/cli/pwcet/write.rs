@@ -5,37 +5,55 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use mauve_diagnostics::table_error_message;
-use mauve_pwcet::TailModel;
-use mauve_timing::{Kept, Measured as Record, NewEntry, Time, Times, UpdateError, digest_of, update_table};
+use mauve_pwcet::samples::Samples;
+use mauve_pwcet::{TailModel, rounded_up};
+use mauve_timing::{Kept, Measured as Record, Table, Time, Times, UpdateError, digest_of, update_table};
 
 use super::date::today;
 use super::{Estimates, Measured};
 use crate::disk;
 use crate::replace::replace;
 
-/// Writes all times into the table at `path`, or none. Returns messages about what was written, and what was kept.
+/// What was written.
+pub(super) struct Written {
+    /// Messages about what was written, and what was kept.
+    pub(super) messages: Vec<String>,
+    /// Whether the table has a time that an execution exceeded.
+    pub(super) is_exceeded: bool,
+}
+
+/// Writes all times into the table at `path`, or none.
 pub(super) fn write(
     path: &Path,
     samples: &[PathBuf],
-    fingerprints: &[String],
+    files: &[Samples],
     estimates: &Estimates,
     replaces: bool,
-) -> Result<Vec<String>, String> {
+) -> Result<Written, String> {
     let shown = path.display();
+    // Another run that writes this table waits; a file system without locks has none.
+    let folder = path.parent().filter(|it| !it.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let _lock = File::open(folder).and_then(|folder| folder.lock().map(|()| folder));
     let old = match path.try_exists() {
         Ok(true) => Some(read(path).map_err(|error| format!("cannot read `{shown}`: {error}"))?),
         Ok(false) => None,
         Err(error) => return Err(format!("cannot read `{shown}`: {error}")),
     };
-    let files: Vec<String> = samples.iter().map(|it| relative(it, path)).collect();
-    let bytes = samples.iter().filter_map(|it| it.metadata().ok()).map(|it| it.len()).sum();
-    let origin = Origin { files, bytes, samples: fingerprints.join(" "), table: path };
-    let found = estimates.measurements.iter();
-    let mut entries: Vec<NewEntry> =
-        found.filter_map(|it| Some(origin.entry(estimates, it, it.times.as_ref()?))).collect();
-    entries.sort_by(|a, b| a.record.key.cmp(&b.record.key));
     let text = old.as_deref().unwrap_or_default();
-    let updated = update_table(text, &estimates.levels, &entries, replaces).map_err(|error| match error {
+    let table = Table::parse(text);
+    let fingerprints: Vec<String> = files.iter().map(Samples::fingerprint).collect();
+    let origin = Origin {
+        files: samples.iter().map(|it| relative(it, path)).collect(),
+        bytes: files.iter().map(Samples::size).sum(),
+        samples: digest_of(fingerprints.join(" ").as_bytes()),
+        table: path,
+        old: &table,
+    };
+    let found = estimates.measurements.iter();
+    let mut records: Vec<Record> =
+        found.filter_map(|it| Some(origin.record(estimates, it, it.times.as_ref()?))).collect();
+    records.sort_by(|a, b| a.key.cmp(&b.key));
+    let updated = update_table(text, &estimates.levels, &records, replaces).map_err(|error| match error {
         UpdateError::Invalid(error) => {
             let line = text[..error.span.start.min(text.len())].lines().count().max(1);
             format!(
@@ -46,30 +64,65 @@ pub(super) fn write(
         UpdateError::OtherLevels(levels) => {
             let levels = levels.iter().map(|it| it.to_string()).collect::<Vec<_>>().join(",");
             format!(
-                "`{shown}` has entries at other levels, which stay: use --levels {levels}, or another table; the table was not changed"
+                "`{shown}` has times at other levels, which stay: use --levels {levels}, or another table; the table was not changed"
             )
         }
     })?;
-    if old.as_ref() != Some(&updated.text) {
+    let written = records.len() - updated.kept.len();
+    if written > 0 && old.as_ref() != Some(&updated.text) {
         put(path, &updated.text).map_err(|error| format!("{error}; the table was not changed"))?;
     }
-    let kept = updated.kept.iter().map(|kept| match kept {
-        Kept::ByHand { key, entry } if key == entry => {
-            format!("`{shown}` keeps the time of `{key}`, which was written by hand: --replace overwrites it")
-        }
-        Kept::ByHand { key, entry } => format!(
-            "`{shown}` keeps the time of `{entry}`, which was written by hand, for `{key}`: --replace overwrites it"
-        ),
-        Kept::Edited { key } => format!(
-            "`{shown}` keeps the time of `{key}`, which was edited after its measurement: --replace overwrites it"
-        ),
+    let mut messages: Vec<String> = updated.kept.iter().map(|it| kept(path, it)).collect();
+    let exceeded = exceeded(&table, estimates, &updated.kept);
+    messages.extend(exceeded.iter().map(|(key, entry, greatest)| {
+        format!(
+            "`{shown}`: the time of `{entry}` is too short: an execution of `{key}` took {}",
+            Time::from_nanos(rounded_up(*greatest as f64))
+        )
+    }));
+    messages.push(match written {
+        0 => format!("`{shown}` was not changed: no time could be written"),
+        1 => format!("`{shown}` has the measured time of 1 codel or program"),
+        written => format!("`{shown}` has the measured times of {written} codels and programs"),
     });
-    let written = entries.len() - updated.kept.len();
-    let done = match written {
-        1 => format!("`{shown}` has the measured times of 1 key"),
-        written => format!("`{shown}` has the measured times of {written} keys"),
-    };
-    Ok(kept.chain([done]).collect())
+    Ok(Written { messages, is_exceeded: !exceeded.is_empty() })
+}
+
+fn kept(path: &Path, it: &Kept) -> String {
+    let shown = path.display();
+    let Kept { key, entry, .. } = it;
+    let how = if it.is_edited { "edited after its measurement" } else { "written by hand" };
+    let of = if key == entry { String::new() } else { format!(", for `{key}`") };
+    format!("`{shown}` keeps the time of `{entry}`, which was {how}{of}: --replace overwrites it")
+}
+
+/// Returns the key, the entry and the longest execution of each entry that stays, although the execution took longer than it says
+/// at each level.
+fn exceeded(table: &Table, estimates: &Estimates, kept: &[Kept]) -> Vec<(String, String, u64)> {
+    let mut found = Vec::new();
+    for it in &estimates.measurements {
+        let key = &it.measurement.key;
+        let greatest = it.measurement.greatest();
+        let entry = match kept.iter().find(|kept| kept.key == *key) {
+            Some(kept) => kept.times.as_ref().map(|times| (kept.entry.as_str(), times)),
+            None if it.times.is_some() => continue,
+            // Without an estimate, the table stays as it is.
+            None => {
+                let mut entries = table.codels.iter().chain(&table.programs);
+                let entry = entries.find(|entry| entry.key == *key);
+                entry.and_then(|entry| Some((entry.key.as_str(), entry.value.as_ref()?)))
+            }
+        };
+        let Some((entry, times)) = entry else { continue };
+        let longest = match times {
+            Times::Always(time) => Some(*time),
+            Times::PerLevel(times) => times.iter().max().copied(),
+        };
+        if longest.is_some_and(|longest| longest.as_nanos() < greatest) {
+            found.push((key.clone(), entry.to_owned(), greatest));
+        }
+    }
+    found
 }
 
 fn read(path: &Path) -> std::io::Result<String> {
@@ -89,15 +142,23 @@ fn relative(file: &Path, table: &Path) -> String {
     file.display().to_string()
 }
 
-/// Writes a file, or replaces it as a whole.
+/// Writes a file, or replaces it: a reader gets the old text, none, or the new one.
 pub(super) fn put(path: &Path, text: &str) -> Result<(), String> {
     let written = match path.canonicalize() {
         Ok(real) => replace(&real, text),
-        Err(_) => File::create_new(path).and_then(|mut file| {
-            let written = file.write_all(text.as_bytes()).and_then(|()| file.sync_all());
-            // A part of a table would look like a table.
-            written.inspect_err(|_| drop(std::fs::remove_file(path)))
-        }),
+        Err(_) => {
+            let mut partial = path.as_os_str().to_owned();
+            partial.push(format!(".{}.tmp", std::process::id()));
+            let write = |mut file: File| {
+                let written = file.write_all(text.as_bytes()).and_then(|()| file.sync_all());
+                written.and_then(|()| {
+                    std::fs::hard_link(&partial, path).or_else(|_| std::fs::rename(&partial, path))
+                })
+            };
+            let written = File::create_new(&partial).and_then(write);
+            let _ = std::fs::remove_file(&partial);
+            written
+        }
     };
     written.map_err(|error| format!("cannot write `{}`: {error}", path.display()))
 }
@@ -108,33 +169,37 @@ struct Origin<'a> {
     bytes: u64,
     samples: String,
     table: &'a Path,
+    old: &'a Table,
 }
 
 impl Origin<'_> {
-    fn entry(&self, estimates: &Estimates, it: &Measured, times: &[Time]) -> NewEntry {
-        let source = estimates.budgets.as_ref().and_then(|it_has| it_has.source(&it.measurement.key));
-        let source = source.and_then(|path| Some((path, disk::read(path, disk::LONGEST).ok()?)));
-        NewEntry {
-            record: Record {
-                key: it.measurement.key.clone(),
-                span: 0..0,
-                executions: it.measurement.count() as u64,
-                greatest: Time::from_nanos(it.measurement.greatest()),
-                times: Times::PerLevel(times.to_vec()),
-                method: match estimates.options.model {
-                    TailModel::GeneralisedPareto => {
-                        "generalised Pareto, 95 % upper confidence bound".to_owned()
-                    }
-                    TailModel::Exponential => "exponential, 95 % upper confidence bound".to_owned(),
-                },
-                date: today(),
-                samples: self.samples.chars().take(16).collect(),
-                files: self.files.clone(),
-                bytes: self.bytes,
-                source: source.as_ref().map(|(path, _)| relative(path, self.table)),
-                source_digest: source.as_ref().map(|(_, content)| digest_of(content)),
-                warnings: it.remarks(),
+    fn record(&self, estimates: &Estimates, it: &Measured, times: &[Time]) -> Record {
+        let key = &it.measurement.key;
+        let path = estimates.budgets.as_ref().and_then(|budgets| budgets.source(key));
+        let source = path.and_then(|path| {
+            Some((relative(path, self.table), digest_of(&disk::read(path, disk::LONGEST).ok()?)))
+        });
+        // The same executions are those of the code of the first estimate.
+        let old = self.old.measured.iter().find(|old| old.key == *key && old.samples == self.samples);
+        let old = old.and_then(|old| old.source.clone().zip(old.source_digest.clone()));
+        let source = old.filter(|(old, _)| source.as_ref().is_some_and(|(now, _)| old == now)).or(source);
+        Record {
+            key: key.clone(),
+            span: 0..0,
+            executions: it.measurement.count() as u64,
+            greatest: Time::from_nanos(it.measurement.greatest()),
+            times: Times::PerLevel(times.to_vec()),
+            method: match estimates.options.model {
+                TailModel::GeneralisedPareto => "generalised Pareto, 95 % upper confidence bound".to_owned(),
+                TailModel::Exponential => "exponential, 95 % upper confidence bound".to_owned(),
             },
+            date: today(),
+            samples: self.samples.clone(),
+            files: self.files.clone(),
+            bytes: self.bytes,
+            source: source.as_ref().map(|(path, _)| path.clone()),
+            source_digest: source.map(|(_, digest)| digest),
+            warnings: it.remarks().into_iter().chain(estimates.recording.iter().cloned()).collect(),
         }
     }
 }

@@ -16,8 +16,9 @@ use mauve_pwcet::trace::{Reader, Source, Summary, TraceError};
 
 use crate::Output;
 use crate::cli::sample_file::samples_error;
-use crate::cli::say;
-use messages::{trace_error, warnings};
+use crate::cli::{counted, say};
+use messages::trace_error;
+pub(in crate::cli) use messages::warnings;
 use recorder::Recorder;
 use table::Imported;
 
@@ -46,6 +47,13 @@ impl Import {
             );
         }
         let writer = Writer::open(&self.output).map_err(|error| samples_error(&self.output, &error))?;
+        if writer.removed_bytes() > 0 {
+            let removed = counted(usize::try_from(writer.removed_bytes()).unwrap_or(usize::MAX), "byte");
+            say(&format!(
+                "`{}` ended with {removed} of an import that did not end, or that is damaged: they were removed; import that trace again",
+                self.output.display()
+            ));
+        }
         let mut session = Session {
             output: self.output.clone(),
             writer,

@@ -125,7 +125,7 @@ pub(in crate::cli::trace) fn still_recording(trace: &Path) -> String {
 }
 
 /// Returns the warnings about a run that was imported.
-pub(super) fn warnings(name: &str, it: &Summary) -> Vec<String> {
+pub(in crate::cli) fn warnings(name: &str, it: &Summary) -> Vec<String> {
     let mut found = Vec::new();
     if it.losses > 0 {
         let events = match it.lost_events {
