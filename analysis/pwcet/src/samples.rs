@@ -12,10 +12,12 @@
 
 mod block;
 mod encoding;
+mod overlap;
 mod writer;
 
 use std::fs::File;
 use std::io::{self, BufRead as _, BufReader, Read as _, Seek as _, SeekFrom};
+use std::ops::ControlFlow;
 use std::path::Path;
 
 use sha2::{Digest as _, Sha256};
@@ -110,6 +112,11 @@ pub enum SamplesError {
     Locked,
     /// The same executions were imported before.
     Duplicate {
+        /// The index of the [`Run`] that has them.
+        run: usize,
+    },
+    /// Some of the executions were imported before: the trace is a part of that one, or that one of it.
+    Overlap {
         /// The index of the [`Run`] that has them.
         run: usize,
     },
@@ -262,20 +269,36 @@ impl Samples {
 
     fn each(&mut self, series: SeriesId, mut take: impl FnMut(Execution)) -> Result<(), SamplesError> {
         let parts = self.index.parts.get(series.0 as usize).ok_or(SamplesError::UnknownSeries)?;
-        for part in parts {
-            let damaged = |damage| SamplesError::Damaged { offset: part.offset, damage };
-            self.file.seek(SeekFrom::Start(part.offset)).map_err(SamplesError::Io)?;
-            let body = block::read_body(&mut self.file, part.length).map_err(SamplesError::Io)?;
-            let body = body.map_err(damaged)?;
-            let (mut bytes, mut codec) = (Bytes(&body), Codec::default());
-            for _ in 0..part.count {
-                let times = codec.take(&mut bytes, part.has).ok_or(damaged(Damage::Content))?;
-                take(Execution {
-                    execution: times.execution,
-                    elapsed: part.has.elapsed.then_some(times.elapsed),
-                    end: part.has.end.then_some(times.end),
-                    run: part.run,
-                });
+        let take = &mut |it| {
+            take(it);
+            ControlFlow::Continue(())
+        };
+        parts.iter().try_for_each(|part| part.read(&mut self.file, take))
+    }
+}
+
+impl Part {
+    /// Reads the executions until `take` breaks.
+    fn read(
+        &self,
+        file: &mut File,
+        take: &mut dyn FnMut(Execution) -> ControlFlow<()>,
+    ) -> Result<(), SamplesError> {
+        let damaged = |damage| SamplesError::Damaged { offset: self.offset, damage };
+        file.seek(SeekFrom::Start(self.offset)).map_err(SamplesError::Io)?;
+        let body = block::read_body(file, self.length).map_err(SamplesError::Io)?;
+        let body = body.map_err(damaged)?;
+        let (mut bytes, mut codec) = (Bytes(&body), Codec::default());
+        for _ in 0..self.count {
+            let times = codec.take(&mut bytes, self.has).ok_or(damaged(Damage::Content))?;
+            let execution = Execution {
+                execution: times.execution,
+                elapsed: self.has.elapsed.then_some(times.elapsed),
+                end: self.has.end.then_some(times.end),
+                run: self.run,
+            };
+            if take(execution).is_break() {
+                break;
             }
         }
         Ok(())
@@ -587,6 +610,32 @@ mod tests {
         let time = prop_oneof![0_u64..100_000, any::<u64>()];
         let optional = proptest::option::of(time.clone());
         proptest::collection::vec((0_usize..3, time, optional.clone(), optional), 1..60)
+    }
+
+    /// A part of a recording, then all of it, or the other way round; and two recordings that are alike, but later.
+    #[test]
+    fn parts_of_a_recording_do_not_count_twice() {
+        let rows = |range: std::ops::Range<u64>| -> Vec<Row> {
+            range.map(|it| (it as usize % 3, 1000 + it * 7919 % 100, None, Some(50 * it))).collect()
+        };
+        let write = |path: &Path, rows: &[Row]| {
+            let mut writer = Writer::open(path)?;
+            begin(&mut writer, "run", rows);
+            let (first, last) = (rows.first().and_then(|it| it.3), rows.last().and_then(|it| it.3));
+            writer.commit(&Summary { first, last, ..Summary::default() })
+        };
+        for (first, second) in
+            [(0..100, 0..300), (0..300, 0..100), (0..300, 200..300), (0..300, 150..400), (150..400, 0..300)]
+        {
+            let file = Scratch::new();
+            write(&file.0, &rows(first.clone())).unwrap();
+            let before = std::fs::read(&file.0).unwrap();
+            let found = write(&file.0, &rows(second.clone()));
+            assert!(matches!(found, Err(SamplesError::Overlap { run: 0 })), "{first:?} {second:?} {found:?}");
+            assert_eq!(std::fs::read(&file.0).unwrap(), before);
+            write(&file.0, &rows(500..700)).unwrap();
+            assert!(matches!(write(&file.0, &rows(600..900)), Err(SamplesError::Overlap { run: 1 })));
+        }
     }
 
     proptest! {

@@ -52,6 +52,10 @@ pub(super) fn samples_error(samples: &Path, error: &SamplesError) -> String {
         SamplesError::Duplicate { run } => {
             format!("`{shown}` has the same executions in run {}: a trace is imported once", run + 1)
         }
+        SamplesError::Overlap { run } => format!(
+            "`{shown}` has some of these executions in run {}: they would count twice; import the whole recording into a new file",
+            run + 1
+        ),
         SamplesError::Repeated { run } => format!(
             "`{shown}` has the executions of its run {} in common with another file: they would count twice; name one of the files",
             run + 1

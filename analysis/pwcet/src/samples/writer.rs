@@ -9,6 +9,7 @@ use sha2::{Digest as _, Sha256};
 
 use super::block::{self, Kind, LONGEST_BODY, LONGEST_HEAD};
 use super::encoding::{Codec, Has, Times, put, put_text};
+use super::overlap::Firsts;
 use super::{END_MARK, Execution, Index, MAGIC, Run, SamplesError, SeriesId, put_summary};
 use crate::trace::Summary;
 
@@ -32,6 +33,8 @@ pub struct Writer {
     /// Whether this writer has made the file, which goes again if no run is committed.
     is_new: bool,
     removed: u64,
+    /// Of all runs in the file; read when it is first needed.
+    firsts: Option<Firsts>,
     run: Option<OpenRun>,
 }
 
@@ -50,6 +53,9 @@ struct OpenRun {
     known: usize,
     /// The number of series that the run has.
     used: u32,
+    firsts: Firsts,
+    /// A run of the file whose first execution this one has.
+    overlapped: Option<usize>,
 }
 
 #[derive(Debug, Default)]
@@ -101,8 +107,17 @@ impl Writer {
             index.series.iter().map(|it| (it.key.clone(), it.instance.clone())).collect();
         let ids = names.iter().cloned().zip(index.series.iter().map(|it| it.id)).collect();
         let removed = index.size.saturating_sub(index.end);
-        let mut writer =
-            Writer { path: path.to_owned(), file, index, ids, names, is_new, removed, run: None };
+        let mut writer = Writer {
+            path: path.to_owned(),
+            file,
+            index,
+            ids,
+            names,
+            is_new,
+            removed,
+            firsts: None,
+            run: None,
+        };
         writer.abort()?;
         Ok(writer)
     }
@@ -123,6 +138,9 @@ impl Writer {
     ///
     /// The file cannot be written.
     pub fn begin(&mut self, source: &str, date: u64) -> Result<(), SamplesError> {
+        if self.firsts.is_none() {
+            self.firsts = Some(Firsts::read(&mut self.file, &self.index)?);
+        }
         self.abort()?;
         let mut head = Vec::new();
         put_text(&mut head, source);
@@ -138,6 +156,8 @@ impl Writer {
             hashed: Vec::new(),
             known: self.names.len(),
             used: 0,
+            firsts: Firsts::default(),
+            overlapped: None,
         });
         Ok(())
     }
@@ -179,6 +199,10 @@ impl Writer {
         }
         let Some(open) = run.blocks.get_mut(index) else { return Ok(()) };
         // The hash does not depend on the series of earlier runs.
+        if open.number.is_none() {
+            run.firsts.add(series, &execution, 0);
+        }
+        run.overlapped = run.overlapped.or_else(|| self.firsts.as_ref()?.run_of(series, &execution));
         let number = *open.number.get_or_insert_with(|| {
             put_text(&mut run.hashed, key);
             put_text(&mut run.hashed, instance);
@@ -244,6 +268,14 @@ impl Writer {
         if let Some(run) = self.index.runs.iter().position(same) {
             return Err(SamplesError::Duplicate { run });
         }
+        let summaries: Vec<Summary> = self.index.runs.iter().map(|run| run.summary).collect();
+        if let Some(run) = run
+            .overlapped
+            .map_or_else(|| run.firsts.begin_in(&mut self.file, &summaries), |it| Ok(Some(it)))?
+        {
+            return Err(SamplesError::Overlap { run });
+        }
+        self.file.seek(SeekFrom::End(0)).map_err(SamplesError::Io)?;
         let mut head = END_MARK.to_vec();
         head.extend(fingerprint);
         put(&mut head, run.executions);
@@ -252,7 +284,10 @@ impl Writer {
         self.sync()?;
         block::write(&mut self.file, Kind::End, &head, b"")?;
         self.sync()?;
-        if let Some(OpenRun { source, date, executions, .. }) = self.run.take() {
+        if let Some(OpenRun { source, date, executions, firsts, .. }) = self.run.take() {
+            if let Some(all) = &mut self.firsts {
+                all.extend(firsts, self.index.runs.len());
+            }
             self.index.runs.push(Run { source, date, summary: *summary, executions, fingerprint });
         }
         self.index.end = self.file.stream_position().map_err(SamplesError::Io)?;
