@@ -79,8 +79,9 @@ enum Command {
     /// For each codel and each level, the estimate is a time that an execution exceeds with the probability of the level. The
     /// table gets its 95 % upper confidence bound. Warnings say what the measurement lacks.
     ///
-    /// Exit codes: 0 each codel has an estimate; 1 a codel has none, or exceeds its budget; 2 wrong usage, or a file that cannot
-    /// be read or written.
+    /// Exit codes: 0 each codel has an estimate within its budget; 1 a codel has none, or exceeds its budget, an execution took
+    /// longer than an entry that stays, or a deadline of the project is not proved; 2 wrong usage, or a file that cannot be read
+    /// or written.
     Pwcet(pwcet::Pwcet),
     /// Explain a diagnostic code.
     Explain(explain::Explain),

@@ -239,7 +239,7 @@ fn a_report_overwrites_reports_only() {
     for path in ["run.samples", "robot.mal", "timing.toml"] {
         let found = mauve_in(&folder, &["pwcet", "run.samples", "-o", "timing.toml", "--report", path]);
         assert!(
-            found.code == 2 && found.err.contains("is no report, and is not overwritten"),
+            found.code == 2 && found.err.contains("is not a report, and is not overwritten"),
             "{}",
             found.err
         );

@@ -115,7 +115,7 @@ impl Measured {
                     let withheld = self.measurement.withheld_by() == Some(instance);
                     let then = match () {
                         () if withheld => {
-                            ": the codel has no time, since nobody knows how long it takes there"
+                            ": the codel has no time, since its time there is unknown"
                         }
                         () if self.times.is_some() => ": it is taken to be no slower there than elsewhere",
                         () => "",
@@ -238,7 +238,7 @@ impl Pwcet {
         let Some(project) = estimates.budgets.as_ref() else { return false };
         if !project.has_sources() {
             say(
-                "no C++ file of a codel was found below the folder `out` of [generate] in mauve.toml: nobody will notice that one changes",
+                "no C++ file of a codel was found below the folder `out` of [generate] in mauve.toml: changes of them will not be noticed",
             );
         }
         let missed = budgets::missed(project.project(), self.outside.allow_outside).unwrap_or_default();
@@ -271,7 +271,7 @@ impl Pwcet {
             .is_some_and(|table| std::path::absolute(table).ok() == std::path::absolute(path).ok());
         match is_other || is_table {
             true => Err(format!(
-                "`{}` is no report, and is not overwritten: choose another path for --report",
+                "`{}` is not a report, and is not overwritten: choose another path for --report",
                 path.display()
             )),
             false => Ok(()),
