@@ -114,9 +114,7 @@ impl Measured {
                 Err(refusal) => {
                     let withheld = self.measurement.withheld_by() == Some(instance);
                     let then = match () {
-                        () if withheld => {
-                            ": the codel has no time, since its time there is unknown"
-                        }
+                        () if withheld => ": the codel has no time, since its time there is unknown",
                         () if self.times.is_some() => ": it is taken to be no slower there than elsewhere",
                         () => "",
                     };
