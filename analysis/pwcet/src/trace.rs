@@ -233,6 +233,20 @@ impl TraceError {
 /// An error in a line of a file of executions.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum CsvProblem {
+    /// A line has another number of fields than the header: a value with a comma would be another value.
+    Fields {
+        /// That of the header.
+        expected: usize,
+        /// That of the line.
+        found: usize,
+    },
+    /// A period has a first time that is later than the second.
+    Order {
+        /// The column of the earlier one.
+        first: Column,
+        /// The column of the later one.
+        second: Column,
+    },
     /// The file is empty.
     NoHeader,
     /// The header lacks a column.

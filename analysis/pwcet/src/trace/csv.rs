@@ -100,8 +100,11 @@ impl Column {
 pub(super) struct Csv {
     /// The index of each of [`Column::ALL`].
     columns: [Option<usize>; COLUMNS],
+    /// The number of fields in a line.
+    fields: usize,
     kind: FileKind,
-    ends: Vec<u64>,
+    /// For each name, the last end, and the last one that was before it.
+    ends: Vec<(u64, u64)>,
     /// What is reused for the name of each line.
     name: Vec<u8>,
     order: u64,
@@ -277,7 +280,7 @@ impl Csv {
                 return Err(CsvProblem::MissingColumn(*column));
             }
         }
-        Ok(Csv { columns, kind, ends: Vec::new(), name: Vec::new(), order: 0 })
+        Ok(Csv { columns, fields: index, kind, ends: Vec::new(), name: Vec::new(), order: 0 })
     }
 
     fn line(
@@ -296,28 +299,40 @@ impl Csv {
         let problem = |problem| TraceError::Csv { file, line: number, problem };
         self.split(line, scratch).map_err(problem)?;
         let is_period = file == FileKind::Periods;
-        let key = if is_period { b"" } else { scratch.field(Column::Codel).unwrap_or_default() };
+        let key = if is_period { b"" } else { scratch.field(Column::Codel).unwrap_or_default().trim_ascii() };
         if key.is_empty() && !is_period {
             return Err(problem(CsvProblem::Missing(Column::Codel)));
         }
         let time = |column| time(scratch, column).map_err(problem);
         let required = |column| time(column)?.ok_or_else(|| problem(CsvProblem::Missing(column)));
         let execution = required(Column::Execution)?;
-        let instance = scratch.field(Column::Instance).unwrap_or_default();
+        let instance = scratch.field(Column::Instance).unwrap_or_default().trim_ascii();
         let (mut end, elapsed, release, scheduling, cpu);
         if is_period {
             if instance.is_empty() {
                 return Err(problem(CsvProblem::Missing(Column::Instance)));
             }
             let (begun, ended) = (required(Column::Begin)?, required(Column::End)?);
-            // A period that ends before it begins has no place in time.
             elapsed = ended.checked_sub(begun);
-            end = elapsed.map(|_| ended);
+            if elapsed.is_none() {
+                return Err(problem(CsvProblem::Order { first: Column::Begin, second: Column::End }));
+            }
+            end = Some(ended);
             release = time(Column::Release)?;
-            let priority = time(Column::Priority)?.and_then(|it| u32::try_from(it).ok());
+            if release.is_some_and(|release| release > ended) {
+                return Err(problem(CsvProblem::Order { first: Column::Release, second: Column::End }));
+            }
+            let small = |column| match time(column)?.map(u32::try_from) {
+                None => Ok(None),
+                Some(Ok(number)) => Ok(Some(number)),
+                Some(Err(_)) => {
+                    let text = String::from_utf8_lossy(scratch.field(column).unwrap_or_default());
+                    Err(problem(CsvProblem::Number(column, text.into_owned())))
+                }
+            };
             let cpus = time(Column::Cpus)?.unwrap_or_default();
-            scheduling = priority.map(|priority| Scheduling { priority, cpus });
-            cpu = time(Column::Cpu)?.and_then(|it| u32::try_from(it).ok());
+            scheduling = small(Column::Priority)?.map(|priority| Scheduling { priority, cpus });
+            cpu = small(Column::Cpu)?;
         } else {
             (elapsed, end) = (time(Column::Elapsed)?, time(Column::Time)?);
             (release, scheduling, cpu) = (None, None, None);
@@ -364,18 +379,18 @@ impl Csv {
         Ok(Some(Row { span, order: line_order }))
     }
 
-    /// Returns whether the last execution of this name ended later.
+    /// Returns whether the last execution of this name ended later. If two in a row did, in their order, the last one was wrong.
     fn runs_back(&mut self, name: NameId, time: u64) -> bool {
         if self.ends.len() <= name.index() {
-            self.ends.resize(name.index() + 1, 0);
+            self.ends.resize(name.index() + 1, (0, 0));
         }
-        match self.ends.get_mut(name.index()) {
-            Some(last) if *last <= time => {
-                *last = time;
-                false
-            }
-            _ => true,
+        let Some((last, back)) = self.ends.get_mut(name.index()) else { return true };
+        let follows = *last <= time || (*back > 0 && *back <= time);
+        *back = if follows { 0 } else { time };
+        if follows {
+            *last = time;
         }
+        !follows
     }
 
     /// Puts the fields that are read into the scratch.
@@ -394,7 +409,10 @@ impl Csv {
             }
             index += 1;
         }
-        Ok(())
+        match index == self.fields {
+            true => Ok(()),
+            false => Err(CsvProblem::Fields { expected: self.fields, found: index }),
+        }
     }
 }
 
@@ -532,7 +550,9 @@ mod tests {
             ("\n", (1, CsvProblem::MissingColumn(Codel))),
             ("codel\nf\n", (1, CsvProblem::MissingColumn(Execution))),
             ("codel,execution_ns,codel\n", (1, CsvProblem::RepeatedColumn(Codel))),
-            ("codel,execution_ns\nf,1\nf\n", (3, CsvProblem::Missing(Execution))),
+            ("codel,execution_ns\nf,1\nf,\n", (3, CsvProblem::Missing(Execution))),
+            ("codel,execution_ns\nf,1\nf\n", (3, CsvProblem::Fields { expected: 2, found: 1 })),
+            ("codel,execution_ns\nf,1,032,411\n", (2, CsvProblem::Fields { expected: 2, found: 4 })),
             ("codel,execution_ns\n,1\n", (2, CsvProblem::Missing(Codel))),
             ("codel,execution_ns\nf,NaN\n", (2, number(Execution, "NaN"))),
             ("codel,execution_ns\nf,-1\n", (2, number(Execution, "-1"))),
@@ -547,6 +567,38 @@ mod tests {
         }
         let not_utf8 = rows(b"codel,execution_ns\n\xff,1\n");
         assert!(matches!(not_utf8, Err(TraceError::Csv { line: 2, problem: CsvProblem::NotUtf8, .. })));
+    }
+
+    #[test]
+    fn periods_have_an_order_in_time() {
+        use Column::{Begin, Cpu, End, Priority, Release};
+        let order = |first| CsvProblem::Order { first, second: End };
+        let number = |column| CsvProblem::Number(column, "4294967296".to_owned());
+        for (line, expected) in [
+            ("a,1,10,9,5,3,0", order(Begin)),
+            ("a,12,5,9,5,3,0", order(Release)),
+            ("a,1,5,9,5,4294967296,0", number(Priority)),
+            ("a,1,5,9,5,3,4294967296", number(Cpu)),
+        ] {
+            let text = format!("instance,release_ns,begin_ns,end_ns,execution_ns,priority,cpu\n{line}\n");
+            let (mut names, mut summary) = (Names::default(), Summary::default());
+            let executions = &b"codel,execution_ns\n"[..];
+            let found =
+                read_both(executions, text.as_bytes(), None, &mut names, &mut summary, &mut Rows::default());
+            assert!(
+                matches!(found, Err(TraceError::Csv { line: 2, problem, .. }) if problem == expected),
+                "{line}"
+            );
+        }
+    }
+
+    /// One time that is much too late does not take the times of all later lines.
+    #[test]
+    fn one_wrong_time_is_one_error() {
+        let times = [100, 200, i64::MAX as u64, 300, 400, 500];
+        let lines = times.map(|time| format!("f,1,{time}\n")).concat();
+        let (found, summary) = rows(format!("codel,execution_ns,time_ns\n{lines}").as_bytes()).unwrap();
+        assert_eq!((found.iter().filter(|it| it.5.is_some()).count(), summary.clock_errors), (5, 1));
     }
 
     /// The names, releases and schedulings of spans.
