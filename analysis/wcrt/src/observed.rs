@@ -23,14 +23,16 @@ use std::ops::ControlFlow;
 use mauve_pwcet::trace::{NameId, Names, Span, SpanKind, Visitor};
 use rustc_hash::FxHashMap;
 
-pub use findings::{Finding, FindingKind, Greatest, Interferer, Observed, ObservedInstance, ObservedTime};
-pub use model::{Expected, ExpectedInstance, ExpectedMachine, expected};
+pub use findings::{
+    Finding, FindingKind, Greatest, Interferer, Observed, ObservedInstance, ObservedTime, Worst,
+};
+pub use model::{Expected, ExpectedInstance, ExpectedLevel, ExpectedMachine, expected};
 pub use path::{EdgeCount, UnknownPath};
 
 use crate::system::Priority;
 use conclusion::{Finish, times};
 use path::Path;
-use releases::{Job, Releases};
+use releases::{Job, LATEST, Releases};
 
 /// A count of exceedances is a finding if its probability is less.
 pub const IMPROBABLE: f64 = 1e-3;
@@ -80,6 +82,8 @@ struct Series {
     time: Option<u64>,
     executions: u64,
     exceeded: u64,
+    /// For each of [`Expected::levels`], the time, and how many executions exceeded it.
+    of_levels: Vec<(Option<u64>, u64)>,
     first: Option<u64>,
     greatest: Option<Greatest>,
 }
@@ -111,8 +115,6 @@ struct Instance {
 /// Where a response time comes from.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 struct Cause {
-    /// The response time, in which the others executed.
-    time: u64,
     /// The instance, the number of periods and their execution time.
     others: BTreeMap<usize, (u64, u64)>,
 }
@@ -220,7 +222,11 @@ impl Observer {
                 }
             }
         };
-        Series { role, instance, time, executions: 0, exceeded: 0, first: None, greatest: None }
+        let of_levels = match name.kind {
+            SpanKind::Period => Vec::new(),
+            _ => self.expected.levels.iter().map(|it| (it.times.get(&name.key).copied(), 0)).collect(),
+        };
+        Series { role, instance, time, executions: 0, exceeded: 0, of_levels, first: None, greatest: None }
     }
 
     fn period(&mut self, index: usize, span: &Span) {
@@ -255,6 +261,7 @@ impl Observer {
         }
 
         let (Some(begin), Some(end)) = (span.begin, span.end) else {
+            instance.observed.untimed += 1;
             instance.programs.clear();
             return;
         };
@@ -383,16 +390,18 @@ impl Observer {
             let kind = FindingKind::UnknownInstance { instance: instance.to_owned() };
             observed.findings.push(Finding { instance: None, kind, at, count });
         }
-        for it in by_key.iter().filter(|it| it.probability < IMPROBABLE) {
+        for it in &by_key {
+            let Some(worst) = it.worst.filter(|worst| worst.probability < IMPROBABLE) else { continue };
             let kind = FindingKind::ExecutionTime {
                 key: it.key.clone(),
-                time: it.time.unwrap_or_default(),
+                time: worst.time,
+                level: worst.level,
                 executions: it.executions,
-                expected: it.executions as f64 * self.expected.level,
+                expected: it.executions as f64 * worst.level,
                 greatest: it.greatest.map_or(0, |greatest| greatest.time),
             };
             let at = it.greatest.and_then(|greatest| greatest.at);
-            observed.findings.push(Finding { instance: None, kind, at, count: it.exceeded });
+            observed.findings.push(Finding { instance: None, kind, at, count: worst.exceeded });
         }
         observed.times = by_key;
         observed
@@ -414,6 +423,9 @@ impl Visitor for Observer {
         let Some(Some(series)) = self.series.get_mut(id) else { return ControlFlow::Continue(()) };
         series.executions += 1;
         series.exceeded += u64::from(series.time.is_some_and(|time| span.execution > time));
+        for (time, exceeded) in &mut series.of_levels {
+            *exceeded += u64::from(time.is_some_and(|time| span.execution > time));
+        }
         series.first = series.first.or(span.begin);
         if series.greatest.is_none_or(|greatest| greatest.time < span.execution) {
             series.greatest = Some(Greatest { time: span.execution, at: span.end });
@@ -489,7 +501,7 @@ fn releases_of<C: Clone + Default>(it: &ExpectedInstance) -> Option<Releases<C>>
 }
 
 fn job_of(span: &Span) -> Option<Job> {
-    let signed = |time: u64| i64::try_from(time).unwrap_or(i64::MAX / 4);
+    let signed = |time: u64| i64::try_from(time).unwrap_or(LATEST).min(LATEST);
     Some(Job {
         begin: signed(span.begin?),
         end: signed(span.end?),
@@ -522,5 +534,5 @@ fn cause_of(recent: &[Recent], instance: usize, from: i64, to: i64) -> Cause {
         *jobs += 1;
         *execution += it.execution.min(overlap);
     }
-    Cause { time: to - from, others }
+    Cause { others }
 }

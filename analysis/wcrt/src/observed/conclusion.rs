@@ -7,7 +7,7 @@ use mauve_pwcet::trace::{NameId, Names, SpanKind};
 
 use super::{
     Cause, Expected, ExpectedInstance, Finding, FindingKind, Greatest, IMPROBABLE, Instance, Interferer,
-    ObservedInstance, ObservedTime, Recent, Role, Series, cause_of,
+    ObservedInstance, ObservedTime, Recent, Role, Series, Worst, cause_of,
 };
 use crate::system::Priority;
 
@@ -20,6 +20,7 @@ pub(super) fn times(expected: &Expected, names: &Names, all: &[(NameId, Series)]
         executions: 0,
         exceeded: 0,
         probability: 1.0,
+        worst: None,
         greatest: None,
         instance: String::new(),
     };
@@ -27,11 +28,16 @@ pub(super) fn times(expected: &Expected, names: &Names, all: &[(NameId, Series)]
     let programs = expected.programs.iter().map(|(key, time)| new(key, true, Some(*time)));
     let mut found: BTreeMap<String, ObservedTime> =
         codels.chain(programs).map(|it| (it.key.clone(), it)).collect();
+    let mut of_levels: BTreeMap<&str, Vec<(Option<u64>, u64)>> = BTreeMap::new();
     for (id, series) in all {
         let name = names.get(*id);
         let Some(it) = found.get_mut(&name.key).filter(|_| name.kind != SpanKind::Period) else { continue };
         it.executions += series.executions;
         it.exceeded += series.exceeded;
+        let sums = of_levels.entry(&name.key).or_insert_with(|| vec![(None, 0); series.of_levels.len()]);
+        for (sum, (time, exceeded)) in sums.iter_mut().zip(&series.of_levels) {
+            *sum = (*time, sum.1 + exceeded);
+        }
         if it.greatest.map(|it| it.time) < series.greatest.map(|it| it.time) {
             it.greatest = series.greatest;
             it.instance.clone_from(&name.instance);
@@ -40,6 +46,21 @@ pub(super) fn times(expected: &Expected, names: &Names, all: &[(NameId, Series)]
     let mut found: Vec<ObservedTime> = found.into_values().collect();
     for it in &mut found {
         it.probability = exceedance_probability(it.executions, it.exceeded, expected.level);
+        let sums = of_levels.get(it.key.as_str()).into_iter().flatten();
+        let count = expected.levels.len() as f64;
+        let compared = expected.levels.iter().zip(sums).filter_map(|(of, &(time, exceeded))| {
+            let probability = exceedance_probability(it.executions, exceeded, of.level) * count;
+            Some(Worst { level: of.level, time: time?, exceeded, probability: probability.min(1.0) })
+        });
+        // At the level of the analysis, too, which may not be one of the tables.
+        let analysed = it.time.map(|time| Worst {
+            level: expected.level,
+            time,
+            exceeded: it.exceeded,
+            probability: it.probability,
+        });
+        it.worst =
+            analysed.into_iter().chain(compared).min_by(|a, b| a.probability.total_cmp(&b.probability));
     }
     found
 }
@@ -82,6 +103,10 @@ impl Finish<'_> {
         let codels = self.expected.codels.iter().flatten();
         it.observed.codels_not_observed =
             codels.filter(|codel| !called.contains(codel.as_str())).cloned().collect();
+        // A hundredth may be cut off by gaps and by the ends of recordings.
+        if it.observed.untimed * 100 > it.observed.periods {
+            self.add(FindingKind::Untimed { periods: it.observed.periods }, None, it.observed.untimed);
+        }
         self.execution(&it);
         self.releases(&mut it);
         it.observed
@@ -178,15 +203,28 @@ impl Finish<'_> {
         it.observed.response = Some(Greatest { time: response, at: Some(at) });
         let (bound, deadline) = (self.expected.response, self.expected.deadline);
         if bound.or(deadline).is_some_and(|limit| response > limit) {
-            let kind = FindingKind::Response {
-                bound,
-                deadline,
-                response,
-                execution: unsigned(longest.job.execution),
-                own: self.expected.own,
-                interference: self.interference(&longest.cause),
-            };
-            self.add(kind, Some(at), found.late.max(1));
+            let interference = self.interference(&longest.cause);
+            let execution = unsigned(longest.job.execution);
+            let count = found.late.max(1);
+            // The times of the analysis may be exceeded as often as their level says, and the bound with them, but not those of
+            // the strictest level. Each execution of a period may; those of others only make that more probable.
+            let is_long = self.expected.own.is_some_and(|own| execution > own)
+                || interference.iter().any(|it| it.bound_jobs > 0 && it.execution > it.bound);
+            let (strict_response, strict_own) = self.expected.strict;
+            let is_within = |limit: Option<u64>, time: u64| limit.is_some_and(|limit| time <= limit);
+            let probability = (self.all.level * it.most_codels.max(1) as f64).min(1.0);
+            let is_expected = bound.is_some()
+                && deadline.is_none_or(|deadline| response <= deadline)
+                && is_long
+                && is_within(strict_response, response)
+                && is_within(strict_own, execution)
+                && exceedance_probability(it.observed.periods, count, probability) >= IMPROBABLE;
+            if is_expected {
+                return;
+            }
+            let own = self.expected.own;
+            let kind = FindingKind::Response { bound, deadline, response, execution, own, interference };
+            self.add(kind, Some(at), count);
         }
     }
 

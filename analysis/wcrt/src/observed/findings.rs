@@ -99,6 +99,8 @@ pub enum FindingKind {
         key: String,
         /// The time.
         time: u64,
+        /// Its level.
+        level: f64,
         /// The number of all executions.
         executions: u64,
         /// The number that exceed it on average, if the time holds.
@@ -130,6 +132,11 @@ pub enum FindingKind {
     },
     /// Periods are missing; `count` of them.
     Skipped,
+    /// So many periods have no place in time that the others say little; `count` of them.
+    Untimed {
+        /// The number of all periods.
+        periods: u64,
+    },
     /// The periods do not begin as often as the period says.
     Period {
         /// That of the model.
@@ -146,6 +153,8 @@ pub struct ObservedInstance {
     pub is_observed: bool,
     /// The number of its periods.
     pub periods: u64,
+    /// How many of them have no place in time.
+    pub untimed: u64,
     /// The mean time from begin to begin.
     pub interval: Option<u64>,
     /// The greatest response time: a lower bound, where the recording does not have releases.
@@ -185,10 +194,25 @@ pub struct ObservedTime {
     pub exceeded: u64,
     /// How probable so many are, if each exceeds with the probability of the level.
     pub probability: f64,
+    /// The level at which the executions contradict the tables most.
+    pub worst: Option<Worst>,
     /// The greatest execution time; none without an execution.
     pub greatest: Option<Greatest>,
     /// The instance with the greatest execution time.
     pub instance: String,
+}
+
+/// The executions of a codel or program at one level.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Worst {
+    /// The level.
+    pub level: f64,
+    /// The time of that level.
+    pub time: u64,
+    /// How many executions exceeded it.
+    pub exceeded: u64,
+    /// How probable so many are, times the number of levels that are compared.
+    pub probability: f64,
 }
 
 /// A recording beside a model.

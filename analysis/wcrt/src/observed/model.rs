@@ -4,12 +4,18 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use mauve_hir::{Decl, Edges, ModelDb, Project, behaviour_of, core_of, uses_of};
-use mauve_timing::Time;
+use mauve_timing::{Level, Time};
 
 use crate::execution_times::execution_times;
 use crate::fact::InterferenceReport;
 use crate::report::{Query, Report};
+use crate::response::response_times;
 use crate::system::Priority;
+use crate::table_set::tables_of;
+use crate::timetable::{files_of, table};
+
+/// Times in tables without levels are compared at this level.
+const STRICT: f64 = 1e-9;
 
 /// A deployment, as far as a recording shows it. Times are in nanoseconds.
 #[derive(Debug, Clone, Default)]
@@ -22,6 +28,17 @@ pub struct Expected {
     pub programs: BTreeMap<String, u64>,
     /// The probability with which an execution may exceed its time.
     pub level: f64,
+    /// The times at each level of the tables. Those without levels hold at each, and are compared at the strictest.
+    pub levels: Vec<ExpectedLevel>,
+}
+
+/// The times at one level.
+#[derive(Debug, Clone, Default)]
+pub struct ExpectedLevel {
+    /// The level.
+    pub level: f64,
+    /// The times of codels and of programs, by their keys in a timing table.
+    pub times: BTreeMap<String, u64>,
 }
 
 /// An activity of a deployment.
@@ -43,6 +60,8 @@ pub struct ExpectedInstance {
     pub response: Option<u64>,
     /// The greatest cost of one of its jobs.
     pub own: Option<u64>,
+    /// R and the greatest cost at the strictest level of the tables.
+    pub strict: (Option<u64>, Option<u64>),
     /// Its behaviour, if it is known.
     pub machine: Option<ExpectedMachine>,
     /// The codels that its component may call; none if that is unknown.
@@ -86,6 +105,16 @@ pub fn expected<'db>(
 ) -> Expected {
     let times = execution_times(db, project, deployment, query.level);
     let nanos = |time: Option<Time>| time.map(Time::as_nanos);
+    let files = files_of(db, tables_of(db, project, deployment));
+    let mut levels: Vec<Level> = files.iter().flat_map(|&file| table(db, file).levels.clone()).collect();
+    levels.sort();
+    levels.dedup();
+    if levels.is_empty() {
+        levels.extend(Level::from_f64(STRICT));
+    }
+    // The levels are in ascending order.
+    let strictest = levels.first().copied().unwrap_or(query.level);
+    let strict = response_times(db, project, deployment, Query { level: strictest, ..query });
     let interrupt = || ();
     let mut breakdown = report.breakdown(&interrupt);
     let instances = report.activities.iter().enumerate().map(|(index, activity)| {
@@ -101,21 +130,35 @@ pub fn expected<'db>(
             deadline: nanos(activity.deadline),
             response: nanos(activity.response),
             own: nanos(activity.own),
+            strict: strict
+                .activities
+                .get(index)
+                .map(|it| (nanos(it.response), nanos(it.own)))
+                .unwrap_or_default(),
             machine,
             codels: uses.map(|uses| uses.codels.iter().map(|codel| codel.qualified(db)).collect()),
             interference: breakdown.of(index),
         }
     });
-    let instances = instances.collect();
-    let programs = times.programs.into_iter();
+    let of_level = |level: Level| {
+        let found = execution_times(db, project, deployment, level);
+        let codels = found.codels.into_iter();
+        let codels = codels.filter_map(|(codel, time)| Some((codel.qualified(db), time?.as_nanos())));
+        let programs = found.programs.into_iter();
+        let programs = programs.map(|(component, program, time)| {
+            (format!("{}/{program}", component.qualified(db)), time.as_nanos())
+        });
+        ExpectedLevel { level: level.as_f64(), times: codels.chain(programs).collect() }
+    };
+    let now = of_level(query.level);
+    let (programs, codels): (BTreeMap<String, u64>, BTreeMap<String, u64>) =
+        now.times.into_iter().partition(|(key, _)| key.contains('/'));
+    let known = times.codels.iter().map(|(codel, _)| codel.qualified(db));
     Expected {
-        instances,
-        codels: times.codels.into_iter().map(|(codel, time)| (codel.qualified(db), nanos(time))).collect(),
-        programs: programs
-            .map(|(component, program, time)| {
-                (format!("{}/{program}", component.qualified(db)), time.as_nanos())
-            })
-            .collect(),
+        instances: instances.collect(),
+        codels: known.map(|key| (key.clone(), codels.get(&key).copied())).collect(),
+        programs,
         level: query.level.as_f64(),
+        levels: levels.into_iter().map(of_level).collect(),
     }
 }

@@ -8,10 +8,17 @@
 /// The periods of a segment. RTT rounds its period to nanoseconds: the drift in a segment is at most 1 ns each, see [`Segment::close`].
 const LONGEST_SEGMENT: i64 = 10_000;
 
-/// With as many missing periods, the activity was stopped.
+/// With as many missing periods, the activity was stopped, if releases are not recorded: then nothing says that it was not.
 const STOPPED: u64 = 10;
 
-/// A period that was recorded. Times are in nanoseconds.
+/// A recorded release may differ from the period by this part of it, or by these nanoseconds: timers wake up late.
+const TOLERANCE: i64 = 1000;
+const LEAST_TOLERANCE: i64 = 10_000;
+
+/// No time is later (the year 2116): the sum of two of them is still a number.
+pub(super) const LATEST: i64 = i64::MAX / 2;
+
+/// A period that was recorded. Times are in nanoseconds, and not later than [`LATEST`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Job {
     pub(super) begin: i64,
@@ -91,7 +98,7 @@ impl<C: Clone + Default> Releases<C> {
             time: 0,
             intervals: 0,
         };
-        let signed = |time: u64| i64::try_from(time).unwrap_or(i64::MAX / 4).min(i64::MAX / 4);
+        let signed = |time: u64| i64::try_from(time).unwrap_or(LATEST).min(LATEST);
         let limit = limit.map(signed);
         Releases { period: signed(period).max(1), limit, segment: None, pending: None, found }
     }
@@ -119,7 +126,7 @@ impl<C: Clone + Default> Releases<C> {
     /// Returns the release of the last job, as far as it is known; none while it is open whether periods are missing before it.
     pub(super) fn last_release(&self) -> Option<i64> {
         let segment = self.segment.as_ref().filter(|_| self.pending.is_none())?;
-        Some(segment.least + (segment.jobs - 1) * self.period)
+        segment.last.release.or(Some(segment.least + self.nominal(segment.jobs - 1)))
     }
 
     /// Returns what was found. Ends the recording.
@@ -133,11 +140,13 @@ impl<C: Clone + Default> Releases<C> {
         let last = segment.last;
         if let (Some(release), Some(before)) = (job.release, last.release) {
             let interval = release - before;
-            if interval == self.period {
+            let tolerance = (self.period / TOLERANCE).clamp(LEAST_TOLERANCE.min(self.period / 4), i64::MAX);
+            let periods = (interval + self.period / 2) / self.period;
+            let rest = (interval - periods.saturating_mul(self.period)).abs();
+            if periods == 1 && rest <= tolerance {
                 return self.accept(job, cause);
             }
-            let missing = interval / self.period - 1;
-            if interval % self.period != 0 || missing < 0 {
+            if rest > tolerance || periods < 1 {
                 self.found.irregular += 1;
                 self.note_interval(interval);
                 self.close();
@@ -145,7 +154,7 @@ impl<C: Clone + Default> Releases<C> {
             }
             return self.skip(job, cause);
         }
-        let release = segment.least + segment.jobs.saturating_mul(self.period);
+        let release = segment.least + self.nominal(segment.jobs);
         let late = job.begin.saturating_sub(release);
         // The latency of earlier jobs may be less than the least one so far: a little less than a period is one, too.
         let is_late = late >= self.period - self.period / 16 && self.limit.is_none_or(|limit| late > limit);
@@ -160,14 +169,15 @@ impl<C: Clone + Default> Releases<C> {
     /// Adds a job before which periods are missing.
     fn skip(&mut self, job: Job, cause: &mut dyn FnMut(i64, i64) -> C) {
         if let Some(segment) = &self.segment {
-            let release = segment.least + segment.jobs.saturating_mul(self.period);
+            let release = segment.least + self.nominal(segment.jobs);
             let (from, to) = match job.release.zip(segment.last.release) {
                 Some((to, from)) => (from + self.period, to),
                 None => (release, job.begin),
             };
             let missing = ((to - from + self.period / 2) / self.period).max(1);
             let interval = job.begin - segment.last.begin;
-            if missing as u64 >= STOPPED {
+            let is_recorded = job.release.is_some() && segment.last.release.is_some();
+            if missing as u64 >= STOPPED && !is_recorded {
                 self.found.pauses += 1;
                 self.found.first_pause.get_or_insert(job.begin);
             } else {
@@ -178,6 +188,11 @@ impl<C: Clone + Default> Releases<C> {
         }
         self.close();
         self.accept(job, cause);
+    }
+
+    /// Returns the time of so many periods.
+    fn nominal(&self, periods: i64) -> i64 {
+        periods.saturating_mul(self.period).min(LATEST)
     }
 
     fn note_interval(&mut self, interval: i64) {
@@ -199,9 +214,11 @@ impl<C: Clone + Default> Releases<C> {
             self.note_interval(recorded.unwrap_or(job.begin - last.begin));
         }
         let index = self.segment.as_ref().map_or(0, |segment| segment.jobs);
-        let nominal = index.saturating_mul(self.period);
-        let offset = job.begin - nominal;
+        let nominal = self.nominal(index);
         let least = job.release.map(|release| release - nominal);
+        // A recorded release is what it is: the job counts from it, as if it were the nominal one.
+        let shift = least.zip(self.segment.as_ref()).map_or(0, |(least, segment)| least - segment.least);
+        let offset = (job.begin - nominal).saturating_sub(shift);
         let segment = self.segment.get_or_insert_with(|| Segment {
             jobs: 0,
             first_offset: offset,
@@ -211,14 +228,16 @@ impl<C: Clone + Default> Releases<C> {
             longest: (i64::MIN, job, C::default()),
         });
         segment.jobs += 1;
-        segment.least = least.unwrap_or_else(|| segment.least.min(offset));
+        if least.is_none() {
+            segment.least = segment.least.min(offset);
+        }
         segment.greatest = segment.greatest.max(offset);
         segment.last = job;
-        let end = job.end - nominal;
+        let end = (job.end - nominal).saturating_sub(shift);
         if end > segment.longest.0 {
-            segment.longest = (end, job, cause(segment.least + nominal, job.end));
+            segment.longest = (end, job, cause(job.release.unwrap_or(segment.least + nominal), job.end));
         }
-        let is_late = self.limit.is_some_and(|limit| end - segment.least > limit);
+        let is_late = self.limit.is_some_and(|limit| end.saturating_sub(segment.least) > limit);
         self.found.late += u64::from(is_late);
     }
 
@@ -227,16 +246,16 @@ impl<C: Clone + Default> Releases<C> {
         let is_recorded = segment.last.release.is_some();
         // The period of RTT may be 1 ns less than that of the model.
         let drift = if is_recorded { 0 } else { segment.jobs - 1 };
-        let range = segment.greatest - segment.least;
-        let last_offset = segment.last.begin - (segment.jobs - 1) * self.period;
-        let early = segment.first_offset - last_offset;
+        let range = segment.greatest.saturating_sub(segment.least);
+        let last_offset = segment.last.begin - self.nominal(segment.jobs - 1);
+        let early = segment.first_offset.saturating_sub(last_offset);
         if !is_recorded && segment.jobs > 1 && early > self.period.max(self.limit.unwrap_or(0)) {
             self.found.early += 1;
             return;
         }
         self.found.jitter = self.found.jitter.max(Some(range));
         let (end, job, cause) = segment.longest;
-        let response = end - segment.least;
+        let response = end.saturating_sub(segment.least);
         // What may be drift is no response time.
         let is_drift = self.limit.is_some_and(|limit| response > limit && response - drift <= limit);
         let response = if is_drift { response - drift } else { response };
@@ -317,6 +336,32 @@ mod tests {
         }
         let jobs: Vec<Job> = (0..400).map(|k| job(k * 100 + k % 7, k * 100 + 20)).collect();
         assert_eq!(found(&jobs, Some(60)).other_period(100), None);
+    }
+
+    fn released(release: i64, begin: i64, end: i64) -> Job {
+        Job { release: Some(release), ..job(begin, end) }
+    }
+
+    #[test]
+    fn recorded_releases_may_be_a_little_late() {
+        let mut releases = Releases::new(100_000_000, Some(60_000_000));
+        for k in 0..200_i64 {
+            let release = k * 100_000_000 + k % 2;
+            releases.job(released(release, release + 5, release + 20 + k), &mut |_, _| ());
+        }
+        let found = releases.finish(&mut |_, _| ());
+        assert_eq!((found.other_period(100_000_000), found.skipped, response(&found)), (None, 0, Some(219)));
+    }
+
+    /// Where releases are recorded, nothing else explains that periods are missing.
+    #[test]
+    fn many_missing_periods_are_missing() {
+        let mut releases = Releases::new(100, Some(60));
+        for k in (0..30).chain(60..90) {
+            releases.job(released(k * 100, k * 100 + 5, k * 100 + 20), &mut |_, _| ());
+        }
+        let found = releases.finish(&mut |_, _| ());
+        assert_eq!((found.skipped, found.first_skipped, found.pauses), (30, Some(3000), 0));
     }
 
     proptest! {

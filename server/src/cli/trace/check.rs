@@ -4,11 +4,12 @@ mod document;
 mod findings;
 mod table;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use mauve_diagnostics::errors_of;
-use mauve_hir::{Database, Decl, Project};
+use mauve_hir::{CONFIG_FILE, Database, Decl, Project};
 use mauve_pwcet::trace::{Reader, Source, Summary, TraceError};
 use mauve_timing::Level;
 use mauve_wcrt::observed::{Expected, Observed, Observer, expected};
@@ -76,6 +77,12 @@ impl Check {
     pub(crate) fn run(self) -> Result<Output, String> {
         let level = level(self.significance)?;
         let (traces, model) = traces_and_model(&self.paths);
+        let mut known = BTreeSet::new();
+        if let Some(twice) =
+            traces.iter().find(|it| !known.insert(it.canonicalize().unwrap_or(it.to_path_buf())))
+        {
+            return Err(format!("`{}` is given twice: its periods would count twice", twice.display()));
+        }
         let mut db = Database::default();
         let workspaces = load(&mut db, &[model], self.outside.allow_outside)?;
         let found = deployments(&db, &workspaces, self.deployment.as_deref())?;
@@ -123,7 +130,12 @@ pub(super) fn traces_and_model(paths: &[PathBuf]) -> (Vec<PathBuf>, PathBuf) {
 
 fn is_model(path: &Path) -> bool {
     let is_text = path.extension().is_some_and(|it| it == "mal" || it == "toml");
-    is_text || matches!(Source::of(path), Err(TraceError::NotATrace(_)))
+    // A project may contain recordings.
+    let is_project = || {
+        let mut entries = path.read_dir().into_iter().flatten().flatten().map(|it| it.path());
+        path.join(CONFIG_FILE).is_file() || entries.any(|it| it.extension().is_some_and(|it| it == "mal"))
+    };
+    is_text || is_project() || matches!(Source::of(path), Err(TraceError::NotATrace(_)))
 }
 
 /// Returns the only deployment.

@@ -194,11 +194,11 @@ impl<W: Write> Writer<W> {
         let signed = |time: u64| i64::try_from(time).unwrap_or(i64::MAX / 4);
         let (begin, end) = (signed(begin), signed(end));
         // Spans that began before this one follow: a second before it, few of them are before 0.
-        let base = *self.base.get_or_insert(begin - 1_000_000_000);
+        let base = *self.base.get_or_insert(begin.saturating_sub(1_000_000_000));
         let name = names.get(span.name);
         let index = self.expected.instances.iter().position(|it| it.instance == name.instance);
         let (pid, tid) = self.place(span, &name.instance, index)?;
-        let (ts, dur) = (begin - base, end - begin);
+        let (ts, dur) = (begin.saturating_sub(base), end.saturating_sub(begin));
         let execution = span.execution as f64 / 1e6;
         let (title, category) = match name.kind {
             SpanKind::Period => (name.instance.clone(), "period"),
@@ -219,7 +219,7 @@ impl<W: Write> Writer<W> {
         self.event(&[("ts", ts), ("dur", dur)], event)?;
         for (what, at) in instants {
             let event = json!({ "ph": "i", "s": "t", "name": what, "cat": what, "pid": pid, "tid": tid });
-            self.event(&[("ts", at - base)], event)?;
+            self.event(&[("ts", at.saturating_sub(base))], event)?;
         }
         Ok(())
     }
@@ -236,28 +236,28 @@ impl<W: Write> Writer<W> {
         let Some(release) = self.releases.release(index, span) else { return Ok(()) };
         let Some(expected) = self.expected.instances.get(index) else { return Ok(()) };
         let end = span.end.and_then(|end| i64::try_from(end).ok()).unwrap_or_default();
-        let response = end - release;
+        let response = end.saturating_sub(release);
         let ms = |time: i64| time as f64 / 1e6;
         args.insert("response_ms".to_owned(), ms(response).into());
         instants.push(("release", release));
         let signed = |time: u64| i64::try_from(time).unwrap_or(i64::MAX / 4);
         let (bound, deadline) = (expected.response.map(signed), expected.deadline.map(signed));
         if deadline.is_some_and(|deadline| response > deadline) {
-            instants.push(("deadline missed", release + deadline.unwrap_or_default()));
+            instants.push(("deadline missed", release.saturating_add(deadline.unwrap_or_default())));
         }
         let Some(bound) = bound else { return Ok(()) };
         args.insert("bound_ms".to_owned(), ms(bound).into());
         if response > bound {
-            instants.push(("bound exceeded", release + bound));
+            instants.push(("bound exceeded", release.saturating_add(bound)));
         }
         if expected.period.map(signed).is_some_and(|period| bound <= period) {
             let base = self.base.unwrap_or_default();
             let args = json!({ "bound_ms": ms(bound), "response_ms": ms(response) });
             let event = json!({ "ph": "X", "name": "bound", "cat": "bound", "pid": pid, "tid": tid + 1, "args": args });
-            self.event(&[("ts", release - base), ("dur", bound)], event)?;
+            self.event(&[("ts", release.saturating_sub(base)), ("dur", bound)], event)?;
         } else {
             // Slices of one thread do not overlap.
-            instants.push(("bound", release + bound));
+            instants.push(("bound", release.saturating_add(bound)));
         }
         Ok(())
     }

@@ -21,7 +21,7 @@
 //!   ],
 //!   "times": [
 //!     {
-//!       "key": "lib.work", "kind": "codel", "time": 3, "executions": 5000, "exceeded": 0, "expected": 0.5, "probability": 1,
+//!       "key": "lib.work", "kind": "codel", "time": 3, "executions": 5000, "exceeded": 0, "expected": 0.5, "probability": 1, "fails_at": null,
 //!       "longest": 2.7, "longest_at_ns": 1795402384000000000, "instance": "pilot"
 //!     }
 //!   ],
@@ -38,10 +38,10 @@
 //! - `edges`: how often each edge of the state machine was executed; `possible` also counts periods in which another edge with the
 //!   same programs may have been executed. `transition` is null where the machine stays in its state.
 //! - `expected`: the number of executions that exceed the time on average, at this level; `probability`: that of as many as
-//!   `exceeded` or more. Below 0.001, it is a finding.
+//!   `exceeded` or more; `fails_at`: the level of the tables at which so many are improbable (below 0.001), which is a finding.
 
 use mauve_timing::task_set::Priority;
-use mauve_wcrt::observed::{ExpectedInstance, ObservedInstance};
+use mauve_wcrt::observed::{ExpectedInstance, IMPROBABLE, ObservedInstance};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -80,6 +80,7 @@ pub(super) fn document(it: &Checked<'_>) -> impl Serialize + use<> {
             exceeded: time.exceeded,
             expected: time.executions as f64 * it.expected.level,
             probability: time.probability,
+            fails_at: time.worst.filter(|it| it.probability < IMPROBABLE).map(|it| it.level),
             longest: milliseconds(time.greatest.map(|it| it.time)),
             longest_at_ns: time.greatest.and_then(|it| it.at),
             instance: Some(time.instance.clone()).filter(|it| !it.is_empty()),

@@ -1,6 +1,7 @@
 //! What a recording and a model do not agree on, in words: what is wrong, why, and what to do.
 
 use mauve_diagnostics::cpu_names;
+use mauve_timing::Time;
 use mauve_wcrt::observed::{Finding, FindingKind, Interferer, UnknownPath};
 
 use super::Checked;
@@ -22,6 +23,7 @@ pub(super) fn code(kind: &FindingKind) -> &'static str {
         FindingKind::Execution { .. } => "execution-of-period",
         FindingKind::Response { .. } => "response",
         FindingKind::Skipped => "skipped",
+        FindingKind::Untimed { .. } => "untimed",
         FindingKind::Period { .. } => "period",
     }
 }
@@ -82,11 +84,10 @@ pub(super) fn message(it: &Checked<'_>, finding: &Finding) -> String {
         FindingKind::UnknownInstance { instance } => {
             format!("the recording has `{instance}`{first}, which is not an instance of {}", it.name)
         }
-        FindingKind::ExecutionTime { key, time, executions, expected, greatest } => format!(
-            "`{key}` exceeded its time of {} in {count} of {executions} executions; at {}, {} are expected on average; the longest took \
-             {}{at}: measure it again, and update the table",
+        FindingKind::ExecutionTime { key, time, level, executions, expected, greatest } => format!(
+            "`{key}` exceeded its time of {} in {count} of {executions} executions; at {level:e}, {} are expected on average; the longest \
+             took {}{at}: measure it again, and update the table",
             duration(*time),
-            it.level,
             number(*expected),
             duration(*greatest)
         ),
@@ -102,10 +103,14 @@ pub(super) fn message(it: &Checked<'_>, finding: &Finding) -> String {
             "`{instance}` skipped {}{first}: it does not catch up late periods, or it was stopped for a moment",
             periods(count)
         ),
+        FindingKind::Untimed { periods } => format!(
+            "{count} of {periods} periods of `{instance}` have no place in time, since their lines are not in the order of time or a \
+             clock ran backwards: its response times, activations and transitions are not compared in them"
+        ),
         FindingKind::Period { expected, observed } => format!(
             "`{instance}` begins a period each {} on average, and the deployment says {}: its response times are not compared",
-            duration(*observed),
-            duration(*expected)
+            precise(*observed),
+            precise(*expected)
         ),
     }
 }
@@ -136,16 +141,16 @@ fn response_message(instance: &str, finding: &Finding, at: &str) -> String {
         return String::new();
     };
     let limit = match (bound, deadline) {
-        (Some(bound), _) => format!("its bound of {}", duration(*bound)),
-        (None, Some(deadline)) => format!("its deadline of {}", duration(*deadline)),
+        (Some(bound), _) => format!("its bound of {}", precise(*bound)),
+        (None, Some(deadline)) => format!("its deadline of {}", precise(*deadline)),
         (None, None) => String::new(),
     };
     let mut reasons = Vec::new();
     if let Some(own) = own.filter(|own| execution > own) {
         reasons.push(format!(
             "it executed {}, longer than the {} of the model",
-            duration(*execution),
-            duration(own)
+            precise(*execution),
+            precise(own)
         ));
     }
     let exceeding = |it: &&Interferer| it.execution > it.bound || it.jobs > it.bound_jobs;
@@ -184,9 +189,14 @@ fn response_message(instance: &str, finding: &Finding, at: &str) -> String {
     };
     format!(
         "`{instance}` responded after {}{at}, and exceeds {limit}{late}: {}",
-        duration(*response),
+        precise(*response),
         reasons.join("; ")
     )
+}
+
+/// Returns a time with all its digits: two times that differ never look the same.
+fn precise(nanoseconds: u64) -> String {
+    Time::from_nanos(nanoseconds).to_string()
 }
 
 fn scheduler(priority: u32) -> String {

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use mauve_timing::task_set::Priority;
-use mauve_wcrt::observed::{EdgeCount, ExpectedInstance, ObservedInstance, ObservedTime};
+use mauve_wcrt::observed::{EdgeCount, ExpectedInstance, IMPROBABLE, ObservedInstance, ObservedTime};
 
 use super::Checked;
 use super::findings::{message, number};
@@ -46,6 +46,9 @@ pub(super) fn text(it: &Checked<'_>) -> String {
         let _ = writeln!(out, "  ✗ {}", message(it, finding));
     }
     match it.observed.findings.len() {
+        0 if !it.observed.has_periods => {
+            out += "  ✓ no execution contradicts the model; periods are not compared\n";
+        }
         0 => out += "  ✓ nothing in the recording contradicts the model\n",
         count => {
             let _ = writeln!(out, "  {}", counted(count, "finding"));
@@ -97,6 +100,7 @@ fn verdict(it: &Checked<'_>, index: usize, observed: &ObservedInstance) -> Strin
     let findings = it.observed.findings.iter().filter(|finding| finding.instance == Some(index)).count();
     match findings {
         _ if !observed.is_observed => "not observed".to_owned(),
+        0 if observed.periods == 0 => "codels only".to_owned(),
         0 => "✓ as modelled".to_owned(),
         count => format!("✗ {}", counted(count, "finding")),
     }
@@ -107,8 +111,10 @@ fn times(it: &Checked<'_>, time: &ObservedTime) -> Vec<String> {
     let verdict = match (time.executions, time.time, time.exceeded) {
         (0, ..) => "not observed".to_owned(),
         (_, None, _) => "no time in the tables".to_owned(),
+        _ if let Some(worst) = time.worst.filter(|it| it.probability < IMPROBABLE) => {
+            format!("✗ too often at {:e}", worst.level)
+        }
         (_, _, 0) => "✓".to_owned(),
-        _ if time.probability < mauve_wcrt::observed::IMPROBABLE => "✗ too often".to_owned(),
         _ => "✓ as often as expected".to_owned(),
     };
     vec![

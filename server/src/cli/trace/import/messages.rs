@@ -96,6 +96,12 @@ fn csv_problem(file: FileKind, problem: &CsvProblem) -> String {
             };
             format!("`{text}` is not {what} for `{}`: {instead}", column.name())
         }
+        CsvProblem::Fields { expected, found } => format!(
+            "the line has {found} fields, and the header {expected}: write numbers without commas, and names with commas in quotes"
+        ),
+        CsvProblem::Order { first, second } => {
+            format!("`{}` is later than `{}`: write both by one clock", first.name(), second.name())
+        }
         CsvProblem::Quotes => "a quoted field has no closing quote in this line".to_owned(),
         CsvProblem::NotUtf8 => "a name is not UTF-8 text".to_owned(),
     }
