@@ -8,6 +8,7 @@ mod fmt;
 mod generate;
 mod lsp;
 mod new;
+mod own_output;
 mod parse;
 mod psm;
 mod pwcet;

@@ -510,6 +510,13 @@ fn a_recording_is_exported_for_viewers() {
     assert_eq!((run.code, run.out.as_str(), run.err.as_str()), (0, "", ""));
     let text = std::fs::read_to_string(folder.join("trace.json")).unwrap();
     assert_eq!(mauve(MAUVE, &folder, &arguments[..4]).out, text);
+    // Again, but never in the place of another file.
+    assert_eq!(mauve(MAUVE, &folder, &arguments).code, 0);
+    let before = std::fs::read(folder.join("trace/executions.csv")).unwrap();
+    let over = [&arguments[..5], &["trace/executions.csv"]].concat();
+    let run = mauve(MAUVE, &folder, &over);
+    assert!(run.code == 2 && run.err.contains("is not overwritten"), "{}", run.err);
+    assert_eq!(std::fs::read(folder.join("trace/executions.csv")).unwrap(), before);
     let document: Value = serde_json::from_str(&text).unwrap();
     let events = document["traceEvents"].as_array().unwrap();
     let of = |category: &str| events.iter().filter(|it| it["cat"] == category).collect::<Vec<&Value>>();

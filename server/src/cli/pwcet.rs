@@ -7,8 +7,6 @@ mod report;
 mod table;
 mod write;
 
-use std::fs::File;
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
@@ -19,6 +17,7 @@ use mauve_pwcet::{Measurement, Options, TailModel, measure, rounded_up};
 use mauve_timing::{Level, MOST_LEVELS, Table, Time};
 
 use self::budgets::{Budgets, budgets};
+use super::own_output::check_own;
 use super::sample_file::unreadable_samples;
 use super::trace::recording_warnings;
 use super::{Outside, counted, say};
@@ -255,23 +254,10 @@ impl Pwcet {
     /// A report overwrites reports only.
     fn check_report(&self) -> Result<(), String> {
         let Some(path) = &self.report else { return Ok(()) };
-        let is_other = match File::open(path).map(|file| file.take(9)) {
-            Ok(mut file) => {
-                let mut begin = Vec::new();
-                let is_read = path.is_file() && file.read_to_end(&mut begin).is_ok();
-                !(is_read && (begin.is_empty() || begin.eq_ignore_ascii_case(b"<!doctype")))
-            }
-            Err(_) => false,
-        };
-        let is_table = self
-            .output
-            .as_ref()
-            .is_some_and(|table| std::path::absolute(table).ok() == std::path::absolute(path).ok());
-        match is_other || is_table {
-            true => Err(format!(
-                "`{}` is not a report, and is not overwritten: choose another path for --report",
-                path.display()
-            )),
+        check_own(path, "<!doctype", "report", "--report")?;
+        let absolute = |path: &Path| std::path::absolute(path).ok();
+        match self.output.as_ref().is_some_and(|table| absolute(table) == absolute(path)) {
+            true => Err("the report and the table have one path: choose another one for --report".to_owned()),
             false => Ok(()),
         }
     }

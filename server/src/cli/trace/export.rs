@@ -17,6 +17,7 @@ use serde_json::{Value, json};
 use super::check::{level, model_of, only, read, traces_and_model};
 use crate::Output;
 use crate::analysis_document::deployments;
+use crate::cli::own_output::check_own;
 use crate::cli::trace_events::{line, process, thread};
 use crate::cli::{Outside, say};
 use crate::load::load;
@@ -51,6 +52,9 @@ enum Format {
 impl Export {
     pub(crate) fn run(self) -> Result<Output, String> {
         let Format::Perfetto = self.format;
+        if let Some(path) = &self.output {
+            check_own(path, BEGIN, "trace of a viewer", "--output")?;
+        }
         let level = level(self.significance)?;
         let (traces, model) = traces_and_model(&self.paths);
         let [trace] = traces.as_slice() else {
@@ -85,6 +89,9 @@ impl Export {
     }
 }
 
+/// What a file of trace events begins with.
+const BEGIN: &str = "{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n";
+
 /// Why a recording was not exported.
 enum Failure {
     Io(io::Error),
@@ -103,10 +110,10 @@ impl Failure {
 /// Writes a file, which has its name when it is complete.
 fn write_file(trace: &Path, expected: Expected, path: &Path) -> Result<(), String> {
     let mut partial = path.as_os_str().to_owned();
-    partial.push(".partial");
+    partial.push(format!(".{}.tmp", std::process::id()));
     let partial = PathBuf::from(partial);
     let shown = format!("`{}`", path.display());
-    let file = File::create(&partial).map_err(|error| Failure::Io(error).message(&shown))?;
+    let file = File::create_new(&partial).map_err(|error| Failure::Io(error).message(&shown))?;
     let written = write_events(trace, expected, file)
         .and_then(|()| std::fs::rename(&partial, path).map_err(Failure::Io));
     written.map_err(|failure| {
@@ -127,7 +134,7 @@ fn write_events(trace: &Path, expected: Expected, to: impl Write) -> Result<(), 
         is_first: true,
         failure: None,
     };
-    writer.to.write_all(b"{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n").map_err(Failure::Io)?;
+    writer.to.write_all(BEGIN.as_bytes()).map_err(Failure::Io)?;
     let read = read(trace, &mut Reader::default(), &mut writer);
     if let Some(failure) = writer.failure {
         return Err(failure);
