@@ -57,6 +57,7 @@ void TraceFile::write() {
          queue_.records_.take([this](const TraceRecord& record) { taken_.push_back(record); })) {
   }
   if (error_ != 0) return;
+  const std::uint64_t lost = queue_.records_.lost();
   // The threads' records arrive in about the order of time. Those of one thread keep their order: a period follows its programs.
   std::stable_sort(taken_.begin(), taken_.end(),
                    [](const TraceRecord& one, const TraceRecord& other) { return one.ended < other.ended; });
@@ -65,6 +66,16 @@ void TraceFile::write() {
       error_ = errno;
       return;
     }
+  }
+  // Readers must not take what is lost for executions that did not happen.
+  if (lost > lost_) {
+    const Nanoseconds to = now(), from = taken_.empty() ? to : taken_.front().ended;
+    const auto count = static_cast<unsigned long long>(lost - lost_), order = static_cast<unsigned long long>(order_++);
+    if (std::fprintf(executions_.file, "(lost),%llu,,%lld,%lld,%llu\n", count, static_cast<long long>(std::max<Nanoseconds>(to - from, 0)),
+                     static_cast<long long>(to), order) < 0) {
+      error_ = errno;
+    }
+    lost_ = lost;
   }
 }
 
@@ -101,8 +112,7 @@ std::string TraceFile::finish() {
     unlink(executions_.partial.c_str());
     return executions_.path + " could not be written: " + std::strerror(error_);
   }
-  const std::uint64_t lost = queue_.records_.lost();
-  return lost == 0 ? "" : executions_.path + " lacks " + std::to_string(lost) + " executions: too many at once";
+  return lost_ == 0 ? "" : executions_.path + " lacks " + std::to_string(lost_) + " executions: too many at once";
 }
 
 void TraceFile::remove() {

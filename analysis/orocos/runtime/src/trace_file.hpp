@@ -69,8 +69,8 @@ class TraceFile {
   TraceQueue queue_;
   File executions_, periods_;
   int error_ = 0;
-  // The number of the next line, of both files.
-  std::uint64_t order_ = 0;
+  // The number of the next line, of both files; and of the records that were lost so far.
+  std::uint64_t order_ = 0, lost_ = 0;
   std::vector<TraceRecord> taken_;
 };
 

@@ -17,10 +17,13 @@
 //! began). Other columns are ignored. A field may be quoted, and may not have a line break. A value that cannot be read is an error
 //! and not skipped: it could be the greatest one.
 //!
+//! A line of executions with the key `(lost)` says how many executions and periods the recorder has lost, in `execution_ns`, and when.
+//!
 //! The periods of a recording contain its executions. The column `order` numbers the lines of both files, each of which is in this
 //! order; without it, the times of the ends say the order.
 
 use std::io::Read;
+use std::ops::ControlFlow;
 
 use super::event::number;
 use super::lines::{LineError, Lines};
@@ -134,7 +137,22 @@ struct Row {
     span: Span,
     /// Its number among the lines of both files.
     order: Option<u64>,
+    /// What is missing, not what happened.
+    is_loss: bool,
 }
+
+impl Row {
+    fn report(&self, names: &Names, visitor: &mut dyn Visitor) -> ControlFlow<()> {
+        if self.is_loss {
+            visitor.lost(self.span.begin.unwrap_or(0), self.span.end.unwrap_or(u64::MAX));
+            return ControlFlow::Continue(());
+        }
+        visitor.span(&self.span, names)
+    }
+}
+
+/// The key of a line that says what was lost: no codel has parentheses in its name.
+const LOST: &[u8] = b"(lost)";
 
 /// The lines of a file, one by one.
 struct Rows<R> {
@@ -199,7 +217,7 @@ pub(super) fn read<R: Read>(
     loop {
         rows.report(size, summary, visitor)?;
         let Some(row) = rows.next(names, summary)? else { return Ok(()) };
-        if visitor.span(&row.span, names).is_break() {
+        if row.report(names, visitor).is_break() {
             return Err(TraceError::Stopped);
         }
     }
@@ -234,7 +252,7 @@ pub(super) fn read_both<R: Read>(
             true => std::mem::replace(&mut period, periods.next(names, summary)?),
             false => std::mem::replace(&mut execution, executions.next(names, summary)?),
         };
-        if row.is_some_and(|row| visitor.span(&row.span, names).is_break()) {
+        if row.is_some_and(|row| row.report(names, visitor).is_break()) {
             return Err(TraceError::Stopped);
         }
     }
@@ -364,9 +382,15 @@ impl Csv {
             summary.clock_errors += 1;
             end = None;
         }
-        summary.events += 1;
-        summary.spans += 1;
-        if elapsed.is_some_and(|elapsed| is_suspicious(execution, elapsed)) {
+        let is_loss = key == LOST;
+        if is_loss {
+            summary.losses += 1;
+            summary.lost_events = summary.lost_events.saturating_add(execution);
+        } else {
+            summary.events += 1;
+            summary.spans += 1;
+        }
+        if !is_loss && elapsed.is_some_and(|elapsed| is_suspicious(execution, elapsed)) {
             summary.suspicious += 1;
         }
         summary.at(end);
@@ -376,7 +400,7 @@ impl Csv {
         let begin = end.zip(elapsed).and_then(|(end, elapsed)| end.checked_sub(elapsed));
         let thread = None;
         let span = Span { name, order, thread, cpu, begin, end, elapsed, execution, release, scheduling };
-        Ok(Some(Row { span, order: line_order }))
+        Ok(Some(Row { span, order: line_order, is_loss }))
     }
 
     /// Returns whether the last execution of this name ended later. If two in a row did, in their order, the last one was wrong.
@@ -469,7 +493,6 @@ fn take_field<'a>(line: &'a [u8], text: Option<&mut Vec<u8>>) -> Option<Option<&
 
 #[cfg(test)]
 mod tests {
-    use std::ops::ControlFlow;
 
     use proptest::prelude::*;
 
@@ -590,6 +613,14 @@ mod tests {
                 "{line}"
             );
         }
+    }
+
+    #[test]
+    fn lost_executions_are_counted_and_are_none() {
+        let (found, summary) =
+            rows(b"codel,execution_ns,elapsed_ns,time_ns\nf,1,1,100\n(lost),7,50,200\nf,2,1,300\n").unwrap();
+        assert_eq!(found.len(), 2);
+        assert_eq!((summary.losses, summary.lost_events, summary.spans), (1, 7, 2));
     }
 
     /// One time that is much too late does not take the times of all later lines.
