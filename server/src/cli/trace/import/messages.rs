@@ -179,6 +179,11 @@ pub(super) fn waiting_for_chunk(trace: &Path) -> String {
     )
 }
 
+/// Returns the message for a session that completed no chunk until the user ended the command.
+pub(super) fn no_chunk(trace: &Path) -> String {
+    format!("`{}` completed no chunk: import it without --watch, after `lttng destroy`", trace.display())
+}
+
 /// Returns the message for a recording that was given up.
 pub(super) fn abandoned(trace: &Path) -> String {
     format!("the program that recorded `{}` has removed it: nothing was added", trace.display())

@@ -14,7 +14,7 @@ use std::time::Duration;
 use mauve_pwcet::trace::{Reader, Source, Summary, TraceError};
 
 use super::follow::Follow;
-use super::messages::{abandoned, known_chunks, trace_error, waiting_for_chunk};
+use super::messages::{abandoned, known_chunks, no_chunk, trace_error, waiting_for_chunk};
 use super::recorder::Recorder;
 use super::{Outcome, Session, warn};
 use crate::cli::say;
@@ -105,6 +105,7 @@ impl Session {
             say(&known_chunks(trace, known));
         }
         match self.imported.runs {
+            0 if read.is_empty() => Err(no_chunk(trace)),
             0 => Err(trace_error(trace, &TraceError::NoEvents { foreign: 0 })),
             _ => Ok(()),
         }
