@@ -118,11 +118,11 @@ impl Verdict {
         Verdict { refusal, warnings, is_over_budget }
     }
 
-    /// Refusals first, then what needs a look.
+    /// First what misses a deadline, then refusals, then what needs a look.
     fn rank(&self) -> u32 {
         match self {
-            Verdict { refusal: Some(_), .. } => 0,
-            Verdict { is_over_budget: true, .. } => 1,
+            Verdict { is_over_budget: true, .. } => 0,
+            Verdict { refusal: Some(_), .. } => 1,
             Verdict { warnings, .. } if !warnings.is_empty() => 2,
             _ => 3,
         }
@@ -153,7 +153,7 @@ fn overview(out: &mut String, report: &ExecutionReport<'_>, order: &[&Measured<'
     let _ = write!(
         out,
         "<h2 id=\"overview\">Overview</h2>\n\
-         <p class=\"note\">Codels with refusals and warnings first. Below each bound: its ratio to the high-water mark.</p>\n\
+         <p class=\"note\">Codels over their budgets first, then those with refusals and warnings. Below each bound: its ratio to the high-water mark.</p>\n\
          <div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-labelledby=\"overview\">\n<table class=\"overview\">\n\
          <thead><tr><th scope=\"col\" rowspan=\"2\">codel or program</th><th scope=\"col\" rowspan=\"2\">instance</th>\
          <th scope=\"col\" rowspan=\"2\">verdict</th><th scope=\"col\" rowspan=\"2\" class=\"number\">executions</th>\
