@@ -218,7 +218,7 @@ pub struct Worst {
 /// A recording beside a model.
 #[derive(Debug, Clone, Default)]
 pub struct Observed {
-    /// In the order of [`Expected::instances`].
+    /// In the order of [`Expected::instances`](super::Expected::instances).
     pub instances: Vec<ObservedInstance>,
     /// Sorted by key.
     pub times: Vec<ObservedTime>,
