@@ -14,6 +14,8 @@ use std::time::{Duration, Instant};
 /// A daemon, and a folder that goes with it.
 pub struct Recorder {
     folder: PathBuf,
+    /// Of all its programs, and of the daemon.
+    variables: Vec<(&'static str, PathBuf)>,
     daemon: Option<Child>,
     /// How many sessions there were.
     sessions: u32,
@@ -50,6 +52,11 @@ pub struct Span {
 impl Recorder {
     /// Starts a daemon, and waits until it answers.
     pub fn start() -> Recorder {
+        Recorder::start_with(|_| Vec::new())
+    }
+
+    /// The same, where the daemon and all programs have environment variables. Their files may be made in the given folder.
+    pub fn start_with(variables: impl FnOnce(&Path) -> Vec<(&'static str, PathBuf)>) -> Recorder {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         // Paths of sockets must be short, and `nobody` needs access: a folder of cargo may be unsuitable.
         let number = COUNT.fetch_add(1, Ordering::Relaxed);
@@ -60,7 +67,8 @@ impl Recorder {
             std::os::unix::fs::chown(&home, Some(NOBODY), Some(NOBODY))
                 .unwrap_or_else(|error| panic!("{} cannot be given away: {error}", home.display()));
         }
-        let mut recorder = Recorder { folder, daemon: None, sessions: 0 };
+        let variables = variables(&folder);
+        let mut recorder = Recorder { folder, variables, daemon: None, sessions: 0 };
         let mut daemon = recorder.command("lttng-sessiond");
         let daemon = daemon.arg("--no-kernel").stdout(Stdio::null()).stderr(Stdio::null()).spawn();
         recorder.daemon = Some(daemon.unwrap_or_else(|error| panic!("setpriv does not run: {error}")));
@@ -100,6 +108,7 @@ impl Recorder {
         command.arg("--").arg(program.as_ref()).stdin(Stdio::null()).current_dir(&self.folder);
         let home = self.folder.join("home");
         command.env("HOME", &home).env("LTTNG_HOME", &home).env("LTTNG_UST_REGISTER_TIMEOUT", "60000");
+        command.envs(self.variables.iter().map(|(name, value)| (name, value)));
         command
     }
 
@@ -108,7 +117,9 @@ impl Recorder {
         self.sessions += 1;
         let output = format!("--output={}", self.output().display());
         self.must(&["create", "mauve", &output]);
-        self.must(&["enable-channel", "-u", "--subbuf-size=4M", "--num-subbuf=4", "events"]);
+        // A program with LTTNG_UST_ALLOW_BLOCKING waits where a buffer is full.
+        let waits = "--blocking-timeout=inf";
+        self.must(&["enable-channel", "-u", "--subbuf-size=4M", "--num-subbuf=4", waits, "events"]);
         self.must(&["add-context", "-u", "-c", "events", "-t", "vtid"]);
         self.must(&["enable-event", "-u", "-c", "events", "mauve*"]);
         self.must(&["start"]);
