@@ -292,6 +292,7 @@ fn orocos_programs_refuse_what_they_cannot_do() {
     let recorded = fs::read_to_string(trace.join("executions.csv")).unwrap();
     let mut lines = recorded.lines();
     assert_eq!(lines.next(), Some("codel,execution_ns,instance,elapsed_ns,time_ns,order"));
+    assert_eq!(lines.next(), Some("(from tables),0,,,,"));
     let looks: Vec<&str> = lines.filter(|line| line.starts_with("robot.look,1000000,eye,1000000,")).collect();
     assert_eq!(looks.len(), 10, "{recorded}");
 
@@ -303,6 +304,7 @@ fn orocos_programs_refuse_what_they_cannot_do() {
         assert_eq!(found.status.code(), Some(expected), "{}{}", text(&found.stdout), text(&found.stderr));
         let document: Value = serde_json::from_slice(&found.stdout).unwrap();
         assert_eq!(document["recording"]["releases"], true);
+        assert_eq!(document["recording"]["measured"], false);
         let codes =
             document["findings"].as_array().unwrap().iter().map(|it| it["code"].as_str().unwrap().to_owned());
         codes.collect::<Vec<String>>()

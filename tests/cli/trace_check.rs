@@ -544,3 +544,24 @@ fn a_recording_is_exported_for_viewers() {
         assert!(of_thread.windows(2).all(|two| two[0].1 <= two[1].0 + 1e-3));
     }
 }
+
+/// `drivers.aria_loop` takes 7 ms at 1e-3 and 9 ms at 1e-4, the level of the robot.
+#[test]
+fn times_from_tables_are_compared_at_their_level_only() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &test_name());
+    let model = models().join("p3dx");
+    for (first, execution, is_fine) in [
+        ("", 9_000_000, false),
+        ("(from tables),0\n", 9_000_000, true),
+        // Of a program that was built with other tables.
+        ("(from tables),0\n", 9_100_000, false),
+    ] {
+        let lines = format!("drivers.aria_loop,{execution}\n").repeat(100);
+        let text = format!("codel,execution_ns\n{first}{lines}");
+        write(&folder, &[("codels.csv", text.as_str())]);
+        let run = mauve(MAUVE, &folder, &["trace", "check", "codels.csv", model.to_str().unwrap()]);
+        assert_eq!(run.code, i32::from(!is_fine), "{first}{execution}: {}", run.out);
+        assert_eq!(run.out.contains("were not measured"), !first.is_empty(), "{}", run.out);
+        assert_eq!(run.out.contains("`drivers.aria_loop` exceeded its time"), !is_fine, "{}", run.out);
+    }
+}

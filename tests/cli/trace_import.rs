@@ -65,6 +65,8 @@ fn a_trace_that_cannot_be_read_adds_nothing() {
         ("open/executions.csv.partial", HEADER),
         ("empty.csv", HEADER),
         ("other/a.txt", ""),
+        ("stubs/executions.csv", &format!("{HEADER}(from tables),0,,,\nf,7,a,8,100\n")),
+        ("stubs/periods.csv", "instance,begin_ns,end_ns,execution_ns\na,1,100,8\n"),
     ]);
     for (trace, message) in [
         ("bad.csv", "`bad.csv`, line 3: `NaN` is not a time for `execution_ns`: write nanoseconds"),
@@ -73,6 +75,7 @@ fn a_trace_that_cannot_be_read_adds_nothing() {
         ("other", "`other` is not a trace"),
         ("missing", "cannot read `missing`"),
         ("other/a.txt", "`other/a.txt`, line 1: the file is empty"),
+        ("stubs", "the execution times in `stubs` are those of the timing tables"),
     ] {
         let run = import(&folder, &[trace]);
         assert_eq!((run.code, run.out.as_str()), (2, ""), "{trace}");

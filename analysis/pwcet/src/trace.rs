@@ -105,6 +105,8 @@ pub struct Summary {
     pub clock_errors: u64,
     /// Spans with a longer execution than elapsed time, by more than the clocks can differ.
     pub suspicious: u64,
+    /// The execution times are those of timing tables: they are not measured.
+    pub is_from_tables: bool,
     /// The time of the first event.
     pub first: Option<u64>,
     /// The time of the last event.
@@ -129,6 +131,7 @@ impl Summary {
         ] {
             *sum = sum.saturating_add(count);
         }
+        self.is_from_tables |= later.is_from_tables;
         self.first = self.first.or(later.first);
         self.last = later.last.or(self.last);
     }
@@ -162,6 +165,11 @@ pub trait Visitor {
     /// recording is damaged. Is called before the spans that end after it, at most a few spans too late.
     fn lost(&mut self, begin: u64, end: u64) {
         let _ = (begin, end);
+    }
+
+    /// The execution times are those of timing tables: they are not measured. Is called before the first span.
+    fn times_are_from_tables(&mut self) -> ControlFlow<()> {
+        ControlFlow::Continue(())
     }
 
     /// Is called now and then.

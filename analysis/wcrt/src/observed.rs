@@ -455,6 +455,12 @@ impl Visitor for Observer {
         ControlFlow::Continue(())
     }
 
+    /// The times are those of one level: at the others, each execution would be too long, or none.
+    fn times_are_from_tables(&mut self) -> ControlFlow<()> {
+        self.expected.levels.clear();
+        ControlFlow::Continue(())
+    }
+
     fn lost(&mut self, begin: u64, end: u64) {
         // Most are at the end, and many are one.
         if let Some(last) = self.gaps.last_mut()

@@ -494,7 +494,7 @@ int Robot::State::report() const {
 int Robot::State::run() {
   std::string trace_problem;
   if (!options.trace_folder.empty()) {
-    trace.reset(new TraceFile(options.trace_folder, trace_problem));
+    trace.reset(new TraceFile(options.trace_folder, options.simulates_time || options.spends_times, trace_problem));
     if (!trace_problem.empty()) throw Cannot(trace_problem);
   }
   if (options.allows_non_realtime) setenv("MAUVE_ALLOW_NON_REALTIME", "true", 1);

@@ -23,7 +23,7 @@ std::string known(std::int64_t number) { return number < 0 ? "" : std::to_string
 
 }  // namespace
 
-TraceFile::TraceFile(const std::string& folder, std::string& problem) {
+TraceFile::TraceFile(const std::string& folder, bool is_from_tables, std::string& problem) {
   if (mkdir(folder.c_str(), 0777) != 0 && errno != EEXIST) {
     problem = "the folder " + folder + " cannot be made: " + std::strerror(errno);
     return;
@@ -33,6 +33,7 @@ TraceFile::TraceFile(const std::string& folder, std::string& problem) {
              "instance,release_ns,begin_ns,end_ns,execution_ns,priority,cpus,cpu,order\n", problem)) {
     return;
   }
+  if (is_from_tables && std::fputs("(from tables),0,,,,\n", executions_.file) < 0) error_ = errno;
   taken_.reserve(1 << 16);
 }
 

@@ -47,8 +47,9 @@ class TraceQueue {
 // A folder with the files executions.csv and periods.csv, which have their names when they are complete.
 class TraceFile {
  public:
-  // Begins the files. `problem` says why they cannot be.
-  TraceFile(const std::string& folder, std::string& problem);
+  // Begins the files. `problem` says why they cannot be. If the execution times are those of timing tables, executions.csv says so:
+  // nobody may take them for measured ones.
+  TraceFile(const std::string& folder, bool is_from_tables, std::string& problem);
   ~TraceFile();
   TraceQueue& queue() { return queue_; }
   // To be called now and then, by one thread.

@@ -17,7 +17,8 @@
 //! began). Other columns are ignored. A field may be quoted, and may not have a line break. A value that cannot be read is an error
 //! and not skipped: it could be the greatest one.
 //!
-//! A line of executions with the key `(lost)` says how many executions and periods the recorder has lost, in `execution_ns`, and when.
+//! A line of executions with the key `(lost)` says how many executions and periods the recorder has lost, in `execution_ns`, and when;
+//! one with the key `(from tables)`, that the execution times are those of timing tables, and nothing was measured.
 //!
 //! The periods of a recording contain its executions. The column `order` numbers the lines of both files, each of which is in this
 //! order; without it, the times of the ends say the order.
@@ -137,22 +138,42 @@ struct Row {
     span: Span,
     /// Its number among the lines of both files.
     order: Option<u64>,
-    /// What is missing, not what happened.
-    is_loss: bool,
+    kind: RowKind,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum RowKind {
+    /// Something happened.
+    Span,
+    /// Something is missing.
+    Loss,
+    /// The execution times are not measured.
+    FromTables,
+}
+
+impl RowKind {
+    /// No codel has parentheses in its name.
+    fn of_key(key: &[u8]) -> RowKind {
+        match key {
+            b"(lost)" => RowKind::Loss,
+            b"(from tables)" => RowKind::FromTables,
+            _ => RowKind::Span,
+        }
+    }
 }
 
 impl Row {
     fn report(&self, names: &Names, visitor: &mut dyn Visitor) -> ControlFlow<()> {
-        if self.is_loss {
-            visitor.lost(self.span.begin.unwrap_or(0), self.span.end.unwrap_or(u64::MAX));
-            return ControlFlow::Continue(());
+        match self.kind {
+            RowKind::Span => visitor.span(&self.span, names),
+            RowKind::Loss => {
+                visitor.lost(self.span.begin.unwrap_or(0), self.span.end.unwrap_or(u64::MAX));
+                ControlFlow::Continue(())
+            }
+            RowKind::FromTables => visitor.times_are_from_tables(),
         }
-        visitor.span(&self.span, names)
     }
 }
-
-/// The key of a line that says what was lost: no codel has parentheses in its name.
-const LOST: &[u8] = b"(lost)";
 
 /// The lines of a file, one by one.
 struct Rows<R> {
@@ -382,16 +403,19 @@ impl Csv {
             summary.clock_errors += 1;
             end = None;
         }
-        let is_loss = key == LOST;
-        if is_loss {
-            summary.losses += 1;
-            summary.lost_events = summary.lost_events.saturating_add(execution);
-        } else {
-            summary.events += 1;
-            summary.spans += 1;
-        }
-        if !is_loss && elapsed.is_some_and(|elapsed| is_suspicious(execution, elapsed)) {
-            summary.suspicious += 1;
+        let kind = RowKind::of_key(key);
+        match kind {
+            RowKind::Span => {
+                summary.events += 1;
+                summary.spans += 1;
+                let is_suspicious = elapsed.is_some_and(|elapsed| is_suspicious(execution, elapsed));
+                summary.suspicious += u64::from(is_suspicious);
+            }
+            RowKind::Loss => {
+                summary.losses += 1;
+                summary.lost_events = summary.lost_events.saturating_add(execution);
+            }
+            RowKind::FromTables => summary.is_from_tables = true,
         }
         summary.at(end);
         let line_order = order;
@@ -400,7 +424,7 @@ impl Csv {
         let begin = end.zip(elapsed).and_then(|(end, elapsed)| end.checked_sub(elapsed));
         let thread = None;
         let span = Span { name, order, thread, cpu, begin, end, elapsed, execution, release, scheduling };
-        Ok(Some(Row { span, order: line_order, is_loss }))
+        Ok(Some(Row { span, order: line_order, kind }))
     }
 
     /// Returns whether the last execution of this name ended later. If two in a row did, in their order, the last one was wrong.
@@ -621,6 +645,14 @@ mod tests {
             rows(b"codel,execution_ns,elapsed_ns,time_ns\nf,1,1,100\n(lost),7,50,200\nf,2,1,300\n").unwrap();
         assert_eq!(found.len(), 2);
         assert_eq!((summary.losses, summary.lost_events, summary.spans), (1, 7, 2));
+    }
+
+    #[test]
+    fn times_from_tables_are_said_to_be_so() {
+        let text = "codel,execution_ns,time_ns\n(from tables),0,\nf,1,100\n";
+        let (found, summary) = rows(text.as_bytes()).unwrap();
+        assert_eq!((found.len(), summary.spans, summary.events), (1, 1, 1));
+        assert_eq!((summary.is_from_tables, summary.first), (true, Some(100)));
     }
 
     /// One time that is much too late does not take the times of all later lines.

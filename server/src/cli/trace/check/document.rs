@@ -5,7 +5,7 @@
 //!   "deployment": "Robot", "unit": "ms", "significance": 0.0001, "traces": ["recording"], "fails": true,
 //!   "recording": {
 //!     "begin_ns": 1795402383698441889, "end_ns": 1795402393698441889, "events": 4000, "lost_events": 0, "incomplete": 0,
-//!     "periods": true, "releases": false, "programs": true, "scheduling": true
+//!     "measured": true, "periods": true, "releases": false, "programs": true, "scheduling": true
 //!   },
 //!   "instances": [
 //!     {
@@ -66,6 +66,7 @@ pub(super) fn document(it: &Checked<'_>) -> impl Serialize + use<> {
             events: summary.events,
             lost_events: summary.lost_events,
             incomplete: summary.dropped + summary.unbalanced + summary.clock_errors,
+            measured: !summary.is_from_tables,
             periods: observed.has_periods,
             releases: observed.has_releases,
             programs: observed.has_programs,

@@ -155,6 +155,12 @@ fn notes(it: &Checked<'_>) -> Vec<String> {
     if !observed.has_instances {
         notes.push("instances are not in the trace: only codels and programs are compared".to_owned());
     }
+    if it.summary.is_from_tables {
+        notes.push(
+            "the execution times are those of the timing tables that the program was built with, and were not measured"
+                .to_owned(),
+        );
+    }
     let missing = it.summary.dropped + it.summary.unbalanced + it.summary.clock_errors;
     if it.summary.losses > 0 || missing > 0 {
         notes.push(format!(

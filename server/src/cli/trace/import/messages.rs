@@ -65,6 +65,15 @@ pub(in crate::cli::trace) fn trace_error(trace: &Path, error: &TraceError) -> St
     }
 }
 
+/// Returns the message for a recording whose execution times are not measured.
+pub(super) fn from_tables(trace: &Path) -> String {
+    format!(
+        "the execution times in `{}` are those of the timing tables: `mauve run` had no codels, or simulated the time; record your \
+         codels in real time, with `mauve run --codels DIR --trace DIR`",
+        trace.display()
+    )
+}
+
 fn csv_problem(file: FileKind, problem: &CsvProblem) -> String {
     let required: Vec<String> = file.required().iter().map(|column| format!("`{}`", column.name())).collect();
     let required = match required.as_slice() {
