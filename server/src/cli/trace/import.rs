@@ -175,16 +175,15 @@ impl Session {
         self.writer.begin(name, date).map_err(said)?;
         let mut recorder = Recorder::new(&mut self.writer, name);
         let result = read(reader, &mut recorder);
-        let is_from_tables = recorder.is_from_tables();
         let (series, error) = recorder.finish();
-        if is_from_tables {
-            return Err(messages::from_tables(Path::new(name)));
-        }
         if let Some(error) = error {
             return Err(said(error));
         }
-        result.map_err(|error| trace_error(Path::new(name), &error))?;
         let summary = if is_last { reader.finish() } else { reader.take_summary() };
+        if summary.is_from_tables {
+            return Err(messages::from_tables(Path::new(name)));
+        }
+        result.map_err(|error| trace_error(Path::new(name), &error))?;
         if series.is_empty() {
             return Ok((Outcome::Empty, summary));
         }

@@ -20,8 +20,6 @@ pub(super) struct Recorder<'a> {
     /// By the number of the name in the trace; none for a period.
     series: Vec<Option<(SeriesId, Series)>>,
     error: Option<SamplesError>,
-    /// The execution times are not measured.
-    is_from_tables: bool,
     is_terminal: bool,
     shown: Option<Instant>,
     begun: Instant,
@@ -34,16 +32,10 @@ impl<'a> Recorder<'a> {
             name,
             series: Vec::new(),
             error: None,
-            is_from_tables: false,
             is_terminal: io::stderr().is_terminal(),
             shown: None,
             begun: Instant::now(),
         }
-    }
-
-    /// Returns whether the execution times are those of timing tables: then, nothing was read.
-    pub(super) fn is_from_tables(&self) -> bool {
-        self.is_from_tables
     }
 
     /// Returns the series that the run has, and the first error.
@@ -89,8 +81,8 @@ impl Visitor for Recorder<'_> {
         }
     }
 
+    /// Nothing of the recording is imported.
     fn times_are_from_tables(&mut self) -> ControlFlow<()> {
-        self.is_from_tables = true;
         ControlFlow::Break(())
     }
 
