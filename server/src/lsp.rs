@@ -53,6 +53,7 @@ mod to_proto;
 mod tokens;
 mod trace;
 mod transport;
+mod typing;
 mod watcher;
 
 use std::io::Write;

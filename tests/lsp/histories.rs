@@ -13,7 +13,7 @@ use std::time::Duration;
 use mauve_tests::{Client, Random, Text, address, scratch, wait_for_watcher, write};
 use serde_json::{Value, json};
 
-use crate::MAUVE;
+use crate::{MAUVE, is_unknown};
 
 /// So many histories, and so many steps in each at most.
 const HISTORIES: u64 = 300;
@@ -204,7 +204,11 @@ fn seen(client: &mut Client, top: &Path, open: &BTreeMap<usize, Text>) -> Value 
     client.idle();
     let mut hints = BTreeMap::new();
     for text in open.values() {
-        hints.insert(text.uri.clone(), client.hints(&text.uri));
+        // Older figures depend on the history, and may stand in place of reasons and of figures that include less.
+        let is_lasting =
+            |label: &str| !is_unknown(label) && !label.contains("not analysed") && !label.contains('≥');
+        let all = client.hints(&text.uri).into_iter();
+        hints.insert(text.uri.clone(), all.filter(|(_, label)| is_lasting(label)).collect::<Vec<_>>());
     }
     let mut figures = BTreeMap::new();
     for (path, _) in FILES.iter().filter(|(path, _)| path.ends_with(".mal")) {

@@ -24,6 +24,7 @@ mod settings;
 mod symbols;
 mod text;
 mod timing;
+mod typing;
 
 use std::path::{Path, PathBuf};
 
@@ -49,4 +50,9 @@ fn copied_robot(name: &str) -> PathBuf {
     let folder = scratch(env!("CARGO_TARGET_TMPDIR"), name);
     copy(&models().join("p3dx"), &folder);
     folder
+}
+
+/// Whether a hint shows no current figure.
+fn is_unknown(hint: &str) -> bool {
+    hint.starts_with("not analysed") || hint.ends_with("before this edit")
 }

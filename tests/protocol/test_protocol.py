@@ -272,7 +272,6 @@ FOLLOWING = {
     "completionItem/resolve": ("textDocument/completion", "completionProvider.resolveProvider", resolved),
     "workspaceSymbol/resolve": ("workspace/symbol", "workspaceSymbolProvider.resolveProvider", resolved),
     "documentLink/resolve": ("textDocument/documentLink", "documentLinkProvider.resolveProvider", resolved),
-    "codeLens/resolve": ("textDocument/codeLens", "codeLensProvider.resolveProvider", resolved),
     "codeAction/resolve": ("textDocument/codeAction", "codeActionProvider.resolveProvider", resolved),
     "inlayHint/resolve": ("textDocument/inlayHint", "inlayHintProvider.resolveProvider", resolved),
     "callHierarchy/incomingCalls": ("textDocument/prepareCallHierarchy", "callHierarchyProvider", of_item),

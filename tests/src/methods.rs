@@ -108,7 +108,6 @@ pub const METHODS: &[Method] = &[
     at("textDocument/documentLink", "/documentLinkProvider", document),
     with("documentLink/resolve", "/documentLinkProvider/resolveProvider", "textDocument/documentLink", each),
     at("textDocument/codeLens", "/codeLensProvider", document),
-    with("codeLens/resolve", "/codeLensProvider/resolveProvider", "textDocument/codeLens", each),
     at("textDocument/codeAction", "/codeActionProvider", |place| {
         and(range(place), json!({"context": {"diagnostics": []}}))
     }),

@@ -360,6 +360,7 @@ mod follow_up;
 mod mechanical;
 mod other_kind;
 mod proof;
+mod short_reasons;
 mod statement;
 mod table_error;
 mod task_set_error;
@@ -372,6 +373,7 @@ pub use findings::{
     Extent, Finding, Findings, Suppression, checked_files, errors_of, errors_of_text, extent_of,
     file_findings, findings_of, project_diagnostics, workspace_diagnostics, workspace_findings,
 };
+pub use short_reasons::short_reason;
 use timing_facts::timing_diagnostic;
 use timing_reasons::enumerated;
 pub use timing_reasons::{PROSE, cpu_names, reasons_of, times_of, timing_reason, unusable_time, utilisation};

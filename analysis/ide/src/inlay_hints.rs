@@ -1,71 +1,160 @@
-//! Inlay hints: response times and default deadlines of activities, the utilisation of CPUs, execution times of programs
-//! (`inlay_hints/programs.rs`), and values in effect (`inlay_hints/values.rs`).
+//! Inlay hints: deadlines and slack of activities, the utilisation of CPUs (`inlay_hints/deployment.rs`), execution times of
+//! programs (`inlay_hints/programs.rs`), and values in effect (`inlay_hints/values.rs`). While a text is incomplete, the figures
+//! of the last complete one are shown, marked as older (`inlay_hints/earlier.rs`).
 
+mod deployment;
+mod earlier;
+mod label;
 mod programs;
 mod values;
 
+pub use earlier::EarlierFigures;
+pub(crate) use label::MOST_CHARACTERS;
 pub(crate) use programs::components_of;
 
-use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
-use mauve_diagnostics::{cpu_names, timing_reason, utilisation};
-use mauve_hir::item_tree::Kind;
-use mauve_hir::{
-    Decl, File, Location, ModelDb, Project, Workspace, config_of, declarations, is_model, parse, source_map,
-};
-use mauve_syntax::ast::{self, AstNode as _};
-use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize, tokens_at};
-use mauve_timing::{CpuLoad, Status, Time};
-use mauve_wcrt::{
-    ActivityReport, Deadlines, Query, Reason, Refusal, Report, TableSet, Verdict, budgets, psm_of,
-    response_times, system_of, tables_of,
-};
+use mauve_hir::item_tree::{Kind, Name};
+use mauve_hir::{Decl, File, ModelDb, Project, Workspace, declarations, is_model, source_map};
+use mauve_syntax::{TextRange, TextSize};
 
+use self::earlier::Owner;
+use self::label::cut;
+use self::programs::Place;
 use crate::project::{name_of_root, projects_with};
 
-/// A label that an editor shows inside the text.
+/// A label that an editor shows inside the text, of at most 32 characters.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct InlayHint {
-    /// Its position.
+    /// Its position. Where it is a figure, nothing but comments follows on the line, so that it moves no text.
     pub offset: TextSize,
     /// Its text.
     pub label: String,
+    /// What its figure says.
+    pub status: HintStatus,
+    /// The utilisation of the CPU that it shows, in percent.
+    pub load: Option<u32>,
     /// The offset at which a [`hover`](crate::hover()) explains it, if one does.
     pub explained_at: Option<TextSize>,
 }
 
-/// The requested kinds of hints; by default all.
+/// What the figure of a hint says, for its colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct HintKinds {
-    /// Response times beside activities, and how many deadlines are met beside deployments.
-    pub response_times: bool,
-    /// The utilisation of the CPUs beside deployments.
-    pub loads: bool,
-    /// Default deadlines of activities without one.
-    pub defaults: bool,
-    /// Execution times of programs, states and transitions.
-    pub program_times: bool,
-    /// The values of properties and constants beside instances and settings.
-    pub values: bool,
+pub enum HintStatus {
+    /// Deadlines are met with slack; a CPU has capacity left.
+    Met,
+    /// Deadlines are met with little slack; a CPU is nearly fully used.
+    Tight,
+    /// A deadline is missed, or a CPU is overloaded.
+    Missed,
+    /// The figure is unknown.
+    Unknown,
+    /// The figure is that of an earlier text: this one is incomplete.
+    Older,
+    /// An execution time.
+    Time,
+    /// The value of a property or constant.
+    Value,
 }
 
-impl Default for HintKinds {
-    fn default() -> HintKinds {
-        HintKinds { response_times: true, loads: true, defaults: true, program_times: true, values: true }
+impl HintStatus {
+    /// The name of the status, for editors.
+    pub fn name(self) -> &'static str {
+        match self {
+            HintStatus::Met => "met",
+            HintStatus::Tight => "tight",
+            HintStatus::Missed => "missed",
+            HintStatus::Unknown => "unknown",
+            HintStatus::Older => "older",
+            HintStatus::Time => "time",
+            HintStatus::Value => "value",
+        }
     }
 }
 
-/// Returns the hints in `range`, in text order.
+/// The requested hints; by default all.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct HintOptions {
+    /// Slack of activities, and how many deadlines are met beside deployments.
+    pub response_times: bool,
+    /// The utilisation of the CPUs beside deployments.
+    pub loads: bool,
+    /// Execution times of programs, states and transitions.
+    pub program_times: bool,
+    /// The values that instances and settings override.
+    pub values: bool,
+    /// Slack below this share of the deadline, in percent, is [`HintStatus::Tight`].
+    pub tight_slack: u32,
+}
+
+impl Default for HintOptions {
+    fn default() -> HintOptions {
+        HintOptions { response_times: true, loads: true, program_times: true, values: true, tight_slack: 10 }
+    }
+}
+
+/// A hint, and what a later text may need of it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Found {
+    hint: InlayHint,
+    /// Its subject; none for values.
+    subject: Option<Subject>,
+    /// Its figure, if it is known.
+    figure: Option<Figure>,
+}
+
+/// What a figure is about. It has the same name in every text.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+enum Subject {
+    /// The deadlines of a deployment.
+    Deadlines,
+    /// The CPUs of a deployment, a bit each.
+    Cpus(u64),
+    /// The activity of an instance.
+    Activity(Name),
+    /// A program, a state or a transition of a core.
+    Program(Place),
+}
+
+impl Subject {
+    /// Its name, where several activities or programs have their hints on one line.
+    fn name(&self) -> Option<&str> {
+        match self {
+            Subject::Deadlines | Subject::Cpus(_) => None,
+            Subject::Activity(name) => Some(name),
+            Subject::Program(place) => Some(place.name()),
+        }
+    }
+}
+
+/// A figure.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+struct Figure {
+    text: String,
+    /// How many activities are not included, since they are not analysed.
+    missing: usize,
+}
+
+impl Figure {
+    /// The text of a figure that includes everything.
+    fn complete(text: String) -> Figure {
+        Figure { text, missing: 0 }
+    }
+}
+
+/// Returns the hints in `range`, in text order. Where a figure is unknown, the one among the `earlier` figures is shown, marked
+/// as older.
 ///
 /// ```
-/// use mauve_ide::HintKinds;
+/// use mauve_ide::{EarlierFigures, HintOptions};
 /// use mauve_hir::{Database, Workspace};
 /// use mauve_syntax::{TextRange, TextSize};
 ///
 /// let model = "codel plan(): int  shell S { }  core C(S) { update = { plan(); } }  component P(S, C)
 ///     architecture A { instance pilot: P }
-///     deployment D { architecture A  activity pilot { priority = 1 period = 100 } }";
+///     deployment D { architecture A
+///         activity pilot { priority = 1 period = 100 }
+///     }";
 /// let db = Database::default();
 /// let files = [
 ///     ("/robot.mal".into(), model.to_owned()),
@@ -75,15 +164,17 @@ impl Default for HintKinds {
 /// let workspace = Workspace::of_texts(&db, "/".into(), files);
 /// let file = workspace.file(&db, "/robot.mal".as_ref()).unwrap();
 /// let range = TextRange::up_to(TextSize::of(model));
-/// let hints = mauve_ide::inlay_hints(&db, &[workspace], file, range, HintKinds::default());
-/// assert!(hints.iter().any(|hint| hint.label == "R 17 ms ≤ 100 ms · slack 83 ms"));
+/// let (options, earlier) = (HintOptions::default(), EarlierFigures::default());
+/// let hints = mauve_ide::inlay_hints(&db, &[workspace], file, range, options, &earlier);
+/// assert!(hints.iter().any(|hint| hint.label == "83 ms slack · 17 ms"));
 /// ```
 pub fn inlay_hints(
     db: &dyn ModelDb,
     workspaces: &[Workspace],
     file: File,
     range: TextRange,
-    kinds: HintKinds,
+    options: HintOptions,
+    earlier: &EarlierFigures,
 ) -> Vec<InlayHint> {
     if !is_model(file.path(db)) {
         return Vec::new();
@@ -91,34 +182,68 @@ pub fn inlay_hints(
     let projects = projects_with(db, workspaces, file);
     let declared = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
     let declared = declared.filter(|(_, map)| map.range.intersect(range).is_some());
-    let mut found: Vec<(InlayHint, Project<'_>)> = Vec::new();
+    let mut found: Vec<(Found, Project<'_>)> = Vec::new();
     for (&decl, _) in declared {
         for &project in &projects {
-            let mut hints = Vec::new();
-            match decl.kind(db) {
-                Kind::Core if kinds.program_times => programs::of_core(db, project, decl, range, &mut hints),
-                Kind::Architecture | Kind::Deployment => {
-                    let all = of_declaration(db, project, decl, kinds).iter();
-                    hints.extend(all.filter(|hint| range.contains_inclusive(hint.offset)).cloned());
-                }
-                _ => {}
-            }
+            let hints = hints_of(db, project, decl, range, options, earlier);
             found.extend(hints.into_iter().map(|hint| (hint, project)));
         }
     }
-    found.sort_by(|(one, _), (other, _)| (one.offset, &one.label).cmp(&(other.offset, &other.label)));
-    // If projects differ, all hints are shown, with their projects.
-    let of_hint =
-        found.chunk_by(|(one, _), (other, _)| one.offset == other.offset && one.label == other.label);
-    let hints = of_hint.filter_map(|having| {
-        let mut hint = having.first()?.0.clone();
-        if having.len() < projects.len() {
-            let roots: Vec<String> = having.iter().map(|&(_, project)| name_of_root(db, project)).collect();
-            hint.label += &format!(" (in the project of {})", roots.join(", "));
+    // Stable: the hints of one position stay in their order.
+    found.sort_by_key(|(found, _)| found.hint.offset);
+    let of_line = found.chunk_by(|(one, _), (other, _)| one.hint.offset == other.hint.offset);
+    of_line.flat_map(|found| on_one_line(db, found, projects.len())).collect()
+}
+
+/// Returns the hints of a declaration in `range`.
+fn hints_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    decl: Decl<'db>,
+    range: TextRange,
+    options: HintOptions,
+    earlier: &EarlierFigures,
+) -> Vec<Found> {
+    let is_in_range = |found: &&Found| range.contains_inclusive(found.hint.offset);
+    let earlier = earlier.of(&Owner::of(db, project, decl));
+    match decl.kind(db) {
+        Kind::Core if options.program_times => programs::of_core(db, project, decl, range, earlier),
+        Kind::Architecture | Kind::Deployment => {
+            let all = of_declaration(db, project, decl, options).iter().filter(is_in_range);
+            let all: Vec<Found> = all.cloned().collect();
+            let loads = earlier::missing_loads(&all, earlier);
+            all.into_iter().flat_map(|found| earlier::with_earlier(found, earlier)).chain(loads).collect()
         }
-        Some(hint)
-    });
-    hints.collect()
+        _ => Vec::new(),
+    }
+}
+
+/// Returns the hints at one position: with the project, where projects differ, and with the names of their subjects, where
+/// there are several.
+fn on_one_line(db: &dyn ModelDb, found: &[(Found, Project<'_>)], projects: usize) -> Vec<InlayHint> {
+    let mut shown: Vec<(&Found, Vec<Project<'_>>)> = Vec::new();
+    for (found, project) in found {
+        match shown.iter_mut().find(|(known, _)| known == &found) {
+            Some((_, having)) => having.push(*project),
+            None => shown.push((found, vec![*project])),
+        }
+    }
+    let mut names = shown.iter().filter_map(|(found, _)| found.subject.as_ref()?.name());
+    let first = names.next();
+    let are_several = names.any(|name| Some(name) != first);
+    let hint = |(found, having): (&Found, Vec<Project<'_>>)| {
+        let mut hint = found.hint.clone();
+        if let Some(name) = found.subject.as_ref().and_then(Subject::name).filter(|_| are_several) {
+            hint.label = format!("{name}: {}", hint.label);
+        }
+        if having.len() < projects {
+            let roots: Vec<String> = having.iter().map(|&project| name_of_root(db, project)).collect();
+            hint.label = format!("{}: {}", roots.join(", "), hint.label);
+        }
+        hint.label = cut(&hint.label, MOST_CHARACTERS);
+        hint
+    };
+    shown.into_iter().map(hint).collect()
 }
 
 /// Returns the hints of an architecture or a deployment. salsa keeps them: an edit of another file that changes none of them does
@@ -128,209 +253,56 @@ fn of_declaration<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     decl: Decl<'db>,
-    kinds: HintKinds,
-) -> Box<[InlayHint]> {
-    let mut hints = Vec::new();
+    options: HintOptions,
+) -> Box<[Found]> {
+    let mut found = Vec::new();
     if decl.kind(db) == Kind::Deployment {
-        of_deployment(db, project, decl, kinds, &mut hints);
+        deployment::of_deployment(db, project, decl, options, &mut found);
     }
-    if kinds.values {
-        values::of_values(db, project, decl, &mut hints);
+    if options.values {
+        values::of_values(db, project, decl, &mut found);
     }
-    hints.into_boxed_slice()
+    found.into_boxed_slice()
 }
 
 /// Returns a value that changes whenever the label of a hint in a file changes, whatever its position. The labels of cores are
 /// not built for it again.
-pub fn hash_of_hints(db: &dyn ModelDb, workspaces: &[Workspace], file: File, kinds: HintKinds) -> u64 {
+pub fn hash_of_hints(
+    db: &dyn ModelDb,
+    workspaces: &[Workspace],
+    file: File,
+    options: HintOptions,
+    earlier: &EarlierFigures,
+) -> u64 {
     let mut hasher = DefaultHasher::new();
     for project in projects_with(db, workspaces, file) {
         for &decl in &declarations(db, file).all {
-            match decl.kind(db) {
-                Kind::Core if kinds.program_times => {
-                    programs::hash_of_labels(db, project, decl).hash(&mut hasher);
-                }
-                Kind::Architecture | Kind::Deployment => {
-                    let hints = of_declaration(db, project, decl, kinds);
-                    hints.iter().for_each(|hint| hint.label.hash(&mut hasher));
-                }
-                _ => {}
-            }
+            hash_of_declaration(db, project, decl, options).hash(&mut hasher);
+            earlier.hash_of(&Owner::of(db, project, decl)).hash(&mut hasher);
         }
     }
     hasher.finish()
 }
 
-fn of_deployment<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    deployment: Decl<'db>,
-    kinds: HintKinds,
-    hints: &mut Vec<InlayHint>,
-) {
-    if !kinds.response_times && !kinds.loads && !kinds.defaults {
-        return;
-    }
-    let Some(node) = deployment_at(db, &Location::name_of(deployment)) else { return };
-    let query = Query::shown(db, project);
-    let (report, tables) =
-        (response_times(db, project, deployment, query), tables_of(db, project, deployment));
-    let text = deployment.file(db).text(db);
-    if let Some(offset) = beside(text, node.syntax())
-        && report.activities.iter().any(|activity| activity.verdict != Verdict::Background)
-    {
-        let mut labels = Vec::new();
-        if kinds.response_times {
-            labels.push(of_all(report, query));
+/// Returns a value that changes whenever the label of a hint of a declaration changes.
+fn hash_of_declaration(db: &dyn ModelDb, project: Project<'_>, decl: Decl<'_>, options: HintOptions) -> u64 {
+    match decl.kind(db) {
+        Kind::Core if options.program_times => programs::hash_of_labels(db, project, decl),
+        Kind::Architecture | Kind::Deployment => {
+            let mut hasher = DefaultHasher::new();
+            let found = of_declaration(db, project, decl, options);
+            found.iter().for_each(|found| (&found.hint.label, found.hint.status).hash(&mut hasher));
+            hasher.finish()
         }
-        if kinds.loads {
-            labels.extend(loads(report));
-        }
-        let is_shown = !labels.is_empty();
-        labels.extend(report.times.as_ref().map(|section| format!("times of {section}")));
-        if report.activities.iter().any(|activity| !activity.assumed.is_empty()) {
-            labels.push("times assumed".to_owned());
-        }
-        if config_of(db, project.workspace(db)).rt_throttling.is_none() {
-            labels.push("assumes real-time throttling off".to_owned());
-        }
-        if report.assumes_clocks() {
-            labels.push("assumes synchronised clocks".to_owned());
-        }
-        // There may be nothing to show: only utilisations, and no CPU.
-        if is_shown {
-            hints.push(InlayHint { offset, label: labels.join(" · "), explained_at: None });
-        }
-    }
-    let nodes = node.deployment_items().filter_map(|item| match item {
-        ast::DeploymentItem::Activity(it) => Some((it.name_ref()?.syntax().text_range().start(), it)),
-        _ => None,
-    });
-    let nodes: HashMap<TextSize, ast::Activity> = nodes.collect();
-    let activities = &system_of(db, project, deployment).activities;
-    let with_assumptions = report.with_assumptions();
-    let reports = report.activities.iter().zip(with_assumptions);
-    for (resolved, (activity, assumes)) in activities.iter().zip(reports) {
-        let name = resolved.at.range(db).start();
-        // A duplicate, or an instance without an activity, has a diagnostic instead.
-        let Some(node) = nodes.get(&name) else { continue };
-        let budget = missing_codel(db, tables, activity, query).and_then(|codel| {
-            let budgets = budgets(db, project, deployment, query).iter();
-            // If other codels lack a time as well, the budget is not a guarantee.
-            budgets.filter(|budget| budget.alone).find(|budget| budget.codel == codel)?.time
-        });
-        let mut label = label(db, activity, assumes, budget);
-        if resolved.has_late_deadline {
-            label += " (compared with the period: the deadline exceeds it)";
-        }
-        if let Some(offset) = beside(text, node.syntax()).filter(|_| kinds.response_times) {
-            hints.push(InlayHint { offset, label, explained_at: Some(name) });
-        }
-        hints.extend(default_deadline(activity, node).filter(|_| kinds.defaults));
+        _ => 0,
     }
 }
 
-/// Returns the hint of an activity: its response time, or why there is none.
-fn label<'db>(
-    db: &'db dyn ModelDb,
-    activity: &ActivityReport<'db>,
-    assumes: bool,
-    budget: Option<Time>,
-) -> String {
-    let because = || {
-        let first = activity.reasons.first();
-        let first = first.map_or_else(String::new, |it| timing_reason(db, &it.reason));
-        match activity.reasons.len() {
-            0 | 1 => first,
-            count => format!("{first} (and {} more)", count - 1),
-        }
-    };
-    let deadline = activity.deadline.unwrap_or_default();
-    let assumed = if assumes { " · times assumed" } else { "" };
-    match (activity.verdict, activity.response) {
-        (Verdict::Background, _) => "not real-time".to_owned(),
-        (Verdict::RealTime(Status::Met), Some(response)) => {
-            let slack = deadline.checked_sub(response).unwrap_or_default();
-            format!("R {response} ≤ {deadline} · slack {slack}{assumed}")
-        }
-        (Verdict::RealTime(Status::Missed), Some(response)) => {
-            format!("R {response} > {deadline} ✗{assumed}")
-        }
-        (Verdict::RealTime(Status::Unbounded), _) => format!("unbounded ✗: {}", because()),
-        (Verdict::RealTime(Status::NotAnalysed), _) => {
-            let budget = budget.map_or_else(String::new, |time| format!(" · all deadlines met if ≤ {time}"));
-            format!("not analysed: {}{budget}", because())
-        }
-        (Verdict::RealTime(_), _) => format!("no bound ✗: {}", because()),
-    }
-}
-
-/// Returns the codel without a time, if that is the only reason why an activity is not analysed.
-fn missing_codel<'db>(
-    db: &'db dyn ModelDb,
-    tables: TableSet<'db>,
-    activity: &ActivityReport<'db>,
-    query: Query,
-) -> Option<Decl<'db>> {
-    let component = activity.component.filter(|_| activity.reasons.len() == 1)?;
-    match psm_of(db, tables, component, query.level).as_ref().err()?.as_slice() {
-        [Refusal { reason: Reason::NoTime(codel), .. }] => Some(*codel),
-        _ => None,
-    }
-}
-
-/// Returns how many deadlines of a deployment are met.
-fn of_all(report: &Report<'_>, query: Query) -> String {
-    let Deadlines { met, unknown, all: count } = report.deadlines();
-    let mut label = format!("{met} of {count} deadlines met at {}", query.level);
-    for (others, what) in [(count - unknown - met, "missed"), (unknown, "not analysed")] {
-        if others > 0 {
-            label += &format!(", {others} {what}");
-        }
-    }
-    label
-}
-
-/// Returns the utilisation of each CPU.
-fn loads(report: &Report<'_>) -> Vec<String> {
-    let load = |cpu: &CpuLoad| {
-        // Activities that are not analysed are not included.
-        let at_least = if cpu.complete { "" } else { "≥ " };
-        format!("{} {at_least}{}", cpu_names(cpu.mask), utilisation(cpu))
-    };
-    report.cpus.iter().map(load).collect()
-}
-
-/// Returns the hint ` deadline = 100` of an activity without a deadline.
-fn default_deadline(activity: &ActivityReport<'_>, node: &ast::Activity) -> Option<InlayHint> {
-    let fields: Vec<ast::Field> = node.fields().collect();
-    let is_deadline =
-        |field: &ast::Field| field.name_ref().is_some_and(|name| name.syntax().text() == "deadline");
-    if activity.verdict == Verdict::Background || fields.iter().any(is_deadline) {
-        return None;
-    }
-    let deadline: Time = activity.deadline?;
-    let offset = fields.last()?.syntax().text_range().end();
-    // Without a unit, as in a model.
-    let label = format!(" deadline = {}", deadline.number());
-    Some(InlayHint { offset, label, explained_at: None })
-}
-
-/// Returns the syntax node of the deployment with this name.
-fn deployment_at(db: &dyn ModelDb, name: &Location<'_>) -> Option<ast::Deployment> {
-    let root: SyntaxNode = parse(db, name.file(db)).syntax();
-    let token = tokens_at(&root, name.range(db).start()).right_biased()?;
-    token.parent_ancestors().find_map(ast::Deployment::cast)
-}
-
-/// Returns the end of `node` if it is on one line of the text, otherwise the end of its opening brace.
-fn beside(text: &str, node: &SyntaxNode) -> Option<TextSize> {
-    let range = node.text_range();
-    if !text.get(std::ops::Range::<usize>::from(range))?.contains('\n') {
-        return Some(range.end());
-    }
-    let mut tokens = node.children_with_tokens().filter_map(mauve_syntax::NodeOrToken::into_token);
-    Some(tokens.find(|token| token.kind() == SyntaxKind::L_CURLY)?.text_range().end())
+/// Returns the end of the line with `offset`, without spaces: a hint there moves no text.
+fn end_of_line(text: &str, offset: TextSize) -> TextSize {
+    let rest = text.get(usize::from(offset)..).unwrap_or_default();
+    let line = rest.lines().next().unwrap_or_default().trim_end();
+    offset + TextSize::of(line)
 }
 
 #[cfg(test)]
@@ -341,10 +313,10 @@ mod tests {
 
     /// The text of the first file with the hints in it, in `⟨…⟩`.
     fn check(fixture: &str, expected: Expect) {
-        check_kinds(fixture, HintKinds::default(), expected);
+        check_kinds(fixture, HintOptions::default(), expected);
     }
 
-    fn check_kinds(fixture: &str, kinds: HintKinds, expected: Expect) {
+    fn check_kinds(fixture: &str, options: HintOptions, expected: Expect) {
         let fixture = Fixture::new(fixture);
         let file = fixture.file;
         let text = file.text(&fixture.db);
@@ -353,7 +325,8 @@ mod tests {
             &[fixture.workspace],
             file,
             TextRange::up_to(TextSize::of(&**text)),
-            kinds,
+            options,
+            &EarlierFigures::default(),
         );
         let mut shown = String::new();
         let mut done = 0;
@@ -366,6 +339,14 @@ mod tests {
         let lines: Vec<&str> = shown.lines().filter(|line| line.contains('⟨')).map(str::trim).collect();
         expected.assert_eq(&(lines.join("\n") + "\n"));
     }
+
+    const NONE: HintOptions = HintOptions {
+        response_times: false,
+        loads: false,
+        program_times: false,
+        values: false,
+        tight_slack: 10,
+    };
 
     const PARTS: &str = "
 codel plan(): int
@@ -397,11 +378,11 @@ architecture A { instance planner: Planner  instance driver: Driver }
         check(
             &text,
             expect![[r#"
-            core Planning(S) { update = { plan(); }⟨70 ms at 1e-4⟩ }
-            core Driving(S) { update = { drive(); }⟨17 ms (Driver), 19 ms (Driver, times of Sea) at 1e-4⟩ }
-            deployment D { architecture A activity driver { priority = 2 period = 50⟨ deadline = 50⟩ }⟨R 17 ms ≤ 50 ms · slack 33 ms⟩ activity planner { priority = background }⟨not real-time⟩ }⟨1 of 1 deadlines met at 1e-4 · CPU 1 34.0 %⟩
-            deployment Sea { architecture A activity driver { priority = 2 period = 50⟨ deadline = 50⟩ }⟨R 19 ms ≤ 50 ms · slack 31 ms⟩ activity planner { priority = background }⟨not real-time⟩ }⟨1 of 1 deadlines met at 1e-4 · CPU 1 38.0 % · times of Sea⟩
-        "#]],
+                core Planning(S) { update = { plan(); } }⟨70 ms⟩
+                core Driving(S) { update = { drive(); } }⟨17 ms to 19 ms⟩
+                deployment D { architecture A activity driver { priority = 2 period = 50 } activity planner { priority = background } }⟨1 of 1 met at 1e-4⟩⟨CPU 1 34.0 %⟩⟨driver: 33 ms slack · 17 ms⟩⟨planner: not real-time⟩
+                deployment Sea { architecture A activity driver { priority = 2 period = 50 } activity planner { priority = background } }⟨1 of 1 met at 1e-4⟩⟨CPU 1 38.0 %⟩⟨driver: 31 ms slack · 19 ms⟩⟨planner: not real-time⟩
+            "#]],
         );
     }
 
@@ -414,12 +395,11 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 "codel.plan = 70\ncodel.drive = 17",
             ),
             expect![[r#"
-                core Planning(S) { update = { plan(); }⟨70 ms at 1e-4⟩ }
-                core Driving(S) { update = { drive(); }⟨17 ms at 1e-4⟩ }
-                deployment D {⟨1 of 2 deadlines met at 1e-4, 1 missed · CPU 1 104.0 %⟩
-                activity driver { priority = 2 period = 50 deadline = 20 }⟨R 17 ms ≤ 20 ms · slack 3 ms⟩
-                activity planner {⟨unbounded ✗: CPU 1 overloaded (104.0 % at priority ≥ 1)⟩
-                period = 100⟨ deadline = 100⟩
+                core Planning(S) { update = { plan(); } }⟨70 ms⟩
+                core Driving(S) { update = { drive(); } }⟨17 ms⟩
+                deployment D {⟨1 of 2 met at 1e-4⟩⟨✗ CPU 1 104.0 % overloaded⟩
+                activity driver { priority = 2 period = 50 deadline = 20 }⟨3 ms slack · 17 ms⟩
+                activity planner {⟨✗ CPU 1 overloaded (104.0 %)⟩
             "#]],
         );
         check(
@@ -429,9 +409,9 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 "codel.plan = 70\ncodel.drive = 17",
             ),
             expect![[r#"
-                core Planning(S) { update = { plan(); }⟨70 ms at 1e-4⟩ }
-                core Driving(S) { update = { drive(); }⟨17 ms at 1e-4⟩ }
-                deployment D { architecture A activity driver { priority = 2 period = 50 deadline = 16 }⟨R 17 ms > 16 ms ✗⟩ activity planner { priority = background }⟨not real-time⟩ }⟨0 of 1 deadlines met at 1e-4, 1 missed · CPU 1 34.0 %⟩
+                core Planning(S) { update = { plan(); } }⟨70 ms⟩
+                core Driving(S) { update = { drive(); } }⟨17 ms⟩
+                deployment D { architecture A activity driver { priority = 2 period = 50 deadline = 16 } activity planner { priority = background } }⟨0 of 1 met at 1e-4⟩⟨CPU 1 34.0 %⟩⟨driver: ✗ 1 ms late · 17 ms⟩⟨planner: not real-time⟩
             "#]],
         );
     }
@@ -445,10 +425,10 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 "codel.drive = 17",
             ),
             expect![[r#"
-                core Driving(S) { update = { drive(); }⟨17 ms at 1e-4⟩ }
-                deployment D {⟨0 of 2 deadlines met at 1e-4, 2 not analysed · CPU 1 ≥ 34.0 %⟩
-                activity driver { priority = 1 period = 50 deadline = 50 }⟨not analysed: `planner` may preempt it and is not analysed⟩
-                activity planner { priority = 2 period = 100 deadline = 100 }⟨not analysed: no time for codel `plan` · all deadlines met if ≤ 33 ms⟩
+                core Driving(S) { update = { drive(); } }⟨17 ms⟩
+                deployment D {⟨0 of 2 met, 2 not analysed⟩⟨CPU 1 ≥ 34.0 %⟩
+                activity driver { priority = 1 period = 50 deadline = 50 }⟨not analysed: see planner⟩
+                activity planner { priority = 2 period = 100 deadline = 100 }⟨not analysed: no time for plan⟩
             "#]],
         );
     }
@@ -462,11 +442,11 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 "codel.plan = 70\ncodel.drive = 17",
             ),
             expect![[r#"
-                core Planning(S) { update = { plan(); }⟨70 ms at 1e-4⟩ }
-                core Driving(S) { update = { drive(); }⟨17 ms at 1e-4⟩ }
-                deployment D {⟨0 of 2 deadlines met at 1e-4, 2 not analysed · CPU 1 ≥ 70.0 %⟩
-                activity driver { priority = 2 period = }⟨not analysed: its period has a syntax error (and 1 more)⟩
-                activity planner { priority = 1 period = 100⟨ deadline = 100⟩ }⟨not analysed: deployment D has a syntax error: an activity may be missing in it⟩
+                core Planning(S) { update = { plan(); } }⟨70 ms⟩
+                core Driving(S) { update = { drive(); } }⟨17 ms⟩
+                deployment D {⟨0 of 2 met, 2 not analysed⟩⟨CPU 1 ≥ 70.0 %⟩
+                activity driver { priority = 2 period = }⟨not analysed: syntax error⟩
+                activity planner { priority = 1 period = 100 }⟨not analysed: syntax error⟩
             "#]],
         );
     }
@@ -480,11 +460,11 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 "codel.plan = 70\ncodel.drive = 9",
             ),
             expect![[r#"
-                core Planning(S) { update = { plan(); }⟨70 ms at 1e-4⟩ }
-                core Driving(S) { update = { drive(); }⟨9 ms at 1e-4⟩ }
-                deployment D {⟨2 of 2 deadlines met at 1e-4 · CPU 1 97.0 %⟩
-                activity driver { priority = 2 period = 10 deadline = 100 }⟨R 9 ms ≤ 10 ms · slack 1 ms (compared with the period: the deadline exceeds it)⟩
-                activity planner { priority = 1 period = 1000 deadline = 1000.0 }⟨R 700 ms ≤ 1000 ms · slack 300 ms⟩
+                core Planning(S) { update = { plan(); } }⟨70 ms⟩
+                core Driving(S) { update = { drive(); } }⟨9 ms⟩
+                deployment D {⟨2 of 2 met at 1e-4⟩⟨tight: CPU 1 97.0 %⟩
+                activity driver { priority = 2 period = 10 deadline = 100 }⟨1 ms slack · 9 ms⟩
+                activity planner { priority = 1 period = 1000 deadline = 1000.0 }⟨300 ms slack · 700 ms⟩
             "#]],
         );
     }
@@ -504,10 +484,10 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 root("codel plan(): int\n"),
             ),
             expect![[r#"
-                core Planning(S) { update = { plan(); }⟨20 ms at 1e-4 (in the project of one.mal)⟩ }
-                core Driving(S) { update = { drive(); }⟨17 ms at 1e-4⟩ }
-                deployment D {⟨1 of 2 deadlines met at 1e-4, 1 not analysed · CPU 1 ≥ 34.0 % (in the project of two.mal)⟩⟨2 of 2 deadlines met at 1e-4 · CPU 1 54.0 % (in the project of one.mal)⟩ architecture A activity driver { priority = 2 period = 50 deadline = 20 }⟨R 17 ms ≤ 20 ms · slack 3 ms⟩
-                activity planner { priority = 1 period = 100 deadline = 100 }⟨R 37 ms ≤ 100 ms · slack 63 ms (in the project of one.mal)⟩⟨not analysed: core Planning: codel `plan` is declared twice (in the project of two.mal)⟩ }
+                core Planning(S) { update = { plan(); } }⟨one.mal: 20 ms⟩
+                core Driving(S) { update = { drive(); } }⟨17 ms⟩
+                deployment D { architecture A activity driver { priority = 2 period = 50 deadline = 20 }⟨one.mal: 2 of 2 met at 1e-4⟩⟨one.mal: CPU 1 54.0 %⟩⟨3 ms slack · 17 ms⟩⟨two.mal: 1 of 2 met, 1 not anal…⟩⟨two.mal: CPU 1 ≥ 34.0 %⟩
+                activity planner { priority = 1 period = 100 deadline = 100 } }⟨one.mal: 63 ms slack · 37 ms⟩⟨two.mal: not analysed: error in…⟩
             "#]],
         );
     }
@@ -529,9 +509,9 @@ deployment D { architecture A
 codel = \"5 ms\"
 ",
             expect![[r#"
-                core Planning(S) { update = { plan(); }⟨5 ms at 1e-4 · times assumed⟩ }
-                deployment D {⟨1 of 1 deadlines met at 1e-4 · CPU 1 5.0 % · times assumed · assumes real-time throttling off⟩ architecture A
-                activity planner { priority = 2 period = 100 deadline = 100 }⟨R 5 ms ≤ 100 ms · slack 95 ms · times assumed⟩
+                core Planning(S) { update = { plan(); } }⟨5 ms · assumed⟩
+                deployment D { architecture A⟨1 of 1 met at 1e-4⟩⟨CPU 1 5.0 %⟩
+                activity planner { priority = 2 period = 100 deadline = 100 }⟨95 ms slack · 5 ms · assumed⟩
             "#]],
         );
     }
@@ -555,10 +535,10 @@ platform.rt_throttling = false
 clocks.synchronised = [\"first\", \"second\"]
 ",
             expect![[r#"
-                core K(S) { update = { plan(); }⟨5 ms at 1e-4 · times assumed⟩ }
-                deployment D {⟨2 of 2 deadlines met at 1e-4 · CPU 1 10.0 % · times assumed · assumes synchronised clocks⟩ architecture A
-                activity first { priority = 2 period = 100⟨ deadline = 100⟩ }⟨R 5 ms ≤ 100 ms · slack 95 ms · times assumed⟩
-                activity second { priority = 1 period = 100 offset = 50⟨ deadline = 100⟩ }⟨R 5 ms ≤ 100 ms · slack 95 ms · times assumed⟩
+                core K(S) { update = { plan(); } }⟨5 ms · assumed⟩
+                deployment D { architecture A⟨2 of 2 met at 1e-4⟩⟨CPU 1 10.0 %⟩
+                activity first { priority = 2 period = 100 }⟨95 ms slack · 5 ms · assumed⟩
+                activity second { priority = 1 period = 100 offset = 50 }⟨95 ms slack · 5 ms · assumed⟩
             "#]],
         );
     }
@@ -592,16 +572,16 @@ program.\"Quick/update\" = 5
         check(
             MACHINE,
             expect![[r#"
-                initial state Waiting {⟨≤ 2 ms per period at 1e-4⟩
+                initial state Waiting {⟨≤ 2 ms per period⟩
                 transition go if (look() > 0) to Moving⟨≤ 2 ms per period⟩
-                state Moving {⟨≤ 21 ms per period at 1e-4⟩ entry = { look(); }⟨1 ms⟩  run = {⟨20 ms⟩
-                } exit = { }  transition done to Waiting { look(); }⟨≤ 21 ms per period⟩ }
-                core U(S) { update = { plan(); }⟨5 ms (Quick), 20 ms (Slow) at 1e-4⟩ }
+                state Moving { entry = { look(); }  run = {⟨Moving: ≤ 21 ms per period⟩⟨entry: 1 ms⟩⟨run: 20 ms⟩
+                } exit = { }  transition done to Waiting { look(); } }⟨≤ 21 ms per period⟩
+                core U(S) { update = { plan(); } }⟨5 ms to 20 ms⟩
             "#]],
         );
         // Where the time of one component is unknown, nothing is said that may be taken for it.
         check(&MACHINE.replace("codel.plan = 20\n", ""), expect!["\n\n"]);
-        let off = HintKinds { program_times: false, ..HintKinds::default() };
+        let off = HintOptions { program_times: false, ..HintOptions::default() };
         check_kinds(MACHINE, off, expect!["\n\n"]);
     }
 
@@ -628,25 +608,19 @@ deployment D {
 
     #[test]
     fn the_values_that_count() {
-        let only = HintKinds {
-            response_times: false,
-            loads: false,
-            defaults: false,
-            program_times: false,
-            values: true,
-        };
+        let only = HintOptions { values: true, ..NONE };
         check_kinds(
             VALUES,
             only,
             expect![[r#"
-                instance a: P⟨base = 2, rate = 8, x = 1 and 1 more⟩
-                instance b: P⟨base = 2, name = "é", rate = 6 and 2 more⟩
+                instance a: P⟨rate = 8⟩
+                instance b: P⟨name = "é"⟩
                 property a.rate = 4 + 4⟨= 8⟩
                 property a.rate = 9⟨overrides 8⟩
                 property b.x = 2⟨overrides 1⟩
             "#]],
         );
-        check_kinds(VALUES, HintKinds { values: false, ..only }, expect!["\n\n"]);
+        check_kinds(VALUES, HintOptions { values: false, ..only }, expect!["\n\n"]);
     }
 
     #[test]
@@ -656,41 +630,27 @@ deployment D {
              activity planner { priority = 1 period = 200 } }",
             "codel.plan = 70\ncodel.drive = 17",
         );
-        let none = HintKinds {
-            response_times: false,
-            loads: false,
-            defaults: false,
-            program_times: false,
-            values: false,
-        };
-        check_kinds(&text, none, expect!["\n\n"]);
+
+        check_kinds(&text, NONE, expect!["\n\n"]);
         check_kinds(
             &text,
-            HintKinds { response_times: true, ..none },
+            HintOptions { response_times: true, ..NONE },
             expect![[r#"
-            deployment D {⟨2 of 2 deadlines met at 1e-4⟩
-            activity driver { priority = 2 period = 50 }⟨R 17 ms ≤ 50 ms · slack 33 ms⟩
-            activity planner { priority = 1 period = 200 }⟨R 121 ms ≤ 200 ms · slack 79 ms⟩ }
-        "#]],
+                deployment D {⟨2 of 2 met at 1e-4⟩
+                activity driver { priority = 2 period = 50 }⟨33 ms slack · 17 ms⟩
+                activity planner { priority = 1 period = 200 } }⟨79 ms slack · 121 ms⟩
+            "#]],
         );
         check_kinds(
             &text,
-            HintKinds { loads: true, ..none },
+            HintOptions { loads: true, ..NONE },
             expect![[r#"
             deployment D {⟨CPU 1 69.0 %⟩
         "#]],
         );
         // Where no CPU is known, there is no load, and no hint without words.
         let lost = text.replace("codel.plan = 70", "codel.plan = ");
-        check_kinds(&lost, HintKinds { loads: true, ..none }, expect!["\n\n"]);
-        check_kinds(
-            &text,
-            HintKinds { defaults: true, ..none },
-            expect![[r#"
-            activity driver { priority = 2 period = 50⟨ deadline = 50⟩ }
-            activity planner { priority = 1 period = 200⟨ deadline = 200⟩ } }
-        "#]],
-        );
+        check_kinds(&lost, HintOptions { loads: true, ..NONE }, expect!["\n\n"]);
     }
 
     #[test]
@@ -708,8 +668,13 @@ deployment D {
         let [file, parts] =
             ["/robot.mal", "/parts.mal"].map(|path| workspace.file(&db, path.as_ref()).unwrap());
         let all = TextRange::up_to(TextSize::of(deployment));
-        let hash = |db: &mauve_hir::Database| hash_of_hints(db, &[workspace], file, HintKinds::default());
-        let before = (hash(&db), inlay_hints(&db, &[workspace], file, all, HintKinds::default()));
+        let hash = |db: &mauve_hir::Database| {
+            hash_of_hints(db, &[workspace], file, HintOptions::default(), &EarlierFigures::default())
+        };
+        let before = (
+            hash(&db),
+            inlay_hints(&db, &[workspace], file, all, HintOptions::default(), &EarlierFigures::default()),
+        );
         assert!(db.take_log().executed.iter().any(|query| query == "of_declaration"));
         for (from, to, is_same) in [
             ("shell S", "// a comment\nshell S", true),
@@ -718,7 +683,8 @@ deployment D {
         ] {
             parts.set_text(&mut db, PARTS.replace(from, to).into());
             assert_eq!(hash(&db) == before.0, is_same, "{to}");
-            let hints = inlay_hints(&db, &[workspace], file, all, HintKinds::default());
+            let hints =
+                inlay_hints(&db, &[workspace], file, all, HintOptions::default(), &EarlierFigures::default());
             assert_eq!(hints == before.1, is_same, "{to}");
             let executed = db.take_log().executed;
             let count = executed.iter().filter(|query| *query == "of_declaration").count();
@@ -740,7 +706,7 @@ deployment D {
         let file = workspace.file(&db, "/robot.mal".as_ref()).unwrap();
         let mut built = |text: String| {
             file.set_text(&mut db, text.into());
-            hash_of_hints(&db, &[workspace], file, HintKinds::default());
+            hash_of_hints(&db, &[workspace], file, HintOptions::default(), &EarlierFigures::default());
             db.take_log().executed.iter().filter(|query| *query == "labels_of").count()
         };
         assert_eq!(built(text.to_owned()), 1);

@@ -81,7 +81,7 @@ mod workspace_symbols;
 pub use call_hierarchy::{Calls, call_items, incoming_calls, outgoing_calls};
 pub use change::{Change, FileChange};
 pub use code_actions::{ActionKind, ActionQuestion, Changes, CodeAction, code_actions};
-pub use code_lens::{CodeLens, Lens, LensAction, LensKind, code_lens_at, code_lenses, resolve_code_lens};
+pub use code_lens::{CodeLens, LensAction, code_lenses};
 pub use completion::{Completion, CompletionKind, Completions, Subject, completions, documentation};
 pub use declaration::declaration;
 pub use definition::{Navigation, Target, definition};
@@ -97,7 +97,7 @@ pub use graph::{Graph, GraphEdge, GraphNode, GraphsOf, draw_graph, graph, select
 pub use hierarchy::HierarchyItem;
 pub use hover::{Hover, hover};
 pub use implementation::{codel_file, implementation};
-pub use inlay_hints::{HintKinds, InlayHint, hash_of_hints, inlay_hints};
+pub use inlay_hints::{EarlierFigures, HintOptions, HintStatus, InlayHint, hash_of_hints, inlay_hints};
 pub use levels::known_levels;
 pub use machine_view::{MachineEdge, MachineState, MachineView, component_at, state_machine};
 pub use project::projects_with;

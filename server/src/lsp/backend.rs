@@ -536,7 +536,6 @@ language_server! {
         initialize: Initialize;
         code_action_resolve: CodeActionResolveRequest;
         code_lens: CodeLensRequest;
-        code_lens_resolve: CodeLensResolve;
         diagnostic: DocumentDiagnosticRequest;
         execute_command: ExecuteCommand;
         inlay_hint: InlayHintRequest;
@@ -631,10 +630,6 @@ impl Backend {
 
     async fn code_lens(&self, params: CodeLensParams) -> Result<Option<Vec<CodeLens>>> {
         self.hints(move |snapshot| code_lens::code_lenses(snapshot, &params)).await
-    }
-
-    async fn code_lens_resolve(&self, lens: CodeLens) -> Result<CodeLens> {
-        self.noted(move |snapshot| code_lens::resolve(snapshot, &lens)).await
     }
 
     async fn inlay_hint_resolve(&self, hint: InlayHint) -> Result<InlayHint> {

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use tower_lsp::lsp_types::*;
 
 use super::handlers;
-use super::handlers::code_lens::SHOW_REFERENCES;
+use super::handlers::code_lens::{CHOOSE_SIGNIFICANCE, SHOW_REFERENCES};
 use super::handlers::execute_command::{COMMANDS, GENERATE};
 use super::handlers::semantic_tokens::Legend;
 use super::position::Encoding;
@@ -62,6 +62,8 @@ capabilities! {
     }
     others: {
         adjust_indentation: bool,
+        /// Whether it implements the command `mauve.chooseSignificance`, as listed in `experimental.commands`.
+        chooses_significance: bool,
         change_annotations: bool,
         /// Whether it supports code actions that are not commands.
         code_actions: bool,
@@ -119,6 +121,7 @@ impl Capabilities {
             ),
             change_annotations: at("/workspace/workspaceEdit/changeAnnotationSupport").is_some(),
             code_actions: at("/textDocument/codeAction/codeActionLiteralSupport").is_some(),
+            chooses_significance: has("/experimental/commands", json!(CHOOSE_SIGNIFICANCE)),
             completion_kinds: has(
                 "/textDocument/completion/completionItemKind/valueSet",
                 json!(CompletionItemKind::TYPE_PARAMETER),
@@ -209,7 +212,7 @@ impl Capabilities {
                     ..CodeActionOptions::default()
                 })
             }),
-            code_lens_provider: Some(CodeLensOptions { resolve_provider: Some(true) }),
+            code_lens_provider: Some(CodeLensOptions { resolve_provider: Some(false) }),
             document_symbol_provider: Some(OneOf::Left(true)),
             workspace_symbol_provider: Some(OneOf::Left(true)),
             document_link_provider: Some(DocumentLinkOptions {

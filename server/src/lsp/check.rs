@@ -6,25 +6,32 @@ use std::sync::{Arc, OnceLock};
 
 use mauve_diagnostics::{Extent, Finding, Severity, checked_files, extent_of, findings_of};
 use mauve_hir::{File, ModelDb, Workspace, is_model};
-use mauve_ide::{CodeLens, LensKind};
+use mauve_ide::EarlierFigures;
 use tower_lsp::lsp_types::{Diagnostic, NumberOrString, TextDocumentIdentifier, Url};
 
 use super::pulls::ResultId;
 use super::snapshot::{Document, Snapshot};
 use super::to_proto::{self, DiagnosticStyle};
+use super::typing::without_typed;
 
 /// The result of a check.
 pub(crate) struct Checked {
     /// Whether an included file exists and has not been read. Then the result is not published.
     pub(crate) is_outdated: bool,
+    /// Whether diagnostics wait until the user pauses.
+    pub(crate) do_some_wait: bool,
     /// The diagnostics of each open file, and of each other file that has any, with the checked version.
     pub(crate) diagnostics: Found,
 }
 
 /// What the hints and the tokens of the open files are now.
 pub(crate) struct Compared {
-    /// For each open file, a hash of its inlay hints and code lenses without their positions.
+    /// The figures of the texts, and earlier ones where the texts have none.
+    pub(crate) figures: EarlierFigures,
+    /// For each open file, a hash of its inlay hints without their positions.
     pub(crate) hints: BTreeMap<Url, u64>,
+    /// For each open file, a hash of its code lenses without their positions.
+    pub(crate) lenses: BTreeMap<Url, u64>,
     /// For each open file with semantic tokens, its version and a hash of the tokens.
     pub(crate) meanings: BTreeMap<Url, (i32, u64)>,
 }
@@ -98,8 +105,25 @@ pub(crate) type OfFile = (Option<i32>, Items);
 /// The versions and diagnostics of several files.
 pub(crate) type Found = BTreeMap<Url, OfFile>;
 
-/// Returns the diagnostics of each open file, and of each other file that has any.
+/// Returns the diagnostics of each open file, and of each other file that has any, without those that wait until the user pauses.
 pub(crate) fn diagnostics(snapshot: &Snapshot) -> Found {
+    shown(snapshot).0
+}
+
+/// Returns the diagnostics, and whether some wait until the user pauses.
+fn shown(snapshot: &Snapshot) -> (Found, bool) {
+    let mut found = found(snapshot);
+    let mut do_some_wait = false;
+    for (url, typed) in &snapshot.typed {
+        let Some((_, items)) = found.get_mut(url) else { continue };
+        let (shown, do_wait) = without_typed(std::mem::take(items), *typed);
+        *items = shown;
+        do_some_wait |= do_wait;
+    }
+    (found, do_some_wait)
+}
+
+fn found(snapshot: &Snapshot) -> Found {
     let db = &snapshot.db;
     let documents = snapshot.documents.iter();
     let of_document = |(url, document): (&Url, &Document)| {
@@ -203,7 +227,11 @@ pub(crate) fn diagnostics_of(snapshot: &Snapshot, url: &Url) -> Option<(Url, OfF
         });
         items = Some(with_open_uris(snapshot, merged(of_workspaces.collect())));
     }
-    Some((url.clone(), (document.map(|document| document.version), items.unwrap_or_default())))
+    let mut items = items.unwrap_or_default();
+    if let Some(typed) = snapshot.typed.get(url) {
+        items = without_typed(items, *typed).0;
+    }
+    Some((url.clone(), (document.map(|document| document.version), items)))
 }
 
 /// Returns the diagnostics about the state of an open document.
@@ -218,34 +246,35 @@ fn of_document(snapshot: &Snapshot, document: &Document) -> Option<Items> {
 /// Computes the diagnostics of all files.
 pub(crate) fn check(snapshot: &Snapshot) -> Checked {
     let is_outdated = snapshot.is_outdated();
-    let diagnostics = diagnostics(snapshot);
+    let (diagnostics, do_some_wait) = shown(snapshot);
     // Computed in advance, so that they are ready when the main loop publishes them.
     if snapshot.capabilities.pull_diagnostics {
         diagnostics.values().for_each(|(_, items)| _ = items.id());
     }
-    Checked { is_outdated, diagnostics }
+    Checked { is_outdated, do_some_wait, diagnostics }
 }
 
 /// Computes what the hints and the tokens of the open files are.
 pub(crate) fn compare(snapshot: &Snapshot) -> Compared {
     let db = &snapshot.db;
-    let mut hints = BTreeMap::new();
+    let (mut hints, mut lenses) = (BTreeMap::new(), BTreeMap::new());
     let models = snapshot.documents.iter().filter(|(_, document)| is_model(document.file.path(db)));
-    for (url, document) in models.filter(|_| !snapshot.is_stopped) {
-        let mut hasher = DefaultHasher::new();
-        let kinds = snapshot.settings.hints;
-        mauve_ide::hash_of_hints(db, &snapshot.workspaces, document.file, kinds).hash(&mut hasher);
-        let is_lens_shown = snapshot.capabilities.lens_refresh && snapshot.settings.lenses;
-        let lenses = is_lens_shown.then(|| mauve_ide::code_lenses(db, &snapshot.workspaces, document.file));
-        let is_found_out = |lens: &CodeLens| matches!(lens.kind, LensKind::Deadlines | LensKind::Instances);
-        for lens in lenses.into_iter().flatten().filter(is_found_out) {
-            if let Some(lens) = mauve_ide::resolve_code_lens(db, &snapshot.workspaces, document.file, lens) {
-                lens.title.hash(&mut hasher);
-            }
+    let models: Vec<(&Url, &Document)> = models.filter(|_| !snapshot.is_stopped).collect();
+    let (workspaces, options) = (&snapshot.workspaces, snapshot.settings.hints);
+    let files: Vec<File> = models.iter().map(|(_, document)| document.file).collect();
+    let figures = snapshot.earlier.updated(db, workspaces, &files, options, snapshot.are_saved);
+    for (url, document) in models {
+        let hash = mauve_ide::hash_of_hints(db, workspaces, document.file, options, &figures);
+        hints.insert(url.clone(), hash);
+        if snapshot.capabilities.lens_refresh && snapshot.settings.lenses {
+            let mut hasher = DefaultHasher::new();
+            let titles =
+                mauve_ide::code_lenses(db, workspaces, document.file).into_iter().map(|lens| lens.title);
+            titles.for_each(|title| title.hash(&mut hasher));
+            lenses.insert(url.clone(), hasher.finish());
         }
         // Computed in advance, so that the first request is fast.
         mauve_hir::line_index(db, document.file);
-        hints.insert(url.clone(), hasher.finish());
     }
     let meaning = |url: Url| {
         let document = snapshot.documents.get(&url)?;
@@ -253,5 +282,5 @@ pub(crate) fn compare(snapshot: &Snapshot) -> Compared {
         Some((url, (document.version, meanings)))
     };
     let meanings = snapshot.tokens.asked().into_iter().filter_map(meaning).collect();
-    Compared { hints, meanings }
+    Compared { figures, hints, lenses, meanings }
 }

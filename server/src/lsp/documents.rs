@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use tower_lsp::lsp_types::{TextDocumentContentChangeEvent, TextDocumentItem, Url};
+use tower_lsp::lsp_types::{Position, Range, TextDocumentContentChangeEvent, TextDocumentItem, Url};
 
 use super::position::Encoding;
 use super::rope::Rope;
@@ -25,6 +25,10 @@ pub(crate) struct Open {
     pub(crate) problem: Option<String>,
     /// The time of the client's last change: of two texts of one file, the newer one is analysed.
     pub(crate) changed: Instant,
+    /// The range of the text that the last change inserted, if it is that of one key.
+    pub(crate) typed: Option<Range>,
+    /// Whether it was not changed since it was opened or saved.
+    pub(crate) is_saved: bool,
     /// Whether the database may have another text.
     pub(crate) is_dirty: bool,
 }
@@ -70,7 +74,18 @@ impl Documents {
             self.0.remove(&address);
         }
         let (text, changed) = (Rope::new(&text), Instant::now());
-        self.0.insert(uri, Open { path, is_file, version, text, problem: None, changed, is_dirty: true });
+        let open = Open {
+            path,
+            is_file,
+            version,
+            text,
+            problem: None,
+            changed,
+            typed: None,
+            is_saved: true,
+            is_dirty: true,
+        };
+        self.0.insert(uri, open);
     }
 
     /// Returns the URI by which a document was opened: a URI has several spellings, such as `%41` for `A`.
@@ -122,6 +137,11 @@ impl Documents {
         }
         open.version = version;
         open.note_change();
+        let changes: Vec<TextDocumentContentChangeEvent> = changes.into_iter().collect();
+        open.typed = match changes.as_slice() {
+            [change] => typed(change),
+            _ => None,
+        };
         for change in changes {
             // For tests: a defect.
             #[cfg(debug_assertions)]
@@ -148,12 +168,15 @@ impl Documents {
 
     /// Compares the copy with the text that the client has saved.
     pub(crate) fn saved(&mut self, uri: &Url, text: Option<String>) {
-        let (Some(open), Some(text)) = (self.get_mut(uri), text) else { return };
+        let Some(open) = self.get_mut(uri) else { return };
+        open.is_saved = true;
+        let Some(text) = text else { return };
         if !open.text.is(&text) || open.problem.is_some() {
             tracing::error!("{uri}: the text differed from the client's");
             open.text = Rope::new(&text);
             open.problem = None;
             open.note_change();
+            open.is_saved = true;
         }
     }
 
@@ -170,7 +193,17 @@ impl Documents {
             let (path, is_file) = path_of(uri);
             let text = if is_file { text_of(&canonical_path(&path)).0 } else { String::new() };
             let (text, changed) = (Rope::new(&text), Instant::now());
-            Open { path, is_file, version: 0, text, problem: None, changed, is_dirty: true }
+            Open {
+                path,
+                is_file,
+                version: 0,
+                text,
+                problem: None,
+                changed,
+                typed: None,
+                is_saved: true,
+                is_dirty: true,
+            }
         });
         open.problem = Some(LOST.to_owned());
         open.note_change();
@@ -180,8 +213,22 @@ impl Documents {
 impl Open {
     fn note_change(&mut self) {
         self.changed = Instant::now();
+        self.is_saved = false;
         self.is_dirty = true;
     }
+}
+
+/// Returns the range of the text that a change inserts, if it is that of one key: a character, perhaps with the bracket that
+/// closes it, or the removal of one.
+fn typed(change: &TextDocumentContentChangeEvent) -> Option<Range> {
+    let replaced = change.range?;
+    let (line, start) = (replaced.start.line, replaced.start.character);
+    let is_key = replaced.end.line == line && replaced.end.character <= start.saturating_add(1);
+    let length = change.text.chars().count();
+    (is_key && length <= 2 && !change.text.contains(['\n', '\r'])).then(|| {
+        let end = Position::new(line, start.saturating_add(length as u32));
+        Range::new(replaced.start, end)
+    })
 }
 
 /// Returns the path of a document, or a unique name if it is not a file. Only models are opened without a file.
@@ -199,10 +246,8 @@ pub(crate) fn uri_of_document(name: &Path) -> Option<Url> {
 
 #[cfg(test)]
 mod tests {
-    use proptest::prelude::*;
-    use tower_lsp::lsp_types::{Position, Range};
-
     use super::*;
+    use proptest::prelude::*;
 
     fn uri() -> Url {
         Url::parse("file:///robot/a.mal").unwrap()

@@ -12,6 +12,7 @@ use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
 use mauve_hir::{CONFIG_FILE, Database, File, Problem, Workspace, is_model};
+use mauve_ide::EarlierFigures;
 use mauve_timing::Level;
 use salsa::Database as _;
 use tokio::runtime::Handle;
@@ -35,6 +36,7 @@ use super::staleness::{MAX_LOADS_FOR_WATCHES, Staleness};
 use super::to_proto::url_of;
 use super::tokens::Tokens;
 use super::trace::{Trace, milliseconds};
+use super::typing;
 use super::watcher::Watcher;
 use crate::load::{Left, Loaded, Loader, Walk, Walked, canonical_path};
 
@@ -82,6 +84,8 @@ pub(crate) enum Event {
     Job(Job),
     /// Reads and analyses all files again.
     Reload,
+    /// The time has passed after which the texts are to be checked again.
+    TimePassed,
     Stop,
     /// For tests: a defect of the main loop.
     #[cfg(debug_assertions)]
@@ -173,6 +177,8 @@ pub(crate) struct MainLoop {
     /// Open documents outside the client's folders: opening and closing them changes the workspaces.
     strays: BTreeSet<Url>,
     staleness: Staleness,
+    /// The figures of earlier texts, for hints.
+    earlier: Arc<EarlierFigures>,
     /// Jobs that wait for the end of a walk through folders.
     waiting: Vec<Job>,
     /// The semantic tokens that the client has received.
@@ -215,6 +221,7 @@ impl MainLoop {
             other_uris: Arc::default(),
             strays: BTreeSet::new(),
             staleness: Staleness::default(),
+            earlier: Arc::default(),
             waiting: Vec::new(),
             tokens: Arc::default(),
             publisher,
@@ -348,6 +355,7 @@ impl MainLoop {
             }
             Event::Walked(flag, walked) => self.walked(&flag, walked),
             Event::Reload => self.reload(),
+            Event::TimePassed => self.staleness.request_check(),
             Event::LongWalk(flag) => self.staleness.lengthen_walk(&flag),
             Event::Stop => self.stop(),
             #[cfg(debug_assertions)]
@@ -707,6 +715,9 @@ impl MainLoop {
             other_uris: Arc::clone(&self.other_uris),
             capabilities: self.capabilities,
             settings: self.settings,
+            typed: typing::typed_in(&self.documents),
+            are_saved: self.documents.0.values().all(|open| open.is_saved),
+            earlier: Arc::clone(&self.earlier),
             generation: self.staleness.generation(),
             is_complete: self.staleness.is_published(),
             is_stopped: self.staleness.is_stopped(),
@@ -769,7 +780,7 @@ impl MainLoop {
 
     /// Publishes a check of the current generation, unless the workspaces are to be loaded again first.
     fn publish(&mut self, checked: Checked) {
-        let Checked { is_outdated, diagnostics } = checked;
+        let Checked { is_outdated, do_some_wait, diagnostics } = checked;
         if is_outdated {
             if self.staleness.load_for_check() {
                 return;
@@ -777,6 +788,9 @@ impl MainLoop {
             tracing::error!("a file that is included cannot be read");
         }
         self.publisher.publish(diagnostics);
+        if do_some_wait {
+            self.check_after(typing::PAUSE);
+        }
         // The hints of an outdated generation are not compared.
         if self.staleness.publish() || is_outdated {
             self.refresh_hints();
@@ -785,18 +799,34 @@ impl MainLoop {
 
     /// Requests refreshes of hints and tokens that differ from the client's.
     fn compared(&mut self, compared: Result<Compared, Failure>) {
-        let Compared { hints, meanings } = match compared {
+        let Compared { figures, hints, lenses, meanings } = match compared {
             Ok(compared) => compared,
             Err(Failure::Panicked(message)) => return self.panicked(&message),
             Err(Failure::Overtaken | Failure::Cancelled) => return self.staleness.request_check(),
         };
         self.staleness.compare();
-        if self.publisher.are_hints_changed(hints) {
-            self.refresh_hints();
+        if let Some(due) = figures.reasons_due() {
+            self.check_after(due);
+        }
+        self.earlier = Arc::new(figures);
+        if self.publisher.are_hints_changed(hints) && self.capabilities.hint_refresh {
+            self.publisher.refresh(Refresh::Hints);
+        }
+        if self.publisher.are_lenses_changed(lenses) && self.capabilities.lens_refresh {
+            self.publisher.refresh(Refresh::Lenses);
         }
         if self.tokens.is_outdated(&meanings) && self.capabilities.token_refresh {
             self.publisher.refresh(Refresh::Tokens);
         }
+    }
+
+    /// Has the current texts checked again after a while, since hints and diagnostics depend on the time since the last edit.
+    fn check_after(&self, due: Duration) {
+        let sender = self.sender.clone();
+        self.workers.spawn(async move {
+            tokio::time::sleep(due).await;
+            let _ = sender.send(Event::TimePassed);
+        });
     }
 
     /// Requests a token refresh when changes cancelled the client's request for this version of a document. The

@@ -22,6 +22,7 @@ use crate::harmless::harmless;
 pub(crate) struct Publisher {
     published: Found,
     hints: BTreeMap<Url, u64>,
+    lenses: BTreeMap<Url, u64>,
     warnings: BTreeSet<String>,
     /// The answers to a client that pulls diagnostics of open files.
     pulls: Option<Pulls>,
@@ -145,13 +146,14 @@ impl Publisher {
         self.outbox.put(|waiting| waiting.diagnostics.extend(new));
     }
 
-    /// Records the hashes of the inlay hints and code lenses. Returns whether those of an open file have changed.
+    /// Records the hashes of the inlay hints. Returns whether those of an open file have changed.
     pub(crate) fn are_hints_changed(&mut self, hints: BTreeMap<Url, u64>) -> bool {
-        // The client's hints before the first check are unknown.
-        let is_another = |(url, hash): (&Url, &u64)| self.hints.get(url) != Some(hash);
-        let is_changed = hints.iter().any(is_another);
-        self.hints = hints;
-        is_changed
+        replace(&mut self.hints, hints)
+    }
+
+    /// Records the hashes of the code lenses. Returns whether those of an open file have changed.
+    pub(crate) fn are_lenses_changed(&mut self, lenses: BTreeMap<Url, u64>) -> bool {
+        replace(&mut self.lenses, lenses)
     }
 
     /// Records that the client has closed a file: its displayed diagnostics are unknown from now on.
@@ -168,6 +170,7 @@ impl Publisher {
     pub(crate) fn publish_all_again(&mut self) {
         self.published.values_mut().for_each(|(version, _)| *version = Some(i32::MIN));
         self.hints.clear();
+        self.lenses.clear();
         if self.pulls.is_some() {
             self.refresh(Refresh::Diagnostics);
         }
@@ -179,6 +182,7 @@ impl Publisher {
         let known = |(url, version)| (url, (Some(version), items.clone()));
         self.publish(open.into_iter().map(known).collect());
         self.hints.clear();
+        self.lenses.clear();
         self.defect(message);
     }
 
@@ -201,6 +205,13 @@ impl Publisher {
             self.outbox.put(|waiting| waiting.warnings.push(message));
         }
     }
+}
+
+/// Replaces hashes. Returns whether one is new: what the client has before the first check is unknown.
+fn replace(known: &mut BTreeMap<Url, u64>, hashes: BTreeMap<Url, u64>) -> bool {
+    let is_changed = hashes.iter().any(|(url, hash)| known.get(url) != Some(hash));
+    *known = hashes;
+    is_changed
 }
 
 impl Outbox {

@@ -4,16 +4,16 @@
 //! |---|---|---|
 //! | `mauve.timing.significance` | a level such as `1e-4`, or `null` | shows everything at this level; with `null`, at that of `mauve.toml` |
 //! | `mauve.codeLens.enable` | `true` or `false` | shows lenses |
-//! | `mauve.inlayHints.responseTimes` | `true` or `false` | shows response times beside activities |
+//! | `mauve.timing.tightSlack` | percent, 0 to 100 | slack below this share of the deadline is shown as tight; 10 by default |
+//! | `mauve.inlayHints.responseTimes` | `true` or `false` | shows slack and response times beside activities |
 //! | `mauve.inlayHints.loads` | `true` or `false` | shows the load of CPUs beside deployments |
-//! | `mauve.inlayHints.defaults` | `true` or `false` | shows deadlines that are left out |
 //! | `mauve.inlayHints.programTimes` | `true` or `false` | shows what programs, states and transitions take |
-//! | `mauve.inlayHints.values` | `true` or `false` | shows the values of properties and constants |
+//! | `mauve.inlayHints.values` | `true` or `false` | shows the values that instances and settings override |
 //!
 //! They come in three ways, with the same keys: as initialization options, as the answer to `workspace/configuration`, and
 //! with `workspace/didChangeConfiguration`. What one does not say, an earlier one may have said.
 
-use mauve_ide::HintKinds;
+use mauve_ide::HintOptions;
 use mauve_timing::Level;
 use serde_json::Value;
 
@@ -25,25 +25,25 @@ pub(crate) const SECTION: &str = "mauve";
 pub(crate) struct Settings {
     pub(crate) significance: Option<Level>,
     pub(crate) lenses: bool,
-    pub(crate) hints: HintKinds,
+    pub(crate) hints: HintOptions,
 }
 
 impl Default for Settings {
     fn default() -> Settings {
-        Settings { significance: None, lenses: true, hints: HintKinds::default() }
+        Settings { significance: None, lenses: true, hints: HintOptions::default() }
     }
 }
 
 const SIGNIFICANCE: &str = "timing.significance";
+const TIGHT_SLACK: &str = "timing.tightSlack";
 
 /// A key that is `true` or `false`, and its field.
 type Switch = (&'static str, fn(&mut Settings) -> &mut bool);
 
-const SWITCHES: [Switch; 6] = [
+const SWITCHES: [Switch; 5] = [
     ("codeLens.enable", |it| &mut it.lenses),
     ("inlayHints.responseTimes", |it| &mut it.hints.response_times),
     ("inlayHints.loads", |it| &mut it.hints.loads),
-    ("inlayHints.defaults", |it| &mut it.hints.defaults),
     ("inlayHints.programTimes", |it| &mut it.hints.program_times),
     ("inlayHints.values", |it| &mut it.hints.values),
 ];
@@ -79,6 +79,16 @@ impl Settings {
             self.significance = level;
             return Ok(());
         }
+        if key == TIGHT_SLACK {
+            let percent =
+                value.as_u64().and_then(|percent| u32::try_from(percent).ok()).filter(|it| *it <= 100);
+            match percent {
+                Some(percent) => self.hints.tight_slack = percent,
+                None if value.is_null() => {}
+                None => return Err(format!("is {value}: expected a whole number from 0 to 100")),
+            }
+            return Ok(());
+        }
         let switch = SWITCHES.iter().find(|(known, _)| *known == key);
         match (switch, value.as_bool()) {
             _ if value.is_null() => Ok(()),
@@ -88,7 +98,7 @@ impl Settings {
             }
             (Some(_), None) => Err(format!("is {value}: expected true or false")),
             (None, _) => {
-                let keys = [SIGNIFICANCE].into_iter().chain(SWITCHES.map(|(key, _)| key));
+                let keys = [SIGNIFICANCE, TIGHT_SLACK].into_iter().chain(SWITCHES.map(|(key, _)| key));
                 let known = keys.clone().collect::<Vec<_>>().join(", ");
                 let near = mauve_syntax::similar(key, keys);
                 let near = near.map(|near| format!("; did you mean `{SECTION}.{near}`?")).unwrap_or_default();

@@ -10,10 +10,13 @@ use std::sync::atomic::AtomicUsize;
 
 use mauve_diagnostics::Finding;
 use mauve_hir::{Database, File, Workspace};
+use mauve_ide::EarlierFigures;
 use mauve_syntax::{TextRange, TextSize};
 use salsa::Cancelled;
 use tower_lsp::jsonrpc::{Error, ErrorCode, Result};
-use tower_lsp::lsp_types::{Diagnostic, Location, TextDocumentIdentifier, TextDocumentPositionParams, Url};
+use tower_lsp::lsp_types::{
+    Diagnostic, Location, Range, TextDocumentIdentifier, TextDocumentPositionParams, Url,
+};
 
 use super::capabilities::Capabilities;
 use super::position::LineIndex;
@@ -49,6 +52,12 @@ pub(crate) struct Snapshot {
     pub(crate) other_uris: Arc<BTreeMap<Url, Url>>,
     pub(crate) capabilities: Capabilities,
     pub(crate) settings: Settings,
+    /// What users are typing, by the URIs of the documents.
+    pub(crate) typed: BTreeMap<Url, Range>,
+    /// Whether no open document was changed since it was opened or saved.
+    pub(crate) are_saved: bool,
+    /// The figures of earlier texts, for hints.
+    pub(crate) earlier: Arc<EarlierFigures>,
     /// The generation of the texts.
     pub(crate) generation: u64,
     /// Whether all needed files that are readable were read.

@@ -2,7 +2,6 @@
 
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
-use mauve_diagnostics::times_of;
 use mauve_hir::item_tree::{HookKind, Kind, Name, SourceId};
 use mauve_hir::{
     Decl, Location, ModelDb, ProgramId, Project, core_of, declarations, file_groups, files_in_group, parse,
@@ -14,26 +13,54 @@ use mauve_timing::{Level, Time};
 use mauve_wcrt::{Query, TableSet, psm_of, tables_for};
 use rustc_hash::FxHashMap;
 
-use super::InlayHint;
+use super::earlier::{Figures, with_earlier};
+use super::label::{Round, first_fit, short};
+use super::{Figure, Found, HintStatus, InlayHint, Subject, end_of_line};
 
-/// Adds the hints of a core in `range`.
+/// Returns the hints of a core in `range`.
 pub(super) fn of_core<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
     range: TextRange,
-    hints: &mut Vec<InlayHint>,
-) {
-    let labels = labels_of(db, project, of);
-    if labels.is_empty() {
-        return;
+    earlier: Option<&Figures>,
+) -> Vec<Found> {
+    let labels = labels_of(db, project, of).as_ref();
+    if labels.map_or(earlier.is_none(), Vec::is_empty) {
+        return Vec::new();
     }
+    let mut found = Vec::new();
     let heads = heads(db, of, range);
-    for (id, label) in labels {
-        let offset = heads.get(&Location::Source(of, *id).range(db).start());
-        let Some(&offset) = offset.filter(|offset| range.contains_inclusive(**offset)) else { continue };
-        hints.push(InlayHint { offset, label: label.clone(), explained_at: None });
+    let mut add = |id: SourceId, place: &Place, label: Option<&Label>| {
+        let explained_at = Location::Source(of, id).range(db).start();
+        let Some(&offset) = heads.get(&explained_at).filter(|it| range.contains_inclusive(**it)) else {
+            return;
+        };
+        let hint = InlayHint {
+            offset,
+            label: label.map_or_else(String::new, |label| label.text.clone()),
+            status: HintStatus::Time,
+            load: None,
+            explained_at: Some(explained_at),
+        };
+        let (subject, figure) = (Some(Subject::Program(place.clone())), label.map(Label::figure));
+        found.extend(with_earlier(Found { hint, subject, figure }, earlier));
+    };
+    match labels {
+        Some(labels) => labels.iter().for_each(|label| add(label.id, &label.place, Some(label))),
+        None => places_of(db, of).iter().for_each(|(id, place)| add(*id, place, None)),
     }
+    found
+}
+
+/// Returns the figures in a core, if they are known.
+pub(super) fn figures<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+) -> Option<impl Iterator<Item = (Subject, Figure)> + use<'db>> {
+    let labels = labels_of(db, project, of).as_ref()?.iter();
+    Some(labels.map(|label| (Subject::Program(label.place.clone()), label.figure())))
 }
 
 /// Returns a hash of the labels in a core.
@@ -44,48 +71,86 @@ pub(super) fn hash_of_labels<'db>(db: &'db dyn ModelDb, project: Project<'db>, o
     hasher.finish()
 }
 
-/// Returns the labels of the programs, states and transitions of a core: none for programs without codels, for programs that are
-/// never executed, and if a time is unknown.
+/// The label of a program, a state or a transition.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
+struct Label {
+    id: SourceId,
+    place: Place,
+    text: String,
+    /// The length of the figure at its beginning.
+    figure: usize,
+}
+
+impl Label {
+    fn figure(&self) -> Figure {
+        Figure::complete(self.text.get(..self.figure).unwrap_or_default().to_owned())
+    }
+}
+
+/// Returns the labels of the programs, states and transitions of a core: none for programs without codels, and for programs that
+/// are never executed; nothing if a time is unknown.
 #[salsa::tracked(returns(ref))]
-fn labels_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<(SourceId, String)> {
+fn labels_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Vec<Label>> {
     let level = Query::shown(db, project).level;
-    let mut all: Vec<(String, &'db Costs)> = Vec::new();
+    let mut all: Vec<&'db Costs> = Vec::new();
     for &component in components_of(db, project, of) {
         for &tables in tables_for(db, project, component) {
             // If one component has no times, the times of another would seem to hold for both; those of other tables likewise.
-            let Some(costs) = costs_of(db, tables, component, level) else { return Vec::new() };
-            let of_which = times_of(tables.section(db).as_deref());
-            all.push((format!("{}{of_which}", component.name(db)), costs));
+            all.push(costs_of(db, tables, component, level)?);
         }
     }
-    let mut labels = Vec::new();
-    let mut add = |id: SourceId, before: &str, after: &str, time: &dyn Fn(&Costs) -> Option<&Time>| {
-        if let Some((times, assumed)) = label(&all, time) {
-            labels.push((id, format!("{before}{times}{after}{assumed}")));
-        }
+    if all.is_empty() {
+        return None;
+    }
+    let label = |(id, place): &(SourceId, Place)| {
+        let mut times: Vec<Time> = all.iter().map(|costs| costs.of(place)).collect::<Option<_>>()?;
+        times.sort_unstable();
+        let is_assumed = all.iter().any(|costs| costs.assumed);
+        let (text, figure) = label(*times.first()?, *times.last()?, place, is_assumed);
+        Some(Label { id: *id, place: place.clone(), text, figure })
     };
-    let at = format!(" at {level}");
-    for (id, place) in places_of(db, of) {
-        match place {
-            Place::Update => add(*id, "", &at, &|costs| costs.programs.get(&ProgramId::UPDATE)),
-            Place::State(name) => {
-                add(*id, "≤ ", &format!(" per period{at}"), &|costs| costs.states.get(name));
-            }
-            Place::Method(program) => add(*id, "", "", &|costs| costs.programs.get(program)),
-            Place::Transition(of) => add(*id, "≤ ", " per period", &|costs| costs.transitions.get(of)),
-        }
-    }
-    labels
+    Some(places_of(db, of).iter().filter_map(label).collect())
+}
+
+/// Returns the label of the times of all components and tables, and the length of the figure in it.
+fn label(least: Time, greatest: Time, place: &Place, is_assumed: bool) -> (String, usize) {
+    let longest = short(greatest, Round::Up);
+    let figure = match place {
+        Place::State(_) | Place::Transition(_) => format!("≤ {longest}"),
+        Place::Update | Place::Method(_) if least == greatest => longest,
+        Place::Update | Place::Method(_) => format!("{} to {longest}", short(least, Round::Up)),
+    };
+    let after = match place {
+        Place::State(_) | Place::Transition(_) => " per period",
+        Place::Update | Place::Method(_) => "",
+    };
+    let text = match is_assumed {
+        true => first_fit([format!("{figure}{after} · assumed"), format!("{figure} · assumed")]),
+        false => first_fit([format!("{figure}{after}"), figure.clone()]),
+    };
+    (text, figure.len())
 }
 
 /// What a label of a core is about.
-#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
-enum Place {
+#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
+pub(super) enum Place {
     Update,
     State(Name),
     Method(ProgramId),
     /// The names of its state and of itself.
     Transition((Name, Name)),
+}
+
+impl Place {
+    /// Returns its keyword or name.
+    pub(super) fn name(&self) -> &str {
+        match self {
+            Place::Update => HookKind::Update.keyword(),
+            Place::State(name) | Place::Transition((_, name)) => name,
+            Place::Method(ProgramId::Method { kind, .. }) => kind.keyword(),
+            Place::Method(_) => "",
+        }
+    }
 }
 
 /// Returns what the labels of a core are about. A query of its own: most edits of a program do not change it, and build no label.
@@ -120,6 +185,18 @@ struct Costs {
     /// The longest period that ends with a transition, by its state and its name.
     transitions: FxHashMap<(Name, Name), Time>,
     assumed: bool,
+}
+
+impl Costs {
+    fn of(&self, place: &Place) -> Option<Time> {
+        match place {
+            Place::Update => self.programs.get(&ProgramId::UPDATE),
+            Place::State(name) => self.states.get(name),
+            Place::Method(program) => self.programs.get(program),
+            Place::Transition(of) => self.transitions.get(of),
+        }
+        .copied()
+    }
 }
 
 #[salsa::tracked(returns(as_ref))]
@@ -190,22 +267,8 @@ fn cores_in_group<'db>(
     components.filter_map(|&it| Some((it, core_of(db, project, it)?))).collect()
 }
 
-/// Returns the common time of all components and tables, or the time of each if they differ, and a suffix for assumed times.
-fn label(all: &[(String, &Costs)], time: &dyn Fn(&Costs) -> Option<&Time>) -> Option<(String, &'static str)> {
-    let times: Option<Vec<(&str, Time, bool)>> =
-        all.iter().map(|(name, costs)| Some((name.as_str(), *time(costs)?, costs.assumed))).collect();
-    let times = times?;
-    let (_, first, _) = *times.first()?;
-    let assumed = if times.iter().any(|(_, _, assumed)| *assumed) { " · times assumed" } else { "" };
-    if times.iter().all(|(_, time, _)| *time == first) {
-        return Some((first.to_string(), assumed));
-    }
-    let each: Vec<String> = times.iter().map(|(name, time, _)| format!("{time} ({name})")).collect();
-    Some((each.join(", "), assumed))
-}
-
 /// Returns the offsets of the hints of a core's programs, states and transitions in `range`, by the start of their names or
-/// keywords: at the end of an item on one line, otherwise after its first brace. Visits the core once, because finding a node
+/// keywords: at the end of the line with the item, or with its first brace if it has several lines. Visits the core once, because finding a node
 /// takes long in a large tree.
 fn heads(db: &dyn ModelDb, of: Decl<'_>, range: TextRange) -> FxHashMap<TextSize, TextSize> {
     let mut heads = FxHashMap::default();
@@ -222,7 +285,7 @@ fn heads(db: &dyn ModelDb, of: Decl<'_>, range: TextRange) -> FxHashMap<TextSize
             text.get(std::ops::Range::<usize>::from(whole)).is_some_and(|it| !it.contains('\n'));
         let offset =
             if is_one_line { Some(whole.end()) } else { brace().map(|brace| brace.text_range().end()) };
-        heads.extend(offset.map(|offset| (begins.start(), offset)));
+        heads.extend(offset.map(|offset| (begins.start(), end_of_line(text, offset))));
     };
     let brace_of = |block: Option<ast::Block>| block.and_then(|block| block.l_curly_token());
     let of_name = |name: Option<ast::Name>| name.map(|name| name.syntax().text_range());

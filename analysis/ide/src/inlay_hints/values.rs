@@ -1,34 +1,42 @@
-//! Hints with the values of properties and constants: all values beside an instance; beside a setting, the computed value and the
-//! value that it overrides.
+//! Hints with the values of properties and constants: beside an instance, those that the architecture overrides; beside a
+//! setting, the computed value and the value that it overrides.
 
-use mauve_hir::item_tree::{Expr, Setting};
+use std::collections::BTreeMap;
+
+use mauve_hir::item_tree::{Expr, Name, Setting};
 use mauve_hir::{
-    Decl, Location, ModelDb, Project, ValueInEffect, architecture, deployment, target_of,
-    values_in_architecture, values_in_effect,
+    Decl, Location, ModelDb, Project, Value, ValueInEffect, architecture, deployment, target_of,
+    values_in_architecture, values_in_effect, values_of_shell,
 };
+use rustc_hash::FxHashMap;
 
-use super::InlayHint;
+use super::label::{MOST_CHARACTERS, cut};
+use super::{Found, HintStatus, InlayHint, end_of_line};
 
-const MOST_VALUES: usize = 3;
-
-pub(super) fn of_values(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, hints: &mut Vec<InlayHint>) {
+pub(super) fn of_values<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    found: &mut Vec<Found>,
+) {
     let (settings, values) = match (architecture(db, of), deployment(db, of)) {
         (Some(data), _) => {
             let values = values_in_architecture(db, project, of);
+            let mut defaults: FxHashMap<Decl<'db>, BTreeMap<Name, Value>> = FxHashMap::default();
             for instance in &data.instances {
                 let Some(ty) = &instance.component else { continue };
                 let known = values.get(&instance.name.name).into_iter().flatten();
-                let known: Vec<String> =
-                    known.filter_map(|it| Some(format!("{} = {}", it.name, it.value.as_ref()?))).collect();
-                if known.is_empty() {
-                    continue;
+                let overriding = known.filter_map(|it| {
+                    let shell = it.declared.shell;
+                    let of_shell =
+                        defaults.entry(shell).or_insert_with(|| values_of_shell(db, project, shell));
+                    let value = it.value.as_ref().filter(|value| of_shell.get(&it.name) != Some(*value))?;
+                    Some(format!("{} = {value}", it.name))
+                });
+                let overriding: Vec<String> = overriding.collect();
+                if !overriding.is_empty() {
+                    found.push(behind(db, Location::Source(of, ty.id), &list(&overriding)));
                 }
-                let more = known.len().saturating_sub(MOST_VALUES);
-                let mut label = known.iter().take(MOST_VALUES).cloned().collect::<Vec<_>>().join(", ");
-                if more > 0 {
-                    label += &format!(" and {more} more");
-                }
-                hints.push(behind(db, Location::Source(of, ty.id), label));
             }
             (&data.settings, values)
         }
@@ -42,19 +50,28 @@ pub(super) fn of_values(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, hi
     for setting in settings {
         let Some(value) = value_of(values, setting) else { continue };
         let Some(id) = setting.value.id() else { continue };
-        let mut label = Vec::new();
-        if !matches!(setting.value, Expr::Literal(..)) {
-            label.push(format!("= {value}"));
-        }
+        let computed = (!matches!(setting.value, Expr::Literal(..))).then(|| format!("= {value}"));
         let instead = below.and_then(|below| value_of(below, setting)).filter(|other| *other != value);
-        label.extend(instead.map(|other| format!("overrides {other}")));
+        let label: Vec<String> =
+            computed.into_iter().chain(instead.map(|other| format!("overrides {other}"))).collect();
         if !label.is_empty() {
-            hints.push(behind(db, Location::Source(of, id), label.join(", ")));
+            found.push(behind(db, Location::Source(of, id), &label.join(", ")));
         }
     }
 }
 
-type Values<'db> = std::collections::BTreeMap<mauve_hir::item_tree::Name, Vec<ValueInEffect<'db>>>;
+/// Returns as many values as fit, and the number of the others.
+fn list(values: &[String]) -> String {
+    let shown = |count: usize| {
+        let more = values.len() - count;
+        let end = if more > 0 { format!(" and {more} more") } else { String::new() };
+        values.iter().take(count).cloned().collect::<Vec<_>>().join(", ") + &end
+    };
+    let fits = (1..=values.len()).rev().map(shown).find(|text| text.chars().count() <= MOST_CHARACTERS);
+    fits.unwrap_or_else(|| cut(&shown(1), MOST_CHARACTERS))
+}
+
+type Values<'db> = BTreeMap<Name, Vec<ValueInEffect<'db>>>;
 
 fn value_of(values: &Values<'_>, setting: &Setting) -> Option<String> {
     let endpoint = setting.endpoint.as_ref()?;
@@ -63,6 +80,15 @@ fn value_of(values: &Values<'_>, setting: &Setting) -> Option<String> {
     known.value.as_ref().map(ToString::to_string)
 }
 
-fn behind(db: &dyn ModelDb, place: Location<'_>, label: String) -> InlayHint {
-    InlayHint { offset: place.range(db).end(), label, explained_at: None }
+fn behind(db: &dyn ModelDb, place: Location<'_>, label: &str) -> Found {
+    let explained_at = place.range(db).start();
+    let offset = end_of_line(place.file(db).text(db), place.range(db).end());
+    let hint = InlayHint {
+        offset,
+        label: cut(label, MOST_CHARACTERS),
+        status: HintStatus::Value,
+        load: None,
+        explained_at: Some(explained_at),
+    };
+    Found { hint, subject: None, figure: None }
 }

@@ -1,6 +1,15 @@
 //! `textDocument/inlayHint` and `inlayHint/resolve`.
+//!
+//! The `data` of a hint tells editors that draw hints themselves what it says:
+//!
+//! | key | value |
+//! |---|---|
+//! | `status` | `met`, `tight`, `missed`, `unknown`, `older`, `time` or `value` |
+//! | `load` | the utilisation of a CPU in percent, if the hint shows it |
+//! | `at` | what the server needs to resolve the hint |
 
-use serde_json::Value;
+use mauve_ide::HintStatus;
+use serde_json::{Value, json};
 use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::{
     self, InlayHintLabel, InlayHintParams, InlayHintTooltip, Position, TextDocumentIdentifier, Url,
@@ -23,7 +32,7 @@ impl Explained {
     }
 
     fn read(data: &Value) -> Option<Explained> {
-        let mut parts = data.as_str()?.splitn(4, ':');
+        let mut parts = data.get("at")?.as_str()?.splitn(4, ':');
         let at = Position::new(parts.next()?.parse().ok()?, parts.next()?.parse().ok()?);
         let version = match parts.next()? {
             "" => None,
@@ -34,7 +43,11 @@ impl Explained {
     }
 }
 
-/// The hints of a range; why they say what they say is found when somebody wants to know.
+/// The tooltip of a hint with an older figure.
+const OLDER: &str =
+    "The figure is that of the last complete text: this one has an error, or is being edited.";
+
+/// Returns the hints of a range. Their tooltips are computed when the client resolves them.
 pub(crate) fn inlay_hints(
     snapshot: &Snapshot,
     params: &InlayHintParams,
@@ -45,21 +58,27 @@ pub(crate) fn inlay_hints(
     snapshot.complete()?;
     let (file, lines) = snapshot.file(&params.text_document)?;
     let range = lines.text_range(params.range);
-    let hints =
-        mauve_ide::inlay_hints(&snapshot.db, &snapshot.workspaces, file, range, snapshot.settings.hints);
+    let (db, workspaces, options) = (&snapshot.db, &snapshot.workspaces, snapshot.settings.hints);
+    let hints = mauve_ide::inlay_hints(db, workspaces, file, range, options, &snapshot.earlier);
     let version = snapshot.version(&params.text_document.uri);
     let hints = hints.into_iter().map(|hint| {
-        let explained = hint.explained_at.map(|offset| lines.position(offset));
+        let mut data = json!({ "status": hint.status.name() });
+        if let Some(load) = hint.load {
+            data["load"] = json!(load);
+        }
+        if let Some(offset) = hint.explained_at {
+            data["at"] = Explained::write(&params.text_document.uri, version, lines.position(offset));
+        }
         lsp_types::InlayHint {
             position: lines.position(hint.offset),
-            // What stands within a line brings its own space.
-            padding_left: Some(!hint.label.starts_with(' ')),
             label: InlayHintLabel::String(hint.label),
             kind: None,
             text_edits: None,
-            tooltip: None,
+            // Other hints are explained when they are resolved.
+            tooltip: (hint.status == HintStatus::Older).then(|| InlayHintTooltip::String(OLDER.to_owned())),
+            padding_left: Some(true),
             padding_right: None,
-            data: explained.map(|at| Explained::write(&params.text_document.uri, version, at)),
+            data: Some(data),
         }
     });
     Ok(Some(hints.collect()))
@@ -74,7 +93,9 @@ pub(crate) fn resolve(snapshot: &Snapshot, hint: &lsp_types::InlayHint) -> Resul
     snapshot.complete()?;
     let (file, lines) = snapshot.file(&document)?;
     let offset = lines.offset(at);
-    if let Some(hover) = mauve_ide::hover(&snapshot.db, &snapshot.workspaces, file, offset) {
+    if hint.tooltip.is_none()
+        && let Some(hover) = mauve_ide::hover(&snapshot.db, &snapshot.workspaces, file, offset)
+    {
         hint.tooltip = Some(InlayHintTooltip::MarkupContent(content(snapshot, hover.markdown)));
     }
     Ok(hint)

@@ -1,0 +1,209 @@
+//! Hints of a deployment: the slack and the response time of each activity, how many deadlines are met, and the utilisation of
+//! each CPU.
+
+use std::collections::HashMap;
+
+use mauve_diagnostics::{cpu_names, short_reason};
+use mauve_hir::{Decl, Location, ModelDb, Project, parse};
+use mauve_syntax::ast::{self, AstNode as _};
+use mauve_syntax::{SyntaxKind, SyntaxNode, TextSize, tokens_at};
+use mauve_timing::{CpuLoad, Status, Time};
+use mauve_wcrt::{ActivityReport, Deadlines, Query, Report, Verdict, response_times, system_of};
+
+use super::label::{Round, first_fit, short};
+use super::{Figure, Found, HintOptions, HintStatus, InlayHint, Subject, end_of_line};
+
+/// The utilisation of a CPU, in percent, above which it is [`HintStatus::Tight`].
+const HIGH_LOAD: u32 = 90;
+
+/// The maximum number of CPUs that have hints: those with the greatest utilisation.
+const MOST_CPUS: usize = 4;
+
+pub(super) fn of_deployment<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Decl<'db>,
+    options: HintOptions,
+    found: &mut Vec<Found>,
+) {
+    if !options.response_times && !options.loads {
+        return;
+    }
+    let name = Location::name_of(deployment);
+    let Some(node) = deployment_at(db, &name) else { return };
+    let query = Query::shown(db, project);
+    let report = response_times(db, project, deployment, query);
+    let text = deployment.file(db).text(db);
+    let activities = &system_of(db, project, deployment).activities;
+    let figures = report.activities.iter().zip(report.with_assumptions());
+    let shown: Vec<Shown> = figures
+        .map(|(activity, is_assumed)| Shown::of(db, activity, is_assumed, options.tight_slack))
+        .collect();
+    let is_real_time = |it: &ActivityReport<'_>| it.verdict != Verdict::Background;
+    if let Some(offset) = beside(text, node.syntax())
+        && report.activities.iter().any(is_real_time)
+    {
+        let mut add = |subject: Subject, shown: Shown, load: Option<u32>| {
+            let Shown { label, status, figure } = shown;
+            let hint = InlayHint { offset, label, status, load, explained_at: Some(name.range(db).start()) };
+            found.push(Found { hint, subject: Some(subject), figure });
+        };
+        if options.response_times {
+            add(Subject::Deadlines, of_all(report, &shown, query), None);
+        }
+        for (mask, shown, load) in loads(report).filter(|_| options.loads) {
+            add(Subject::Cpus(mask), shown, Some(load));
+        }
+    }
+    if !options.response_times {
+        return;
+    }
+    let nodes = node.deployment_items().filter_map(|item| match item {
+        ast::DeploymentItem::Activity(it) => Some((it.name_ref()?.syntax().text_range().start(), it)),
+        _ => None,
+    });
+    let nodes: HashMap<TextSize, ast::Activity> = nodes.collect();
+    for (resolved, Shown { label, status, figure }) in activities.iter().zip(shown) {
+        let name = resolved.at.range(db).start();
+        // A duplicate, or an instance without an activity, has a diagnostic instead.
+        let Some(offset) = nodes.get(&name).and_then(|node| beside(text, node.syntax())) else { continue };
+        let hint = InlayHint { offset, label, status, load: None, explained_at: Some(name) };
+        found.push(Found { hint, subject: Some(Subject::Activity(resolved.instance.clone())), figure });
+    }
+}
+
+/// The label of a hint, and what it says.
+struct Shown {
+    label: String,
+    status: HintStatus,
+    figure: Option<Figure>,
+}
+
+impl Shown {
+    /// What the hint of an activity shows: its slack and its response time, or why there is none.
+    fn of<'db>(
+        db: &'db dyn ModelDb,
+        activity: &ActivityReport<'db>,
+        is_assumed: bool,
+        tight_slack: u32,
+    ) -> Shown {
+        let deadline = activity.deadline.unwrap_or_default();
+        let reason = || activity.reasons.first().map_or_else(String::new, |it| short_reason(db, &it.reason));
+        let (label, status) = match (activity.verdict, activity.response) {
+            (Verdict::Background, _) => ("not real-time".to_owned(), HintStatus::Time),
+            (Verdict::RealTime(Status::Met), Some(response)) => {
+                let slack = deadline.checked_sub(response).unwrap_or_default();
+                let is_tight = u128::from(slack.as_nanos()) * 100
+                    < u128::from(deadline.as_nanos()) * u128::from(tight_slack);
+                let slack = format!("{} slack", short(slack, Round::Down));
+                match is_tight {
+                    true => {
+                        (with_response(&format!("tight: {slack}"), response, is_assumed), HintStatus::Tight)
+                    }
+                    false => (with_response(&slack, response, is_assumed), HintStatus::Met),
+                }
+            }
+            (Verdict::RealTime(Status::Missed), Some(response)) => {
+                let late = response.checked_sub(deadline).unwrap_or_default();
+                let late = format!("✗ {} late", short(late, Round::Up));
+                (with_response(&late, response, is_assumed), HintStatus::Missed)
+            }
+            (Verdict::RealTime(Status::NotAnalysed), _) => {
+                (first_fit([format!("not analysed: {}", reason())]), HintStatus::Unknown)
+            }
+            (Verdict::RealTime(Status::Unbounded), _) => {
+                (first_fit([format!("✗ {}", reason())]), HintStatus::Missed)
+            }
+            (Verdict::RealTime(_), _) => {
+                (first_fit([format!("✗ no bound: {}", reason())]), HintStatus::Missed)
+            }
+        };
+        let figure = match (activity.verdict, activity.response) {
+            (Verdict::RealTime(Status::NotAnalysed), _) => None,
+            (Verdict::Background, _) => Some(label.clone()),
+            (_, Some(response)) => Some(short(response, Round::Up)),
+            (_, None) => Some("no bound".to_owned()),
+        };
+        Shown { label, status, figure: figure.map(Figure::complete) }
+    }
+}
+
+/// Returns a verdict with the response time, if both fit. Assumed times are always marked.
+fn with_response(verdict: &str, response: Time, is_assumed: bool) -> String {
+    let response = short(response, Round::Up);
+    match is_assumed {
+        false => first_fit([format!("{verdict} · {response}"), verdict.to_owned()]),
+        true => first_fit([
+            format!("{verdict} · {response} · assumed"),
+            format!("{verdict} · assumed"),
+            format!("assumed: {verdict}"),
+        ]),
+    }
+}
+
+/// Returns how many deadlines of a deployment are met.
+fn of_all(report: &Report<'_>, activities: &[Shown], query: Query) -> Shown {
+    let Deadlines { met, unknown, all } = report.deadlines();
+    let figure = format!("{met} of {all} met");
+    let label = match unknown {
+        0 => first_fit([format!("{figure} at {}", query.level), figure.clone()]),
+        _ => first_fit([format!("{figure}, {unknown} not analysed"), format!("{figure}, {unknown} unknown")]),
+    };
+    let has = |status: HintStatus| activities.iter().any(|activity| activity.status == status);
+    let worst = [HintStatus::Missed, HintStatus::Unknown, HintStatus::Tight].into_iter().find(|it| has(*it));
+    let figure = Some(Figure { text: figure, missing: unknown });
+    Shown { label, status: worst.unwrap_or(HintStatus::Met), figure }
+}
+
+/// Returns the greatest utilisations, with the CPUs, in the order of the CPUs.
+fn loads(report: &Report<'_>) -> impl Iterator<Item = (u64, Shown, u32)> {
+    let unknown = report.deadlines().unknown;
+    let percent = |cpu: &CpuLoad| cpu.utilisation.as_f64() * 100.0 / f64::from(cpu.mask.count_ones().max(1));
+    let mut greatest: Vec<&CpuLoad> = report.cpus.iter().collect();
+    greatest.sort_by(|one, other| percent(other).total_cmp(&percent(one)));
+    greatest.truncate(MOST_CPUS);
+    greatest.sort_by_key(|cpu| (cpu.mask.count_ones(), cpu.mask));
+    greatest.into_iter().map(move |cpu| {
+        let percent = percent(cpu);
+        let is_overloaded = cpu.utilisation.exceeds_one() && cpu.mask.count_ones() == 1;
+        // Rounded up: the colour is that of the number.
+        let load = percent.ceil() as u32;
+        let names = cpu_names(cpu.mask);
+        let names =
+            if names.chars().count() > 12 { format!("{} CPUs", cpu.mask.count_ones()) } else { names };
+        let at_least = if cpu.complete { "" } else { "≥ " };
+        let text = format!("{names} {at_least}{percent:.1} %");
+        let status = match load {
+            _ if is_overloaded || percent > 100.0 => HintStatus::Missed,
+            _ if !cpu.complete => HintStatus::Unknown,
+            HIGH_LOAD.. if percent > f64::from(HIGH_LOAD) => HintStatus::Tight,
+            _ => HintStatus::Met,
+        };
+        let label = match status {
+            HintStatus::Missed => first_fit([format!("✗ {text} overloaded"), format!("✗ {text}")]),
+            HintStatus::Tight => first_fit([format!("tight: {text}"), text.clone()]),
+            _ => first_fit([text.clone()]),
+        };
+        let figure = Some(Figure { text, missing: if cpu.complete { 0 } else { unknown } });
+        (cpu.mask, Shown { label, status, figure }, load)
+    })
+}
+
+/// Returns the syntax node of the deployment with this name.
+fn deployment_at(db: &dyn ModelDb, name: &Location<'_>) -> Option<ast::Deployment> {
+    let root: SyntaxNode = parse(db, name.file(db)).syntax();
+    let token = tokens_at(&root, name.range(db).start()).right_biased()?;
+    token.parent_ancestors().find_map(ast::Deployment::cast)
+}
+
+/// Returns the end of the line with the end of `node` if it is on one line of the text, otherwise that with its opening brace.
+fn beside(text: &str, node: &SyntaxNode) -> Option<TextSize> {
+    let range = node.text_range();
+    let offset = if text.get(std::ops::Range::<usize>::from(range))?.contains('\n') {
+        let mut tokens = node.children_with_tokens().filter_map(mauve_syntax::NodeOrToken::into_token);
+        tokens.find(|token| token.kind() == SyntaxKind::L_CURLY)?.text_range().end()
+    } else {
+        range.end()
+    };
+    Some(end_of_line(text, offset))
+}

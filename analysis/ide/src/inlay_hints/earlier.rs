@@ -1,0 +1,379 @@
+//! The figures of earlier texts. While the user types, the text is incomplete, and most figures are unknown: in their place,
+//! an editor shows the last known ones, marked as older. They are shown in hints only: nothing else reads them.
+
+use std::collections::HashMap;
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Decl, File, ModelDb, Project, Workspace, declarations, parse};
+use mauve_timing::Level;
+use mauve_wcrt::level_shown;
+
+use super::label::{MOST_CHARACTERS, cut};
+use super::{
+    Figure, Found, HintOptions, HintStatus, InlayHint, Subject, hash_of_declaration, of_declaration, programs,
+};
+use crate::project::projects_with;
+
+/// How long a text is incomplete before hints say why a figure is unknown, beside the older figure.
+const PATIENCE: Duration = Duration::from_secs(3);
+
+/// The marker of older figures.
+const OLDER: &str = " before this edit";
+
+/// The last known figures of the declarations in open files.
+#[derive(Debug, Clone, Default)]
+pub struct EarlierFigures {
+    of: HashMap<Owner, Arc<Figures>>,
+}
+
+/// A declaration in a project, at a significance level. It has the same name in every text.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub(super) struct Owner {
+    root: File,
+    file: File,
+    kind: Kind,
+    name: String,
+    level: Level,
+}
+
+impl Owner {
+    pub(super) fn of(db: &dyn ModelDb, project: Project<'_>, decl: Decl<'_>) -> Owner {
+        Owner {
+            root: project.root(db),
+            file: decl.file(db),
+            kind: decl.kind(db),
+            name: decl.qualified(db),
+            level: level_shown(db, project.workspace(db)),
+        }
+    }
+}
+
+/// The figures of a declaration.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Figures {
+    of: HashMap<Subject, Figure>,
+    /// The hash of the hints that they were taken from.
+    hash: u64,
+    /// When the first of them became older than the text, and whether hints say why.
+    older: Option<(Instant, bool)>,
+}
+
+impl Figures {
+    pub(super) fn get(&self, subject: &Subject) -> Option<&Figure> {
+        self.of.get(subject)
+    }
+
+    /// Whether hints say why a figure is unknown, beside the older one.
+    pub(super) fn are_reasons_shown(&self) -> bool {
+        self.older.is_some_and(|(since, is_saved)| is_saved || since.elapsed() >= PATIENCE)
+    }
+}
+
+impl EarlierFigures {
+    pub(super) fn of(&self, owner: &Owner) -> Option<&Figures> {
+        self.of.get(owner).map(Arc::as_ref)
+    }
+
+    /// Returns a value that changes when the older figures of a declaration, or their reasons, are shown or hidden.
+    pub(super) fn hash_of(&self, owner: &Owner) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        let figures = self.of(owner).filter(|figures| figures.older.is_some());
+        figures.map(|figures| (figures.hash, figures.are_reasons_shown())).hash(&mut hasher);
+        hasher.finish()
+    }
+
+    /// Returns the time after which hints say why figures are unknown; none if they do already, or all figures are known.
+    pub fn reasons_due(&self) -> Option<Duration> {
+        let waiting = self.of.values().filter(|figures| !figures.are_reasons_shown());
+        waiting.filter_map(|figures| Some(PATIENCE.saturating_sub(figures.older?.0.elapsed()))).min()
+    }
+
+    /// Returns these figures with the known ones of `files`. If the texts `are_saved`, the hints say at once why a figure is
+    /// unknown.
+    #[must_use]
+    pub fn updated(
+        &self,
+        db: &dyn ModelDb,
+        workspaces: &[Workspace],
+        files: &[File],
+        options: HintOptions,
+        are_saved: bool,
+    ) -> EarlierFigures {
+        let mut updated = EarlierFigures::default();
+        for &file in files {
+            for project in projects_with(db, workspaces, file) {
+                for &decl in &declarations(db, file).all {
+                    let owner = Owner::of(db, project, decl);
+                    let before = self.of.get(&owner);
+                    let hash = hash_of_declaration(db, project, decl, options);
+                    let figures = match before {
+                        Some(before) if before.hash == hash && before.older.is_none() => Arc::clone(before),
+                        _ => Arc::new(figures_of(db, project, decl, options, before, hash, are_saved)),
+                    };
+                    if !figures.of.is_empty() {
+                        updated.of.insert(owner, figures);
+                    }
+                }
+            }
+        }
+        // A declaration may be missing because of a syntax error.
+        let is_broken = |file: File| files.contains(&file) && !parse(db, file).errors().is_empty();
+        for (owner, figures) in self.of.iter().filter(|(owner, _)| is_broken(owner.file)) {
+            updated.of.entry(owner.clone()).or_insert_with(|| Arc::clone(figures));
+        }
+        updated
+    }
+}
+
+/// Returns the last known figures of a declaration.
+fn figures_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    decl: Decl<'db>,
+    options: HintOptions,
+    before: Option<&Arc<Figures>>,
+    hash: u64,
+    are_saved: bool,
+) -> Figures {
+    let mut figures = Figures { hash, ..Figures::default() };
+    let known = before.map(|before| &before.of);
+    let mut is_older = false;
+    let mut note = |subject: &Subject, figure: Option<&Figure>| {
+        let earlier = known.and_then(|known| known.get(subject));
+        let last = if is_newer(figure, earlier) { figure } else { earlier };
+        is_older |= last != figure;
+        figures.of.extend(last.map(|last| (subject.clone(), last.clone())));
+    };
+    match decl.kind(db) {
+        Kind::Core if options.program_times => match programs::figures(db, project, decl) {
+            Some(labels) => labels.for_each(|(subject, figure)| note(&subject, Some(&figure))),
+            None => known.into_iter().flatten().for_each(|(subject, _)| note(subject, None)),
+        },
+        Kind::Architecture | Kind::Deployment => {
+            for found in of_declaration(db, project, decl, options) {
+                found.subject.iter().for_each(|subject| note(subject, found.figure.as_ref()));
+            }
+        }
+        _ => {}
+    }
+    if is_older {
+        // The subject of a figure may be missing because of the same error.
+        for (subject, figure) in known.into_iter().flatten() {
+            figures.of.entry(subject.clone()).or_insert_with(|| figure.clone());
+        }
+        let since = before.and_then(|before| before.older).map_or_else(Instant::now, |(since, _)| since);
+        figures.older = Some((since, are_saved));
+    }
+    figures
+}
+
+/// Whether a figure replaces an earlier one: it includes as much.
+fn is_newer(figure: Option<&Figure>, earlier: Option<&Figure>) -> bool {
+    match (figure, earlier) {
+        (_, None) => true,
+        (None, Some(_)) => false,
+        (Some(figure), Some(earlier)) => figure.missing <= earlier.missing,
+    }
+}
+
+/// Returns a hint, or in its place the older one of its subject. After a while, the new one stands beside the older.
+pub(super) fn with_earlier(found: Found, earlier: Option<&Figures>) -> Vec<Found> {
+    let shown = earlier.zip(found.subject.as_ref()).and_then(|(figures, subject)| {
+        let earlier =
+            figures.get(subject).filter(|earlier| !is_newer(found.figure.as_ref(), Some(*earlier)))?;
+        Some((older(&found.hint, earlier), figures.are_reasons_shown()))
+    });
+    match shown {
+        None if found.hint.label.is_empty() => Vec::new(),
+        None => vec![found],
+        Some((hint, are_reasons_shown)) => {
+            let beside = (are_reasons_shown && !found.hint.label.is_empty()).then(|| found.clone());
+            [Found { hint, ..found }].into_iter().chain(beside).collect()
+        }
+    }
+}
+
+/// Returns the earlier utilisations of CPUs that the hints of a deployment lack: where no time is known, no CPU has any.
+pub(super) fn missing_loads(found: &[Found], earlier: Option<&Figures>) -> Vec<Found> {
+    let is_deadlines = |it: &&Found| it.subject == Some(Subject::Deadlines);
+    let Some((figures, deadlines)) = earlier.zip(found.iter().find(is_deadlines)) else { return Vec::new() };
+    let is_missing = |subject: &&Subject| {
+        matches!(subject, Subject::Cpus(_)) && !found.iter().any(|it| it.subject.as_ref() == Some(*subject))
+    };
+    let mut missing: Vec<(&Subject, &Figure)> =
+        figures.of.iter().filter(|(subject, _)| is_missing(subject)).collect();
+    missing.sort_by_key(|(_, figure)| &figure.text);
+    let load = |(subject, figure): (&Subject, &Figure)| Found {
+        hint: older(&deadlines.hint, figure),
+        subject: Some(subject.clone()),
+        figure: None,
+    };
+    missing.into_iter().map(load).collect()
+}
+
+/// Returns the hint of an earlier figure.
+fn older(hint: &InlayHint, figure: &Figure) -> InlayHint {
+    let text = cut(&figure.text, MOST_CHARACTERS - OLDER.len());
+    InlayHint { label: text + OLDER, status: HintStatus::Older, load: None, ..hint.clone() }
+}
+
+#[cfg(test)]
+mod tests {
+    use mauve_hir::Database;
+    use mauve_syntax::{TextRange, TextSize};
+    use salsa::Setter as _;
+
+    use super::*;
+    use crate::inlay_hints;
+
+    const MODEL: &str = "codel plan(): int
+codel drive(): int
+shell S { }
+core Planning(S) {
+  statemachine {
+    initial state Plan {
+      run = { plan(); }
+      transition again to Plan
+    }
+  }
+}
+core Driving(S) { update = { drive(); } }
+component Planner(S, Planning)
+component Driver(S, Driving)
+architecture A { instance planner: Planner  instance driver: Driver }
+deployment D {
+  architecture A
+  activity driver { priority = 2 period = 50 }
+  activity planner { priority = 1 period = 200 }
+}
+";
+
+    /// An editor: a model, and what is kept of its earlier texts.
+    struct Editor {
+        db: Database,
+        workspace: Workspace,
+        file: File,
+        earlier: EarlierFigures,
+    }
+
+    impl Editor {
+        fn new() -> Editor {
+            let db = Database::default();
+            let files = [
+                ("/robot.mal".into(), MODEL.to_owned()),
+                ("/mauve.toml".into(), "timing.tables = [\"times.toml\"]".to_owned()),
+                ("/times.toml".into(), "codel.plan = 70\ncodel.drive = 17".to_owned()),
+            ];
+            let workspace = Workspace::of_texts(&db, "/".into(), files);
+            let file = workspace.file(&db, "/robot.mal".as_ref()).unwrap();
+            let mut editor = Editor { db, workspace, file, earlier: EarlierFigures::default() };
+            editor.update(true);
+            editor
+        }
+
+        fn update(&mut self, is_saved: bool) {
+            let (files, options) = ([self.file], HintOptions::default());
+            self.earlier = self.earlier.updated(&self.db, &[self.workspace], &files, options, is_saved);
+        }
+
+        /// Changes the text; returns the hints, each with the beginning of its line.
+        fn set(&mut self, path: &str, text: &str, is_saved: bool) -> Vec<String> {
+            let file = self.workspace.file(&self.db, path.as_ref()).unwrap();
+            file.set_text(&mut self.db, text.into());
+            self.update(is_saved);
+            let text = self.file.text(&self.db);
+            let all = TextRange::up_to(TextSize::of(&**text));
+            let options = HintOptions::default();
+            let hints = inlay_hints(&self.db, &[self.workspace], self.file, all, options, &self.earlier);
+            let line = |offset: TextSize| text[..usize::from(offset)].lines().last().unwrap_or_default();
+            let shown = |hint: &InlayHint| {
+                let start: String = line(hint.offset).trim().chars().take(17).collect();
+                format!("{} | {} | {}", start.trim(), hint.label, hint.status.name())
+            };
+            hints.iter().map(shown).collect()
+        }
+
+        fn set_model(&mut self, from: &str, to: &str) -> Vec<String> {
+            self.set("/robot.mal", &MODEL.replacen(from, to, 1), false)
+        }
+    }
+
+    const COMPLETE: [&str; 8] = [
+        "initial state Pla | ≤ 70 ms per period | time",
+        "run = { plan(); } | 70 ms | time",
+        "transition again | ≤ 70 ms per period | time",
+        "core Driving(S) { | 17 ms | time",
+        "deployment D { | 2 of 2 met at 1e-4 | met",
+        "deployment D { | CPU 1 69.0 % | met",
+        "activity driver { | 33 ms slack · 17 ms | met",
+        "activity planner | 79 ms slack · 121 ms | met",
+    ];
+
+    #[test]
+    fn older_figures_stand_where_the_text_is_incomplete() {
+        let mut editor = Editor::new();
+        assert_eq!(editor.set_model("", ""), COMPLETE);
+        let in_core = [
+            "initial state Pla | ≤ 70 ms before this edit | older",
+            "run = { plan(); p | 70 ms before this edit | older",
+            "transition again | ≤ 70 ms before this edit | older",
+            "core Driving(S) { | 17 ms | time",
+            "deployment D { | 2 of 2 met before this edit | older",
+            "deployment D { | CPU 1 69.0 % before this edit | older",
+            "activity driver { | 33 ms slack · 17 ms | met",
+            "activity planner | 121 ms before this edit | older",
+        ];
+        assert_eq!(editor.set_model("plan(); }", "plan(); pl }"), in_core);
+        // The figures of the last complete text are kept, however many incomplete ones follow.
+        assert_eq!(editor.set_model("plan(); }", "plan(); pla }")[0], in_core[0]);
+        let doubled = editor.set_model("plan(); }", "plan(); plan(); }");
+        assert_eq!(doubled[7], "activity planner | ✗ CPU 1 overloaded (104.0 %) | missed");
+        let older = editor.set_model("plan(); }", "plan(); plan(); p }");
+        assert_eq!(older[7], "activity planner | no bound before this edit | older");
+        assert_eq!(editor.set_model("", ""), COMPLETE);
+    }
+
+    #[test]
+    fn reasons_stand_beside_older_figures_of_saved_texts() {
+        let mut editor = Editor::new();
+        let broken = MODEL.replace("period = 200", "period = ");
+        let shown = editor.set("/robot.mal", &broken, true);
+        assert_eq!(
+            shown[8..],
+            [
+                "activity driver { | 33 ms slack · 17 ms | met",
+                "activity planner | 121 ms before this edit | older",
+                "activity planner | not analysed: syntax error | unknown",
+            ]
+        );
+        assert_eq!(editor.earlier.reasons_due(), None);
+        // Another figure may be unknown for another reason.
+        editor.set_model("", "");
+        assert_eq!(editor.earlier.reasons_due(), None);
+        editor.set("/robot.mal", &broken, false);
+        assert!(editor.earlier.reasons_due().is_some_and(|due| due <= PATIENCE));
+    }
+
+    #[test]
+    fn figures_without_a_time_and_without_a_declaration_are_kept() {
+        let mut editor = Editor::new();
+        let shown = editor.set("/times.toml", "codel.plan = \ncodel.drive = 17", false);
+        assert_eq!(shown[6], "activity driver { | 17 ms before this edit | older");
+        assert_eq!(editor.set("/times.toml", "codel.plan = 70\ncodel.drive = 17", false), COMPLETE);
+        let without = editor.set_model("deployment D", "deploy D");
+        assert!(!without.iter().any(|line| line.starts_with("activity")), "{without:?}");
+        let again = editor.set_model("priority = 2 period = 50", "priority = 2 period = ");
+        assert_eq!(again[6], "activity driver { | 17 ms before this edit | older");
+    }
+
+    #[test]
+    fn figures_of_another_level_are_not_older_ones() {
+        let mut editor = Editor::new();
+        editor.workspace.set_significance(&mut editor.db).to(Level::from_f64(1e-6));
+        let shown = editor.set_model("period = 200", "period = ");
+        assert!(!shown.iter().any(|line| line.contains("before this edit")), "{shown:?}");
+    }
+}

@@ -1,0 +1,171 @@
+//! Every hint of random deployments fits; and while a model is typed, older figures stand only where the text has none.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+
+use mauve_diagnostics::{Extent, findings_of};
+use mauve_hir::{Database, File, Workspace};
+use mauve_ide::{EarlierFigures, HintOptions, HintStatus, InlayHint, hash_of_hints, inlay_hints};
+use mauve_syntax::{TextRange, TextSize};
+use mauve_tests::{Random, fixture, models, random_model, texts_moved};
+
+/// The maximum length of a hint.
+const MOST_CHARACTERS: usize = 32;
+
+fn hints(db: &Database, workspace: Workspace, file: File, earlier: &EarlierFigures) -> Vec<InlayHint> {
+    let all = TextRange::up_to(TextSize::of(&**file.text(db)));
+    inlay_hints(db, &[workspace], file, all, HintOptions::default(), earlier)
+}
+
+/// Returns a number below one of the bounds.
+fn below_one_of(random: &mut Random, bounds: &[usize]) -> usize {
+    let bound = *random.of(bounds);
+    random.below(bound)
+}
+
+/// A deployment with short and long names, short and long times, several CPUs, and activities that are not analysed.
+fn deployment(random: &mut Random) -> String {
+    let (mut model, mut instances, mut activities) = (String::new(), String::new(), String::new());
+    let mut times = "unit = \"ms\"\n[codel]\n".to_owned();
+    for number in 0..1 + random.below(6) {
+        let name = format!("{}{number}", "n".repeat(1 + below_one_of(random, &[3, 12, 40])));
+        let _ = writeln!(model, "codel plan_{name}(): int\nshell S_{name} {{ property rate: double = 1.5 }}");
+        let _ = writeln!(model, "core C_{name}(S_{name}) {{ update = {{ plan_{name}(); }} }}");
+        let _ = writeln!(model, "component P_{name}(S_{name}, C_{name})");
+        let _ = writeln!(instances, "instance {name}: P_{name}\nproperty {name}.rate = 1.0 / 3.0");
+        let period = 1 + below_one_of(random, &[20, 2_000, 2_000_000]);
+        let time = period * (1 + random.below(40)) / 100;
+        if random.below(12) > 0 {
+            let _ = writeln!(times, "plan_{name} = {time}.{:06}", random.below(1_000_000));
+        }
+        let affinity = 1 + below_one_of(random, &[1, 3, 255]);
+        let priority = 1 + random.below(90);
+        let _ = writeln!(
+            activities,
+            "activity {name} {{ priority = {priority} period = {period} affinity = {affinity} }}"
+        );
+    }
+    let assumed = *random.of(&["", "", "[assume]\ncodel = \"1 ms\"\n"]);
+    format!(
+        "//- /robot.mal\n{model}architecture A {{\n{instances}}}\ndeployment D {{\narchitecture A\n{activities}}}\n\
+         //- /mauve.toml\n[timing]\ntables = [\"times.toml\"]\n{assumed}//- /times.toml\n{times}"
+    )
+}
+
+#[test]
+fn every_hint_of_random_deployments_fits() {
+    let mut random = Random::of_seed(22);
+    let mut statuses: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut check = |texts: Vec<(String, String)>| {
+        let db = Database::default();
+        let paths: Vec<String> = texts.iter().map(|(path, _)| path.clone()).collect();
+        let files = texts.into_iter().map(|(path, text)| (path.into(), text));
+        let workspace = Workspace::of_texts(&db, "/".into(), files);
+        for file in paths.iter().filter_map(|path| workspace.file(&db, path.as_ref())) {
+            for hint in hints(&db, workspace, file, &EarlierFigures::default()) {
+                let length = hint.label.chars().count();
+                assert!((1..=MOST_CHARACTERS).contains(&length), "{hint:?}");
+                let rest = &file.text(&db)[usize::from(hint.offset)..];
+                assert!(rest.lines().next().unwrap_or_default().trim().is_empty(), "{hint:?} moves `{rest}`");
+                *statuses.entry(hint.status.name()).or_default() += 1;
+            }
+        }
+    };
+    for _ in 0..1000 {
+        check(fixture(&deployment(&mut random)));
+    }
+    for seed in 0..30 {
+        check(random_model(seed).written().files.into_iter().collect());
+    }
+    for (status, least) in [("met", 1000), ("tight", 20), ("missed", 100), ("unknown", 300), ("value", 300)] {
+        assert!(statuses.get(status).is_some_and(|count| *count >= least), "{status}: {statuses:?}");
+    }
+}
+
+/// Replays random typing in the sample robot: words and braces are removed and typed again, in a model and in its table.
+#[test]
+fn older_figures_stand_only_where_the_text_has_none() {
+    let texts = texts_moved(&models().join("p3dx"), "/");
+    let mut db = Database::default();
+    let paths: Vec<_> = texts.iter().map(|(path, _)| path.clone()).collect();
+    let workspace = Workspace::of_texts(&db, "/".into(), texts);
+    let files: Vec<File> = paths.iter().filter_map(|path| workspace.file(&db, path)).collect();
+    let mut random = Random::of_seed(7);
+    let mut earlier = EarlierFigures::default();
+    let options = HintOptions::default();
+    let (mut older, mut hidden) = (0, 0);
+    // What hints have shown as current figures.
+    let mut current: BTreeSet<String> = BTreeSet::new();
+    for step in 0..150 {
+        let file = *random.of(&files);
+        let whole = file.text(&db).to_string();
+        let texts: Vec<String> = match step {
+            0 => vec![whole],
+            _ => typing(&whole, &mut random),
+        };
+        for text in texts {
+            file.set_text(&mut db, text.into());
+            earlier = earlier.updated(&db, &[workspace], &files, options, false);
+            for &file in &files {
+                let text = file.text(&db).clone();
+                let now = hints(&db, workspace, file, &EarlierFigures::default());
+                let shown = hints(&db, workspace, file, &earlier);
+                for hint in &now {
+                    current.extend(hint.label.split([' ', '·']).map(str::to_owned));
+                }
+                for hint in &shown {
+                    if hint.status != HintStatus::Older {
+                        assert!(now.contains(hint), "{hint:?} is not in the text:\n{text}");
+                        assert!(!hint.label.contains("before"), "{hint:?}");
+                        continue;
+                    }
+                    older += 1;
+                    assert!(hint.label.ends_with(" before this edit"), "{hint:?}");
+                    assert!(hint.label.chars().count() <= MOST_CHARACTERS, "{hint:?}");
+                    let figure =
+                        hint.label.split(' ').find(|word| word.starts_with(|it: char| it.is_ascii_digit()));
+                    assert!(figure.is_none_or(|it| current.contains(it)), "{hint:?} was never a figure");
+                    // The text itself has no figure there.
+                    let is_figure = |it: &&InlayHint| {
+                        it.explained_at == hint.explained_at
+                            && it.label.contains(" slack") | it.label.contains(" late")
+                    };
+                    assert_eq!(now.iter().find(is_figure), None, "{hint:?}");
+                }
+                hidden += now.len().saturating_sub(shown.len());
+                for finding in &findings_of(&db, workspace, file, Extent::All).shown {
+                    assert!(
+                        !finding.diagnostic.message.contains("before this edit"),
+                        "{}",
+                        finding.diagnostic.message
+                    );
+                }
+                // The hash says when hints change.
+                let hash = |earlier| hash_of_hints(&db, &[workspace], file, options, earlier);
+                if hash(&earlier) == hash(&EarlierFigures::default()) {
+                    assert!(!shown.iter().any(|hint| hint.status == HintStatus::Older), "{shown:?}");
+                }
+            }
+        }
+    }
+    assert!(older > 1000, "{older}");
+    assert_eq!(hidden, 0, "hints without older figures are more");
+}
+
+/// The texts while a part of `text` is removed and typed again.
+fn typing(text: &str, random: &mut Random) -> Vec<String> {
+    let starts: Vec<usize> = text.char_indices().map(|(index, _)| index).collect();
+    let Some(&start) = starts.get(random.below(starts.len().max(1))) else { return Vec::new() };
+    let end = starts
+        .iter()
+        .copied()
+        .filter(|it| *it > start)
+        .take(1 + random.below(8))
+        .last()
+        .unwrap_or(text.len());
+    let removed = &text[start..end];
+    let lengths = removed.char_indices().map(|(index, _)| index).chain([removed.len()]);
+    lengths.map(|length| format!("{}{}{}", &text[..start], &removed[..length], &text[end..])).collect()
+}

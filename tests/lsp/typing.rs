@@ -1,0 +1,138 @@
+//! What people see while they type: older figures where the text has none, and no diagnostics at the cursor.
+
+use std::time::{Duration, Instant};
+
+use mauve_tests::{Random, Text, char_boundary};
+use serde_json::{Value, json};
+
+use crate::{MAUVE, copied_robot, robot};
+
+/// The marker of older figures.
+const OLDER: &str = "before this edit";
+
+#[test]
+fn figures_stay_while_an_activity_is_typed() {
+    let mut client = robot();
+    let mut text = client.open_file(&mauve_tests::models().join("p3dx/deployment.mal"));
+    client.idle();
+    let count = |hints: &[(u64, String)]| hints.iter().filter(|(_, label)| label.contains("ms")).count();
+    let before = client.hints(&text.uri);
+    let at = text.text.find("period = 1000").unwrap() + "period = ".len();
+    // The period is removed and typed again.
+    client.replace(&mut text, at..at + 4, "");
+    client.idle();
+    let hints = client.hints(&text.uri);
+    assert_eq!(count(&hints), count(&before), "{hints:?}");
+    assert_eq!(client.hint(&text, "activity navigation"), format!("997 ms {OLDER}"));
+    for (index, key) in "1000".chars().enumerate() {
+        client.replace(&mut text, at + index..at + index, &key.to_string());
+        let hints = client.hints(&text.uri);
+        assert!(hints.iter().all(|(_, label)| !label.contains("not analysed")), "{hints:?}");
+    }
+    assert_eq!(client.hints(&text.uri), before);
+}
+
+#[test]
+fn the_reason_follows_when_the_text_stays_incomplete() {
+    let mut client = robot();
+    let mut text = client.open_file(&mauve_tests::models().join("p3dx/deployment.mal"));
+    client.idle();
+    client.edit(&mut text, "period = 1000", "period = /* */");
+    assert_eq!(client.hint(&text, "activity navigation"), format!("997 ms {OLDER}"));
+    client.wait_for_hint(&text, "activity navigation", |hint| hint == "not analysed: syntax error");
+    client.edit(&mut text, "period = /* */", "period = 1000");
+    assert_eq!(client.hint(&text, "activity navigation"), "tight: 3 ms slack · 997 ms");
+    // The user saves an incomplete text.
+    client.edit(&mut text, "period = 1000", "period = /* */");
+    client.idle();
+    client.notify("textDocument/didSave", json!({"textDocument": {"uri": text.uri}, "text": text.text}));
+    client.idle();
+    assert_eq!(client.hint(&text, "activity navigation"), "not analysed: syntax error");
+}
+
+#[test]
+fn diagnostics_at_the_cursor_wait_for_a_pause() {
+    let folder = copied_robot("lsp_typing_pause");
+    let mut client = mauve_tests::Client::of_folder(MAUVE, &folder);
+    let mut text = client.open_file(&folder.join("deployment.mal"));
+    assert_eq!(client.diagnostics(&text), [] as [Value; 0]);
+    let end = text.text.find("period = 1000").unwrap() + "period = 1000".len();
+    let key = |client: &mut mauve_tests::Client, text: &mut Text, at: usize, key: &str| {
+        client.replace(text, at..at, key);
+        client.diagnostics(text)
+    };
+    let began = Instant::now();
+    for (index, letter) in " foo = ".chars().enumerate() {
+        let found = key(&mut client, &mut text, end + index, &letter.to_string());
+        if began.elapsed() < Duration::from_millis(300) {
+            assert!(
+                !found.iter().any(|it| it["code"] == "syntax-error" || it["code"] == "unknown-field"),
+                "{found:?}"
+            );
+        }
+    }
+    client.wait("the diagnostics of what was typed", |it| {
+        it["method"] == "textDocument/publishDiagnostics" && it.to_string().contains("syntax-error")
+    });
+    // A change that is not typed is checked at once.
+    client.edit(&mut text, " foo = ", "");
+    assert_eq!(client.diagnostics(&text), [] as [Value; 0]);
+    client.edit(&mut text, "period = 1000", "period = /* */");
+    assert!(client.diagnostics(&text).iter().any(|it| it["code"] == "syntax-error"));
+}
+
+/// Types at random places of the robot. Older figures are in no diagnostic, no title, no lens, no hover of a name, no answer about
+/// figures, and no exported file.
+#[test]
+fn older_figures_are_in_hints_only() {
+    let folder = copied_robot("lsp_typing_leaks");
+    let mut client = mauve_tests::Client::of_folder(MAUVE, &folder);
+    let mut texts: Vec<Text> = ["deployment.mal", "timing/p3dx.toml", "mauve.toml"]
+        .iter()
+        .map(|name| client.open_file(&folder.join(name)))
+        .collect();
+    client.idle();
+    let mut random = Random::of_seed(5);
+    let mut older = 0;
+    for _ in 0..60 {
+        let index = random.below(texts.len());
+        let text = &mut texts[index];
+        let start = char_boundary(&text.text, random.below(text.text.len()));
+        let end = char_boundary(&text.text, start + 1 + random.below(12));
+        let removed = text.text[start..end].to_owned();
+        client.replace(text, start..end, "");
+        let mut at = start;
+        for letter in removed.chars() {
+            check_for_leaks(&mut client, &texts[0], &mut random);
+            older += client.hints(&texts[0].uri).iter().filter(|(_, label)| label.contains(OLDER)).count();
+            client.replace(&mut texts[index], at..at, &letter.to_string());
+            at += letter.len_utf8();
+        }
+    }
+    assert!(older > 100, "{older}");
+    client.idle();
+    let hints = client.hints(&texts[0].uri);
+    assert!(hints.iter().all(|(_, label)| !label.contains(OLDER)), "{hints:?}");
+}
+
+fn check_for_leaks(client: &mut mauve_tests::Client, text: &Text, random: &mut Random) {
+    let document = json!({"uri": text.uri});
+    let at = text.position(char_boundary(&text.text, random.below(text.text.len())));
+    let range = json!({"start": at, "end": at});
+    let context = json!({"diagnostics": []});
+    let requests = [
+        ("textDocument/hover", json!({"textDocument": document, "position": at})),
+        ("textDocument/codeAction", json!({"textDocument": document, "range": range, "context": context})),
+        ("textDocument/codeLens", json!({"textDocument": document})),
+        ("textDocument/completion", json!({"textDocument": document, "position": at})),
+        ("mauve/analysis", json!({"textDocument": document})),
+        ("mauve/graph", json!({"textDocument": document})),
+    ];
+    for (method, params) in requests {
+        let answer = client.call(method, params).map_or_else(|error| error.to_string(), |it| it.to_string());
+        assert!(!answer.contains(OLDER), "{method}: {answer}");
+    }
+    for (uri, found) in client.published() {
+        assert!(!found.to_string().contains(OLDER), "{uri}: {found}");
+    }
+}
