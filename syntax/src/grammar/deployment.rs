@@ -44,6 +44,8 @@ pub(super) fn activity_rest(p: &mut Parser<'_>) {
 //   property x.y = 1
 // }
 /// Takes `word = expression`. Name resolution checks the field and its value.
+// test_err no_value_before_the_next_field
+// deployment D { architecture A  activity a { affinity = 1 priority =  period = 100 deadline = 50 } }
 // test_err units
 // deployment D { architecture A  activity a { period = 10 ms priority = 3 deadline = 5.5 ms } }
 pub(super) fn field(p: &mut Parser<'_>) {
@@ -55,7 +57,10 @@ pub(super) fn field(p: &mut Parser<'_>) {
     // A field may begin its line: items of other lists are not allowed here.
     any_word(p, NAME_REF);
     let has_value = expect_or_foreign(p, EQ);
-    if has_value && !foreign::opt_cpu_list(p) {
+    if has_value && p.current().is_word() && p.nth(1) == EQ {
+        // The next field: this one has no value yet.
+        p.missing(Expected::Expression);
+    } else if has_value && !foreign::opt_cpu_list(p) {
         expression(p);
     }
     m.complete(p, FIELD);
