@@ -32,6 +32,57 @@ fn figures_stay_while_an_activity_is_typed() {
     assert_eq!(client.hints(&text.uri), before);
 }
 
+/// Types an activity, a program and a declaration, key by key: each activity of the deployment has a figure all the time.
+#[test]
+fn every_activity_has_a_figure_while_a_text_is_typed() {
+    let folder = copied_robot("lsp_typing_figures");
+    let mut client = mauve_tests::Client::of_folder(MAUVE, &folder);
+    let deployment = client.open_file(&folder.join("deployment.mal"));
+    let mut texts: Vec<Text> = ["deployment.mal", "components/control.mal", "timing/p3dx.toml", "mauve.toml"]
+        .iter()
+        .map(|name| client.open_file(&folder.join(name)))
+        .collect();
+    client.idle();
+    let control = deployment.text.lines().find(|line| line.contains("activity control")).unwrap().to_owned();
+    let typed = [
+        (0, control.as_str(), "    activity control { affinity = 1 priority = 5 period = 50 deadline = 50 }"),
+        (0, "architecture ExplorationP3dxArchitecture", "architecture ExplorationP3dxArchitecture"),
+        (
+            1,
+            "write(command, velocity);",
+            "write(command, standstill(base_frame)); if a > 1 then { } else { }",
+        ),
+        (1, "component Control(ControlShell, ControlCore)", "component Control(ControlShell, ControlCore)"),
+        (2, "\"drivers.aria_halt\"     = 0.3", "\"drivers.aria_halt\" = 0.35"),
+        (3, "significance = 1e-4", "significance = 1e-4"),
+    ];
+    for (index, old, new) in typed {
+        let whole = texts[index].text.clone();
+        let start = whole.find(old).unwrap_or_else(|| panic!("no `{old}`"));
+        client.replace(&mut texts[index], start..start + old.len(), "");
+        for at in 0..=new.len() {
+            let shown = client.hints(&texts[0].uri);
+            let without: Vec<&str> = texts[0]
+                .text
+                .lines()
+                .enumerate()
+                .filter(|(_, line)| {
+                    line.trim().starts_with("activity ") && !new.starts_with(line.get(..12).unwrap_or(""))
+                })
+                .filter(|(number, _)| !shown.iter().any(|(line, _)| *line as usize == *number))
+                .map(|(_, line)| line)
+                .collect();
+            assert_eq!(without, [] as [&str; 0], "after `{}`", &new[..at]);
+            if let Some(key) = new.get(at..=at) {
+                client.replace(&mut texts[index], start + at..start + at, key);
+            }
+        }
+        let length = texts[index].text.len();
+        client.replace(&mut texts[index], 0..length, &whole);
+        client.idle();
+    }
+}
+
 #[test]
 fn the_reason_follows_when_the_text_stays_incomplete() {
     let mut client = robot();

@@ -13,6 +13,7 @@ import {
   WorkspaceEdit,
 } from "vscode-languageclient/node";
 import { OwnColours } from "./colours";
+import { Figures } from "./figures";
 import { findServer } from "./find";
 
 /** What the status bar shows. */
@@ -28,6 +29,7 @@ export class Server {
   private state: State["kind"] = "stopped";
   /** Starts and stops follow each other: a client that is half started cannot be stopped. */
   private queue: Promise<void> = Promise.resolve();
+  private readonly figures = new Figures((method, parameters) => this.answer(method, parameters));
 
   constructor(
     private readonly extension: string,
@@ -44,8 +46,9 @@ export class Server {
     });
   }
 
-  stop(): Promise<void> {
-    return this.enqueue(() => this.shutDown());
+  async stop(): Promise<void> {
+    await this.enqueue(() => this.shutDown());
+    this.figures.dispose();
   }
 
   /** The answer to a request of ours; nothing where no server runs, which is said. */
@@ -55,6 +58,12 @@ export class Server {
       return undefined;
     }
     return this.client.sendRequest<T>(method, parameters);
+  }
+
+  /** The answer to a request of ours; nothing where there is none now. */
+  private async answer<T>(method: string, parameters: object): Promise<T | undefined> {
+    const client = this.client;
+    return client?.isRunning() ? client.sendRequest<T>(method, parameters).catch(() => undefined) : undefined;
   }
 
   /** An edit of VS Code's, of one that is given as the protocol writes it. */
@@ -127,6 +136,7 @@ export class Server {
       revealOutputChannelOn: RevealOutputChannelOn.Never,
       initializationFailedHandler: () => false,
       middleware: {
+        ...this.figures.middleware,
         executeCommand: (command, parameters, next) => {
           const own = this.commands[command];
           return own === undefined ? next(command, parameters) : own(...parameters);
@@ -149,7 +159,7 @@ export class Server {
     // Code lenses show places by it.
     client.registerFeature({
       fillClientCapabilities: (capabilities) => {
-        capabilities.experimental = { ...(capabilities.experimental as object), commands: ["mauve.showReferences"] };
+        capabilities.experimental = { ...(capabilities.experimental as object), commands: ["mauve.chooseSignificance", "mauve.showReferences"] };
       },
       initialize: () => undefined,
       getState: () => ({ kind: "static" }),
@@ -187,6 +197,7 @@ export class Server {
     const { client, process } = this;
     this.client = undefined;
     this.process = undefined;
+    this.figures.clear();
     if (client?.isRunning()) {
       // It waits two seconds for the server, and then throws.
       await client.dispose().catch((error) => this.log.appendLine(messageOf(error)));

@@ -49,7 +49,7 @@ const SWITCHES: [Switch; 5] = [
 ];
 
 /// Subsections that editors read themselves.
-const OF_EDITORS: [&str; 2] = ["server", "trace"];
+const OF_EDITORS: [&str; 3] = ["decorations", "server", "trace"];
 
 impl Settings {
     /// Reads the client's settings, with or without the section around them; invalid and missing ones keep their

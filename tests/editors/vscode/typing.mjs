@@ -1,0 +1,92 @@
+// What the workbench shows while an activity, a program and a table are typed, looked at in every frame: no activity may be
+// without a figure, and nothing may move. Also measures how long a figure takes to follow a key.
+
+/** Types text as a person does: 8 keys a second. */
+const PAUSE = 125;
+
+/** Looks at each frame from now on, until `seen` is called. */
+export async function watch(page) {
+  await page.evaluate(() => {
+    const drawn = (span) => {
+      const { content } = getComputedStyle(span, "::after");
+      return content.startsWith('"') ? content.slice(1, -1) : "";
+    };
+    const watched = { frames: 0, activities: 0, without: [], moved: [], older: 0, keys: [], delays: [], on: true };
+    const tops = new Map();
+    const [known, missing] = [new Set(), new Set()];
+    let last = "";
+    const look = () => {
+      if (!watched.on) {
+        return;
+      }
+      watched.frames++;
+      let all = "";
+      for (const line of document.querySelectorAll(".editor-instance .view-line")) {
+        const text = line.textContent.replaceAll("\u00a0", " ").trim();
+        const name = /^activity (\w+)/.exec(text)?.[1];
+        if (name === undefined) {
+          continue;
+        }
+        const figure = [...line.querySelectorAll("span")].map(drawn).join("");
+        watched.activities++;
+        all += `${name}: ${figure}\n`;
+        watched.older += figure.includes("before this edit") ? 1 : 0;
+        // A name that is being typed is that of no instance.
+        known.add(watched.frames === 1 ? name : "");
+        if (known.has(name) && (figure === "" || figure.startsWith("not analysed"))) {
+          // Between two frames, the workbench's style sheet may be newer than its lines.
+          (missing.has(name) ? watched.without : []).push(`${text} ${figure}`);
+          missing.add(name);
+        } else {
+          missing.delete(name);
+        }
+        const { top } = line.getBoundingClientRect();
+        if (tops.has(name) && tops.get(name) !== top) {
+          watched.moved.push(`${name}: ${tops.get(name)} to ${top}`);
+        }
+        tops.set(name, top);
+      }
+      if (all !== last && watched.keys.length > 0) {
+        watched.delays.push(performance.now() - watched.keys.at(-1));
+        watched.keys = [];
+      }
+      last = all;
+      nextFrame();
+    };
+    // Behind what VS Code does in a frame: before, its style sheet may be newer than its lines.
+    const behind = new MessageChannel();
+    behind.port1.onmessage = look;
+    const nextFrame = () => requestAnimationFrame(() => behind.port2.postMessage(undefined));
+    addEventListener("keydown", () => watched.keys.push(performance.now()), { capture: true });
+    window.watched = watched;
+    nextFrame();
+  });
+}
+
+export function seen(page) {
+  return page.evaluate(() => {
+    window.watched.on = false;
+    return window.watched;
+  });
+}
+
+const median = (all) => [...all].sort((one, other) => one - other)[Math.floor(all.length / 2)] ?? NaN;
+
+/** Types while every frame is looked at. */
+export async function checkWhile(page, what, type) {
+  await watch(page);
+  await type((text) => page.keyboard.type(text, { delay: PAUSE }));
+  await page.waitForTimeout(300);
+  const { frames, activities, without, moved, older, delays } = await seen(page);
+  const share = ((100 * without.length) / Math.max(1, activities)).toFixed(2);
+  console.log(
+    `seen: while ${what} is typed: ${share} % of ${activities} figures in ${frames} frames are missing, ` +
+      `${older} are older; ${delays.length} changes, ${Math.round(median(delays))} ms after a key (median)`,
+  );
+  if (activities === 0 || without.length > 0) {
+    throw new Error(`expected: every activity has a figure while ${what} is typed\n  seen: ${without.slice(0, 5).join("\n  ")}`);
+  }
+  if (moved.length > 0) {
+    throw new Error(`expected: no line moves while ${what} is typed\n  seen: ${moved.slice(0, 5).join("\n  ")}`);
+  }
+}
