@@ -2,6 +2,7 @@
 
 local mauve = require('mauve')
 local colours = require('mauve.colours')
+local figures = require('mauve.figures')
 local generate = require('mauve.generate')
 
 return {
@@ -30,16 +31,14 @@ return {
   },
 
   handlers = {
-    -- Hints change without their buffer when another one does, such as a timing table. Neovim then asks for new hints
-    -- in windows only, so that a buffer which is shown again later keeps the old ones; and 0.10 does not draw what it
-    -- gets, as the buffer has no new version. Switching hints on anew does both, and the old ones stay until then.
     ['workspace/inlayHint/refresh'] = function(_, _, context)
-      for buffer in pairs(vim.lsp.get_client_by_id(context.client_id).attached_buffers) do
-        if vim.lsp.inlay_hint.is_enabled({ bufnr = buffer }) then
-          vim.lsp.inlay_hint.enable(true, { bufnr = buffer })
-        end
-      end
+      figures.update(vim.lsp.get_client_by_id(context.client_id))
       return vim.NIL
     end,
   },
+
+  -- The plugin draws the hints itself. Where the user has switched inlay hints on for all servers, they would be there twice.
+  on_init = function(client)
+    client.server_capabilities.inlayHintProvider = nil
+  end,
 }

@@ -1,4 +1,4 @@
--- Starts the language server and switches inlay hints on.
+-- Starts the language server and draws its figures.
 
 if vim.g.loaded_mauve then
   return
@@ -12,6 +12,7 @@ end
 
 local mauve = require('mauve')
 local colours = require('mauve.colours')
+local figures = require('mauve.figures')
 local group = vim.api.nvim_create_augroup('mauve', {})
 
 vim.api.nvim_create_autocmd('LspAttach', {
@@ -22,10 +23,20 @@ vim.api.nvim_create_autocmd('LspAttach', {
       return
     end
     if mauve.settings().inlay_hints ~= false then
-      vim.lsp.inlay_hint.enable(true, { bufnr = event.buf })
+      figures.attach(client, event.buf)
     end
     if mauve.settings().code_lens then
       mauve.show_lenses(event.buf, group)
+    end
+  end,
+})
+
+vim.api.nvim_create_autocmd('LspDetach', {
+  group = group,
+  callback = function(event)
+    local client = vim.lsp.get_client_by_id(event.data.client_id)
+    if client and client.name == 'mauve' then
+      figures.detach(event.buf)
     end
   end,
 })
@@ -72,7 +83,11 @@ end, {
 })
 
 -- A colour scheme clears the links.
-vim.api.nvim_create_autocmd('ColorScheme', { group = group, callback = colours.link })
+local function link()
+  colours.link()
+  figures.link()
+end
+vim.api.nvim_create_autocmd('ColorScheme', { group = group, callback = link })
 
-colours.link()
+link()
 mauve.start()

@@ -29,18 +29,16 @@ local function put_cursor(text, word)
   vim.api.nvim_win_set_cursor(0, { number, line:find(word or text, line:find(text, 1, true), true) - 1 })
 end
 
---- What is drawn into a line, and the text to the right of it. Only what is on the screen is drawn.
+--- What is drawn at the end of a line, with its highlight groups.
 local function drawn(buffer, text)
-  local number, line = line_of(buffer, text)
+  local number = line_of(buffer, text)
   local result = {}
-  for name, namespace in pairs(vim.api.nvim_get_namespaces()) do
-    if name:find('inlay_?hint') then
-      local first, last = { number - 1, 0 }, { number - 1, -1 }
-      for _, mark in ipairs(vim.api.nvim_buf_get_extmarks(buffer, namespace, first, last, { details = true })) do
-        for _, chunk in ipairs(mark[4].virt_text or {}) do
-          table.insert(result, { text = chunk[1], right = line:sub(mark[3] + 1) })
-        end
-      end
+  local namespace = vim.api.nvim_get_namespaces()['mauve.figures']
+  local first, last = { number - 1, 0 }, { number - 1, -1 }
+  for _, mark in ipairs(vim.api.nvim_buf_get_extmarks(buffer, namespace, first, last, { details = true })) do
+    equal('eol', mark[4].virt_text_pos)
+    for _, chunk in ipairs(mark[4].virt_text or {}) do
+      table.insert(result, { text = vim.trim(chunk[1]), group = chunk[2] })
     end
   end
   return result
@@ -149,37 +147,34 @@ end)
 
 check('a response time is drawn beside its activity', function()
   put_cursor(navigation)
-  wait_for_hint('navigation', 'R 997 ms', '1000 ms', 'slack 3 ms')
+  wait_for_hint('navigation', 'tight: 3 ms slack · 997 ms')
   equal({}, missed(deployment))
 end)
 
 check('a deadline that is edited is missed, until that is undone', function()
   replace(deployment, navigation, 'deadline = 1000', 'deadline = 990')
   wait_for_missed('navigation')
-  wait_for_hint('navigation', 'R 997 ms > 990 ms')
+  wait_for_hint('navigation', '✗ 7 ms late · 997 ms')
   undo(deployment)
   wait_for_missed()
-  wait_for_hint('navigation', 'R 997 ms', 'slack 3 ms')
+  wait_for_hint('navigation', 'tight: 3 ms slack · 997 ms')
 end)
 
 check('the period of one activity changes the response time of another', function()
   replace(deployment, 'activity teleop', 'period = 100   deadline = 100', 'period = 90  deadline = 90')
   wait_for_missed('navigation')
-  wait_for_hint('navigation', 'unbounded')
-  wait_for_hint('teleop', 'R 70 ms', '90 ms')
+  wait_for_hint('navigation', '✗ CPU 1 overloaded')
+  wait_for_hint('teleop', '20 ms slack · 70 ms')
   undo(deployment)
   wait_for_missed()
-  wait_for_hint('navigation', 'R 997 ms')
+  wait_for_hint('navigation', '· 997 ms')
 end)
 
 check('characters of several bytes move nothing', function()
-  local right = wait_for_hint('navigation', 'R 997 ms').right
   replace(deployment, navigation, 'activity', '/* µs 𝛑 é */ activity')
   replace(deployment, navigation, 'deadline = 1000', 'deadline = 990')
   wait_for_missed('navigation')
-  -- Another text, so it has been placed anew.
-  local hint = wait_for_hint('navigation', 'R 997 ms > 990 ms')
-  equal((right:gsub('deadline = 1000', 'deadline = 990')), hint.right)
+  wait_for_hint('navigation', '✗ 7 ms late · 997 ms')
   undo(deployment)
   wait_for_missed()
   put_cursor(navigation, 'navigation')
@@ -187,7 +182,45 @@ check('characters of several bytes move nothing', function()
   wait_for_place('navigation_architecture.mal', 'navigation: Navigation')
   vim.cmd.buffer(deployment)
   undo(deployment)
-  wait_for_hint('navigation', 'R 997 ms')
+  wait_for_hint('navigation', '· 997 ms')
+end)
+
+check('each status has its highlight group', function()
+  equal('MauveTight', wait_for_hint('navigation', '997 ms').group)
+  equal('MauveMet', wait_for_hint('hokuyo', '53 ms').group)
+  equal('DiagnosticOk', vim.api.nvim_get_hl(0, { name = 'MauveMet' }).link)
+  replace(deployment, navigation, 'deadline = 1000', 'deadline = 990')
+  equal('MauveMissed', wait_for_hint('navigation', '✗ 7 ms late').group)
+  undo(deployment)
+  -- Values of the architecture as well, and nothing twice.
+  wait_for_hint('navigation', 'tight: 3 ms slack')
+  for _, client in ipairs(vim.lsp.get_clients({ name = 'mauve' })) do
+    equal(nil, client.server_capabilities.inlayHintProvider)
+  end
+end)
+
+check('older figures stand while a text is incomplete', function()
+  replace(deployment, navigation, 'period = 1000', 'period = ')
+  equal('MauveOlder', wait_for_hint('navigation', '997 ms before this edit').group)
+  equal('MauveMet', wait_for_hint('gmapping', '211 ms slack').group)
+  -- Key by key, there is a figure beside every activity.
+  local number, line = line_of(deployment, navigation)
+  local column = select(2, line:find('period = ', 1, true))
+  for index = 1, 4 do
+    vim.api.nvim_buf_set_text(deployment, number - 1, column, number - 1, column, { ('0001'):sub(index, index) })
+    for _ = 1, 12 do
+      vim.wait(10)
+      for _, activity in ipairs({ 'hokuyo', 'navigation', 'gmapping' }) do
+        equal(1, #drawn(deployment, 'activity ' .. activity), activity)
+      end
+    end
+  end
+  wait_for_hint('navigation', 'tight: 3 ms slack · 997 ms')
+  for _ = 1, 5 do
+    undo(deployment)
+  end
+  wait_for_hint('navigation', 'tight: 3 ms slack · 997 ms')
+  equal('MauveTight', wait_for_hint('navigation', '997 ms').group)
 end)
 
 check('a table that is edited, saved, and abandoned', function()
@@ -200,27 +233,27 @@ check('a table that is edited, saved, and abandoned', function()
   end)
 
   replace(times, astar, '293', '273')
-  wait_for_hint('navigation', 'R 977 ms', 'slack 23 ms')
+  wait_for_hint('navigation', '23 ms slack · 977 ms')
   vim.cmd('silent write')
-  wait_for_hint('navigation', 'R 977 ms')
+  wait_for_hint('navigation', '· 977 ms')
   replace(times, astar, '273', '303')
   wait_for_missed('navigation')
-  wait_for_hint('navigation', 'unbounded')
+  wait_for_hint('navigation', '✗ CPU 1 overloaded')
 
   -- What was saved counts again.
   vim.cmd('bwipeout!')
   wait_for_missed()
-  wait_for_hint('navigation', 'R 977 ms')
+  wait_for_hint('navigation', '· 977 ms')
 end)
 
 check('a table that another program writes', function()
   equal(-1, vim.fn.bufnr(in_robot(table_file)))
   change_file(table_file, '273', '303')
   wait_for_missed('navigation')
-  wait_for_hint('navigation', 'unbounded')
+  wait_for_hint('navigation', '✗ CPU 1 overloaded')
   change_file(table_file, '303', '293')
   wait_for_missed()
-  wait_for_hint('navigation', 'R 997 ms')
+  wait_for_hint('navigation', '· 997 ms')
 end)
 
 check('a buffer that was hidden meanwhile', function()
@@ -228,9 +261,9 @@ check('a buffer that was hidden meanwhile', function()
   replace(times, astar, '293', '273')
   vim.wait(500)
   vim.cmd.buffer(deployment)
-  wait_for_hint('navigation', 'R 977 ms')
+  wait_for_hint('navigation', '· 977 ms')
   undo(times)
-  wait_for_hint('navigation', 'R 997 ms')
+  wait_for_hint('navigation', '· 997 ms')
   vim.cmd('bwipeout! ' .. times)
 end)
 
@@ -238,25 +271,25 @@ check('the level in mauve.toml', function()
   local project = open('mauve.toml')
   vim.cmd.buffer(deployment)
   replace(project, 'significance', '1e-4', '1e-3')
-  wait_for_hint('navigation', 'R 882 ms')
+  wait_for_hint('navigation', '· 882 ms')
   vim.cmd('bwipeout! ' .. project)
-  wait_for_hint('navigation', 'R 997 ms')
+  wait_for_hint('navigation', '· 997 ms')
 end)
 
 check('a level that is chosen', function()
   vim.cmd('Mauve significance 1e-3')
-  wait_for_hint('navigation', 'R 882 ms')
+  wait_for_hint('navigation', '· 882 ms')
   vim.cmd('Mauve significance mauve.toml')
-  wait_for_hint('navigation', 'R 997 ms')
+  wait_for_hint('navigation', '· 997 ms')
 end)
 
 check('another model file', function()
   local core = open('components/navigation.mal')
   vim.cmd.buffer(deployment)
   replace(core, 'attempts = attempts + 1;', 'attempts', 'simplify(route, tolerance); attempts')
-  wait_for_hint('navigation', 'R 998.3 ms')
+  wait_for_hint('navigation', '· 998.3 ms')
   undo(core)
-  wait_for_hint('navigation', 'R 997 ms')
+  wait_for_hint('navigation', '· 997 ms')
 end)
 
 check('names have the colours of what they mean', function()
@@ -387,7 +420,7 @@ check('only what fits is completed', function()
   end
   equal({ true, false }, { has('teleop'), has('navigation') }, vim.inspect(words))
   undo(deployment)
-  wait_for_hint('navigation', 'R 997 ms')
+  wait_for_hint('navigation', '· 997 ms')
 end)
 
 check('references, in all files', function()
@@ -423,10 +456,10 @@ check('a name is changed wherever it is used, and nowhere else', function()
   end)
   -- The library has the same name, and keeps it.
   equal(true, lines()[2]:find('library navigation {', 1, true) ~= nil)
-  wait_for_hint('planner', 'R 997 ms')
+  wait_for_hint('planner', '· 997 ms')
   vim.tbl_map(undo, buffers)
   equal(before, lines())
-  wait_for_hint('navigation', 'R 997 ms')
+  wait_for_hint('navigation', '· 997 ms')
 end)
 
 check('a quick fix', function()
@@ -453,7 +486,7 @@ check('a quick fix', function()
     return vim.deep_equal(before, lines)
   end)
   vim.cmd.buffer(deployment)
-  wait_for_hint('navigation', 'R 997 ms')
+  wait_for_hint('navigation', '· 997 ms')
 end)
 
 check('the server can be restarted', function()
@@ -467,7 +500,7 @@ check('the server can be restarted', function()
     return #clients == 1 and clients[1].id ~= old and clients[1].initialized
   end)
   replace(deployment, navigation, 'deadline = 1000', 'deadline = 995')
-  wait_for_hint('navigation', 'R 997 ms > 995 ms')
+  wait_for_hint('navigation', '✗ 2 ms late · 997 ms')
   wait_for_missed('navigation')
 end)
 
