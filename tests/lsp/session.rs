@@ -90,7 +90,7 @@ fn requests_that_wait_starve_no_other() {
     let mut client = robot();
     let working: Vec<u64> = (0..8).map(|_| client.request("mauve/debug/work", Value::Null)).collect();
     let mut text = client.open_file(&models().join("p3dx/deployment.mal"));
-    assert!(client.hint(&text, "activity navigation").contains("997 ms"));
+    assert!(client.hint(&text, "activity navigation").contains("only 3 ms slack"));
     client.edit(&mut text, "deadline = 1000", "deadline = 999");
     for id in working {
         assert_eq!(client.answer(id).unwrap_err()["code"], -32801);
@@ -134,7 +134,7 @@ fn two_texts_edited_in_one_burst() {
     client.edit(&mut table, "\"navigation.astar\" = 1", &line);
     client.edit(&mut deployment, "deadline = 1 }", "deadline = 1000 }");
     assert_eq!(client.codes(&deployment), [] as [&str; 0]);
-    assert!(client.hint(&deployment, "activity navigation").contains("997 ms"));
+    assert!(client.hint(&deployment, "activity navigation").contains("only 3 ms slack"));
 }
 
 #[test]
@@ -146,7 +146,7 @@ fn a_panic_costs_one_answer() {
         assert_eq!(error["code"], -32603);
         assert_eq!(error["message"], "a defect of mauve: asked for");
     }
-    assert!(client.hint(&text, "activity navigation").contains("997 ms"));
+    assert!(client.hint(&text, "activity navigation").contains("only 3 ms slack"));
     assert_eq!(client.shut_down(), Some(0));
 }
 
@@ -344,7 +344,7 @@ fn messages_that_are_none_cost_an_error_each() {
     // One of them may have been a change: the text that is saved is known again.
     assert!(is_unknown(&client.hint(&text, "activity navigation")));
     client.notify("textDocument/didSave", json!({"textDocument": {"uri": text.uri}, "text": text.text}));
-    assert!(client.hint(&text, "activity navigation").contains("997 ms"));
+    assert!(client.hint(&text, "activity navigation").contains("only 3 ms slack"));
     assert_eq!(client.shut_down(), Some(0));
 }
 
@@ -387,7 +387,7 @@ fn versions_and_openings_that_are_wrong() {
     // Opened twice; versions that fall: what came last counts.
     client.open(&path, "codel f(");
     let mut text = client.open_file(&path);
-    assert!(client.hint(&text, "activity navigation").contains("997 ms"));
+    assert!(client.hint(&text, "activity navigation").contains("only 3 ms slack"));
     client.notify("textDocument/didChange", change(&text.uri, -5, "codel f(): int\n"));
     text.version = -5;
     assert_eq!(client.hints(&text.uri), []);
@@ -399,7 +399,7 @@ fn versions_and_openings_that_are_wrong() {
 fn a_change_that_means_nothing_leaves_nothing_to_trust() {
     let mut client = robot();
     let mut text = client.open_file(&models().join("p3dx/deployment.mal"));
-    assert!(client.hint(&text, "activity navigation").contains("997 ms"));
+    assert!(client.hint(&text, "activity navigation").contains("only 3 ms slack"));
     let range = json!({"start": {"line": -1, "character": 0}, "end": {"line": 0, "character": 0}});
     let change = json!({"range": range, "text": "x"});
     let document = json!({"uri": text.uri, "version": 2});
@@ -418,7 +418,7 @@ fn a_change_that_means_nothing_leaves_nothing_to_trust() {
         });
         // The text that is saved is known.
         client.notify("textDocument/didSave", json!({"textDocument": {"uri": text.uri}, "text": text.text}));
-        assert!(client.hint(&text, "activity navigation").contains("997 ms"));
+        assert!(client.hint(&text, "activity navigation").contains("only 3 ms slack"));
     }
     client.edit(&mut text, "deadline = 1000", "deadline = 700");
     assert_eq!(client.codes(&text), ["deadline-missed"]);
@@ -459,7 +459,7 @@ fn a_client_that_does_not_read_is_waited_for_and_left() {
 fn with_figures() -> (Client, Text, std::path::PathBuf) {
     let mut client = robot();
     let text = client.open_file(&models().join("p3dx/deployment.mal"));
-    assert!(client.hint(&text, "activity navigation").contains("997 ms"));
+    assert!(client.hint(&text, "activity navigation").contains("only 3 ms slack"));
     (client, text, models().join("p3dx/components/navigation.mal"))
 }
 
@@ -504,10 +504,10 @@ fn a_text_that_cannot_be_understood_is_unknown_until_it_is_known() {
         });
         // The whole text is known; and then the disk's is.
         client.open(&other, &saved);
-        client.wait_for_hint(&text, "activity navigation", |hint| hint.contains("997 ms"));
+        client.wait_for_hint(&text, "activity navigation", |hint| hint.contains("only 3 ms slack"));
         client.notify("textDocument/didClose", json!({"textDocument": {"uri": uri}}));
         client.wait_for_published(HashMap::is_empty);
-        assert!(client.hint(&text, "activity navigation").contains("997 ms"));
+        assert!(client.hint(&text, "activity navigation").contains("only 3 ms slack"));
     }
     assert_eq!(client.shut_down(), Some(0));
 }
@@ -516,7 +516,9 @@ fn a_text_that_cannot_be_understood_is_unknown_until_it_is_known() {
 fn a_client_that_counts_characters_is_understood() {
     let (mut client, mut text, _) = with_figures();
     let range = json!({"start": {"line": 0, "character": 0}, "end": {"line": 0, "character": 0}});
-    for (version, period, expected) in [(2, "1000", "997 ms"), (3, "1001", "997 ms"), (4, "900", "missed")] {
+    for (version, period, expected) in
+        [(2, "1000", "only 3 ms slack"), (3, "1001", "only 3 ms slack"), (4, "900", "late")]
+    {
         text.text = text.text.replace("period = 1000", &format!("period = {period}"));
         let whole = format!("// éééééé\n{}", text.text);
         let change = json!({"text": whole});
@@ -557,7 +559,7 @@ fn a_message_that_has_lost_some_bytes_leaves_its_text_unknown() {
     client.request("mauve/status", Value::Null);
     client.wait_for_hint(&text, "activity navigation", is_unknown);
     client.notify("textDocument/didSave", json!({"textDocument": {"uri": text.uri}, "text": text.text}));
-    client.wait_for_hint(&text, "activity navigation", |hint| hint.contains("997 ms"));
+    client.wait_for_hint(&text, "activity navigation", |hint| hint.contains("only 3 ms slack"));
     assert_eq!(client.shut_down(), Some(0));
 }
 
@@ -570,7 +572,7 @@ fn a_text_is_unknown_by_each_of_its_addresses() {
     let mut client = Client::of_folder(MAUVE, &folder.join("robot"));
     let mut first = client.open_file(&folder.join("robot/deployment.mal"));
     let second = client.open_file(&folder.join("link/deployment.mal"));
-    client.wait_for_hint(&first, "activity navigation", |hint| hint.contains("997 ms"));
+    client.wait_for_hint(&first, "activity navigation", |hint| hint.contains("only 3 ms slack"));
     let bad =
         json!({"textDocument": {"uri": second.uri, "version": "x"}, "contentChanges": [{"text": "lost"}]});
     client.notify("textDocument/didChange", bad);
@@ -581,7 +583,7 @@ fn a_text_is_unknown_by_each_of_its_addresses() {
     client.diagnostics(&first);
     assert!(is_unknown(&client.hint(&first, "activity navigation")));
     client.notify("textDocument/didSave", json!({"textDocument": {"uri": second.uri}, "text": second.text}));
-    client.wait_for_hint(&first, "activity navigation", |hint| hint.contains("997 ms"));
+    client.wait_for_hint(&first, "activity navigation", |hint| hint.contains("only 3 ms slack"));
 }
 
 #[test]
@@ -594,7 +596,7 @@ fn what_is_lost_of_a_folder_is_no_text() {
     client.notify("textDocument/didOpen", json!({"textDocument": document}));
     client.notify("textDocument/didChange", json!({"textDocument": {"uri": folder}, "contentChanges": []}));
     client.idle();
-    assert!(client.hint(&text, "activity navigation").contains("997 ms"));
+    assert!(client.hint(&text, "activity navigation").contains("only 3 ms slack"));
     let status = client.call("mauve/status", Value::Null).unwrap();
     assert_eq!(status["workspaces"].as_array().map(Vec::len), Some(1), "{status}");
 }
@@ -614,7 +616,7 @@ fn behind_junk_the_next_header_is_found() {
     client.wait_for_published(|published| published.len() == 2);
     client.notify("textDocument/didClose", json!({"textDocument": {"uri": address(&other)}}));
     client.notify("textDocument/didSave", json!({"textDocument": {"uri": text.uri}, "text": text.text}));
-    client.wait_for_hint(&text, "activity navigation", |hint| hint.contains("997 ms"));
+    client.wait_for_hint(&text, "activity navigation", |hint| hint.contains("only 3 ms slack"));
     assert_eq!(client.shut_down(), Some(0));
 }
 

@@ -7,15 +7,17 @@ use serde_json::{Value, json};
 
 use crate::{MAUVE, copied_robot, robot};
 
-/// The marker of older figures.
-const OLDER: &str = "before this edit";
+/// Whether a text has an older figure.
+fn has_older(text: &str) -> bool {
+    text.contains("before this edit") || text.contains(" ms earlier")
+}
 
 #[test]
 fn figures_stay_while_an_activity_is_typed() {
     let mut client = robot();
     let mut text = client.open_file(&mauve_tests::models().join("p3dx/deployment.mal"));
     client.idle();
-    let count = |hints: &[(u64, String)]| hints.iter().filter(|(_, label)| label.contains("ms")).count();
+    let count = |hints: &[(u64, String)]| hints.iter().filter(|(_, label)| label.contains(" ms")).count();
     let before = client.hints(&text.uri);
     let at = text.text.find("period = 1000").unwrap() + "period = ".len();
     // The period is removed and typed again.
@@ -23,7 +25,7 @@ fn figures_stay_while_an_activity_is_typed() {
     client.idle();
     let hints = client.hints(&text.uri);
     assert_eq!(count(&hints), count(&before), "{hints:?}");
-    assert_eq!(client.hint(&text, "activity navigation"), format!("997 ms {OLDER}"));
+    assert_eq!(client.hint(&text, "activity navigation"), "997 ms earlier");
     for (index, key) in "1000".chars().enumerate() {
         client.replace(&mut text, at + index..at + index, &key.to_string());
         let hints = client.hints(&text.uri);
@@ -89,16 +91,16 @@ fn the_reason_follows_when_the_text_stays_incomplete() {
     let mut text = client.open_file(&mauve_tests::models().join("p3dx/deployment.mal"));
     client.idle();
     client.edit(&mut text, "period = 1000", "period = /* */");
-    assert_eq!(client.hint(&text, "activity navigation"), format!("997 ms {OLDER}"));
-    client.wait_for_hint(&text, "activity navigation", |hint| hint == "not analysed: syntax error");
+    assert_eq!(client.hint(&text, "activity navigation"), "997 ms earlier");
+    client.wait_for_hint(&text, "activity navigation", |hint| hint.starts_with("not analysed: syn"));
     client.edit(&mut text, "period = /* */", "period = 1000");
-    assert_eq!(client.hint(&text, "activity navigation"), "tight: 3 ms slack · 997 ms");
+    assert_eq!(client.hint(&text, "activity navigation"), "only 3 ms slack");
     // The user saves an incomplete text.
     client.edit(&mut text, "period = 1000", "period = /* */");
     client.idle();
     client.notify("textDocument/didSave", json!({"textDocument": {"uri": text.uri}, "text": text.text}));
     client.idle();
-    assert_eq!(client.hint(&text, "activity navigation"), "not analysed: syntax error");
+    assert!(client.hint(&text, "activity navigation").starts_with("not analysed: syn"));
 }
 
 #[test]
@@ -155,7 +157,7 @@ fn older_figures_are_in_hints_only() {
         let mut at = start;
         for letter in removed.chars() {
             check_for_leaks(&mut client, &texts[0], &mut random);
-            older += client.hints(&texts[0].uri).iter().filter(|(_, label)| label.contains(OLDER)).count();
+            older += client.hints(&texts[0].uri).iter().filter(|(_, label)| has_older(label)).count();
             client.replace(&mut texts[index], at..at, &letter.to_string());
             at += letter.len_utf8();
         }
@@ -163,7 +165,7 @@ fn older_figures_are_in_hints_only() {
     assert!(older > 100, "{older}");
     client.idle();
     let hints = client.hints(&texts[0].uri);
-    assert!(hints.iter().all(|(_, label)| !label.contains(OLDER)), "{hints:?}");
+    assert!(hints.iter().all(|(_, label)| !has_older(label)), "{hints:?}");
 }
 
 fn check_for_leaks(client: &mut mauve_tests::Client, text: &Text, random: &mut Random) {
@@ -181,9 +183,9 @@ fn check_for_leaks(client: &mut mauve_tests::Client, text: &Text, random: &mut R
     ];
     for (method, params) in requests {
         let answer = client.call(method, params).map_or_else(|error| error.to_string(), |it| it.to_string());
-        assert!(!answer.contains(OLDER), "{method}: {answer}");
+        assert!(!has_older(&answer), "{method}: {answer}");
     }
     for (uri, found) in client.published() {
-        assert!(!found.to_string().contains(OLDER), "{uri}: {found}");
+        assert!(!has_older(&found.to_string()), "{uri}: {found}");
     }
 }

@@ -101,6 +101,8 @@ struct Found {
     subject: Option<Subject>,
     /// Its figure, if it is known.
     figure: Option<Figure>,
+    /// The maximum length of a label there.
+    room: usize,
 }
 
 /// What a figure is about. It has the same name in every text.
@@ -298,6 +300,12 @@ fn hash_of_declaration(db: &dyn ModelDb, project: Project<'_>, decl: Decl<'_>, o
     }
 }
 
+/// Returns the number of characters before `offset` in its line.
+fn column(text: &str, offset: TextSize) -> usize {
+    let before = text.get(..usize::from(offset)).unwrap_or_default();
+    before.chars().rev().take_while(|it| *it != '\n').count()
+}
+
 /// Returns the end of the line with `offset`, without spaces: a hint there moves no text.
 fn end_of_line(text: &str, offset: TextSize) -> TextSize {
     let rest = text.get(usize::from(offset)..).unwrap_or_default();
@@ -380,8 +388,8 @@ architecture A { instance planner: Planner  instance driver: Driver }
             expect![[r#"
                 core Planning(S) { update = { plan(); } }⟨70 ms⟩
                 core Driving(S) { update = { drive(); } }⟨17 ms to 19 ms⟩
-                deployment D { architecture A activity driver { priority = 2 period = 50 } activity planner { priority = background } }⟨1 of 1 met at 1e-4⟩⟨CPU 1 34.0 %⟩⟨driver: 33 ms slack · 17 ms⟩⟨planner: not real-time⟩
-                deployment Sea { architecture A activity driver { priority = 2 period = 50 } activity planner { priority = background } }⟨1 of 1 met at 1e-4⟩⟨CPU 1 38.0 %⟩⟨driver: 31 ms slack · 19 ms⟩⟨planner: not real-time⟩
+                deployment D { architecture A activity driver { priority = 2 period = 50 } activity planner { priority = background } }⟨1 of 1 met at 1e-4⟩⟨CPU 1 34.0 %⟩⟨driver: 33 ms slack⟩⟨planner: not real-time⟩
+                deployment Sea { architecture A activity driver { priority = 2 period = 50 } activity planner { priority = background } }⟨1 of 1 met at 1e-4⟩⟨CPU 1 38.0 %⟩⟨driver: 31 ms slack⟩⟨planner: not real-time⟩
             "#]],
         );
     }
@@ -397,7 +405,7 @@ architecture A { instance planner: Planner  instance driver: Driver }
             expect![[r#"
                 core Planning(S) { update = { plan(); } }⟨70 ms⟩
                 core Driving(S) { update = { drive(); } }⟨17 ms⟩
-                deployment D {⟨1 of 2 met at 1e-4⟩⟨✗ CPU 1 104.0 % overloaded⟩
+                deployment D {⟨1 of 2 met at 1e-4⟩⟨✗ CPU 1 overloaded (104.0 %)⟩
                 activity driver { priority = 2 period = 50 deadline = 20 }⟨3 ms slack · 17 ms⟩
                 activity planner {⟨✗ CPU 1 overloaded (104.0 %)⟩
             "#]],
@@ -411,7 +419,7 @@ architecture A { instance planner: Planner  instance driver: Driver }
             expect![[r#"
                 core Planning(S) { update = { plan(); } }⟨70 ms⟩
                 core Driving(S) { update = { drive(); } }⟨17 ms⟩
-                deployment D { architecture A activity driver { priority = 2 period = 50 deadline = 16 } activity planner { priority = background } }⟨0 of 1 met at 1e-4⟩⟨CPU 1 34.0 %⟩⟨driver: ✗ 1 ms late · 17 ms⟩⟨planner: not real-time⟩
+                deployment D { architecture A activity driver { priority = 2 period = 50 deadline = 16 } activity planner { priority = background } }⟨0 of 1 met at 1e-4⟩⟨CPU 1 34.0 %⟩⟨driver: ✗ 1 ms late⟩⟨planner: not real-time⟩
             "#]],
         );
     }
@@ -462,7 +470,7 @@ architecture A { instance planner: Planner  instance driver: Driver }
             expect![[r#"
                 core Planning(S) { update = { plan(); } }⟨70 ms⟩
                 core Driving(S) { update = { drive(); } }⟨9 ms⟩
-                deployment D {⟨2 of 2 met at 1e-4⟩⟨tight: CPU 1 97.0 %⟩
+                deployment D {⟨2 of 2 met at 1e-4⟩⟨CPU 1 nearly full (97.0 %)⟩
                 activity driver { priority = 2 period = 10 deadline = 100 }⟨1 ms slack · 9 ms⟩
                 activity planner { priority = 1 period = 1000 deadline = 1000.0 }⟨300 ms slack · 700 ms⟩
             "#]],

@@ -28,7 +28,7 @@ export class Figures implements vscode.Disposable {
   private readonly type = vscode.window.createTextEditorDecorationType({
     // Text that is typed at the end of the line stays before the figure.
     rangeBehavior: vscode.DecorationRangeBehavior.ClosedClosed,
-    after: { margin: "0 0 0 2ch" },
+    after: { margin: "0 0 0 1ch" },
   });
   /** The figures in documents, by their addresses. */
   private readonly shown = new Map<string, Figure[]>();

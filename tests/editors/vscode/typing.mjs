@@ -30,7 +30,7 @@ export async function watch(page) {
         const figure = [...line.querySelectorAll("span")].map(drawn).join("");
         watched.activities++;
         all += `${name}: ${figure}\n`;
-        watched.older += figure.includes("before this edit") ? 1 : 0;
+        watched.older += /before this edit|earlier/.test(figure) ? 1 : 0;
         // A name that is being typed is that of no instance.
         known.add(watched.frames === 1 ? name : "");
         if (known.has(name) && (figure === "" || figure.startsWith("not analysed"))) {

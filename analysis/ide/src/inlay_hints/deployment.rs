@@ -8,10 +8,12 @@ use mauve_hir::{Decl, Location, ModelDb, Project, parse};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextSize, tokens_at};
 use mauve_timing::{CpuLoad, Status, Time};
-use mauve_wcrt::{ActivityReport, Deadlines, Query, Report, Verdict, response_times, system_of};
+use mauve_wcrt::{
+    ActivityReport, Deadlines, Query, Report, ResolvedActivity, Verdict, response_times, system_of,
+};
 
-use super::label::{Round, first_fit, short};
-use super::{Figure, Found, HintOptions, HintStatus, InlayHint, Subject, end_of_line};
+use super::label::{MOST_CHARACTERS, Round, first_fit, most_at, short};
+use super::{Figure, Found, HintOptions, HintStatus, InlayHint, Subject, column, end_of_line};
 
 /// The utilisation of a CPU, in percent, above which it is [`HintStatus::Tight`].
 const HIGH_LOAD: u32 = 90;
@@ -35,10 +37,22 @@ pub(super) fn of_deployment<'db>(
     let report = response_times(db, project, deployment, query);
     let text = deployment.file(db).text(db);
     let activities = &system_of(db, project, deployment).activities;
-    let figures = report.activities.iter().zip(report.with_assumptions());
-    let shown: Vec<Shown> = figures
-        .map(|(activity, is_assumed)| Shown::of(db, activity, is_assumed, options.tight_slack))
-        .collect();
+    let nodes = node.deployment_items().filter_map(|item| match item {
+        ast::DeploymentItem::Activity(it) => Some((it.name_ref()?.syntax().text_range().start(), it)),
+        _ => None,
+    });
+    let nodes: HashMap<TextSize, ast::Activity> = nodes.collect();
+    let offset_of = |resolved: &ResolvedActivity<'_>| {
+        // A duplicate, or an instance without an activity, has a diagnostic instead.
+        beside(text, nodes.get(&resolved.at.range(db).start())?.syntax())
+    };
+    let offsets: Vec<Option<TextSize>> = activities.iter().map(offset_of).collect();
+    let figures = report.activities.iter().zip(report.with_assumptions()).zip(&offsets);
+    let shown = figures.map(|((activity, is_assumed), offset)| {
+        let most = offset.map_or(MOST_CHARACTERS, |offset| most_at(column(text, offset)));
+        Shown::of(db, activity, is_assumed, options.tight_slack, most)
+    });
+    let shown: Vec<Shown> = shown.collect();
     let is_real_time = |it: &ActivityReport<'_>| it.verdict != Verdict::Background;
     if let Some(offset) = beside(text, node.syntax())
         && report.activities.iter().any(is_real_time)
@@ -46,7 +60,7 @@ pub(super) fn of_deployment<'db>(
         let mut add = |subject: Subject, shown: Shown, load: Option<u32>| {
             let Shown { label, status, figure } = shown;
             let hint = InlayHint { offset, label, status, load, explained_at: Some(name.range(db).start()) };
-            found.push(Found { hint, subject: Some(subject), figure });
+            found.push(Found { hint, subject: Some(subject), figure, room: MOST_CHARACTERS });
         };
         if options.response_times {
             add(Subject::Deadlines, of_all(report, &shown, query), None);
@@ -58,17 +72,12 @@ pub(super) fn of_deployment<'db>(
     if !options.response_times {
         return;
     }
-    let nodes = node.deployment_items().filter_map(|item| match item {
-        ast::DeploymentItem::Activity(it) => Some((it.name_ref()?.syntax().text_range().start(), it)),
-        _ => None,
-    });
-    let nodes: HashMap<TextSize, ast::Activity> = nodes.collect();
-    for (resolved, Shown { label, status, figure }) in activities.iter().zip(shown) {
-        let name = resolved.at.range(db).start();
-        // A duplicate, or an instance without an activity, has a diagnostic instead.
-        let Some(offset) = nodes.get(&name).and_then(|node| beside(text, node.syntax())) else { continue };
-        let hint = InlayHint { offset, label, status, load: None, explained_at: Some(name) };
-        found.push(Found { hint, subject: Some(Subject::Activity(resolved.instance.clone())), figure });
+    for ((resolved, Shown { label, status, figure }), offset) in activities.iter().zip(shown).zip(offsets) {
+        let Some(offset) = offset else { continue };
+        let explained_at = Some(resolved.at.range(db).start());
+        let hint = InlayHint { offset, label, status, load: None, explained_at };
+        let subject = Some(Subject::Activity(resolved.instance.clone()));
+        found.push(Found { hint, subject, figure, room: most_at(column(text, offset)) });
     }
 }
 
@@ -86,6 +95,7 @@ impl Shown {
         activity: &ActivityReport<'db>,
         is_assumed: bool,
         tight_slack: u32,
+        most: usize,
     ) -> Shown {
         let deadline = activity.deadline.unwrap_or_default();
         let reason = || activity.reasons.first().map_or_else(String::new, |it| short_reason(db, &it.reason));
@@ -97,26 +107,29 @@ impl Shown {
                     < u128::from(deadline.as_nanos()) * u128::from(tight_slack);
                 let slack = format!("{} slack", short(slack, Round::Down));
                 match is_tight {
-                    true => {
-                        (with_response(&format!("tight: {slack}"), response, is_assumed), HintStatus::Tight)
-                    }
-                    false => (with_response(&slack, response, is_assumed), HintStatus::Met),
+                    true => (
+                        with_response(most, &format!("only {slack}"), response, is_assumed),
+                        HintStatus::Tight,
+                    ),
+                    false => (with_response(most, &slack, response, is_assumed), HintStatus::Met),
                 }
             }
             (Verdict::RealTime(Status::Missed), Some(response)) => {
                 let late = response.checked_sub(deadline).unwrap_or_default();
                 let late = format!("✗ {} late", short(late, Round::Up));
-                (with_response(&late, response, is_assumed), HintStatus::Missed)
+                (with_response(most, &late, response, is_assumed), HintStatus::Missed)
             }
             (Verdict::RealTime(Status::NotAnalysed), _) => {
-                (first_fit([format!("not analysed: {}", reason())]), HintStatus::Unknown)
+                (first_fit(most, [format!("not analysed: {}", reason())]), HintStatus::Unknown)
             }
             (Verdict::RealTime(Status::Unbounded), _) => {
-                (first_fit([format!("✗ {}", reason())]), HintStatus::Missed)
+                let (long, short) = (format!("✗ {}", reason()), format!("✗ {}", without_percent(&reason())));
+                (first_fit(most, [long, short]), HintStatus::Missed)
             }
-            (Verdict::RealTime(_), _) => {
-                (first_fit([format!("✗ no bound: {}", reason())]), HintStatus::Missed)
-            }
+            (Verdict::RealTime(_), _) => (
+                first_fit(most, [format!("✗ no bound: {}", reason()), "✗ no bound".to_owned()]),
+                HintStatus::Missed,
+            ),
         };
         let figure = match (activity.verdict, activity.response) {
             (Verdict::RealTime(Status::NotAnalysed), _) => None,
@@ -129,16 +142,24 @@ impl Shown {
 }
 
 /// Returns a verdict with the response time, if both fit. Assumed times are always marked.
-fn with_response(verdict: &str, response: Time, is_assumed: bool) -> String {
+fn with_response(most: usize, verdict: &str, response: Time, is_assumed: bool) -> String {
     let response = short(response, Round::Up);
     match is_assumed {
-        false => first_fit([format!("{verdict} · {response}"), verdict.to_owned()]),
-        true => first_fit([
-            format!("{verdict} · {response} · assumed"),
-            format!("{verdict} · assumed"),
-            format!("assumed: {verdict}"),
-        ]),
+        false => first_fit(most, [format!("{verdict} · {response}"), verdict.to_owned()]),
+        true => first_fit(
+            most,
+            [
+                format!("{verdict} · {response} · assumed"),
+                format!("{verdict} · assumed"),
+                format!("assumed: {verdict}"),
+            ],
+        ),
     }
+}
+
+/// Returns `CPU 1 overloaded` of `CPU 1 overloaded (102.7 %)`.
+fn without_percent(reason: &str) -> &str {
+    reason.split(" (").next().unwrap_or_default()
 }
 
 /// Returns how many deadlines of a deployment are met.
@@ -146,8 +167,11 @@ fn of_all(report: &Report<'_>, activities: &[Shown], query: Query) -> Shown {
     let Deadlines { met, unknown, all } = report.deadlines();
     let figure = format!("{met} of {all} met");
     let label = match unknown {
-        0 => first_fit([format!("{figure} at {}", query.level), figure.clone()]),
-        _ => first_fit([format!("{figure}, {unknown} not analysed"), format!("{figure}, {unknown} unknown")]),
+        0 => first_fit(MOST_CHARACTERS, [format!("{figure} at {}", query.level), figure.clone()]),
+        _ => first_fit(
+            MOST_CHARACTERS,
+            [format!("{figure}, {unknown} not analysed"), format!("{figure}, {unknown} unknown")],
+        ),
     };
     let has = |status: HintStatus| activities.iter().any(|activity| activity.status == status);
     let worst = [HintStatus::Missed, HintStatus::Unknown, HintStatus::Tight].into_iter().find(|it| has(*it));
@@ -179,10 +203,15 @@ fn loads(report: &Report<'_>) -> impl Iterator<Item = (u64, Shown, u32)> {
             HIGH_LOAD.. if percent > f64::from(HIGH_LOAD) => HintStatus::Tight,
             _ => HintStatus::Met,
         };
+        let words = |before: &str, what: &str| {
+            let texts =
+                [format!("{before}{names} {what} ({at_least}{percent:.1} %)"), format!("{before}{text}")];
+            first_fit(MOST_CHARACTERS, texts)
+        };
         let label = match status {
-            HintStatus::Missed => first_fit([format!("✗ {text} overloaded"), format!("✗ {text}")]),
-            HintStatus::Tight => first_fit([format!("tight: {text}"), text.clone()]),
-            _ => first_fit([text.clone()]),
+            HintStatus::Missed => words("✗ ", "overloaded"),
+            HintStatus::Tight => words("", "nearly full"),
+            _ => first_fit(MOST_CHARACTERS, [text.clone()]),
         };
         let figure = Some(Figure { text, missing: if cpu.complete { 0 } else { unknown } });
         (cpu.mask, Shown { label, status, figure }, load)

@@ -11,7 +11,7 @@ use mauve_hir::{Decl, File, ModelDb, Project, Workspace, declarations, parse};
 use mauve_timing::Level;
 use mauve_wcrt::level_shown;
 
-use super::label::{MOST_CHARACTERS, cut};
+use super::label::{MOST_CHARACTERS, cut, first_fit};
 use super::{
     Figure, Found, HintOptions, HintStatus, InlayHint, Subject, hash_of_declaration, of_declaration, programs,
 };
@@ -20,8 +20,8 @@ use crate::project::projects_with;
 /// How long a text is incomplete before hints say why a figure is unknown, beside the older figure.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// The marker of older figures.
-const OLDER: &str = " before this edit";
+/// The markers of older figures; the shorter one on long lines.
+const OLDER: [&str; 2] = [" before this edit", " earlier"];
 
 /// The last known figures of the declarations in open files.
 #[derive(Debug, Clone, Default)]
@@ -184,7 +184,7 @@ pub(super) fn with_earlier(found: Found, earlier: Option<&Figures>) -> Vec<Found
     let shown = earlier.zip(found.subject.as_ref()).and_then(|(figures, subject)| {
         let earlier =
             figures.get(subject).filter(|earlier| !is_newer(found.figure.as_ref(), Some(*earlier)))?;
-        Some((older(&found.hint, earlier), figures.are_reasons_shown()))
+        Some((older(&found, earlier), figures.are_reasons_shown()))
     });
     match shown {
         None if found.hint.label.is_empty() => Vec::new(),
@@ -207,17 +207,19 @@ pub(super) fn missing_loads(found: &[Found], earlier: Option<&Figures>) -> Vec<F
         figures.of.iter().filter(|(subject, _)| is_missing(subject)).collect();
     missing.sort_by_key(|(_, figure)| &figure.text);
     let load = |(subject, figure): (&Subject, &Figure)| Found {
-        hint: older(&deadlines.hint, figure),
+        hint: older(deadlines, figure),
         subject: Some(subject.clone()),
         figure: None,
+        room: deadlines.room,
     };
     missing.into_iter().map(load).collect()
 }
 
 /// Returns the hint of an earlier figure.
-fn older(hint: &InlayHint, figure: &Figure) -> InlayHint {
-    let text = cut(&figure.text, MOST_CHARACTERS - OLDER.len());
-    InlayHint { label: text + OLDER, status: HintStatus::Older, load: None, ..hint.clone() }
+fn older(Found { hint, room, .. }: &Found, figure: &Figure) -> InlayHint {
+    let text = cut(&figure.text, MOST_CHARACTERS - OLDER[0].len());
+    let label = first_fit(*room, OLDER.map(|marker| format!("{text}{marker}")));
+    InlayHint { label, status: HintStatus::Older, load: None, ..hint.clone() }
 }
 
 #[cfg(test)]

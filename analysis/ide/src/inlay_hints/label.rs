@@ -5,13 +5,24 @@ use mauve_timing::{Time, Unit};
 /// The maximum length of a hint, in characters.
 pub(crate) const MOST_CHARACTERS: usize = 32;
 
-/// Returns the first text that fits; if none does, the last one without its end.
+/// The columns that an editor shows on a small screen, beside its lists of files and its map.
+const COLUMNS: usize = 105;
+
+/// The maximum length of a hint on a line that leaves no more room.
+const LEAST_ROOM: usize = 18;
+
+/// Returns the maximum length of a hint that begins at this column.
+pub(super) fn most_at(column: usize) -> usize {
+    COLUMNS.saturating_sub(column).clamp(LEAST_ROOM, MOST_CHARACTERS)
+}
+
+/// Returns the first text of at most `most` characters; if none is short enough, the last one without its end.
 ///
 /// ```text
-/// first_fit(["47 ms slack · 53 ms", "47 ms slack"]) = "47 ms slack · 53 ms"
+/// first_fit(32, ["47 ms slack · 53 ms", "47 ms slack"]) = "47 ms slack · 53 ms"
 /// ```
-pub(super) fn first_fit<const N: usize>(texts: [String; N]) -> String {
-    let fits = texts.iter().position(|text| text.chars().count() <= MOST_CHARACTERS);
+pub(super) fn first_fit<const N: usize>(most: usize, texts: [String; N]) -> String {
+    let fits = texts.iter().position(|text| text.chars().count() <= most);
     let chosen = texts.into_iter().nth(fits.unwrap_or(N.saturating_sub(1)));
     cut(&chosen.unwrap_or_default(), MOST_CHARACTERS)
 }
@@ -79,8 +90,10 @@ mod tests {
     #[test]
     fn the_first_text_that_fits_is_shown() {
         let long = "x".repeat(33);
-        assert_eq!(first_fit([long.clone(), "short".into()]), "short");
-        assert_eq!(first_fit([long]), format!("{}…", "x".repeat(31)));
+        assert_eq!(first_fit(32, [long.clone(), "short".into()]), "short");
+        assert_eq!(first_fit(4, ["long".into(), "s".into()]), "long");
+        assert_eq!(first_fit(3, ["long".into(), "s".into()]), "s");
+        assert_eq!(first_fit(32, [long]), format!("{}…", "x".repeat(31)));
         assert_eq!(cut("ab cd", 4), "ab…");
     }
 }

@@ -14,7 +14,7 @@ use mauve_wcrt::{Query, TableSet, psm_of, tables_for};
 use rustc_hash::FxHashMap;
 
 use super::earlier::{Figures, with_earlier};
-use super::label::{Round, first_fit, short};
+use super::label::{MOST_CHARACTERS, Round, first_fit, short};
 use super::{Figure, Found, HintStatus, InlayHint, Subject, end_of_line};
 
 /// Returns the hints of a core in `range`.
@@ -44,7 +44,7 @@ pub(super) fn of_core<'db>(
             explained_at: Some(explained_at),
         };
         let (subject, figure) = (Some(Subject::Program(place.clone())), label.map(Label::figure));
-        found.extend(with_earlier(Found { hint, subject, figure }, earlier));
+        found.extend(with_earlier(Found { hint, subject, figure, room: MOST_CHARACTERS }, earlier));
     };
     match labels {
         Some(labels) => labels.iter().for_each(|label| add(label.id, &label.place, Some(label))),
@@ -125,8 +125,10 @@ fn label(least: Time, greatest: Time, place: &Place, is_assumed: bool) -> (Strin
         Place::Update | Place::Method(_) => "",
     };
     let text = match is_assumed {
-        true => first_fit([format!("{figure}{after} · assumed"), format!("{figure} · assumed")]),
-        false => first_fit([format!("{figure}{after}"), figure.clone()]),
+        true => {
+            first_fit(MOST_CHARACTERS, [format!("{figure}{after} · assumed"), format!("{figure} · assumed")])
+        }
+        false => first_fit(MOST_CHARACTERS, [format!("{figure}{after}"), figure.clone()]),
     };
     (text, figure.len())
 }

@@ -90,5 +90,5 @@ fn behind(db: &dyn ModelDb, place: Location<'_>, label: &str) -> Found {
         load: None,
         explained_at: Some(explained_at),
     };
-    Found { hint, subject: None, figure: None }
+    Found { hint, subject: None, figure: None, room: MOST_CHARACTERS }
 }

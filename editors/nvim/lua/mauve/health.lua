@@ -54,12 +54,10 @@ local function check_buffers()
     local name = vim.api.nvim_buf_get_name(buffer)
     if vim.api.nvim_buf_is_loaded(buffer) and (vim.bo[buffer].filetype == 'mauve' or name:find('%.mal$')) then
       local attached = #vim.lsp.get_clients({ name = 'mauve', bufnr = buffer }) > 0
-      local hints = vim.lsp.inlay_hint.is_enabled({ bufnr = buffer })
-      local text = ('`%s`: filetype "%s", %s, inlay hints %s'):format(
+      local text = ('`%s`: filetype "%s", %s'):format(
         name == '' and '[No Name]' or vim.fn.fnamemodify(name, ':~:.'),
         vim.bo[buffer].filetype,
-        attached and 'attached' or 'not attached',
-        hints and 'on' or 'off'
+        attached and 'attached' or 'not attached'
       )
       if attached then
         health.ok(text)
