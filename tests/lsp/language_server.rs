@@ -38,13 +38,17 @@ fn a_hover_explains_an_activity() {
     let hover = client.call("textDocument/hover", text.at("navigation  {")).unwrap();
     let shown = hover["contents"]["value"].as_str().unwrap();
     for part in [
-        "missed: response time 997 ms, deadline 700 ms",
-        "execution time 297 ms",
-        "430 ms    10 jobs  hokuyo",
+        "**Deadline missed by 297 ms: 997 ms > 700 ms** at 1e-4\n",
+        "| own time | 2 | 1 × 297 ms | 297 ms | ██████ |\n",
+        " | 9 | 10 × 43 ms | 430 ms | ████████▋ |\n",
+        "| **response time** |  |  | **997 ms** |",
         "exceeds the deadline",
     ] {
         assert!(shown.contains(part), "{part} in {shown}");
     }
+    // The name of an activity leads to it.
+    let link = format!("| [`hokuyo`]({}#L9,14) |", address(&folder.join("deployment.mal")));
+    assert!(shown.contains(&link), "{link} in {shown}");
     // The same stands behind the hint.
     let range = json!({"start": {"line": 0, "character": 0}, "end": {"line": 99, "character": 0}});
     let hints = client
@@ -345,7 +349,9 @@ fn a_plain_client_is_served_too() {
     assert_eq!(found[0].get("relatedInformation"), None);
     let hover = client.call("textDocument/hover", text.at("navigation  {")).unwrap();
     assert_eq!(hover["contents"]["kind"], "plaintext");
-    assert!(!hover["contents"]["value"].as_str().unwrap().contains("```"));
+    let shown = hover["contents"]["value"].as_str().unwrap();
+    assert!(shown.contains("missed: response time 997 ms, deadline 700 ms"), "{shown}");
+    assert!(!shown.contains("```") && !shown.contains('|') && !shown.contains("](file"), "{shown}");
     let found = client.call("textDocument/definition", text.at("navigation  {")).unwrap();
     assert_eq!(found[0]["uri"], address(&folder.join("navigation_architecture.mal")));
     let symbols =

@@ -1,21 +1,27 @@
-//! Explains a response time in text: execution time, interference, and the iteration that exceeds the deadline.
+//! Explains a response time: execution time, interference, and the iteration that exceeds the deadline.
+//!
+//! The facts are computed here, once. `explanation/text.rs` writes them for a terminal, `explanation/table.rs` in Markdown for a
+//! hover.
 
-use std::fmt::Write as _;
+mod table;
+mod text;
+
+use std::collections::HashMap;
 
 use mauve_diagnostics::{cpu_names, times_of, timing_reason};
-use mauve_hir::{ModelDb, config_of};
-use mauve_timing::task_set::TaskSet;
-use mauve_timing::{CpuRule, Method, Status, Time, worst_trace};
+use mauve_hir::item_tree::Name;
+use mauve_hir::{Location, ModelDb, Project, config_of};
+use mauve_timing::task_set::{Other, TaskSet};
+use mauve_timing::{CpuRule, Method, Status, THROTTLING, Time, Window, worst_trace};
 use mauve_wcrt::{
-    ActivityReport, Priority, Psm, Query, Reason, Report, TableSet, Verdict, psm_at, psm_of, worst_path,
+    ActivityReport, Priority, Psm, Query, Reason, Report, Share, TableSet, Verdict, psm_at, psm_of,
+    worst_path,
 };
 use rustc_hash::FxHashSet;
 
+use crate::markdown::Links;
+
 const SHOWN_PERIODS: usize = 12;
-
-const MOST_INTERFERENCE: usize = 100;
-
-const SHOWN_ITERATIONS: usize = 12;
 
 /// Explains the response time of the activity of `report`, the report with these timing tables, with that index; empty without
 /// such an activity.
@@ -26,13 +32,7 @@ pub fn explain_response<'db>(
     activity: usize,
     query: Query,
 ) -> String {
-    let component = report.activities.get(activity).and_then(|activity| activity.component);
-    let psm = component.and_then(|component| psm_of(db, tables, component, query.level).as_ref().ok());
-    let path = |program: usize| {
-        component.map_or_else(Vec::new, |of| worst_path(db, tables, of, query.level, program))
-    };
-    let throttling = config_of(db, tables.project(db).workspace(db)).rt_throttling;
-    explain(db, report, activity, query, &Origin { throttling, psm, worst_path: &path })
+    with_facts(db, tables, report, activity, query, text::write).unwrap_or_default()
 }
 
 /// [`explain_response`] for the report of a task set, which has programs but not the codels that they call.
@@ -47,7 +47,44 @@ pub fn explain_response_of<'db>(
     let psm = machine.zip(set.column(query.level)).and_then(|(machine, column)| psm_at(machine, column));
     let throttling = set.rt_throttling;
     let origin = Origin { throttling, psm: psm.as_ref(), worst_path: &|_| Vec::new() };
-    explain(db, report, activity, query, &origin)
+    let facts = Explanation::new(db, report, activity, query, &origin);
+    facts.as_ref().map(text::write).unwrap_or_default()
+}
+
+/// [`explain_response`] in Markdown; `links` has the addresses of activities.
+pub(crate) fn explain_in_markdown<'db>(
+    db: &'db dyn ModelDb,
+    tables: TableSet<'db>,
+    report: &Report<'db>,
+    activity: usize,
+    query: Query,
+    links: Links<'_>,
+) -> String {
+    let write = |facts: &Explanation<'_, 'db>| table::write(db, facts, links);
+    with_facts(db, tables, report, activity, query, write).unwrap_or_default()
+}
+
+/// Writes the explanation of an activity of a model.
+fn with_facts<'db, R>(
+    db: &'db dyn ModelDb,
+    tables: TableSet<'db>,
+    report: &Report<'db>,
+    activity: usize,
+    query: Query,
+    write: impl FnOnce(&Explanation<'_, 'db>) -> R,
+) -> Option<R> {
+    let component = report.activities.get(activity).and_then(|activity| activity.component);
+    let psm = component.and_then(|component| psm_of(db, tables, component, query.level).as_ref().ok());
+    let path = |program: usize| {
+        component.map_or_else(Vec::new, |of| worst_path(db, tables, of, query.level, program))
+    };
+    let throttling = throttling_of(db, tables.project(db));
+    let origin = Origin { throttling, psm, worst_path: &path };
+    Some(write(&Explanation::new(db, report, activity, query, &origin)?))
+}
+
+fn throttling_of(db: &dyn ModelDb, project: Project<'_>) -> Option<bool> {
+    config_of(db, project.workspace(db)).rt_throttling
 }
 
 struct Origin<'a> {
@@ -58,112 +95,211 @@ struct Origin<'a> {
     worst_path: &'a dyn Fn(usize) -> Vec<(String, Time)>,
 }
 
-fn explain<'db>(
-    db: &'db dyn ModelDb,
-    report: &Report<'db>,
-    index: usize,
+/// The facts of an explanation.
+struct Explanation<'a, 'db> {
+    activity: &'a ActivityReport<'db>,
     query: Query,
-    origin: &Origin<'_>,
-) -> String {
-    let mut out = String::new();
-    let Some(activity) = report.activities.get(index) else { return out };
-    let time = |time: Option<Time>| time.map_or_else(|| "—".to_owned(), |time| time.to_string());
-    let method = activity.method.map_or(query.method, |(method, _)| method);
-    let _ = writeln!(
-        out,
-        "{} ({}) at {}, method {method}{}",
-        activity.instance,
-        activity.component_name,
-        query.level,
-        times_of(report.times.as_deref())
-    );
-    if activity.verdict == Verdict::Background {
-        return out + "  background: not real-time, not analysed\n";
-    }
-    let jitter = match activity.jitter {
-        Time::ZERO => String::new(),
-        jitter => format!(", jitter {jitter}"),
-    };
-    let _ = writeln!(
-        out,
-        "  {}: response time {}, deadline {}, period {}{jitter}",
-        activity.verdict.name(),
-        time(activity.response),
-        time(activity.deadline),
-        time(activity.period)
-    );
-    if activity.method.is_some_and(|(_, is_exhausted)| is_exhausted) {
-        out += "  the budget of a better method is exhausted: the response time may be shorter\n";
-    }
-    if let Some(counted) = counted_cpus(report, activity) {
-        let _ = writeln!(out, "  {counted}");
-    }
-    why_not_analysed(&mut out, db, report, activity);
-    let is_analysed = activity.verdict != Verdict::RealTime(Status::NotAnalysed);
-    if is_analysed && origin.throttling.is_none() {
-        out += "  assumes real-time throttling off\n";
-    }
-    if activity.window.as_ref().is_some_and(|window| window.start.is_some()) {
-        out += "  assumes synchronised clocks\n";
-    }
-    window(&mut out, activity);
-    interference(&mut out, db, report, index);
-    response_in_window(&mut out, activity);
-    crossed_deadline(&mut out, activity);
-    if let Some(psm) = origin.psm {
-        own_time(&mut out, psm, query.method, origin.worst_path);
-    }
-    calls(&mut out, activity);
-    let is_critical =
-        activity.jitter == Time::ZERO && activity.window.as_ref().is_none_or(|window| window.start.is_none());
-    if let Some(first_job) = activity.first_job.filter(|_| is_critical) {
-        let _ = writeln!(out, "\nresponse time at the critical instant: {first_job}");
-        if query.horizon.is_some() {
-            out +=
-                "  (with --horizon, traces end at the horizon: for comparison only, this is not a bound)\n";
-        }
-    }
-    // In the classic method, every job has the greatest execution time.
-    let delays = |other: &ActivityReport<'_>| {
-        let is_not_higher = match (activity.priority, other.priority) {
-            (Priority::RealTime(own), Priority::RealTime(other)) => own >= other,
-            _ => false,
-        };
-        let (own, others) = (activity.cpus.unwrap_or(u64::MAX), other.cpus.unwrap_or(u64::MAX));
-        !std::ptr::eq(other, activity) && is_not_higher && own & others != 0
-    };
-    let psm = origin.psm.filter(|psm| query.method != Method::Classic && psm.states.len() > 1);
-    if let Some(psm) = psm.filter(|_| report.activities.iter().any(delays)) {
-        trace(&mut out, psm);
-    }
-    out
+    /// Words for the timing tables that the figures are from, to be appended.
+    of_which: String,
+    /// Whether the times of the activity or of its interference are partly assumed.
+    is_assumed: bool,
+    /// Why there is no response time.
+    reasons: Vec<Why>,
+    /// The activities that overload its CPU, if these are the reason.
+    overload: Option<Overload<'db>>,
+    /// Which activities are counted, the assumptions about the platform, and the precision: a clause each.
+    notes: Vec<String>,
+    sum: Option<Sum<'a, 'db>>,
+    own: Option<OwnTime>,
+    crossed: Option<Crossed>,
+    /// The response time of the first job at the critical instant, if the first job of the activity may be released there.
+    critical: Option<Time>,
+    trace: Option<Trace>,
 }
 
-fn why_not_analysed<'db>(
-    out: &mut String,
-    db: &'db dyn ModelDb,
-    report: &Report<'db>,
-    activity: &ActivityReport<'db>,
-) {
-    let mut seen = FxHashSet::default();
+/// A reason, and where the reason is another activity, the reason of that.
+struct Why {
+    text: String,
+    behind: Option<(Name, String)>,
+}
+
+/// The utilisation of an overloaded CPU.
+struct Overload<'db> {
+    cpu: u64,
+    priority: u32,
+    utilisation: Share,
+    parts: Vec<Load<'db>>,
+}
+
+/// What one activity contributes to the utilisation of an overloaded CPU.
+struct Load<'db> {
+    of: Interfering<'db>,
+    /// Its greatest execution time and its period.
+    per_period: Option<(Time, Time)>,
+    share: Share,
+}
+
+/// An activity of higher or equal priority, or other work on the platform.
+#[derive(Clone, PartialEq)]
+struct Interfering<'db> {
+    name: Name,
+    /// The location of the activity; none of other work.
+    at: Option<Location<'db>>,
+    priority: Option<u32>,
+    /// The greatest execution time of a job.
+    greatest: Option<Time>,
+    is_assumed: bool,
+}
+
+/// The summands of a response time; without a bound, of the time until the first job ends.
+struct Sum<'a, 'db> {
+    /// The window that determines the response time; none without a bound.
+    window: Option<&'a Window>,
+    /// The execution time of its own jobs. A job without demand counts as 1 ns.
+    own: Time,
+    /// The parts of `own`: a call or an overhead is in each job.
+    overhead: Time,
+    calls: Vec<CallTime>,
+    interference: Vec<(Interfering<'db>, u64, Time)>,
+    /// The distance between the start of the window and the nominal release of the job.
+    release: Release,
+}
+
+/// What calls of an operation contribute to the jobs of a window.
+struct CallTime {
+    operation: Name,
+    client: Name,
+    calls: u64,
+    time: Time,
+}
+
+/// The nominal release of the job whose response time is the greatest, relative to the start of the busy window.
+enum Release {
+    AtStart,
+    /// The response time is less than the window by this.
+    After(Time),
+    /// The response time is greater than the window by this.
+    Before(Time),
+}
+
+/// The greatest execution time of a period by programs and codels, without those that take no time.
+struct OwnTime {
+    /// The time of the greatest period by the programs.
+    of_programs: Time,
+    /// The greater time of the component in the timing table, if that counts.
+    of_component: Option<Time>,
+    /// The states and the transition of the period.
+    period: String,
+    programs: Vec<(String, Time, Vec<CodelTime>)>,
+    overhead: Time,
+}
+
+struct CodelTime {
+    codel: String,
+    time: Time,
+    is_assumed: bool,
+}
+
+/// The first iteration of the busy window that exceeds the deadline.
+struct Crossed {
+    iteration: usize,
+    /// The deadline, counted from the start of the window.
+    deadline: Time,
+    /// The successive values, with `… n more …` in place of many.
+    shown: String,
+}
+
+/// The consecutive periods with the greatest total execution time.
+struct Trace {
+    total: Option<Time>,
+    /// The states, the time, and how often the period repeats; without those that take no time.
+    periods: Vec<(String, Time, usize)>,
+}
+
+impl<'a, 'db> Explanation<'a, 'db> {
+    fn new(
+        db: &'db dyn ModelDb,
+        report: &'a Report<'db>,
+        index: usize,
+        query: Query,
+        origin: &Origin<'_>,
+    ) -> Option<Self> {
+        let activity = report.activities.get(index)?;
+        let is_background = activity.verdict == Verdict::Background;
+        let with_assumptions = report.with_assumptions();
+        let own = origin.psm.and_then(|psm| OwnTime::new(psm, query.method, origin.worst_path));
+        let sum = if is_background { None } else { Sum::new(db, report, index, own.as_ref()) };
+        let has_start = activity.window.as_ref().is_some_and(|window| window.start.is_some());
+        let mut notes = Vec::new();
+        if activity.method.is_some_and(|(_, is_exhausted)| is_exhausted) {
+            notes.push(
+                "the budget of a better method is exhausted: the response time may be shorter".to_owned(),
+            );
+        }
+        notes.extend(counted_cpus(report, activity));
+        let is_analysed = activity.verdict != Verdict::RealTime(Status::NotAnalysed);
+        if is_analysed && origin.throttling.is_none() {
+            notes.push("assumes real-time throttling off".to_owned());
+        }
+        if has_start {
+            notes.push("assumes synchronised clocks".to_owned());
+        }
+        // In the classic method, every job has the greatest execution time.
+        let machine = origin.psm.filter(|psm| query.method != Method::Classic && psm.states.len() > 1);
+        let machine = machine.filter(|_| report.activities.iter().any(|it| delays(activity, it)));
+        let is_critical = activity.jitter == Time::ZERO && !has_start;
+        Some(Explanation {
+            activity,
+            query,
+            of_which: times_of(report.times.as_deref()),
+            is_assumed: with_assumptions.get(index).copied().unwrap_or_default(),
+            reasons: reasons(db, report, activity),
+            overload: Overload::new(report, activity, origin.throttling == Some(true)),
+            notes,
+            sum,
+            own,
+            crossed: Crossed::new(activity),
+            critical: activity.first_job.filter(|_| is_critical),
+            trace: machine.and_then(Trace::new),
+        })
+    }
+
+    /// Returns the method that gives the response time, otherwise the requested one.
+    fn method(&self) -> Method {
+        self.activity.method.map_or(self.query.method, |(method, _)| method)
+    }
+}
+
+/// Returns whether `activity` may delay `other`.
+fn delays(activity: &ActivityReport<'_>, other: &ActivityReport<'_>) -> bool {
+    let is_not_higher = match (activity.priority, other.priority) {
+        (Priority::RealTime(own), Priority::RealTime(other)) => own >= other,
+        _ => false,
+    };
+    let (own, others) = (activity.cpus.unwrap_or(u64::MAX), other.cpus.unwrap_or(u64::MAX));
+    !std::ptr::eq(other, activity) && is_not_higher && own & others != 0
+}
+
+fn reasons<'db>(db: &'db dyn ModelDb, report: &Report<'db>, activity: &ActivityReport<'db>) -> Vec<Why> {
+    let mut found: Vec<Why> = Vec::new();
     for reason in &activity.reasons {
-        let why = timing_reason(db, &reason.reason);
-        if !seen.insert(why.clone()) {
+        let text = timing_reason(db, &reason.reason);
+        if found.iter().any(|known| known.text == text) {
             continue;
         }
-        let _ = writeln!(out, "  reason: {why}");
         // The first activity that may delay it and is not analysed itself.
         let mut others = report.activities.iter().filter(|other| other.instance != activity.instance);
         let other = match reason.reason {
             Reason::DelayedBy { first, .. } => report.activities.get(first),
             _ => others.find(|other| other.at.is_some() && other.at == reason.at),
         };
-        if let Some(other) = other
-            && let Some(why) = other.reasons.first()
-        {
-            let _ = writeln!(out, "    {}: {}", other.instance, timing_reason(db, &why.reason));
-        }
+        let behind = other.and_then(|other| {
+            let why = other.reasons.first()?;
+            Some((other.instance.clone(), timing_reason(db, &why.reason)))
+        });
+        found.push(Why { text, behind });
     }
+    found
 }
 
 /// Returns which activities are counted in the response time of one, unless these are just those of its only CPU.
@@ -191,181 +327,201 @@ pub fn counted_cpus(report: &Report<'_>, activity: &ActivityReport<'_>) -> Optio
     }
 }
 
-/// Writes the calls that each job executes for other activities.
-fn calls(out: &mut String, activity: &ActivityReport<'_>) {
-    let total = activity.calls.iter().try_fold(Time::ZERO, |sum, it| sum.checked_add(it.time));
-    if let Some(total) = total.filter(|total| *total > Time::ZERO) {
-        let _ = writeln!(out, "\nexecution time of calls in each period: {total}");
-    }
-    for it in &activity.calls {
-        let calls = if it.calls == 1 { "call" } else { "calls" };
-        let _ = writeln!(
-            out,
-            "  {:>12}  {:>4} {calls:<5}  {} for {}",
-            it.time.to_string(),
-            it.calls,
-            it.operation,
-            it.client
-        );
-    }
-}
-
-fn window(out: &mut String, activity: &ActivityReport<'_>) {
-    if let Some(window) = &activity.window
-        && let Some(start) = window.start
-    {
-        let _ = writeln!(
-            out,
-            "\nthe busy window begins {start} after the instant that the synchronised clocks share"
-        );
-    }
-    match &activity.window {
-        Some(window) if window.job > 1 => {
-            let _ = writeln!(
-                out,
-                "\njob {job} of the busy window has the largest response time: it ends {} after the start of the window\n\
-                 execution time of its own {job} jobs: {}",
-                window.length,
-                window.own,
-                job = window.job
-            );
+impl<'db> Overload<'db> {
+    fn new(report: &Report<'db>, activity: &ActivityReport<'db>, is_throttled: bool) -> Option<Self> {
+        let (cpu, priority, utilisation) = activity.reasons.iter().find_map(|it| match it.reason {
+            Reason::Overloaded { cpu, priority, utilisation } => Some((cpu, priority, utilisation)),
+            _ => None,
+        })?;
+        let is_counted = |it: &&ActivityReport<'db>| {
+            matches!(it.priority, Priority::RealTime(own) if own >= priority)
+                && it.cpus.is_some_and(|cpus| cpus & cpu != 0)
+        };
+        let of_activity = |it: &ActivityReport<'db>| {
+            let per_period = it.own.zip(it.period);
+            Some(Load { of: Interfering::activity(it), per_period, share: it.share? })
+        };
+        let of_other = |it: &Other| Load {
+            of: Interfering::other(it),
+            per_period: Some((it.time, it.period)),
+            share: Share(it.time.as_nanos() as f64 / it.period.as_nanos() as f64),
+        };
+        let others = report.others.iter().filter(|it| it.priority >= priority && it.cpus & cpu != 0);
+        let activities = report.activities.iter().filter(is_counted).filter_map(of_activity);
+        let mut parts: Vec<Load<'db>> = activities.chain(others.map(of_other)).collect();
+        if is_throttled {
+            let of = Interfering::throttling();
+            parts.push(Load { of, per_period: None, share: Share(0.05) });
         }
-        Some(window) => {
-            let _ = writeln!(out, "\nexecution time of its own job: {}", window.own);
+        Some(Overload { cpu, priority, utilisation, parts })
+    }
+}
+
+impl<'db> Interfering<'db> {
+    fn activity(it: &ActivityReport<'db>) -> Self {
+        let priority = if let Priority::RealTime(priority) = it.priority { Some(priority) } else { None };
+        Interfering {
+            name: it.instance.clone(),
+            at: it.at.clone(),
+            priority,
+            greatest: it.own,
+            is_assumed: !it.assumed.is_empty(),
         }
-        None => {}
+    }
+
+    fn other(it: &Other) -> Self {
+        let (name, priority) = (it.shown().as_str().into(), Some(it.priority));
+        Interfering { name, at: None, priority, greatest: Some(it.time), is_assumed: false }
+    }
+
+    fn throttling() -> Self {
+        Interfering { name: THROTTLING.into(), at: None, priority: None, greatest: None, is_assumed: false }
     }
 }
 
-fn interference(out: &mut String, db: &dyn ModelDb, report: &Report<'_>, index: usize) {
-    let Some(activity) = report.activities.get(index) else { return };
-    let interrupt = || db.unwind_if_revision_cancelled();
-    let (shown, left) = report.breakdown(&interrupt).greatest_of(index, MOST_INTERFERENCE);
-    if shown.is_empty() {
-        return;
+impl<'a, 'db> Sum<'a, 'db> {
+    fn new(
+        db: &'db dyn ModelDb,
+        report: &'a Report<'db>,
+        index: usize,
+        own_time: Option<&OwnTime>,
+    ) -> Option<Self> {
+        let activity = report.activities.get(index)?;
+        let window = activity.window.as_ref();
+        if window.is_none() && activity.first_job.is_none() {
+            return None;
+        }
+        let interrupt = || db.unwind_if_revision_cancelled();
+        let mut by_name: HashMap<Name, Interfering<'db>> = HashMap::default();
+        by_name.extend(report.others.iter().map(Interfering::other).map(|it| (it.name.clone(), it)));
+        let activities = report.activities.iter().map(Interfering::activity);
+        by_name.extend(activities.map(|it| (it.name.clone(), it)));
+        let interference = report.breakdown(&interrupt).of(index).into_iter().map(|it| {
+            let of = by_name.get(&it.instance).cloned();
+            let of = of.unwrap_or_else(|| Interfering { name: it.instance, ..Interfering::throttling() });
+            (of, it.jobs, it.time)
+        });
+        let jobs = window.map_or(1, |window| window.job);
+        let own = window.map(|window| window.own).or(activity.own).unwrap_or_default();
+        let own = own.max(Time::from_nanos(1));
+        let calls = activity.calls.iter().map(|it| {
+            let (calls, time) = (it.calls.checked_mul(jobs)?, it.time.checked_mul(jobs)?);
+            Some(CallTime { operation: it.operation.clone(), client: it.client.clone(), calls, time })
+        });
+        Some(Sum {
+            window,
+            own,
+            // A declared time of the component has it.
+            overhead: own_time
+                .filter(|it| it.of_component.is_none())
+                .and_then(|it| it.overhead.checked_mul(jobs))
+                .unwrap_or_default(),
+            calls: calls.collect::<Option<Vec<CallTime>>>().unwrap_or_default(),
+            interference: interference.collect(),
+            release: Release::new(activity),
+        })
     }
-    *out += match activity.window {
-        Some(_) => "interference:\n",
-        None => "\ninterference until its first job ends:\n",
-    };
-    for it in shown {
-        let jobs = if it.jobs == 1 { "job" } else { "jobs" };
-        let mut others = report.activities.iter().filter(|other| other.instance == it.instance);
-        let is_assumed = others.any(|other| !other.assumed.is_empty());
-        let assumed = if is_assumed { "  (with assumed times)" } else { "" };
-        let time = it.time.to_string();
-        let _ = writeln!(out, "  {time:>12}  {:>4} {jobs:<4}  {}{assumed}", it.jobs, it.instance);
+
+    /// Returns the execution time of its own programs; none where a declared time of the component includes the other parts.
+    fn programs(&self) -> Option<Time> {
+        let calls = self.calls.iter().try_fold(self.overhead, |sum, it| sum.checked_add(it.time))?;
+        self.own.checked_sub(calls)
     }
-    if left > 0 {
-        let _ = writeln!(out, "  and {left} more activities, none with more interference");
+
+    /// Returns the greatest interferences, in the order of the deployment, and the number and the sum of the others.
+    fn greatest(&self, most: usize) -> (Vec<&(Interfering<'db>, u64, Time)>, usize, Time) {
+        let mut by_time: Vec<usize> = (0..self.interference.len()).collect();
+        by_time.sort_by_key(|&place| std::cmp::Reverse(self.interference.get(place).map(|it| it.2)));
+        let shown: FxHashSet<usize> = by_time.into_iter().take(most).collect();
+        let is_shown = |(place, _): &(usize, _)| shown.contains(place);
+        let (shown, others): (Vec<_>, Vec<_>) = self.interference.iter().enumerate().partition(is_shown);
+        let sum = others.iter().try_fold(Time::ZERO, |sum, (_, it)| sum.checked_add(it.2));
+        (shown.into_iter().map(|(_, it)| it).collect(), others.len(), sum.unwrap_or_default())
     }
 }
 
-/// Writes how the response time follows from the length of the window, where it is not that length.
-fn response_in_window(out: &mut String, activity: &ActivityReport<'_>) {
-    let (Some(window), Some(period), Some(response)) = (&activity.window, activity.period, activity.response)
-    else {
-        return;
-    };
-    let job = match window.job {
-        1 => "its job".to_owned(),
-        job => format!("job {job}"),
-    };
-    // The nominal release is at delay − J + (q − 1)·T.
-    let released = period.checked_mul(window.job - 1).and_then(|at| at.checked_add(window.delay));
-    let (sign, between, when) = match released.and_then(|it| it.checked_sub(activity.jitter)) {
-        Some(Time::ZERO) => return,
-        Some(after) => ('−', Some(after), "after"),
-        None => ('+', released.and_then(|it| activity.jitter.checked_sub(it)), "before"),
-    };
-    if let Some(between) = between {
-        let length = window.length;
-        let _ = writeln!(
-            out,
-            "\nresponse time {response} = {length} {sign} {between}: {job} is nominally released {between} {when} the start of the window"
-        );
+impl Release {
+    fn new(activity: &ActivityReport<'_>) -> Release {
+        let released = activity.window.as_ref().zip(activity.period).and_then(|(window, period)| {
+            // The nominal release is at delay − J + (q − 1)·T.
+            period.checked_mul(window.job - 1)?.checked_add(window.delay)
+        });
+        let Some(released) = released else { return Release::AtStart };
+        match (released.checked_sub(activity.jitter), activity.jitter.checked_sub(released)) {
+            (Some(Time::ZERO), _) | (None, None) => Release::AtStart,
+            (Some(after), _) => Release::After(after),
+            (None, Some(before)) => Release::Before(before),
+        }
     }
 }
 
-/// Writes the first iteration of the busy window that exceeds the deadline.
-fn crossed_deadline(out: &mut String, activity: &ActivityReport<'_>) {
-    if let (Some(window), Some(period), Some(deadline)) = (&activity.window, activity.period, activity.deadline)
+impl Crossed {
+    const SHOWN_ITERATIONS: usize = 12;
+
+    fn new(activity: &ActivityReport<'_>) -> Option<Crossed> {
+        let (window, period) = (activity.window.as_ref()?, activity.period?);
         // The deadline of job q is delay − J + (q − 1)·T + D after the start of the window.
-        && let Some(deadline) = period.checked_mul(window.job - 1).and_then(|at| at.checked_add(deadline))
-        && let Some(deadline) = deadline.checked_add(window.delay).and_then(|at| at.checked_sub(activity.jitter))
-        && let Some(crossed) = window.iterations.iter().position(|&length| length > deadline)
-    {
-        let _ = writeln!(
-            out,
-            "\nfixed-point iterations: iteration {} exceeds the deadline ({deadline} after the start of the busy window)",
-            crossed + 1
-        );
+        let deadline = period.checked_mul(window.job - 1)?.checked_add(activity.deadline?)?;
+        let deadline = deadline.checked_add(window.delay)?.checked_sub(activity.jitter)?;
+        let iteration = window.iterations.iter().position(|&length| length > deadline)? + 1;
         let mut shown: Vec<String> = window.iterations.iter().map(Time::to_string).collect();
-        if let Some(more) = shown.len().checked_sub(SHOWN_ITERATIONS + 1).filter(|more| *more > 0) {
+        if let Some(more) = shown.len().checked_sub(Self::SHOWN_ITERATIONS + 1).filter(|more| *more > 0) {
             shown.splice(1..=more, [format!("… {more} more …")]);
         }
-        let _ = writeln!(out, "  {}", shown.join(" → "));
+        Some(Crossed { iteration, deadline, shown: shown.join(" → ") })
     }
 }
 
-/// Writes the greatest execution time of a period by programs and codels, or the timing table's time for the component.
-fn own_time(
-    out: &mut String,
-    psm: &Psm<'_>,
-    method: Method,
-    worst_path: &dyn Fn(usize) -> Vec<(String, Time)>,
-) {
-    let greatest = psm.machine.greatest_edge();
-    let (Some(edge), Some(described)) = (psm.machine.edges().get(greatest), psm.edges.all.get(greatest))
-    else {
-        return;
-    };
-    let state = |number: u32| psm.states.get(number as usize).map_or("", |name| name.as_str());
-    let (source, target) = (state(edge.source), state(edge.target));
-    let what = match &described.transition {
-        Some(name) => format!("{source} —{name}→ {target}"),
-        None if psm.states.len() == 1 => source.to_owned(),
-        None => format!("staying in {source}"),
-    };
-    let of_component = psm.component_time.filter(|_| method == Method::Classic);
-    let _ = match of_component.filter(|time| *time > edge.cost) {
-        Some(time) => writeln!(
-            out,
-            "\nexecution time {time}, from the timing table's entry for the component; sum of its codels {}: {what}",
-            edge.cost
-        ),
-        None => writeln!(out, "\nexecution time {}: {what}", edge.cost),
-    };
-    let assumed: FxHashSet<&str> = psm.assumed.iter().map(|(codel, _)| codel.as_str()).collect();
-    for index in psm.edges.programs(described) {
-        let Some((program, time)) = psm.programs.get(index) else { continue };
-        let _ = writeln!(out, "  {:>12}  {program}", time.to_string());
-        for (codel, time) in worst_path(index) {
-            let assumed =
-                if assumed.contains(codel.as_str()) { "  (assumed: in no timing table)" } else { "" };
-            let _ = writeln!(out, "  {:>12}    {:>10}  {codel}{assumed}", "", time.to_string());
-        }
-    }
-    if psm.overhead > Time::ZERO {
-        let _ = writeln!(out, "  {:>12}  dispatch and context switches", psm.overhead.to_string());
+impl OwnTime {
+    fn new(
+        psm: &Psm<'_>,
+        method: Method,
+        worst_path: &dyn Fn(usize) -> Vec<(String, Time)>,
+    ) -> Option<OwnTime> {
+        let greatest = psm.machine.greatest_edge();
+        let (edge, described) = (psm.machine.edges().get(greatest)?, psm.edges.all.get(greatest)?);
+        let (source, target) = (state_of(psm, edge.source), state_of(psm, edge.target));
+        let period = match &described.transition {
+            Some(name) => format!("{source} —{name}→ {target}"),
+            None if psm.states.len() == 1 => source.to_owned(),
+            None => format!("staying in {source}"),
+        };
+        let assumed: FxHashSet<&str> = psm.assumed.iter().map(|(codel, _)| codel.as_str()).collect();
+        let codel_time = |(codel, time): (String, Time)| {
+            let is_assumed = assumed.contains(codel.as_str());
+            (time > Time::ZERO).then_some(CodelTime { codel, time, is_assumed })
+        };
+        let programs = psm.edges.programs(described).filter_map(|index| {
+            let (program, time) = psm.programs.get(index).filter(|(_, time)| *time > Time::ZERO)?;
+            let codels = worst_path(index).into_iter().filter_map(codel_time).collect();
+            Some((program.to_string(), *time, codels))
+        });
+        let of_component = psm.component_time.filter(|_| method == Method::Classic);
+        Some(OwnTime {
+            of_programs: edge.cost,
+            of_component: of_component.filter(|time| *time > edge.cost),
+            period,
+            programs: programs.collect(),
+            overhead: psm.overhead,
+        })
     }
 }
 
-/// Writes the consecutive periods with the greatest total execution time.
-fn trace(out: &mut String, psm: &Psm<'_>) {
-    let Some(edges) = worst_trace(&psm.machine, SHOWN_PERIODS) else { return };
-    let edges: Vec<_> = edges.iter().filter_map(|&edge| psm.machine.edges().get(edge)).collect();
-    let total = edges.iter().try_fold(Time::ZERO, |sum, edge| sum.checked_add(edge.cost));
-    let total = total.map_or_else(String::new, |sum| format!(", {sum} in total"));
-    let _ = writeln!(
-        out,
-        "\nits {SHOWN_PERIODS} consecutive periods with the most interference for other activities{total}:"
-    );
-    let state = |number: u32| psm.states.get(number as usize).map_or("", |name| name.as_str());
-    for same in edges.chunk_by(|a, b| (a.source, a.target, a.cost) == (b.source, b.target, b.cost)) {
-        let Some(edge) = same.first() else { continue };
-        let times = if same.len() == 1 { String::new() } else { format!("  {} times", same.len()) };
-        let (source, target) = (state(edge.source), state(edge.target));
-        let _ = writeln!(out, "  {:>12}  {source} → {target}{times}", edge.cost.to_string());
+impl Trace {
+    fn new(psm: &Psm<'_>) -> Option<Trace> {
+        let edges = worst_trace(&psm.machine, SHOWN_PERIODS)?;
+        let edges: Vec<_> = edges.iter().filter_map(|&edge| psm.machine.edges().get(edge)).collect();
+        let total = edges.iter().try_fold(Time::ZERO, |sum, edge| sum.checked_add(edge.cost));
+        let same = edges.chunk_by(|a, b| (a.source, a.target, a.cost) == (b.source, b.target, b.cost));
+        let periods = same.filter_map(|same| {
+            let edge = same.first().filter(|edge| edge.cost > Time::ZERO)?;
+            let states = format!("{} → {}", state_of(psm, edge.source), state_of(psm, edge.target));
+            Some((states, edge.cost, same.len()))
+        });
+        Some(Trace { total, periods: periods.collect() })
     }
+}
+
+fn state_of<'a>(psm: &'a Psm<'_>, number: u32) -> &'a str {
+    psm.states.get(number as usize).map_or("", |name| name.as_str())
 }

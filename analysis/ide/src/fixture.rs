@@ -2,8 +2,10 @@
 
 use std::path::PathBuf;
 
-use mauve_hir::{Database, File, Workspace};
+use mauve_hir::{Database, File, Location, ModelDb, Workspace, line_of};
 use mauve_syntax::TextSize;
+
+use crate::hover::{Hover, HoverFormat, hover};
 
 /// The workspace of a fixture (see [`mauve_tests::fixture`]).
 pub(crate) struct Fixture {
@@ -30,6 +32,16 @@ impl Fixture {
         let workspace = Workspace::of_texts(&db, "/".into(), texts);
         let file = workspace.file(&db, &path).unwrap();
         Fixture { db, workspace, file, offset }
+    }
+
+    /// Returns the hover at the cursor, as Markdown with the line of each link.
+    pub(crate) fn hover(&self) -> Option<Hover> {
+        let address = |db: &dyn ModelDb, at: &Location<'_>| {
+            let (file, start) = (at.file(db), at.range(db).start());
+            Some(format!("file://{}#L{}", file.path(db).display(), line_of(db, file, start)))
+        };
+        let format = HoverFormat::Markdown(&address);
+        hover(&self.db, &[self.workspace], self.file, self.offset, format)
     }
 
     /// Returns a workspace with this text only.

@@ -20,8 +20,8 @@ use mauve_wcrt::{
 };
 
 use crate::definition::{definition_of, names};
-use crate::explanation::explain_response;
-use crate::markdown;
+use crate::explanation::{explain_in_markdown, explain_response};
+use crate::markdown::{self, Links};
 use crate::occurrences::{Definition, is_of_value};
 use crate::project::{each_once, in_projects, projects_with};
 
@@ -36,17 +36,30 @@ pub struct Hover {
     pub markdown: String,
 }
 
+/// How a client shows a hover.
+#[derive(Clone, Copy)]
+pub enum HoverFormat<'a> {
+    /// Rendered Markdown, in which names may be links.
+    Markdown(Links<'a>),
+    /// The text as it is: no tables, no links.
+    Text,
+}
+
 /// Returns the hover at `offset`.
-pub fn hover(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextSize) -> Option<Hover> {
+pub fn hover(
+    db: &dyn ModelDb,
+    workspaces: &[Workspace],
+    file: File,
+    offset: TextSize,
+    format: HoverFormat<'_>,
+) -> Option<Hover> {
     let projects = projects_with(db, workspaces, file);
     let of_name = of_name(db, workspaces, file, offset)
         .or_else(|| of_message(db, &projects, file, offset))
         .or_else(|| of_word(db, &projects, file, offset));
-    let Some((range, explanations)) = of_activity(db, &projects, file, offset) else { return of_name };
-    let mut markdown = String::new();
-    for explanation in explanations {
-        let _ = writeln!(markdown, "{}", markdown::block("text", explanation.trim_end()));
-    }
+    let explained = of_activity(db, &projects, file, offset, format);
+    let Some((range, explanations)) = explained else { return of_name };
+    let markdown: String = explanations.iter().map(|it| format!("{it}\n")).collect();
     match of_name {
         Some(name) => Some(Hover { range: name.range, markdown: markdown + &name.markdown }),
         None => Some(Hover { range, markdown }),
@@ -76,6 +89,7 @@ fn of_activity(
     projects: &[Project<'_>],
     file: File,
     offset: TextSize,
+    format: HoverFormat<'_>,
 ) -> Option<(TextRange, Vec<String>)> {
     let token = word_at(db, file, offset)?;
     let activity = token.parent_ancestors().find_map(ast::Activity::cast)?;
@@ -94,13 +108,21 @@ fn of_activity(
         let is_here = |it: &ActivityReport<'_>| it.at.as_ref().is_some_and(|at| at.range(db) == name);
         for (activity, _) in report.activities.iter().enumerate().filter(|(_, it)| is_here(it)) {
             let tables = tables_of(db, project, deployment);
-            let explanation = explain_response(db, tables, report, activity, query);
+            let explanation = match format {
+                HoverFormat::Markdown(links) => {
+                    explain_in_markdown(db, tables, report, activity, query, links)
+                }
+                HoverFormat::Text => {
+                    let text = explain_response(db, tables, report, activity, query);
+                    markdown::block("text", text.trim_end())
+                }
+            };
             explanations.entry(explanation).or_default().push(project);
         }
     }
     let differ = explanations.len() > 1;
     let explanations = explanations.into_iter().map(|(explanation, having)| match differ {
-        true => format!("{}:\n{explanation}", in_projects(db, &having)),
+        true => format!("{}:\n\n{explanation}", in_projects(db, &having)),
         false => explanation,
     });
     let explanations: Vec<String> = explanations.collect();
@@ -256,9 +278,11 @@ mod tests {
     use expect_test::{Expect, expect};
 
     fn check(fixture: &str, expected: Expect) {
-        let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
-        let shown = match hover(&db, &[workspace], file, offset) {
-            Some(hover) => format!("{}\n---\n{}", &file.text(&db)[hover.range], hover.markdown),
+        let fixture = Fixture::new(fixture);
+        let shown = match fixture.hover() {
+            Some(hover) => {
+                format!("{}\n---\n{}", &fixture.file.text(&fixture.db)[hover.range], hover.markdown)
+            }
             None => String::new(),
         };
         expected.assert_eq(&shown);
@@ -308,20 +332,22 @@ deployment D {
             expect![[r#"
                 planner
                 ---
-                ```text
-                planner (Planner) at 1e-4, method best
-                  unbounded: response time —, deadline 100 ms, period 100 ms
-                  reason: CPU 1 overloaded (104.0 % at priority ≥ 1)
+                **CPU 1 overloaded (104.0 % at priority ≥ 1)**: no bounded response time at 1e-4
 
-                interference until its first job ends:
-                         51 ms     3 jobs  driver
+                |  | priority | execution time | utilisation |  |
+                | :-- | --: | --: | --: | :-- |
+                | [`planner`](file:///model.mal#L15) | 1 | 70 ms per 100 ms | 70.0 % | █████████████▌ |
+                | [`driver`](file:///model.mal#L14) | 2 | 17 ms per 50 ms | 34.0 % | ██████▌ |
+                | **CPU 1, priority ≥ 1** |  |  | **104.0 %** |  |
 
-                execution time 70 ms: update
-                         70 ms  update
-                                       70 ms  plan
+                costliest period: 70 ms, `update`
 
-                response time at the critical instant: 121 ms
-                ```
+                - `update` 70 ms: `plan` 70 ms
+
+                ---
+
+                - component `Planner`, period 100 ms, deadline 100 ms, method best
+                - response time at the critical instant: 121 ms
 
                 ```mauve
                 instance planner: Planner
@@ -335,10 +361,7 @@ deployment D {
     fn what_is_assumed_of_the_platform_is_said_where_it_counts() {
         let assumed = "assumes real-time throttling off";
         let fixture = robot("$2");
-        let text = |fixture: &str| {
-            let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
-            hover(&db, &[workspace], file, offset).unwrap().markdown
-        };
+        let text = |fixture: &str| Fixture::new(fixture).hover().unwrap().markdown;
         assert!(!text(&fixture).contains(assumed));
         let unset = fixture.replace("rt_throttling = false", "");
         assert_eq!(text(&unset).matches(assumed).count(), 1);
@@ -597,8 +620,8 @@ shoot = [1, 2]
             ```
         "#]],
         );
-        let Fixture { db, workspace, file, offset } = Fixture::new(&details("$4"));
-        assert!(hover(&db, &[workspace], file, offset).unwrap().markdown.contains("right.rate = 7 in D"));
+        let shown = Fixture::new(&details("$4")).hover().unwrap().markdown;
+        assert!(shown.contains("right.rate = 7 in D"));
     }
 
     #[test]
@@ -765,27 +788,28 @@ codel.drive = 4
         check(
             &at("$4"),
             expect![[r#"
-            pilot
-            ---
-            ```text
-            pilot (C) at 1e-4, method exact, times of Sea
-              met: response time 12 ms, deadline 100 ms, period 100 ms
+                pilot
+                ---
+                **Deadline met: 12 ms ≤ 100 ms, 88 ms slack** at 1e-4, times of Sea
 
-            execution time of its own job: 12 ms
+                |  | priority | jobs | time |  |
+                | :-- | --: | --: | --: | :-- |
+                | own time | 1 | 1 × 12 ms | 12 ms | ████████████████████ |
+                | **response time** |  |  | **12 ms** |  |
 
-            execution time 12 ms: Idle —t→ Idle
-                     12 ms  Idle.run
-                                    8 ms  plan
-                                    4 ms  drive
+                costliest period: 12 ms, `Idle —t→ Idle`
 
-            response time at the critical instant: 12 ms
-            ```
+                - `Idle.run` 12 ms: `plan` 8 ms, `drive` 4 ms
 
-            ```mauve
-            instance pilot: C
-            ```
+                ---
 
-        "#]],
+                - component `C`, period 100 ms, deadline 100 ms, method exact
+
+                ```mauve
+                instance pilot: C
+                ```
+
+            "#]],
         );
     }
 

@@ -24,7 +24,7 @@
 //! | `signature_help.rs` | signatures while arguments are typed |
 //! | `program.rs` | signatures of callables, and the expected type at a half-typed token |
 //! | `change.rs` | changes of files |
-//! | `explanation.rs` | explanations of response times as text |
+//! | `explanation.rs`, `explanation/` | explanations of response times, as text and in Markdown |
 //! | `sensitivity.rs` | how far the time of a codel may grow, as text |
 //! | `levels.rs` | the significance levels of the timing tables |
 //! | `project.rs` | the projects of a file, and their names |
@@ -95,11 +95,12 @@ pub use formatting::{formatting, formatting_on_type};
 pub use gantt::draw_schedule;
 pub use graph::{Graph, GraphEdge, GraphNode, GraphsOf, draw_graph, graph, selected_graphs};
 pub use hierarchy::HierarchyItem;
-pub use hover::{Hover, hover};
+pub use hover::{Hover, HoverFormat, hover};
 pub use implementation::{codel_file, implementation};
 pub use inlay_hints::{EarlierFigures, HintOptions, HintStatus, InlayHint, hash_of_hints, inlay_hints};
 pub use levels::known_levels;
 pub use machine_view::{MachineEdge, MachineState, MachineView, component_at, state_machine};
+pub use markdown::Links;
 pub use project::projects_with;
 pub use references::{Access, Reference, highlights, references};
 pub use rename::{Renameable, prepare_rename, rename};

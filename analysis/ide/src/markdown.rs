@@ -1,7 +1,43 @@
 //! Markdown of untrusted texts: comments of models, names of files, texts of tables.
 //!
-//! Editors render hovers unasked, so the result loads no picture, has no link except visible addresses, no HTML, and no code that
-//! extends beyond its own text.
+//! Editors render hovers unasked, so the result loads no picture, has no link except visible addresses and those of [`Links`], no
+//! HTML, and no code that extends beyond its own text.
+
+use mauve_hir::{Location, ModelDb};
+
+/// Returns the address of a location for a link, such as `file:///robot.mal#L12,5`; `None` where the client has none.
+pub type Links<'a> = &'a dyn Fn(&dyn ModelDb, &Location<'_>) -> Option<String>;
+
+/// Returns a name as code, with a link to its location if that has an address.
+pub(crate) fn link(db: &dyn ModelDb, links: Links<'_>, name: &str, at: Option<&Location<'_>>) -> String {
+    let Some(address) = at.and_then(|at| links(db, at)) else { return code(name) };
+    // Parentheses end the address, and a bar ends the cell of a table.
+    let escaped = |sign: char| match sign {
+        '(' | ')' | '|' | '<' | '>' | '\\' => format!("%{:02X}", u32::from(sign)),
+        sign if sign.is_whitespace() || sign.is_control() => "%20".to_owned(),
+        sign => sign.to_string(),
+    };
+    format!("[{}]({})", code(name), address.chars().map(escaped).collect::<String>())
+}
+
+/// Returns a row of a table. A bar in a cell does not end it.
+pub(crate) fn row<S: AsRef<str>>(cells: &[S]) -> String {
+    let cells: Vec<String> = cells.iter().map(|cell| cell.as_ref().replace('|', "\\|")).collect();
+    format!("| {} |\n", cells.join(" | "))
+}
+
+/// Returns a bar of block characters for a share of the whole, in eighths of a character; at least one eighth unless it is 0.
+///
+/// A bar of 20 characters is the whole.
+pub(crate) fn bar(share: f64) -> String {
+    const WIDTH: f64 = 20.0;
+    const EIGHTHS: [&str; 8] = ["", "▏", "▎", "▍", "▌", "▋", "▊", "▉"];
+    if share.is_nan() || share <= 0.0 {
+        return String::new();
+    }
+    let eighths = ((share.min(1.0) * WIDTH * 8.0).round() as usize).max(1);
+    "█".repeat(eighths / 8) + EIGHTHS.get(eighths % 8).copied().unwrap_or_default()
+}
 
 pub(crate) fn code(text: &str) -> String {
     let text = text.replace(char::is_control, "\u{fffd}");
@@ -140,6 +176,7 @@ fn longest_run(text: &str) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fixture::Fixture;
     use mauve_tests::Random;
 
     #[test]
@@ -150,6 +187,26 @@ mod tests {
         assert_eq!(code("a\n![x](y)"), "`a\u{fffd}![x](y)`");
         assert_eq!(block("text", "a\nb\n"), "```text\na\nb\n```\n");
         assert_eq!(block("text", "a\n```\n![x](y)"), "````text\na\n```\n![x](y)\n````\n");
+    }
+
+    #[test]
+    fn a_bar_is_as_long_as_the_share() {
+        assert_eq!(bar(0.0), "");
+        assert_eq!(bar(0.000_1), "▏");
+        assert_eq!(bar(0.225), "████▌");
+        assert_eq!(bar(1.0), "█".repeat(20));
+        assert_eq!(bar(1.5), "█".repeat(20));
+        assert_eq!(bar(f64::NAN), "");
+    }
+
+    #[test]
+    fn an_address_ends_neither_its_link_nor_its_cell() {
+        let Fixture { db, file, .. } = Fixture::of_text("codel f(): int");
+        let at = Location::Range(file, 6, 7);
+        let address = |_: &dyn ModelDb, _: &Location<'_>| Some("file:///a (b)|c.mal#L1,7".to_owned());
+        assert_eq!(link(&db, &address, "f", Some(&at)), "[`f`](file:///a%20%28b%29%7Cc.mal#L1,7)");
+        assert_eq!(link(&db, &address, "f", None), "`f`");
+        assert_eq!(row(&["a|b", "c"]), "| a\\|b | c |\n");
     }
 
     #[test]

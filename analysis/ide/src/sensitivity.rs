@@ -81,7 +81,6 @@ pub fn percentage(now: Time, then: Time) -> Option<String> {
 mod tests {
     use super::*;
     use crate::fixture::Fixture;
-    use crate::hover;
 
     const MODEL: &str = "
 codel plan(): int
@@ -110,8 +109,7 @@ drive = 20
     fn lines(planner: &str, time: &str, at: &str) -> Vec<String> {
         let text = MODEL.replace("PLANNER", planner).replace("TIME", time);
         let text = text.replacen(at, &format!("$0{at}"), 1);
-        let Fixture { db, workspace, file, offset } = Fixture::new(&text);
-        let shown = hover(&db, &[workspace], file, offset).unwrap().markdown;
+        let shown = Fixture::new(&text).hover().unwrap().markdown;
         let is_limit = |line: &&str| line.contains("`Robot`") || line.contains("`Other`");
         shown.lines().filter(is_limit).map(str::to_owned).collect()
     }

@@ -1,5 +1,5 @@
-//! Every figure of an explanation adds up: the texts of random deployments, which people see in hovers and with `--explain`, are
-//! read again, and their sums are computed.
+//! Every figure of an explanation adds up: the texts of random deployments, which people see with `--explain`, and the tables of
+//! hovers, also those of the sample models, are read again, and their sums are computed.
 //!
 //! `MAUVE_EXPLANATIONS=10000 cargo test --release -p mauve-ide --test explanations` tries more deployments.
 
@@ -9,11 +9,11 @@ use std::fmt::Write as _;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use mauve_hir::item_tree::Kind;
-use mauve_hir::{Database, Workspace, names_of, projects};
-use mauve_ide::explain_response;
-use mauve_tests::{Random, fixture};
+use mauve_hir::{Database, Location, ModelDb, Workspace, names_of, projects};
+use mauve_ide::{HoverFormat, explain_response, hover};
+use mauve_tests::{Random, files_in, fixture, models};
 use mauve_timing::{Level, Method, Rounding, Time};
-use mauve_wcrt::{Query, response_times, tables_of};
+use mauve_wcrt::{ActivityReport, Query, Reason, response_times, tables_of};
 
 /// Returns a deployment of two to five activities: state machines, operations between them, overhead, other work, jitter, offsets
 /// and several CPUs.
@@ -177,6 +177,121 @@ fn check(text: &str, seen: &mut Seen) {
     if jobs == 1 {
         assert_eq!(own, ns(edge) + calls);
     }
+}
+
+/// The cells of the rows of the table, without its two header lines.
+fn rows(markdown: &str) -> Vec<Vec<&str>> {
+    let rows = markdown.lines().filter_map(|line| line.strip_prefix("| ")?.strip_suffix(" |"));
+    rows.skip(2).map(|row| row.split(" | ").map(|cell| cell.trim_matches(['*', ' '])).collect()).collect()
+}
+
+#[derive(Default)]
+struct SeenTables {
+    responses: usize,
+    later_jobs: usize,
+    calls: usize,
+    overheads: usize,
+    overloads: usize,
+}
+
+/// Checks that the rows of a hover sum to the figure of the last one, which is the response time or the utilisation of the CPU.
+fn check_table(markdown: &str, report: &ActivityReport<'_>, seen: &mut SeenTables) {
+    let rows = rows(markdown);
+    let overloaded = report.reasons.iter().find_map(|it| match it.reason {
+        Reason::Overloaded { utilisation, .. } => Some(utilisation.0 * 100.0),
+        _ => None,
+    });
+    if let Some(utilisation) = overloaded {
+        let percent = |row: &Vec<&str>| row[3].strip_suffix(" %").unwrap().parse::<f64>().unwrap();
+        let (last, parts) = rows.split_last().unwrap();
+        let sum: f64 = parts.iter().map(percent).sum();
+        let rounding = 0.05 * rows.len() as f64 + 0.001;
+        assert!((percent(last) - utilisation).abs() <= 0.051 && (sum - utilisation).abs() <= rounding);
+        seen.overloads += 1;
+        return;
+    }
+    let Some(response) = report.response else { return assert_eq!(rows, Vec::<Vec<&str>>::new()) };
+    let (last, parts) = rows.split_last().unwrap();
+    assert_eq!((last[0], ns(last[3])), ("response time", response.as_nanos()));
+    let signed = |time: &str| match time.strip_prefix('−') {
+        Some(time) => -(ns(time) as i64),
+        None => ns(time) as i64,
+    };
+    assert_eq!(parts.iter().map(|row| signed(row[3])).sum::<i64>(), response.as_nanos() as i64);
+    for row in parts {
+        match row[2].split_once(" × ") {
+            Some((jobs, bound)) => match bound.strip_prefix("≤ ") {
+                Some(each) => assert!(ns(row[3]) < jobs.parse::<u64>().unwrap() * ns(each)),
+                None => assert_eq!(ns(row[3]), jobs.parse::<u64>().unwrap() * ns(bound)),
+            },
+            None => {}
+        }
+    }
+    let deadline = report.deadline.unwrap();
+    let verdict = match deadline.checked_sub(response) {
+        Some(slack) => format!("**Deadline met: {response} ≤ {deadline}, {slack} slack**"),
+        None => {
+            let by = response.checked_sub(deadline).unwrap();
+            format!("**Deadline missed by {by}: {response} > {deadline}**")
+        }
+    };
+    assert!(markdown.starts_with(&verdict));
+    let jobs = report.window.as_ref().unwrap().job;
+    let calls: Vec<_> = parts.iter().filter(|row| row[0].starts_with("operation ")).collect();
+    let of_calls: u64 = report.calls.iter().map(|it| it.time.as_nanos() * jobs).sum();
+    assert_eq!(calls.iter().map(|row| ns(row[3])).sum::<u64>(), of_calls);
+    seen.responses += 1;
+    seen.later_jobs += usize::from(jobs > 1);
+    seen.calls += usize::from(!calls.is_empty());
+    seen.overheads += usize::from(parts.iter().any(|row| row[0] == "dispatch and context switches"));
+}
+
+/// Checks the hovers of the activities of the first deployment of each project.
+fn check_tables(db: &Database, workspace: Workspace, seen: &mut SeenTables) {
+    for &project in projects(db, workspace) {
+        for deployment in names_of(db, project).of_kind(db, Kind::Deployment) {
+            let report = response_times(db, project, deployment, Query::shown(db, project));
+            for activity in &report.activities {
+                let Some(at) = &activity.at else { continue };
+                let (file, offset) = (at.file(db), at.range(db).start());
+                let links = |_: &dyn ModelDb, _: &Location<'_>| None;
+                let format = HoverFormat::Markdown(&links);
+                let shown = hover(db, &[workspace], file, offset, format).unwrap().markdown;
+                let checked = AssertUnwindSafe(|| check_table(&shown, activity, seen));
+                assert!(catch_unwind(checked).is_ok(), "{shown}\nof\n{}", file.text(db));
+            }
+        }
+    }
+}
+
+#[test]
+fn the_rows_of_a_hover_sum_to_the_response_time() {
+    let count = std::env::var("MAUVE_EXPLANATIONS").ok().and_then(|it| it.parse().ok()).unwrap_or(400);
+    let mut seen = SeenTables::default();
+    for seed in 0..count {
+        let db = Database::default();
+        let texts = fixture(&model(&mut Random::of_seed(seed))).into_iter();
+        let workspace = Workspace::of_texts(&db, "/".into(), texts.map(|(path, text)| (path.into(), text)));
+        check_tables(&db, workspace, &mut seen);
+    }
+    let SeenTables { responses, later_jobs, calls, overheads, overloads } = seen;
+    println!(
+        "{responses} response times: {later_jobs} of later jobs, {calls} with calls, {overheads} with overhead"
+    );
+    println!("{overloads} on overloaded CPUs");
+    assert!(later_jobs >= 3 && overloads >= 10);
+    assert!(calls.min(overheads) * 100 > responses);
+}
+
+#[test]
+fn the_rows_of_the_sample_robot_sum_to_the_response_time() {
+    let mut seen = SeenTables::default();
+    let db = Database::default();
+    let folder = models().join("p3dx");
+    let files = files_in(&folder).into_iter();
+    let texts = files.filter_map(|path| Some((path.clone(), std::fs::read_to_string(path).ok()?)));
+    check_tables(&db, Workspace::of_texts(&db, folder.clone(), texts), &mut seen);
+    assert_eq!(seen.responses, 9);
 }
 
 #[test]

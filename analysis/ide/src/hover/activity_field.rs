@@ -114,7 +114,6 @@ fn priority(
 #[cfg(test)]
 mod tests {
     use crate::fixture::Fixture;
-    use crate::hover::hover;
     use expect_test::{Expect, expect};
 
     fn check(mark: &str, expected: Expect) {
@@ -138,9 +137,10 @@ platform.cpus = 4
 ";
         let offset = model.find(mark).unwrap();
         let text = format!("{}$0{}", &model[..offset], &model[offset..]);
-        let Fixture { db, workspace, file, offset } = Fixture::new(&text);
-        let shown = hover(&db, &[workspace], file, offset).unwrap();
-        expected.assert_eq(&format!("{}\n---\n{}", &file.text(&db)[shown.range], shown.markdown));
+        let fixture = Fixture::new(&text);
+        let shown = fixture.hover().unwrap();
+        let text = fixture.file.text(&fixture.db);
+        expected.assert_eq(&format!("{}\n---\n{}", &text[shown.range], shown.markdown));
     }
 
     #[test]

@@ -153,7 +153,6 @@ fn meaning(token: &SyntaxToken) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use crate::fixture::Fixture;
-    use crate::hover::hover;
 
     const MODEL: &str = "shell S { input port goal: int  output port next: int  require plan(): int }
 core C(S) {
@@ -182,9 +181,8 @@ deployment Y { architecture X
 ";
 
     fn shown(at: usize) -> String {
-        let Fixture { db, workspace, file, offset } =
-            Fixture::new(&format!("{}$0{}", &MODEL[..at], &MODEL[at..]));
-        hover(&db, &[workspace], file, offset).map_or_else(String::new, |it| it.markdown)
+        let fixture = Fixture::new(&format!("{}$0{}", &MODEL[..at], &MODEL[at..]));
+        fixture.hover().map_or_else(String::new, |it| it.markdown)
     }
 
     #[test]
@@ -226,9 +224,8 @@ deployment Y { architecture X
 
     #[test]
     fn a_name_is_what_the_model_declares() {
-        let Fixture { db, workspace, file, offset } =
-            Fixture::new("codel read(): int\nshell S { }\ncore C(S) { update = { re$0ad(); } }\n");
-        let shown = hover(&db, &[workspace], file, offset).unwrap().markdown;
+        let fixture = Fixture::new("codel read(): int\nshell S { }\ncore C(S) { update = { re$0ad(); } }\n");
+        let shown = fixture.hover().unwrap().markdown;
         assert!(shown.contains("codel read(): int") && !shown.contains("variable"), "{shown}");
     }
 }

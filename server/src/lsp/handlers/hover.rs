@@ -1,5 +1,8 @@
 //! `textDocument/hover`.
 
+use mauve_hir::{File, Location, ModelDb};
+use mauve_ide::HoverFormat;
+use mauve_syntax::{TextRange, TextSize};
 use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::{self, HoverContents, HoverParams, MarkupContent, MarkupKind};
 
@@ -8,15 +11,38 @@ use crate::lsp::snapshot::Snapshot;
 pub(crate) fn hover(snapshot: &Snapshot, params: &HoverParams) -> Result<Option<lsp_types::Hover>> {
     snapshot.complete()?;
     let (file, lines, offset) = snapshot.at(&params.text_document_position_params)?;
-    let hover = mauve_ide::hover(&snapshot.db, &snapshot.workspaces, file, offset);
-    Ok(hover.map(|hover| lsp_types::Hover {
-        range: Some(lines.range(hover.range)),
-        contents: HoverContents::Markup(content(snapshot, hover.markdown)),
+    Ok(hover_at(snapshot, file, offset).map(|(range, contents)| lsp_types::Hover {
+        range: Some(lines.range(range)),
+        contents: HoverContents::Markup(contents),
     }))
 }
 
+/// Returns the hover at an offset: its range, and its content as the client shows it.
+pub(super) fn hover_at(
+    snapshot: &Snapshot,
+    file: File,
+    offset: TextSize,
+) -> Option<(TextRange, MarkupContent)> {
+    let address = |db: &dyn ModelDb, at: &Location<'_>| {
+        let (file, range) = (at.file(db), at.range(db));
+        let mut url = snapshot.url(file)?;
+        // A fragment changes the address of a document without a file.
+        if url.scheme() == "file" {
+            let at = snapshot.lines(file).position(range.start());
+            url.set_fragment(Some(&format!("L{},{}", at.line + 1, at.character + 1)));
+        }
+        Some(url.to_string())
+    };
+    let format = match snapshot.capabilities.markdown {
+        true => HoverFormat::Markdown(&address),
+        false => HoverFormat::Text,
+    };
+    let hover = mauve_ide::hover(&snapshot.db, &snapshot.workspaces, file, offset, format)?;
+    Some((hover.range, content(snapshot, hover.markdown)))
+}
+
 /// Returns Markdown, or its text for a client that shows no Markdown.
-pub(crate) fn content(snapshot: &Snapshot, markdown: String) -> MarkupContent {
+fn content(snapshot: &Snapshot, markdown: String) -> MarkupContent {
     match snapshot.capabilities.markdown {
         true => MarkupContent { kind: MarkupKind::Markdown, value: markdown },
         false => MarkupContent { kind: MarkupKind::PlainText, value: plain_text(&markdown) },

@@ -15,7 +15,7 @@ use tower_lsp::lsp_types::{
     self, InlayHintLabel, InlayHintParams, InlayHintTooltip, Position, TextDocumentIdentifier, Url,
 };
 
-use super::hover::content;
+use super::hover::hover_at;
 use crate::lsp::snapshot::Snapshot;
 
 /// What a hint needs to be explained, later. One text, since a deployment may have thousands of hints.
@@ -94,9 +94,9 @@ pub(crate) fn resolve(snapshot: &Snapshot, hint: &lsp_types::InlayHint) -> Resul
     let (file, lines) = snapshot.file(&document)?;
     let offset = lines.offset(at);
     if hint.tooltip.is_none()
-        && let Some(hover) = mauve_ide::hover(&snapshot.db, &snapshot.workspaces, file, offset)
+        && let Some((_, contents)) = hover_at(snapshot, file, offset)
     {
-        hint.tooltip = Some(InlayHintTooltip::MarkupContent(content(snapshot, hover.markdown)));
+        hint.tooltip = Some(InlayHintTooltip::MarkupContent(contents));
     }
     Ok(hint)
 }

@@ -1,0 +1,266 @@
+//! Writes the explanation of a response time in Markdown, for a hover: the verdict, a table whose rows sum to the response time,
+//! the costliest path through the state machine, and the details.
+//!
+//! ```text
+//! **Deadline met: 53 ms ≤ 100 ms, 47 ms slack** at 1e-4
+//!
+//! |               | priority |      jobs |      time |                  |
+//! |:--------------|---------:|----------:|----------:|:-----------------|
+//! | own time      |        9 | 1 × 43 ms |     43 ms | ████████████████▎ |
+//! | `p3dx_driver` |       10 | 1 × 10 ms |     10 ms | ███▊             |
+//! | **response time** |      |           | **53 ms** |                  |
+//! ```
+
+use std::fmt::Write as _;
+
+use mauve_hir::ModelDb;
+use mauve_timing::{Status, Time};
+use mauve_wcrt::{Priority, Verdict};
+
+use super::{Explanation, Interfering, Overload, OwnTime, Release, SHOWN_PERIODS, Sum, Trace};
+use crate::markdown::{self, Links, bar, code, row};
+
+/// The greatest number of activities in a table; the last row sums the others.
+const MOST_ROWS: usize = 16;
+
+pub(super) fn write(db: &dyn ModelDb, facts: &Explanation<'_, '_>, links: Links<'_>) -> String {
+    let mut out = verdict(facts);
+    if facts.activity.verdict == Verdict::Background {
+        return out;
+    }
+    if let (Some(sum), Some(response)) = (&facts.sum, facts.activity.response) {
+        out.push('\n');
+        out += &sum_table(db, facts, sum, response, links);
+    }
+    if let Some(overload) = &facts.overload {
+        out.push('\n');
+        out += &load_table(db, overload, links);
+    }
+    if let Some(own) = facts.own.as_ref().filter(|own| own.of_programs > Time::ZERO) {
+        out.push('\n');
+        out += &own_time(own);
+    }
+    if let Some(trace) = facts.trace.as_ref().filter(|trace| !trace.periods.is_empty()) {
+        out.push('\n');
+        out += &costliest_path(trace);
+    }
+    out += "\n---\n\n";
+    for detail in details(facts) {
+        let _ = writeln!(out, "- {detail}");
+    }
+    out
+}
+
+/// Returns the first line, and the reasons below it if there are several.
+fn verdict(facts: &Explanation<'_, '_>) -> String {
+    let activity = facts.activity;
+    let deadline = activity.deadline.unwrap_or_default();
+    let first = facts.reasons.first().map(|why| inline(&why.text)).unwrap_or_default();
+    let after = |from: Time, to: Time| to.checked_sub(from).unwrap_or_default();
+    let said = match (activity.verdict, activity.response) {
+        (Verdict::Background, _) => return "**Background**: not real-time, not analysed\n".to_owned(),
+        (Verdict::RealTime(Status::Met), Some(response)) => {
+            format!("**Deadline met: {response} ≤ {deadline}, {} slack**", after(response, deadline))
+        }
+        (Verdict::RealTime(Status::Missed), Some(response)) => {
+            format!("**Deadline missed by {}: {response} > {deadline}**", after(deadline, response))
+        }
+        (Verdict::RealTime(Status::Unbounded), _) => format!("**{first}**: no bounded response time"),
+        (Verdict::RealTime(Status::NotAnalysed), _) => format!("**Not analysed**: {first}"),
+        (Verdict::RealTime(_), _) => format!("**{}**", capitalised(&first)),
+    };
+    let assumed = if facts.is_assumed { ", with assumed times" } else { "" };
+    let mut out = format!("{said} at {}{assumed}{}\n", facts.query.level, facts.of_which);
+    let others = facts.reasons.iter().skip(1);
+    let behind = facts.reasons.iter().filter_map(|why| why.behind.as_ref());
+    let behind = behind.map(|(instance, text)| format!("{}: {}", code(instance), inline(text)));
+    let mut lines: Vec<String> = others.map(|why| inline(&why.text)).collect();
+    lines.extend(behind);
+    if !lines.is_empty() {
+        out.push('\n');
+        lines.iter().for_each(|line| out += &format!("- {line}\n"));
+    }
+    out
+}
+
+/// Returns text with names in code; its other marks are no Markdown.
+fn inline(text: &str) -> String {
+    markdown::comment(&text.replace(['\n', '\r'], " "))
+}
+
+fn capitalised(text: &str) -> String {
+    let mut chars = text.chars();
+    chars.next().map_or_else(String::new, |first| first.to_uppercase().chain(chars).collect())
+}
+
+/// Returns the name of an activity with its link and the mark of assumed times.
+fn named(db: &dyn ModelDb, of: &Interfering<'_>, links: Links<'_>) -> String {
+    let assumed = if of.is_assumed { " (with assumed times)" } else { "" };
+    format!("{}{assumed}", markdown::link(db, links, &of.name, of.at.as_ref()))
+}
+
+fn priority(of: Option<u32>) -> String {
+    of.map_or_else(String::new, |priority| priority.to_string())
+}
+
+/// Returns `10 × 43 ms` where each job has the greatest time, `10 × ≤ 297 ms` where some have less. A job without demand, which
+/// counts as 1 ns, has no factor.
+fn jobs_of(jobs: u64, greatest: Option<Time>, sum: Time) -> String {
+    let all = greatest.and_then(|greatest| Some((greatest, greatest.checked_mul(jobs)?)));
+    match all {
+        Some((greatest, all)) if all == sum => format!("{jobs} × {greatest}"),
+        Some((greatest, all)) if all > sum => format!("{jobs} × ≤ {greatest}"),
+        _ => jobs.to_string(),
+    }
+}
+
+/// Returns the table of a response time. Its rows sum to the response time.
+fn sum_table(
+    db: &dyn ModelDb,
+    facts: &Explanation<'_, '_>,
+    sum: &Sum<'_, '_>,
+    response: Time,
+    links: Links<'_>,
+) -> String {
+    let whole = response.as_nanos() as f64;
+    let bar_of = |time: Time| bar(time.as_nanos() as f64 / whole);
+    let own_priority =
+        if let Priority::RealTime(priority) = facts.activity.priority { Some(priority) } else { None };
+    let mut out = row(&["", "priority", "jobs", "time", ""]) + &row(&[":--", "--:", "--:", "--:", ":--"]);
+    let mut line = |what: &str, priority: &str, jobs: &str, time: Time| {
+        out += &row(&[what, priority, jobs, &time.to_string(), &bar_of(time)]);
+    };
+    let jobs = sum.window.map_or(1, |window| window.job);
+    let own_priority = priority(own_priority);
+    match sum.programs() {
+        Some(time) => {
+            let greatest = facts.own.as_ref().and_then(|own| match own.of_component {
+                Some(time) => Some(time),
+                None => own.of_programs.checked_sub(own.overhead),
+            });
+            line("own time", &own_priority, &jobs_of(jobs, greatest, time), time);
+            for it in &sum.calls {
+                let calls = if it.calls == 1 { "call" } else { "calls" };
+                let what = format!("operation {} for {}", code(&it.operation), code(&it.client));
+                line(&what, "", &format!("{} {calls}", it.calls), it.time);
+            }
+            if sum.overhead > Time::ZERO {
+                let each = facts.own.as_ref().map(|own| own.overhead);
+                line("dispatch and context switches", "", &jobs_of(jobs, each, sum.overhead), sum.overhead);
+            }
+        }
+        None => line("own time", &own_priority, &jobs.to_string(), sum.own),
+    }
+    let (shown, others, of_others) = sum.greatest(MOST_ROWS);
+    for (of, jobs, time) in shown {
+        line(&named(db, of, links), &priority(of.priority), &jobs_of(*jobs, of.greatest, *time), *time);
+    }
+    if others > 0 {
+        line(&format!("{others} more activities"), "", "", of_others);
+    }
+    match sum.release {
+        Release::AtStart => {}
+        Release::After(by) => {
+            out += &row(&["start of the busy window until the release", "", "", &format!("−{by}"), ""]);
+        }
+        Release::Before(by) => {
+            let by = by.to_string();
+            out += &row(&["release until the start of the busy window", "", "", &by, ""]);
+        }
+    }
+    out + &row(&["**response time**", "", "", &format!("**{response}**"), ""])
+}
+
+/// Returns the table of the utilisation of an overloaded CPU.
+fn load_table(db: &dyn ModelDb, overload: &Overload<'_>, links: Links<'_>) -> String {
+    let mut parts: Vec<_> = overload.parts.iter().collect();
+    parts.sort_by(|a, b| b.share.0.total_cmp(&a.share.0));
+    let percent = |share: f64| format!("{:.1} %", share * 100.0);
+    let mut out = row(&["", "priority", "execution time", "utilisation", ""])
+        + &row(&[":--", "--:", "--:", "--:", ":--"]);
+    for it in parts.iter().take(MOST_ROWS) {
+        let time = it.per_period.map_or_else(String::new, |(time, period)| format!("{time} per {period}"));
+        let (name, share) = (named(db, &it.of, links), it.share.0);
+        out += &row(&[
+            &name,
+            &priority(it.of.priority),
+            &time,
+            &percent(share),
+            &bar(share / overload.utilisation.0),
+        ]);
+    }
+    if let Some(others) = parts.len().checked_sub(MOST_ROWS).filter(|others| *others > 0) {
+        let share = parts.iter().skip(MOST_ROWS).map(|it| it.share.0).sum();
+        out += &row(&[&format!("{others} more activities"), "", "", &percent(share), ""]);
+    }
+    let what =
+        format!("**{}, priority ≥ {}**", mauve_diagnostics::cpu_names(overload.cpu), overload.priority);
+    out + &row(&[&what, "", "", &format!("**{}**", percent(overload.utilisation.0)), ""])
+}
+
+/// Returns the greatest execution time of a period by programs and codels.
+fn own_time(own: &OwnTime) -> String {
+    let period = code(&own.period);
+    let mut out = format!("costliest period: {}, {period}\n\n", own.of_programs);
+    for (program, time, codels) in &own.programs {
+        let codels: Vec<String> = codels
+            .iter()
+            .map(|it| {
+                let assumed = if it.is_assumed { " (assumed)" } else { "" };
+                format!("{} {}{assumed}", code(&it.codel), it.time)
+            })
+            .collect();
+        let codels = if codels.is_empty() { String::new() } else { format!(": {}", codels.join(", ")) };
+        let _ = writeln!(out, "- {} {time}{codels}", code(program));
+    }
+    if own.overhead > Time::ZERO {
+        let _ = writeln!(out, "- {} per job for dispatch and context switches", own.overhead);
+    }
+    out
+}
+
+fn costliest_path(trace: &Trace) -> String {
+    let total = trace.total.map_or_else(String::new, |sum| format!(": {sum}"));
+    let mut out = format!("costliest {SHOWN_PERIODS} consecutive periods{total}\n\n");
+    for (states, time, count) in &trace.periods {
+        let times = if *count == 1 { String::new() } else { format!("{count} × ") };
+        let _ = writeln!(out, "- {} {times}{time}", code(states));
+    }
+    out
+}
+
+fn details(facts: &Explanation<'_, '_>) -> Vec<String> {
+    let activity = facts.activity;
+    let mut first = format!("component {}", code(&activity.component_name));
+    for (name, time) in [("period", activity.period), ("deadline", activity.deadline)] {
+        first += &time.map_or_else(String::new, |time| format!(", {name} {time}"));
+    }
+    if activity.jitter > Time::ZERO {
+        first += &format!(", jitter {}", activity.jitter);
+    }
+    let mut found = vec![format!("{first}, method {}", facts.method())];
+    found.extend(facts.notes.iter().map(|note| inline(note)));
+    if let Some(window) = &activity.window {
+        if let Some(start) = window.start {
+            found.push(format!(
+                "the busy window begins {start} after the instant that the synchronised clocks share"
+            ));
+        }
+        if window.job > 1 {
+            found.push(format!(
+                "job {} of the busy window has the largest response time: it ends {} after the start of the window",
+                window.job, window.length
+            ));
+        }
+    }
+    if let Some(crossed) = &facts.crossed {
+        found.push(format!(
+            "fixed-point iteration {} exceeds the deadline, {} after the start of the busy window: {}",
+            crossed.iteration, crossed.deadline, crossed.shown
+        ));
+    }
+    if let Some(first_job) = facts.critical.filter(|time| activity.response != Some(*time)) {
+        found.push(format!("response time at the critical instant: {first_job}"));
+    }
+    found
+}
