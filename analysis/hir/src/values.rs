@@ -30,12 +30,13 @@ impl PartialEq for Value {
 
 impl Eq for Value {}
 
+/// Shows a double with at most 15 significant digits, without the rounding errors of a computation: `0.38 + 2.0 * 0.1` is `0.58`.
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Value::Bool(value) => write!(f, "{value}"),
             Value::Int(value) => write!(f, "{value}"),
-            Value::Double(value) => write!(f, "{value}"),
+            Value::Double(value) => write!(f, "{}", rounded(*value)),
             Value::String(value) => write!(f, "{value:?}"),
         }
     }
@@ -156,12 +157,30 @@ impl Value {
     }
 
     /// Returns the value as written in a model.
+    ///
+    /// A double is exact, except where it is at most 4 rounding errors from a number with 15 digits: the computation has lost as
+    /// much before.
+    ///
+    /// ```
+    /// use mauve_hir::Value;
+    /// assert_eq!(Value::Double(0.38 + 2.0 * 0.1).text(), "0.58");
+    /// assert_eq!(Value::Double(0.123_456_789_012_345_67).text(), "0.12345678901234568");
+    /// ```
     pub fn text(&self) -> String {
         match self {
-            Value::Double(value) => format!("{value:?}"),
+            Value::Double(value) => {
+                let short = rounded(*value);
+                let is_as_good = (short - value).abs() <= 2.0 * f64::EPSILON * value.abs();
+                format!("{:?}", if is_as_good { short } else { *value })
+            }
             other => other.to_string(),
         }
     }
+}
+
+/// Returns a double rounded to 15 significant digits: each decimal number of that many digits is a double of its own.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.14e}").parse().unwrap_or(value)
 }
 
 fn compared(operator: BinaryOperator, a: f64, b: f64) -> Option<Value> {
@@ -203,6 +222,26 @@ mod tests {
         assert_eq!(whole_number("0x7fffffff"), Some(i32::MAX));
         assert_eq!(whole_number("2147483648"), None);
         assert_eq!(whole_number("010"), Some(10));
+    }
+
+    #[test]
+    fn a_computed_double_has_no_digits_of_rounding_errors() {
+        let (shown, written) =
+            (|value: f64| Value::Double(value).to_string(), |it: f64| Value::Double(it).text());
+        assert_eq!([shown(0.38 + 2.0 * 0.1), shown(0.1 + 0.2), shown(1.1 * 3.0)], ["0.58", "0.3", "3.3"]);
+        assert_eq!(
+            [written(0.38 + 2.0 * 0.1), written(0.1 + 0.2), written(1.1 * 3.0)],
+            ["0.58", "0.3", "3.3"]
+        );
+        assert_eq!(
+            [shown(1.0 / 3.0), shown(1e300), shown(0.0)],
+            ["0.333333333333333", &format!("1{}", "0".repeat(300)), "0"]
+        );
+        // A literal stays what the author wrote.
+        for literal in ["0.58", "-2.09", "123456789.012345", "1e-300", "0.3333333333333333", "4.0"] {
+            let value: f64 = literal.parse().unwrap();
+            assert_eq!(written(value).parse::<f64>().unwrap().to_bits(), value.to_bits(), "{literal}");
+        }
     }
 
     #[test]

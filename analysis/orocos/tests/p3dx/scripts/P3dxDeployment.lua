@@ -68,7 +68,7 @@ load("exploration", "exploration::Exploration")
 
 -- Sets values of the model, and values that depend on them.
 set("control", "max_speed", 0.4)
-set("guidance", "body_width", 0.5800000000000001)
+set("guidance", "body_width", 0.58)
 set("switch", "body_width", 0.48)
 set("teleop", "device", "/dev/input/js0")
 set("teleop", "max_speed", 0.5)
