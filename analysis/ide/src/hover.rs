@@ -3,6 +3,7 @@
 
 mod activity_field;
 mod details;
+mod summary;
 mod words;
 
 use std::collections::BTreeMap;
@@ -10,7 +11,7 @@ use std::fmt::Write as _;
 
 use mauve_diagnostics::{times_of, unusable_time};
 use mauve_hir::item_tree::{Kind, Name};
-use mauve_hir::{Decl, File, Message, ModelDb, Package, Project, Workspace, message_of, parse};
+use mauve_hir::{Decl, File, Location, Message, ModelDb, Package, Project, Workspace, message_of, parse};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, comment_above, tokens_at};
 use mauve_timing::Measured;
@@ -45,6 +46,16 @@ pub enum HoverFormat<'a> {
     Text,
 }
 
+impl HoverFormat<'_> {
+    /// Returns a name as code; as a link if the client shows links, and the location has an address.
+    fn link(self, db: &dyn ModelDb, name: &str, at: &Location<'_>) -> String {
+        match self {
+            HoverFormat::Markdown(links) => markdown::link(db, links, name, Some(at)),
+            HoverFormat::Text => markdown::code(name),
+        }
+    }
+}
+
 /// Returns the hover at `offset`.
 pub fn hover(
     db: &dyn ModelDb,
@@ -54,11 +65,12 @@ pub fn hover(
     format: HoverFormat<'_>,
 ) -> Option<Hover> {
     let projects = projects_with(db, workspaces, file);
-    let of_name = of_name(db, workspaces, file, offset)
+    let explained = of_activity(db, &projects, file, offset, format);
+    let deployment = explained.as_ref().map(|(_, deployment, _)| *deployment);
+    let of_name = of_name(db, workspaces, file, offset, deployment, format)
         .or_else(|| of_message(db, &projects, file, offset))
         .or_else(|| of_word(db, &projects, file, offset));
-    let explained = of_activity(db, &projects, file, offset, format);
-    let Some((range, explanations)) = explained else { return of_name };
+    let Some((range, _, explanations)) = explained else { return of_name };
     let markdown: String = explanations.iter().map(|it| format!("{it}\n")).collect();
     match of_name {
         Some(name) => Some(Hover { range: name.range, markdown: markdown + &name.markdown }),
@@ -83,14 +95,15 @@ fn word_at(db: &dyn ModelDb, file: File, offset: TextSize) -> Option<SyntaxToken
     tokens_at(&root, offset).find(|token| token.kind().is_word())
 }
 
-/// Returns the explanations of the activity whose name or keyword is at `offset`: one, or several if projects differ.
-fn of_activity(
-    db: &dyn ModelDb,
-    projects: &[Project<'_>],
+/// Returns the explanations of the activity whose name or keyword is at `offset`, with its deployment: one, or several if projects
+/// differ.
+fn of_activity<'db>(
+    db: &'db dyn ModelDb,
+    projects: &[Project<'db>],
     file: File,
     offset: TextSize,
     format: HoverFormat<'_>,
-) -> Option<(TextRange, Vec<String>)> {
+) -> Option<(TextRange, Decl<'db>, Vec<String>)> {
     let token = word_at(db, file, offset)?;
     let activity = token.parent_ancestors().find_map(ast::Activity::cast)?;
     let name = activity.name_ref()?.syntax().text_range();
@@ -126,16 +139,29 @@ fn of_activity(
         false => explanation,
     });
     let explanations: Vec<String> = explanations.collect();
-    (!explanations.is_empty()).then_some((name, explanations))
+    (!explanations.is_empty()).then_some((name, deployment, explanations))
 }
 
-fn of_name(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextSize) -> Option<Hover> {
+fn of_name<'db>(
+    db: &'db dyn ModelDb,
+    workspaces: &[Workspace],
+    file: File,
+    offset: TextSize,
+    explained: Option<Decl<'db>>,
+    format: HoverFormat<'_>,
+) -> Option<Hover> {
     let names = names(db, workspaces, file, offset);
     let found = definition_of(db, &names)?;
     let mut markdown = String::new();
     for target in found.targets.iter().filter(|target| !target.name.is_empty()) {
         let Some(node) = declaration_in(db, target.file, target.name) else { continue };
-        let _ = writeln!(markdown, "{}", shown(&node));
+        // The blocks of a library have the same head, and comments of their own.
+        let (head, comment) = head_and_comment(&node);
+        for part in [head, comment] {
+            if !part.is_empty() && !markdown.contains(&part) {
+                let _ = writeln!(markdown, "{part}");
+            }
+        }
     }
     for (project, name) in names {
         if let Definition::Declaration(codel) = name.definition
@@ -146,7 +172,7 @@ fn of_name(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextS
                 markdown += &times;
             }
         }
-        let details = details::details(db, project, &name, &markdown);
+        let details = details::details(db, project, &name, &markdown, explained, format);
         if !markdown.contains(&details) {
             markdown += &details;
         }
@@ -196,11 +222,16 @@ pub(crate) fn declaration_in(db: &dyn ModelDb, file: File, range: TextRange) -> 
 
 /// Returns a declaration up to its block on one line, and the comment above it.
 pub(crate) fn shown(declaration: &SyntaxNode) -> String {
+    let (head, comment) = head_and_comment(declaration);
+    if comment.is_empty() { head } else { format!("{head}\n{comment}") }
+}
+
+fn head_and_comment(declaration: &SyntaxNode) -> (String, String) {
     let text = declaration.text().to_string();
     let head = text.split('{').next().unwrap_or_default();
     let head = markdown::block("mauve", &head.split_whitespace().collect::<Vec<_>>().join(" "));
     let comment = markdown::comment(&comment_above(declaration));
-    if comment.is_empty() { head } else { format!("{head}\n{comment}\n") }
+    (head, if comment.is_empty() { comment } else { comment + "\n" })
 }
 
 /// Returns the times of a codel, those of other tables of a deployment only where they differ.
@@ -808,6 +839,9 @@ codel.drive = 4
                 ```mauve
                 instance pilot: C
                 ```
+
+
+                - [`Land`](file:///model.mal#L7): 7 ms ≤ 100 ms, 93 ms slack at 1e-4
 
             "#]],
         );

@@ -70,7 +70,11 @@ fn verdict(facts: &Explanation<'_, '_>) -> String {
         (Verdict::RealTime(_), _) => format!("**{}**", capitalised(&first)),
     };
     let assumed = if facts.is_assumed { ", with assumed times" } else { "" };
-    let mut out = format!("{said} at {}{assumed}{}\n", facts.query.level, facts.of_which);
+    let mut out = match activity.verdict {
+        // Most reasons do not depend on the level.
+        Verdict::RealTime(Status::NotAnalysed) => format!("{said}{}\n", facts.of_which),
+        _ => format!("{said} at {}{assumed}{}\n", facts.query.level, facts.of_which),
+    };
     let others = facts.reasons.iter().skip(1);
     let behind = facts.reasons.iter().filter_map(|why| why.behind.as_ref());
     let behind = behind.map(|(instance, text)| format!("{}: {}", code(instance), inline(text)));
@@ -222,9 +226,16 @@ fn own_time(own: &OwnTime) -> String {
 fn costliest_path(trace: &Trace) -> String {
     let total = trace.total.map_or_else(String::new, |sum| format!(": {sum}"));
     let mut out = format!("costliest {SHOWN_PERIODS} consecutive periods{total}\n\n");
+    // Each kind of period once, as a cycle repeats them.
+    let mut kinds: Vec<(&str, Time, usize)> = Vec::new();
     for (states, time, count) in &trace.periods {
-        let times = if *count == 1 { String::new() } else { format!("{count} × ") };
-        let _ = writeln!(out, "- {} {times}{time}", code(states));
+        match kinds.iter_mut().find(|(known, of_known, _)| known == states && of_known == time) {
+            Some((.., total)) => *total += count,
+            None => kinds.push((states, *time, *count)),
+        }
+    }
+    for (states, time, count) in kinds {
+        let _ = writeln!(out, "- {} {count} × {time}", code(states));
     }
     out
 }

@@ -14,7 +14,7 @@ use mauve_timing::Time;
 use mauve_wcrt::{Query, TableSet, files_of, psm_of, table, table_files, table_sets};
 use rustc_hash::FxHashSet;
 
-use super::by_tables;
+use super::{HoverFormat, by_tables, summary};
 use crate::document_symbols::SymbolKind;
 use crate::inlay_hints::components_of;
 use crate::markdown;
@@ -23,8 +23,16 @@ use crate::sensitivity::limits_of_codel;
 
 const MOST_LINES: usize = 12;
 
-/// Returns the details of `found` in Markdown, empty for most names. `shown` is the Markdown so far.
-pub(super) fn details(db: &dyn ModelDb, project: Project<'_>, found: &Found<'_>, shown: &str) -> String {
+/// Returns the details of `found` in Markdown, empty for most names. `shown` is the Markdown so far; `explained` is the deployment
+/// whose activity the hover explains.
+pub(super) fn details<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    found: &Found<'db>,
+    shown: &str,
+    explained: Option<Decl<'db>>,
+    format: HoverFormat<'_>,
+) -> String {
     if let Definition::Declaration(decl) = found.definition
         && decl.kind(db) == Kind::Codel
     {
@@ -34,6 +42,9 @@ pub(super) fn details(db: &dyn ModelDb, project: Project<'_>, found: &Found<'_>,
         }
         return out;
     }
+    if let Definition::Declaration(decl) = found.definition {
+        return summary::of_declaration(db, project, decl, format);
+    }
     let Definition::At(Location::Source(of, id)) = found.definition else { return String::new() };
     match found.kind {
         SymbolKind::Port | SymbolKind::Operation => block(connections(db, project, of, id)),
@@ -41,6 +52,13 @@ pub(super) fn details(db: &dyn ModelDb, project: Project<'_>, found: &Found<'_>,
             resolved_type(db, project, of, id, shown) + &block(values(db, project, of, id))
         }
         SymbolKind::Variable => resolved_type(db, project, of, id, shown),
+        SymbolKind::Instance => {
+            let (connections, responses) = summary::of_instance(db, project, (of, id), explained, format);
+            match block(connections) {
+                connections if responses.is_empty() => connections,
+                connections => format!("{connections}\n{responses}"),
+            }
+        }
         SymbolKind::State | SymbolKind::Transition | SymbolKind::Hook => block(programs(db, project, of, id)),
         _ => String::new(),
     }
@@ -138,8 +156,12 @@ fn having<'db>(
 
 /// Returns the connections of a port or operation, such as `laser.scan -> map.scan`.
 fn connections(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, id: SourceId) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for (_, flat, instance, name) in having(db, project, of, id) {
+    let mut of_each: Vec<(Decl<'_>, Vec<String>)> = Vec::new();
+    for (root, flat, instance, name) in having(db, project, of, id) {
+        if of_each.last().is_none_or(|(last, _)| *last != root) {
+            of_each.push((root, Vec::new()));
+        }
+        let Some((_, lines)) = of_each.last_mut() else { continue };
         let is_it = |end: &(Name, Name)| end.0 == *instance && end.1 == *name;
         let mut links =
             flat.links.iter().filter(|link| is_it(&link.source) || is_it(&link.target)).peekable();
@@ -154,7 +176,7 @@ fn connections(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, id: SourceI
             }
         }
     }
-    lines
+    summary::where_they_differ(db, of_each)
 }
 
 /// Returns the values of a property or constant, such as `laser.rate = 5 in D`.
@@ -201,7 +223,7 @@ fn programs<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, id:
         let mut lines = vec![String::new()];
         let executed: FxHashSet<usize> = psm.edges.executed().collect();
         for (index, (program, time)) in psm.programs.iter().enumerate() {
-            if is_of_it(program) && executed.contains(&index) {
+            if is_of_it(program) && executed.contains(&index) && *time > Time::ZERO {
                 lines.push(format!("  {:>12}  {program}", time.to_string()));
             }
         }
@@ -211,6 +233,7 @@ fn programs<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, id:
         });
         let longest: Option<Time> = edges.map(|(edge, _)| edge.cost).max();
         match longest {
+            Some(Time::ZERO) => lines.push("  no execution time".to_owned()),
             Some(time) => lines.push(format!("  {:>12}  longest period", time.to_string())),
             None => lines.push("  never executed".to_owned()),
         }
