@@ -20,8 +20,9 @@
 //! ```
 //!
 //! Where the utilisation of a CPU exceeds 100 %, the response times of some of its activities are unbounded. That is one
-//! message for the CPU, at the unbounded activity with the highest priority. Where one activity alone needs more than its period, one of
-//! its times is probably in another unit than its table says.
+//! message for the CPU, at the unbounded activity with the highest priority: with the activities of higher priority, it overloads the CPU.
+//! The other unbounded activities are related locations of the message. Where the execution time of one activity alone exceeds its
+//! period, the message is there, and one of its times is probably in another unit than its table says.
 //!
 //! ```mauve
 //! codel work(): int
@@ -50,7 +51,7 @@
 
 use super::*;
 use mauve_timing::THROTTLING;
-use mauve_wcrt::{Missed, Overload, file_name};
+use mauve_wcrt::{Missed, Overload, Unbounded, file_name};
 
 code!(DEADLINE_MISSED, Error, "deadline-missed");
 
@@ -91,7 +92,7 @@ pub(super) fn report<'db>(
     Diagnostic::new(&DEADLINE_MISSED, at, message)
 }
 
-/// One diagnostic for an overloaded CPU.
+/// One diagnostic for an overloaded CPU. The other activities without a bound are related locations.
 pub(super) fn overloaded<'db>(
     db: &'db dyn ModelDb,
     at: Location<'db>,
@@ -101,7 +102,8 @@ pub(super) fn overloaded<'db>(
     let why = match &overload.alone {
         Some((own, period, table)) => {
             let table = table.map(|table| format!(": is the unit of `{}` right?", file_name(db, table)));
-            format!("`{greatest}` needs {own} every {period}{}", table.unwrap_or_default())
+            let table = table.unwrap_or_default();
+            format!("the execution time of `{greatest}` alone, {own}, exceeds its period of {period}{table}")
         }
         None => {
             // Not more than 100 %: alone it would have a bound.
@@ -110,7 +112,19 @@ pub(super) fn overloaded<'db>(
         }
     };
     let cpu = timing_reasons::overloaded(overload.cpu, overload.priority, overload.utilisation);
-    let found = Diagnostic::new(&DEADLINE_MISSED, at.clone(), format!("{cpu}; {why}"));
-    let others = overload.unbounded.iter().filter(|(_, other)| *other != at);
-    others.fold(found, |found, (name, at)| found.related(at, format!("`{name}` has no bounded response time")))
+    // The message has the period of the activity that overloads the CPU alone.
+    let alone =
+        |it: &Unbounded<'db>| it.alone.filter(|_| overload.alone.is_none() || it.instance != *greatest);
+    let here = overload.unbounded.iter().find(|it| it.at == at).and_then(|it| Some((&it.instance, alone(it)?)));
+    let here = here.map_or_else(String::new, |(name, (own, deadline))| {
+        format!("; the execution time of `{name}` alone, {own}, exceeds its deadline of {deadline}")
+    });
+    let found = Diagnostic::new(&DEADLINE_MISSED, at.clone(), format!("{cpu}; {why}{here}"));
+    let others = overload.unbounded.iter().filter(|it| it.at != at);
+    others.fold(found, |found, it| {
+        let misses = alone(it).map_or_else(String::new, |(own, deadline)| {
+            format!(": also, its execution time of {own} alone exceeds its deadline of {deadline}")
+        });
+        found.related(&it.at, format!("`{}` has no bounded response time{misses}", it.instance))
+    })
 }

@@ -66,7 +66,7 @@ pub(crate) fn acceptance<'db>(
         TimingFactKind::DeadlineMissed { instance, .. } | TimingFactKind::NotAnalysed { instance, .. } => {
             vec![instance]
         }
-        TimingFactKind::Overloaded(overload) => overload.unbounded.iter().map(|(name, _)| name).collect(),
+        TimingFactKind::Overloaded(overload) => overload.unbounded.iter().map(|it| &it.instance).collect(),
         _ => Vec::new(),
     };
     let mut reasons: Vec<&str> = Vec::new();

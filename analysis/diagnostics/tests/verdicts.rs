@@ -1497,6 +1497,65 @@ fn what_a_codel_without_a_time_may_take() {
     "#]].assert_eq(&diagnostics(&format!("{ROBOT}{deployed}{no_table}")));
 }
 
+/// An overloaded CPU is one error, and each activity without a bound stands there or in its related locations, whatever the
+/// priorities and periods are.
+#[test]
+fn an_overloaded_cpu_is_one_error_with_all_its_activities() {
+    let mut overloaded = 0;
+    for number in 0..27_usize {
+        let period = |place: u32| [1, 3, 6, 100][(number / 3_usize.pow(place)) % 3 + usize::from(place == 2)];
+        let [a, b, c] = [0, 1, 2].map(|place| format!("priority = {} period = {}", 3 - place, period(place)));
+        let db = Database::default();
+        let workspace = workspace(&db, &format!("{ROBOT}{}{TIMES}", activities(&a, &b, &c)));
+        let project = projects(&db, workspace)[0];
+        let deployment = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
+        let report = response_times(&db, project, deployment, Query::shown(&db, project));
+        let is_unbounded = |it: &&mauve_wcrt::ActivityReport<'_>| it.verdict.name() == "unbounded";
+        let mut unbounded: Vec<_> =
+            report.activities.iter().filter(is_unbounded).filter_map(|it| it.at.clone()).collect();
+        let found = workspace_diagnostics(&db, workspace);
+        let errors = found.iter().filter(|it| it.diagnostic.message.contains(" overloaded ("));
+        let errors: Vec<_> = errors.map(|it| &it.diagnostic).collect();
+        assert_eq!(errors.len(), usize::from(!unbounded.is_empty()));
+        let Some(error) = errors.first() else { continue };
+        overloaded += 1;
+        // At the highest priority: the activities are in this order.
+        assert_eq!(error.at, unbounded.remove(0), "{}", error.message);
+        assert_eq!(error.related.iter().map(|(at, _)| at.clone()).collect::<Vec<_>>(), unbounded);
+        let mut missed = found.iter().filter(|it| it.diagnostic.code.name == "deadline-missed");
+        assert!(missed.all(|it| !unbounded.contains(&it.diagnostic.at)));
+    }
+    assert!(overloaded > 10, "{overloaded}");
+}
+
+#[test]
+fn an_activity_on_an_overloaded_cpu_says_whether_it_misses_its_deadline_anyway() {
+    let error = |a: &str, b: &str, c: &str| {
+        let db = Database::default();
+        let workspace = workspace(&db, &format!("{ROBOT}{}{TIMES}", activities(a, b, c)));
+        let found = workspace_diagnostics(&db, workspace);
+        let found = found.iter().find(|it| it.diagnostic.message.contains(" overloaded (")).unwrap();
+        let related = found.diagnostic.related.iter().map(|(_, message)| format!("\n  {message}"));
+        found.diagnostic.message.clone() + &related.collect::<String>() + "\n"
+    };
+    expect![[r#"
+        CPU 1 overloaded (111.1 % at priority ≥ 3); the execution time of `a` alone, 1 ms, exceeds its period of 0.9 ms: is the unit of `times.toml` right?
+          `b` has no bounded response time
+          `c` has no bounded response time: also, its execution time of 4 ms alone exceeds its deadline of 3 ms
+    "#]].assert_eq(&error(
+        "priority = 3 period = 0.9",
+        "priority = 2 period = 10",
+        "priority = 1 period = 10 deadline = 3",
+    ));
+    expect![[r#"
+        CPU 1 overloaded (116.7 % at priority ≥ 2); `b` contributes most (66.7 %); the execution time of `b` alone, 2 ms, exceeds its deadline of 1 ms
+    "#]].assert_eq(&error(
+        "priority = 3 period = 2",
+        "priority = 2 period = 3 deadline = 1",
+        "priority = background",
+    ));
+}
+
 #[test]
 fn what_a_missed_deadline_and_an_overloaded_cpu_say() {
     let found = |a: &str, b: &str, c: &str, times: &str| {
@@ -1528,7 +1587,7 @@ fn what_a_missed_deadline_and_an_overloaded_cpu_say() {
         /model.mal "2" not-deadline-monotonic: `b` has a shorter deadline than `c` (2 < 10 ms) but a lower priority (2 < 3)
     "#]].assert_eq(&overloaded("priority = 2 period = 2", ""));
     expect![[r#"
-        /model.mal "b" deadline-missed: CPU 1 overloaded (145.3 % at priority ≥ 2); `b` needs 2 ms every 1.9 ms: is the unit of `times.toml` right?
+        /model.mal "b" deadline-missed: CPU 1 overloaded (145.3 % at priority ≥ 2); the execution time of `b` alone, 2 ms, exceeds its period of 1.9 ms: is the unit of `times.toml` right?
         /model.mal "2" not-deadline-monotonic: `b` has a shorter deadline than `c` (1.9 < 10 ms) but a lower priority (2 < 3)
     "#]].assert_eq(&overloaded("priority = 2 period = 1.9", ""));
     // Only what the CPU executes contributes to its overload: 66.7 % and 50 %, and 90.9 % on the other one.
@@ -1550,7 +1609,7 @@ fn what_a_missed_deadline_and_an_overloaded_cpu_say() {
     };
     expect![[r#"
         /model.mal "2" not-deadline-monotonic: `b` has a shorter deadline than `c` (2 < 10 ms) but a lower priority (2 < 3)
-        /model.mal "c" deadline-missed: CPU 1 overloaded (160.0 % at priority ≥ 3); `lan (platform)` needs 6 ms every 5 ms
+        /model.mal "c" deadline-missed: CPU 1 overloaded (160.0 % at priority ≥ 3); the execution time of `lan (platform)` alone, 6 ms, exceeds its period of 5 ms
     "#]].assert_eq(&lan("priority = 99"));
     // It has 100 %, and `b` 10 %; then it has 2 %.
     let other = |time: &str| {

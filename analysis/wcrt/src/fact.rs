@@ -188,7 +188,17 @@ pub struct Overload<'db> {
     /// the greatest part of the time.
     pub alone: Option<(Time, Time, Option<File>)>,
     /// The activities without a bound.
-    pub unbounded: Vec<(Name, Location<'db>)>,
+    pub unbounded: Vec<Unbounded<'db>>,
+}
+
+/// An activity without a bound on an overloaded CPU.
+#[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
+pub struct Unbounded<'db> {
+    pub instance: Name,
+    pub at: Location<'db>,
+    /// The greatest time of one of its jobs and its deadline, where that time alone exceeds the deadline: without the overload,
+    /// the activity misses it too.
+    pub alone: Option<(Time, Time)>,
 }
 
 /// The reason why a deadline is not proved.

@@ -67,7 +67,7 @@ pub use execution_times::{ExecutionTimes, execution_times};
 pub use exported::{exported_component, psm_at, task_set_of};
 pub use fact::{
     Budget, ChangedOrigin, DeadlineAndPriority, Expected, InterferenceReport, Missed, MissingTime, NoTime,
-    Overload, TableSection, TimingFact, TimingFactKind,
+    Overload, TableSection, TimingFact, TimingFactKind, Unbounded,
 };
 pub use missing_times::{budgets, missing_time_facts};
 pub use new_activity::{NewActivity, missing_activities, new_activities};

@@ -3,7 +3,7 @@
 use mauve_timing::task_set::Other;
 use mauve_timing::{Level, Status};
 
-use crate::fact::{InterferenceReport, Missed, Overload, TimingFact, TimingFactKind};
+use crate::fact::{InterferenceReport, Missed, Overload, TimingFact, TimingFactKind, Unbounded};
 use crate::psm::table_of_greatest_time;
 use crate::reason::{Reason, Refusal, Share};
 use crate::report::{ActivityReport, Query, Report, Verdict};
@@ -68,7 +68,8 @@ fn overloads<'db>(
         let Some(at) = report.at.clone() else { continue };
         for Refusal { reason, .. } in &report.reasons {
             let &Reason::Overloaded { cpu, priority, utilisation } = reason else { continue };
-            let unbounded = (report.instance.clone(), at.clone());
+            let alone = report.own.zip(report.deadline).filter(|(own, deadline)| own > deadline);
+            let unbounded = Unbounded { instance: report.instance.clone(), at: at.clone(), alone };
             match found.iter_mut().find(|(overload, _)| overload.cpu == cpu) {
                 Some((overload, highest)) => {
                     overload.unbounded.push(unbounded);
