@@ -219,12 +219,11 @@ fn check_table(markdown: &str, report: &ActivityReport<'_>, seen: &mut SeenTable
     };
     assert_eq!(parts.iter().map(|row| signed(row[3])).sum::<i64>(), response.as_nanos() as i64);
     for row in parts {
-        match row[2].split_once(" × ") {
-            Some((jobs, bound)) => match bound.strip_prefix("≤ ") {
-                Some(each) => assert!(ns(row[3]) < jobs.parse::<u64>().unwrap() * ns(each)),
-                None => assert_eq!(ns(row[3]), jobs.parse::<u64>().unwrap() * ns(bound)),
-            },
-            None => {}
+        let Some((jobs, bound)) = row[2].split_once(" × ") else { continue };
+        let jobs: u64 = jobs.parse().unwrap();
+        match bound.strip_prefix("≤ ") {
+            Some(each) => assert!(ns(row[3]) < jobs * ns(each)),
+            None => assert_eq!(ns(row[3]), jobs * ns(bound)),
         }
     }
     let deadline = report.deadline.unwrap();
