@@ -363,7 +363,7 @@ check('hover has the response time', function()
       end
     end
   end, function(text)
-    return text and text:find('only 3 ms slack', 1, true)
+    return text and text:find('997 ms', 1, true)
   end)
   vim.cmd('fclose!')
 end)
