@@ -50,9 +50,24 @@ pub struct CodeAction<'db> {
     pub change: Option<Change>,
 }
 
+/// The maximum length of a title, in characters.
+pub(crate) const MOST_CHARACTERS: usize = 60;
+
+/// Returns a text of at most `most` characters, without its middle where it is longer.
+pub(crate) fn shortened(text: &str, most: usize) -> String {
+    let length = text.chars().count();
+    if length <= most {
+        return text.to_owned();
+    }
+    let tail = most.saturating_sub(1) / 2;
+    let head: String = text.chars().take(most.saturating_sub(1 + tail)).collect();
+    let tail: String = text.chars().skip(length - tail).collect();
+    format!("{head}…{tail}")
+}
+
 impl CodeAction<'_> {
     fn new(kind: ActionKind, title: impl Into<String>) -> Self {
-        let title = title.into();
+        let title = shortened(&title.into(), MOST_CHARACTERS);
         CodeAction { title, kind, preferred: false, fixed: Vec::new(), disabled: None, change: None }
     }
 }

@@ -2,12 +2,13 @@
 //!
 //! [`mauve_wcrt::better_timing`] finds the changes. The title of each says the response time of the activity at the cursor
 //! before and after, and how many deadlines are met: `Move to CPU 4: detector R 62 → 40 ms, 16 of 16 met`. The analysis
-//! computes both from the text and from the text with the change applied.
+//! computes both from the text and from the text with the change applied. The changes that meet all deadlines are first, and
+//! the best of them is preferred.
 //!
 //! An action is offered if it meets more deadlines, shortens this response time, or fixes a diagnostic of the activity; a
 //! shorter period is offered while all deadlines are met. A file may be part of several projects, with other execution
-//! times: a change that is found in one of them is analysed in all, and dropped if it loses a met deadline in any. The
-//! title names new warnings.
+//! times: a change that is found in one of them is analysed in all, and dropped if it loses a met deadline in any, or leaves an
+//! activity no slack. The title counts new warnings.
 
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
@@ -22,7 +23,7 @@ use mauve_syntax::format::Replacement;
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{Status, Time};
 use mauve_wcrt::better_timing::{
-    BetterTiming, TimingChange, better_activity, better_priorities, is_no_worse,
+    BetterTiming, TimingChange, better_activity, better_priorities, is_no_worse, keeps_slack,
 };
 use mauve_wcrt::{
     ActivityReport, Deadlines, Query, Report, Verdict, WhatIfField, response_times, response_times_if,
@@ -30,7 +31,7 @@ use mauve_wcrt::{
 };
 
 use crate::Change;
-use crate::code_actions::{ActionKind, Actions, CodeAction};
+use crate::code_actions::{ActionKind, Actions, CodeAction, MOST_CHARACTERS, shortened};
 use crate::project::name_of_root;
 
 const OPTIMAL: &str = "Set optimal priorities (Audsley's algorithm)";
@@ -82,16 +83,23 @@ pub(crate) fn offer(actions: &mut Actions<'_, '_>) {
                     (project, outcome, outcome.effect(subject.as_deref()))
                 });
                 let outcomes: Vec<Analysed<'_, '_>> = outcomes.collect();
-                if let Some(action) = action(db, change, &outcomes, &diagnostics) {
+                if let Some(action) = action(change, &outcomes, &diagnostics) {
+                    let is_partial = !outcomes.iter().all(|(.., effect)| effect.is_complete());
                     let effects = outcomes.iter().map(|(.., effect)| effect.rank()).collect::<Vec<_>>();
-                    ranked.push(((kind_of(change), effects, fields.len()), action, fields));
+                    ranked.push(((is_partial, kind_of(change), effects, fields.len()), action, fields));
                 }
             }
         }
     }
     ranked.sort_by(|(one, ..), (other, ..)| one.cmp(other));
-    for (_, action, fields) in ranked {
-        actions.push(action, || edit(db, deployment, fields));
+    let mut titles = BTreeSet::new();
+    for (index, ((is_partial, ..), mut action, fields)) in ranked.into_iter().enumerate() {
+        // The first solution; where nothing is to be solved, none.
+        action.preferred = index == 0 && !is_partial && action.kind == ActionKind::QuickFix;
+        // An action is known by its title.
+        if titles.insert(action.title.clone()) {
+            actions.push(action, || edit(db, deployment, fields));
+        }
     }
 }
 
@@ -100,7 +108,6 @@ type Analysed<'a, 'db> = (Project<'db>, &'a Outcome<'db>, Effect<'a>);
 
 /// Returns the action of a change, unless it loses a deadline or improves nothing.
 fn action<'db>(
-    db: &'db dyn ModelDb,
     change: &TimingChange,
     outcomes: &[Analysed<'_, 'db>],
     diagnostics: &[Finding<'db>],
@@ -118,7 +125,7 @@ fn action<'db>(
         return None;
     }
     Some(CodeAction {
-        title: format!("{}: {}", title(change), effects(db, outcomes)),
+        title: title_with(&title(change), outcomes),
         kind: if fixed.is_empty() { ActionKind::Rewrite } else { ActionKind::QuickFix },
         preferred: false,
         fixed,
@@ -127,22 +134,24 @@ fn action<'db>(
     })
 }
 
-/// Returns the effect in all projects, or where they differ, in each.
-fn effects(db: &dyn ModelDb, outcomes: &[Analysed<'_, '_>]) -> String {
-    let mut texts: Vec<(String, Vec<Project<'_>>)> = Vec::new();
-    for (project, outcome, effect) in outcomes {
-        let text = effect.text() + &outcome.remarks();
-        match texts.iter_mut().find(|(known, _)| *known == text) {
-            Some((_, having)) => having.push(*project),
-            None => texts.push((text, vec![*project])),
-        }
-    }
-    let differ = texts.len() > 1;
-    let each = texts.into_iter().map(|(text, having)| match differ {
-        true => format!("{text} {}", in_projects(db, &having)),
-        false => text,
-    });
-    each.collect::<Vec<_>>().join("; ")
+/// Returns a title with as much of the effects as fits: the remarks always, then the number of met deadlines, then the response
+/// time of the activity.
+fn title_with(change: &str, outcomes: &[Analysed<'_, '_>]) -> String {
+    let all = |text: &dyn Fn(&Analysed<'_, '_>) -> String| {
+        let texts: BTreeSet<String> = outcomes.iter().map(text).collect();
+        texts.into_iter().collect::<Vec<_>>().join(" or ")
+    };
+    let remarks = all(&|(_, outcome, _)| outcome.remarks());
+    let response = all(&|(.., effect)| effect.response());
+    let met = all(&|(.., effect)| effect.met());
+    let before = if response.is_empty() { String::new() } else { format!("{response}, ") };
+    let candidates = [format!("{change}: {before}{met}{remarks}"), format!("{change}: {met}{remarks}")];
+    let fits = candidates.into_iter().find(|it| it.chars().count() <= MOST_CHARACTERS);
+    fits.unwrap_or_else(|| {
+        let end = format!(": {met}{remarks}");
+        let room = MOST_CHARACTERS.saturating_sub(end.chars().count()).max(MOST_CHARACTERS / 3);
+        shortened(&format!("{}{end}", shortened(change, room)), MOST_CHARACTERS)
+    })
 }
 
 fn in_projects(db: &dyn ModelDb, projects: &[Project<'_>]) -> String {
@@ -204,17 +213,16 @@ fn kind_of(change: &TimingChange) -> ChangeKind {
 
 fn title(change: &TimingChange) -> String {
     match change {
-        TimingChange::SwapPriorities(one, other) => format!("Swap the priorities of {one} and {other}"),
-        TimingChange::PrioritiesByDeadline => "Set deadline-monotonic priorities".to_owned(),
-        TimingChange::OptimalPriorities => OPTIMAL.to_owned(),
-        TimingChange::PeriodAsDeadline(text) => format!("Lengthen the period to the deadline, {text} ms"),
-        TimingChange::DeadlineAsPeriod(period) => format!("Relax the deadline to the period, {period}"),
-        TimingChange::Cpu(cpu) => format!("Move to {}", cpu_names(*cpu)),
-        TimingChange::Period { is_longer, with_deadline, period } => {
-            let verb = if *is_longer { "Lengthen" } else { "Shorten" };
-            let and = if *with_deadline { " and the deadline" } else { "" };
-            format!("{verb} the period{and} to {period}")
+        TimingChange::SwapPriorities(one, other) => {
+            format!("Swap priorities of {} and {}", shortened(one, 12), shortened(other, 12))
         }
+        TimingChange::PrioritiesByDeadline => "Deadline-monotonic order".to_owned(),
+        TimingChange::OptimalPriorities => "Optimal priorities".to_owned(),
+        TimingChange::PeriodAsDeadline(text) => format!("Period → {text} ms"),
+        TimingChange::DeadlineAsPeriod(period) => format!("Deadline → {period}"),
+        TimingChange::Cpu(cpu) => format!("Move to {}", cpu_names(*cpu)),
+        TimingChange::Period { with_deadline: true, period, .. } => format!("Period and deadline → {period}"),
+        TimingChange::Period { period, .. } => format!("Period → {period}"),
     }
 }
 
@@ -236,7 +244,7 @@ struct Outcome<'db> {
     /// Whether a time is assumed, not measured.
     is_assumed: bool,
     new_warnings: BTreeSet<&'static str>,
-    /// Whether the change loses a met deadline or a bound.
+    /// Whether the change loses a met deadline or a bound, or leaves no slack.
     loses: bool,
     /// The diagnostics with the change.
     diagnostics: Vec<(&'static str, Location<'db>)>,
@@ -289,7 +297,7 @@ fn outcome_of<'db>(
         deadlines: then.deadlines(),
         is_assumed: then.activities.iter().any(|it| !it.assumed.is_empty()),
         new_warnings,
-        loses: !is_no_worse(now, &then),
+        loses: !is_no_worse(now, &then) || !keeps_slack(now, &then),
         diagnostics: after,
     }
 }
@@ -330,11 +338,12 @@ impl Outcome<'_> {
     }
 
     fn remarks(&self) -> String {
-        let mut text = if self.is_assumed { ", times assumed".to_owned() } else { String::new() };
-        if !self.new_warnings.is_empty() {
-            let codes: Vec<&str> = self.new_warnings.iter().copied().collect();
-            text += &format!(", new warning: {}", codes.join(", "));
-        }
+        let mut text = if self.is_assumed { ", assumed".to_owned() } else { String::new() };
+        text += match self.new_warnings.len() {
+            0 => "",
+            1 => ", 1 warning",
+            _ => ", warnings",
+        };
         text
     }
 }
@@ -349,24 +358,33 @@ impl Effect<'_> {
         (Reverse(self.deadlines.met), self.subject.map(|it| it.after))
     }
 
-    /// `detector R 62 → 40 ms, 16 of 16 met`.
-    fn text(&self) -> String {
+    /// Whether every deadline is met then.
+    fn is_complete(&self) -> bool {
+        self.deadlines.met == self.deadlines.all
+    }
+
+    /// `detector R 62 → 40 ms`.
+    fn response(&self) -> String {
+        let Some(ActivityOutcome { instance, before, after, .. }) = self.subject else {
+            return String::new();
+        };
+        let instance = shortened(instance, 16);
+        match (before, after) {
+            _ if before == after => format!("{instance} R {after}"),
+            (Response::Bound(before), Response::Bound(after)) => {
+                format!("{instance} R {} → {after}", before.number())
+            }
+            _ => format!("{instance} R {before} → {after}"),
+        }
+    }
+
+    /// `16 of 16 met`.
+    fn met(&self) -> String {
         let Deadlines { met, unknown, all } = self.deadlines;
-        let mut text = String::new();
-        if let Some(ActivityOutcome { instance, before, after, .. }) = self.subject {
-            text = match (before, after) {
-                _ if before == after => format!("{instance} R {after}, "),
-                (Response::Bound(before), Response::Bound(after)) => {
-                    format!("{instance} R {} → {after}, ", before.number())
-                }
-                _ => format!("{instance} R {before} → {after}, "),
-            };
+        match unknown {
+            0 => format!("{met} of {all} met"),
+            _ => format!("{met} of {} met, {unknown} unknown", all - unknown),
         }
-        text += &format!("{met} of {} met", all - unknown);
-        if unknown > 0 {
-            text += &format!(", {unknown} not analysed");
-        }
-        text
     }
 }
 
@@ -498,28 +516,34 @@ mod tests {
     /// What the title of an action says after its colon, computed from the analyses of the two texts.
     fn effect_of(now: &Report<'_>, then: &Report<'_>, subject: &str) -> String {
         let of = |report: &Report<'_>| {
-            let it = report.activities.iter().find(|it| it.instance == subject).unwrap();
-            match (it.response, it.verdict.name()) {
+            let it = report.activities.iter().find(|it| it.instance == subject)?;
+            Some(match (it.response, it.verdict.name()) {
                 (Some(time), _) => time.number(),
                 (None, "unbounded" | "no-bound") => "unbounded".to_owned(),
                 (None, _) => "unknown".to_owned(),
-            }
+            })
         };
-        let (before, after) = (of(now), of(then));
-        let unit = if after.bytes().all(|it| it.is_ascii_digit() || it == b'.') { " ms" } else { "" };
-        let change = if before == after { after } else { format!("{before} → {after}") };
+        let response = of(now).zip(of(then)).map_or_else(String::new, |(before, after)| {
+            let unit = if after.bytes().all(|it| it.is_ascii_digit() || it == b'.') { " ms" } else { "" };
+            let change = if before == after { after } else { format!("{before} → {after}") };
+            format!("{subject} R {change}{unit}, ")
+        });
         let (mut met, mut unknown, mut all) = (0, 0, 0);
         for it in then.activities.iter().filter(|it| it.deadline.is_some()) {
             all += 1;
             met += usize::from(it.verdict.name() == "met");
             unknown += usize::from(it.verdict.name() == "not-analysed");
         }
-        let unknown_too = if unknown > 0 { format!(", {unknown} not analysed") } else { String::new() };
-        format!("{subject} R {change}{unit}, {met} of {} met{unknown_too}", all - unknown)
+        let unknown_too = if unknown > 0 { format!(", {unknown} unknown") } else { String::new() };
+        format!("{response}{met} of {} met{unknown_too}", all - unknown)
     }
 
     /// Returns the titles at the cursor. Each action is applied to the text, which is analysed anew: the title must be right.
     fn offered(fixture: &str) -> Vec<String> {
+        titles_at(fixture, true)
+    }
+
+    fn titles_at(fixture: &str, is_applied: bool) -> Vec<String> {
         let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
         let project = projects(&db, workspace)[0];
         let deployment = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
@@ -552,21 +576,32 @@ mod tests {
         let now = response_times(&db, project, deployment, query);
         let before = codes(&db, workspace);
         let mut titles = Vec::new();
+        assert!(actions.iter().filter(|it| it.preferred).count() <= 1, "{fixture}");
         for action in actions.iter().filter(|it| it.title.contains(" met") || it.title == OPTIMAL) {
             let title = &action.title;
             if let Some(reason) = &action.disabled {
                 titles.push(format!("{title} ✗ {reason}"));
                 continue;
             }
+            assert!(title.chars().count() <= MOST_CHARACTERS, "{title}");
+            titles
+                .push(format!("{title}{}", if action.kind == ActionKind::QuickFix { " (fix)" } else { "" }));
+            if !is_applied {
+                continue;
+            }
             let edited = Edited::new(&db, workspace, action.change.as_ref().unwrap());
             let then = edited.report();
             let (_, effect) = title.split_once(": ").unwrap();
-            let subject = effect.split_once(" R ").unwrap().0;
-            assert!(
-                effect.starts_with(&effect_of(now, then, subject)),
-                "{title}\n{}\n{fixture}",
-                effect_of(now, then, subject)
-            );
+            // The title of a long name has no response time.
+            let subject = effect.split_once(" R ").map_or("", |(subject, _)| subject);
+            let expected = effect_of(now, then, subject);
+            assert!(effect.starts_with(&expected) || subject.contains('…'), "{title}\n{expected}\n{fixture}");
+            let used_up = |report: &Report<'_>| {
+                let all = report.activities.iter();
+                all.filter(|it| it.response.is_some() && it.response == it.deadline).count()
+            };
+            assert!(used_up(then) <= used_up(now), "no slack: {title}\n{fixture}");
+            assert!(!action.preferred || met(then).iter().all(|it| *it), "{title}\n{fixture}");
             // The action improves something, loses no deadline, and its title names new warnings.
             let response = |report: &Report<'_>| {
                 report.activities.iter().find(|it| it.instance == subject).and_then(|it| it.response)
@@ -574,7 +609,9 @@ mod tests {
             let is_faster = response(then).is_some_and(|it| response(now).is_none_or(|now| it < now));
             let count = |report: &Report<'_>| met(report).iter().filter(|it| **it).count();
             let is_fix = action.kind == ActionKind::QuickFix;
-            let is_better = is_faster || count(then) > count(now) || is_fix || title.starts_with("Shorten");
+            let is_named = !subject.is_empty() && !subject.contains('…');
+            let is_better =
+                !is_named || is_faster || count(then) > count(now) || is_fix || title.starts_with("Period");
             assert!(is_better && is_no_worse_than(&met(now), &met(then)), "{title}\n{fixture}");
             let after = codes(&edited.db, edited.workspace);
             for code in
@@ -582,9 +619,8 @@ mod tests {
             {
                 let is_new = after.iter().filter(|it| **it == code).count()
                     > before.iter().filter(|it| **it == code).count();
-                assert!(!is_new || title.contains(code), "{code}: {title}\n{fixture}");
+                assert!(!is_new || title.contains("warning"), "{code}: {title}\n{fixture}");
             }
-            titles.push(format!("{title}{}", if is_fix { " (fix)" } else { "" }));
         }
         titles
     }
@@ -603,7 +639,7 @@ mod tests {
         check(
             &robot(&costs, deployment, ""),
             expect![[r#"
-                Set deadline-monotonic priorities: pilot R 60 → 20 ms, 2 of 2 met
+                Deadline-monotonic order: pilot R 60 → 20 ms, 2 of 2 met
             "#]],
         );
     }
@@ -623,23 +659,23 @@ mod tests {
         check(
             &at("c"),
             expect![[r#"
-                Set deadline-monotonic priorities: c R 35 → 30 ms, 3 of 3 met
-                Shorten the period and the deadline to 35 ms: c R 35 ms, 3 of 3 met
+                Deadline-monotonic order: c R 35 → 30 ms, 3 of 3 met
+                Period and deadline → 36 ms: c R 35 ms, 3 of 3 met
             "#]],
         );
         check(
             &at("b"),
             expect![[r#"
-                Swap the priorities of b and a: b R 15 → 10 ms, 3 of 3 met, new warning: not-deadline-monotonic
-                Set deadline-monotonic priorities: b R 15 → 10 ms, 3 of 3 met
-                Shorten the period to 35 ms: b R 15 ms, 3 of 3 met
+                Swap priorities of b and a: 3 of 3 met, 1 warning
+                Deadline-monotonic order: b R 15 → 10 ms, 3 of 3 met
+                Period → 35 ms: b R 15 ms, 3 of 3 met
             "#]],
         );
         check(
             &at("a"),
             expect![[r#"
-                Set deadline-monotonic priorities: a R 5 → 35 ms, 3 of 3 met (fix)
-                Shorten the period and the deadline to 20 ms: a R 5 ms, 3 of 3 met
+                Deadline-monotonic order: a R 5 → 35 ms, 3 of 3 met (fix)
+                Period and deadline → 35 ms: a R 5 ms, 3 of 3 met, 1 warning
             "#]],
         );
     }
@@ -653,7 +689,7 @@ mod tests {
         check(
             &robot(&[("laser", "40"), ("pilot", "30")], deployment, ""),
             expect![[r#"
-                Lengthen the period to the deadline, 80 ms: laser R 40 ms, 2 of 2 met (fix)
+                Period → 80 ms: laser R 40 ms, 2 of 2 met (fix)
             "#]],
         );
     }
@@ -691,19 +727,21 @@ mod tests {
             activity pilot { affinity = 2 priority = 1 period = 100 } }";
         // In the second project, both overload one CPU, and 10 ms are too short.
         expect![[r#"
-            Shorten the period to 60 ms: laser R 10 ms, 2 of 2 met (in the project of one.mal); laser R 60 ms, 2 of 2 met (in the project of two.mal)
-        "#]].assert_eq(&offered_in_two(deployment, ["short", "short"], ["long", "long"]));
+            Period → 61 ms: laser R 10 ms or laser R 60 ms, 2 of 2 met
+        "#]]
+        .assert_eq(&offered_in_two(deployment, ["short", "short"], ["long", "long"]));
         let alike = offered_in_two(deployment, ["short", "long"], ["short", "long"]);
-        assert!(alike.contains("Shorten the period") && !alike.contains("in the project"), "{alike}");
+        assert!(alike.contains("Period →") && !alike.contains("in the project"), "{alike}");
         // A change may fix a deadline that is missed in one of the projects.
         let deployment = "deployment D { architecture A
             activity laser { affinity = 1 priority = 2 period = 100 }
             activity $0pilot { affinity = 1 priority = 1 period = 100 deadline = 50 } }";
         expect![[r#"
-            Move to CPU 2: pilot R 20 → 10 ms, 2 of 2 met (in the project of one.mal); pilot R 70 → 10 ms, 2 of 2 met (in the project of two.mal)
-            Set deadline-monotonic priorities: pilot R 20 → 10 ms, 2 of 2 met (in the project of one.mal); pilot R 70 → 10 ms, 2 of 2 met (in the project of two.mal)
-            Relax the deadline to the period, 100 ms: pilot R 20 ms, 2 of 2 met (in the project of one.mal); pilot R 70 ms, 2 of 2 met (in the project of two.mal)
-        "#]].assert_eq(&offered_in_two(deployment, ["short", "short"], ["long", "short"]));
+            Move to CPU 2: 2 of 2 met
+            Deadline-monotonic order: 2 of 2 met
+            Deadline → 100 ms: 2 of 2 met
+        "#]]
+        .assert_eq(&offered_in_two(deployment, ["short", "short"], ["long", "short"]));
     }
 
     #[test]
@@ -739,9 +777,8 @@ mod tests {
             &robot(&costs, deployment, "cpus = 3"),
             expect![[r#"
                 Move to CPU 3: pilot R 60 → 20 ms, 3 of 3 met (fix)
-                Set deadline-monotonic priorities: pilot R 60 → 20 ms, 3 of 3 met (fix)
-                Move to CPU 2: pilot R 60 → 50 ms, 3 of 3 met (fix)
-                Lengthen the period and the deadline to 60 ms: pilot R 60 ms, 3 of 3 met (fix)
+                Deadline-monotonic order: pilot R 60 → 20 ms, 3 of 3 met (fix)
+                Period and deadline → 60.1 ms: pilot R 60 ms, 3 of 3 met (fix)
             "#]],
         );
     }
@@ -758,9 +795,9 @@ mod tests {
         check(
             &fixture,
             expect![[r#"
-            Move to CPU 2: pilot R unbounded → 20 ms, 2 of 2 met, 1 not analysed (fix)
-            Lengthen the period to 100 ms: pilot R unbounded → 100 ms, 2 of 2 met, 1 not analysed (fix)
-        "#]],
+                Move to CPU 2: 2 of 2 met, 1 unknown (fix)
+                Period → 100.1 ms: 2 of 2 met, 1 unknown (fix)
+            "#]],
         );
     }
 
@@ -774,7 +811,7 @@ mod tests {
         check(
             &robot(&costs, deployment, ""),
             expect![[r#"
-                Shorten the period to 47 ms: laser R 40 ms, 2 of 2 met
+                Period → 47 ms: laser R 40 ms, 2 of 2 met
             "#]],
         );
         let deployment = "deployment D { architecture A
@@ -784,7 +821,7 @@ mod tests {
         check(
             &robot(&costs, deployment, ""),
             expect![[r#"
-                Shorten the period and the deadline to 60 ms: pilot R 60 ms, 2 of 2 met, new warning: not-deadline-monotonic
+                Period and deadline → 61 ms: 2 of 2 met, 1 warning
             "#]],
         );
     }
@@ -838,9 +875,9 @@ mod tests {
     #[test]
     fn what_is_said_is_what_comes_out_of_random_deployments() {
         let mut count = 0;
-        for seed in 0..60 {
+        for seed in 0..1000 {
             let mut random = Random(0x9E37 + seed * 7919);
-            let names = ["a", "b", "c", "d", "e"];
+            let names = ["a", "b", "c", "the_navigation_through_the_house", "e"];
             let tasks = 1 + random.below(names.len());
             let mut costs = Vec::new();
             let mut activities = String::new();
@@ -870,8 +907,9 @@ mod tests {
             let costs: Vec<(&str, &str)> = costs.iter().map(|(name, cost)| (*name, cost.as_str())).collect();
             let config = random.of(&["", "cpus = 2", "cpus = 3"]);
             let fixture = robot(&costs, &format!("deployment D {{ architecture A\n{activities}}}"), config);
-            count += offered(&fixture).len();
+            // To apply them takes long.
+            count += titles_at(&fixture, seed < 100).len();
         }
-        assert!(count > 100, "{count}");
+        assert!(count > 1000, "{count}");
     }
 }

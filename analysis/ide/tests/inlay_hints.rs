@@ -6,10 +6,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use mauve_diagnostics::{Extent, findings_of};
-use mauve_hir::{Database, File, Workspace};
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Database, File, Workspace, names_of, projects};
 use mauve_ide::{EarlierFigures, HintOptions, HintStatus, InlayHint, hash_of_hints, inlay_hints};
 use mauve_syntax::{TextRange, TextSize};
 use mauve_tests::{Random, fixture, models, random_model, texts_moved};
+use mauve_wcrt::{Query, response_times};
 
 /// The maximum length of a hint.
 const MOST_CHARACTERS: usize = 32;
@@ -96,7 +98,7 @@ fn older_figures_stand_only_where_the_text_has_none() {
     let mut earlier = EarlierFigures::default();
     let options = HintOptions::default();
     let (mut older, mut hidden) = (0, 0);
-    // What hints have shown as current figures.
+    // Response times, and what hints have shown as current figures.
     let mut current: BTreeSet<String> = BTreeSet::new();
     for step in 0..150 {
         let file = *random.of(&files);
@@ -108,6 +110,7 @@ fn older_figures_stand_only_where_the_text_has_none() {
         for text in texts {
             file.set_text(&mut db, text.into());
             earlier = earlier.updated(&db, &[workspace], &files, options, false);
+            current.extend(responses(&db, workspace));
             for &file in &files {
                 let text = file.text(&db).clone();
                 let now = hints(&db, workspace, file, &EarlierFigures::default());
@@ -158,6 +161,19 @@ fn older_figures_stand_only_where_the_text_has_none() {
     }
     assert!(older > 1000, "{older}");
     assert_eq!(hidden, 0, "hints without older figures are more");
+}
+
+/// Returns the response times of all deployments.
+fn responses(db: &Database, workspace: Workspace) -> Vec<String> {
+    let mut found = Vec::new();
+    for &project in projects(db, workspace) {
+        let all = names_of(db, project).all.iter().copied();
+        for deployment in all.filter(|it| it.kind(db) == Kind::Deployment) {
+            let report = response_times(db, project, deployment, Query::shown(db, project));
+            found.extend(report.activities.iter().filter_map(|it| Some(it.response?.number())));
+        }
+    }
+    found
 }
 
 /// The texts while a part of `text` is removed and typed again.

@@ -256,8 +256,10 @@ impl<'db> Search<'db> {
         let now = period / step;
         if self.now.schedulable() {
             let greatest = if now * step == period { now.checked_sub(1)? } else { now };
-            self.ask(&fields(self, greatest)).filter(|it| greatest > 0 && it.schedulable())?;
-            let number = self.least(0, greatest, &fields, &|report| report.schedulable())?;
+            let all = self.now;
+            let goal = |report: &Report<'_>| report.schedulable() && keeps_slack(all, report);
+            self.ask(&fields(self, greatest)).filter(|it| greatest > 0 && goal(it))?;
+            let number = self.least(0, greatest, &fields, &goal)?;
             return change(false, number, fields(self, number));
         }
         let meets_all = |report: &Report<'_>| {
@@ -267,7 +269,11 @@ impl<'db> Search<'db> {
         if meets_all(self.now) {
             return None;
         }
-        let goals: [&dyn Fn(&Report<'db>) -> bool; 2] = [&meets_all, &|report| is_met(report, activity)];
+        let before = self.now;
+        let goals: [&dyn Fn(&Report<'db>) -> bool; 2] =
+            [&|report| meets_all(report) && keeps_slack(before, report), &|report| {
+                is_met(report, activity) && keeps_slack(before, report)
+            }];
         for goal in goals.into_iter().take(if is_met(self.now, activity) { 1 } else { 2 }) {
             let mut bad = now;
             let mut factor = 2;
@@ -403,6 +409,12 @@ pub fn is_no_worse(now: &Report<'_>, then: &Report<'_>) -> bool {
                 && (!now.verdict.is_met() || then.verdict.is_met())
                 && (now.response.is_none() || then.response.is_some())
         })
+}
+
+/// Returns whether no response time becomes equal to its deadline: such a change would fail with the next nanosecond.
+pub fn keeps_slack(now: &Report<'_>, then: &Report<'_>) -> bool {
+    let is_used_up = |it: &ActivityReport<'_>| it.response.is_some() && it.response == it.deadline;
+    now.activities.iter().zip(&then.activities).all(|(now, then)| !is_used_up(then) || is_used_up(now))
 }
 
 #[cfg(test)]
@@ -555,7 +567,7 @@ mod tests {
         };
         assert_eq!(alone("3.25", "period = 20"), ["a period = 3.3"]);
         assert_eq!(alone("3.25", "period = 200"), ["a period = 4"]);
-        assert_eq!(alone("0.00001", "period = 0.00005"), ["a period = 0.00001"]);
+        assert_eq!(alone("0.00001", "period = 0.00005"), ["a period = 0.000011"]);
         // One step less is too short.
         assert_eq!(alone("10", "period = 10"), [] as [&str; 0]);
     }

@@ -40,11 +40,13 @@ export async function watch(page) {
         } else {
           missing.delete(name);
         }
-        const { top } = line.getBoundingClientRect();
-        if (tops.has(name) && tops.get(name) !== top) {
-          watched.moved.push(`${name}: ${tops.get(name)} to ${top}`);
+        const { left, top } = line.getBoundingClientRect();
+        // The same text may be shown in two editors.
+        const place = `${text} at ${left}`;
+        if (tops.has(place) && tops.get(place) !== top) {
+          watched.moved.push(`${place}: ${tops.get(place)} to ${top}`);
         }
-        tops.set(name, top);
+        tops.set(place, top);
       }
       if (all !== last && watched.keys.length > 0) {
         watched.delays.push(performance.now() - watched.keys.at(-1));

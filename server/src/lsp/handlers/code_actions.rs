@@ -1,5 +1,6 @@
 //! `textDocument/codeAction` and `codeAction/resolve`.
 
+use mauve_hir::Severity;
 use mauve_ide::{ActionKind, ActionQuestion, Changes, CodeAction};
 use mauve_syntax::TextRange;
 use serde::{Deserialize, Serialize};
@@ -80,7 +81,11 @@ pub(crate) fn code_actions(
     let is_automatic = context.trigger_kind == Some(CodeActionTriggerKind::AUTOMATIC);
     let shows_disabled = capabilities.disabled_actions && !is_automatic;
     let found = mauve_ide::code_actions(&snapshot.db, snapshot.workspaces.as_ref(), question);
-    let found = found.into_iter().filter(|action| action.disabled.is_none() || shows_disabled);
+    // The editor shows a bulb: nothing but what needs to be changed.
+    let is_bulb = is_automatic && range.is_empty();
+    let is_needed = |action: &CodeAction<'_>| action.fixed.iter().any(|it| it.severity != Severity::Hint);
+    let found = found.into_iter().filter(|action| !is_bulb || is_needed(action));
+    let found = found.filter(|action| action.disabled.is_none() || shows_disabled);
     let found = found.filter_map(|action| {
         let chosen = Chosen {
             document: params.text_document.clone(),
