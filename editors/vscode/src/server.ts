@@ -15,6 +15,7 @@ import {
 import { OwnColours } from "./colours";
 import { Figures } from "./figures";
 import { findServer } from "./find";
+import { openServerSetting } from "./settings";
 
 /** What the status bar shows. */
 export type State =
@@ -26,7 +27,7 @@ export type State =
 export class Server {
   private client?: LanguageClient;
   private process?: ChildProcess;
-  private state: State["kind"] = "stopped";
+  private state: State = { kind: "stopped" };
   /** Starts and stops follow each other: a client that is half started cannot be stopped. */
   private queue: Promise<void> = Promise.resolve();
   private readonly figures = new Figures((method, parameters) => this.answer(method, parameters));
@@ -38,6 +39,10 @@ export class Server {
     /** Commands of the server that are done here instead. */
     private readonly commands: Record<string, (...parameters: any[]) => Promise<unknown>>,
   ) {}
+
+  get current(): State {
+    return this.state;
+  }
 
   restart(): Promise<void> {
     return this.enqueue(async () => {
@@ -175,7 +180,7 @@ export class Server {
         this.set({ kind: "running", path: found.path, version: client.initializeResult?.serverInfo?.version });
       } else if (newState === ClientState.Starting) {
         this.set({ kind: "starting" });
-      } else if (this.state !== "error") {
+      } else if (this.state.kind !== "error") {
         this.set({ kind: "stopped" });
       }
     });
@@ -208,7 +213,7 @@ export class Server {
   }
 
   private set(state: State): void {
-    this.state = state.kind;
+    this.state = state;
     this.show(state);
   }
 
@@ -217,7 +222,7 @@ export class Server {
     this.set({ kind: "error", problem });
     void vscode.window.showErrorMessage(problem, "Open Settings", "Show Log").then((choice) => {
       if (choice === "Open Settings") {
-        void vscode.commands.executeCommand("workbench.action.openSettings", "mauve.server");
+        void openServerSetting();
       } else if (choice === "Show Log") {
         this.log.show();
       }
