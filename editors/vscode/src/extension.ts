@@ -1,5 +1,6 @@
 import * as vscode from "vscode";
 import { generate, generatePackages } from "./generate";
+import { showMenu } from "./menu";
 import { languageOf } from "./recognise";
 import { Server, State } from "./server";
 
@@ -9,7 +10,7 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
   const log = vscode.window.createOutputChannel("MAUVE", "log");
   const status = vscode.window.createStatusBarItem("mauve.server", vscode.StatusBarAlignment.Left);
   status.name = "MAUVE Server";
-  status.command = "mauve.showLog";
+  status.command = "mauve.showMenu";
   status.show();
   server = new Server(context.extensionPath, log, (state) => showState(status, state), {
     // The server's own would leave the files to be saved by the user.
@@ -34,6 +35,7 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
     ),
     vscode.commands.registerCommand("mauve.restartServer", () => server.restart()),
     vscode.commands.registerCommand("mauve.showLog", () => log.show()),
+    vscode.commands.registerCommand("mauve.showMenu", () => showMenu(server)),
     vscode.workspace.onDidChangeConfiguration((change) => {
       if (change.affectsConfiguration("mauve.server")) {
         void server.restart();
@@ -99,6 +101,6 @@ function showState(item: vscode.StatusBarItem, state: State): void {
   item.backgroundColor = state.kind === "error" ? new vscode.ThemeColor("statusBarItem.errorBackground") : undefined;
   const detail =
     state.kind === "running" ? `${state.path} ${state.version ?? ""}` : state.kind === "error" ? state.problem : "";
-  item.tooltip = `MAUVE server: ${state.kind}\n${detail}\nClick to show its log.`;
+  item.tooltip = `MAUVE server: ${state.kind}\n${detail}\nClick for its menu.`;
   item.accessibilityInformation = { label: `MAUVE server: ${state.kind}` };
 }

@@ -5,6 +5,7 @@ import { existsSync, readFileSync, writeFileSync } from "node:fs";
 import { spawnSync } from "node:child_process";
 import { createRequire } from "node:module";
 import * as path from "node:path";
+import { checkFirstRun } from "./firstrun.mjs";
 import { checkWhile } from "./typing.mjs";
 
 const [address, model, screenshot] = process.argv.slice(2);
@@ -258,6 +259,7 @@ try {
   await checkTyping();
   await checkGeneration();
   await checkInside();
+  await checkFirstRun({ page, expect, command, status, openAt, model, server: process.env.MAUVE_TEST_SERVER });
 } catch (error) {
   console.log(error.message);
   if (screenshot !== undefined) {
