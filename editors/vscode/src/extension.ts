@@ -1,6 +1,7 @@
 import * as vscode from "vscode";
 import { generate, generatePackages } from "./generate";
 import { showMenu } from "./menu";
+import { newProject, showCreated } from "./project";
 import { languageOf } from "./recognise";
 import { Server, State } from "./server";
 
@@ -25,6 +26,7 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
     projects,
     projects.onDidCreate(() => server.restart()),
     projects.onDidDelete(() => server.restart()),
+    vscode.commands.registerCommand("mauve.newProject", () => newProject(server, context)),
     vscode.commands.registerCommand("mauve.generatePackages", () => generatePackages(server)),
     vscode.commands.registerCommand("mauve.chooseSignificance", () => chooseSignificance(server)),
     vscode.commands.registerCommand("mauve.showReferences", (uri, position, locations) =>
@@ -47,6 +49,7 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
   );
   await Promise.all(vscode.workspace.textDocuments.map(recognise));
   await server.restart();
+  await showCreated(context);
 }
 
 export function deactivate(): Promise<void> | undefined {

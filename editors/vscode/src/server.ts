@@ -14,7 +14,7 @@ import {
 } from "vscode-languageclient/node";
 import { OwnColours } from "./colours";
 import { Figures } from "./figures";
-import { findServer } from "./find";
+import { findServer, Found } from "./find";
 import { openServerSetting } from "./settings";
 
 /** What the status bar shows. */
@@ -87,6 +87,16 @@ export class Server {
     );
   }
 
+  /** The path of the program `mauve`; nothing if it is not found, which the user is told. */
+  program(): string | undefined {
+    const found = findProgram(this.extension);
+    if ("problem" in found) {
+      this.tell(found.problem);
+      return undefined;
+    }
+    return found.path;
+  }
+
   private enqueue(step: () => Promise<void>): Promise<void> {
     if (!this.client?.isRunning()) {
       // A server that does not answer would hold up the queue for ever.
@@ -98,23 +108,14 @@ export class Server {
 
   private async start(): Promise<void> {
     this.set({ kind: "starting" });
-    const settings = vscode.workspace.getConfiguration("mauve.server");
-    const opened = vscode.workspace.workspaceFolders?.filter(({ uri }) => uri.scheme === "file") ?? [];
-    const folders = opened.map(({ uri }) => uri.fsPath);
-    const found = findServer({
-      setting: settings.get("path", "").trim(),
-      folders,
-      isTrusted: vscode.workspace.isTrusted,
-      extension: this.extension,
-      PATH: process.env.PATH ?? "",
-      platform: process.platform,
-    });
+    const found = findProgram(this.extension);
     if ("problem" in found) {
       this.log.appendLine("Searched for the server in:");
       found.lookedFor.forEach((file) => this.log.appendLine(`  ${file}`));
       return this.fail(found.problem);
     }
 
+    const settings = vscode.workspace.getConfiguration("mauve.server");
     const outside = settings.get("allowOutside", false) && vscode.workspace.isTrusted;
     const allowed = outside ? ["--allow-outside"] : [];
     const commandLine = [found.path, "lsp", ...allowed, ...settings.get<string[]>("arguments", [])];
@@ -122,7 +123,7 @@ export class Server {
     let ended: string | undefined;
     const run = async (): Promise<ChildProcess> => {
       const [program, ...args] = commandLine;
-      const server = spawn(program, args, { cwd: folders[0] });
+      const server = spawn(program, args, { cwd: folders()[0] });
       this.process = server;
       server.on("exit", (code, signal) => {
         ended = signal === null ? `exit code ${code}` : `signal ${signal}`;
@@ -220,6 +221,10 @@ export class Server {
   private fail(problem: string): void {
     this.log.appendLine(problem);
     this.set({ kind: "error", problem });
+    this.tell(problem);
+  }
+
+  private tell(problem: string): void {
     void vscode.window.showErrorMessage(problem, "Open Settings", "Show Log").then((choice) => {
       if (choice === "Open Settings") {
         void openServerSetting();
@@ -228,6 +233,24 @@ export class Server {
       }
     });
   }
+}
+
+/** The folders of the workspace that are on a disk. */
+function folders(): string[] {
+  const opened = vscode.workspace.workspaceFolders?.filter(({ uri }) => uri.scheme === "file") ?? [];
+  return opened.map(({ uri }) => uri.fsPath);
+}
+
+/** Searches for the program `mauve` where the settings and the trust in the workspace allow it. */
+function findProgram(extension: string): Found {
+  return findServer({
+    setting: vscode.workspace.getConfiguration("mauve.server").get("path", "").trim(),
+    folders: folders(),
+    isTrusted: vscode.workspace.isTrusted,
+    extension,
+    PATH: process.env.PATH ?? "",
+    platform: process.platform,
+  });
 }
 
 /** What fails is in the log; the user is told by `Server.fail`, once and with what to do. */

@@ -152,14 +152,16 @@ async function check() {
   await expect("the file as it was", () => readFileSync(file, "utf8"), (it) => it === saved);
 }
 
-/** Runs a command by its name, as a user does. */
-async function command(name) {
+/** Runs a command by its name, as a user does; one that asks something leaves the quick input open. */
+async function command(name, { asks = false } = {}) {
   await page.keyboard.press("F1");
   await page.waitForSelector(".quick-input-widget input", { timeout: 5000 });
   await page.keyboard.type(name, { delay: 5 });
   await page.waitForTimeout(300);
   await page.keyboard.press("Enter");
-  await page.waitForSelector(".quick-input-widget", { state: "hidden", timeout: 5000 });
+  if (!asks) {
+    await page.waitForSelector(".quick-input-widget", { state: "hidden", timeout: 5000 });
+  }
 }
 
 /** Opens a file of the project, with the cursor before the first `text`. */

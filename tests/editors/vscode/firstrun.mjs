@@ -1,8 +1,10 @@
 // The first run: what the extension offers a user who has just installed it. check.mjs calls `checkFirstRun` at the end.
+import * as path from "node:path";
 
 /** Looks at the extension as a new user does. `tools` are the page and the functions of check.mjs. */
 export async function checkFirstRun(tools) {
   await checkMenu(tools);
+  await checkNewProject(tools);
 }
 
 /** The rows of the quick pick. */
@@ -45,4 +47,32 @@ async function checkMenu(tools) {
     (seen) => seen.tab.startsWith("Remote") && seen.settings.some((it) => it.includes("Server: Path")),
   );
   await page.keyboard.press("Escape");
+}
+
+/** Creates a project, which VS Code opens: the last check. */
+async function checkNewProject({ page, expect, status, command, model }) {
+  const input = page.locator(".quick-input-widget input").first();
+  const message = () => page.evaluate(() => document.querySelector(".quick-input-message")?.textContent ?? "");
+  const title = () => page.evaluate(() => document.querySelector(".quick-input-title")?.textContent ?? "");
+
+  const parent = path.dirname(model);
+  await command("MAUVE: New Project", { asks: true });
+  await expect("a dialog for the folder", title, (text) => text.includes("New project"));
+  await expect("it begins at the home folder", () => input.inputValue(), (text) => text.endsWith("/"));
+  await input.fill(`${parent}/`);
+  await page.waitForTimeout(500);
+  await page.locator(".quick-input-widget .monaco-button", { hasText: "Create Here" }).click();
+  await expect("the name of the project is asked for", title, (text) => text === `New project in ${parent}`);
+  await input.fill(path.basename(model));
+  await expect("a folder with files is refused", message, (text) => text.includes("is not empty"));
+  await input.fill("first-robot");
+  await expect("a new name is accepted", message, (text) => !text.includes("is not empty"));
+  await page.keyboard.press("Enter");
+  await page.locator(".monaco-dialog-box .monaco-button", { hasText: /^Open$/ }).click();
+  await page.waitForURL(/first-robot/, { timeout: 10_000 });
+  await page.waitForSelector(".editor-instance .view-line", { timeout: 30_000 });
+  await expect("the model of the new project", () => page.locator(".tab.active").textContent(), (text) => text.includes("robot.mal"));
+  await expect("the server runs in the new project", status, (label) => label === "MAUVE server: running", 20);
+  const problems = () => page.locator(".editor-instance .squiggly-error, .editor-instance .squiggly-warning").count();
+  await expect("the new project has no problems", problems, (count) => count === 0);
 }
