@@ -1,9 +1,11 @@
 import * as vscode from "vscode";
+import { checkProject } from "./check";
 import { generate, generatePackages } from "./generate";
 import { showMenu } from "./menu";
 import { newProject, showCreated } from "./project";
 import { languageOf } from "./recognise";
 import { Server, State } from "./server";
+import { openWalkthrough, watchSteps } from "./walkthrough";
 
 let server: Server;
 
@@ -24,9 +26,12 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
     log,
     status,
     projects,
+    watchSteps(),
     projects.onDidCreate(() => server.restart()),
     projects.onDidDelete(() => server.restart()),
     vscode.commands.registerCommand("mauve.newProject", () => newProject(server, context)),
+    vscode.commands.registerCommand("mauve.checkProject", () => checkProject(server)),
+    vscode.commands.registerCommand("mauve.openWalkthrough", openWalkthrough),
     vscode.commands.registerCommand("mauve.generatePackages", () => generatePackages(server)),
     vscode.commands.registerCommand("mauve.chooseSignificance", () => chooseSignificance(server)),
     vscode.commands.registerCommand("mauve.showReferences", (uri, position, locations) =>

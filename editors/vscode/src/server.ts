@@ -16,6 +16,7 @@ import { OwnColours } from "./colours";
 import { Figures } from "./figures";
 import { findServer, Found } from "./find";
 import { openServerSetting } from "./settings";
+import { complete } from "./walkthrough";
 
 /** What the status bar shows. */
 export type State =
@@ -143,6 +144,13 @@ export class Server {
       initializationFailedHandler: () => false,
       middleware: {
         ...this.figures.middleware,
+        provideHover: async (document, position, token, next) => {
+          const hover = await this.figures.middleware.provideHover!(document, position, token, next);
+          if (hover && /^\s*activity\b/.test(document.lineAt(position.line).text)) {
+            complete("hovered");
+          }
+          return hover;
+        },
         executeCommand: (command, parameters, next) => {
           const own = this.commands[command];
           return own === undefined ? next(command, parameters) : own(...parameters);

@@ -261,7 +261,7 @@ try {
   await checkTyping();
   await checkGeneration();
   await checkInside();
-  await checkFirstRun({ page, expect, command, status, openAt, model, server: process.env.MAUVE_TEST_SERVER });
+  await checkFirstRun({ page, expect, command, status, goTo, model, server: process.env.MAUVE_TEST_SERVER });
 } catch (error) {
   console.log(error.message);
   if (screenshot !== undefined) {

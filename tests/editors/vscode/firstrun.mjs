@@ -1,10 +1,13 @@
 // The first run: what the extension offers a user who has just installed it. check.mjs calls `checkFirstRun` at the end.
+import { readFileSync } from "node:fs";
 import * as path from "node:path";
 
 /** Looks at the extension as a new user does. `tools` are the page and the functions of check.mjs. */
 export async function checkFirstRun(tools) {
   await checkMenu(tools);
+  await checkIcon(tools);
   await checkNewProject(tools);
+  await checkSteps(tools);
 }
 
 /** The rows of the quick pick. */
@@ -75,4 +78,49 @@ async function checkNewProject({ page, expect, status, command, model }) {
   await expect("the server runs in the new project", status, (label) => label === "MAUVE server: running", 20);
   const problems = () => page.locator(".editor-instance .squiggly-error, .editor-instance .squiggly-warning").count();
   await expect("the new project has no problems", problems, (count) => count === 0);
+}
+
+async function checkIcon({ page, expect }) {
+  const icon = () =>
+    page.evaluate(() => {
+      const label = document.querySelector(".tab.active .monaco-icon-label");
+      return label === null ? "no tab" : getComputedStyle(label, "::before").backgroundImage;
+    });
+  await expect("the icon of models in the tab", icon, (image) => /model-(light|dark)\.svg/.test(image));
+}
+
+/** Does what the walkthrough says in the new project, and looks at the steps. */
+async function checkSteps({ page, expect, command, goTo, model }) {
+  const lines = readFileSync(path.join(path.dirname(model), "first-robot/robot.mal"), "utf8").split("\n");
+  const line = lines.findIndex((it) => it.includes("deadline = 80"));
+  await goTo(line + 1, lines[line].indexOf("80") + 1);
+  await page.keyboard.press("Delete");
+  await page.keyboard.press("Delete");
+  await page.keyboard.type("35", { delay: 30 });
+  await expect("the missed deadline", () => page.locator(".squiggly-error").count(), (count) => count > 0);
+  await page.keyboard.press("Control+Shift+m");
+  await page.locator(".markers-panel a", { hasText: "deadline-missed" }).click();
+  // The preview is in frames, which VS Code replaces while it opens.
+  const title = (frame) => frame.evaluate(() => document.querySelector("h1")?.textContent).catch(() => undefined);
+  const titles = () => Promise.all(page.frames().map(title));
+  await expect("a click on the code of a diagnostic: its page, rendered", titles, (seen) => seen.includes("deadline-missed"));
+
+  await page.locator(".tab", { hasText: "robot.mal" }).click();
+  await page.locator(".view-line", { hasText: "activity pilot" }).hover();
+  await expect("a hover", () => page.locator(".monaco-hover:not(.hidden)").count(), (count) => count > 0);
+  await page.keyboard.press("Control+.");
+  await page.waitForSelector(".action-widget", { timeout: 5000 });
+  await page.waitForTimeout(300);
+  await page.keyboard.press("Enter");
+  await expect("the deadline fixed", () => page.locator(".squiggly-error").count(), (count) => count === 0);
+  await command("MAUVE: Open Walkthrough");
+  const steps = () =>
+    page.evaluate(() => {
+      const boxes = [...document.querySelectorAll(".getting-started-step [role=checkbox]")];
+      return boxes.map((box) => `${box.dataset.doneStepId.replace(/.*#/, "")}: ${box.ariaChecked}`);
+    });
+  const done = (check) => `create: true,type: true,hover: true,fix: true,generate: false,check: ${check}`;
+  await expect("the walkthrough, with the steps that were done", steps, (seen) => seen.join() === done(false));
+  await command("MAUVE: Check Project");
+  await expect("the last step, done by its command", steps, (seen) => seen.join() === done(true));
 }
