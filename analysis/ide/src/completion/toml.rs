@@ -53,6 +53,8 @@ pub(super) fn completions(
             item.filter = Some(item.insert.clone());
         } else if is_key && !place.has_value {
             item.filter = Some(item.label.clone());
+        }
+        if is_key && !place.has_value {
             item.insert += " = ";
         }
     }
@@ -570,8 +572,8 @@ library nav {
             (
                 "[codel]\n\"nav.$0\" = 3",
                 expect![[r#"
-                0 nav.plan ⇒ "\"nav.plan\""
-                0 nav.drive ⇒ "\"nav.drive\""
+                0 nav.plan ⇒ "\"nav.plan\" = "
+                0 nav.drive ⇒ "\"nav.drive\" = "
             "#]],
             ),
             (
@@ -584,7 +586,7 @@ library nav {
             (
                 "[component]\n\"$0",
                 expect![[r#"
-                0 C ⇒ "\"C\""
+                0 C ⇒ "\"C\" = "
             "#]],
             ),
             (
