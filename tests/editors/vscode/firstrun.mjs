@@ -1,5 +1,5 @@
 // The first run: what the extension offers a user who has just installed it. check.mjs calls `checkFirstRun` at the end.
-import { readFileSync } from "node:fs";
+import { mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import * as path from "node:path";
 
 /** Looks at the extension as a new user does. `tools` are the page and the functions of check.mjs. */
@@ -7,7 +7,10 @@ export async function checkFirstRun(tools) {
   await checkMenu(tools);
   await checkIcon(tools);
   await checkNewProject(tools);
-  await checkSteps(tools);
+  await checkColours(tools);
+  await checkEdits(tools);
+  await checkTable(tools);
+  await checkWalkthrough(tools);
 }
 
 /** The rows of the quick pick. */
@@ -61,9 +64,10 @@ async function checkNewProject({ page, expect, status, command, model }) {
   const parent = path.dirname(model);
   await command("MAUVE: New Project", { asks: true });
   await expect("a dialog for the folder", title, (text) => text.includes("New project"));
-  await expect("it begins at the home folder", () => input.inputValue(), (text) => text.endsWith("/"));
-  await input.fill(`${parent}/`);
-  await page.waitForTimeout(500);
+  // The model is beside the home folder.
+  await expect("it begins at the home folder", () => rows(page), (seen) => seen.includes(".."));
+  await page.locator(".quick-input-widget .monaco-list-row", { hasText: /^\.\.$/ }).click();
+  await expect("it shows the folder above", () => input.inputValue(), (text) => text === `${parent}/`);
   await page.locator(".quick-input-widget .monaco-button", { hasText: "Create Here" }).click();
   await expect("the name of the project is asked for", title, (text) => text === `New project in ${parent}`);
   await input.fill(path.basename(model));
@@ -89,8 +93,61 @@ async function checkIcon({ page, expect }) {
   await expect("the icon of models in the tab", icon, (image) => /model-(light|dark)\.svg/.test(image));
 }
 
-/** Does what the walkthrough says in the new project, and looks at the steps. */
-async function checkSteps({ page, expect, command, goTo, model }) {
+/** Looks at the timing table of the new project: no other extension in this VS Code knows TOML. */
+async function checkTable({ page, expect }) {
+  await page.keyboard.press("Control+p");
+  await page.waitForSelector(".quick-input-widget input", { timeout: 5000 });
+  await page.locator(".quick-input-widget input").first().fill("timing.toml");
+  await expect("the timing table is found", () => rows(page), (seen) => seen[0]?.startsWith("timing.toml"));
+  await page.keyboard.press("Enter");
+  const colours = () =>
+    page.evaluate(() => {
+      const line = [...document.querySelectorAll(".view-line")].find((it) => it.textContent.startsWith("levels"));
+      return [...(line?.querySelectorAll("span > span") ?? [])].map((span) => getComputedStyle(span).color);
+    });
+  await expect("a timing table, coloured", colours, (seen) => new Set(seen).size >= 3);
+}
+
+const THEMES = ["Dark Modern", "Light Modern", "Default High Contrast", "Default High Contrast Light", "Dark 2026", "Light 2026"];
+
+/** Looks at the names in the new project, in VS Code's own themes: each kind of name has its own look. */
+async function checkColours({ page, expect, goTo, model }) {
+  await goTo(43, 1);
+  const looks = () =>
+    page.evaluate(() => {
+      const look = (line, name) => {
+        const row = [...document.querySelectorAll(".view-line")].find((it) => it.textContent.replaceAll("\u00a0", " ").includes(line));
+        const span = [...(row?.querySelectorAll("span") ?? [])].find((it) => it.children.length === 0 && it.textContent.trim() === name);
+        const { color, fontWeight } = getComputedStyle(span ?? document.body);
+        return span === undefined ? `no ${name}` : `${color} ${fontWeight}`;
+      };
+      return {
+        variable: look("var seen", "seen"),
+        port: look("laser.ranges", "ranges"),
+        instance: look("instance laser", "laser"),
+        state: look("state Turning", "Turning"),
+        transition: look("transition blocked", "blocked"),
+      };
+    });
+  const folder = path.join(path.dirname(model), "first-robot/.vscode");
+  mkdirSync(folder, { recursive: true });
+  let before = "";
+  const isDistinct = (names) => {
+    const all = Object.values(names);
+    // With the colours of the theme before, VS Code has not switched yet.
+    return JSON.stringify(names) !== before && all.every((it) => it.startsWith("rgb")) && new Set(all).size === all.length;
+  };
+  await expect("five kinds of names, told apart in the default theme", looks, isDistinct);
+  for (const theme of THEMES) {
+    before = JSON.stringify(await looks());
+    writeFileSync(path.join(folder, "settings.json"), JSON.stringify({ "workbench.colorTheme": theme }));
+    await expect(`five kinds of names, told apart in ${theme}`, looks, isDistinct);
+  }
+  rmSync(folder, { recursive: true });
+}
+
+/** Does what the walkthrough says in the new project: types, hovers and fixes a deadline; looks at a page on the way. */
+async function checkEdits({ page, expect, goTo, model }) {
   const lines = readFileSync(path.join(path.dirname(model), "first-robot/robot.mal"), "utf8").split("\n");
   const line = lines.findIndex((it) => it.includes("deadline = 80"));
   await goTo(line + 1, lines[line].indexOf("80") + 1);
@@ -113,6 +170,9 @@ async function checkSteps({ page, expect, command, goTo, model }) {
   await page.waitForTimeout(300);
   await page.keyboard.press("Enter");
   await expect("the deadline fixed", () => page.locator(".squiggly-error").count(), (count) => count === 0);
+}
+
+async function checkWalkthrough({ page, expect, command }) {
   await command("MAUVE: Open Walkthrough");
   const steps = () =>
     page.evaluate(() => {
@@ -121,6 +181,7 @@ async function checkSteps({ page, expect, command, goTo, model }) {
     });
   const done = (check) => `create: true,type: true,hover: true,fix: true,generate: false,check: ${check}`;
   await expect("the walkthrough, with the steps that were done", steps, (seen) => seen.join() === done(false));
-  await command("MAUVE: Check Project");
-  await expect("the last step, done by its command", steps, (seen) => seen.join() === done(true));
+  await page.locator(".getting-started-step", { hasText: "Check in CI" }).click();
+  await page.locator(".getting-started-step .monaco-button", { hasText: "Check Project" }).click();
+  await expect("the last step, done by its button", steps, (seen) => seen.join() === done(true));
 }
