@@ -73,19 +73,7 @@ impl Documents {
         {
             self.0.remove(&address);
         }
-        let (text, changed) = (Rope::new(&text), Instant::now());
-        let open = Open {
-            path,
-            is_file,
-            version,
-            text,
-            problem: None,
-            changed,
-            typed: None,
-            is_saved: true,
-            is_dirty: true,
-        };
-        self.0.insert(uri, open);
+        self.0.insert(uri, Open::new(path, is_file, version, &text));
     }
 
     /// Returns the URI by which a document was opened: a URI has several spellings, such as `%41` for `A`.
@@ -192,18 +180,7 @@ impl Documents {
         let open = self.0.entry(address).or_insert_with(|| {
             let (path, is_file) = path_of(uri);
             let text = if is_file { text_of(&canonical_path(&path)).0 } else { String::new() };
-            let (text, changed) = (Rope::new(&text), Instant::now());
-            Open {
-                path,
-                is_file,
-                version: 0,
-                text,
-                problem: None,
-                changed,
-                typed: None,
-                is_saved: true,
-                is_dirty: true,
-            }
+            Open::new(path, is_file, 0, &text)
         });
         open.problem = Some(LOST.to_owned());
         open.note_change();
@@ -211,6 +188,20 @@ impl Documents {
 }
 
 impl Open {
+    fn new(path: PathBuf, is_file: bool, version: i32, text: &str) -> Open {
+        Open {
+            path,
+            is_file,
+            version,
+            text: Rope::new(text),
+            problem: None,
+            changed: Instant::now(),
+            typed: None,
+            is_saved: true,
+            is_dirty: true,
+        }
+    }
+
     fn note_change(&mut self) {
         self.changed = Instant::now();
         self.is_saved = false;
