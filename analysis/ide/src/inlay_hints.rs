@@ -306,10 +306,10 @@ fn column(text: &str, offset: TextSize) -> usize {
     before.chars().rev().take_while(|it| *it != '\n').count()
 }
 
-/// Returns the end of the line with `offset`, without spaces: a hint there moves no text.
+/// Returns the end of the line with `offset`, behind its spaces: a hint there moves no text, nor the cursor.
 fn end_of_line(text: &str, offset: TextSize) -> TextSize {
     let rest = text.get(usize::from(offset)..).unwrap_or_default();
-    let line = rest.lines().next().unwrap_or_default().trim_end();
+    let line = rest.lines().next().unwrap_or_default();
     offset + TextSize::of(line)
 }
 

@@ -18,6 +18,8 @@ type Ask = <T>(method: string, parameters: object) => Promise<T | undefined>;
 const mostLines = 3000;
 /** Of longer ones, so many lines around the visible ones. */
 const margin = 300;
+/** A column behind all texts. */
+const endOfLine = 2 ** 31 - 1;
 
 /**
  * Figures of the server at the ends of lines, in the colour of their status. VS Code's inlay hints have one colour, and
@@ -27,7 +29,7 @@ export class Figures implements vscode.Disposable {
   /** One type for all colours: an editor is given all figures at once, so that none is missing in between. */
   private readonly type = vscode.window.createTextEditorDecorationType({
     // Text that is typed at the end of the line stays before the figure.
-    rangeBehavior: vscode.DecorationRangeBehavior.ClosedClosed,
+    rangeBehavior: vscode.DecorationRangeBehavior.OpenOpen,
     after: { margin: "0 0 0 1ch" },
   });
   /** The figures in documents, by their addresses. */
@@ -198,10 +200,11 @@ function worst(figures: Figure[]): Status {
 
 /** What is drawn of the figures at one place. */
 function decoration(figures: Figure[]): vscode.DecorationOptions {
-  const { line, character } = figures[0].position;
+  const { line } = figures[0].position;
   const status = worst(figures);
   return {
-    range: new vscode.Range(line, character, line, character),
+    // The end of the line, however long it is when VS Code draws: it may have a key more by then.
+    range: new vscode.Range(line, endOfLine, line, endOfLine),
     renderOptions: {
       after: {
         contentText: figures.map(text).join(" · "),

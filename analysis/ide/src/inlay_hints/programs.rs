@@ -14,8 +14,8 @@ use mauve_wcrt::{Query, TableSet, psm_of, tables_for};
 use rustc_hash::FxHashMap;
 
 use super::earlier::{Figures, with_earlier};
-use super::label::{MOST_CHARACTERS, Round, first_fit, short};
-use super::{Figure, Found, HintStatus, InlayHint, Subject, end_of_line};
+use super::label::{MOST_CHARACTERS, Round, first_fit, most_at, short};
+use super::{Figure, Found, HintStatus, InlayHint, Subject, column, end_of_line};
 
 /// Returns the hints of a core in `range`.
 pub(super) fn of_core<'db>(
@@ -31,20 +31,22 @@ pub(super) fn of_core<'db>(
     }
     let mut found = Vec::new();
     let heads = heads(db, of, range);
+    let text = of.file(db).text(db);
     let mut add = |id: SourceId, place: &Place, label: Option<&Label>| {
         let explained_at = Location::Source(of, id).range(db).start();
         let Some(&offset) = heads.get(&explained_at).filter(|it| range.contains_inclusive(**it)) else {
             return;
         };
+        let room = most_at(column(text, offset));
         let hint = InlayHint {
             offset,
-            label: label.map_or_else(String::new, |label| label.text.clone()),
+            label: label.map_or_else(String::new, |label| label.within(room)),
             status: HintStatus::Time,
             load: None,
             explained_at: Some(explained_at),
         };
         let (subject, figure) = (Some(Subject::Program(place.clone())), label.map(Label::figure));
-        found.extend(with_earlier(Found { hint, subject, figure, room: MOST_CHARACTERS }, earlier));
+        found.extend(with_earlier(Found { hint, subject, figure, room }, earlier));
     };
     match labels {
         Some(labels) => labels.iter().for_each(|label| add(label.id, &label.place, Some(label))),
@@ -79,16 +81,23 @@ struct Label {
     text: String,
     /// The length of the figure at its beginning.
     figure: usize,
+    is_assumed: bool,
 }
 
 impl Label {
+    /// Returns its text, or only its figure where there is no room for more. Assumed times are always marked.
+    fn within(&self, room: usize) -> String {
+        let is_short = self.text.chars().count() <= room || self.is_assumed;
+        if is_short { self.text.clone() } else { self.figure().text }
+    }
+
     fn figure(&self) -> Figure {
         Figure::complete(self.text.get(..self.figure).unwrap_or_default().to_owned())
     }
 }
 
-/// Returns the labels of the programs, states and transitions of a core: none for programs without codels, and for programs that
-/// are never executed; nothing if a time is unknown.
+/// Returns the labels of the programs, states and transitions of a core: none for those that take no time, and for programs
+/// that are never executed; nothing if a time is unknown.
 #[salsa::tracked(returns(ref))]
 fn labels_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Option<Vec<Label>> {
     let level = Query::shown(db, project).level;
@@ -106,8 +115,9 @@ fn labels_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) ->
         let mut times: Vec<Time> = all.iter().map(|costs| costs.of(place)).collect::<Option<_>>()?;
         times.sort_unstable();
         let is_assumed = all.iter().any(|costs| costs.assumed);
-        let (text, figure) = label(*times.first()?, *times.last()?, place, is_assumed);
-        Some(Label { id: *id, place: place.clone(), text, figure })
+        let (least, greatest) = (*times.first()?, *times.last().filter(|time| **time > Time::ZERO)?);
+        let (text, figure) = label(least, greatest, place, is_assumed);
+        Some(Label { id: *id, place: place.clone(), text, figure, is_assumed })
     };
     Some(places_of(db, of).iter().filter_map(label).collect())
 }
