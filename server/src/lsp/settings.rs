@@ -172,9 +172,19 @@ mod tests {
             [
                 "The setting `mauve.codeLens.enable` is \"no\": expected true or false.",
                 "The setting `mauve.timing.significance` is 2: expected a number between 0 and 1, such as 1e-4, or null.",
-                "The setting `mauve.timing.significence` is unknown; did you mean `mauve.timing.significance`? (known: timing.significance, codeLens.enable, inlayHints.responseTimes, inlayHints.loads, inlayHints.defaults, inlayHints.programTimes, inlayHints.values).",
+                "The setting `mauve.timing.significence` is unknown; did you mean `mauve.timing.significance`? (known: timing.significance, timing.tightSlack, codeLens.enable, inlayHints.responseTimes, inlayHints.loads, inlayHints.programTimes, inlayHints.values).",
             ]
         );
+    }
+
+    #[test]
+    fn tight_slack_is_a_percentage() {
+        let (settings, problems) = read(json!({"timing": {"tightSlack": 25}}));
+        assert_eq!((settings.hints.tight_slack, problems), (25, vec![]));
+        for wrong in [json!(101), json!(-1), json!(2.5), json!("a tenth")] {
+            let (settings, problems) = read(json!({"timing": {"tightSlack": wrong}}));
+            assert_eq!((settings, problems.len()), (Settings::default(), 1));
+        }
     }
 
     #[test]
