@@ -75,7 +75,7 @@ async function quiet() {
 
 /** Says yes to the change that VS Code shows, and waits until nothing is left to complain of, nor to be saved. */
 async function confirmed(complaint) {
-  for (const end = Date.now() + 20_000; ; await new Promise((resolve) => setTimeout(resolve, 100))) {
+  for (const end = Date.now() + 60_000; ; await new Promise((resolve) => setTimeout(resolve, 100))) {
     await vscode.commands.executeCommand("refactorPreview.apply");
     const dirty = vscode.workspace.textDocuments.filter((it) => it.isDirty).map((it) => it.fileName);
     const said = complaint();
