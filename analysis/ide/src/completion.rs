@@ -32,6 +32,7 @@ use mauve_syntax::ast::AstNode;
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{SyntaxKind, SyntaxToken, TextRange, TextSize};
 
+pub(crate) use documentation::comment;
 pub use documentation::{Subject, documentation};
 
 use crate::program::Scope;

@@ -226,7 +226,8 @@ pub(crate) fn shown(declaration: &SyntaxNode) -> String {
     if comment.is_empty() { head } else { format!("{head}\n{comment}") }
 }
 
-fn head_and_comment(declaration: &SyntaxNode) -> (String, String) {
+/// Returns a declaration up to its block on one line, and the comment above it, which may be empty.
+pub(crate) fn head_and_comment(declaration: &SyntaxNode) -> (String, String) {
     let text = declaration.text().to_string();
     let head = text.split('{').next().unwrap_or_default();
     let head = markdown::block("mauve", &head.split_whitespace().collect::<Vec<_>>().join(" "));

@@ -4,7 +4,7 @@ use mauve_hir::{File, ModelDb, Workspace, is_model, parse};
 use mauve_syntax::SyntaxKind::{BLOCK_COMMENT, LINE_COMMENT};
 use mauve_syntax::{TextRange, TextSize, is_closed_comment, previous_significant, tokens_at};
 
-use crate::completion::documentation;
+use crate::completion::comment;
 use crate::completion::position::{Position, call_around};
 use crate::program::{Scope, subject};
 use crate::project::{each_once, projects_with};
@@ -18,7 +18,7 @@ pub struct Signature {
     pub parameters: Vec<TextRange>,
     /// The index of the typed parameter, from 0; out of range if there is none.
     pub active: usize,
-    /// Its declaration and the comment above it, in Markdown.
+    /// The comment above its declaration, in Markdown.
     pub documentation: Option<String>,
 }
 
@@ -66,7 +66,7 @@ pub fn signature_help(
             label,
             parameters,
             active: call.index,
-            documentation: subject(db, &callable).and_then(|about| documentation(db, workspaces, &about)),
+            documentation: subject(db, &callable).and_then(|about| comment(db, workspaces, &about)),
         })
     }))
 }
@@ -144,47 +144,31 @@ core C(S) { var park: int = 0  provide park(): int = { return 1; }  update = { p
         check(
             "if (near($0",
             expect![[r#"
-            near(⟨in scan: Float32⟩, in far: double): bool
-            ```mauve
-            codel near(in scan: Float32, in far: double): bool
-            ```
-
-            Is it near?
-        "#]],
+                near(⟨in scan: Float32⟩, in far: double): bool
+                Is it near?
+            "#]],
         );
         check(
             "if (near(echo, $0)) then {} else {} } } }",
             expect![[r#"
-            near(in scan: Float32, ⟨in far: double⟩): bool
-            ```mauve
-            codel near(in scan: Float32, in far: double): bool
-            ```
-
-            Is it near?
-        "#]],
+                near(in scan: Float32, ⟨in far: double⟩): bool
+                Is it near?
+            "#]],
         );
         // Only commas of this call count, in brackets and out of them.
         check(
             "near((f(1, 2)), 3$0",
             expect![[r#"
-            near(in scan: Float32, ⟨in far: double⟩): bool
-            ```mauve
-            codel near(in scan: Float32, in far: double): bool
-            ```
-
-            Is it near?
-        "#]],
+                near(in scan: Float32, ⟨in far: double⟩): bool
+                Is it near?
+            "#]],
         );
         check(
             "near(/* 🦀, é, */ echo,\n\n $0 1.0); } } }",
             expect![[r#"
-            near(in scan: Float32, ⟨in far: double⟩): bool
-            ```mauve
-            codel near(in scan: Float32, in far: double): bool
-            ```
-
-            Is it near?
-        "#]],
+                near(in scan: Float32, ⟨in far: double⟩): bool
+                Is it near?
+            "#]],
         );
     }
 
@@ -193,11 +177,8 @@ core C(S) { var park: int = 0  provide park(): int = { return 1; }  update = { p
         check(
             "go($0); } } }",
             expect![[r#"
-            go(⟨in to: int⟩): bool
-            ```mauve
-            provide go(in to: int): bool =
-            ```
-        "#]],
+                go(⟨in to: int⟩): bool
+            "#]],
         );
     }
 
@@ -212,22 +193,15 @@ core C(S) { var park: int = 0  provide park(): int = { return 1; }  update = { p
         check(
             "read(scan, $0",
             expect![[r#"
-            read(scan: input port Float32, ⟨out variable: Float32⟩): port status
-            ```mauve
-            input port scan: Float32
-            ```
-
-            The laser.
-        "#]],
+                read(scan: input port Float32, ⟨out variable: Float32⟩): port status
+                The laser.
+            "#]],
         );
         check(
             "write(out, $0); } } }",
             expect![[r#"
-            write(out: output port Float32, ⟨value: Float32⟩): void
-            ```mauve
-            output port out: Float32
-            ```
-        "#]],
+                write(out: output port Float32, ⟨value: Float32⟩): void
+            "#]],
         );
         check(
             "status($0",
@@ -238,20 +212,14 @@ core C(S) { var park: int = 0  provide park(): int = { return 1; }  update = { p
         check(
             "asking = send(ask, $0",
             expect![[r#"
-            send(ask: required operation, ⟨in what: int⟩): handler
-            ```mauve
-            require ask(in what: int, out found: bool): int
-            ```
-        "#]],
+                send(ask: required operation, ⟨in what: int⟩): handler
+            "#]],
         );
         check(
             "collect(asking, $0",
             expect![[r#"
-            collect(asking: handler of ask, ⟨out result: int⟩, out found: bool): call status
-            ```mauve
-            require ask(in what: int, out found: bool): int
-            ```
-        "#]],
+                collect(asking: handler of ask, ⟨out result: int⟩, out found: bool): call status
+            "#]],
         );
     }
 

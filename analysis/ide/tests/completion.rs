@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+use std::collections::HashSet;
 use std::ops::Range;
 use std::path::PathBuf;
 
@@ -110,6 +111,11 @@ impl Sample {
                 assert!(text.get(Range::<usize>::from(more.range)).is_some());
                 assert!(more.range.intersect(range).is_none_or(|both| both.is_empty()), "{item:?}");
             }
+        }
+        let mut shown = HashSet::new();
+        for item in &found.items {
+            let is_new = shown.insert((&item.label, &item.detail, &item.note));
+            assert!(is_new, "{item:?} is in the list twice at {offset:?} of\n{text}");
         }
         for signature in signature_help(&self.db, &[self.workspace], file, offset) {
             for parameter in &signature.parameters {

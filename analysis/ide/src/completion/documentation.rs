@@ -9,7 +9,7 @@ use mauve_hir::{Decl, ModelDb, Workspace, declarations, package, source_map};
 use mauve_syntax::SyntaxKind::*;
 use mauve_syntax::SyntaxNode;
 
-use crate::hover::{declaration_in, fields, shown};
+use crate::hover::{declaration_in, fields, head_and_comment, shown};
 
 /// The subject of an item's documentation.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -55,20 +55,28 @@ pub fn documentation(db: &dyn ModelDb, workspaces: &[Workspace], subject: &Subje
             let package = workspaces.iter().find_map(|&workspace| package(db, workspace, of))?;
             Some(fields(package, name, package.messages.get(name)?))
         }
-        Subject::Declaration { path, kind, library, name, member } => {
-            let file = workspaces.iter().find_map(|workspace| workspace.file(db, path))?;
-            let maps = &source_map(db, file).declarations;
-            let is_it = |decl: &Decl<'_>| {
-                decl.kind(db) == *kind && decl.library(db) == library && decl.name(db) == name
-            };
-            let mut found = declarations(db, file).all.iter().zip(maps);
-            let (_, map) = found.find(|(decl, _)| is_it(decl))?;
-            let all = declaration_in(db, file, map.range)?;
-            match member {
-                Some(member) => Some(shown(&member_of(&all, member)?)),
-                None => Some(shown(&all)),
-            }
-        }
+        Subject::Declaration { .. } => Some(shown(&node_of(db, workspaces, subject)?)),
+    }
+}
+
+/// Returns the comment above a declaration in Markdown; none if there is none.
+pub(crate) fn comment(db: &dyn ModelDb, workspaces: &[Workspace], subject: &Subject) -> Option<String> {
+    let (_, comment) = head_and_comment(&node_of(db, workspaces, subject)?);
+    (!comment.is_empty()).then_some(comment)
+}
+
+fn node_of(db: &dyn ModelDb, workspaces: &[Workspace], subject: &Subject) -> Option<SyntaxNode> {
+    let Subject::Declaration { path, kind, library, name, member } = subject else { return None };
+    let file = workspaces.iter().find_map(|workspace| workspace.file(db, path))?;
+    let maps = &source_map(db, file).declarations;
+    let is_it =
+        |decl: &Decl<'_>| decl.kind(db) == *kind && decl.library(db) == library && decl.name(db) == name;
+    let mut found = declarations(db, file).all.iter().zip(maps);
+    let (_, map) = found.find(|(decl, _)| is_it(decl))?;
+    let all = declaration_in(db, file, map.range)?;
+    match member {
+        Some(member) => member_of(&all, member),
+        None => Some(all),
     }
 }
 

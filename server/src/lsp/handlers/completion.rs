@@ -68,13 +68,15 @@ fn item(
         (detail, note) => format!("{detail} · {note}"),
     };
     let has_details = details.detail.is_some() || details.description.is_some();
+    // The client shows this text above the documentation, which says the same.
+    let is_repeated = capabilities.label_details && found.subject.is_some();
     let commits =
         capabilities.commit_characters && found.kind == CompletionKind::Instance && format.is_none();
     CompletionItem {
         label: found.label,
         label_details: (capabilities.label_details && has_details).then_some(details),
         kind: Some(kind(found.kind, capabilities.completion_kinds)),
-        detail: some(detail),
+        detail: some(detail).filter(|_| !is_repeated),
         // Items are sorted by relevance, then by the order of the text.
         sort_text: Some(format!("{}{index:04}", found.rank)),
         filter_text: found.filter,
