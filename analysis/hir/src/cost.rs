@@ -38,6 +38,15 @@ impl Default for Cost<'_> {
     }
 }
 
+/// Returns the codels in a cost, with repetitions.
+pub fn codels_in<'db>(cost: &Cost<'db>) -> Vec<Decl<'db>> {
+    match cost {
+        Cost::Codel(codel) => vec![*codel],
+        Cost::Operation(_) | Cost::Send(_) => Vec::new(),
+        Cost::Sum(costs) | Cost::Greatest(costs) => costs.iter().flat_map(codels_in).collect(),
+    }
+}
+
 /// Returns the operations in a cost, as indices into [`crate::Behaviour::operations`].
 pub fn operations_in(cost: &Cost<'_>) -> Vec<usize> {
     match cost {

@@ -93,7 +93,7 @@ pub use config::{
 pub use configured::{
     OwnerOfTables, accepted, check as check_configuration, owner_of_tables, section_with_tables,
 };
-pub use cost::{Cost, operations_in, sends_in};
+pub use cost::{Cost, codels_in, operations_in, sends_in};
 pub use db::{Database, File, Log, ModelDb, OnDisk, Problem, Trees, Workspace, normalised};
 pub use declared::unused_facts;
 pub use features::{

@@ -237,7 +237,7 @@ impl<'db> Completer<'_, 'db> {
         self.add(item.completed(self.at.right == EQ, format!("{name} = $0")));
     }
 
-    fn is_set(&self, of: Decl<'db>, instance: &str, name: &str) -> bool {
+    pub(super) fn is_set(&self, of: Decl<'db>, instance: &str, name: &str) -> bool {
         let flat = flat_of(self.db, self.project, of);
         let here = self.at.list.children().filter(|node| {
             node.kind() == SETTING && !node.text_range().contains_inclusive(self.at.word.start())

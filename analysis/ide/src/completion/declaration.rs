@@ -1,9 +1,9 @@
 //! Completion of declarations in a file and in a library.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 
 use mauve_hir::item_tree::{Direction, Kind, Name};
-use mauve_hir::{catalogue, names_of};
+use mauve_hir::{bases_of, catalogue, core_of, names_of, shell_of};
 use mauve_syntax::SyntaxKind::{self, *};
 use mauve_syntax::ast::{self, AstNode as _};
 
@@ -38,19 +38,47 @@ impl Completer<'_, '_> {
             }
             self.skeleton("library", "library ${1:name} {\n\t$0\n}");
         }
+        self.missing_parts();
         self.keyword("use");
         for (keyword, snippet) in [
             ("codel", "codel ${1:name}($2): ${3:void}"),
             ("shell", "shell ${1:Name} {\n\t$0\n}"),
-            (
-                "core",
-                "core ${1:Name}(${2:Shell}) {\n\tstatemachine {\n\t\tinitial state ${3:Idle} {\n\t\t\trun = {\n\t\t\t\t$0\n\t\t\t}\n\t\t}\n\t}\n}",
-            ),
+            ("core", &core_snippet("${1:Name}", "${2:Shell}")),
             ("component", "component ${1:Name}(${2:Shell}, ${3:Core})"),
             ("architecture", "architecture ${1:Name} {\n\t$0\n}"),
             ("deployment", "deployment ${1:Name} {\n\tarchitecture ${2:Architecture}\n\n\t$0\n}"),
         ] {
             self.skeleton(keyword, snippet);
+        }
+    }
+
+    /// Offers a component for each core of this library that has none, and a core for each shell that has none.
+    fn missing_parts(&mut self) {
+        let (db, project) = (self.db, self.project);
+        let names = names_of(db, project);
+        let own = |kind: Kind| {
+            let library = self.library.clone();
+            names.of_kind(db, kind).filter(move |it| *it.library(db) == library && !it.name(db).is_empty())
+        };
+        let components: Vec<_> = names.of_kind(db, Kind::Component).collect();
+        let cores: HashSet<_> = components.iter().filter_map(|&it| core_of(db, project, it)).collect();
+        let mut used: HashSet<_> = components.iter().filter_map(|&it| shell_of(db, project, it)).collect();
+        used.extend(names.of_kind(db, Kind::Core).filter_map(|it| shell_of(db, project, it)));
+        used.extend(names.of_kind(db, Kind::Shell).flat_map(|it| bases_of(db, project, it)));
+        let mut missing = Vec::new();
+        for core in own(Kind::Core).filter(|core| !cores.contains(core)) {
+            let Some(shell) = shell_of(db, project, core) else { continue };
+            let name = core.name(db).trim_end_matches("Core");
+            let text = format!("component {name}({}, {})", shell.name(db), core.name(db));
+            missing.push((text.clone(), text, "the core has no component"));
+        }
+        for shell in own(Kind::Shell).filter(|shell| !used.contains(shell)) {
+            let name = format!("{}Core", shell.name(db).trim_end_matches("Shell"));
+            let label = format!("core {name}({})", shell.name(db));
+            missing.push((label, core_snippet(&name, shell.name(db)), "the shell has no core"));
+        }
+        for (label, snippet, note) in missing {
+            self.add(Completion::new(CompletionKind::Skeleton, label).snippet(snippet).note(note).rank(0));
         }
     }
 
@@ -127,10 +155,32 @@ impl Completer<'_, '_> {
     }
 }
 
+/// Returns a core with one state.
+fn core_snippet(name: &str, shell: &str) -> String {
+    format!(
+        "core {name}({shell}) {{\n\tstatemachine {{\n\t\tinitial state ${{3:Idle}} {{\n\t\t\trun = {{\n\t\t\t\t$0\n\t\t\t}}\n\t\t}}\n\t}}\n}}"
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::testing::{labels, offered};
     use expect_test::expect;
+
+    #[test]
+    fn what_is_missing_comes_first() {
+        let text = "library a {
+  shell Base { }
+  shell LaserShell extends Base { }
+  shell DriveShell { }
+  core LaserCore(LaserShell) { update = { } }
+  $0
+}";
+        expect![[r#"
+            0 component Laser(LaserShell, LaserCore) (the core has no component)
+            0 core DriveCore(DriveShell) (the shell has no core) ⇒ "core DriveCore(DriveShell) {\n\tstatemachine {\n\t\tinitial state ${3:Idle} {\n\t\t\trun = {\n\t\t\t\t$0\n\t\t\t}\n\t\t}\n\t}\n}"
+        "#]].assert_eq(&offered(text, 0));
+    }
 
     #[test]
     fn a_file_begins_with_includes_and_holds_libraries() {

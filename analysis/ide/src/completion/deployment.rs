@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use mauve_diagnostics::cpu_names;
-use mauve_hir::item_tree::{Kind, Name};
+use mauve_hir::item_tree::{FeatureKind, Kind, Name};
 use mauve_hir::{Decl, Type, deployment, likely_declaration};
 use mauve_syntax::SyntaxKind::{self, *};
 use mauve_syntax::ast::{self, AstNode as _};
@@ -11,7 +11,7 @@ use mauve_syntax::keywords::{ActivityField, BACKGROUND};
 
 use mauve_wcrt::{NewActivity, new_activities, system_of};
 
-use super::{Completer, Completion, CompletionKind};
+use super::{Completer, Completion, CompletionKind, Subject};
 
 /// The fields of an activity: the required ones first, then the affinity, which projects with several CPUs require.
 const FIELDS: [(ActivityField, &str); 6] = [
@@ -49,6 +49,7 @@ impl<'db> Completer<'_, 'db> {
         self.skeleton("property", "property ${1:instance.name} = ${2:0}");
         self.skeleton("constant", "constant ${1:instance.name} = ${2:0}");
         self.activities("activity ");
+        self.missing_values();
         let missing = self.without_activity();
         if missing.len() > 1 {
             let mut next = 1;
@@ -67,6 +68,27 @@ impl<'db> Completer<'_, 'db> {
 
     fn new_activities(&self, instances: &[Name]) -> Vec<NewActivity> {
         self.decl.map_or_else(Vec::new, |of| new_activities(self.db, self.project, of, instances))
+    }
+
+    /// Offers a setting for each property and constant of the instances that has no value.
+    fn missing_values(&mut self) {
+        let Some(target) = self.target() else { return };
+        for (instance, _, features) in self.instances(target) {
+            for (name, (shell, feature)) in features {
+                let keyword = match feature.kind {
+                    FeatureKind::Property => "property",
+                    FeatureKind::Constant => "constant",
+                    _ => continue,
+                };
+                if feature.value.is_none() && !self.is_set(target, &instance, &name) {
+                    let label = format!("{keyword} {instance}.{name}");
+                    let snippet = format!("{label} = $0");
+                    let item = Completion::new(CompletionKind::Property, label).snippet(snippet);
+                    let subject = Subject::of(self.db, shell, Some(name));
+                    self.add(item.rank(0).note("has no value").subject(subject));
+                }
+            }
+        }
     }
 
     fn target(&self) -> Option<Decl<'db>> {
@@ -179,6 +201,8 @@ deployment D {{
             expect![[r#"
                 0 activity two: C ⇒ "activity two { priority = ${1:2} period = ${2:10} }"
                 0 activity three: C ⇒ "activity three { priority = ${1:3} period = ${2:10} }"
+                0 property one.on (has no value) ⇒ "property one.on = $0"
+                0 property three.on (has no value) ⇒ "property three.on = $0"
                 1 activity
                 1 property (property instance.name = 0) ⇒ "property ${1:instance.name} = ${2:0}"
                 1 constant (constant instance.name = 0) ⇒ "constant ${1:instance.name} = ${2:0}"

@@ -1,7 +1,7 @@
 //! Keys and values of `mauve.toml` and of timing tables. The text is usually not valid TOML during typing, so it is
 //! read line by line.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 
 use mauve_diagnostics::codes;
 use mauve_hir::config_keys::{
@@ -10,13 +10,13 @@ use mauve_hir::config_keys::{
 };
 use mauve_hir::item_tree::{FeatureKind, Kind, Name};
 use mauve_hir::{
-    File, ModelDb, ProgramKey, Project, Workspace, behaviour_of, config_file, core_of, flat_of, is_model,
-    likely_features_of, likely_shell_of, names_of,
+    Decl, File, ModelDb, ProgramKey, Project, Workspace, behaviour_of, codels_in, config_file, core_of,
+    flat_of, is_model, likely_features_of, likely_shell_of, names_of,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::Unit;
 use mauve_timing::table_keys::{KEYS, Key as TableKey, Kind as TableKind, OVERHEAD, kind_of};
-use mauve_wcrt::{levels_of_tables, table_files};
+use mauve_wcrt::{Lookup, level_shown, levels_of_tables, table_files, table_sets, timetable_of};
 
 use super::{Completion, CompletionKind, Completions};
 
@@ -328,26 +328,28 @@ impl Toml<'_, '_> {
         let kind = if section == "codel" { Kind::Codel } else { Kind::Component };
         let mut seen = BTreeSet::new();
         let mut items = Vec::new();
-        let mut add = |key: String, kind| {
+        let mut add = |key: String, kind, is_missing: bool| {
             if seen.insert(key.clone()) {
-                items.push(Completion::new(kind, key).rank(0));
+                let item = Completion::new(kind, key);
+                items.push(if is_missing { item.rank(0).note("has no time") } else { item });
             }
         };
         for &project in self.projects {
             let names = names_of(db, project);
+            let untimed = untimed_codels(db, project);
             for decl in names.of_kind(db, kind).filter(|decl| !decl.name(db).is_empty()) {
                 let name = decl.name(db);
                 let is_clear = kind == Kind::Component && names.by_key(kind, name).len() == 1;
                 let key = if is_clear { name.to_string() } else { decl.qualified(db) };
                 match section {
-                    "codel" => add(key, CompletionKind::Codel),
-                    "component" => add(key, CompletionKind::Component),
+                    "codel" => add(key, CompletionKind::Codel, untimed.contains(&decl)),
+                    "component" => add(key, CompletionKind::Component, false),
                     _ => {
                         let core = core_of(db, project, decl);
                         let known = core.map(|core| behaviour_of(db, project, core));
                         for it in known.into_iter().flat_map(|it| it.programs.iter().chain(&it.operations)) {
                             let program = ProgramKey { component: &key, program: it.id.clone() };
-                            add(program.to_string(), CompletionKind::Operation);
+                            add(program.to_string(), CompletionKind::Operation, false);
                         }
                     }
                 }
@@ -398,6 +400,20 @@ impl Toml<'_, '_> {
         }
         found.iter().map(|name| text(name)).collect()
     }
+}
+
+/// Returns the codels that components execute in their periods, and that have no time in the tables of some deployment.
+fn untimed_codels<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> HashSet<Decl<'db>> {
+    let level = level_shown(db, project.workspace(db));
+    let tables: Vec<_> = table_sets(db, project).iter().map(|&tables| timetable_of(db, tables)).collect();
+    let cores = names_of(db, project).of_kind(db, Kind::Component).filter_map(|it| core_of(db, project, it));
+    let behaviours = cores.map(|core| behaviour_of(db, project, core));
+    let programs = behaviours.flat_map(|it| it.programs.iter().chain(&it.operations));
+    let is_untimed = |codel: &Decl<'db>| {
+        let has_none = |found| matches!(found, Lookup::Absent | Lookup::Assumed(_));
+        tables.iter().any(|times| has_none(times.codel_time(db, *codel, level)))
+    };
+    programs.flat_map(|program| codels_in(&program.cost)).filter(is_untimed).collect()
 }
 
 fn value(word: &str) -> Completion {
@@ -566,28 +582,28 @@ library nav {
             (
                 "[codel]\n\"nav.plan\" = 1\n$0",
                 expect![[r#"
-                0 nav.drive ⇒ "\"nav.drive\" = "
-            "#]],
+                    0 nav.drive (has no time) ⇒ "\"nav.drive\" = "
+                "#]],
             ),
             (
                 "[codel]\n\"nav.$0\" = 3",
                 expect![[r#"
-                0 nav.plan ⇒ "\"nav.plan\" = "
-                0 nav.drive ⇒ "\"nav.drive\" = "
-            "#]],
+                    0 nav.plan (has no time) ⇒ "\"nav.plan\" = "
+                    0 nav.drive (has no time) ⇒ "\"nav.drive\" = "
+                "#]],
             ),
             (
                 "[program]\n$0",
                 expect![[r#"
-                0 C/A.run ⇒ "\"C/A.run\" = "
-                0 C/A.t.effect ⇒ "\"C/A.t.effect\" = "
-            "#]],
+                    1 C/A.run ⇒ "\"C/A.run\" = "
+                    1 C/A.t.effect ⇒ "\"C/A.t.effect\" = "
+                "#]],
             ),
             (
                 "[component]\n\"$0",
                 expect![[r#"
-                0 C ⇒ "\"C\" = "
-            "#]],
+                    1 C ⇒ "\"C\" = "
+                "#]],
             ),
             (
                 "[overhead]\ndispatch = 0\n$0",
