@@ -4,17 +4,22 @@ import * as path from "node:path";
 import * as vscode from "vscode";
 import {
   CloseAction,
+  CodeLensRefreshRequest,
+  CodeLensRequest,
   DocumentSelector,
+  DynamicFeature,
   LanguageClient,
   Location,
   Position,
   RevealOutputChannelOn,
   State as ClientState,
+  StaticFeature,
   WorkspaceEdit,
 } from "vscode-languageclient/node";
 import { OwnColours } from "./colours";
 import { Figures } from "./figures";
 import { findServer, Found } from "./find";
+import { Lenses } from "./lenses";
 import { openServerSetting } from "./settings";
 import { complete } from "./walkthrough";
 
@@ -32,6 +37,8 @@ export class Server {
   /** Starts and stops follow each other: a client that is half started cannot be stopped. */
   private queue: Promise<void> = Promise.resolve();
   private readonly figures = new Figures((method, parameters) => this.answer(method, parameters));
+
+  private readonly lenses = new Lenses((document) => this.lensesOf(document));
 
   constructor(
     private readonly extension: string,
@@ -55,6 +62,7 @@ export class Server {
   async stop(): Promise<void> {
     await this.enqueue(() => this.shutDown());
     this.figures.dispose();
+    this.lenses.dispose();
   }
 
   /** The answer to a request of ours; nothing where no server runs, which is said. */
@@ -70,6 +78,18 @@ export class Server {
   private async answer<T>(method: string, parameters: object): Promise<T | undefined> {
     const client = this.client;
     return client?.isRunning() ? client.sendRequest<T>(method, parameters).catch(() => undefined) : undefined;
+  }
+
+  /** The code lenses of a document; "later" while the server starts, or reads the project. */
+  private async lensesOf(document: vscode.TextDocument): Promise<vscode.CodeLens[] | "later" | undefined> {
+    const client = this.client;
+    if (!client?.isRunning()) {
+      return this.state.kind === "starting" ? "later" : undefined;
+    }
+    const { asCodeLensParams } = client.code2ProtocolConverter;
+    const answer = client.sendRequest(CodeLensRequest.type, asCodeLensParams(document));
+    const lenses = await answer.catch(() => "later" as const);
+    return lenses === "later" ? lenses : client.protocol2CodeConverter.asCodeLenses(lenses);
   }
 
   /** An edit of VS Code's, of one that is given as the protocol writes it. */
@@ -170,6 +190,8 @@ export class Server {
       },
     });
     client.registerFeature(new OwnColours());
+    client.registerFeature(this.lenses);
+    client.onRequest(CodeLensRefreshRequest.type, () => this.lenses.refresh());
     // Code lenses show places by it.
     client.registerFeature({
       fillClientCapabilities: (capabilities) => {
@@ -261,8 +283,15 @@ function findProgram(extension: string): Found {
   });
 }
 
-/** What fails is in the log; the user is told by `Server.fail`, once and with what to do. */
+/** What fails is in the log; the user is told by `Server.fail`, once and with what to do. Code lenses are `Lenses`. */
 class QuietClient extends LanguageClient {
+  override registerFeature(feature: StaticFeature | DynamicFeature<unknown>): void {
+    const isOfLenses = "registrationType" in feature && feature.registrationType.method === CodeLensRequest.method;
+    if (!isOfLenses) {
+      super.registerFeature(feature);
+    }
+  }
+
   override error(message: string, data?: unknown): void {
     super.error(message, data, false);
   }
