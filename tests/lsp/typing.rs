@@ -9,7 +9,9 @@ use crate::{MAUVE, copied_robot, robot};
 
 /// Whether a text has an older figure.
 fn has_older(text: &str) -> bool {
-    text.contains("before this edit") || text.contains(" ms earlier")
+    ["before this edit", " ms earlier", " met earlier", " % earlier"]
+        .iter()
+        .any(|marker| text.contains(marker))
 }
 
 #[test]

@@ -183,13 +183,16 @@ function byPosition(figures: Figure[]): Figure[][] {
   return [...found.values()];
 }
 
+/** The number of characters of a bar. */
+const full = 5;
+
 /** The label of a figure; of a CPU, with a bar. */
 function text({ label, data: { load } }: Figure): string {
   if (load === undefined) {
     return label;
   }
-  const full = Math.min(8, Math.round((load * 8) / 100));
-  return `${label} ${"━".repeat(full)}${"┄".repeat(8 - full)}`;
+  const used = Math.min(full, Math.round((load * full) / 100));
+  return `${label} ${"━".repeat(used)}${"┄".repeat(full - used)}`;
 }
 
 /** The status of several figures at one place. */
@@ -198,7 +201,7 @@ function worst(figures: Figure[]): Status {
   return order.find((status) => figures.some(({ data }) => data.status === status)) ?? "time";
 }
 
-/** What is drawn of the figures at one place. */
+/** What is drawn of the figures at one place: VS Code does not keep the order of several decorations there. */
 function decoration(figures: Figure[]): vscode.DecorationOptions {
   const { line } = figures[0].position;
   const status = worst(figures);

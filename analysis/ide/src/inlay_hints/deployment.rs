@@ -21,6 +21,9 @@ const HIGH_LOAD: u32 = 90;
 /// The maximum number of CPUs that have hints: those with the greatest utilisation.
 const MOST_CPUS: usize = 4;
 
+/// The room for the older figure of one of the hints on the line of a deployment.
+const SHARED_ROOM: usize = 24;
+
 pub(super) fn of_deployment<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -60,7 +63,7 @@ pub(super) fn of_deployment<'db>(
         let mut add = |subject: Subject, shown: Shown, load: Option<u32>| {
             let Shown { label, status, figure } = shown;
             let hint = InlayHint { offset, label, status, load, explained_at: Some(name.range(db).start()) };
-            found.push(Found { hint, subject: Some(subject), figure, room: MOST_CHARACTERS });
+            found.push(Found { hint, subject: Some(subject), figure, room: SHARED_ROOM });
         };
         if options.response_times {
             add(Subject::Deadlines, of_all(report, &shown, query), None);

@@ -323,8 +323,8 @@ deployment D {
             "run = { plan(); p | 70 ms before this edit | older",
             "transition again | ≤ 70 ms before this edit | older",
             "core Driving(S) { | 17 ms | time",
-            "deployment D { | 2 of 2 met before this edit | older",
-            "deployment D { | CPU 1 69.0 % before this edit | older",
+            "deployment D { | 2 of 2 met earlier | older",
+            "deployment D { | CPU 1 69.0 % earlier | older",
             "activity driver { | 33 ms slack · 17 ms | met",
             "activity planner | 121 ms before this edit | older",
         ];
