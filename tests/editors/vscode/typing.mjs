@@ -13,7 +13,7 @@ export async function watch(page) {
     };
     const watched = { frames: 0, activities: 0, without: [], before: [], moved: [], older: 0, keys: [], delays: [], on: true };
     const tops = new Map();
-    const [known, missing] = [new Set(), new Set()];
+    const known = new Set();
     let last = "";
     const look = () => {
       if (!watched.on) {
@@ -41,11 +41,7 @@ export async function watch(page) {
         // Until the server has the last key of a name, what is shown is that of the name before.
         const isOfPrefix = figure.includes("instance unknown");
         if (known.has(name) && !isOfPrefix && (figure === "" || figure.startsWith("not analysed"))) {
-          // Between two frames, the workbench's style sheet may be newer than its lines.
-          (missing.has(name) ? watched.without : []).push(`${text} ${figure}`);
-          missing.add(name);
-        } else {
-          missing.delete(name);
+          watched.without.push(`${text} ${figure}`);
         }
         const { left, top } = line.getBoundingClientRect();
         // The same text may be shown in two editors.
@@ -62,10 +58,15 @@ export async function watch(page) {
       last = all;
       nextFrame();
     };
-    // Behind what VS Code does in a frame: before, its style sheet may be newer than its lines.
-    const behind = new MessageChannel();
-    behind.port1.onmessage = look;
-    const nextFrame = () => requestAnimationFrame(() => behind.port2.postMessage(undefined));
+    // What is painted: after all that VS Code does in a frame. Before, its style sheet may be newer than its lines. So an element
+    // changes its size in each frame, which is observed after the layout.
+    const changing = document.body.appendChild(document.createElement("div"));
+    changing.style.position = "absolute";
+    new ResizeObserver(look).observe(changing);
+    const nextFrame = () =>
+      requestAnimationFrame(() => {
+        changing.style.width = `${1 + (watched.frames % 2)}px`;
+      });
     addEventListener("keydown", () => watched.keys.push(performance.now()), { capture: true });
     window.watched = watched;
     nextFrame();
