@@ -164,7 +164,7 @@ impl Value {
     /// ```
     /// use mauve_hir::Value;
     /// assert_eq!(Value::Double(0.38 + 2.0 * 0.1).text(), "0.58");
-    /// assert_eq!(Value::Double(0.123_456_789_012_345_67).text(), "0.12345678901234568");
+    /// assert_eq!(Value::Double(2.0 / 3.0).text(), "0.6666666666666666");
     /// ```
     pub fn text(&self) -> String {
         match self {
