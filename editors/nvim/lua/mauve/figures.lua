@@ -12,7 +12,7 @@ local groups = {
   tight = { 'MauveTight', 'DiagnosticWarn' },
   missed = { 'MauveMissed', 'DiagnosticError' },
   unknown = { 'MauveUnknown', 'DiagnosticHint' },
-  older = { 'MauveOlder', 'NonText' },
+  older = { 'MauveOlder', 'Comment' },
   time = { 'MauveTime', 'LspInlayHint' },
   value = { 'MauveValue', 'LspInlayHint' },
 }
