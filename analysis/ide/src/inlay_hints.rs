@@ -23,6 +23,9 @@ use self::label::cut;
 use self::programs::Place;
 use crate::project::{name_of_root, projects_with};
 
+/// A name before the label of a hint has so many characters at least, unless it is shorter.
+const SHORTEST_NAME: usize = 7;
+
 /// A label that an editor shows inside the text, of at most 32 characters.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct InlayHint {
@@ -234,18 +237,29 @@ fn on_one_line(db: &dyn ModelDb, found: &[(Found, Project<'_>)], projects: usize
     let first = names.next();
     let are_several = names.any(|name| Some(name) != first);
     let hint = |(found, having): (&Found, Vec<Project<'_>>)| {
+        let roots = having.iter().filter(|_| having.len() < projects);
+        let roots: Vec<String> = roots.map(|&project| name_of_root(db, project)).collect();
+        let name = found.subject.as_ref().and_then(Subject::name).filter(|_| are_several);
+        let names = [roots.join(", "), name.unwrap_or_default().to_owned()];
+        let names: Vec<String> = names.into_iter().filter(|name| !name.is_empty()).collect();
         let mut hint = found.hint.clone();
-        if let Some(name) = found.subject.as_ref().and_then(Subject::name).filter(|_| are_several) {
-            hint.label = format!("{name}: {}", hint.label);
+        if !names.is_empty() {
+            hint.label = with_name(&names.join(": "), &hint);
         }
-        if having.len() < projects {
-            let roots: Vec<String> = having.iter().map(|&project| name_of_root(db, project)).collect();
-            hint.label = format!("{}: {}", roots.join(", "), hint.label);
-        }
-        hint.label = cut(&hint.label, MOST_CHARACTERS);
         hint
     };
     shown.into_iter().map(hint).collect()
+}
+
+/// Returns the label of a hint after a name. If there is no room for both, the name is cut, or the end of the label; that of an older
+/// figure says that it is older, and stays.
+fn with_name(name: &str, hint: &InlayHint) -> String {
+    let label = match hint.status {
+        HintStatus::Older => earlier::in_short(&hint.label),
+        _ => hint.label.clone(),
+    };
+    let room = MOST_CHARACTERS.saturating_sub(label.chars().count() + ": ".len());
+    cut(&format!("{}: {label}", cut(name, room.max(SHORTEST_NAME))), MOST_CHARACTERS)
 }
 
 /// Returns the hints of an architecture or a deployment. salsa keeps them: an edit of another file that changes none of them does

@@ -222,6 +222,12 @@ fn older(Found { hint, room, .. }: &Found, figure: &Figure) -> InlayHint {
     InlayHint { label, status: HintStatus::Older, load: None, ..hint.clone() }
 }
 
+/// Returns the label of an older figure with the shorter marker.
+pub(super) fn in_short(label: &str) -> String {
+    let [long, short] = OLDER;
+    label.replace(long, short)
+}
+
 #[cfg(test)]
 mod tests {
     use mauve_hir::Database;
@@ -336,6 +342,24 @@ deployment D {
         let older = editor.set_model("plan(); }", "plan(); plan(); p }");
         assert_eq!(older[7], "activity planner | no bound before this edit | older");
         assert_eq!(editor.set_model("", ""), COMPLETE);
+    }
+
+    #[test]
+    fn older_figures_of_one_line_have_names_and_are_marked() {
+        let mut editor = Editor::new();
+        let one_line = |from: &str, to: &str| {
+            let text = MODEL.replace("period = 50 }\n  activity", "period = 50 } activity");
+            text.replace("planner", "planner_of_the_arm").replacen(from, to, 1)
+        };
+        editor.set("/robot.mal", &one_line("", ""), false);
+        let shown = editor.set("/robot.mal", &one_line("codel drive(): int", "codel drive(): "), false);
+        assert_eq!(
+            shown[6..],
+            [
+                "activity driver { | driver: 17 ms earlier | older",
+                "activity driver { | planner_of_the_…: 121 ms earlier | older",
+            ]
+        );
     }
 
     #[test]
