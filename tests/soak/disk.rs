@@ -129,7 +129,7 @@ impl Session {
     }
 
     /// A file that no project had before, a folder that is called like a model, or a link to another model. A text that may be
-    /// open becomes no folder: a server does not open folders.
+    /// open, itself or through a link, becomes no folder: a server does not open folders.
     fn change_extra(&mut self, random: &mut Random) {
         self.disk_operations += 1;
         let extra = random.below(EXTRA.len() + 1);
@@ -140,7 +140,7 @@ impl Session {
         drop(std::fs::remove_dir_all(&path));
         match random.below(4) {
             0 => drop(folder.ends_with("down").then(|| std::fs::remove_dir_all(&folder))),
-            1 if extra < EXTRA.len() => drop(std::fs::create_dir_all(path)),
+            1 if (1..EXTRA.len()).contains(&extra) => drop(std::fs::create_dir_all(path)),
             _ if extra < 3 => {
                 drop(std::fs::create_dir_all(&folder));
                 drop(std::fs::write(path, original));
