@@ -390,6 +390,26 @@ deployment D {
     }
 
     #[test]
+    fn an_activity_without_an_instance_has_no_component() {
+        let other = robot("$2").replace("instance planner", "instance other");
+        check(
+            &other,
+            expect![[r#"
+                planner
+                ---
+                **Not analysed**: its instance is unknown
+
+                - architecture A has no instance `planner`: one may be missing in it
+
+                ---
+
+                - period 100 ms, deadline 100 ms, method best
+
+            "#]],
+        );
+    }
+
+    #[test]
     fn what_is_assumed_of_the_platform_is_said_where_it_counts() {
         let assumed = "assumes real-time throttling off";
         let fixture = robot("$2");

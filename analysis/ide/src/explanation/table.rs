@@ -242,14 +242,14 @@ fn costliest_path(trace: &Trace) -> String {
 
 fn details(facts: &Explanation<'_, '_>) -> Vec<String> {
     let activity = facts.activity;
-    let mut first = format!("component {}", code(&activity.component_name));
-    for (name, time) in [("period", activity.period), ("deadline", activity.deadline)] {
-        first += &time.map_or_else(String::new, |time| format!(", {name} {time}"));
-    }
-    if activity.jitter > Time::ZERO {
-        first += &format!(", jitter {}", activity.jitter);
-    }
-    let mut found = vec![format!("{first}, method {}", facts.method())];
+    let is_known = !activity.component_name.is_empty();
+    let component = is_known.then(|| format!("component {}", code(&activity.component_name)));
+    let jitter = Some(activity.jitter).filter(|jitter| *jitter > Time::ZERO);
+    let times = [("period", activity.period), ("deadline", activity.deadline), ("jitter", jitter)];
+    let times = times.into_iter().filter_map(|(name, time)| Some(format!("{name} {}", time?)));
+    let method = format!("method {}", facts.method());
+    let first: Vec<String> = component.into_iter().chain(times).chain([method]).collect();
+    let mut found = vec![first.join(", ")];
     found.extend(facts.notes.iter().map(|note| inline(note)));
     if let Some(window) = &activity.window {
         if let Some(start) = window.start {

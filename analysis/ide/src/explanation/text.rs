@@ -17,7 +17,7 @@ pub(super) fn write(facts: &Explanation<'_, '_>) -> String {
         out,
         "{} ({}) at {}, method {}{}",
         activity.instance,
-        activity.component_name,
+        if activity.component_name.is_empty() { "component unknown" } else { &activity.component_name },
         facts.query.level,
         facts.method(),
         facts.of_which
