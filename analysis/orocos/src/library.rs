@@ -136,7 +136,8 @@ impl<'db> Libraries<'db> {
 }
 
 /// Returns the problems that prevent generation from a project: errors in its models and its `mauve.toml`, and
-/// unknown C++ types. Missed deadlines and missing times do not prevent it: times are measured in the generated code.
+/// unknown C++ types. Missed deadlines and missing times do not prevent it: times are measured in the generated code. Errors are
+/// sorted by file and location.
 pub fn problems<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Problem<'db>> {
     let workspace = project.workspace(db);
     let config = config_of(db, workspace);
@@ -155,6 +156,8 @@ pub fn problems<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Problem
             found.push(problem);
         }
     }
+    // Otherwise, the first one would depend on the order in which files were read.
+    found.sort_by_cached_key(|it| (it.at.file(db).path(db).clone(), it.at.range(db).start()));
     if found.is_empty() {
         found = libraries(db, project).1.clone();
     }
@@ -538,6 +541,17 @@ mod tests {
         let others = "library l { codel go(): int shell S { } core K(S) { update = { go(); } } component Go(S, K) } \
             library m { codel Go(): int }";
         assert_eq!(generated(others).map(|packages| packages.len()), Ok(2));
+    }
+
+    #[test]
+    fn errors_are_sorted_by_their_files() {
+        let of_each =
+            |text: &str| (10..50).map(|number| text.replace('#', &number.to_string())).collect::<String>();
+        let parts = of_each("//- /part#.mal\nlibrary part# { core K(S#) { update = { } } }\n");
+        let root =
+            of_each("include \"part#.mal\"\n") + "library shared { " + &of_each("shell S# { } ") + "}\n";
+        let found = generated(&format!("{parts}//- /root.mal\n{root}")).unwrap_err();
+        assert_eq!(found.iter().map(|(at, _)| at.as_str()).collect::<String>(), of_each("S#"));
     }
 
     #[test]
