@@ -293,7 +293,7 @@ impl MainLoop {
 
     fn handle(&mut self, event: Event) {
         if event.is_change() {
-            self.staleness.retry_failed_load();
+            self.staleness.note_change();
             if let Some(counts) = self.db.query_counts() {
                 counts.note_change();
             }

@@ -7,7 +7,7 @@
 //!            outdate_workspaces             begin_load          begin_walk
 //! Loaded ─────────────────────▶ Outdated ─────────────▶ Loaded ───────────▶ Walking
 //!    ▲                           ▲    ▲                    │                   │
-//!    │         retry_failed_load │    │ restart_load        │ fail_load         │ end_walk
+//!    │               note_change │    │ restart_load        │ fail_load         │ end_walk
 //!    │               Failed or Stopped ◀───────────────────┴───────────── stop ──┤
 //!    └─────────────────────────────────────────────────────────────────────────┘
 //! ```
@@ -149,8 +149,10 @@ impl Staleness {
         }
     }
 
-    /// Notes a change after which a load that panicked, or was stopped, is tried again.
-    pub(super) fn retry_failed_load(&mut self) {
+    /// Notes that the client or the disk has changed something: a load that panicked, or was stopped, is tried again, and loads in
+    /// a row are counted from here.
+    pub(super) fn note_change(&mut self) {
+        (self.loads_for_checks, self.loads_for_watches) = (0, 0);
         if matches!(self.load, Load::Failed | Load::Stopped) {
             self.load = Load::Outdated;
         }
@@ -360,7 +362,7 @@ mod tests {
         staleness.bump_generation();
         staleness.fail_load();
         assert!(!staleness.begin_check() && !staleness.begin_load());
-        staleness.retry_failed_load();
+        staleness.note_change();
         assert!(staleness.begin_load() && staleness.begin_check());
     }
 
@@ -377,6 +379,10 @@ mod tests {
         }
         staleness.folders_watched(true);
         assert!(!staleness.begin_load());
+        staleness.note_change();
+        assert!(staleness.load_for_check() && staleness.begin_load());
+        staleness.folders_watched(true);
+        assert!(staleness.begin_load());
     }
 
     #[test]
