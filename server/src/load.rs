@@ -69,6 +69,8 @@ pub(crate) struct Loader {
     boundary: Boundary,
     /// Files outside the projects that were named and not read, by the path that names them.
     outside: BTreeMap<PathBuf, File>,
+    /// Files outside a project whose texts it has from an editor.
+    lent: BTreeSet<PathBuf>,
     /// How many bytes may still be read.
     left: u64,
     /// The files that were read from the disk for the present workspaces, with their sizes in bytes.
@@ -202,6 +204,7 @@ impl Loader {
         self.left = LONGEST_TOGETHER;
         self.read.clear();
         self.absent.clear();
+        self.lent.clear();
         self.named = paths.iter().map(|path| canonical_path(path)).collect();
         let mut problems = Vec::new();
         // The folders of the workspaces, in the order in which they were first named.
@@ -351,6 +354,12 @@ impl Loader {
         put(db, &mut self.files, canonical, text, problem, Durability::LOW)
     }
 
+    /// Returns whether a project names this file, and may not read it from the disk. It may read the text in an editor.
+    pub(crate) fn is_refused(&self, path: &Path) -> bool {
+        let canonical = canonical_path(path);
+        self.outside.keys().any(|named| canonical_path(named) == canonical)
+    }
+
     /// Returns the workspace of a text that is no file on the disk.
     pub(crate) fn alone(&mut self, db: &mut Database, file: File) -> Workspace {
         let path = file.path(db).clone();
@@ -433,7 +442,7 @@ impl Loader {
     }
 
     /// Takes a file's text from the disk again, since the editor has closed it. Returns whether the workspaces must
-    /// be loaded again, since no project may read the file from the disk.
+    /// be loaded again, since a project may not read the file from the disk.
     pub(crate) fn closed(&mut self, db: &mut Database, file: File) -> bool {
         let canonical = file.path(db).clone();
         if self.edited.remove(&canonical) {
@@ -441,7 +450,7 @@ impl Loader {
             file.set_text_with(db, text, Durability::HIGH);
         }
         self.changed(db, &canonical);
-        !self.read.contains_key(&canonical)
+        !self.read.contains_key(&canonical) || self.lent.contains(&canonical)
     }
 
     /// Reads a file again that may have changed on the disk, if it was read before. Returns whether the text has
@@ -622,6 +631,8 @@ impl Loader {
                 // When the editor closes the file, it is read from the disk if the boundary permits that.
                 if self.boundary.refusal(&canonical).is_none() {
                     self.read.entry(canonical).or_insert((0, file));
+                } else {
+                    self.lent.insert(canonical);
                 }
                 file
             }

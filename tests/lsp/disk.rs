@@ -417,6 +417,22 @@ fn an_open_file_that_is_included_is_no_project_by_itself() {
 }
 
 #[test]
+fn an_open_file_of_another_repository_is_read_from_the_editor() {
+    let model = format!("include \"../part/part.mal\"\n{MODEL}");
+    let (model, part) = (model.replace("codel plan(): int\n", ""), "codel plan(): int\n");
+    let files = [("robot/.git/HEAD", ""), ("robot/robot.mal", &model), ("part/part.mal", part)];
+    let mut it = Session::new("repository", &files, |_| {});
+    let event =
+        json!({"event": {"added": [{"uri": address(&it.path("part")), "name": "part"}], "removed": []}});
+    it.client.notify("workspace/didChangeWorkspaceFolders", event);
+    it.client.wait_for_hint(&it.text, "activity", is_unknown);
+    let part = it.client.open_file(&it.path("part/part.mal"));
+    it.client.wait_for_hint(&it.text, "activity", |hint| hint.contains("· 17 ms"));
+    it.client.notify("textDocument/didClose", json!({"textDocument": {"uri": part.uri}}));
+    it.client.wait_for_hint(&it.text, "activity", is_unknown);
+}
+
+#[test]
 fn of_a_file_that_is_open_under_two_names_the_newer_text_is_analysed() {
     let mut it =
         Session::new("newer_text", &[], |top| symlink("robot.mal", top.join("robot/as.mal")).unwrap());

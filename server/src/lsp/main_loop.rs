@@ -505,11 +505,12 @@ impl MainLoop {
             let is_new_stray = known.is_none()
                 && !is_in_a_folder(&self.db, &self.workspaces, file)
                 && self.strays.insert(uri.clone());
-            // The load at the end of a walk includes new strays.
+            let is_permitted = known.is_none() && self.loader.is_refused(&open.path);
+            // The load at the end of a walk includes both.
             let is_loaded_later = self.staleness.is_walking();
             // A link in the path may lead to another file now.
             let is_moved = known.is_some_and(|known| known != file);
-            if is_new_stray && !is_loaded_later || is_moved {
+            if (is_new_stray || is_permitted) && !is_loaded_later || is_moved {
                 self.staleness.outdate_workspaces();
             }
         }
