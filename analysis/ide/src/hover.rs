@@ -135,7 +135,7 @@ fn of_activity<'db>(
     }
     let differ = explanations.len() > 1;
     let explanations = explanations.into_iter().map(|(explanation, having)| match differ {
-        true => format!("{}:\n\n{explanation}", in_projects(db, &having)),
+        true => format!("{}:\n\n{explanation}", in_projects(db, &having, projects)),
         false => explanation,
     });
     let explanations: Vec<String> = explanations.collect();

@@ -197,7 +197,7 @@ pub fn inlay_hints(
     // Stable: the hints of one position stay in their order.
     found.sort_by_key(|(found, _)| found.hint.offset);
     let of_line = found.chunk_by(|(one, _), (other, _)| one.hint.offset == other.hint.offset);
-    of_line.flat_map(|found| on_one_line(db, found, projects.len())).collect()
+    of_line.flat_map(|found| on_one_line(db, found, &projects)).collect()
 }
 
 /// Returns the hints of a declaration in `range`.
@@ -225,7 +225,7 @@ fn hints_of<'db>(
 
 /// Returns the hints at one position: with the project, where projects differ, and with the names of their subjects, where
 /// there are several.
-fn on_one_line(db: &dyn ModelDb, found: &[(Found, Project<'_>)], projects: usize) -> Vec<InlayHint> {
+fn on_one_line(db: &dyn ModelDb, found: &[(Found, Project<'_>)], projects: &[Project<'_>]) -> Vec<InlayHint> {
     let mut shown: Vec<(&Found, Vec<Project<'_>>)> = Vec::new();
     for (found, project) in found {
         match shown.iter_mut().find(|(known, _)| known == &found) {
@@ -237,8 +237,8 @@ fn on_one_line(db: &dyn ModelDb, found: &[(Found, Project<'_>)], projects: usize
     let first = names.next();
     let are_several = names.any(|name| Some(name) != first);
     let hint = |(found, having): (&Found, Vec<Project<'_>>)| {
-        let roots = having.iter().filter(|_| having.len() < projects);
-        let roots: Vec<String> = roots.map(|&project| name_of_root(db, project)).collect();
+        let roots = having.iter().filter(|_| having.len() < projects.len());
+        let roots: Vec<String> = roots.map(|&project| name_of_root(db, project, projects)).collect();
         let name = found.subject.as_ref().and_then(Subject::name).filter(|_| are_several);
         let names = [roots.join(", "), name.unwrap_or_default().to_owned()];
         let names: Vec<String> = names.into_iter().filter(|name| !name.is_empty()).collect();

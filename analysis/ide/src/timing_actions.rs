@@ -32,7 +32,7 @@ use mauve_wcrt::{
 
 use crate::Change;
 use crate::code_actions::{ActionKind, Actions, CodeAction, MOST_CHARACTERS, shortened};
-use crate::project::name_of_root;
+use crate::project::in_projects;
 
 const OPTIMAL: &str = "Set optimal priorities (Audsley's algorithm)";
 
@@ -71,7 +71,7 @@ pub(crate) fn offer(actions: &mut Actions<'_, '_>) {
         match offer {
             BetterTiming::NoPriorities(names) => {
                 let title = match having.len() < projects.len() {
-                    true => format!("{OPTIMAL} {}", in_projects(db, &having)),
+                    true => format!("{OPTIMAL} ({})", in_projects(db, &having, &projects)),
                     false => OPTIMAL.to_owned(),
                 };
                 actions.refuse(ActionKind::Rewrite, title, no_priorities(names));
@@ -152,11 +152,6 @@ fn title_with(change: &str, outcomes: &[Analysed<'_, '_>]) -> String {
         let room = MOST_CHARACTERS.saturating_sub(end.chars().count()).max(MOST_CHARACTERS / 3);
         shortened(&format!("{}{end}", shortened(change, room)), MOST_CHARACTERS)
     })
-}
-
-fn in_projects(db: &dyn ModelDb, projects: &[Project<'_>]) -> String {
-    let roots: Vec<String> = projects.iter().map(|&project| name_of_root(db, project)).collect();
-    format!("(in the project of {})", roots.join(", "))
 }
 
 /// The deployment that begins there.

@@ -233,7 +233,7 @@ fn renamed_keys(
                 return Err(format!("`{key}` already exists in {path}"));
             }
             if let Some(project) = other {
-                let root = name_of_root(db, project);
+                let root = name_of_root(db, project, &readers);
                 return Err(format!(
                     "`{key}` in {path} may be the time of another program in the project of {root}"
                 ));
