@@ -460,4 +460,9 @@ fn of_a_file_that_is_open_under_two_names_the_newer_text_is_analysed() {
     analysed(&mut it, &text, &other);
     it.client.edit(&mut other, "period = 90", "period = 70");
     analysed(&mut it, &other, &text);
+    // The link leads nowhere, which the server sees by an edit before the watcher tells it.
+    fs::rename(&file, it.path("away")).unwrap();
+    it.client.edit(&mut other, "period = 70", "period = 60");
+    it.client.wait_for_hint(&text, "activity pilot", |hint| hint.starts_with("63 ms slack"));
+    it.client.wait_for_hint(&other, "activity pilot", |hint| hint.starts_with("43 ms slack"));
 }

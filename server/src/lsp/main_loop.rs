@@ -474,6 +474,13 @@ impl MainLoop {
     }
 
     fn apply_documents(&mut self) {
+        let has_moved = |(uri, open): (&Url, &Open)| {
+            let known = self.shared_documents.get(uri).filter(|_| open.is_dirty && open.is_file);
+            known.is_some_and(|known| canonical_path(&open.path) != *known.file.path(&self.db))
+        };
+        if self.documents.0.iter().any(has_moved) {
+            self.close_moved_documents();
+        }
         let dirty = self.documents.0.iter().filter(|(_, open)| open.is_dirty);
         let dirty: Vec<Url> = dirty.map(|(uri, _)| uri.clone()).collect();
         if dirty.is_empty() && self.shared_documents.len() == self.documents.0.len() {
