@@ -69,8 +69,8 @@ pub(crate) struct Loader {
     boundary: Boundary,
     /// Files outside the projects that were named and not read, by the path that names them.
     outside: BTreeMap<PathBuf, File>,
-    /// Files outside a project whose texts it has from an editor.
-    lent: BTreeSet<PathBuf>,
+    /// The canonical paths of files that a project names and may not read from the disk. It may read their texts in an editor.
+    refused: BTreeSet<PathBuf>,
     /// How many bytes may still be read.
     left: u64,
     /// The files that were read from the disk for the present workspaces, with their sizes in bytes.
@@ -204,7 +204,7 @@ impl Loader {
         self.left = LONGEST_TOGETHER;
         self.read.clear();
         self.absent.clear();
-        self.lent.clear();
+        self.refused.clear();
         self.named = paths.iter().map(|path| canonical_path(path)).collect();
         let mut problems = Vec::new();
         // The folders of the workspaces, in the order in which they were first named.
@@ -356,8 +356,7 @@ impl Loader {
 
     /// Returns whether a project names this file, and may not read it from the disk. It may read the text in an editor.
     pub(crate) fn is_refused(&self, path: &Path) -> bool {
-        let canonical = canonical_path(path);
-        self.outside.keys().any(|named| canonical_path(named) == canonical)
+        self.refused.contains(&canonical_path(path))
     }
 
     /// Returns the workspace of a text that is no file on the disk.
@@ -450,7 +449,7 @@ impl Loader {
             file.set_text_with(db, text, Durability::HIGH);
         }
         self.changed(db, &canonical);
-        !self.read.contains_key(&canonical) || self.lent.contains(&canonical)
+        !self.read.contains_key(&canonical) || self.refused.contains(&canonical)
     }
 
     /// Reads a file again that may have changed on the disk, if it was read before. Returns whether the text has
@@ -623,20 +622,22 @@ impl Loader {
         if path != canonical {
             self.watch_set.add(path);
         }
+        let refusal = self.boundary.refusal(&canonical);
+        if refusal.is_some() {
+            self.refused.insert(canonical.clone());
+        }
         let file = match self.files.get(&canonical) {
             Some(&file) if self.edited.contains(&canonical) => {
                 if !canonical.exists() {
                     self.absent.insert(canonical.clone());
                 }
                 // When the editor closes the file, it is read from the disk if the boundary permits that.
-                if self.boundary.refusal(&canonical).is_none() {
+                if refusal.is_none() {
                     self.read.entry(canonical).or_insert((0, file));
-                } else {
-                    self.lent.insert(canonical);
                 }
                 file
             }
-            _ => match self.boundary.refusal(&canonical).filter(|_| is_walked || canonical.exists()) {
+            _ => match refusal.filter(|_| is_walked || canonical.exists()) {
                 // Such a file has no text, and is known by the path that leads to it.
                 Some(why) => {
                     let problem = Some(Problem::Cut(why));
