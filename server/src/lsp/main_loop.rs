@@ -474,11 +474,8 @@ impl MainLoop {
     }
 
     fn apply_documents(&mut self) {
-        let has_moved = |(uri, open): (&Url, &Open)| {
-            let known = self.shared_documents.get(uri).filter(|_| open.is_dirty && open.is_file);
-            known.is_some_and(|known| canonical_path(&open.path) != *known.file.path(&self.db))
-        };
-        if self.documents.0.iter().any(has_moved) {
+        let mut dirty = self.documents.0.iter().filter(|(_, open)| open.is_dirty);
+        if dirty.any(|(uri, open)| self.left_by(uri, open).is_some()) {
             self.close_moved_documents();
         }
         let dirty = self.documents.0.iter().filter(|(_, open)| open.is_dirty);
@@ -617,15 +614,16 @@ impl MainLoop {
         self.panicked(message);
     }
 
+    /// Returns the file of a document, if the path of the document leads to another one now.
+    fn left_by(&self, uri: &Url, open: &Open) -> Option<File> {
+        let file = self.shared_documents.get(uri).filter(|_| open.is_file)?.file;
+        (canonical_path(&open.path) != *file.path(&self.db)).then_some(file)
+    }
+
     /// Closes the files of documents whose path leads to another file now, through a link that has changed.
     fn close_moved_documents(&mut self) {
-        let known = |uri| self.shared_documents.get(uri).map(|document| document.file);
-        let files = self.documents.0.iter().filter(|(_, open)| open.is_file);
-        let files = files.filter_map(|(uri, open)| Some((known(uri)?, open)));
-        let left: Vec<File> = files
-            .filter(|(file, open)| canonical_path(&open.path) != *file.path(&self.db))
-            .map(|(file, _)| file)
-            .collect();
+        let left: Vec<File> =
+            self.documents.0.iter().filter_map(|(uri, open)| self.left_by(uri, open)).collect();
         for &file in &left {
             if self.loader.closed(&mut self.db, file) {
                 self.staleness.outdate_workspaces();
