@@ -17,7 +17,7 @@ use rustc_hash::FxHashSet;
 
 use super::{ActionKind, Actions, indentation};
 use crate::Change;
-use crate::project::name_of_root;
+use crate::project::in_projects;
 
 const STATE: &str = "Running";
 
@@ -233,10 +233,8 @@ fn renamed_keys(
                 return Err(format!("`{key}` already exists in {path}"));
             }
             if let Some(project) = other {
-                let root = name_of_root(db, project, &readers);
-                return Err(format!(
-                    "`{key}` in {path} may be the time of another program in the project of {root}"
-                ));
+                let place = in_projects(db, &[project], &readers);
+                return Err(format!("`{key}` in {path} may be the time of another program {place}"));
             }
             let from_key = from.to_string();
             // A key with a `/` is quoted; a dotted key or a key with escapes cannot be replaced.
