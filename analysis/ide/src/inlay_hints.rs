@@ -19,7 +19,7 @@ use mauve_hir::{Decl, File, ModelDb, Project, Workspace, declarations, is_model,
 use mauve_syntax::{TextRange, TextSize};
 
 use self::earlier::Owner;
-use self::label::cut;
+use self::label::{Texts, cut};
 use self::programs::Place;
 use crate::project::{name_of_root, projects_with};
 
@@ -31,14 +31,24 @@ const SHORTEST_NAME: usize = 7;
 pub struct InlayHint {
     /// Its position. Where it is a figure, nothing but comments follows on the line, so that it moves no text.
     pub offset: TextSize,
-    /// Its text.
+    /// Its text, for a small screen.
     pub label: String,
+    /// Texts that say the same in fewer and fewer words, for editors that know how much room there is.
+    pub labels: Vec<String>,
     /// What its figure says.
     pub status: HintStatus,
     /// The utilisation of the CPU that it shows, in percent.
     pub load: Option<u32>,
     /// The offset at which a [`hover`](crate::hover()) explains it, if one does.
     pub explained_at: Option<TextSize>,
+}
+
+impl InlayHint {
+    /// Returns a hint that shows the first of the texts with at most `room` characters.
+    fn new(offset: TextSize, texts: Texts, room: usize, status: HintStatus) -> InlayHint {
+        let label = texts.within(room).to_owned();
+        InlayHint { offset, label, labels: texts.into_all(), status, load: None, explained_at: None }
+    }
 }
 
 /// What the figure of a hint says, for its colour.
@@ -244,7 +254,10 @@ fn on_one_line(db: &dyn ModelDb, found: &[(Found, Project<'_>)], projects: &[Pro
         let names: Vec<String> = names.into_iter().filter(|name| !name.is_empty()).collect();
         let mut hint = found.hint.clone();
         if !names.is_empty() {
-            hint.label = with_name(&names.join(": "), &hint);
+            let name = names.join(": ");
+            let with_name = |label: &String| with_name(&name, label, hint.status);
+            (hint.label, hint.labels) = (with_name(&hint.label), hint.labels.iter().map(with_name).collect());
+            hint.labels.dedup();
         }
         hint
     };
@@ -253,10 +266,10 @@ fn on_one_line(db: &dyn ModelDb, found: &[(Found, Project<'_>)], projects: &[Pro
 
 /// Returns the label of a hint after a name. If there is no room for both, the name is cut, or the end of the label; that of an older
 /// figure says that it is older, and stays.
-fn with_name(name: &str, hint: &InlayHint) -> String {
-    let label = match hint.status {
-        HintStatus::Older => earlier::in_short(&hint.label),
-        _ => hint.label.clone(),
+fn with_name(name: &str, label: &str, status: HintStatus) -> String {
+    let label = match status {
+        HintStatus::Older => earlier::in_short(label),
+        _ => label.to_owned(),
     };
     let room = MOST_CHARACTERS.saturating_sub(label.chars().count() + ": ".len());
     cut(&format!("{}: {label}", cut(name, room.max(SHORTEST_NAME))), MOST_CHARACTERS)
@@ -307,7 +320,10 @@ fn hash_of_declaration(db: &dyn ModelDb, project: Project<'_>, decl: Decl<'_>, o
         Kind::Architecture | Kind::Deployment => {
             let mut hasher = DefaultHasher::new();
             let found = of_declaration(db, project, decl, options);
-            found.iter().for_each(|found| (&found.hint.label, found.hint.status).hash(&mut hasher));
+            let hash = |hint: &InlayHint, hasher: &mut DefaultHasher| {
+                (&hint.label, &hint.labels, hint.status).hash(hasher);
+            };
+            found.iter().for_each(|found| hash(&found.hint, &mut hasher));
             hasher.finish()
         }
         _ => 0,

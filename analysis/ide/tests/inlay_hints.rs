@@ -67,8 +67,11 @@ fn every_hint_of_random_deployments_fits() {
         let workspace = Workspace::of_texts(&db, "/".into(), files);
         for file in paths.iter().filter_map(|path| workspace.file(&db, path.as_ref())) {
             for hint in hints(&db, workspace, file, &EarlierFigures::default()) {
-                let length = hint.label.chars().count();
-                assert!((1..=MOST_CHARACTERS).contains(&length), "{hint:?}");
+                let lengths: Vec<usize> = hint.labels.iter().map(|label| label.chars().count()).collect();
+                assert!(lengths.iter().all(|it| (1..=MOST_CHARACTERS).contains(it)), "{hint:?}");
+                // In fewer and fewer words.
+                assert!(lengths.is_sorted_by(|longer, shorter| longer > shorter), "{hint:?}");
+                assert!(hint.labels.contains(&hint.label), "{hint:?}");
                 let rest = &file.text(&db)[usize::from(hint.offset)..];
                 assert!(rest.lines().next().unwrap_or_default().trim().is_empty(), "{hint:?} moves `{rest}`");
                 *statuses.entry(hint.status.name()).or_default() += 1;
@@ -115,23 +118,21 @@ fn older_figures_stand_only_where_the_text_has_none() {
                 let text = file.text(&db).clone();
                 let now = hints(&db, workspace, file, &EarlierFigures::default());
                 let shown = hints(&db, workspace, file, &earlier);
-                for hint in &now {
-                    current.extend(hint.label.split([' ', '·']).map(str::to_owned));
+                for label in now.iter().flat_map(|hint| &hint.labels) {
+                    current.extend(label.split([' ', '·']).map(str::to_owned));
                 }
                 for hint in &shown {
                     if hint.status != HintStatus::Older {
                         assert!(now.contains(hint), "{hint:?} is not in the text:\n{text}");
-                        assert!(
-                            !hint.label.contains("before") && !hint.label.contains("earlier"),
-                            "{hint:?}"
-                        );
+                        let has_marker = |it: &String| it.contains("before") || it.contains("earlier");
+                        assert!(!hint.labels.iter().any(has_marker), "{hint:?}");
                         continue;
                     }
                     older += 1;
-                    assert!(
-                        [" before this edit", " earlier"].iter().any(|it| hint.label.ends_with(it)),
-                        "{hint:?}"
-                    );
+                    let is_marked = |label: &String| {
+                        [" before this edit", " earlier"].iter().any(|it| label.ends_with(it))
+                    };
+                    assert!(hint.labels.iter().all(is_marked), "{hint:?}");
                     assert!(hint.label.chars().count() <= MOST_CHARACTERS, "{hint:?}");
                     let figure =
                         hint.label.split(' ').find(|word| word.starts_with(|it: char| it.is_ascii_digit()));

@@ -12,7 +12,7 @@ use mauve_wcrt::{
     ActivityReport, Deadlines, Query, Report, ResolvedActivity, Verdict, response_times, system_of,
 };
 
-use super::label::{MOST_CHARACTERS, Round, first_fit, most_at, short};
+use super::label::{MOST_CHARACTERS, Round, Texts, cut, most_at, short};
 use super::{Figure, Found, HintOptions, HintStatus, InlayHint, Subject, column, end_of_line};
 
 /// The utilisation of a CPU, in percent, above which it is [`HintStatus::Tight`].
@@ -20,6 +20,8 @@ const HIGH_LOAD: u32 = 90;
 
 /// The maximum number of CPUs that have hints: those with the greatest utilisation.
 const MOST_CPUS: usize = 4;
+
+const NOT_REAL_TIME: &str = "not real-time";
 
 /// The room for the older figure of one of the hints on the line of a deployment.
 const SHARED_ROOM: usize = 24;
@@ -50,19 +52,18 @@ pub(super) fn of_deployment<'db>(
         beside(text, nodes.get(&resolved.at.range(db).start())?.syntax())
     };
     let offsets: Vec<Option<TextSize>> = activities.iter().map(offset_of).collect();
-    let figures = report.activities.iter().zip(report.with_assumptions()).zip(&offsets);
-    let shown = figures.map(|((activity, is_assumed), offset)| {
-        let most = offset.map_or(MOST_CHARACTERS, |offset| most_at(column(text, offset)));
-        Shown::of(db, activity, is_assumed, options.tight_slack, most)
-    });
+    let figures = report.activities.iter().zip(report.with_assumptions());
+    let shown =
+        figures.map(|(activity, is_assumed)| Shown::of(db, activity, is_assumed, options.tight_slack));
     let shown: Vec<Shown> = shown.collect();
     let is_real_time = |it: &ActivityReport<'_>| it.verdict != Verdict::Background;
     if let Some(offset) = beside(text, node.syntax())
         && report.activities.iter().any(is_real_time)
     {
         let mut add = |subject: Subject, shown: Shown, load: Option<u32>| {
-            let Shown { label, status, figure } = shown;
-            let hint = InlayHint { offset, label, status, load, explained_at: Some(name.range(db).start()) };
+            let Shown { texts, status, figure } = shown;
+            let hint = InlayHint::new(offset, texts, MOST_CHARACTERS, status);
+            let hint = InlayHint { load, explained_at: Some(name.range(db).start()), ..hint };
             found.push(Found { hint, subject: Some(subject), figure, room: SHARED_ROOM });
         };
         if options.response_times {
@@ -75,18 +76,21 @@ pub(super) fn of_deployment<'db>(
     if !options.response_times {
         return;
     }
-    for ((resolved, Shown { label, status, figure }), offset) in activities.iter().zip(shown).zip(offsets) {
+    for ((resolved, Shown { texts, status, figure }), offset) in activities.iter().zip(shown).zip(offsets) {
         let Some(offset) = offset else { continue };
-        let explained_at = Some(resolved.at.range(db).start());
-        let hint = InlayHint { offset, label, status, load: None, explained_at };
+        let room = most_at(column(text, offset));
+        // A reason is shown in full: without it, the hint says little.
+        let most = if status == HintStatus::Unknown { MOST_CHARACTERS } else { room };
+        let hint = InlayHint::new(offset, texts, most, status);
+        let hint = InlayHint { explained_at: Some(resolved.at.range(db).start()), ..hint };
         let subject = Some(Subject::Activity(resolved.instance.clone()));
-        found.push(Found { hint, subject, figure, room: most_at(column(text, offset)) });
+        found.push(Found { hint, subject, figure, room });
     }
 }
 
-/// The label of a hint, and what it says.
+/// The texts of a hint, and what they say.
 struct Shown {
-    label: String,
+    texts: Texts,
     status: HintStatus,
     figure: Option<Figure>,
 }
@@ -98,65 +102,64 @@ impl Shown {
         activity: &ActivityReport<'db>,
         is_assumed: bool,
         tight_slack: u32,
-        most: usize,
     ) -> Shown {
         let deadline = activity.deadline.unwrap_or_default();
         let reason = || activity.reasons.first().map_or_else(String::new, |it| short_reason(db, &it.reason));
-        let (label, status) = match (activity.verdict, activity.response) {
-            (Verdict::Background, _) => ("not real-time".to_owned(), HintStatus::Time),
+        let (texts, status) = match (activity.verdict, activity.response) {
+            (Verdict::Background, _) => (Texts::of([NOT_REAL_TIME.to_owned()]), HintStatus::Time),
             (Verdict::RealTime(Status::Met), Some(response)) => {
                 let slack = deadline.checked_sub(response).unwrap_or_default();
                 let is_tight = u128::from(slack.as_nanos()) * 100
                     < u128::from(deadline.as_nanos()) * u128::from(tight_slack);
-                let slack = format!("{} slack", short(slack, Round::Down));
-                match is_tight {
-                    true => (
-                        with_response(most, &format!("only {slack}"), response, is_assumed),
-                        HintStatus::Tight,
-                    ),
-                    false => (with_response(most, &slack, response, is_assumed), HintStatus::Met),
-                }
+                let slack = short(slack, Round::Down);
+                let (only, mark, status) = match is_tight {
+                    true => ("only ", "!", HintStatus::Tight),
+                    false => ("", "✓", HintStatus::Met),
+                };
+                let verdict = [format!("{only}{slack} slack"), format!("{only}+{slack}"), mark.to_owned()];
+                (with_response(verdict, response, is_assumed), status)
             }
             (Verdict::RealTime(Status::Missed), Some(response)) => {
                 let late = response.checked_sub(deadline).unwrap_or_default();
-                let late = format!("✗ {} late", short(late, Round::Up));
-                (with_response(most, &late, response, is_assumed), HintStatus::Missed)
+                let late = short(late, Round::Up);
+                let verdict = [format!("✗ {late} late"), format!("✗ −{late}"), "✗".to_owned()];
+                (with_response(verdict, response, is_assumed), HintStatus::Missed)
             }
             (Verdict::RealTime(Status::NotAnalysed), _) => {
-                (first_fit(most, [format!("not analysed: {}", reason())]), HintStatus::Unknown)
+                let reason = cut(&reason(), MOST_CHARACTERS - "not analysed: ".len());
+                let texts = [format!("not analysed: {reason}"), "not analysed".to_owned(), "?".to_owned()];
+                (Texts::of(texts), HintStatus::Unknown)
             }
             (Verdict::RealTime(Status::Unbounded), _) => {
                 let (long, short) = (format!("✗ {}", reason()), format!("✗ {}", without_percent(&reason())));
-                (first_fit(most, [long, short]), HintStatus::Missed)
+                (Texts::of([long, short, "✗ overloaded".to_owned(), "✗".to_owned()]), HintStatus::Missed)
             }
-            (Verdict::RealTime(_), _) => (
-                first_fit(most, [format!("✗ no bound: {}", reason()), "✗ no bound".to_owned()]),
-                HintStatus::Missed,
-            ),
+            (Verdict::RealTime(_), _) => {
+                let texts = [format!("✗ no bound: {}", reason()), "✗ no bound".to_owned(), "✗".to_owned()];
+                (Texts::of(texts), HintStatus::Missed)
+            }
         };
         let figure = match (activity.verdict, activity.response) {
             (Verdict::RealTime(Status::NotAnalysed), _) => None,
-            (Verdict::Background, _) => Some(label.clone()),
+            (Verdict::Background, _) => Some(NOT_REAL_TIME.to_owned()),
             (_, Some(response)) => Some(short(response, Round::Up)),
             (_, None) => Some("no bound".to_owned()),
         };
-        Shown { label, status, figure: figure.map(Figure::complete) }
+        Shown { texts, status, figure: figure.map(Figure::complete) }
     }
 }
 
-/// Returns a verdict with the response time, if both fit. Assumed times are always marked.
-fn with_response(most: usize, verdict: &str, response: Time, is_assumed: bool) -> String {
+/// Returns a verdict with its response time; the verdict in words, in short, and as a mark. Assumed times are always marked.
+fn with_response([verdict, in_short, mark]: [String; 3], response: Time, is_assumed: bool) -> Texts {
     let response = short(response, Round::Up);
     match is_assumed {
-        false => first_fit(most, [format!("{verdict} · {response}"), verdict.to_owned()]),
-        true => first_fit(
-            most,
-            [
-                format!("{verdict} · {response} · assumed"),
-                format!("{verdict} · assumed"),
-                format!("assumed: {verdict}"),
-            ],
-        ),
+        false => Texts::of([format!("{verdict} · {response}"), verdict, in_short, mark]),
+        true => Texts::of([
+            format!("{verdict} · {response} · assumed"),
+            format!("{verdict} · assumed"),
+            format!("assumed: {verdict}"),
+            format!("assumed: {in_short}"),
+        ]),
     }
 }
 
@@ -169,17 +172,18 @@ fn without_percent(reason: &str) -> &str {
 fn of_all(report: &Report<'_>, activities: &[Shown], query: Query) -> Shown {
     let Deadlines { met, unknown, all } = report.deadlines();
     let figure = format!("{met} of {all} met");
-    let label = match unknown {
-        0 => first_fit(MOST_CHARACTERS, [format!("{figure} at {}", query.level), figure.clone()]),
-        _ => first_fit(
-            MOST_CHARACTERS,
-            [format!("{figure}, {unknown} not analysed"), format!("{figure}, {unknown} unknown")],
-        ),
+    let texts = match unknown {
+        0 => Texts::of([format!("{figure} at {}", query.level), figure.clone(), format!("{met}/{all}")]),
+        _ => Texts::of([
+            format!("{figure}, {unknown} not analysed"),
+            format!("{figure}, {unknown} unknown"),
+            format!("{met}/{all}"),
+        ]),
     };
     let has = |status: HintStatus| activities.iter().any(|activity| activity.status == status);
     let worst = [HintStatus::Missed, HintStatus::Unknown, HintStatus::Tight].into_iter().find(|it| has(*it));
     let figure = Some(Figure { text: figure, missing: unknown });
-    Shown { label, status: worst.unwrap_or(HintStatus::Met), figure }
+    Shown { texts, status: worst.unwrap_or(HintStatus::Met), figure }
 }
 
 /// Returns the greatest utilisations, with the CPUs, in the order of the CPUs.
@@ -207,17 +211,18 @@ fn loads(report: &Report<'_>) -> impl Iterator<Item = (u64, Shown, u32)> {
             _ => HintStatus::Met,
         };
         let words = |before: &str, what: &str| {
-            let texts =
-                [format!("{before}{names} {what} ({at_least}{percent:.1} %)"), format!("{before}{text}")];
-            first_fit(MOST_CHARACTERS, texts)
+            Texts::of([
+                format!("{before}{names} {what} ({at_least}{percent:.1} %)"),
+                format!("{before}{text}"),
+            ])
         };
-        let label = match status {
+        let texts = match status {
             HintStatus::Missed => words("✗ ", "overloaded"),
             HintStatus::Tight => words("", "nearly full"),
-            _ => first_fit(MOST_CHARACTERS, [text.clone()]),
+            _ => Texts::of([text.clone()]),
         };
         let figure = Some(Figure { text, missing: if cpu.complete { 0 } else { unknown } });
-        (cpu.mask, Shown { label, status, figure }, load)
+        (cpu.mask, Shown { texts, status, figure }, load)
     })
 }
 

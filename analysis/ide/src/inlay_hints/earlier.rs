@@ -11,7 +11,7 @@ use mauve_hir::{Decl, File, ModelDb, Project, Workspace, declarations, parse};
 use mauve_timing::Level;
 use mauve_wcrt::level_shown;
 
-use super::label::{MOST_CHARACTERS, cut, first_fit};
+use super::label::{MOST_CHARACTERS, Texts, cut};
 use super::{
     Figure, Found, HintOptions, HintStatus, InlayHint, Subject, hash_of_declaration, of_declaration, programs,
 };
@@ -218,8 +218,9 @@ pub(super) fn missing_loads(found: &[Found], earlier: Option<&Figures>) -> Vec<F
 /// Returns the hint of an earlier figure.
 fn older(Found { hint, room, .. }: &Found, figure: &Figure) -> InlayHint {
     let text = cut(&figure.text, MOST_CHARACTERS - OLDER[0].len());
-    let label = first_fit(*room, OLDER.map(|marker| format!("{text}{marker}")));
-    InlayHint { label, status: HintStatus::Older, load: None, ..hint.clone() }
+    let texts = Texts::of(OLDER.map(|marker| format!("{text}{marker}")));
+    let older = InlayHint::new(hint.offset, texts, *room, HintStatus::Older);
+    InlayHint { explained_at: hint.explained_at, ..older }
 }
 
 /// Returns the label of an older figure with the shorter marker.

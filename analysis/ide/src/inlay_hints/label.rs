@@ -5,7 +5,8 @@ use mauve_timing::{Time, Unit};
 /// The maximum length of a hint, in characters.
 pub(crate) const MOST_CHARACTERS: usize = 32;
 
-/// The columns that an editor shows on a small screen, beside its lists of files and its map.
+/// The columns that an editor shows on a small screen, beside its lists of files and its map. Editors that know better choose among
+/// the texts themselves.
 const COLUMNS: usize = 105;
 
 /// The maximum length of a hint on a line that leaves no more room.
@@ -16,15 +17,36 @@ pub(super) fn most_at(column: usize) -> usize {
     COLUMNS.saturating_sub(column).clamp(LEAST_ROOM, MOST_CHARACTERS)
 }
 
-/// Returns the first text of at most `most` characters; if none is short enough, the last one without its end.
-///
-/// ```text
-/// first_fit(32, ["47 ms slack · 53 ms", "47 ms slack"]) = "47 ms slack · 53 ms"
-/// ```
-pub(super) fn first_fit<const N: usize>(most: usize, texts: [String; N]) -> String {
-    let fits = texts.iter().position(|text| text.chars().count() <= most);
-    let chosen = texts.into_iter().nth(fits.unwrap_or(N.saturating_sub(1)));
-    cut(&chosen.unwrap_or_default(), MOST_CHARACTERS)
+/// Texts that say the same in fewer and fewer words, each of at most [`MOST_CHARACTERS`].
+#[derive(Debug, Clone, Default, PartialEq, Eq, Hash)]
+pub(super) struct Texts(Vec<String>);
+
+impl Texts {
+    /// Returns those of `texts` that are short enough; if there is none, the last one without its end.
+    ///
+    /// ```text
+    /// Texts::of(["47 ms slack · 53 ms", "47 ms slack", "+47 ms"]).within(15) = "47 ms slack"
+    /// ```
+    pub(super) fn of(texts: impl IntoIterator<Item = String>) -> Texts {
+        let mut texts: Vec<String> = texts.into_iter().collect();
+        let last = texts.last().map(|last| cut(last, MOST_CHARACTERS));
+        texts.retain(|text| text.chars().count() <= MOST_CHARACTERS);
+        if texts.is_empty() {
+            texts.extend(last);
+        }
+        texts.dedup();
+        Texts(texts)
+    }
+
+    /// Returns the first text of at most `room` characters, otherwise the last one.
+    pub(super) fn within(&self, room: usize) -> &str {
+        let fits = self.0.iter().find(|text| text.chars().count() <= room);
+        fits.or(self.0.last()).map_or("", String::as_str)
+    }
+
+    pub(super) fn into_all(self) -> Vec<String> {
+        self.0
+    }
 }
 
 /// Returns a text of at most `most` characters: itself, or its beginning and `…`.
@@ -89,11 +111,15 @@ mod tests {
 
     #[test]
     fn the_first_text_that_fits_is_shown() {
+        let texts = |texts: &[&str]| Texts::of(texts.iter().map(|text| (*text).to_owned()));
         let long = "x".repeat(33);
-        assert_eq!(first_fit(32, [long.clone(), "short".into()]), "short");
-        assert_eq!(first_fit(4, ["long".into(), "s".into()]), "long");
-        assert_eq!(first_fit(3, ["long".into(), "s".into()]), "s");
-        assert_eq!(first_fit(32, [long]), format!("{}…", "x".repeat(31)));
+        assert_eq!(texts(&[&long, "short"]).into_all(), ["short"]);
+        assert_eq!(texts(&["long", "s", "s"]).into_all(), ["long", "s"]);
+        assert_eq!(texts(&["long", "s"]).within(4), "long");
+        assert_eq!(texts(&["long", "s"]).within(3), "s");
+        assert_eq!(texts(&["long", "s"]).within(0), "s");
+        assert_eq!(texts(&[&long]).within(40), format!("{}…", "x".repeat(31)));
+        assert_eq!(texts(&[]).within(40), "");
         assert_eq!(cut("ab cd", 4), "ab…");
     }
 }

@@ -14,7 +14,7 @@ use mauve_wcrt::{Query, TableSet, psm_of, tables_for};
 use rustc_hash::FxHashMap;
 
 use super::earlier::{Figures, with_earlier};
-use super::label::{MOST_CHARACTERS, Round, first_fit, most_at, short};
+use super::label::{MOST_CHARACTERS, Round, Texts, most_at, short};
 use super::{Figure, Found, HintStatus, InlayHint, Subject, column, end_of_line};
 
 /// Returns the hints of a core in `range`.
@@ -38,13 +38,9 @@ pub(super) fn of_core<'db>(
             return;
         };
         let room = most_at(column(text, offset));
-        let hint = InlayHint {
-            offset,
-            label: label.map_or_else(String::new, |label| label.within(room)),
-            status: HintStatus::Time,
-            load: None,
-            explained_at: Some(explained_at),
-        };
+        let texts = label.map_or_else(Texts::default, Label::texts);
+        let hint = InlayHint::new(offset, texts, room, HintStatus::Time);
+        let hint = InlayHint { explained_at: Some(explained_at), ..hint };
         let (subject, figure) = (Some(Subject::Program(place.clone())), label.map(Label::figure));
         found.extend(with_earlier(Found { hint, subject, figure, room }, earlier));
     };
@@ -85,10 +81,10 @@ struct Label {
 }
 
 impl Label {
-    /// Returns its text, or only its figure where there is no room for more. Assumed times are always marked.
-    fn within(&self, room: usize) -> String {
-        let is_short = self.text.chars().count() <= room || self.is_assumed;
-        if is_short { self.text.clone() } else { self.figure().text }
+    /// Returns its text, and only its figure for where there is no room for more. Assumed times are always marked.
+    fn texts(&self) -> Texts {
+        let figure = (!self.is_assumed).then(|| self.figure().text);
+        Texts::of([self.text.clone()].into_iter().chain(figure))
     }
 
     fn figure(&self) -> Figure {
@@ -134,13 +130,11 @@ fn label(least: Time, greatest: Time, place: &Place, is_assumed: bool) -> (Strin
         Place::State(_) | Place::Transition(_) => " per period",
         Place::Update | Place::Method(_) => "",
     };
-    let text = match is_assumed {
-        true => {
-            first_fit(MOST_CHARACTERS, [format!("{figure}{after} · assumed"), format!("{figure} · assumed")])
-        }
-        false => first_fit(MOST_CHARACTERS, [format!("{figure}{after}"), figure.clone()]),
+    let texts = match is_assumed {
+        true => Texts::of([format!("{figure}{after} · assumed"), format!("{figure} · assumed")]),
+        false => Texts::of([format!("{figure}{after}"), figure.clone()]),
     };
-    (text, figure.len())
+    (texts.within(MOST_CHARACTERS).to_owned(), figure.len())
 }
 
 /// What a label of a core is about.

@@ -10,7 +10,7 @@ use mauve_hir::{
 };
 use rustc_hash::FxHashMap;
 
-use super::label::{MOST_CHARACTERS, cut};
+use super::label::{MOST_CHARACTERS, Texts, cut};
 use super::{Found, HintStatus, InlayHint, end_of_line};
 
 pub(super) fn of_values<'db>(
@@ -83,12 +83,8 @@ fn value_of(values: &Values<'_>, setting: &Setting) -> Option<String> {
 fn behind(db: &dyn ModelDb, place: Location<'_>, label: &str) -> Found {
     let explained_at = place.range(db).start();
     let offset = end_of_line(place.file(db).text(db), place.range(db).end());
-    let hint = InlayHint {
-        offset,
-        label: cut(label, MOST_CHARACTERS),
-        status: HintStatus::Value,
-        load: None,
-        explained_at: Some(explained_at),
-    };
+    let texts = Texts::of([label.to_owned()]);
+    let hint = InlayHint::new(offset, texts, MOST_CHARACTERS, HintStatus::Value);
+    let hint = InlayHint { explained_at: Some(explained_at), ..hint };
     Found { hint, subject: None, figure: None, room: MOST_CHARACTERS }
 }

@@ -5,6 +5,7 @@
 //! | key | value |
 //! |---|---|
 //! | `status` | `met`, `tight`, `missed`, `unknown`, `older`, `time` or `value` |
+//! | `labels` | texts that say the same in fewer and fewer words, if there are several: one of them is the label |
 //! | `load` | the utilisation of a CPU in percent, if the hint shows it |
 //! | `at` | what the server needs to resolve the hint |
 
@@ -63,6 +64,9 @@ pub(crate) fn inlay_hints(
     let version = snapshot.version(&params.text_document.uri);
     let hints = hints.into_iter().map(|hint| {
         let mut data = json!({ "status": hint.status.name() });
+        if hint.labels.len() > 1 {
+            data["labels"] = json!(hint.labels);
+        }
         if let Some(load) = hint.load {
             data["load"] = json!(load);
         }
