@@ -41,6 +41,8 @@ vim.api.nvim_create_autocmd('LspDetach', {
   end,
 })
 
+vim.api.nvim_create_autocmd({ 'WinResized', 'BufWinEnter' }, { group = group, callback = figures.redraw })
+
 vim.api.nvim_create_autocmd('FileType', {
   group = group,
   pattern = { 'mauve', 'toml' },

@@ -36,7 +36,8 @@ local function drawn(buffer, text)
   local namespace = vim.api.nvim_get_namespaces()['mauve.figures']
   local first, last = { number - 1, 0 }, { number - 1, -1 }
   for _, mark in ipairs(vim.api.nvim_buf_get_extmarks(buffer, namespace, first, last, { details = true })) do
-    equal('eol', mark[4].virt_text_pos)
+    -- Nothing but text that is typed at the end of the line moves a figure.
+    equal(true, mark[4].virt_text_pos == 'eol' or mark[3] == #vim.api.nvim_buf_get_lines(buffer, number - 1, number, false)[1])
     for _, chunk in ipairs(mark[4].virt_text or {}) do
       table.insert(result, { text = vim.trim(chunk[1]), group = chunk[2] })
     end
@@ -201,7 +202,7 @@ end)
 
 check('older figures stand while a text is incomplete', function()
   replace(deployment, navigation, 'period = 1000', 'period = ')
-  equal('MauveOlder', wait_for_hint('navigation', '997 ms earlier').group)
+  equal('MauveOlder', wait_for_hint('navigation', '997 ms before this edit').group)
   equal('MauveMet', wait_for_hint('gmapping', '211 ms slack').group)
   -- Key by key, there is a figure beside every activity.
   local number, line = line_of(deployment, navigation)
@@ -220,6 +221,61 @@ check('older figures stand while a text is incomplete', function()
     undo(deployment)
   end
   wait_for_hint('navigation', 'only 3 ms slack')
+  equal('MauveTight', wait_for_hint('navigation', 'only 3 ms slack').group)
+end)
+
+--- The text of a window as it is on the screen.
+local function screen(window)
+  local place = vim.fn.getwininfo(window)[1]
+  local text = ''
+  for row = place.winrow, place.winrow + place.height - 1 do
+    for column = place.wincol, place.wincol + place.width - 1 do
+      text = text .. vim.fn.screenstring(row, column)
+    end
+    text = text .. '\n'
+  end
+  return text
+end
+
+check('figures are whole in windows of any width', function()
+  local window = vim.api.nvim_get_current_win()
+  local shown, shortest = {}, 0
+  for _, width in ipairs({ 78, 60, 48, 47, 38, 31, 25 }) do
+    vim.cmd('vertical botright new | wincmd p | vertical resize ' .. width)
+    equal(width, vim.api.nvim_win_get_width(window))
+    -- Neovim sends it when it waits for a key.
+    vim.api.nvim_exec_autocmds('WinResized', {})
+    for _, activity in ipairs({ 'p3dx_driver', 'hokuyo', 'control', 'navigation', 'gmapping' }) do
+      vim.fn.cursor(line_of(deployment, 'activity ' .. activity), 1)
+      vim.cmd('normal! zt')
+      local text = wait(('the hint of %s in %d columns'):format(activity, width), function()
+        return { drawn(deployment, 'activity ' .. activity)[1].text, screen(window) }
+      end, function(seen)
+        return seen[2]:find(' ' .. seen[1], 1, true)
+      end)[1]
+      shown[text] = true
+      shortest = shortest + (text == '✓' and 1 or 0)
+    end
+    vim.cmd('only')
+  end
+  -- Response times where there is room for them, and less in narrow windows.
+  equal({ true, true }, { shown['47 ms slack · 53 ms'], shortest > 0 }, vim.inspect(shown))
+  vim.cmd('normal! gg')
+  wait_for_hint('hokuyo', '47 ms slack')
+end)
+
+check('figures are marked when the server does not answer', function()
+  local function signal(name)
+    vim.system({ 'pkill', '-' .. name, '-f', vim.lsp.get_clients({ name = 'mauve' })[1].config.cmd[1] .. ' lsp' }):wait()
+  end
+  signal('STOP')
+  replace(deployment, navigation, 'deadline = 1000', 'deadline = 990')
+  local late = wait_for_hint('hokuyo', '47 ms slack', ' earlier')
+  signal('CONT')
+  equal('MauveOlder', late.group)
+  wait_for_hint('navigation', '✗ 7 ms late')
+  equal('MauveMet', wait_for_hint('hokuyo', '47 ms slack').group)
+  undo(deployment)
   equal('MauveTight', wait_for_hint('navigation', 'only 3 ms slack').group)
 end)
 

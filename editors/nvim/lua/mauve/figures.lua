@@ -17,8 +17,18 @@ local groups = {
   value = { 'MauveValue', 'LspInlayHint' },
 }
 
--- Of each buffer: whether an answer is awaited, and whether to ask again then.
-local asking = {}
+-- So many milliseconds after a change without new figures, those on the screen are marked as older.
+local patience = 500
+
+---@class mauve.Figures  The figures of a buffer.
+---@field hints table[]  What the server said last.
+---@field asking? boolean  Whether an answer is awaited.
+---@field again? boolean  Whether to ask again then.
+---@field waiting? uv.uv_timer_t  Marks the figures as older; stopped by the answer for the current text.
+---@field late? boolean  Whether they are those of an earlier text.
+
+---@type table<integer, mauve.Figures>
+local states = {}
 
 --- Links the highlight groups, for those that nobody has set.
 function M.link()
@@ -27,38 +37,122 @@ function M.link()
   end
 end
 
-local function draw(buffer, hints)
-  local lines = {}
-  for _, hint in ipairs(hints) do
-    local line = hint.position.line
-    local group = groups[vim.tbl_get(hint, 'data', 'status')] or groups.value
-    lines[line] = lines[line] or {}
-    table.insert(lines[line], { ' ' .. hint.label .. ' ', group[1] })
+--- The columns behind the end of a line that are in sight in all windows with the buffer; nothing where no window has it.
+local function room_behind(line, buffer)
+  local least
+  for _, window in ipairs(vim.fn.win_findbuf(buffer)) do
+    local width = vim.api.nvim_win_get_width(window) - vim.fn.getwininfo(window)[1].textoff
+    local used = vim.api.nvim_win_call(window, function()
+      return vim.fn.strdisplaywidth(line)
+    end)
+    if vim.wo[window].wrap and used > width and width > 0 then
+      used = (used - 1) % width + 1
+    end
+    least = math.min(least or math.huge, width - used)
   end
-  local last = vim.api.nvim_buf_line_count(buffer)
+  return least
+end
+
+--- What is drawn of the hints of a line, in at most so many columns: in fewer and fewer words, at last without the last hints.
+--- Without a known room, the labels. Also returns whether it fits.
+local function chunks_of(hints, room, is_late)
+  local most = 1
+  for _, hint in ipairs(hints) do
+    most = math.max(most, #(hint.data and hint.data.labels or {}))
+  end
+  local function chunks(count, by)
+    -- One column is left at the end of the line. The last one of a window may be empty.
+    local shown, width = {}, 0
+    for index = 1, count do
+      local hint = hints[index]
+      local labels = room and hint.data and hint.data.labels or { hint.label }
+      local label, status = labels[math.min(by, #labels)], vim.tbl_get(hint, 'data', 'status')
+      if is_late and status ~= 'older' and status ~= 'value' then
+        label, status = label .. ' earlier', 'older'
+      end
+      shown[index] = { ' ' .. label .. ' ', (groups[status] or groups.value)[1] }
+      width = width + vim.fn.strdisplaywidth(shown[index][1])
+    end
+    return shown, width
+  end
+  local found, width = chunks(#hints, 1)
+  for count = #hints, 1, -1 do
+    for by = 1, most do
+      if room and width > room then
+        found, width = chunks(count, by)
+      end
+    end
+  end
+  return found, not room or width <= room
+end
+
+local function draw(buffer)
+  local state = states[buffer]
+  if not (state and vim.api.nvim_buf_is_loaded(buffer)) then
+    return
+  end
+  local lines = {}
+  for _, hint in ipairs(state.hints) do
+    local line = hint.position.line
+    lines[line] = lines[line] or {}
+    table.insert(lines[line], hint)
+  end
   vim.api.nvim_buf_clear_namespace(buffer, namespace, 0, -1)
-  for line, chunks in pairs(lines) do
-    if line < last then
-      vim.api.nvim_buf_set_extmark(buffer, namespace, line, 0, { virt_text = chunks, virt_text_pos = 'eol', hl_mode = 'combine' })
+  for number, of_line in pairs(lines) do
+    local line = vim.api.nvim_buf_get_lines(buffer, number, number + 1, false)[1]
+    if line then
+      local chunks, fits = chunks_of(of_line, room_behind(line, buffer), state.late)
+      -- Where the last row of the line is full, the figure begins the next row, as a part of the text. Elsewhere it belongs to the
+      -- first column, and so stands before the messages of diagnostics.
+      local place, column = fits and 'eol' or 'inline', fits and 0 or #line
+      vim.api.nvim_buf_set_extmark(buffer, namespace, number, column, { virt_text = chunks, virt_text_pos = place, hl_mode = 'combine' })
     end
   end
 end
 
+--- Draws the figures of all buffers anew, since windows have other widths.
+function M.redraw()
+  vim.tbl_map(draw, vim.tbl_keys(states))
+end
+
+--- The figures of a buffer are those of its text.
+local function settle(state)
+  if state.waiting then
+    state.waiting:stop()
+    state.waiting:close()
+  end
+  state.waiting, state.late = nil, nil
+end
+
+--- From a change on, the figures on the screen may be those of an earlier text.
+local function expect(buffer)
+  local state = states[buffer]
+  if state and not state.waiting then
+    state.waiting = vim.defer_fn(function()
+      state.waiting, state.late = nil, true
+      draw(buffer)
+    end, patience)
+  end
+end
+
 local function ask(buffer, client)
-  if not vim.api.nvim_buf_is_loaded(buffer) then
-    asking[buffer] = nil
+  local state = states[buffer]
+  if not state or not vim.api.nvim_buf_is_loaded(buffer) then
     return
   end
   local tick = vim.api.nvim_buf_get_changedtick(buffer)
-  asking[buffer] = {}
+  state.asking, state.again = true, false
   local function answered(_, hints)
-    local again = asking[buffer] and asking[buffer].again
-    asking[buffer] = nil
+    state.asking = false
     -- Those of another text stand at other places. Without an answer, the old ones stay: the server has a refresh requested.
     if hints and vim.api.nvim_buf_is_loaded(buffer) and vim.api.nvim_buf_get_changedtick(buffer) == tick then
-      draw(buffer, hints)
+      state.hints = hints
+      if not state.again then
+        settle(state)
+      end
+      draw(buffer)
     end
-    if again then
+    if state.again then
       ask(buffer, client)
     end
   end
@@ -76,16 +170,18 @@ local function ask(buffer, client)
   else
     sent = client.request(method, params, answered, buffer)
   end
-  if not sent then
-    asking[buffer] = nil
-  end
+  state.asking = sent
 end
 
 --- Draws the figures of a buffer anew.
 local function update(buffer, client)
-  if asking[buffer] then
-    asking[buffer].again = true
-  elseif vim.bo[buffer].filetype == 'mauve' then
+  if vim.bo[buffer].filetype ~= 'mauve' then
+    return
+  end
+  states[buffer] = states[buffer] or { hints = {} }
+  if states[buffer].asking then
+    states[buffer].again = true
+  else
     ask(buffer, client)
   end
 end
@@ -105,19 +201,19 @@ end
 ---@param buffer integer
 function M.attach(client, buffer)
   M.update(client)
+  local function changed()
+    if not client.attached_buffers[buffer] then
+      return true
+    end
+    vim.tbl_map(expect, vim.tbl_keys(client.attached_buffers))
+    vim.schedule(function()
+      M.update(client)
+    end)
+  end
   vim.api.nvim_buf_attach(buffer, false, {
-    on_lines = function()
-      if not client.attached_buffers[buffer] then
-        return true
-      end
-      vim.schedule(function()
-        M.update(client)
-      end)
-    end,
+    on_lines = changed,
     on_reload = function()
-      vim.schedule(function()
-        M.update(client)
-      end)
+      changed()
     end,
   })
 end
@@ -125,7 +221,10 @@ end
 --- Takes the figures of a buffer away.
 ---@param buffer integer
 function M.detach(buffer)
-  asking[buffer] = nil
+  if states[buffer] then
+    settle(states[buffer])
+    states[buffer] = nil
+  end
   if vim.api.nvim_buf_is_loaded(buffer) then
     vim.api.nvim_buf_clear_namespace(buffer, namespace, 0, -1)
   end
