@@ -204,6 +204,12 @@ pub fn inlay_hints(
             found.extend(hints.into_iter().map(|hint| (hint, project)));
         }
     }
+    if options.response_times {
+        for &project in &projects {
+            let lost = earlier::of_lost_activities(db, project, file, range, earlier, &found);
+            found.extend(lost.into_iter().map(|hint| (hint, project)));
+        }
+    }
     // Stable: the hints of one position stay in their order.
     found.sort_by_key(|(found, _)| found.hint.offset);
     let of_line = found.chunk_by(|(one, _), (other, _)| one.hint.offset == other.hint.offset);
@@ -309,6 +315,7 @@ pub fn hash_of_hints(
             hash_of_declaration(db, project, decl, options).hash(&mut hasher);
             earlier.hash_of(&Owner::of(db, project, decl)).hash(&mut hasher);
         }
+        earlier.hash_of_lacking(db, project, file).hash(&mut hasher);
     }
     hasher.finish()
 }

@@ -130,7 +130,7 @@ fn older_figures_stand_only_where_the_text_has_none() {
                     }
                     older += 1;
                     let is_marked = |label: &String| {
-                        [" before this edit", " earlier"].iter().any(|it| label.ends_with(it))
+                        ["before this edit", "earlier", "…"].iter().any(|it| label.ends_with(it))
                     };
                     assert!(hint.labels.iter().all(is_marked), "{hint:?}");
                     assert!(hint.label.chars().count() <= MOST_CHARACTERS, "{hint:?}");

@@ -106,7 +106,9 @@ impl Shown {
         let deadline = activity.deadline.unwrap_or_default();
         let reason = || activity.reasons.first().map_or_else(String::new, |it| short_reason(db, &it.reason));
         let (texts, status) = match (activity.verdict, activity.response) {
-            (Verdict::Background, _) => (Texts::of([NOT_REAL_TIME.to_owned()]), HintStatus::Time),
+            (Verdict::Background, _) => {
+                (Texts::of([NOT_REAL_TIME, "–"].map(str::to_owned)), HintStatus::Time)
+            }
             (Verdict::RealTime(Status::Met), Some(response)) => {
                 let slack = deadline.checked_sub(response).unwrap_or_default();
                 let is_tight = u128::from(slack.as_nanos()) * 100

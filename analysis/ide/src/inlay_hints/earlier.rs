@@ -1,19 +1,21 @@
 //! The figures of earlier texts. While the user types, the text is incomplete, and most figures are unknown: in their place,
 //! an editor shows the last known ones, marked as older. They are shown in hints only: nothing else reads them.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use mauve_hir::item_tree::Kind;
+use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Decl, File, ModelDb, Project, Workspace, declarations, parse};
+use mauve_syntax::{NodeOrToken, SyntaxKind, TextRange, TextSize};
 use mauve_timing::Level;
 use mauve_wcrt::level_shown;
 
-use super::label::{MOST_CHARACTERS, Texts, cut};
+use super::label::{MOST_CHARACTERS, Texts, cut, most_at};
 use super::{
-    Figure, Found, HintOptions, HintStatus, InlayHint, Subject, hash_of_declaration, of_declaration, programs,
+    Figure, Found, HintOptions, HintStatus, InlayHint, Subject, column, end_of_line, hash_of_declaration,
+    of_declaration, programs,
 };
 use crate::project::projects_with;
 
@@ -22,6 +24,9 @@ const PATIENCE: Duration = Duration::from_secs(3);
 
 /// The markers of older figures; the shorter one on long lines.
 const OLDER: [&str; 2] = [" before this edit", " earlier"];
+
+/// What stands where there is no room for an older figure.
+const MARKS: [&str; 2] = ["earlier", "…"];
 
 /// The last known figures of the declarations in open files.
 #[derive(Debug, Clone, Default)]
@@ -122,9 +127,40 @@ impl EarlierFigures {
         // A declaration may be missing because of a syntax error.
         let is_broken = |file: File| files.contains(&file) && !parse(db, file).errors().is_empty();
         for (owner, figures) in self.of.iter().filter(|(owner, _)| is_broken(owner.file)) {
-            updated.of.entry(owner.clone()).or_insert_with(|| Arc::clone(figures));
+            updated.of.entry(owner.clone()).or_insert_with(|| match figures.older {
+                Some(_) => Arc::clone(figures),
+                None => {
+                    Arc::new(Figures { older: Some((Instant::now(), are_saved)), ..Figures::clone(figures) })
+                }
+            });
         }
         updated
+    }
+
+    /// Returns the figures of the deployments that the complete text of a file had, with their qualified names.
+    fn of_deployments<'a>(
+        &'a self,
+        db: &'a dyn ModelDb,
+        project: Project<'a>,
+        file: File,
+    ) -> impl Iterator<Item = (&'a str, &'a Figures)> + 'a {
+        let (root, level) = (project.root(db), level_shown(db, project.workspace(db)));
+        let is_it = move |owner: &Owner| {
+            (owner.root, owner.file, owner.kind, owner.level) == (root, file, Kind::Deployment, level)
+        };
+        self.of.iter().filter(move |(owner, _)| is_it(owner)).map(|(owner, it)| (owner.name.as_str(), &**it))
+    }
+
+    /// Returns a value that changes when the older figures of a deployment that the text lacks are shown.
+    pub(super) fn hash_of_lacking(&self, db: &dyn ModelDb, project: Project<'_>, file: File) -> u64 {
+        let declared: HashSet<String> =
+            declarations(db, file).all.iter().map(|it| it.qualified(db)).collect();
+        let lacking = self.of_deployments(db, project, file).filter(|(name, _)| !declared.contains(*name));
+        let mut names: Vec<&str> = lacking.map(|(name, _)| name).collect();
+        names.sort_unstable();
+        let mut hasher = DefaultHasher::new();
+        names.hash(&mut hasher);
+        hasher.finish()
     }
 }
 
@@ -215,10 +251,69 @@ pub(super) fn missing_loads(found: &[Found], earlier: Option<&Figures>) -> Vec<F
     missing.into_iter().map(load).collect()
 }
 
+/// Returns the older figures of activities in `range` that a syntax error has taken out of their deployment: behind a brace too
+/// many, say. `found` are the hints of the declarations.
+///
+/// Nothing but the names counts: the rest of such a text may be read in any way.
+pub(super) fn of_lost_activities<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    file: File,
+    range: TextRange,
+    earlier: &EarlierFigures,
+    found: &[(Found, Project<'db>)],
+) -> Vec<Found> {
+    let deployments: Vec<(&str, &Figures)> = earlier.of_deployments(db, project, file).collect();
+    let parse = parse(db, file);
+    if deployments.is_empty() || parse.errors().is_empty() {
+        return Vec::new();
+    }
+    let places: HashSet<TextSize> = found.iter().map(|(found, _)| found.hint.offset).collect();
+    let mut subjects: HashSet<Subject> =
+        found.iter().filter_map(|(found, _)| found.subject.clone()).collect();
+    let text = file.text(db);
+    let mut lost = Vec::new();
+    let (mut deployment, mut before) = (String::new(), SyntaxKind::EOF);
+    let tokens = parse.syntax().descendants_with_tokens().filter_map(NodeOrToken::into_token);
+    for token in tokens.filter(|token| !token.kind().is_trivia()) {
+        let keyword = std::mem::replace(&mut before, token.kind());
+        let name = token.text();
+        match keyword {
+            SyntaxKind::DEPLOYMENT_KW => deployment = name.to_owned(),
+            SyntaxKind::ACTIVITY_KW if range.contains_inclusive(token.text_range().start()) => {
+                let subject = Subject::Activity(Name::from(name));
+                let having = deployments.iter().filter_map(|(of, it)| Some((*of, *it, it.get(&subject)?)));
+                let having: Vec<(&str, &Figures, &Figure)> = having.collect();
+                let is_named = |of: &str| of.rsplit('.').next() == Some(deployment.as_str());
+                let offset = end_of_line(text, token.text_range().end());
+                let of = match having.as_slice() {
+                    // Its hint is elsewhere: this activity is a second one.
+                    [_] if subjects.contains(&subject) => None,
+                    [only] => Some(only),
+                    several => several.iter().find(|(of, ..)| is_named(of)),
+                };
+                if let Some((_, figures, figure)) = of.filter(|_| !places.contains(&offset)) {
+                    subjects.insert(subject.clone());
+                    let room = most_at(column(text, offset));
+                    let reason =
+                        Texts::of(["not analysed: syntax error", "not analysed", "?"].map(str::to_owned));
+                    let hint = InlayHint::new(offset, reason, MOST_CHARACTERS, HintStatus::Unknown);
+                    let reason = Found { hint, subject: Some(subject), figure: None, room };
+                    lost.push(Found { hint: older(&reason, figure), ..reason.clone() });
+                    lost.extend(figures.are_reasons_shown().then_some(reason));
+                }
+            }
+            _ => {}
+        }
+    }
+    lost
+}
+
 /// Returns the hint of an earlier figure.
 fn older(Found { hint, room, .. }: &Found, figure: &Figure) -> InlayHint {
     let text = cut(&figure.text, MOST_CHARACTERS - OLDER[0].len());
-    let texts = Texts::of(OLDER.map(|marker| format!("{text}{marker}")));
+    let texts = OLDER.map(|marker| format!("{text}{marker}")).into_iter().chain(MARKS.map(str::to_owned));
+    let texts = Texts::of(texts);
     let older = InlayHint::new(hint.offset, texts, *room, HintStatus::Older);
     InlayHint { explained_at: hint.explained_at, ..older }
 }
@@ -232,7 +327,6 @@ pub(super) fn in_short(label: &str) -> String {
 #[cfg(test)]
 mod tests {
     use mauve_hir::Database;
-    use mauve_syntax::{TextRange, TextSize};
     use salsa::Setter as _;
 
     use super::*;
@@ -391,9 +485,48 @@ deployment D {
         assert_eq!(shown[6], "activity driver { | 17 ms before this edit | older");
         assert_eq!(editor.set("/times.toml", "codel.plan = 70\ncodel.drive = 17", false), COMPLETE);
         let without = editor.set_model("deployment D", "deploy D");
-        assert!(!without.iter().any(|line| line.starts_with("activity")), "{without:?}");
+        assert_eq!(
+            without[4..],
+            [
+                "activity driver { | 17 ms before this edit | older",
+                "activity planner | 121 ms before this edit | older",
+            ]
+        );
         let again = editor.set_model("priority = 2 period = 50", "priority = 2 period = ");
         assert_eq!(again[6], "activity driver { | 17 ms before this edit | older");
+    }
+
+    #[test]
+    fn activities_behind_a_brace_too_many_keep_their_figures() {
+        let mut editor = Editor::new();
+        let shown = editor.set_model("period = 50 }", "period = 50 } }");
+        assert_eq!(
+            shown[6..],
+            [
+                "activity driver { | 17 ms before this edit | older",
+                "activity planner | 121 ms before this edit | older",
+            ]
+        );
+        let path = "/robot.mal";
+        let saved = editor.set(path, &MODEL.replacen("period = 50 }", "period = 50 } }", 1), true);
+        let reason = "activity planner | not analysed: syntax error | unknown".to_owned();
+        assert!(saved.contains(&reason), "{saved:?}");
+        assert_eq!(editor.set_model("", ""), COMPLETE);
+    }
+
+    #[test]
+    fn activities_of_two_deployments_keep_their_own_figures() {
+        let mut editor = Editor::new();
+        let other = "\ndeployment Slow {\n  architecture A\n  activity planner { priority = 1 period = 900 }\n\
+                     \x20 activity driver { priority = 2 period = 30 }\n}\n";
+        let text = MODEL.to_owned() + other;
+        editor.set("/robot.mal", &text, true);
+        let shown = editor.set("/robot.mal", &text.replacen("period = 900 }", "period = 900 } }", 1), false);
+        let drivers: Vec<&String> = shown.iter().filter(|line| line.starts_with("activity driver")).collect();
+        assert_eq!(drivers.len(), 2, "{shown:?}");
+        let planners: Vec<&String> =
+            shown.iter().filter(|line| line.starts_with("activity planner")).collect();
+        assert_eq!(planners.len(), 2, "{shown:?}");
     }
 
     #[test]

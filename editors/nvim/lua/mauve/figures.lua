@@ -58,7 +58,7 @@ end
 local function chunks_of(hints, room, is_late)
   local most = 1
   for _, hint in ipairs(hints) do
-    most = math.max(most, #(hint.data and hint.data.labels or {}))
+    most = math.max(most, #(hint.data and hint.data.labels or {}) + (is_late and 1 or 0))
   end
   local function chunks(count, by)
     -- One column is left at the end of the line. The last one of a window may be empty.
@@ -68,7 +68,8 @@ local function chunks_of(hints, room, is_late)
       local labels = room and hint.data and hint.data.labels or { hint.label }
       local label, status = labels[math.min(by, #labels)], vim.tbl_get(hint, 'data', 'status')
       if is_late and status ~= 'older' and status ~= 'value' then
-        label, status = label .. ' earlier', 'older'
+        -- As the server marks them.
+        label, status = by > #labels and '…' or label .. ' earlier', 'older'
       end
       shown[index] = { ' ' .. label .. ' ', (groups[status] or groups.value)[1] }
       width = width + vim.fn.strdisplaywidth(shown[index][1])
