@@ -1,15 +1,7 @@
 import * as vscode from "vscode";
+import { Layout, Look, room, widths } from "./columns";
+import { Figure, Status, statuses, text, worst } from "./label";
 import { InlayHint, InlayHintRequest, InlayHintResolveRequest, Middleware } from "vscode-languageclient/node";
-
-/** The statuses of hints that are drawn here: all but values, which are VS Code's inlay hints. */
-const statuses = ["met", "tight", "missed", "unknown", "older", "time"] as const;
-type Status = (typeof statuses)[number];
-
-/** A hint with what the server says of it. */
-interface Figure extends InlayHint {
-  label: string;
-  data: { status: Status; load?: number };
-}
 
 /** Asks the server; nothing where it cannot answer now. */
 type Ask = <T>(method: string, parameters: object) => Promise<T | undefined>;
@@ -20,6 +12,8 @@ const mostLines = 3000;
 const margin = 300;
 /** A column behind all texts. */
 const endOfLine = 2 ** 31 - 1;
+/** So many milliseconds after a change without new figures, those on the screen are marked as older. */
+const patience = 500;
 
 /**
  * Figures of the server at the ends of lines, in the colour of their status. VS Code's inlay hints have one colour, and
@@ -36,19 +30,31 @@ export class Figures implements vscode.Disposable {
   private readonly shown = new Map<string, Figure[]>();
   /** Documents for which an answer is awaited, and whether to ask again then. */
   private readonly asking = new Map<string, boolean>();
+  /** Documents that wait for the figures of a change, with what marks their figures as older. */
+  private readonly waiting = new Map<string, NodeJS.Timeout>();
+  /** Documents whose figures are those of an earlier text, as far as is known here. */
+  private readonly late = new Set<string>();
+  /** The widths of the editor groups in pixels, by their view columns from 1. */
+  private groups: (number | undefined)[] = [];
   private readonly listeners: vscode.Disposable;
 
   constructor(private readonly ask: Ask) {
+    void this.measure();
     this.listeners = vscode.Disposable.from(
-      vscode.window.onDidChangeVisibleTextEditors(() => this.update()),
+      vscode.window.onDidChangeVisibleTextEditors(() => {
+        void this.measure();
+        this.update();
+      }),
+      // It is also sent when the window, a side bar or a group has another width.
       vscode.window.onDidChangeTextEditorVisibleRanges(({ textEditor }) => {
+        void this.measure();
         if (textEditor.document.lineCount > mostLines) {
           this.updateDocument(textEditor.document);
         }
       }),
-      vscode.workspace.onDidCloseTextDocument(({ uri }) => this.shown.delete(uri.toString())),
+      vscode.workspace.onDidCloseTextDocument(({ uri }) => this.forget(uri.toString())),
       vscode.workspace.onDidChangeConfiguration((change) => {
-        if (change.affectsConfiguration("mauve.decorations") || change.affectsConfiguration("editor.inlayHints")) {
+        if (change.affectsConfiguration("mauve.decorations") || change.affectsConfiguration("editor")) {
           this.update();
         }
       }),
@@ -57,13 +63,57 @@ export class Figures implements vscode.Disposable {
 
   dispose(): void {
     this.listeners.dispose();
+    this.waiting.forEach((timer) => clearTimeout(timer));
     this.type.dispose();
   }
 
   /** Takes the figures away, since no server stands behind them. */
   clear(): void {
-    this.shown.clear();
+    [...this.shown.keys()].forEach((key) => this.forget(key));
     vscode.window.visibleTextEditors.forEach((editor) => this.draw(editor));
+  }
+
+  /** Marks the figures as older, since the server has ended: another may follow. */
+  expire(): void {
+    [...this.shown.keys()].forEach((key) => this.markLate(key));
+  }
+
+  private forget(key: string): void {
+    this.shown.delete(key);
+    this.settle(key);
+  }
+
+  /** The figures of a document are those of its text, or there are none. */
+  private settle(key: string): void {
+    clearTimeout(this.waiting.get(key));
+    this.waiting.delete(key);
+    this.late.delete(key);
+  }
+
+  private markLate(key: string): void {
+    this.late.add(key);
+    vscode.window.visibleTextEditors
+      .filter(({ document }) => document.uri.toString() === key)
+      .forEach((editor) => this.draw(editor));
+  }
+
+  /** From a change on, the figures on the screen may be those of an earlier text. */
+  private expect(): void {
+    for (const key of this.shown.keys()) {
+      if (!this.waiting.has(key)) {
+        this.waiting.set(key, setTimeout(() => this.markLate(key), patience));
+      }
+    }
+  }
+
+  /** Asks VS Code how wide the editors are. */
+  private async measure(): Promise<void> {
+    const layout = await vscode.commands.executeCommand<{ orientation: number; groups: Layout[] }>("vscode.getEditorLayout");
+    const groups = widths(layout);
+    if (groups.join() !== this.groups.join()) {
+      this.groups = groups;
+      vscode.window.visibleTextEditors.forEach((editor) => this.draw(editor));
+    }
   }
 
   /** Parts of the client's middleware: what VS Code is told, and when the figures may be others. */
@@ -74,6 +124,7 @@ export class Figures implements vscode.Disposable {
     },
     // Figures of a deployment change with other models, and with tables.
     didChange: async (change, next) => {
+      this.expect();
       await next(change);
       this.update();
     },
@@ -97,7 +148,7 @@ export class Figures implements vscode.Disposable {
       return;
     }
     if (!isDrawn(document)) {
-      this.shown.delete(key);
+      this.forget(key);
       this.drawAll(document);
       return;
     }
@@ -113,6 +164,9 @@ export class Figures implements vscode.Disposable {
       // The figures of another text stand at other places; the next answer is on its way.
       if (hints !== undefined && hints !== null && version === document.version && !document.isClosed) {
         this.shown.set(key, hints.filter(isFigure));
+        if (!this.asking.get(key)) {
+          this.settle(key);
+        }
         this.drawAll(document);
       }
     } while (this.asking.get(key));
@@ -124,8 +178,27 @@ export class Figures implements vscode.Disposable {
   }
 
   private draw(editor: vscode.TextEditor): void {
-    const figures = this.shown.get(editor.document.uri.toString()) ?? [];
-    editor.setDecorations(this.type, byPosition(figures).map(decoration));
+    const key = editor.document.uri.toString();
+    const figures = byPosition(this.shown.get(key) ?? []);
+    const look = this.lookOf(editor);
+    const decorations = figures.map((all) => decoration(all, editor.document, look, this.late.has(key)));
+    editor.setDecorations(this.type, decorations);
+  }
+
+  /** What the columns of an editor depend on; nothing where its width is not known. */
+  private lookOf({ document, options, viewColumn }: vscode.TextEditor): Look | undefined {
+    const width = viewColumn === undefined ? undefined : this.groups[viewColumn - 1];
+    const settings = vscode.workspace.getConfiguration("editor", document);
+    return width === undefined
+      ? undefined
+      : {
+          width,
+          fontFamily: settings.get("fontFamily", ""),
+          fontSize: settings.get("fontSize", 14),
+          tabSize: Number(options.tabSize ?? 2),
+          hasMinimap: settings.get("minimap.enabled", true),
+          isWrapped: settings.get("wordWrap") === "on",
+        };
   }
 
   /** What the server says of the figures at the end of a line: the pointer is on them. */
@@ -183,34 +256,24 @@ function byPosition(figures: Figure[]): Figure[][] {
   return [...found.values()];
 }
 
-/** The number of characters of a bar. */
-const full = 5;
-
-/** The label of a figure; of a CPU, with a bar. */
-function text({ label, data: { load } }: Figure): string {
-  if (load === undefined) {
-    return label;
-  }
-  const used = Math.min(full, Math.round((load * full) / 100));
-  return `${label} ${"━".repeat(used)}${"┄".repeat(full - used)}`;
-}
-
-/** The status of several figures at one place. */
-function worst(figures: Figure[]): Status {
-  const order: Status[] = ["older", "missed", "unknown", "tight", "met", "time"];
-  return order.find((status) => figures.some(({ data }) => data.status === status)) ?? "time";
-}
-
 /** What is drawn of the figures at one place: VS Code does not keep the order of several decorations there. */
-function decoration(figures: Figure[]): vscode.DecorationOptions {
-  const { line } = figures[0].position;
-  const status = worst(figures);
+function decoration(
+  figures: Figure[],
+  document: vscode.TextDocument,
+  look: Look | undefined,
+  isLate: boolean,
+): vscode.DecorationOptions {
+  // The line may be gone: a change is told before the figures follow.
+  const line = Math.min(figures[0].position.line, document.lineCount - 1);
+  // One column is left before the figure.
+  const left = look && room(document.lineAt(line).text, look) - 1;
+  const status = isLate ? "older" : worst(figures);
   return {
     // The end of the line, however long it is when VS Code draws: it may have a key more by then.
     range: new vscode.Range(line, endOfLine, line, endOfLine),
     renderOptions: {
       after: {
-        contentText: figures.map(text).join(" · "),
+        contentText: text(figures, left, isLate),
         color: new vscode.ThemeColor(`mauve.figures.${status}`),
         fontStyle: status === "older" ? "italic" : undefined,
       },

@@ -207,6 +207,9 @@ export class Server {
       if (this.client !== client) {
         return;
       }
+      if (newState !== ClientState.Running) {
+        this.figures.expire();
+      }
       if (newState === ClientState.Running) {
         this.set({ kind: "running", path: found.path, version: client.initializeResult?.serverInfo?.version });
       } else if (newState === ClientState.Starting) {

@@ -6,7 +6,9 @@ import { spawnSync } from "node:child_process";
 import { createRequire } from "node:module";
 import * as path from "node:path";
 import { checkFirstRun } from "./firstrun.mjs";
+import { checkSilence } from "./silence.mjs";
 import { checkWhile } from "./typing.mjs";
+import { checkWidths } from "./widths.mjs";
 
 const [address, model, screenshot] = process.argv.slice(2);
 const { chromium } = createRequire(path.join(process.env.MAUVE_TEST_DRIVER, "/"))("playwright-core");
@@ -170,11 +172,22 @@ async function openAt(name, text) {
   const line = lines.findIndex((it) => it.includes(text));
   await page.keyboard.press("Control+p");
   await page.waitForSelector(".quick-input-widget input", { timeout: 5000 });
-  await page.keyboard.type(`${name}:${line + 1}:${lines[line].indexOf(text) + 1}`, { delay: 5 });
-  await page.waitForTimeout(500);
+  await page.locator(".quick-input-widget input").first().fill(name);
+  const first = () => page.evaluate(() => document.querySelector(".quick-input-widget .monaco-list-row")?.textContent ?? "");
+  await expect(`${name} is found`, first, (row) => row.startsWith(path.basename(name)));
+  await page.keyboard.press("End");
+  await page.keyboard.type(`:${line + 1}:${lines[line].indexOf(text) + 1}`, { delay: 5 });
   await page.keyboard.press("Enter");
   await page.waitForSelector(".quick-input-widget", { state: "hidden", timeout: 5000 });
+  const tab = () => page.locator(".editor-group-container.active .tab.active").textContent();
+  await expect(`${name} is open`, tab, (label) => label.startsWith(path.basename(name)));
   await page.waitForTimeout(300);
+}
+
+/** Selects to the end of a line, which may be wrapped. */
+async function selectToEnd() {
+  await page.keyboard.press("Shift+End");
+  await page.keyboard.press("Shift+End");
 }
 
 /** Types in the deployment, and beside it in a program and in a table. */
@@ -184,7 +197,7 @@ async function checkTyping() {
     await expect("nothing to be saved", () => page.locator(".tab.dirty").count(), (count) => count === 0);
   };
   await openAt("deployment.mal", "activity control");
-  await page.keyboard.press("Shift+End");
+  await selectToEnd();
   await checkWhile(page, "an activity", (type) => type("activity control { affinity = 1 priority = 5 period = 50 }"));
   await revert();
   await openAt("deployment.mal", "1  priority = 5");
@@ -199,7 +212,7 @@ async function checkTyping() {
   await checkWhile(page, "a program", (type) => type("write(command, standstill(base_frame)); "));
   await revert();
   await openAt("timing/p3dx.toml", "0.3");
-  await page.keyboard.press("Shift+End");
+  await selectToEnd();
   await checkWhile(page, "a table", (type) => type("0.35"));
   await revert();
   await command("View: Close All Editors in Group");
@@ -259,9 +272,12 @@ async function checkInside() {
 try {
   await check();
   await checkTyping();
+  const tools = { page, expect, command, status, goTo, openAt, selectToEnd, activity, model, server: process.env.MAUVE_TEST_SERVER };
+  await checkWidths(tools);
+  await checkSilence(tools);
   await checkGeneration();
   await checkInside();
-  await checkFirstRun({ page, expect, command, status, goTo, model, server: process.env.MAUVE_TEST_SERVER });
+  await checkFirstRun(tools);
 } catch (error) {
   console.log(error.message);
   if (screenshot !== undefined) {

@@ -11,6 +11,17 @@ export async function watch(page) {
       const { content } = getComputedStyle(span, "::after");
       return content.startsWith('"') ? content.slice(1, -1) : "";
     };
+    // The rows of each line that is in sight with its end: VS Code numbers the first row of a line.
+    const linesOf = (editor) => {
+      const top = (element) => element.getBoundingClientRect().top;
+      const numbers = [...editor.querySelectorAll(".line-numbers")].filter((it) => it.textContent !== "");
+      const begins = new Set(numbers.map(top));
+      const lines = [];
+      for (const row of [...editor.querySelectorAll(".view-line")].sort((one, other) => top(one) - top(other))) {
+        begins.has(top(row)) ? lines.push([row]) : lines.at(-1)?.push(row);
+      }
+      return lines.slice(0, -1);
+    };
     const watched = { frames: 0, activities: 0, without: [], before: [], moved: [], older: 0, keys: [], delays: [], on: true };
     const tops = new Map();
     const known = new Set();
@@ -21,13 +32,13 @@ export async function watch(page) {
       }
       watched.frames++;
       let all = "";
-      for (const line of document.querySelectorAll(".editor-instance .view-line")) {
-        const text = line.textContent.replaceAll("\u00a0", " ").trim();
+      for (const rows of [...document.querySelectorAll(".editor-instance")].flatMap(linesOf)) {
+        const text = rows.map((row) => row.textContent).join("").replaceAll("\u00a0", " ").trim();
         const name = /^activity (\w+)/.exec(text)?.[1];
         if (name === undefined) {
           continue;
         }
-        const spans = [...line.querySelectorAll("span")];
+        const spans = rows.flatMap((row) => [...row.querySelectorAll("span")]);
         const figure = spans.map(drawn).join("");
         const at = spans.findIndex((span) => drawn(span) !== "");
         if (at >= 0 && spans.slice(at + 1).some((span) => span.childElementCount === 0 && span.textContent !== "")) {
@@ -43,7 +54,7 @@ export async function watch(page) {
         if (known.has(name) && !isOfPrefix && (figure === "" || figure.startsWith("not analysed"))) {
           watched.without.push(`${text} ${figure}`);
         }
-        const { left, top } = line.getBoundingClientRect();
+        const { left, top } = rows[0].getBoundingClientRect();
         // The same text may be shown in two editors.
         const place = `${text} at ${left}`;
         if (tops.has(place) && tops.get(place) !== top) {

@@ -1,0 +1,66 @@
+import type { InlayHint } from "vscode-languageclient";
+
+/** The statuses of hints that the extension draws: all but values, which are VS Code's inlay hints. */
+export const statuses = ["met", "tight", "missed", "unknown", "older", "time"] as const;
+export type Status = (typeof statuses)[number];
+
+/** A hint with what the server says of it. */
+export interface Figure extends Pick<InlayHint, "position"> {
+  label: string;
+  data: {
+    status: Status;
+    load?: number;
+    /** Texts that say the same in fewer and fewer words; the label is one of them. */
+    labels?: string[];
+  };
+}
+
+/** The status of several figures at one place. */
+export function worst(figures: Figure[]): Status {
+  const order: Status[] = ["older", "missed", "unknown", "tight", "met", "time"];
+  return order.find((status) => figures.some(({ data }) => data.status === status)) ?? "time";
+}
+
+/** The number of characters of a bar. */
+const full = 5;
+
+/** The bar of a CPU, and nothing of others. */
+function bar({ data: { load } }: Figure): string {
+  if (load === undefined) {
+    return "";
+  }
+  const used = Math.min(full, Math.round((load * full) / 100));
+  return ` ${"━".repeat(used)}${"┄".repeat(full - used)}`;
+}
+
+/** The figure, marked as that of an earlier text as the server does it. */
+function asOlder(figure: Figure): Figure {
+  const { label, data } = figure;
+  if (data.status === "older") {
+    return figure;
+  }
+  const labels = [...(data.labels ?? [label]).map((text) => `${text} earlier`), "earlier", "…"];
+  return { ...figure, label: `${label} earlier`, data: { ...data, status: "older", labels } };
+}
+
+/**
+ * What is drawn of the figures at the end of a line, in at most `room` columns: with bars, without, in fewer words, and
+ * at last without the last figures. Without a known room, the labels. Late ones are marked as those of an earlier text.
+ */
+export function text(known: Figure[], room: number | undefined, isLate = false): string {
+  const figures = isLate ? known.map(asOlder) : known;
+  const join = (shown: Figure[], of: (figure: Figure) => string) => shown.map(of).join(" · ");
+  if (room === undefined) {
+    return join(figures, (figure) => figure.label + bar(figure));
+  }
+  const texts = ({ label, data: { labels } }: Figure) => labels ?? [label];
+  const mostTexts = Math.max(...figures.map((figure) => texts(figure).length));
+  const shorter = (by: number) => (figure: Figure) => texts(figure)[Math.min(by, texts(figure).length - 1)];
+  let found = join(figures, (figure) => shorter(0)(figure) + bar(figure));
+  for (let count = figures.length; count > 0; count--) {
+    for (let by = 0; found.length > room && by < mostTexts; by++) {
+      found = join(figures.slice(0, count), shorter(by));
+    }
+  }
+  return found;
+}

@@ -1,0 +1,38 @@
+// What is seen of the figures while the server does not answer, and when it has ended: they are those of an earlier text, and say so.
+import { spawnSync } from "node:child_process";
+
+export async function checkSilence({ page, expect, command, status, activity, openAt, server }) {
+  const signal = (name) => spawnSync("pkill", [`-${name}`, "-f", `${server} lsp`]);
+  const isMarked = (line) => line.endsWith(" earlier");
+  await openAt("deployment.mal", "100   deadline = 100 }");
+
+  signal("STOP");
+  await page.keyboard.type("1");
+  await expect("a server that does not answer: figures are marked", () => activity("hokuyo"), isMarked);
+  signal("CONT");
+  await expect("it answers: they are not", () => activity("hokuyo"), (line) => !isMarked(line) && line.includes("ms slack"));
+
+  signal("KILL");
+  await expect("a server that has ended: figures are marked at once, or those of the next one", () => activity("hokuyo"), (line) => line.includes("slack"));
+  await expect("another server runs", status, (label) => label === "MAUVE server: running", 20);
+  await expect("its figures", () => activity("hokuyo"), (line) => !isMarked(line) && line.includes("ms slack"));
+
+  // Five ends within three minutes are too many.
+  for (let kills = 0; kills < 6 && !(await label(page)).endsWith(": error"); kills++) {
+    signal("KILL");
+    await page.waitForTimeout(1500);
+  }
+  await expect("no server: figures stay marked", () => activity("hokuyo"), isMarked);
+
+  await command("MAUVE: Restart Server");
+  await expect("the server runs again", status, (label) => label === "MAUVE server: running", 20);
+  await command("File: Revert File");
+  await expect("its figures", () => activity("hokuyo"), (line) => !isMarked(line) && line.includes("47 ms slack"));
+}
+
+/** What the status bar says: `status` fails where that is an error. */
+function label(page) {
+  return page.evaluate(
+    () => document.querySelector('.statusbar-item [aria-label^="MAUVE server"]')?.getAttribute("aria-label") ?? "no item",
+  );
+}
