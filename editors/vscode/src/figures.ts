@@ -14,6 +14,8 @@ const margin = 300;
 const endOfLine = 2 ** 31 - 1;
 /** So many milliseconds after a change without new figures, those on the screen are marked as older. */
 const patience = 500;
+/** So many milliseconds after the start the first figures wait for the first code lenses, which move the text. */
+const together = 450;
 
 /**
  * Figures of the server at the ends of lines, in the colour of their status. VS Code's inlay hints have one colour, and
@@ -38,7 +40,14 @@ export class Figures implements vscode.Disposable {
   private groups: (number | undefined)[] = [];
   private readonly listeners: vscode.Disposable;
 
-  constructor(private readonly ask: Ask) {
+  /** The first figures wait for it. */
+  private readonly start: Promise<unknown>;
+
+  constructor(
+    private readonly ask: Ask,
+    lenses: Promise<void>,
+  ) {
+    this.start = Promise.race([lenses, new Promise((resolve) => setTimeout(resolve, together))]);
     void this.measure();
     this.listeners = vscode.Disposable.from(
       vscode.window.onDidChangeVisibleTextEditors(() => {
@@ -161,6 +170,7 @@ export class Figures implements vscode.Disposable {
       const { version } = document;
       const parameters = { textDocument: { uri: key }, range: visible(document) };
       const hints = await this.ask<InlayHint[]>(InlayHintRequest.method, parameters);
+      await this.start;
       // The figures of another text stand at other places; the next answer is on its way.
       if (hints !== undefined && hints !== null && version === document.version && !document.isClosed) {
         this.shown.set(key, hints.filter(isFigure));

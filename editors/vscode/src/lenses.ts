@@ -15,6 +15,9 @@ export class Lenses implements vscode.CodeLensProvider, StaticFeature, vscode.Di
   private readonly changed = new vscode.EventEmitter<void>();
   private readonly registration: vscode.Disposable;
   private isAnswered = false;
+  private tell: () => void = () => undefined;
+  /** Fulfilled when VS Code has the first lenses. */
+  readonly shown = new Promise<void>((resolve) => (this.tell = resolve));
   readonly onDidChangeCodeLenses = this.changed.event;
 
   constructor(private readonly ask: AskForLenses) {
@@ -29,6 +32,7 @@ export class Lenses implements vscode.CodeLensProvider, StaticFeature, vscode.Di
       const lenses = await this.ask(document);
       if (lenses !== "later") {
         this.isAnswered = true;
+        this.tell();
         return lenses ?? [];
       }
       await new Promise((resolve) => setTimeout(resolve, pause));

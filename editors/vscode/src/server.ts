@@ -36,9 +36,8 @@ export class Server {
   private state: State = { kind: "stopped" };
   /** Starts and stops follow each other: a client that is half started cannot be stopped. */
   private queue: Promise<void> = Promise.resolve();
-  private readonly figures = new Figures((method, parameters) => this.answer(method, parameters));
-
   private readonly lenses = new Lenses((document) => this.lensesOf(document));
+  private readonly figures = new Figures((method, parameters) => this.answer(method, parameters), this.lenses.shown);
 
   constructor(
     private readonly extension: string,
