@@ -367,7 +367,7 @@ deployment D {
                 **CPU 1 overloaded (104.0 % at priority ≥ 1)**: no bounded response time at 1e-4
 
                 |  | priority | execution time | utilisation |  |
-                | :-- | --: | --: | --: | :-- |
+                | :-- | :-: | --: | --: | :-- |
                 | [`planner`](file:///model.mal#L15) | 1 | 70 ms per 100 ms | 70.0 % | █████████████▌ |
                 | [`driver`](file:///model.mal#L14) | 2 | 17 ms per 50 ms | 34.0 % | ██████▌ |
                 | **CPU 1, priority ≥ 1** |  |  | **104.0 %** |  |
@@ -845,7 +845,7 @@ codel.drive = 4
                 **Deadline met: 12 ms ≤ 100 ms, 88 ms slack** at 1e-4, times of Sea
 
                 |  | priority | jobs | time |  |
-                | :-- | --: | --: | --: | :-- |
+                | :-- | :-: | --: | --: | :-- |
                 | own time | 1 | 1 × 12 ms | 12 ms | ████████████████████ |
                 | **response time** |  |  | **12 ms** |  |
 

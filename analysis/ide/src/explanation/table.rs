@@ -5,7 +5,7 @@
 //! **Deadline met: 53 ms ≤ 100 ms, 47 ms slack** at 1e-4
 //!
 //! |               | priority |      jobs |      time |                  |
-//! |:--------------|---------:|----------:|----------:|:-----------------|
+//! |:--------------|:--------:|----------:|----------:|:-----------------|
 //! | own time      |        9 | 1 × 43 ms |     43 ms | ████████████████▎ |
 //! | `p3dx_driver` |       10 | 1 × 10 ms |     10 ms | ███▊             |
 //! | **response time** |      |           | **53 ms** |                  |
@@ -19,6 +19,9 @@ use mauve_wcrt::{Priority, Verdict};
 
 use super::{Explanation, Interfering, Overload, OwnTime, Release, SHOWN_PERIODS, Sum, Trace};
 use crate::markdown::{self, Links, bar, code, row};
+
+/// Columns of numbers beside each other, which editors set without a space: the priority is in the middle of its column.
+const ALIGNMENT: [&str; 5] = [":--", ":-:", "--:", "--:", ":--"];
 
 /// The greatest number of activities in a table; the last row sums the others.
 const MOST_ROWS: usize = 16;
@@ -130,7 +133,7 @@ fn sum_table(
     let bar_of = |time: Time| bar(time.as_nanos() as f64 / whole);
     let own_priority =
         if let Priority::RealTime(priority) = facts.activity.priority { Some(priority) } else { None };
-    let mut out = row(&["", "priority", "jobs", "time", ""]) + &row(&[":--", "--:", "--:", "--:", ":--"]);
+    let mut out = row(&["", "priority", "jobs", "time", ""]) + &row(&ALIGNMENT);
     let mut line = |what: &str, priority: &str, jobs: &str, time: Time| {
         out += &row(&[what, priority, jobs, &time.to_string(), &bar_of(time)]);
     };
@@ -180,8 +183,7 @@ fn load_table(db: &dyn ModelDb, overload: &Overload<'_>, links: Links<'_>) -> St
     let mut parts: Vec<_> = overload.parts.iter().collect();
     parts.sort_by(|a, b| b.share.0.total_cmp(&a.share.0));
     let percent = |share: f64| format!("{:.1} %", share * 100.0);
-    let mut out = row(&["", "priority", "execution time", "utilisation", ""])
-        + &row(&[":--", "--:", "--:", "--:", ":--"]);
+    let mut out = row(&["", "priority", "execution time", "utilisation", ""]) + &row(&ALIGNMENT);
     for it in parts.iter().take(MOST_ROWS) {
         let time = it.per_period.map_or_else(String::new, |(time, period)| format!("{time} per {period}"));
         let (name, share) = (named(db, &it.of, links), it.share.0);

@@ -377,7 +377,7 @@ codel.work = 3
                 **Deadline met: 6 ms ≤ 20 ms, 14 ms slack** at 1e-4
 
                 |  | priority | jobs | time |  |
-                | :-- | --: | --: | --: | :-- |
+                | :-- | :-: | --: | --: | :-- |
                 | own time | 2 | 1 × 3 ms | 3 ms | ██████████ |
                 | [`front`](file:///model.mal#L10) | 3 | 1 × 3 ms | 3 ms | ██████████ |
                 | **response time** |  |  | **6 ms** |  |
@@ -410,7 +410,7 @@ codel.work = 3
                 **Deadline met: 9 ms ≤ 12 ms, 3 ms slack** at 1e-4
 
                 |  | priority | jobs | time |  |
-                | :-- | --: | --: | --: | :-- |
+                | :-- | :-: | --: | --: | :-- |
                 | own time | 1 | 1 × 3 ms | 3 ms | ██████▋ |
                 | [`front`](file:///model.mal#L10) | 3 | 1 × 3 ms | 3 ms | ██████▋ |
                 | [`back`](file:///model.mal#L10) | 2 | 1 × 3 ms | 3 ms | ██████▋ |
