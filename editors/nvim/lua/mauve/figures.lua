@@ -53,8 +53,11 @@ local function room_behind(line, buffer)
   return least
 end
 
---- What is drawn of the hints of a line, in at most so many columns: in fewer and fewer words, at last without the last hints.
---- Without a known room, the labels. Also returns whether it fits.
+-- What stands for a hint where there is no room for more.
+local marks = { ['✓'] = true, ['!'] = true, ['✗'] = true, ['?'] = true, ['–'] = true, ['…'] = true, earlier = true }
+
+--- What is drawn of the hints of a line, in at most so many columns: in fewer and fewer words, without the last hints, and at last
+--- a mark. Without a known room, the labels. Also returns whether it fits.
 local function chunks_of(hints, room, is_late)
   local most = 1
   for _, hint in ipairs(hints) do
@@ -62,25 +65,29 @@ local function chunks_of(hints, room, is_late)
   end
   local function chunks(count, by)
     -- One column is left at the end of the line. The last one of a window may be empty.
-    local shown, width = {}, 0
+    local shown, width, has_mark = {}, 0, false
     for index = 1, count do
       local hint = hints[index]
       local labels = room and hint.data and hint.data.labels or { hint.label }
-      local label, status = labels[math.min(by, #labels)], vim.tbl_get(hint, 'data', 'status')
+      local label, status = labels[math.min(by, #labels)], hint.data and hint.data.status
       if is_late and status ~= 'older' and status ~= 'value' then
         -- As the server marks them.
         label, status = by > #labels and '…' or label .. ' earlier', 'older'
       end
+      has_mark = has_mark or marks[label]
       shown[index] = { ' ' .. label .. ' ', (groups[status] or groups.value)[1] }
       width = width + vim.fn.strdisplaywidth(shown[index][1])
     end
-    return shown, width
+    return shown, width, has_mark
   end
   local found, width = chunks(#hints, 1)
   for count = #hints, 1, -1 do
     for by = 1, most do
       if room and width > room then
-        found, width = chunks(count, by)
+        local shorter, less, has_mark = chunks(count, by)
+        if count == 1 or not has_mark then
+          found, width = shorter, less
+        end
       end
     end
   end
@@ -103,10 +110,14 @@ local function draw(buffer)
     local line = vim.api.nvim_buf_get_lines(buffer, number, number + 1, false)[1]
     if line then
       local chunks, fits = chunks_of(of_line, room_behind(line, buffer), state.late)
-      -- Where the last row of the line is full, the figure begins the next row, as a part of the text. Elsewhere it belongs to the
-      -- first column, and so stands before the messages of diagnostics.
-      local place, column = fits and 'eol' or 'inline', fits and 0 or #line
-      vim.api.nvim_buf_set_extmark(buffer, namespace, number, column, { virt_text = chunks, virt_text_pos = place, hl_mode = 'combine' })
+      -- Where the last row of the line is full, the figure begins the next row, as a part of the text.
+      vim.api.nvim_buf_set_extmark(buffer, namespace, number, fits and 0 or #line, {
+        virt_text = chunks,
+        virt_text_pos = fits and 'eol' or 'inline',
+        hl_mode = 'combine',
+        -- Less than that of diagnostics, whose messages follow.
+        priority = 1000,
+      })
     end
   end
 end
