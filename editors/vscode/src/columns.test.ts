@@ -14,6 +14,7 @@ test("editors show so many columns", () => {
   assert.equal(of({ hasMinimap: false }), 53);
   assert.equal(of({ fontSize: 18 }), 36);
   assert.equal(of({ fontFamily: "Consolas, monospace" }), 51);
+  assert.equal(of({ width: undefined }), 104);
   assert.equal(of({ width: 3 }), 1);
 });
 

@@ -2,8 +2,8 @@
 
 /** What the columns of an editor depend on. */
 export interface Look {
-  /** The width of the editor's group, in pixels. */
-  width: number;
+  /** The width of the editor's group, in pixels. VS Code does not say it where no groups stand beside each other. */
+  width: number | undefined;
   fontFamily: string;
   fontSize: number;
   tabSize: number;
@@ -23,8 +23,14 @@ const [folding, scrollBar] = [26, 16];
 /** The widest minimap, and what it has beside its text, in pixels. */
 const [widestMap, besideMap] = [128, 8];
 
+/** The columns on a screen of 1440 pixels, beside the explorer and the minimap. */
+const ofSmallScreen = 104;
+
 /** The columns of text that an editor shows. */
 export function columns({ width, fontFamily, fontSize, hasMinimap }: Look): number {
+  if (width === undefined) {
+    return ofSmallScreen;
+  }
   const column = fontSize * (fontFamily.startsWith("Consolas") ? consolas : usual);
   const text = width - folding - fontSize * lineHeight - digits * column - scrollBar;
   // The map has a pixel for each column of the text.

@@ -195,20 +195,16 @@ export class Figures implements vscode.Disposable {
     editor.setDecorations(this.type, decorations);
   }
 
-  /** What the columns of an editor depend on; nothing where its width is not known. */
-  private lookOf({ document, options, viewColumn }: vscode.TextEditor): Look | undefined {
-    const width = viewColumn === undefined ? undefined : this.groups[viewColumn - 1];
+  private lookOf({ document, options, viewColumn }: vscode.TextEditor): Look {
     const settings = vscode.workspace.getConfiguration("editor", document);
-    return width === undefined
-      ? undefined
-      : {
-          width,
-          fontFamily: settings.get("fontFamily", ""),
-          fontSize: settings.get("fontSize", 14),
-          tabSize: Number(options.tabSize ?? 2),
-          hasMinimap: settings.get("minimap.enabled", true),
-          isWrapped: settings.get("wordWrap") === "on",
-        };
+    return {
+      width: viewColumn === undefined ? undefined : this.groups[viewColumn - 1],
+      fontFamily: settings.get("fontFamily", ""),
+      fontSize: settings.get("fontSize", 14),
+      tabSize: Number(options.tabSize ?? 2),
+      hasMinimap: settings.get("minimap.enabled", true),
+      isWrapped: settings.get("wordWrap") === "on",
+    };
   }
 
   /** What the server says of the figures at the end of a line: the pointer is on them. */
@@ -270,13 +266,13 @@ function byPosition(figures: Figure[]): Figure[][] {
 function decoration(
   figures: Figure[],
   document: vscode.TextDocument,
-  look: Look | undefined,
+  look: Look,
   isLate: boolean,
 ): vscode.DecorationOptions {
   // The line may be gone: a change is told before the figures follow.
   const line = Math.min(figures[0].position.line, document.lineCount - 1);
   // One column is left before the figure.
-  const left = look && room(document.lineAt(line).text, look) - 1;
+  const left = room(document.lineAt(line).text, look) - 1;
   const status = isLate ? "older" : worst(figures);
   return {
     // The end of the line, however long it is when VS Code draws: it may have a key more by then.

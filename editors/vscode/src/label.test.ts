@@ -19,13 +19,11 @@ test("the first text that fits is drawn", () => {
   assert.equal(text([slack], 18), "47 ms slack");
   assert.equal(text([slack], 6), "+47 ms");
   assert.equal(text([slack], -40), "+47 ms");
-  assert.equal(text([slack], undefined), "47 ms slack · 53 ms");
 });
 
 test("figures that share a line", () => {
   const bars = "9 of 9 met at 1e-4 · CPU 1 nearly full (99.7 %) ━━━━━ · CPU 2 78.9 % ━━━━┄";
   assert.equal(text(deployment, bars.length), bars);
-  assert.equal(text(deployment, undefined), bars);
   const all = bars.replace(/ [━┄]+/g, "");
   assert.equal(text(deployment, bars.length - 1), all);
   const shorter = "9 of 9 met · CPU 1 99.7 % · CPU 2 78.9 %";
@@ -42,10 +40,13 @@ test("figures that share a line", () => {
 test("figures without an answer of the server are marked", () => {
   assert.equal(text([slack], 27, true), "47 ms slack · 53 ms earlier");
   assert.equal(text([slack], 26, true), "47 ms slack earlier");
-  assert.equal(text([slack], undefined, true), "47 ms slack · 53 ms earlier");
   assert.equal(text([slack], 14, true), "+47 ms earlier");
   assert.equal(text([slack], 7, true), "earlier");
   assert.equal(text([slack], 0, true), "…");
+  assert.equal(text([slack], 100, true), "47 ms slack · 53 ms earlier");
   const older = figure("older", ["53 ms before this edit", "53 ms earlier"]);
   assert.equal(text([older], 40, true), "53 ms before this edit");
+  assert.equal(text(deployment, 40, true), "9 of 9 met at 1e-4 earlier");
+  assert.equal(text(deployment, 18, true), "9 of 9 met earlier");
+  assert.equal(text(deployment, 8, true), "earlier");
 });

@@ -43,23 +43,26 @@ function asOlder(figure: Figure): Figure {
   return { ...figure, label: `${label} earlier`, data: { ...data, status: "older", labels } };
 }
 
+/** What stands for a figure where there is no room for more. */
+const mark = /^([✓!✗?–…]|earlier)$/;
+
 /**
- * What is drawn of the figures at the end of a line, in at most `room` columns: with bars, without, in fewer words, and
- * at last without the last figures. Without a known room, the labels. Late ones are marked as those of an earlier text.
+ * What is drawn of the figures at the end of a line, in at most `room` columns: with bars, without, in fewer words, without the
+ * last figures, and at last a mark. Late ones are marked as those of an earlier text.
  */
-export function text(known: Figure[], room: number | undefined, isLate = false): string {
+export function text(known: Figure[], room: number, isLate = false): string {
   const figures = isLate ? known.map(asOlder) : known;
-  const join = (shown: Figure[], of: (figure: Figure) => string) => shown.map(of).join(" · ");
-  if (room === undefined) {
-    return join(figures, (figure) => figure.label + bar(figure));
-  }
   const texts = ({ label, data: { labels } }: Figure) => labels ?? [label];
-  const mostTexts = Math.max(...figures.map((figure) => texts(figure).length));
-  const shorter = (by: number) => (figure: Figure) => texts(figure)[Math.min(by, texts(figure).length - 1)];
-  let found = join(figures, (figure) => shorter(0)(figure) + bar(figure));
+  const shorter = (figure: Figure, by: number) => texts(figure)[Math.min(by, texts(figure).length - 1)];
+  let found = figures.map((figure) => shorter(figure, 0) + bar(figure)).join(" · ");
   for (let count = figures.length; count > 0; count--) {
-    for (let by = 0; found.length > room && by < mostTexts; by++) {
-      found = join(figures.slice(0, count), shorter(by));
+    const shown = figures.slice(0, count);
+    const most = Math.max(...shown.map((figure) => texts(figure).length));
+    for (let by = 0; found.length > room && by < most; by++) {
+      const parts = shown.map((figure) => shorter(figure, by));
+      if (count === 1 || !parts.some((part) => mark.test(part))) {
+        found = parts.join(" · ");
+      }
     }
   }
   return found;
