@@ -151,15 +151,17 @@ impl EarlierFigures {
         self.of.iter().filter(move |(owner, _)| is_it(owner)).map(|(owner, it)| (owner.name.as_str(), &**it))
     }
 
-    /// Returns a value that changes when the older figures of a deployment that the text lacks are shown.
+    /// Returns a value that changes when the older figures of deployments that the text lacks, or their reasons, are shown or
+    /// hidden.
     pub(super) fn hash_of_lacking(&self, db: &dyn ModelDb, project: Project<'_>, file: File) -> u64 {
         let declared: HashSet<String> =
             declarations(db, file).all.iter().map(|it| it.qualified(db)).collect();
         let lacking = self.of_deployments(db, project, file).filter(|(name, _)| !declared.contains(*name));
-        let mut names: Vec<&str> = lacking.map(|(name, _)| name).collect();
-        names.sort_unstable();
+        let mut shown: Vec<(&str, bool)> =
+            lacking.map(|(name, figures)| (name, figures.are_reasons_shown())).collect();
+        shown.sort_unstable();
         let mut hasher = DefaultHasher::new();
-        names.hash(&mut hasher);
+        shown.hash(&mut hasher);
         hasher.finish()
     }
 }

@@ -37,18 +37,21 @@ function M.link()
   end
 end
 
---- The columns behind the end of a line that are in sight in all windows with the buffer; nothing where no window has it.
-local function room_behind(line, buffer)
-  local least
-  for _, window in ipairs(vim.fn.win_findbuf(buffer)) do
+--- The windows with a buffer: the columns of their text, and whether lines are wrapped.
+local function views_of(buffer)
+  return vim.tbl_map(function(window)
     local width = vim.api.nvim_win_get_width(window) - vim.fn.getwininfo(window)[1].textoff
-    local used = vim.api.nvim_win_call(window, function()
-      return vim.fn.strdisplaywidth(line)
-    end)
-    if vim.wo[window].wrap and used > width and width > 0 then
-      used = (used - 1) % width + 1
-    end
-    least = math.min(least or math.huge, width - used)
+    return { width = width, wraps = vim.wo[window].wrap and width > 0 }
+  end, vim.fn.win_findbuf(buffer))
+end
+
+--- The columns behind the end of a line that are in sight in all windows; nothing where there is no window.
+local function room_behind(line, views)
+  local least
+  local whole = vim.fn.strdisplaywidth(line)
+  for _, view in ipairs(views) do
+    local used = view.wraps and whole > view.width and (whole - 1) % view.width + 1 or whole
+    least = math.min(least or math.huge, view.width - used)
   end
   return least
 end
@@ -106,10 +109,11 @@ local function draw(buffer)
     table.insert(lines[line], hint)
   end
   vim.api.nvim_buf_clear_namespace(buffer, namespace, 0, -1)
-  for number, of_line in pairs(lines) do
+  local views = views_of(buffer)
+  local function draw_line(number, of_line)
     local line = vim.api.nvim_buf_get_lines(buffer, number, number + 1, false)[1]
     if line then
-      local chunks, fits = chunks_of(of_line, room_behind(line, buffer), state.late)
+      local chunks, fits = chunks_of(of_line, room_behind(line, views), state.late)
       -- Where the last row of the line is full, the figure begins the next row, as a part of the text.
       vim.api.nvim_buf_set_extmark(buffer, namespace, number, fits and 0 or #line, {
         virt_text = chunks,
@@ -120,6 +124,12 @@ local function draw(buffer)
       })
     end
   end
+  -- There, tabs are as wide as in its windows.
+  vim.api.nvim_buf_call(buffer, function()
+    for number, of_line in pairs(lines) do
+      draw_line(number, of_line)
+    end
+  end)
 end
 
 --- Draws the figures of all buffers anew, since windows have other widths.
