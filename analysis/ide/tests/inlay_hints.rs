@@ -1,4 +1,4 @@
-//! Every hint of random deployments fits; and while a model is typed, older figures stand only where the text has none.
+//! Every hint of random deployments fits, and every title of an action; and while a model is typed, older figures stand only where the text has none.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
@@ -8,13 +8,19 @@ use std::fmt::Write as _;
 use mauve_diagnostics::{Extent, findings_of};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, File, Workspace, names_of, projects};
-use mauve_ide::{EarlierFigures, HintOptions, HintStatus, InlayHint, hash_of_hints, inlay_hints};
+use mauve_ide::{
+    ActionKind, ActionQuestion, Changes, CodeAction, EarlierFigures, HintOptions, HintStatus, InlayHint,
+    code_actions, hash_of_hints, inlay_hints,
+};
 use mauve_syntax::{TextRange, TextSize};
 use mauve_tests::{Random, fixture, models, random_model, texts_moved};
 use mauve_wcrt::{Query, response_times};
 
 /// The maximum length of a hint.
 const MOST_CHARACTERS: usize = 32;
+
+/// The maximum length of the title of an action.
+const LONGEST_TITLE: usize = 60;
 
 fn hints(db: &Database, workspace: Workspace, file: File, earlier: &EarlierFigures) -> Vec<InlayHint> {
     let all = TextRange::up_to(TextSize::of(&**file.text(db)));
@@ -57,16 +63,30 @@ fn deployment(random: &mut Random) -> String {
 }
 
 #[test]
-fn every_hint_of_random_deployments_fits() {
+fn every_hint_and_title_of_random_deployments_fits() {
     let mut random = Random::of_seed(22);
     let mut statuses: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut titles = 0;
     let mut check = |texts: Vec<(String, String)>| {
         let db = Database::default();
         let paths: Vec<String> = texts.iter().map(|(path, _)| path.clone()).collect();
         let files = texts.into_iter().map(|(path, text)| (path.into(), text));
         let workspace = Workspace::of_texts(&db, "/".into(), files);
         for file in paths.iter().filter_map(|path| workspace.file(&db, path.as_ref())) {
-            for hint in hints(&db, workspace, file, &EarlierFigures::default()) {
+            let shown = hints(&db, workspace, file, &EarlierFigures::default());
+            // At the last activity, the priorities of the whole deployment are offered, too.
+            let explained = shown.iter().filter(|hint| hint.labels.len() > 2);
+            if let Some(offset) = explained.filter_map(|hint| hint.explained_at).next_back() {
+                let range = TextRange::empty(offset);
+                let kinds = &[ActionKind::QuickFix, ActionKind::Rewrite];
+                let question =
+                    ActionQuestion { file, range, diagnostics: &[], kinds, changes: Changes::None };
+                for CodeAction { title, .. } in code_actions(&db, &[workspace], question) {
+                    assert!((1..=LONGEST_TITLE).contains(&title.chars().count()), "{title}");
+                    titles += 1;
+                }
+            }
+            for hint in shown {
                 let lengths: Vec<usize> = hint.labels.iter().map(|label| label.chars().count()).collect();
                 assert!(lengths.iter().all(|it| (1..=MOST_CHARACTERS).contains(it)), "{hint:?}");
                 // In fewer and fewer words.
@@ -84,6 +104,7 @@ fn every_hint_of_random_deployments_fits() {
     for seed in 0..30 {
         check(random_model(seed).written().files.into_iter().collect());
     }
+    assert!(titles > 1000, "{titles}");
     for (status, least) in [("met", 1000), ("tight", 20), ("missed", 100), ("unknown", 300), ("value", 300)] {
         assert!(statuses.get(status).is_some_and(|count| *count >= least), "{status}: {statuses:?}");
     }
