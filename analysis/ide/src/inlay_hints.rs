@@ -205,10 +205,14 @@ pub fn inlay_hints(
         }
     }
     if options.response_times {
-        for &project in &projects {
-            let lost = earlier::of_lost_activities(db, project, file, range, earlier, &found);
-            found.extend(lost.into_iter().map(|hint| (hint, project)));
-        }
+        let lost_in = |&project: &Project<'_>| {
+            let of_project = found.iter().filter(|(_, of)| *of == project).map(|(found, _)| found);
+            earlier::of_lost_activities(db, project, file, range, earlier, of_project)
+        };
+        let lost: Vec<(Vec<Found>, Project<'_>)> = projects.iter().map(|it| (lost_in(it), *it)).collect();
+        found.extend(
+            lost.into_iter().flat_map(|(lost, project)| lost.into_iter().map(move |it| (it, project))),
+        );
     }
     // Stable: the hints of one position stay in their order.
     found.sort_by_key(|(found, _)| found.hint.offset);

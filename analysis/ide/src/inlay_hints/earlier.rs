@@ -256,23 +256,23 @@ pub(super) fn missing_loads(found: &[Found], earlier: Option<&Figures>) -> Vec<F
 /// Returns the older figures of activities in `range` that a syntax error has taken out of their deployment: behind a brace too
 /// many, say. `found` are the hints of the declarations.
 ///
-/// Nothing but the names counts: the rest of such a text may be read in any way.
-pub(super) fn of_lost_activities<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
+/// Only the names decide: the parser may read the rest of such a text in any way.
+pub(super) fn of_lost_activities<'a>(
+    db: &dyn ModelDb,
+    project: Project<'_>,
     file: File,
     range: TextRange,
     earlier: &EarlierFigures,
-    found: &[(Found, Project<'db>)],
+    found: impl Iterator<Item = &'a Found>,
 ) -> Vec<Found> {
     let deployments: Vec<(&str, &Figures)> = earlier.of_deployments(db, project, file).collect();
     let parse = parse(db, file);
     if deployments.is_empty() || parse.errors().is_empty() {
         return Vec::new();
     }
-    let places: HashSet<TextSize> = found.iter().map(|(found, _)| found.hint.offset).collect();
-    let mut subjects: HashSet<Subject> =
-        found.iter().filter_map(|(found, _)| found.subject.clone()).collect();
+    let (places, subjects): (HashSet<TextSize>, Vec<Option<Subject>>) =
+        found.map(|found| (found.hint.offset, found.subject.clone())).unzip();
+    let mut subjects: HashSet<Subject> = subjects.into_iter().flatten().collect();
     let text = file.text(db);
     let mut lost = Vec::new();
     let (mut deployment, mut before) = (String::new(), SyntaxKind::EOF);
