@@ -30,8 +30,8 @@ export class Figures implements vscode.Disposable {
   });
   /** The figures in documents, by their addresses. */
   private readonly shown = new Map<string, Figure[]>();
-  /** Documents for which an answer is awaited, and whether to ask again then. */
-  private readonly asking = new Map<string, boolean>();
+  /** Documents for which an answer is awaited, and whether to ask again then. An answer counts only while its entry is here. */
+  private readonly asking = new Map<string, { again: boolean }>();
   /** Documents that wait for the figures of a change, with what marks their figures as older. */
   private readonly waiting = new Map<string, NodeJS.Timeout>();
   /** Documents whose figures are those of an earlier text, as far as is known here. */
@@ -54,7 +54,7 @@ export class Figures implements vscode.Disposable {
         void this.measure();
         this.update();
       }),
-      // It is also sent when the window, a side bar or a group has another width.
+      // It is also sent when lines are wrapped in another way.
       vscode.window.onDidChangeTextEditorVisibleRanges(({ textEditor }) => {
         void this.measure();
         if (textEditor.document.lineCount > mostLines) {
@@ -78,7 +78,7 @@ export class Figures implements vscode.Disposable {
 
   /** Takes the figures away, since no server stands behind them. */
   clear(): void {
-    [...this.shown.keys()].forEach((key) => this.forget(key));
+    [...this.shown.keys(), ...this.asking.keys()].forEach((key) => this.forget(key));
     vscode.window.visibleTextEditors.forEach((editor) => this.draw(editor));
   }
 
@@ -89,11 +89,12 @@ export class Figures implements vscode.Disposable {
 
   private forget(key: string): void {
     this.shown.delete(key);
-    this.settle(key);
+    this.asking.delete(key);
+    this.confirm(key);
   }
 
   /** The figures of a document are those of its text, or there are none. */
-  private settle(key: string): void {
+  private confirm(key: string): void {
     clearTimeout(this.waiting.get(key));
     this.waiting.delete(key);
     this.late.delete(key);
@@ -107,7 +108,14 @@ export class Figures implements vscode.Disposable {
   }
 
   /** From a change on, the figures on the screen may be those of an earlier text. */
-  private expect(): void {
+  private expect({ document, contentChanges }: vscode.TextDocumentChangeEvent): void {
+    // VS Code has moved the figures with their lines.
+    const moved = this.shown.get(document.uri.toString())?.map((figure) => contentChanges.reduce(moveBy, figure));
+    if (moved !== undefined) {
+      this.shown.set(document.uri.toString(), moved);
+    }
+    // An answer that is on its way may be older than the change.
+    this.asking.forEach((asked) => (asked.again = true));
     for (const key of this.shown.keys()) {
       if (!this.waiting.has(key)) {
         this.waiting.set(key, setTimeout(() => this.markLate(key), patience));
@@ -133,7 +141,7 @@ export class Figures implements vscode.Disposable {
     },
     // Figures of a deployment change with other models, and with tables.
     didChange: async (change, next) => {
-      this.expect();
+      this.expect(change);
       await next(change);
       this.update();
     },
@@ -161,25 +169,32 @@ export class Figures implements vscode.Disposable {
       this.drawAll(document);
       return;
     }
-    if (this.asking.has(key)) {
-      this.asking.set(key, true);
+    void this.measure();
+    const before = this.asking.get(key);
+    if (before !== undefined) {
+      before.again = true;
       return;
     }
+    const asked = { again: false };
+    this.asking.set(key, asked);
     do {
-      this.asking.set(key, false);
+      asked.again = false;
       const { version } = document;
       const parameters = { textDocument: { uri: key }, range: visible(document) };
       const hints = await this.ask<InlayHint[]>(InlayHintRequest.method, parameters);
       await this.start;
+      if (this.asking.get(key) !== asked) {
+        return;
+      }
       // The figures of another text stand at other places; the next answer is on its way.
       if (hints !== undefined && hints !== null && version === document.version && !document.isClosed) {
         this.shown.set(key, hints.filter(isFigure));
-        if (!this.asking.get(key)) {
-          this.settle(key);
+        if (!asked.again) {
+          this.confirm(key);
         }
         this.drawAll(document);
       }
-    } while (this.asking.get(key));
+    } while (asked.again);
     this.asking.delete(key);
   }
 
@@ -226,6 +241,15 @@ export class Figures implements vscode.Disposable {
     }
     return tooltips.length === 0 ? undefined : new vscode.Hover(tooltips);
   }
+}
+
+/** A figure where VS Code shows it after a change. */
+function moveBy(figure: Figure, { range, text }: vscode.TextDocumentContentChangeEvent): Figure {
+  const { line, character } = figure.position;
+  // A figure stands at the end of its line.
+  const isBehind = range.end.line < line || (range.end.line === line && range.end.character <= character);
+  const by = text.split("\n").length - 1 - (range.end.line - range.start.line);
+  return isBehind ? { ...figure, position: { line: Math.max(0, line + by), character } } : figure;
 }
 
 /** Whether the figures of a document are drawn here: otherwise, VS Code shows them as it shows all inlay hints. */

@@ -270,7 +270,10 @@ check('figures are marked when the server does not answer', function()
   end
   signal('STOP')
   replace(deployment, navigation, 'deadline = 1000', 'deadline = 990')
+  vim.api.nvim_buf_set_lines(deployment, 0, 0, false, { '// A line', '// and another' })
   local late = wait_for_hint('hokuyo', '47 ms slack', ' earlier')
+  -- Each is with its activity, though the server knows nothing of the new lines.
+  equal(true, drawn(deployment, 'activity switch')[1].text:find('44 ms slack', 1, true) ~= nil)
   signal('CONT')
   equal('MauveOlder', late.group)
   local function wait_for_group(activity, text, group)
@@ -282,7 +285,8 @@ check('figures are marked when the server does not answer', function()
   end
   wait_for_group('navigation', '✗ 7 ms late', 'MauveMissed')
   wait_for_group('hokuyo', '47 ms slack', 'MauveMet')
-  undo(deployment)
+  vim.api.nvim_buf_set_lines(deployment, 0, 2, false, {})
+  replace(deployment, navigation, 'deadline = 990', 'deadline = 1000')
   wait_for_group('navigation', 'only 3 ms slack', 'MauveTight')
 end)
 

@@ -8,9 +8,12 @@ export async function checkSilence({ page, expect, command, status, activity, op
 
   signal("STOP");
   await page.keyboard.type("1");
+  await page.keyboard.press("Control+Shift+Enter");
   await expect("a server that does not answer: figures are marked", () => activity("hokuyo"), isMarked);
+  await expect("each is with its activity below a new line", () => activity("hokuyo"), (line) => line.includes("47 ms slack"));
   signal("CONT");
   await expect("it answers: they are not", () => activity("hokuyo"), (line) => !isMarked(line) && line.includes("ms slack"));
+  await command("File: Revert File");
 
   signal("KILL");
   await expect("a server that has ended: figures are marked at once, or those of the next one", () => activity("hokuyo"), (line) => line.includes("slack"));

@@ -22,6 +22,7 @@ local patience = 500
 
 ---@class mauve.Figures  The figures of a buffer.
 ---@field hints table[]  What the server said last.
+---@field marks table<integer, integer>  The extmarks of the lines with hints.
 ---@field asking? boolean  Whether an answer is awaited.
 ---@field again? boolean  Whether to ask again then.
 ---@field waiting? uv.uv_timer_t  Marks the figures as older; stopped by the answer for the current text.
@@ -104,18 +105,22 @@ local function draw(buffer)
   end
   local lines = {}
   for _, hint in ipairs(state.hints) do
-    local line = hint.position.line
+    -- Neovim has moved those that are drawn with their lines.
+    local mark = state.marks[hint.position.line]
+    local line = mark and vim.api.nvim_buf_get_extmark_by_id(buffer, namespace, mark, {})[1] or hint.position.line
+    hint.position.line = line
     lines[line] = lines[line] or {}
     table.insert(lines[line], hint)
   end
   vim.api.nvim_buf_clear_namespace(buffer, namespace, 0, -1)
+  state.marks = {}
   local views = views_of(buffer)
   local function draw_line(number, of_line)
     local line = vim.api.nvim_buf_get_lines(buffer, number, number + 1, false)[1]
     if line then
       local chunks, fits = chunks_of(of_line, room_behind(line, views), state.late)
       -- Where the last row of the line is full, the figure begins the next row, as a part of the text.
-      vim.api.nvim_buf_set_extmark(buffer, namespace, number, fits and 0 or #line, {
+      state.marks[number] = vim.api.nvim_buf_set_extmark(buffer, namespace, number, fits and 0 or #line, {
         virt_text = chunks,
         virt_text_pos = fits and 'eol' or 'inline',
         hl_mode = 'combine',
@@ -138,7 +143,7 @@ function M.redraw()
 end
 
 --- The figures of a buffer are those of its text.
-local function settle(state)
+local function confirm(state)
   if state.waiting then
     state.waiting:stop()
     state.waiting:close()
@@ -149,11 +154,21 @@ end
 --- From a change on, the figures on the screen may be those of an earlier text.
 local function expect(buffer)
   local state = states[buffer]
-  if state and not state.waiting then
-    state.waiting = vim.defer_fn(function()
-      state.waiting, state.late = nil, true
-      draw(buffer)
+  if not state then
+    return
+  end
+  -- An answer that is on its way may be older than the change.
+  state.again = state.asking
+  if not state.waiting then
+    local timer
+    timer = vim.defer_fn(function()
+      -- It may have been stopped in the meantime.
+      if state.waiting == timer then
+        state.waiting, state.late = nil, true
+        draw(buffer)
+      end
     end, patience)
+    state.waiting = timer
   end
 end
 
@@ -168,9 +183,9 @@ local function ask(buffer, client)
     state.asking = false
     -- Those of another text stand at other places. Without an answer, the old ones stay: the server has a refresh requested.
     if hints and vim.api.nvim_buf_is_loaded(buffer) and vim.api.nvim_buf_get_changedtick(buffer) == tick then
-      state.hints = hints
+      state.hints, state.marks = hints, {}
       if not state.again then
-        settle(state)
+        confirm(state)
       end
       draw(buffer)
     end
@@ -200,7 +215,7 @@ local function update(buffer, client)
   if vim.bo[buffer].filetype ~= 'mauve' then
     return
   end
-  states[buffer] = states[buffer] or { hints = {} }
+  states[buffer] = states[buffer] or { hints = {}, marks = {} }
   if states[buffer].asking then
     states[buffer].again = true
   else
@@ -244,7 +259,7 @@ end
 ---@param buffer integer
 function M.detach(buffer)
   if states[buffer] then
-    settle(states[buffer])
+    confirm(states[buffer])
     states[buffer] = nil
   end
   if vim.api.nvim_buf_is_loaded(buffer) then
