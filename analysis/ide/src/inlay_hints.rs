@@ -331,10 +331,9 @@ fn hash_of_declaration(db: &dyn ModelDb, project: Project<'_>, decl: Decl<'_>, o
         Kind::Architecture | Kind::Deployment => {
             let mut hasher = DefaultHasher::new();
             let found = of_declaration(db, project, decl, options);
-            let hash = |hint: &InlayHint, hasher: &mut DefaultHasher| {
-                (&hint.label, &hint.labels, hint.status).hash(hasher);
-            };
-            found.iter().for_each(|found| hash(&found.hint, &mut hasher));
+            for Found { hint, .. } in found {
+                (&hint.label, &hint.labels, hint.status).hash(&mut hasher);
+            }
             hasher.finish()
         }
         _ => 0,
