@@ -64,11 +64,16 @@ function problems() {
   );
 }
 
-/** The server's item in the status bar; what VS Code tells the user, where that is an error. */
-async function status() {
-  const label = await page.evaluate(
+/** The server's item in the status bar. */
+function statusItem() {
+  return page.evaluate(
     () => document.querySelector('.statusbar-item [aria-label^="MAUVE server"]')?.getAttribute("aria-label") ?? "no item",
   );
+}
+
+/** The same; what VS Code tells the user, where that is an error. */
+async function status() {
+  const label = await statusItem();
   if (!label.endsWith(": error")) {
     return label;
   }
@@ -272,7 +277,7 @@ async function checkInside() {
 try {
   await check();
   await checkTyping();
-  const tools = { page, expect, command, status, goTo, openAt, selectToEnd, activity, model, server: process.env.MAUVE_TEST_SERVER };
+  const tools = { page, expect, command, status, statusItem, goTo, openAt, selectToEnd, activity, model, server: process.env.MAUVE_TEST_SERVER };
   await checkWidths(tools);
   await checkSilence(tools);
   await checkGeneration();

@@ -1,7 +1,7 @@
 // What is seen of the figures while the server does not answer, and when it has ended: they are those of an earlier text, and say so.
 import { spawnSync } from "node:child_process";
 
-export async function checkSilence({ page, expect, command, status, activity, openAt, server }) {
+export async function checkSilence({ page, expect, command, status, statusItem, activity, openAt, server }) {
   const signal = (name) => spawnSync("pkill", [`-${name}`, "-f", `${server} lsp`]);
   const isMarked = (line) => line.endsWith(" earlier");
   await openAt("deployment.mal", "100   deadline = 100 }");
@@ -21,7 +21,7 @@ export async function checkSilence({ page, expect, command, status, activity, op
   await expect("its figures", () => activity("hokuyo"), (line) => !isMarked(line) && line.includes("ms slack"));
 
   // Five ends within three minutes are too many. A server that only starts may not be there to be ended.
-  for (let kills = 0; kills < 20 && !(await label(page)).endsWith(": error"); kills++) {
+  for (let kills = 0; kills < 20 && !(await statusItem()).endsWith(": error"); kills++) {
     signal("KILL");
     await page.waitForTimeout(1000);
   }
@@ -31,11 +31,4 @@ export async function checkSilence({ page, expect, command, status, activity, op
   await expect("the server runs again", status, (label) => label === "MAUVE server: running", 20);
   await command("File: Revert File");
   await expect("its figures", () => activity("hokuyo"), (line) => !isMarked(line) && line.includes("47 ms slack"));
-}
-
-/** What the status bar says: `status` fails where that is an error. */
-function label(page) {
-  return page.evaluate(
-    () => document.querySelector('.statusbar-item [aria-label^="MAUVE server"]')?.getAttribute("aria-label") ?? "no item",
-  );
 }
