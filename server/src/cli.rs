@@ -6,6 +6,7 @@ mod diff;
 mod explain;
 mod fmt;
 mod generate;
+mod graph;
 mod lsp;
 mod new;
 mod own_output;
@@ -49,6 +50,8 @@ enum Command {
     Wcrt(wcrt::Wcrt),
     /// Show a component's periodic state machine with its times.
     Psm(psm::Psm),
+    /// Draw the instances and connections of an architecture; of a deployment, with response times and utilisations.
+    Graph(graph::Graph),
     /// Simulate a schedule, and compare its response times with their bounds.
     ///
     /// The releases, the paths through the state machines and the execution times are random. Exit codes: 0 each simulated
@@ -112,6 +115,7 @@ impl Arguments {
             Command::Check(it) => it.run(),
             Command::Wcrt(it) => it.run(),
             Command::Psm(it) => it.run(),
+            Command::Graph(it) => it.run(),
             Command::Simulate(it) => it.run(),
             Command::Generate(it) => it.run(),
             Command::Run(it) => it.run(),

@@ -13,6 +13,7 @@ mod cli;
 mod disk;
 mod folder;
 mod generate;
+mod graph_document;
 mod harmless;
 mod json;
 mod load;

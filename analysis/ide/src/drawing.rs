@@ -1,4 +1,10 @@
-//! Common parts of drawings: the head and the arrows of SVG, and texts in SVG and DOT.
+//! Common parts of drawings: SVG documents with the project's colours, lines, and texts in SVG and DOT.
+//!
+//! A drawing is light or dark as its viewer prefers, by CSS (`drawing.css`). It contains no script and needs no other file.
+
+use std::fmt::Write as _;
+
+use crate::layout::Placement;
 
 /// The format of a drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -7,31 +13,108 @@ pub enum Drawing {
     Dot,
     /// For a browser.
     Svg,
+    /// For a terminal: lines of characters, boxes of box-drawing characters.
+    Text,
 }
 
-/// Returns the head of an SVG document of this size: the tip of arrows, a white background, and the title.
+/// Returns the head of an SVG document of this size: the style, the tip of arrows, a background, and the title.
 ///
 /// `place` holds the attributes that place the title.
 pub(crate) fn svg_head((width, height): (f64, f64), place: &str, title: &str) -> String {
     format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.0}\" height=\"{height:.0}\" \
-         viewBox=\"0 0 {width:.0} {height:.0}\" font-family=\"sans-serif\" font-size=\"13\">\n\
-         <defs><marker id=\"tip\" viewBox=\"0 0 10 10\" refX=\"9\" refY=\"5\" markerWidth=\"9\" markerHeight=\"9\" \
-         markerUnits=\"userSpaceOnUse\" orient=\"auto\"><path d=\"M0 0 L10 5 L0 10 z\" fill=\"#456\"/></marker></defs>\n\
-         <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n\
-         <text {place} font-weight=\"bold\">{}</text>\n",
-        svg_text(title)
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"mauve\" role=\"group\" aria-label=\"{title}\" width=\"{width:.0}\" \
+         height=\"{height:.0}\" viewBox=\"0 0 {width:.0} {height:.0}\">\n\
+         <style>\n{style}</style>\n\
+         <rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n\
+         <text {place} class=\"heading\">{title}</text>\n",
+        title = svg_text(title),
+        style = include_str!("drawing.css"),
     )
 }
 
-/// Returns an SVG arrow on a line of its own; `data-source` and `data-target` hold the numbers of its ends.
-///
-/// `style` is empty, or holds more attributes after a space.
-pub(crate) fn svg_arrow(path: &str, (source, target): (usize, usize), style: &str) -> String {
-    format!(
-        "<path d=\"{path}\" data-source=\"{source}\" data-target=\"{target}\" fill=\"none\" stroke=\"#456\"{style} \
-         marker-end=\"url(#tip)\"/>\n"
-    )
+/// Returns the attributes of a line through these points, with round corners.
+pub(crate) fn svg_path(points: &[(f64, f64)]) -> String {
+    let mut path = String::new();
+    for (index, &(x, y)) in points.iter().enumerate() {
+        let before = index.checked_sub(1).and_then(|before| points.get(before));
+        match (before, points.get(index + 1)) {
+            (None, _) => {
+                let _ = write!(path, "M{} {}", number(x), number(y));
+            }
+            (Some(_), None) => {
+                let _ = write!(path, "L{} {}", number(x), number(y));
+            }
+            (Some(&before), Some(&after)) => {
+                let ((bx, by), (ax, ay)) = (towards((x, y), before), towards((x, y), after));
+                let [bx, by, ax, ay, x, y] = [bx, by, ax, ay, x, y].map(number);
+                let _ = write!(path, "L{bx} {by}Q{x} {y} {ax} {ay}");
+            }
+        }
+    }
+    path
+}
+
+/// The point next to a corner from which the line bends.
+fn towards((x, y): (f64, f64), (to_x, to_y): (f64, f64)) -> (f64, f64) {
+    const RADIUS: f64 = 5.0;
+    let part = |from: f64, to: f64| {
+        from + (to - from).clamp(-RADIUS.min((to - from).abs() / 2.0), RADIUS.min((to - from).abs() / 2.0))
+    };
+    (part(x, to_x), part(y, to_y))
+}
+
+/// Returns the tip of an arrow that ends at the last of these points.
+pub(crate) fn svg_tip(points: &[(f64, f64)]) -> String {
+    let [.., (from_x, from_y), (x, y)] = points else { return String::new() };
+    let (dx, dy) =
+        ((x - from_x).signum() * f64::from(x != from_x), (y - from_y).signum() * f64::from(y != from_y));
+    // Two corners, 8 before the end, 3.5 to each side.
+    let corner = |side: f64| (x - 8.0 * dx - side * dy, y - 8.0 * dy + side * dx);
+    let ((ax, ay), (bx, by)) = (corner(3.5), corner(-3.5));
+    let [x, y, ax, ay, bx, by] = [*x, *y, ax, ay, bx, by].map(number);
+    format!("<path class=\"tip\" d=\"M{x} {y}L{ax} {ay}L{bx} {by}z\"/>")
+}
+
+/// Returns a placement with all positions moved.
+pub(crate) fn moved(mut placement: Placement, (x, y): (f64, f64)) -> Placement {
+    for placed in &mut placement.boxes {
+        placed.area.x += x;
+        placed.area.y += y;
+        for slot in &mut placed.slots {
+            slot.y += y;
+        }
+    }
+    for line in &mut placement.lines {
+        for point in &mut line.points {
+            *point = (point.0 + x, point.1 + y);
+        }
+        if let Some(label) = &mut line.label {
+            label.x += x;
+            label.y += y;
+        }
+    }
+    placement
+}
+
+/// Returns a number with at most one decimal.
+pub(crate) fn number(value: f64) -> String {
+    let text = format!("{value:.1}");
+    text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)
+}
+
+/// Returns a width that the text does not exceed in common sans-serif fonts of this size. DejaVu Sans is the widest of them; bold
+/// letters are up to a tenth wider.
+pub(crate) fn text_width(text: &str, size: f64, is_bold: bool) -> f64 {
+    let of = |letter: char| match letter {
+        'i' | 'j' | 'l' | 'I' | '.' | ',' | ':' | ';' | '|' | '\'' | ' ' => 0.36,
+        'f' | 't' | 'r' | '(' | ')' | '[' | ']' | '-' | '·' | '/' => 0.42,
+        'm' | 'w' | 'M' | 'W' | '%' | '@' | '—' => 1.0,
+        'A'..='Z' => 0.75,
+        'a'..='z' | '0'..='9' | '_' => 0.64,
+        letter if letter.is_ascii() => 0.84,
+        _ => 1.0,
+    };
+    text.chars().map(of).sum::<f64>() * size * if is_bold { 1.12 } else { 1.0 }
 }
 
 /// Returns `text` escaped for SVG, including attributes.

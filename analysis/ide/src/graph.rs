@@ -1,21 +1,18 @@
 //! The graph of an architecture: its instances and their connections; for a deployment, with utilisations and response times.
-//! In plain data, as DOT and as SVG.
 
-use std::collections::{BTreeMap, VecDeque};
-use std::fmt::Write as _;
+use std::collections::BTreeMap;
 
 use mauve_diagnostics::reasons::reason;
 use mauve_diagnostics::times_of;
-use mauve_hir::item_tree::{Kind, Name};
+use mauve_hir::item_tree::{FeatureKind, Kind, Name};
 use mauve_hir::{
     Decl, File, FlatInstance, Location, ModelDb, Project, Workspace, architecture, declaration_at,
-    declarations, flat_of, is_model, names_of, target_of,
+    declarations, file_and_line, flat_of, is_model, names_of, target_of,
 };
 use mauve_syntax::{TextRange, TextSize};
-use mauve_timing::{Status, Time, Utilisation};
+use mauve_timing::Utilisation;
 use mauve_wcrt::{ActivityReport, Query, Report, Verdict, psm_of, response_times, tables_of};
 
-use crate::drawing::{Drawing, dot_text, svg_arrow, svg_head, svg_text};
 use crate::project::projects_with;
 
 /// A graph of instances and connections.
@@ -40,12 +37,25 @@ pub struct GraphNode<'db> {
     pub instance: Name,
     /// Its component: the declared name, or as written if it is unknown.
     pub component: Name,
+    /// Its ports and operations, as far as they are known.
+    pub ports: Vec<GraphPort>,
     /// Its declaration.
     pub at: Location<'db>,
+    /// The file and the line of its declaration.
+    pub place: String,
     /// Its activity, for a deployment.
     pub activity: Option<&'db ActivityReport<'db>>,
     /// The utilisation of its activity, if known; 1 is a full CPU.
     pub load: Option<f64>,
+}
+
+/// A port or an operation of an instance.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct GraphPort {
+    /// Its name.
+    pub name: Name,
+    /// Its kind: no constant or property.
+    pub kind: FeatureKind,
 }
 
 /// A connection in a graph.
@@ -59,6 +69,8 @@ pub struct GraphEdge<'db> {
     pub operation: bool,
     /// Its declaration.
     pub at: Location<'db>,
+    /// The file and the line of its declaration.
+    pub place: String,
 }
 
 /// Selects deployments or architectures of a file's projects.
@@ -147,7 +159,8 @@ pub fn graph<'db>(
     let edges = flat.links.iter().filter_map(|link| {
         let end = |(instance, feature): &(Name, Name)| Some((*number.get(instance)?, feature.clone()));
         let (source, target) = (end(&link.source)?, end(&link.target)?);
-        Some(GraphEdge { source, target, operation: link.operation, at: link.at.clone() })
+        let place = file_and_line(db, project.workspace(db), &link.at);
+        Some(GraphEdge { source, target, operation: link.operation, at: link.at.clone(), place })
     });
     let mut missing: Vec<String> = flat.refusals.iter().map(|refusal| reason(db, &refusal.reason)).collect();
     if flat.link_completeness.is_incomplete() {
@@ -184,200 +197,27 @@ fn node<'db>(
         let mean = psm.machine.greatest_cycle_mean();
         Some(Utilisation::new([(mean, activity.period?)]).as_f64())
     });
+    let at = Location::Source(declared, data.name.id);
+    let features = instance.features(db, project).into_iter().flat_map(|features| features.by_name.values());
+    let features = features.filter_map(|all| Some((all.first()?.kind, all.first()?.data(db)?)));
+    let ports = features
+        .filter(|(kind, _)| kind.is_port() || kind.is_operation())
+        .map(|(kind, data)| GraphPort { name: data.name.name.clone(), kind });
     Some(GraphNode {
         instance: instance.name.clone(),
         component: component.or_else(|| written.cloned()).unwrap_or_default(),
-        at: Location::Source(declared, data.name.id),
+        place: file_and_line(db, project.workspace(db), &at),
+        ports: ports.collect(),
+        at,
         activity,
         load,
     })
-}
-
-impl GraphNode<'_> {
-    /// Returns the response time and the utilisation as a short text; empty without an activity.
-    pub fn verdict(&self) -> String {
-        let Some(activity) = self.activity else { return String::new() };
-        let deadline = activity.deadline.map(Time::number).unwrap_or_default();
-        let verdict = match (activity.verdict, activity.response) {
-            (Verdict::RealTime(Status::Met), Some(response)) => {
-                format!("R {} ≤ {deadline}", response.number())
-            }
-            (Verdict::RealTime(Status::Missed), Some(response)) => {
-                format!("R {} > {deadline} ✗", response.number())
-            }
-            (Verdict::Background, _) => "not real-time".to_owned(),
-            (verdict, _) => verdict.name().replace('-', " "),
-        };
-        match self.load {
-            Some(load) => format!("{verdict} · {:.1} %", load * 100.0),
-            None => verdict,
-        }
-    }
-
-    fn fill(&self) -> &'static str {
-        match self.activity.map(|activity| activity.verdict) {
-            Some(Verdict::RealTime(Status::Met)) => "#e8f5e9",
-            Some(Verdict::RealTime(Status::NotAnalysed)) => "#f3f3f3",
-            Some(Verdict::RealTime(_)) => "#fdecea",
-            Some(Verdict::Background) | None => "#eef3f8",
-        }
-    }
-}
-
-/// Draws a graph. In SVG, `data-instance`, `data-source` and `data-target` hold the numbers of instances.
-pub fn draw_graph(graph: &Graph<'_>, drawing: Drawing) -> String {
-    // Several connections between two instances share one line.
-    let mut lines: BTreeMap<(usize, usize, bool), Vec<&str>> = BTreeMap::new();
-    for edge in &graph.edges {
-        let names = lines.entry((edge.source.0, edge.target.0, edge.operation)).or_default();
-        names.push(edge.source.1.as_str());
-    }
-    match drawing {
-        Drawing::Dot => dot(graph, &lines),
-        Drawing::Svg => svg(graph, &lines),
-    }
-}
-
-type Lines<'a> = BTreeMap<(usize, usize, bool), Vec<&'a str>>;
-
-fn dot(graph: &Graph<'_>, lines: &Lines<'_>) -> String {
-    let mut out = format!("digraph {} {{\n", dot_text(&graph.title));
-    let _ = writeln!(
-        out,
-        "  label={}; labelloc=t; rankdir=LR; node [shape=box, style=filled];",
-        dot_text(&graph.title)
-    );
-    for (index, node) in graph.nodes.iter().enumerate() {
-        let verdict = node.verdict();
-        let below = if verdict.is_empty() { String::new() } else { format!("\\n{verdict}") };
-        let label = format!("\"{}: {}{below}\"", node.instance, node.component);
-        let _ = writeln!(out, "  {index} [label={label}, fillcolor={}];", dot_text(node.fill()));
-    }
-    for ((source, target, operation), names) in lines {
-        let style = if *operation { ", style=dashed" } else { "" };
-        let _ = writeln!(out, "  {source} -> {target} [label={}{style}];", dot_text(&names.join(", ")));
-    }
-    out + "}\n"
-}
-
-const BOX: (f64, f64) = (210.0, 56.0);
-const GAP: (f64, f64) = (130.0, 44.0);
-
-/// Places the nodes in columns, sources to the left of targets except in cycles.
-fn svg(graph: &Graph<'_>, lines: &Lines<'_>) -> String {
-    let columns = columns(graph.nodes.len(), lines);
-    let mut heights: Vec<usize> = Vec::new();
-    let mut places: Vec<(f64, f64)> = Vec::new();
-    for &column in &columns {
-        heights.resize(heights.len().max(column + 1), 0);
-        let row = heights.get(column).copied().unwrap_or_default();
-        if let Some(height) = heights.get_mut(column) {
-            *height += 1;
-        }
-        places.push((30.0 + column as f64 * (BOX.0 + GAP.0), 60.0 + row as f64 * (BOX.1 + GAP.1)));
-    }
-    let width = 60.0 + heights.len().max(1) as f64 * (BOX.0 + GAP.0) - GAP.0;
-    let height = 90.0 + heights.iter().max().copied().unwrap_or(1) as f64 * (BOX.1 + GAP.1);
-    let mut out = svg_head((width, height), "x=\"30\" y=\"28\"", &graph.title);
-    for (&(source, target, operation), names) in lines {
-        let (Some(&(x1, y1)), Some(&(x2, y2))) = (places.get(source), places.get(target)) else { continue };
-        let dashed = if operation { " stroke-dasharray=\"5 4\"" } else { "" };
-        // Forward arrows go from side to side, backward arrows below the boxes.
-        let (path, (x, y)) = if x2 > x1 {
-            let (x1, y1, y2) = (x1 + BOX.0, y1 + BOX.1 / 2.0, y2 + BOX.1 / 2.0);
-            let bend = (x2 - x1) / 2.0;
-            let path = format!(
-                "M{x1:.1} {y1:.1} C{:.1} {y1:.1} {:.1} {y2:.1} {x2:.1} {y2:.1}",
-                x1 + bend,
-                x2 - bend
-            );
-            (path, ((x1 + x2) / 2.0, (y1 + y2) / 2.0 - 4.0))
-        } else {
-            let (x1, y1) = (x1 + BOX.0 / 2.0 + 16.0, y1 + BOX.1);
-            let (x2, y2) = (x2 + BOX.0 / 2.0 - 16.0, y2 + BOX.1);
-            let low = y1.max(y2) + 0.9 * GAP.1;
-            let path = format!("M{x1:.1} {y1:.1} C{x1:.1} {low:.1} {x2:.1} {low:.1} {x2:.1} {y2:.1}");
-            (path, ((x1 + x2) / 2.0, low - 8.0))
-        };
-        out += &svg_arrow(&path, (source, target), dashed);
-        let label = svg_text(&names.join(", "));
-        let _ = writeln!(
-            out,
-            "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\" font-size=\"11\" fill=\"#234\">{label}</text>"
-        );
-    }
-    for (index, (node, (x, y))) in graph.nodes.iter().zip(&places).enumerate() {
-        let _ = writeln!(
-            out,
-            "<rect data-instance=\"{index}\" x=\"{x:.1}\" y=\"{y:.1}\" width=\"{}\" height=\"{}\" rx=\"8\" fill=\"{}\" \
-             stroke=\"#456\"/>\n\
-             <text data-instance=\"{index}\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}: {}</text>\n\
-             <text data-instance=\"{index}\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-size=\"11\">{}</text>",
-            BOX.0,
-            BOX.1,
-            node.fill(),
-            x + BOX.0 / 2.0,
-            y + 23.0,
-            svg_text(&node.instance),
-            svg_text(&node.component),
-            x + BOX.0 / 2.0,
-            y + 42.0,
-            svg_text(&node.verdict())
-        );
-    }
-    out + "</svg>\n"
-}
-
-/// Returns the column of each node: to the right of its predecessors in a walk that starts at the nodes without predecessors.
-fn columns(count: usize, lines: &Lines<'_>) -> Vec<usize> {
-    let mut targets: Vec<Vec<usize>> = vec![Vec::new(); count];
-    let mut is_start = vec![true; count];
-    for &(source, target, _) in lines.keys().filter(|(source, target, _)| source != target) {
-        if let (Some(targets), Some(is_start)) = (targets.get_mut(source), is_start.get_mut(target)) {
-            targets.push(target);
-            *is_start = false;
-        }
-    }
-    let starts = (0..count).filter(|&node| is_start.get(node) == Some(&true));
-    let mut order: Vec<usize> = Vec::new();
-    let mut seen = vec![false; count];
-    // Cycles without a predecessor need a start as well.
-    for start in starts.chain(0..count) {
-        let mut waiting = VecDeque::from([start]);
-        while let Some(node) = waiting.pop_front() {
-            match seen.get_mut(node) {
-                Some(seen) if !*seen => *seen = true,
-                _ => continue,
-            }
-            order.push(node);
-            waiting.extend(targets.get(node).into_iter().flatten());
-        }
-    }
-    let mut position = vec![0; count];
-    for (index, &node) in order.iter().enumerate() {
-        if let Some(position) = position.get_mut(node) {
-            *position = index;
-        }
-    }
-    let mut columns = vec![0; count];
-    for &node in &order {
-        let column: usize = columns.get(node).copied().unwrap_or_default();
-        for &target in targets.get(node).into_iter().flatten() {
-            if position.get(target) > position.get(node)
-                && let Some(other) = columns.get_mut(target)
-            {
-                *other = (*other).max(column + 1);
-            }
-        }
-    }
-    columns
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::fixture::Fixture;
-    use expect_test::{Expect, expect};
     use mauve_hir::projects;
 
     const MODEL: &str = "
@@ -405,52 +245,6 @@ timing.tables = [\"t.toml\"]
 codel.see = 20
 codel.plan = 30
 ";
-
-    fn drawn(name: &str, drawing: Drawing) -> String {
-        let Fixture { db, workspace, .. } = Fixture::new(MODEL);
-        let project = projects(&db, workspace)[0];
-        let of = names_of(&db, project).all.iter().find(|decl| *decl.name(&db) == *name).copied().unwrap();
-        let graph = graph(&db, project, of, Query::shown(&db, project)).unwrap();
-        draw_graph(&graph, drawing)
-    }
-
-    fn check(name: &str, expected: Expect) {
-        expected.assert_eq(&drawn(name, Drawing::Dot));
-    }
-
-    #[test]
-    fn of_an_architecture() {
-        check(
-            "A",
-            expect![[r##"
-            digraph "A" {
-              label="A"; labelloc=t; rankdir=LR; node [shape=box, style=filled];
-              0 [label="laser: Laser", fillcolor="#eef3f8"];
-              1 [label="pilot: Pilot", fillcolor="#eef3f8"];
-              2 [label="spare: Unknown", fillcolor="#eef3f8"];
-              0 -> 1 [label="scan"];
-              1 -> 1 [label="go"];
-            }
-        "##]],
-        );
-    }
-
-    #[test]
-    fn of_a_deployment_with_what_is_known() {
-        check(
-            "D",
-            expect![[r##"
-                digraph "D at 1e-4: response times and deadlines in ms, CPU utilisation" {
-                  label="D at 1e-4: response times and deadlines in ms, CPU utilisation"; labelloc=t; rankdir=LR; node [shape=box, style=filled];
-                  0 [label="laser: Laser\nR 20 ≤ 100 · 20.0 %", fillcolor="#e8f5e9"];
-                  1 [label="pilot: Pilot\nR 50 > 40 ✗ · 30.0 %", fillcolor="#fdecea"];
-                  2 [label="spare: Unknown\nnot real-time", fillcolor="#eef3f8"];
-                  0 -> 1 [label="scan"];
-                  1 -> 1 [label="go"];
-                }
-            "##]],
-        );
-    }
 
     #[test]
     fn each_project_has_its_own() {
@@ -485,26 +279,6 @@ codel.plan = 30
         assert_eq!(why("/other.toml", GraphsOf::File), "this file is not part of any project");
         let none = "no deployment or architecture `C` in the projects of this file";
         assert_eq!(why("/a.mal", GraphsOf::Name("C")), none);
-    }
-
-    #[test]
-    fn as_svg() {
-        let svg = drawn("D", Drawing::Svg);
-        assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
-        for label in
-            [">laser: Laser<", ">R 20 ≤ 100 · 20.0 %<", ">R 50 &gt; 40 ✗ · 30.0 %<", "data-instance=\"2\""]
-        {
-            assert!(svg.contains(label), "{label} in {svg}");
-        }
-    }
-
-    #[test]
-    fn rings_have_columns_too() {
-        let lines =
-            |pairs: &[(usize, usize)]| pairs.iter().map(|&(a, b)| ((a, b, false), vec!["x"])).collect();
-        assert_eq!(columns(3, &lines(&[(0, 1), (1, 2), (0, 2)])), [0, 1, 2]);
-        assert_eq!(columns(3, &lines(&[(0, 1), (1, 0), (1, 2), (2, 2)])), [0, 1, 2]);
-        assert_eq!(columns(0, &lines(&[])), [0; 0]);
     }
 
     #[test]

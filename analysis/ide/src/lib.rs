@@ -29,7 +29,7 @@
 //! | `levels.rs` | the significance levels of the timing tables |
 //! | `project.rs` | the projects of a file, and their names |
 //! | `drawing.rs` | common parts of drawings in DOT and SVG |
-//! | `graph.rs` | the graph of an architecture, with utilisations and response times, as DOT and SVG |
+//! | `graph.rs` | the graph of an architecture, with utilisations and response times |
 //! | `machine_view.rs` | the state machine of a component with locations, for a panel |
 //! | `timing_actions.rs` | actions that change priorities, CPUs and periods, with their effect |
 //! | `execution_report.rs`, `execution_report/` | the report of measured execution times, as HTML |
@@ -37,6 +37,7 @@
 //!
 //! Locations are offsets in a file's text. This crate knows no protocol and no terminal.
 
+mod architecture_drawing;
 mod call_hierarchy;
 mod change;
 mod code_actions;
@@ -59,6 +60,7 @@ mod hierarchy;
 mod hover;
 mod implementation;
 mod inlay_hints;
+mod layout;
 mod levels;
 mod machine_view;
 mod markdown;
@@ -73,11 +75,13 @@ mod semantic_tokens;
 mod sensitivity;
 mod signature_help;
 mod state_machine;
+mod text_canvas;
 mod timing_actions;
 mod type_definition;
 mod type_hierarchy;
 mod workspace_symbols;
 
+pub use architecture_drawing::draw_graph;
 pub use call_hierarchy::{Calls, call_items, incoming_calls, outgoing_calls};
 pub use change::{Change, FileChange};
 pub use code_actions::{ActionKind, ActionQuestion, Changes, CodeAction, code_actions};
@@ -93,7 +97,7 @@ pub use explanation::{counted_cpus, explain_response, explain_response_of};
 pub use folding_ranges::{FoldingKind, FoldingRange, folding_ranges};
 pub use formatting::{formatting, formatting_on_type};
 pub use gantt::draw_schedule;
-pub use graph::{Graph, GraphEdge, GraphNode, GraphsOf, draw_graph, graph, selected_graphs};
+pub use graph::{Graph, GraphEdge, GraphNode, GraphPort, GraphsOf, graph, selected_graphs};
 pub use hierarchy::HierarchyItem;
 pub use hover::{Hover, HoverFormat, hover};
 pub use implementation::{codel_file, implementation};
@@ -111,7 +115,7 @@ pub use semantic_tokens::{
 };
 pub use sensitivity::percentage;
 pub use signature_help::{Signature, signature_help};
-pub use state_machine::draw_state_machine;
+pub use state_machine::{MachineTitle, draw_state_machine};
 pub use type_definition::type_definition;
 pub use type_hierarchy::{subtypes, supertypes, type_items};
 pub use workspace_symbols::{FoundSymbol, workspace_symbols};

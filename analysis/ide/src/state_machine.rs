@@ -1,155 +1,323 @@
-//! A component's periodic state machine as a drawing: states, and the greatest execution time between each pair of them.
+//! A component's state machine as a drawing: a box for each state, and a line for the transitions between each pair, with their
+//! execution times. The periods with the greatest total are emphasised.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use mauve_diagnostics::times_of;
+use mauve_hir::{Location, ModelDb, Workspace, file_and_line};
 use mauve_timing::{Level, Time, Unit};
-use mauve_wcrt::Psm;
 #[cfg(doc)]
 use mauve_wcrt::TableSet;
 
-use crate::drawing::{Drawing, dot_text, svg_arrow, svg_head, svg_text};
+use crate::drawing::{Drawing, dot_text, moved, number, svg_head, svg_path, svg_text, svg_tip, text_width};
+use crate::layout::{Area, BoxSize, Diagram, LineEnds, Placement, Spacing, place};
+use crate::machine_view::{MachineEdge, MachineView};
+use crate::text_canvas::{TextCanvas, cells};
 
-/// Draws `psm`, the state machine of `component` at `level` with the timing tables of `times` ([`TableSet::section`]), with the initial state and the greatest edges in bold. Of several
-/// edges between two states, draws the greatest, with the names of all transitions. In SVG, `data-state`, `data-source` and
-/// `data-target` hold the numbers of states, so that a client can handle clicks.
-pub fn draw_state_machine(
-    component: &str,
-    level: Level,
-    times: Option<&str>,
-    psm: &Psm<'_>,
+/// What a drawing of a state machine says besides its states and edges.
+#[derive(Debug, Clone, Copy)]
+pub struct MachineTitle<'a> {
+    /// The component.
+    pub component: &'a str,
+    /// The level of the times.
+    pub level: Level,
+    /// Their timing tables: see [`TableSet::section`].
+    pub times: Option<&'a str>,
+}
+
+impl MachineTitle<'_> {
+    fn text(&self, view: &MachineView<'_>) -> String {
+        let assumed = view.psm.is_some_and(|psm| !psm.assumed.is_empty());
+        let times = match view.psm {
+            Some(_) if assumed => "execution times per period in ms, some of them assumed",
+            Some(_) => "execution times per period in ms",
+            None => "execution times unknown",
+        };
+        format!("{} at {}{}: {times}", self.component, self.level, times_of(self.times))
+    }
+}
+
+/// Draws a state machine. One line shows all edges from one state to another, each with its time.
+///
+/// In SVG, boxes have `data-state`, lines `data-source` and `data-target`, with the numbers of states, and texts of edges
+/// `data-edge`, with the number of the edge. `data-place` holds the file and the line of the declaration. What belongs to the
+/// worst trace has the class `worst`.
+pub fn draw_state_machine<'db>(
+    db: &'db dyn ModelDb,
+    workspace: Workspace,
+    title: MachineTitle<'_>,
+    view: &MachineView<'db>,
     drawing: Drawing,
 ) -> String {
-    let title = title(component, level, times, psm);
-    let mut arrows: BTreeMap<(usize, usize), Arrow> = BTreeMap::new();
-    for (edge, described) in psm.machine.edges().iter().zip(&psm.edges.all) {
-        let arrow = arrows.entry((edge.source as usize, edge.target as usize)).or_default();
-        arrow.cost = arrow.cost.max(edge.cost);
-        arrow.names.push(described.transition.as_ref().map_or("", |name| name.as_str()));
-    }
+    let machine = Machine::new(title.text(view), view, |at| file_and_line(db, workspace, at));
     match drawing {
-        Drawing::Dot => dot(component, &title, psm, &arrows),
-        Drawing::Svg => svg(&title, psm, &arrows),
+        Drawing::Dot => machine.dot(title.component),
+        Drawing::Svg => machine.svg(),
+        Drawing::Text => machine.text(),
     }
 }
 
-#[derive(Default)]
-struct Arrow<'a> {
-    cost: Time,
-    /// The names of the transitions; empty if the state stays the same.
-    names: Vec<&'a str>,
+struct Machine<'a> {
+    title: String,
+    states: Vec<DrawnState<'a>>,
+    /// By source and target.
+    arrows: Vec<Arrow>,
 }
 
-impl Arrow<'_> {
-    fn label(&self) -> String {
-        let mut names: Vec<&str> = self.names.iter().copied().filter(|name| !name.is_empty()).collect();
-        names.dedup();
-        let names = names.join(", ");
-        // Times on the arrows of a picture are in milliseconds: its title says so.
-        let cost = self.cost.as_f64(Unit::Milliseconds);
-        if names.is_empty() { cost.to_string() } else { format!("{names}: {cost}") }
-    }
+struct DrawnState<'a> {
+    name: &'a str,
+    is_initial: bool,
+    is_worst: bool,
+    place: String,
 }
 
-fn dot(component: &str, title: &str, psm: &Psm<'_>, arrows: &BTreeMap<(usize, usize), Arrow<'_>>) -> String {
-    let mut out = format!("digraph {} {{\n", dot_text(component));
-    let _ = writeln!(
-        out,
-        "  label={}; labelloc=t; rankdir=LR; node [shape=box, style=rounded];",
-        dot_text(title)
-    );
-    for (index, state) in psm.states.iter().enumerate() {
-        let bold = if index == psm.initial { " [penwidth=2]" } else { "" };
-        let _ = writeln!(out, "  {}{bold};", dot_text(state));
-    }
-    for ((source, target), arrow) in arrows {
-        let name = |state: &usize| dot_text(psm.states.get(*state).map_or("", |name| name.as_str()));
-        let _ = writeln!(out, "  {} -> {} [label={}];", name(source), name(target), dot_text(&arrow.label()));
-    }
-    out + "}\n"
+struct Arrow {
+    source: usize,
+    target: usize,
+    edges: Vec<DrawnEdge>,
 }
 
-fn title(component: &str, level: Level, times: Option<&str>, psm: &Psm<'_>) -> String {
-    let assumed = if psm.assumed.is_empty() { "" } else { ", some of them assumed" };
-    format!("{component} at {level}{}: execution times per period in ms{assumed}", times_of(times))
+/// The edges of one transition between two states.
+struct DrawnEdge {
+    /// The number of the one with the greatest time.
+    edge: usize,
+    /// `done: 3`.
+    label: String,
+    /// `label`, wide enough for usual times: a drawing keeps its shape while times change.
+    widest: String,
+    is_worst: bool,
+    place: String,
 }
 
-/// Places the states on a circle, clockwise from the top in text order.
-fn svg(title: &str, psm: &Psm<'_>, arrows: &BTreeMap<(usize, usize), Arrow<'_>>) -> String {
-    let count = psm.states.len().max(1);
-    let radius = if count == 1 { 0.0 } else { (60.0 * count as f64).max(150.0) };
-    let (width, height) = (2.0 * radius + 360.0, 2.0 * radius + 220.0);
-    let (cx, cy) = (width / 2.0, height / 2.0 + 20.0);
-    let place = |state: usize| {
-        let angle = std::f64::consts::TAU * state as f64 / count as f64 - std::f64::consts::FRAC_PI_2;
-        (cx + radius * angle.cos(), cy + radius * angle.sin())
-    };
-    let middle = format!("x=\"{cx:.0}\" y=\"24\" text-anchor=\"middle\"");
-    let mut out = svg_head((width, height), &middle, title);
-    let greatest = arrows.values().map(|arrow| arrow.cost).max().unwrap_or_default();
-    for (&(source, target), arrow) in arrows {
-        let heavy = if arrow.cost == greatest { " stroke-width=\"2.5\"" } else { "" };
-        let (path, (x, y)) = if source == target {
-            let (x, y) = place(source);
-            (
-                format!(
-                    "M{:.1} {:.1} C{:.1} {:.1} {:.1} {:.1} {:.1} {:.1}",
-                    x - 18.0,
-                    y - 20.0,
-                    x - 40.0,
-                    y - 70.0,
-                    x + 40.0,
-                    y - 70.0,
-                    x + 18.0,
-                    y - 20.0
-                ),
-                (x, y - 64.0),
-            )
-        } else {
-            between(place(source), place(target))
+impl<'a> Machine<'a> {
+    fn new<'db>(
+        title: String,
+        view: &'a MachineView<'db>,
+        place_of: impl Fn(&Location<'db>) -> String,
+    ) -> Machine<'a> {
+        let place_of = |at: &Option<Location<'db>>| at.as_ref().map(&place_of).unwrap_or_default();
+        let mut arrows: BTreeMap<(usize, usize), BTreeMap<&str, (usize, &MachineEdge<'db>)>> =
+            BTreeMap::new();
+        for (number, edge) in view.edges.iter().enumerate() {
+            let of_pair = arrows.entry((edge.source, edge.target)).or_default();
+            let name = edge.transition.as_ref().map_or("", |name| name.as_str());
+            let greatest = of_pair.entry(name).or_insert((number, edge));
+            if edge.time > greatest.1.time {
+                *greatest = (number, edge);
+            }
+        }
+        let worst = |number: usize| view.worst_trace.contains(&number);
+        let in_worst = |state: usize| {
+            let edges = view.worst_trace.iter().filter_map(|&edge| view.edges.get(edge));
+            edges.into_iter().any(|edge| edge.source == state)
         };
-        out += &svg_arrow(&path, (source, target), heavy);
-        // A white outline keeps the label readable on lines; not every viewer supports `paint-order`.
-        for paint in ["stroke=\"#fff\" stroke-width=\"4\" fill=\"#fff\"", "fill=\"#234\""] {
-            let _ = writeln!(
-                out,
-                "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\" {paint}>{}</text>",
-                svg_text(&arrow.label())
-            );
+        let drawn = |(name, (number, edge)): (&str, (usize, &MachineEdge<'db>))| {
+            let time = edge.time.map_or_else(|| "?".to_owned(), milliseconds);
+            let label =
+                |time: &str| if name.is_empty() { time.to_owned() } else { format!("{name}: {time}") };
+            DrawnEdge {
+                edge: number,
+                label: label(&time),
+                widest: label(&format!("{time:0>7}")),
+                is_worst: worst(number),
+                place: place_of(&edge.at),
+            }
+        };
+        Machine {
+            title,
+            states: (view.states.iter().enumerate())
+                .map(|(number, state)| DrawnState {
+                    name: &state.name,
+                    is_initial: state.initial,
+                    is_worst: in_worst(number),
+                    place: place_of(&state.at),
+                })
+                .collect(),
+            arrows: (arrows.into_iter())
+                .map(|((source, target), edges)| Arrow {
+                    source,
+                    target,
+                    edges: edges.into_iter().map(drawn).collect(),
+                })
+                .collect(),
         }
     }
-    for (index, state) in psm.states.iter().enumerate() {
-        let (x, y) = place(index);
-        let width = 24.0 + 8.0 * state.chars().count() as f64;
-        let initial = if index == psm.initial { " stroke-width=\"2.5\"" } else { "" };
+
+    fn dot(&self, component: &str) -> String {
+        let mut out = format!("digraph {} {{\n", dot_text(component));
         let _ = writeln!(
             out,
-            "<rect data-state=\"{index}\" x=\"{:.1}\" y=\"{:.1}\" width=\"{width:.1}\" height=\"40\" rx=\"12\" fill=\"#eef3f8\" \
-             stroke=\"#456\"{initial}/>\n<text data-state=\"{index}\" x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-            x - width / 2.0,
-            y - 20.0,
-            y + 5.0,
-            svg_text(state)
+            "  label={}; labelloc=t; rankdir=LR; node [shape=box, style=rounded];",
+            dot_text(&self.title)
         );
+        for state in &self.states {
+            let bold = if state.is_initial { " [penwidth=2]" } else { "" };
+            let _ = writeln!(out, "  {}{bold};", dot_text(state.name));
+        }
+        for arrow in &self.arrows {
+            let name = |state: usize| dot_text(self.states.get(state).map_or("", |state| state.name));
+            let labels: Vec<&str> = arrow.edges.iter().map(|edge| edge.label.as_str()).collect();
+            let bold = if arrow.is_worst() { ", penwidth=2" } else { "" };
+            let label = dot_text(&labels.join("\n")).replace('\n', "\\n");
+            let _ =
+                writeln!(out, "  {} -> {} [label={label}{bold}];", name(arrow.source), name(arrow.target));
+        }
+        out + "}\n"
     }
-    out + "</svg>\n"
+
+    /// Places the states. `size` returns the size of a state, and `label` that of the label of an arrow.
+    fn place(
+        &self,
+        spacing: Spacing,
+        row: f64,
+        size: impl Fn(&DrawnState<'_>) -> (f64, f64),
+        label: impl Fn(&Arrow) -> (f64, f64),
+    ) -> Placement {
+        let mut diagram = Diagram::default();
+        for state in &self.states {
+            let (width, height) = size(state);
+            diagram.boxes.push(BoxSize { width, height, row, ..BoxSize::default() });
+        }
+        let mut port = |number: usize| {
+            let ports = diagram.boxes.get_mut(number).map(|it| &mut it.ports);
+            ports.map_or(0, |ports| {
+                ports.push(None);
+                ports.len() - 1
+            })
+        };
+        for arrow in &self.arrows {
+            let source = (arrow.source, port(arrow.source));
+            let target = (arrow.target, port(arrow.target));
+            diagram.lines.push(LineEnds { source, target, label: Some(label(arrow)) });
+        }
+        place(&diagram, spacing)
+    }
+
+    fn svg(&self) -> String {
+        const TITLE: f64 = 28.0;
+        let size = |state: &DrawnState<'_>| {
+            let width = text_width(state.name, 13.0, true) + 32.0;
+            ((width / 8.0).ceil() * 8.0, 38.0)
+        };
+        let label = |arrow: &Arrow| {
+            let widths = arrow.edges.iter().map(|edge| text_width(&edge.widest, 12.0, true));
+            (widths.fold(0.0, f64::max).ceil(), arrow.edges.len() as f64 * ROW)
+        };
+        const ROW: f64 = 15.0;
+        let spacing = Spacing {
+            boxes: 30.0,
+            lines: 14.0,
+            turns: 10.0,
+            ends: 18.0,
+            label: 3.0,
+            margin: 24.0,
+            line: 0.0,
+        };
+        let placement = moved(self.place(spacing, 14.0, size, label), (0.0, TITLE));
+        let width = placement.width.max(text_width(&self.title, 14.0, true) + 2.0 * spacing.margin);
+        let size = (width, placement.height + TITLE);
+        let mut out = svg_head(size, &format!("x=\"{}\" y=\"30\"", spacing.margin), &self.title);
+        for (arrow, line) in self.arrows.iter().zip(&placement.lines) {
+            let worst = if arrow.is_worst() { " worst" } else { "" };
+            let _ = writeln!(
+                out,
+                "<g class=\"link{worst}\" data-source=\"{}\" data-target=\"{}\"><path class=\"wire\" d=\"{}\"/>{}</g>",
+                arrow.source,
+                arrow.target,
+                svg_path(&line.points),
+                svg_tip(&line.points),
+            );
+            let Some(area) = line.label else { continue };
+            for (row, edge) in arrow.edges.iter().enumerate() {
+                let _ = writeln!(
+                    out,
+                    "<text class=\"label{}\" data-edge=\"{}\" data-place=\"{}\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
+                    if edge.is_worst { " worst" } else { "" },
+                    edge.edge,
+                    svg_text(&edge.place),
+                    number(area.x + area.width / 2.0),
+                    number(area.y + (row as f64 + 1.0) * ROW - 3.5),
+                    svg_text(&edge.label),
+                );
+            }
+        }
+        for ((index, state), placed) in self.states.iter().enumerate().zip(&placement.boxes) {
+            let Area { x, y, width, height } = placed.area;
+            let initial = if state.is_initial { " initial" } else { "" };
+            let worst = if state.is_worst { " worst" } else { "" };
+            let _ = writeln!(
+                out,
+                "<g class=\"box{initial}{worst}\" data-state=\"{index}\" data-place=\"{}\"><title>{}{}</title>\n\
+                 <rect class=\"frame\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"12\"/>\n\
+                 <text class=\"name\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text></g>",
+                svg_text(&state.place),
+                svg_text(state.name),
+                if state.is_initial { ", the initial state" } else { "" },
+                number(x),
+                number(y),
+                number(width),
+                number(height),
+                number(x + width / 2.0),
+                number(y + height / 2.0 + 4.5),
+                svg_text(state.name),
+            );
+        }
+        out + "</svg>\n"
+    }
+
+    fn text(&self) -> String {
+        let size = |state: &DrawnState<'_>| (cells(&self.shown(state)) + 4.0, 3.0);
+        let label = |arrow: &Arrow| {
+            let widths = arrow.edges.iter().map(|edge| cells(&edge.label));
+            (widths.fold(0.0, f64::max) + 2.0, arrow.edges.len() as f64)
+        };
+        let spacing =
+            Spacing { boxes: 1.0, lines: 1.0, turns: 2.0, ends: 2.0, label: 0.0, margin: 0.0, line: 1.0 };
+        let placement = self.place(spacing, 1.0, size, label);
+        let mut canvas = TextCanvas::new(placement.width, placement.height);
+        for placed in &placement.boxes {
+            canvas.border(placed.area);
+        }
+        for line in &placement.lines {
+            canvas.line(&line.points);
+        }
+        for (arrow, line) in self.arrows.iter().zip(&placement.lines) {
+            canvas.tip(&line.points, false);
+            let Some(area) = line.label else { continue };
+            for (row, edge) in arrow.edges.iter().enumerate() {
+                let mark = if edge.is_worst { "*" } else { "" };
+                canvas.text(area.x + 1.0, area.y + row as f64, &format!("{}{mark}", edge.label));
+            }
+        }
+        for (state, placed) in self.states.iter().zip(&placement.boxes) {
+            let Area { x, y, width, height } = placed.area;
+            let name = self.shown(state);
+            canvas.text(x + ((width - cells(&name)) / 2.0).floor(), y + (height / 2.0).floor(), &name);
+        }
+        let has_worst = self.arrows.iter().any(Arrow::is_worst);
+        let legend = if has_worst {
+            "> the initial state   * in the periods with the greatest total"
+        } else {
+            "> the initial state"
+        };
+        format!("{}\n\n{}\n{legend}\n", self.title, canvas.finish())
+    }
+
+    fn shown(&self, state: &DrawnState<'_>) -> String {
+        if state.is_initial { format!("> {}", state.name) } else { state.name.to_owned() }
+    }
 }
 
-/// Returns a curve between two boxes, bent to the left so that opposite curves stay apart, and the position of its label.
-fn between((x1, y1): (f64, f64), (x2, y2): (f64, f64)) -> (String, (f64, f64)) {
-    let (dx, dy) = (x2 - x1, y2 - y1);
-    let length = dx.hypot(dy).max(1.0);
-    let (nx, ny) = (dy / length, -dx / length);
-    let (mx, my) = ((x1 + x2) / 2.0 + 36.0 * nx, (y1 + y2) / 2.0 + 36.0 * ny);
-    // From edge to edge of boxes that are about 100 wide and 40 high.
-    let edge = |x: f64, y: f64| {
-        let (dx, dy) = (mx - x, my - y);
-        let scale = (58.0 / dx.abs().max(1e-6)).min(23.0 / dy.abs().max(1e-6)).min(1.0);
-        (x + dx * scale, y + dy * scale)
-    };
-    let ((sx, sy), (tx, ty)) = (edge(x1, y1), edge(x2, y2));
-    (format!("M{sx:.1} {sy:.1} Q{mx:.1} {my:.1} {tx:.1} {ty:.1}"), (mx - 8.0 * nx, my - 8.0 * ny + 4.0))
+impl Arrow {
+    fn is_worst(&self) -> bool {
+        self.edges.iter().any(|edge| edge.is_worst)
+    }
+}
+
+/// Times in a picture are in milliseconds: its title says so.
+fn milliseconds(time: Time) -> String {
+    time.as_f64(Unit::Milliseconds).to_string()
 }
 
 #[cfg(test)]
@@ -160,7 +328,9 @@ mod tests {
     use expect_test::expect;
     use mauve_hir::item_tree::Kind;
     use mauve_hir::{Database, Workspace, names_of, projects};
-    use mauve_wcrt::{first_tables, psm_of};
+    use mauve_wcrt::first_tables;
+
+    use crate::machine_view::state_machine;
 
     const MODEL: &str = r#"
 codel plan(): int
@@ -183,9 +353,10 @@ codel = "1.5 ms"
         let workspace = Workspace::of_texts(&db, "/".into(), texts);
         let project = projects(&db, workspace)[0];
         let pilot = names_of(&db, project).anywhere(Kind::Component, "Pilot")[0];
-        let psm =
-            psm_of(&db, first_tables(&db, project, pilot), pilot, Level::TEN_TO_MINUS_FOUR).as_ref().unwrap();
-        draw_state_machine("Pilot", Level::TEN_TO_MINUS_FOUR, None, psm, drawing)
+        let level = Level::TEN_TO_MINUS_FOUR;
+        let view = state_machine(&db, first_tables(&db, project, pilot), pilot, level);
+        let title = MachineTitle { component: "Pilot", level, times: None };
+        draw_state_machine(&db, workspace, title, &view, drawing)
     }
 
     #[test]
@@ -196,8 +367,8 @@ codel = "1.5 ms"
               "Waiting" [penwidth=2];
               "Moving";
               "Waiting" -> "Waiting" [label="1.5"];
-              "Waiting" -> "Moving" [label="go: 1.5"];
-              "Moving" -> "Waiting" [label="done: 3"];
+              "Waiting" -> "Moving" [label="go: 1.5", penwidth=2];
+              "Moving" -> "Waiting" [label="done: 3", penwidth=2];
             }
         "#]]
         .assert_eq(&drawn(Drawing::Dot));

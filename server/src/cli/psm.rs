@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use mauve_diagnostics::{times_of, timing_reason};
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Database, Decl, config_of, names_of, projects, similar};
-use mauve_ide::{Drawing, draw_state_machine};
+use mauve_ide::{Drawing, MachineTitle, draw_state_machine, state_machine};
 use mauve_timing::{Level, Time};
 use mauve_wcrt::{Refusal, TableSet, first_tables, psm_of, tables_for, tables_of};
 use serde_json::{Value, json};
@@ -43,6 +43,8 @@ enum Format {
     Dot,
     /// A drawing for browsers.
     Svg,
+    /// A drawing for terminals.
+    Text,
     /// The states, and the edges with their programs.
     Json,
 }
@@ -201,9 +203,15 @@ fn show<'db>(
             return Ok(Output::verbatim("", 1));
         }
     };
+    let draw = |drawing: Drawing| {
+        let view = state_machine(db, tables, component, level);
+        let title = MachineTitle { component: name, level, times };
+        draw_state_machine(db, tables.project(db).workspace(db), title, &view, drawing)
+    };
     let text = match format {
-        Format::Dot => draw_state_machine(name, level, times, psm, Drawing::Dot),
-        Format::Svg => draw_state_machine(name, level, times, psm, Drawing::Svg),
+        Format::Dot => draw(Drawing::Dot),
+        Format::Svg => draw(Drawing::Svg),
+        Format::Text => draw(Drawing::Text),
         Format::Json => {
             let programs = |indices: &[usize]| -> Vec<Value> {
                 let timed = indices.iter().filter_map(|&index| psm.programs.get(index));

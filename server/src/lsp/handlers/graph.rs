@@ -6,19 +6,19 @@
 //! | `position` | a place in the deployment or architecture that is meant; if left out, the deployments of the file, else its architectures, else those of its projects |
 //! | `name` | instead of `position`: the name of a deployment or architecture of the file's projects |
 //! | `significance` | a level; if left out, the one that is shown |
-//! | `drawing` | `"svg"` (if left out) or `"dot"` |
+//! | `drawing` | `"svg"` (if left out), `"dot"` or `"text"` |
 //!
 //! The result is a list, with a document for each that is meant in each project that has it, at least one. `root` is the path
 //! of the project's root and `name` that of the deployment or architecture, as in `mauve/analysis`.
 //!
-//! Of each, `source` and `target` are numbers of nodes, as are `data-instance`, `data-source` and `data-target` in the SVG.
+//! Of each, `source` and `target` are numbers of nodes, as are `data-instance`, `data-source` and `data-target` in the SVG;
+//! `data-edge` holds the number of an edge. `location` is that of an instance or a connection, `activity` that of the activity.
 //! `load` is the share of a CPU, 1 being all of it; `status` is that of `mauve wcrt --format json`. Only deployments have a
 //! `significance`, `cpus` and what concerns times; a deployment whose architecture is unknown has no graph. `lost` has the
 //! reasons why something may be missing.
 
-use mauve_diagnostics::timing_reason;
-use mauve_hir::{Decl, Project};
-use mauve_ide::{Drawing, GraphEdge, GraphNode, GraphsOf, draw_graph, graph as graph_of, selected_graphs};
+use mauve_hir::{Decl, Location, Project};
+use mauve_ide::{Drawing, GraphsOf, draw_graph, graph as graph_of, selected_graphs};
 use mauve_timing::Level;
 use mauve_wcrt::Query;
 use serde::Deserialize;
@@ -28,8 +28,7 @@ use tower_lsp::lsp_types::{Position, TextDocumentIdentifier};
 
 use super::analysis::read_level;
 use super::state_machine::AskedDrawing;
-use super::to_value;
-use crate::analysis_document::{cpu_document, milliseconds};
+use crate::graph_document::graph_document;
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
 
@@ -83,43 +82,10 @@ fn document(
     let mut query = Query::shown(db, project);
     query.level = level.unwrap_or(query.level);
     let Some(graph) = graph_of(db, project, of, query) else { return Ok(None) };
-    let node = |node: &GraphNode<'_>| {
-        let activity = node.activity;
-        json!({
-            "instance": node.instance.to_string(),
-            "component": node.component.to_string(),
-            "load": node.load,
-            "affinity": activity.and_then(|it| it.cpus),
-            "period": activity.and_then(|it| it.period).map(milliseconds),
-            "deadline": activity.and_then(|it| it.deadline).map(milliseconds),
-            "response": activity.and_then(|it| it.response).map(milliseconds),
-            "status": activity.map(|it| it.verdict.name()),
-            "location": to_proto::location(snapshot, &node.at),
-        })
-    };
-    let edge = |edge: &GraphEdge<'_>| {
-        json!({
-            "source": edge.source.0,
-            "sourceFeature": edge.source.1.to_string(),
-            "target": edge.target.0,
-            "targetFeature": edge.target.1.to_string(),
-            "operation": edge.operation,
-            "location": to_proto::location(snapshot, &edge.at),
-        })
-    };
-    let cpus = graph.report.into_iter().flat_map(|report| &report.cpus);
-    let of_report = graph.report.into_iter().flat_map(|report| &report.not_analysed);
-    let missing = graph.missing.iter().cloned();
-    Ok(Some(json!({
-        "name": of.name(db).to_string(),
-        "root": to_value(project.root(db).path(db))?,
-        "unit": "ms",
-        "times": graph.report.and_then(|report| report.times.as_ref()).map(ToString::to_string),
-        "significance": graph.report.map(|_| query.level.as_f64()),
-        "nodes": graph.nodes.iter().map(node).collect::<Vec<_>>(),
-        "edges": graph.edges.iter().map(edge).collect::<Vec<_>>(),
-        "cpus": cpus.map(cpu_document).collect::<Vec<_>>(),
-        "lost": missing.chain(of_report.map(|lost| timing_reason(db, &lost.reason))).collect::<Vec<_>>(),
-        "drawing": draw_graph(&graph, drawing),
-    })))
+    let location = |at: &Location<'_>| json!(to_proto::location(snapshot, at));
+    let mut document = graph_document(db, (project, of), query, &graph, location);
+    if let Some(document) = document.as_object_mut() {
+        document.insert("drawing".to_owned(), draw_graph(&graph, drawing).into());
+    }
+    Ok(Some(document))
 }

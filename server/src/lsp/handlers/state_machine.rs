@@ -6,17 +6,17 @@
 //! | `component` | instead of `position`: the name of a component of the file's projects |
 //! | `deployment` | instead of the deployment at `position`: the name of one, whose times are shown |
 //! | `significance` | a level; if left out, the one that is shown |
-//! | `drawing` | `"svg"` (if left out) or `"dot"` |
+//! | `drawing` | `"svg"` (if left out), `"dot"` or `"text"` |
 //!
 //! Of the result, `times` is the section of `mauve.toml` with the deployment's own timing tables, or null, and `otherTimes` has
 //! those that other deployments use. `source` and `target` are numbers of states, and `worstTrace` has numbers of edges. In the
-//! SVG, `data-state`, `data-source` and `data-target` hold the numbers of states. A state has the programs that its periods
+//! SVG, `data-state`, `data-source` and `data-target` hold the numbers of states, and `data-edge` those of edges. A state has the programs that its periods
 //! execute first, in `first`: `run` and the guards. An edge executes as many of them as its `first` says, then the programs of
-//! `then`. `assumed` has the codels whose times are assumed. Without times, there are `reasons`, and no drawing.
+//! `then`. `assumed` has the codels whose times are assumed. Without times, there are `reasons`.
 
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, ProgramId, names_of, project_files, projects};
-use mauve_ide::{Drawing, component_at, draw_state_machine, state_machine as machine_of};
+use mauve_ide::{Drawing, MachineTitle, component_at, draw_state_machine, state_machine as machine_of};
 use mauve_timing::Time;
 use mauve_wcrt::{Query, TableSet, first_tables, table_sets, tables_of};
 use serde::Deserialize;
@@ -49,6 +49,7 @@ pub(crate) enum AskedDrawing {
     #[default]
     Svg,
     Dot,
+    Text,
 }
 
 impl From<AskedDrawing> for Drawing {
@@ -56,6 +57,7 @@ impl From<AskedDrawing> for Drawing {
         match asked {
             AskedDrawing::Svg => Drawing::Svg,
             AskedDrawing::Dot => Drawing::Dot,
+            AskedDrawing::Text => Drawing::Text,
         }
     }
 }
@@ -99,6 +101,8 @@ pub(crate) fn state_machine(snapshot: &Snapshot, params: &StateMachineParams) ->
     let times = tables.section(db).as_deref();
     let others = table_sets(db, project).iter().filter(|it| **it != tables);
     let assumed = view.psm.into_iter().flat_map(|psm| &psm.assumed).map(|(codel, _)| codel.as_str());
+    let title = MachineTitle { component: &name, level, times };
+    let drawing = draw_state_machine(db, project.workspace(db), title, &view, params.drawing.into());
     Ok(json!({
         "component": name,
         "times": times,
@@ -110,7 +114,7 @@ pub(crate) fn state_machine(snapshot: &Snapshot, params: &StateMachineParams) ->
         "worstTrace": view.worst_trace,
         "assumed": assumed.collect::<Vec<_>>(),
         "reasons": view.reasons,
-        "drawing": view.psm.map(|psm| draw_state_machine(&name, level, times, psm, params.drawing.into())),
+        "drawing": drawing,
     }))
 }
 

@@ -1,0 +1,467 @@
+//! An architecture as a drawing: a box for each instance with its ports, and a line for each connection. For a deployment, boxes
+//! have the colour of their deadline's status.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use mauve_hir::item_tree::{FeatureKind, Name};
+use mauve_timing::task_set::Priority;
+use mauve_timing::{Status, Time, Unit};
+use mauve_wcrt::Verdict;
+
+use crate::drawing::{Drawing, dot_text, moved, number, svg_head, svg_path, svg_text, text_width};
+use crate::graph::{Graph, GraphNode};
+use crate::layout::{Area, BoxSize, Diagram, LineEnds, PlacedBox, Side, Slot, Spacing, place};
+use crate::text_canvas::{TextCanvas, cells};
+
+/// Draws a graph.
+///
+/// In SVG, each box is a group with `data-instance`, and each line a group with `data-source` and `data-target`, which hold the
+/// numbers of instances, and `data-edge`, which holds the number of the connection. `data-place` holds the file and the line of
+/// the declaration.
+pub fn draw_graph(graph: &Graph<'_>, drawing: Drawing) -> String {
+    match drawing {
+        Drawing::Dot => dot(graph),
+        Drawing::Svg => svg(graph),
+        Drawing::Text => text(graph),
+    }
+}
+
+/// The response time of an instance beside its deadline, in words.
+struct Figures {
+    /// `met`, `missed` or `unknown`; empty for an instance without a deadline. The class of its box.
+    status: &'static str,
+    /// `✓ 53 ≤ 100 ms`.
+    verdict: String,
+    /// `29.7 %`; empty if unknown.
+    load: String,
+    /// `priority 9 · 100 ms · CPU 1`.
+    settings: String,
+    /// The response time as a part of the deadline.
+    part: Option<f64>,
+}
+
+impl Figures {
+    fn of(node: &GraphNode<'_>) -> Option<Figures> {
+        let activity = node.activity?;
+        let deadline = activity.deadline.map(Time::number).unwrap_or_default();
+        let (status, verdict) = match (activity.verdict, activity.response) {
+            (Verdict::RealTime(Status::Met), Some(response)) => {
+                ("met", format!("✓ {} ≤ {deadline} ms", response.number()))
+            }
+            (Verdict::RealTime(Status::Missed), Some(response)) => {
+                ("missed", format!("✗ {} > {deadline} ms", response.number()))
+            }
+            (Verdict::RealTime(Status::NotAnalysed), _) => ("unknown", "? not analysed".to_owned()),
+            (Verdict::RealTime(status), _) => ("missed", format!("✗ {}", status.name().replace('-', " "))),
+            (Verdict::Background, _) => ("", "background".to_owned()),
+        };
+        let priority = match activity.priority {
+            Priority::RealTime(priority) => Some(format!("priority {priority}")),
+            Priority::Background | Priority::Unknown => None,
+        };
+        let period = activity.period.map(|period| format!("{} ms", period.number()));
+        let cpus = activity.cpus.filter(|cpus| *cpus != 0).map(mauve_diagnostics::cpu_names);
+        let settings: Vec<String> = priority.into_iter().chain(period).chain(cpus).collect();
+        let milliseconds = |time: Time| time.as_f64(Unit::Milliseconds);
+        let part = activity.response.zip(activity.deadline).map(|(response, deadline)| {
+            milliseconds(response) / milliseconds(deadline).max(f64::MIN_POSITIVE)
+        });
+        Some(Figures {
+            status,
+            verdict,
+            load: node.load.map(|load| format!("{:.1} %", load * 100.0)).unwrap_or_default(),
+            settings: settings.join(" · "),
+            part: part.filter(|_| matches!(activity.verdict, Verdict::RealTime(_))),
+        })
+    }
+}
+
+impl Figures {
+    /// Returns the verdict and the utilisation.
+    fn with_load(&self) -> String {
+        if self.load.is_empty() { self.verdict.clone() } else { format!("{} · {}", self.verdict, self.load) }
+    }
+}
+
+fn is_incoming(kind: FeatureKind) -> bool {
+    matches!(kind, FeatureKind::Input | FeatureKind::Provided)
+}
+
+fn dot(graph: &Graph<'_>) -> String {
+    // Several connections between two instances share one line.
+    let mut lines: BTreeMap<(usize, usize, bool), Vec<&str>> = BTreeMap::new();
+    for edge in &graph.edges {
+        let names = lines.entry((edge.source.0, edge.target.0, edge.operation)).or_default();
+        names.push(edge.source.1.as_str());
+    }
+    let mut out = format!("digraph {} {{\n", dot_text(&graph.title));
+    let _ = writeln!(
+        out,
+        "  label={}; labelloc=t; rankdir=LR; node [shape=box, style=filled];",
+        dot_text(&graph.title)
+    );
+    for (index, node) in graph.nodes.iter().enumerate() {
+        let figures = Figures::of(node);
+        let fill = match figures.as_ref().map(|figures| figures.status) {
+            Some("met") => "#e8f5e9",
+            Some("missed") => "#fdecea",
+            Some("unknown") => "#f3f3f3",
+            _ => "#eef3f8",
+        };
+        let below = figures.map(|it| format!("\\n{}", it.with_load())).unwrap_or_default();
+        let label = format!("\"{}: {}{below}\"", node.instance, node.component);
+        let _ = writeln!(out, "  {index} [label={label}, fillcolor={}];", dot_text(fill));
+    }
+    for ((source, target, operation), names) in lines {
+        let style = if operation { ", style=dashed" } else { "" };
+        let _ = writeln!(out, "  {source} -> {target} [label={}{style}];", dot_text(&names.join(", ")));
+    }
+    out + "}\n"
+}
+
+/// The ports of each instance, and the lines between them. `size` returns the size of an instance without its ports.
+fn diagram(
+    graph: &Graph<'_>,
+    size: impl Fn(&GraphNode<'_>, &[(Name, bool)]) -> BoxSize,
+) -> (Diagram, Vec<Vec<(Name, bool)>>) {
+    // The declared ports, then those that only connections have, such as those of unknown components.
+    let mut ports: Vec<Vec<(Name, bool)>> = Vec::new();
+    for node in &graph.nodes {
+        ports.push(node.ports.iter().map(|port| (port.name.clone(), is_incoming(port.kind))).collect());
+    }
+    let mut number_of = |(number, name): &(usize, Name), is_incoming: bool| {
+        let Some(ports) = ports.get_mut(*number) else { return (*number, 0) };
+        let found = ports.iter().position(|(port, _)| port == name);
+        let port = found.unwrap_or_else(|| {
+            ports.push((name.clone(), is_incoming));
+            ports.len() - 1
+        });
+        (*number, port)
+    };
+    let lines = graph.edges.iter().map(|edge| {
+        // A call goes from the one that requires the operation.
+        LineEnds {
+            source: number_of(&edge.source, false),
+            target: number_of(&edge.target, true),
+            label: None,
+        }
+    });
+    let lines: Vec<LineEnds> = lines.collect();
+    let boxes = graph.nodes.iter().zip(&ports).map(|(node, ports)| {
+        let side =
+            |(_, is_incoming): &(Name, bool)| Some(if *is_incoming { Side::Left } else { Side::Right });
+        BoxSize { ports: ports.iter().map(side).collect(), ..size(node, ports) }
+    });
+    (Diagram { boxes: boxes.collect(), lines }, ports)
+}
+
+const PIXELS: Spacing =
+    Spacing { boxes: 26.0, lines: 14.0, turns: 10.0, ends: 22.0, label: 4.0, margin: 24.0, line: 0.0 };
+
+/// The width of the part of a box with figures: it does not depend on them, so that a drawing keeps its shape while times change.
+const FIGURES: f64 = 208.0;
+
+fn svg(graph: &Graph<'_>) -> String {
+    let has_figures = graph.report.is_some();
+    let head = if has_figures { 92.0 } else { 50.0 };
+    let (diagram, ports) = diagram(graph, |node, ports| {
+        let names = text_width(&node.instance, 13.0, true).max(text_width(&node.component, 12.0, false));
+        let port = ports.iter().map(|(name, _)| text_width(name, 12.0, false)).fold(0.0, f64::max);
+        let width = (names + 28.0).max(2.0 * port + 44.0).max(if has_figures { FIGURES } else { 120.0 });
+        BoxSize {
+            width: (width / 8.0).ceil() * 8.0,
+            height: head + 6.0,
+            head: Some(head),
+            row: 20.0,
+            foot: 6.0,
+            ports: Vec::new(),
+        }
+    });
+    let title_height = 28.0;
+    let placement = moved(place(&diagram, PIXELS), (0.0, title_height));
+    let legend = if has_figures { 34.0 } else { 0.0 };
+    let width = placement.width.max(text_width(&graph.title, 14.0, true) + 2.0 * PIXELS.margin);
+    let size = (width, placement.height + title_height + legend);
+    let mut out = svg_head(size, &format!("x=\"{}\" y=\"30\"", PIXELS.margin), &graph.title);
+    for (index, (edge, line)) in graph.edges.iter().zip(&placement.lines).enumerate() {
+        let call = if edge.operation { " call" } else { "" };
+        let _ = writeln!(
+            out,
+            "<g class=\"link\" data-edge=\"{index}\" data-source=\"{}\" data-target=\"{}\" data-place=\"{}\"><title>{} → \
+             {}</title><path class=\"wire{call}\" d=\"{}\"/></g>",
+            edge.source.0,
+            edge.target.0,
+            svg_text(&edge.place),
+            svg_text(&end_name(graph, &edge.source)),
+            svg_text(&end_name(graph, &edge.target)),
+            svg_path(&line.points),
+        );
+    }
+    for ((index, node), (placed, ports)) in
+        graph.nodes.iter().enumerate().zip(placement.boxes.iter().zip(&ports))
+    {
+        svg_box(&mut out, index, node, placed, ports);
+    }
+    if has_figures {
+        let y = size.1 - 18.0;
+        let _ = writeln!(
+            out,
+            "<text class=\"soft\" x=\"{}\" y=\"{}\">R ≤ D or R &gt; D in ms, CPU utilisation; the bar shows R as a part of D</text>",
+            PIXELS.margin,
+            number(y)
+        );
+    }
+    out + "</svg>\n"
+}
+
+fn end_name(graph: &Graph<'_>, (number, feature): &(usize, Name)) -> String {
+    graph.nodes.get(*number).map(|node| format!("{}.{feature}", node.instance)).unwrap_or_default()
+}
+
+fn svg_box(out: &mut String, index: usize, node: &GraphNode<'_>, placed: &PlacedBox, ports: &[(Name, bool)]) {
+    let Area { x, y, width, height } = placed.area;
+    let figures = Figures::of(node);
+    let status = figures.as_ref().map_or("", |figures| figures.status);
+    let spoken = figures.as_ref().map(|it| format!(", {}, {}", it.verdict, it.settings)).unwrap_or_default();
+    let _ = writeln!(
+        out,
+        "<g class=\"box {status}\" data-instance=\"{index}\" data-place=\"{}\"><title>{}: {}{}</title>\n\
+         <rect class=\"frame\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"7\"/>",
+        svg_text(&node.place),
+        svg_text(&node.instance),
+        svg_text(&node.component),
+        svg_text(&spoken),
+        number(x),
+        number(y),
+        number(width),
+        number(height),
+    );
+    let line = |class: &str, at: (f64, f64), anchor: &str, text: &str| {
+        format!(
+            "<text class=\"{class}\" x=\"{}\" y=\"{}\"{anchor}>{}</text>\n",
+            number(at.0),
+            number(at.1),
+            svg_text(text)
+        )
+    };
+    let left = x + 14.0;
+    *out += &line("name", (left, y + 22.0), "", &node.instance);
+    *out += &line("soft", (left, y + 39.0), "", &node.component);
+    if let Some(figures) = figures {
+        *out += &line("figure status", (left, y + 58.0), "", &figures.verdict);
+        *out += &line("figure", (x + width - 14.0, y + 58.0), " text-anchor=\"end\"", &figures.load);
+        if let Some(part) = figures.part {
+            let track = width - 28.0;
+            for (class, width) in [("track", track), ("filled", track * part.clamp(0.0, 1.0))] {
+                let _ = writeln!(
+                    out,
+                    "<rect class=\"{class}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"4\" rx=\"2\"/>",
+                    number(left),
+                    number(y + 65.0),
+                    number(width)
+                );
+            }
+        }
+        *out += &line("soft", (left, y + 84.0), "", &figures.settings);
+    }
+    for slot in &placed.slots {
+        let Some((name, is_incoming)) = ports.get(slot.port) else { continue };
+        let (border, inside, anchor) = match slot.side {
+            Side::Left => (x, x + 12.0, ""),
+            Side::Right => (x + width, x + width - 12.0, " text-anchor=\"end\""),
+        };
+        // A triangle on the border, in the direction of the data.
+        let to_right = *is_incoming == (slot.side == Side::Left);
+        let tip = if to_right { 5.0 } else { -5.0 };
+        let free = if slot.has_line { "" } else { " free" };
+        let _ = writeln!(
+            out,
+            "<path class=\"port{free}\" d=\"M{a} {top}L{b} {y}L{a} {bottom}z\"/>",
+            a = number(border - tip),
+            b = number(border + tip),
+            y = number(slot.y),
+            top = number(slot.y - 4.5),
+            bottom = number(slot.y + 4.5),
+        );
+        *out += &line("label", (inside, slot.y + 4.0), anchor, name);
+    }
+    out.push_str("</g>\n");
+}
+
+const CELLS: Spacing =
+    Spacing { boxes: 1.0, lines: 1.0, turns: 2.0, ends: 3.0, label: 0.0, margin: 0.0, line: 1.0 };
+
+fn text(graph: &Graph<'_>) -> String {
+    let rows_of = |node: &GraphNode<'_>| -> Vec<String> {
+        let name = format!("{}: {}", node.instance, node.component);
+        std::iter::once(name).chain(Figures::of(node).map(|it| it.with_load())).collect()
+    };
+    let (diagram, ports) = diagram(graph, |node, ports| {
+        let rows = rows_of(node);
+        let widest = rows.iter().map(|row| cells(row)).fold(0.0, f64::max);
+        let port = ports.iter().map(|(name, _)| cells(name)).fold(0.0, f64::max);
+        let head = rows.len() as f64 + 1.0;
+        BoxSize {
+            width: (widest + 4.0).max(2.0 * port + 6.0),
+            height: head + 1.0,
+            head: Some(head),
+            row: 1.0,
+            foot: 1.0,
+            ports: Vec::new(),
+        }
+    });
+    let placement = place(&diagram, CELLS);
+    let mut canvas = TextCanvas::new(placement.width, placement.height);
+    for placed in &placement.boxes {
+        canvas.border(placed.area);
+    }
+    for line in &placement.lines {
+        canvas.line(&line.points);
+    }
+    for (line, edge) in placement.lines.iter().zip(&graph.edges) {
+        canvas.tip(&line.points, edge.operation);
+    }
+    for ((node, placed), ports) in graph.nodes.iter().zip(&placement.boxes).zip(&ports) {
+        let Area { x, y, width, .. } = placed.area;
+        for (row, text) in rows_of(node).iter().enumerate() {
+            canvas.text(x + 2.0, y + 1.0 + row as f64, text);
+        }
+        for Slot { port, side, y, .. } in &placed.slots {
+            let Some((name, _)) = ports.get(*port) else { continue };
+            let at = match side {
+                Side::Left => x + 2.0,
+                Side::Right => x + width - 2.0 - cells(name),
+            };
+            canvas.text(at, *y, name);
+        }
+    }
+    format!("{}\n\n{}", graph.title, canvas.finish())
+}
+
+#[cfg(test)]
+mod tests {
+    use expect_test::{Expect, expect};
+    use mauve_hir::{names_of, projects};
+    use mauve_wcrt::Query;
+
+    use super::*;
+    use crate::fixture::Fixture;
+    use crate::graph::graph;
+
+    const MODEL: &str = "
+codel see(): int  codel plan(): int
+shell L { output port scan: int  require stop(): int }
+shell P { input port scan: int  input port back: int  output port go: int  provide stop(): int }
+core CL(L) { update = { see(); } }  core CP(P) { provide stop(): int = { return 1; } update = { plan(); } }
+component Laser(L, CL)  component Pilot(P, CP)
+architecture Base { instance laser: Laser }
+architecture A {
+  import Base
+  instance pilot: Pilot  instance spare: Unknown
+  connection laser.scan -> pilot.scan
+  connection laser.stop -> pilot.stop
+  connection pilot.go -> pilot.back
+}
+deployment D {
+  architecture A
+  activity laser { priority = 2 period = 100 }
+  activity pilot { priority = 1 period = 100 deadline = 40 }
+  activity spare { priority = background }
+}
+//- /mauve.toml
+timing.tables = [\"t.toml\"]
+//- /t.toml
+codel.see = 20
+codel.plan = 30
+";
+
+    fn drawn(name: &str, drawing: Drawing) -> String {
+        let Fixture { db, workspace, .. } = Fixture::new(MODEL);
+        let project = projects(&db, workspace)[0];
+        let of = names_of(&db, project).all.iter().find(|decl| *decl.name(&db) == *name).copied().unwrap();
+        let graph = graph(&db, project, of, Query::shown(&db, project)).unwrap();
+        draw_graph(&graph, drawing)
+    }
+
+    fn check(name: &str, drawing: Drawing, expected: Expect) {
+        expected.assert_eq(&drawn(name, drawing));
+    }
+
+    #[test]
+    fn of_an_architecture() {
+        check("A", Drawing::Dot, expect![[r##"
+            digraph "A" {
+              label="A"; labelloc=t; rankdir=LR; node [shape=box, style=filled];
+              0 [label="laser: Laser", fillcolor="#eef3f8"];
+              1 [label="pilot: Pilot", fillcolor="#eef3f8"];
+              2 [label="spare: Unknown", fillcolor="#eef3f8"];
+              0 -> 1 [label="scan, stop"];
+              1 -> 1 [label="go"];
+            }
+        "##]]);
+        check("A", Drawing::Text, expect![[r#"
+            A
+
+                                           ┌──────────────┐
+                                           │ pilot: Pilot │
+             ┌──────────────┐    ┌────────▸┤ scan      go ├──┐
+             │ laser: Laser │    │ ┌──────▸┤ stop         │  │
+             │         scan ├────┘ │    ┌─▸┤ back         │  │
+             │         stop ├──────┘    │  └──────────────┘  │
+             └──────────────┘           │                    │
+                                        └────────────────────┘
+            ┌────────────────┐
+            │ spare: Unknown │
+            └────────────────┘
+        "#]]);
+    }
+
+    #[test]
+    fn of_a_deployment_with_what_is_known() {
+        check("D", Drawing::Dot, expect![[r##"
+            digraph "D at 1e-4: response times and deadlines in ms, CPU utilisation" {
+              label="D at 1e-4: response times and deadlines in ms, CPU utilisation"; labelloc=t; rankdir=LR; node [shape=box, style=filled];
+              0 [label="laser: Laser\n? not analysed · 20.0 %", fillcolor="#f3f3f3"];
+              1 [label="pilot: Pilot\n? not analysed · 30.0 %", fillcolor="#f3f3f3"];
+              2 [label="spare: Unknown\nbackground", fillcolor="#eef3f8"];
+              0 -> 1 [label="scan, stop"];
+              1 -> 1 [label="go"];
+            }
+        "##]]);
+        check("D", Drawing::Text, expect![[r#"
+            D at 1e-4: response times and deadlines in ms, CPU utilisation
+
+                                                    ┌─────────────────────────┐
+                                                    │ pilot: Pilot            │
+            ┌─────────────────────────┐             │ ? not analysed · 30.0 % │
+            │ laser: Laser            │   ┌────────▸┤ scan                 go ├──┐
+            │ ? not analysed · 20.0 % │   │ ┌──────▸┤ stop                    │  │
+            │                    scan ├───┘ │    ┌─▸┤ back                    │  │
+            │                    stop ├─────┘    │  └─────────────────────────┘  │
+            └─────────────────────────┘          │                               │
+                                                 └───────────────────────────────┘
+                ┌────────────────┐
+                │ spare: Unknown │
+                │ background     │
+                └────────────────┘
+        "#]]);
+    }
+
+    #[test]
+    fn as_svg() {
+        let svg = drawn("D", Drawing::Svg);
+        assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
+        let parts = [
+            ">laser</text>",
+            ">✓ 20 ≤ 100 ms</text>",
+            ">20.0 %</text>",
+            "class=\"box missed\" data-instance=\"1\" data-place=\"model.mal:",
+            ">✗ 50 &gt; 40 ms</text>",
+            "<title>laser.stop → pilot.stop</title>",
+        ];
+        for part in parts {
+            assert!(svg.contains(part), "{part} in {svg}");
+        }
+    }
+}

@@ -1,0 +1,967 @@
+//! Places the boxes and the lines of a drawing: boxes in columns, lines from left to right, with right angles.
+//!
+//! The crate `dagre` assigns boxes to columns and orders them so that few lines cross. This module makes positions of that which
+//! hold for each diagram, whatever `dagre` returns:
+//!
+//! - boxes and labels do not overlap: each column is a list of items with gaps between them;
+//! - no line crosses a box or a label: inside a column, each line is horizontal and is an item of its own. Lines turn only
+//!   between columns, where there are neither boxes nor labels;
+//! - each line ends at a slot: a place on the left or right side of a box.
+//!
+//! All sizes and positions are in one unit: pixels for SVG, cells of characters for text. The result depends on nothing but the
+//! arguments.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use dagre::graph::{Graph, GraphOptions};
+use dagre::{EdgeLabel, LayoutOptions, NodeLabel, RankDir, Ranker};
+
+/// A diagram without positions.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Diagram {
+    pub(crate) boxes: Vec<BoxSize>,
+    pub(crate) lines: Vec<LineEnds>,
+}
+
+/// The content of a box.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct BoxSize {
+    pub(crate) width: f64,
+    /// The least height.
+    pub(crate) height: f64,
+    /// The height above the first slot. If left out, the slots are in the middle of the sides.
+    pub(crate) head: Option<f64>,
+    /// The height of a slot.
+    pub(crate) row: f64,
+    /// The height below the slots.
+    pub(crate) foot: f64,
+    /// The ports: the ends of lines. A port without a line has a slot if it has a side.
+    pub(crate) ports: Vec<Option<Side>>,
+}
+
+/// A side of a box.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Side {
+    Left,
+    Right,
+}
+
+/// A line between two ports.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LineEnds {
+    /// The box and the port.
+    pub(crate) source: (usize, usize),
+    /// The box and the port.
+    pub(crate) target: (usize, usize),
+    /// The width and the height of its label.
+    pub(crate) label: Option<(f64, f64)>,
+}
+
+/// The distances of a drawing.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Spacing {
+    /// Between a box and the next one in its column.
+    pub(crate) boxes: f64,
+    /// Between a line and its neighbour in a column.
+    pub(crate) lines: f64,
+    /// Between two lines that turn between the same columns.
+    pub(crate) turns: f64,
+    /// Between a box and the first turn of a line.
+    pub(crate) ends: f64,
+    /// Between a label and its line.
+    pub(crate) label: f64,
+    /// Around the drawing.
+    pub(crate) margin: f64,
+    /// The thickness of a line: 1 in cells, 0 in pixels.
+    pub(crate) line: f64,
+}
+
+/// A diagram with its positions, of which none is negative.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Placement {
+    pub(crate) width: f64,
+    pub(crate) height: f64,
+    pub(crate) boxes: Vec<PlacedBox>,
+    pub(crate) lines: Vec<PlacedLine>,
+}
+
+/// A box with its position.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct PlacedBox {
+    /// The left, the top, the width and the height.
+    pub(crate) area: Area,
+    /// From the top.
+    pub(crate) slots: Vec<Slot>,
+}
+
+/// A rectangle.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Area {
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    pub(crate) width: f64,
+    pub(crate) height: f64,
+}
+
+/// The place of a port. A port has two if it has lines to both sides.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Slot {
+    pub(crate) port: usize,
+    pub(crate) side: Side,
+    pub(crate) y: f64,
+    pub(crate) has_line: bool,
+}
+
+/// A line with its positions.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct PlacedLine {
+    /// From the source to the target; each is above, below, left or right of the one before.
+    pub(crate) points: Vec<(f64, f64)>,
+    pub(crate) label: Option<Area>,
+}
+
+/// More boxes than this are ranked in a simpler, faster way.
+const MANY_BOXES: usize = 150;
+/// More turns than this between two columns are not ordered.
+const MANY_TURNS: usize = 300;
+
+/// Places a diagram. Lines whose boxes or ports do not exist have no points.
+pub(crate) fn place(diagram: &Diagram, spacing: Spacing) -> Placement {
+    let exists =
+        |&(number, port): &(usize, usize)| diagram.boxes.get(number).is_some_and(|it| port < it.ports.len());
+    let usable = |line: &LineEnds| exists(&line.source) && exists(&line.target);
+    let lines: Vec<usize> =
+        (0..diagram.lines.len()).filter(|&line| diagram.lines.get(line).is_some_and(usable)).collect();
+    Layout::new(diagram, spacing, &lines).placement()
+}
+
+/// A place in the sequence of columns that a line passes: a slot, or a position in a column between.
+#[derive(Debug, Clone, Copy)]
+struct Stop {
+    column: usize,
+    y: f64,
+}
+
+/// What a column contains.
+#[derive(Debug, Clone, Copy)]
+struct Item {
+    content: Content,
+    top: f64,
+    height: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Content {
+    Box(usize),
+    /// A line that passes.
+    Line(usize),
+    /// A line that passes below its label.
+    Label(usize),
+}
+
+struct Layout<'a> {
+    diagram: &'a Diagram,
+    spacing: Spacing,
+    /// The lines between different boxes.
+    lines: Vec<usize>,
+    /// The lines from a box to itself.
+    loops: Vec<usize>,
+    columns: Vec<Vec<Item>>,
+    /// The column of each box.
+    column_of: Vec<usize>,
+    boxes: Vec<PlacedBox>,
+}
+
+impl<'a> Layout<'a> {
+    fn new(diagram: &'a Diagram, spacing: Spacing, usable: &[usize]) -> Layout<'a> {
+        let is_loop =
+            |line: &&usize| diagram.lines.get(**line).is_some_and(|line| line.source.0 == line.target.0);
+        let loops: Vec<usize> = usable.iter().filter(is_loop).copied().collect();
+        let lines: Vec<usize> = usable.iter().filter(|line| !is_loop(line)).copied().collect();
+        let mut layout = Layout {
+            diagram,
+            spacing,
+            lines,
+            loops,
+            columns: Vec::new(),
+            column_of: vec![0; diagram.boxes.len()],
+            boxes: vec![PlacedBox::default(); diagram.boxes.len()],
+        };
+        // The columns do not depend on sizes; the sizes depend on the sides that lines leave to.
+        let ranked = layout.ranked(&vec![(1.0, 1.0); diagram.boxes.len()]);
+        layout.assign_columns(&ranked);
+        layout.make_slots();
+        let sizes: Vec<(f64, f64)> =
+            (0..diagram.boxes.len()).map(|number| layout.outer_size(number)).collect();
+        let ranked = layout.ranked(&sizes);
+        layout.assign_columns(&ranked);
+        layout
+    }
+
+    fn line(&self, line: usize) -> LineEnds {
+        let none = LineEnds { source: (0, 0), target: (0, 0), label: None };
+        self.diagram.lines.get(line).copied().unwrap_or(none)
+    }
+
+    /// Returns the graph with the positions that `dagre` proposes.
+    fn ranked(&self, sizes: &[(f64, f64)]) -> Graph<NodeLabel, EdgeLabel> {
+        let mut graph: Graph<NodeLabel, EdgeLabel> =
+            Graph::with_options(GraphOptions { directed: true, multigraph: true, compound: false });
+        for (number, &(width, height)) in sizes.iter().enumerate() {
+            graph.set_node(box_key(number), Some(NodeLabel { width, height, ..NodeLabel::default() }));
+        }
+        for &line in &self.lines {
+            let LineEnds { source, target, label } = self.line(line);
+            let (width, height) = label.unwrap_or_default();
+            let height = if label.is_some() { height + self.spacing.label + self.spacing.line } else { 0.0 };
+            let edge = EdgeLabel {
+                width,
+                height,
+                labelpos: dagre::layout::types::LabelPos::Center,
+                ..EdgeLabel::default()
+            };
+            graph.set_edge(box_key(source.0), box_key(target.0), Some(edge), Some(&line_key(line)));
+        }
+        let many = sizes.len() > MANY_BOXES;
+        let options = LayoutOptions {
+            rankdir: RankDir::LR,
+            nodesep: self.spacing.boxes,
+            edgesep: self.spacing.lines,
+            ranksep: 10.0,
+            acyclicer: Some(dagre::Acyclicer::Greedy),
+            ranker: if many { Ranker::LongestPath } else { Ranker::NetworkSimplex },
+            ..LayoutOptions::default()
+        };
+        dagre::layout(&mut graph, Some(options));
+        graph
+    }
+
+    /// Fills `columns` and `column_of`.
+    fn assign_columns(&mut self, graph: &Graph<NodeLabel, EdgeLabel>) {
+        // Items by the horizontal position of their middle, which all items of a rank share.
+        let mut ranks: BTreeMap<i64, Vec<Item>> = BTreeMap::new();
+        let rank = |x: f64| (x * 8.0).round() as i64;
+        let mut rank_of = vec![0; self.diagram.boxes.len()];
+        for (number, rank_of) in rank_of.iter_mut().enumerate() {
+            let node = graph.node(&box_key(number));
+            let (x, y) = node.and_then(|node| Some((node.x?, node.y?))).unwrap_or_default();
+            let (_, height) = self.outer_size(number);
+            *rank_of = rank(x);
+            ranks.entry(rank(x)).or_default().push(Item {
+                content: Content::Box(number),
+                top: y - height / 2.0,
+                height,
+            });
+        }
+        for &line in &self.lines {
+            let LineEnds { source, target, label } = self.line(line);
+            let Some(edge) = graph.edge(&box_key(source.0), &box_key(target.0), Some(&line_key(line))) else {
+                continue;
+            };
+            let label_at = edge.x.map(rank).filter(|_| label.is_some());
+            let ends = [source.0, target.0].map(|number| rank_of.get(number).copied().unwrap_or_default());
+            let between = ends.iter().min().copied().unwrap_or_default()
+                ..ends.iter().max().copied().unwrap_or_default();
+            for point in &edge.points {
+                let at = rank(point.x);
+                // The first and the last one are on the borders of the boxes.
+                if at <= between.start
+                    || at >= between.end
+                    || ranks.get(&at).is_some_and(|items| has_line(items, line))
+                {
+                    continue;
+                }
+                let (content, height) = match label {
+                    Some((_, height)) if label_at == Some(at) => {
+                        (Content::Label(line), height + self.spacing.label + self.spacing.line)
+                    }
+                    _ => (Content::Line(line), self.spacing.line),
+                };
+                ranks.entry(at).or_default().push(Item { content, top: point.y - height / 2.0, height });
+            }
+        }
+        // Points on the borders of boxes are no ranks of their own, and a rank of lines alone needs no place.
+        self.columns = ranks
+            .into_values()
+            .filter(|items| items.iter().any(|item| !matches!(item.content, Content::Line(_))))
+            .collect();
+        for (index, items) in self.columns.iter_mut().enumerate() {
+            items.sort_by(|a, b| (a.top + a.height / 2.0).total_cmp(&(b.top + b.height / 2.0)));
+            for item in items.iter() {
+                if let Content::Box(number) = item.content
+                    && let Some(column) = self.column_of.get_mut(number)
+                {
+                    *column = index;
+                }
+            }
+        }
+        self.separate();
+    }
+
+    fn gap(&self, above: Content, below: Content) -> f64 {
+        match (above, below) {
+            (Content::Box(_), Content::Box(_)) => self.spacing.boxes,
+            _ => self.spacing.lines,
+        }
+    }
+
+    /// Moves items down until each has its distance from the one above, and the whole to the top.
+    fn separate(&mut self) {
+        let mut columns = std::mem::take(&mut self.columns);
+        for items in &mut columns {
+            let mut above: Option<Item> = None;
+            for item in items.iter_mut() {
+                item.top = item.top.round();
+                if let Some(above) = above {
+                    item.top = item.top.max(above.top + above.height + self.gap(above.content, item.content));
+                }
+                above = Some(*item);
+            }
+        }
+        let first = columns.iter().flatten().map(|item| item.top).fold(f64::INFINITY, f64::min);
+        if first.is_finite() {
+            for item in columns.iter_mut().flatten() {
+                item.top += self.spacing.margin - first;
+            }
+        }
+        self.columns = columns;
+    }
+
+    /// The sides at which a line leaves its source and reaches its target.
+    fn sides(&self, line: LineEnds) -> (Side, Side) {
+        let column = |number: usize| self.column_of.get(number).copied().unwrap_or_default();
+        match column(line.source.0) <= column(line.target.0) {
+            true => (Side::Right, Side::Left),
+            false => (Side::Left, Side::Right),
+        }
+    }
+
+    /// Makes the slots of all boxes, without positions.
+    fn make_slots(&mut self) {
+        let mut used: Vec<BTreeSet<(usize, Side)>> = vec![BTreeSet::new(); self.diagram.boxes.len()];
+        for &line in &self.lines {
+            let ends = self.line(line);
+            let (source, target) = self.sides(ends);
+            for ((number, port), side) in [(ends.source, source), (ends.target, target)] {
+                if let Some(used) = used.get_mut(number) {
+                    used.insert((port, side));
+                }
+            }
+        }
+        for &line in &self.loops {
+            let LineEnds { source: (number, source), target: (_, target), .. } = self.line(line);
+            let has_ports = self.diagram.boxes.get(number).is_some_and(|it| it.head.is_some());
+            if let Some(used) = used.get_mut(number).filter(|_| has_ports) {
+                used.insert((source, Side::Right));
+                used.insert((target, Side::Left));
+            }
+        }
+        for ((size, placed), used) in self.diagram.boxes.iter().zip(&mut self.boxes).zip(&used) {
+            let with_line = used.iter().map(|&(port, side)| Slot { port, side, y: 0.0, has_line: true });
+            let without = size.ports.iter().enumerate().filter_map(|(port, side)| {
+                let has_any = [Side::Left, Side::Right].into_iter().any(|side| used.contains(&(port, side)));
+                side.filter(|_| !has_any).map(|side| Slot { port, side, y: 0.0, has_line: false })
+            });
+            placed.slots = with_line.chain(without).collect();
+        }
+    }
+
+    /// The width and the height of a box without the lines to itself.
+    fn size(&self, number: usize) -> (f64, f64) {
+        let (Some(size), Some(placed)) = (self.diagram.boxes.get(number), self.boxes.get(number)) else {
+            return (0.0, 0.0);
+        };
+        let on = |side: Side| placed.slots.iter().filter(|slot| slot.side == side).count();
+        let rows = on(Side::Left).max(on(Side::Right)) as f64;
+        let mut width = size.width;
+        if size.head.is_none() {
+            for line in self.loops_of(number) {
+                width = width.max(2.0 * self.loop_reach(line) + 2.0 * self.spacing.ends + self.spacing.line);
+            }
+        }
+        (width, size.height.max(size.head.unwrap_or_default() + rows * size.row + size.foot))
+    }
+
+    /// The lines from a box to itself, in order.
+    fn loops_of(&self, number: usize) -> impl Iterator<Item = LineEnds> + '_ {
+        self.loops.iter().map(|&line| self.line(line)).filter(move |line| line.source.0 == number)
+    }
+
+    /// The distance between the middle of a box and the ends of a line to itself below it.
+    fn loop_reach(&self, line: LineEnds) -> f64 {
+        let (width, _) = line.label.unwrap_or_default();
+        (width / 2.0).ceil() + self.spacing.ends.min(8.0)
+    }
+
+    /// The width and the height of a box with the lines to itself.
+    fn outer_size(&self, number: usize) -> (f64, f64) {
+        let (width, height) = self.size(number);
+        let around = self.diagram.boxes.get(number).is_some_and(|it| it.head.is_some());
+        let count = self.loops_of(number).count() as f64;
+        if around {
+            let side = if count > 0.0 { self.spacing.ends + count * self.spacing.turns } else { 0.0 };
+            (width + 2.0 * side, height + count * (self.spacing.lines + self.spacing.line))
+        } else {
+            let below = |line: LineEnds| {
+                line.label.map_or(self.spacing.boxes / 2.0, |(_, height)| height)
+                    + 2.0 * self.spacing.label
+                    + self.spacing.line
+            };
+            (width, height + self.loops_of(number).map(below).fold(0.0, f64::max))
+        }
+    }
+
+    fn placement(mut self) -> Placement {
+        self.place_tops();
+        self.order_slots();
+        let mut stops = self.stops();
+        self.straighten(&mut stops);
+        self.turn(&stops)
+    }
+
+    /// Sets the vertical positions of boxes.
+    fn place_tops(&mut self) {
+        for number in 0..self.boxes.len() {
+            let (width, height) = self.size(number);
+            if let Some(placed) = self.boxes.get_mut(number) {
+                (placed.area.width, placed.area.height) = (width, height);
+            }
+        }
+        for item in self.columns.iter().flatten() {
+            if let Content::Box(number) = item.content
+                && let Some(placed) = self.boxes.get_mut(number)
+            {
+                placed.area.y = item.top;
+            }
+        }
+    }
+
+    /// Orders the slots of each side by the other ends of their lines, and sets their positions.
+    fn order_slots(&mut self) {
+        let mut others: BTreeMap<(usize, usize, Side), (f64, f64)> = BTreeMap::new();
+        let centre =
+            |number: usize| self.boxes.get(number).map_or(0.0, |it| it.area.y + it.area.height / 2.0);
+        for &line in &self.lines {
+            let ends = self.line(line);
+            let (source, target) = self.sides(ends);
+            // The next stop of the line says more than its other end.
+            let near = |number: usize, side: Side, other: usize| {
+                let column = self.column_of.get(number).copied().unwrap_or_default();
+                let next = if side == Side::Right { column.checked_add(1) } else { column.checked_sub(1) };
+                let items = next.and_then(|next| self.columns.get(next)).into_iter().flatten();
+                let mut of_line = items.filter(|item| is_of_line(item.content, line));
+                of_line.next().map_or_else(|| centre(other), |item| item.top + item.height / 2.0)
+            };
+            let pairs = [
+                ((ends.source.0, ends.source.1, source), near(ends.source.0, source, ends.target.0)),
+                ((ends.target.0, ends.target.1, target), near(ends.target.0, target, ends.source.0)),
+            ];
+            for (slot, y) in pairs {
+                let sum = others.entry(slot).or_default();
+                *sum = (sum.0 + y, sum.1 + 1.0);
+            }
+        }
+        for (number, (placed, size)) in self.boxes.iter_mut().zip(&self.diagram.boxes).enumerate() {
+            let other = |slot: &Slot| {
+                let mean = others.get(&(number, slot.port, slot.side)).map(|(sum, count)| sum / count);
+                (!slot.has_line, mean.unwrap_or(f64::INFINITY))
+            };
+            placed.slots.sort_by(|a, b| {
+                let ((no_a, at_a), (no_b, at_b)) = (other(a), other(b));
+                a.side
+                    .cmp(&b.side)
+                    .then(no_a.cmp(&no_b))
+                    .then(at_a.total_cmp(&at_b))
+                    .then(a.port.cmp(&b.port))
+            });
+            for side in [Side::Left, Side::Right] {
+                let count = placed.slots.iter().filter(|slot| slot.side == side).count() as f64;
+                let first = match size.head {
+                    Some(head) => head,
+                    None => ((placed.area.height - count * size.row) / 2.0).floor(),
+                };
+                for (index, slot) in placed.slots.iter_mut().filter(|slot| slot.side == side).enumerate() {
+                    slot.y = placed.area.y + first + index as f64 * size.row + (size.row / 2.0).floor();
+                }
+            }
+        }
+    }
+
+    fn slot(&self, (number, port): (usize, usize), side: Side) -> f64 {
+        let slots = self.boxes.get(number).into_iter().flat_map(|it| &it.slots);
+        let mut found = slots.filter(|slot| slot.port == port && slot.side == side);
+        found.next().map(|slot| slot.y).unwrap_or_default()
+    }
+
+    /// The stops of each line between boxes, from left to right.
+    fn stops(&self) -> Vec<Vec<Stop>> {
+        let mut between: BTreeMap<usize, Vec<Stop>> = BTreeMap::new();
+        for (column, items) in self.columns.iter().enumerate() {
+            for item in items {
+                if let Content::Line(line) | Content::Label(line) = item.content {
+                    let y = item.top + item.height - self.spacing.line;
+                    between.entry(line).or_default().push(Stop { column, y });
+                }
+            }
+        }
+        let stops = self.lines.iter().map(|&line| {
+            let ends = self.line(line);
+            let (source, target) = self.sides(ends);
+            let stop = |end: (usize, usize), side: Side| Stop {
+                column: self.column_of.get(end.0).copied().unwrap_or_default(),
+                y: self.slot(end, side),
+            };
+            let mut stops = vec![stop(ends.source, source), stop(ends.target, target)];
+            stops.extend(between.remove(&line).unwrap_or_default());
+            stops.sort_by_key(|stop| stop.column);
+            stops
+        });
+        stops.collect()
+    }
+
+    /// Moves lines inside columns to the height of a neighbouring stop where that keeps all distances: straight lines are
+    /// easier to follow.
+    fn straighten(&mut self, stops: &mut [Vec<Stop>]) {
+        let mut columns = std::mem::take(&mut self.columns);
+        for (&line, stops) in self.lines.iter().zip(stops) {
+            for index in 1..stops.len().saturating_sub(1) {
+                let neighbours = [index - 1, index + 1].map(|index| stops.get(index).map(|stop| stop.y));
+                let Some(stop) = stops.get_mut(index) else { continue };
+                let Some(items) = columns.get_mut(stop.column) else { continue };
+                let Some(at) = items.iter().position(|item| is_of_line(item.content, line)) else { continue };
+                let Some(item) = items.get(at).copied() else { continue };
+                let above = at.checked_sub(1).and_then(|above| items.get(above));
+                let least = above.map_or(self.spacing.margin, |above| {
+                    above.top + above.height + self.gap(above.content, item.content)
+                });
+                let below = items.get(at + 1);
+                let greatest = below.map_or(f64::INFINITY, |below| {
+                    below.top - self.gap(item.content, below.content) - item.height
+                });
+                for y in neighbours.into_iter().flatten() {
+                    let top = y - item.height + self.spacing.line;
+                    if top >= least && top <= greatest {
+                        stop.y = y;
+                        if let Some(item) = items.get_mut(at) {
+                            item.top = top;
+                        }
+                        break;
+                    }
+                }
+            }
+        }
+        self.columns = columns;
+    }
+
+    /// Sets the horizontal positions, and makes the lines.
+    fn turn(mut self, stops: &[Vec<Stop>]) -> Placement {
+        let gaps: Vec<Gap> = (1..self.columns.len()).map(|right| self.turns_before(right, stops)).collect();
+        // The left and the right end of each column.
+        let mut ends: Vec<(f64, f64)> = Vec::new();
+        let mut x = self.spacing.margin;
+        for (index, items) in self.columns.iter().enumerate() {
+            let width = |item: &Item| match item.content {
+                Content::Box(number) => self.outer_size(number).0,
+                Content::Label(line) => self.line(line).label.unwrap_or_default().0,
+                Content::Line(_) => 0.0,
+            };
+            let width = items.iter().map(width).fold(0.0, f64::max).ceil();
+            ends.push((x, x + width));
+            x += width + gaps.get(index).map_or(0.0, |gap| gap.width(self.spacing));
+        }
+        let width = ends.last().map_or(0.0, |last| last.1) + self.spacing.margin;
+        for (items, &(left, right)) in self.columns.iter().zip(&ends) {
+            for item in items {
+                if let Content::Box(number) = item.content
+                    && let Some(placed) = self.boxes.get_mut(number)
+                {
+                    placed.area.x = ((left + right - placed.area.width) / 2.0).floor();
+                }
+            }
+        }
+        let mut lines = vec![PlacedLine::default(); self.diagram.lines.len()];
+        for (&line, stops) in self.lines.iter().zip(stops) {
+            let points = self.points(line, stops, &gaps, &ends);
+            let label = self.label(line, &ends);
+            if let Some(placed) = lines.get_mut(line) {
+                *placed = PlacedLine { points, label };
+            }
+        }
+        for (line, placed) in self.placed_loops() {
+            if let Some(it) = lines.get_mut(line) {
+                *it = placed;
+            }
+        }
+        let bottom = self.columns.iter().flatten().map(|item| item.top + item.height).fold(0.0, f64::max);
+        Placement { width, height: bottom + self.spacing.margin, boxes: self.boxes, lines }
+    }
+
+    fn points(&self, line: usize, stops: &[Stop], gaps: &[Gap], ends: &[(f64, f64)]) -> Vec<(f64, f64)> {
+        let ends_of_line = self.line(line);
+        let (source_side, _) = self.sides(ends_of_line);
+        let (left, right) = match source_side {
+            Side::Right => (ends_of_line.source.0, ends_of_line.target.0),
+            Side::Left => (ends_of_line.target.0, ends_of_line.source.0),
+        };
+        let area = |number: usize| self.boxes.get(number).map(|it| it.area).unwrap_or_default();
+        let mut points: Vec<(f64, f64)> = Vec::new();
+        if let Some(first) = stops.first() {
+            points.push((area(left).x + area(left).width - self.spacing.line, first.y));
+        }
+        for pair in stops.windows(2) {
+            let [from, to] = pair else { continue };
+            if from.y == to.y {
+                continue;
+            }
+            // All columns between have a stop, so that these two are neighbours.
+            let x = gaps.get(from.column).and_then(|gap| gap.turn_of(line)).map(|turn| {
+                let end = ends.get(from.column).map_or(0.0, |end| end.1);
+                end + self.spacing.ends + turn as f64 * self.spacing.turns
+            });
+            let x = x.unwrap_or_default();
+            points.extend([(x, from.y), (x, to.y)]);
+        }
+        if let Some(last) = stops.last() {
+            points.push((area(right).x, last.y));
+        }
+        if source_side == Side::Left {
+            points.reverse();
+        }
+        points
+    }
+
+    fn label(&self, line: usize, ends: &[(f64, f64)]) -> Option<Area> {
+        let (width, height) = self.line(line).label?;
+        let mut all = self.columns.iter().zip(ends);
+        all.find_map(|(items, (left, right))| {
+            let item = items.iter().find(|item| item.content == Content::Label(line))?;
+            let x = ((left + right - width) / 2.0).floor();
+            Some(Area { x, y: item.top, width, height })
+        })
+    }
+
+    /// The lines from a box to itself: below it, or around it to the port on its other side.
+    fn placed_loops(&self) -> Vec<(usize, PlacedLine)> {
+        let mut count_of: BTreeMap<usize, f64> = BTreeMap::new();
+        let placed = self.loops.iter().filter_map(|&line| {
+            let ends = self.line(line);
+            let placed = self.boxes.get(ends.source.0)?;
+            let Area { x, y, width, height } = placed.area;
+            let (right, bottom) = (x + width - self.spacing.line, y + height - self.spacing.line);
+            let count = count_of.entry(ends.source.0).or_default();
+            *count += 1.0;
+            if self.diagram.boxes.get(ends.source.0)?.head.is_some() {
+                let (from, to) = (self.slot(ends.source, Side::Right), self.slot(ends.target, Side::Left));
+                let side = self.spacing.ends + (*count - 1.0) * self.spacing.turns;
+                let below = bottom + *count * (self.spacing.lines + self.spacing.line);
+                let points = vec![
+                    (right, from),
+                    (right + side, from),
+                    (right + side, below),
+                    (x - side, below),
+                    (x - side, to),
+                    (x, to),
+                ];
+                return Some((line, PlacedLine { points, label: None }));
+            }
+            let middle = x + (width / 2.0).floor();
+            let reach = self.loop_reach(ends);
+            let (label_width, label_height) = ends.label.unwrap_or((0.0, self.spacing.boxes / 2.0));
+            let top = bottom + self.spacing.line + self.spacing.label;
+            let below = (top + label_height + self.spacing.label).floor();
+            let points = vec![
+                (middle + reach, bottom),
+                (middle + reach, below),
+                (middle - reach, below),
+                (middle - reach, bottom),
+            ];
+            let label = ends.label.map(|_| Area {
+                x: middle - (label_width / 2.0).floor(),
+                y: top,
+                width: label_width,
+                height: label_height,
+            });
+            Some((line, PlacedLine { points, label }))
+        });
+        placed.collect()
+    }
+
+    /// Decides where lines turn between the column `right` and the one before.
+    fn turns_before(&self, right: usize, stops: &[Vec<Stop>]) -> Gap {
+        let mut nets: BTreeMap<NetKey, Net> = BTreeMap::new();
+        for (&line, stops) in self.lines.iter().zip(stops) {
+            let Some(pair) = stops.windows(2).find(|pair| matches!(pair, [_, to] if to.column == right))
+            else {
+                continue;
+            };
+            let [from, to] = pair else { continue };
+            let ends = self.line(line);
+            let (side, _) = self.sides(ends);
+            // Lines from one port share their turn next to it.
+            let at_source = match side {
+                Side::Right => stops.first().is_some_and(|first| first.column == from.column),
+                Side::Left => stops.last().is_some_and(|last| last.column == right),
+            };
+            let key = if at_source { NetKey::Port(ends.source, side) } else { NetKey::Line(line) };
+            let net = nets.entry(key).or_default();
+            net.lines.push(line);
+            net.left.push(from.y);
+            net.right.push(to.y);
+        }
+        Gap::new(nets.into_values().filter(|net| net.span().0 < net.span().1).collect(), self.spacing)
+    }
+}
+
+/// Lines that share a turn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum NetKey {
+    Port((usize, usize), Side),
+    Line(usize),
+}
+
+/// Lines that turn at the same horizontal position.
+#[derive(Debug, Clone, Default)]
+struct Net {
+    lines: Vec<usize>,
+    /// Where they come from on the left, and where they go to on the right.
+    left: Vec<f64>,
+    right: Vec<f64>,
+}
+
+impl Net {
+    fn span(&self) -> (f64, f64) {
+        let all = || self.left.iter().chain(&self.right).copied();
+        (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max))
+    }
+
+    /// How much is to be said against `self` to the left of `other`: crossings, and lines on top of each other.
+    fn cost_before(&self, other: &Net) -> usize {
+        let crosses =
+            |ys: &[f64], (top, bottom): (f64, f64)| ys.iter().filter(|&&y| y > top && y < bottom).count();
+        let same =
+            self.right.iter().flat_map(|a| other.left.iter().filter(move |&b| (a - b).abs() < 1.0)).count();
+        crosses(&self.right, other.span()) + crosses(&other.left, self.span()) + 1000 * same
+    }
+}
+
+/// The space between two columns.
+#[derive(Debug, Clone)]
+struct Gap {
+    /// The turn of each line, from the left.
+    turns: BTreeMap<usize, usize>,
+    count: usize,
+}
+
+impl Gap {
+    fn new(mut nets: Vec<Net>, spacing: Spacing) -> Gap {
+        nets.sort_by(|a, b| a.span().0.total_cmp(&b.span().0));
+        if nets.len() <= MANY_TURNS {
+            for _ in 0..nets.len() {
+                let mut is_ordered = true;
+                for index in 1..nets.len() {
+                    if let [a, b] = &nets[index - 1..=index]
+                        && b.cost_before(a) < a.cost_before(b)
+                    {
+                        nets.swap(index - 1, index);
+                        is_ordered = false;
+                    }
+                }
+                if is_ordered {
+                    break;
+                }
+            }
+        }
+        // Nets that are apart vertically share a turn.
+        let mut placed: Vec<((f64, f64), usize)> = Vec::new();
+        let mut turns = BTreeMap::new();
+        for net in &nets {
+            let (top, bottom) = net.span();
+            let is_near = |&&((a, b), _): &&((f64, f64), usize)| {
+                top <= b + spacing.lines && bottom + spacing.lines >= a
+            };
+            let turn = placed.iter().filter(is_near).map(|(_, turn)| turn + 1).max().unwrap_or_default();
+            placed.push(((top, bottom), turn));
+            turns.extend(net.lines.iter().map(|&line| (line, turn)));
+        }
+        let count = placed.iter().map(|(_, turn)| turn + 1).max().unwrap_or_default();
+        Gap { turns, count }
+    }
+
+    fn turn_of(&self, line: usize) -> Option<usize> {
+        self.turns.get(&line).copied()
+    }
+
+    fn width(&self, spacing: Spacing) -> f64 {
+        2.0 * spacing.ends + self.count.saturating_sub(1) as f64 * spacing.turns
+    }
+}
+
+fn is_of_line(content: Content, line: usize) -> bool {
+    content == Content::Line(line) || content == Content::Label(line)
+}
+
+fn has_line(items: &[Item], line: usize) -> bool {
+    items.iter().any(|item| is_of_line(item.content, line))
+}
+
+/// Names that sort like their numbers.
+fn box_key(number: usize) -> String {
+    format!("{number:09}")
+}
+
+fn line_key(line: usize) -> String {
+    format!("{line:09}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers for random diagrams: the same on each machine.
+    struct Random(u64);
+
+    impl Random {
+        fn below(&mut self, end: usize) -> usize {
+            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            ((self.0 >> 33) as usize) % end.max(1)
+        }
+    }
+
+    fn random_diagram(random: &mut Random, boxes: usize, has_ports: bool) -> Diagram {
+        let mut diagram = Diagram::default();
+        for _ in 0..boxes {
+            let ports = match has_ports {
+                true => {
+                    (0..random.below(5) + 1).map(|port| Some([Side::Left, Side::Right][port % 2])).collect()
+                }
+                false => Vec::new(),
+            };
+            diagram.boxes.push(BoxSize {
+                width: (random.below(20) + 8) as f64,
+                height: 4.0,
+                head: has_ports.then_some(3.0),
+                row: 1.0,
+                foot: 1.0,
+                ports,
+            });
+        }
+        for _ in 0..random.below(2 * boxes + 1) {
+            let mut end = |is_source: bool| {
+                let number = random.below(boxes);
+                let ports = &mut diagram.boxes[number].ports;
+                if !has_ports {
+                    ports.push(None);
+                    return (number, ports.len() - 1);
+                }
+                let side = if is_source { Side::Right } else { Side::Left };
+                let fitting: Vec<usize> =
+                    (0..ports.len()).filter(|&port| ports[port] == Some(side)).collect();
+                let port = fitting.get(random.below(fitting.len())).copied().unwrap_or_else(|| {
+                    ports.push(Some(side));
+                    ports.len() - 1
+                });
+                (number, port)
+            };
+            let (source, target) = (end(true), end(false));
+            let is_known = |line: &LineEnds| (line.source.0, line.target.0) == (source.0, target.0);
+            // A state machine has one line for all transitions between two states.
+            if has_ports || !diagram.lines.iter().any(is_known) {
+                let label =
+                    (!has_ports).then_some(((random.below(12) + 3) as f64, (random.below(3) + 1) as f64));
+                diagram.lines.push(LineEnds { source, target, label });
+            }
+        }
+        diagram
+    }
+
+    fn overlap(a: Area, b: Area) -> bool {
+        a.x < b.x + b.width && b.x < a.x + a.width && a.y < b.y + b.height && b.y < a.y + a.height
+    }
+
+    /// Checks what the documentation of this module promises.
+    fn check(diagram: &Diagram, spacing: Spacing) {
+        let placement = place(diagram, spacing);
+        let boxes: Vec<Area> = placement.boxes.iter().map(|it| it.area).collect();
+        let labels: Vec<Area> = placement.lines.iter().filter_map(|line| line.label).collect();
+        let all: Vec<Area> = boxes.iter().chain(&labels).copied().collect();
+        for (index, &a) in all.iter().enumerate() {
+            assert!(a.x >= 0.0 && a.y >= 0.0, "{a:?}");
+            assert!(a.x + a.width <= placement.width && a.y + a.height <= placement.height, "{a:?}");
+            for &b in all.iter().skip(index + 1) {
+                assert!(!overlap(a, b), "{a:?} and {b:?} in {diagram:?}");
+            }
+        }
+        for (ends, line) in diagram.lines.iter().zip(&placement.lines) {
+            assert_eq!(line.label.is_some(), ends.label.is_some());
+            for pair in line.points.windows(2) {
+                let [(x1, y1), (x2, y2)] = pair else { continue };
+                assert!(x1 == x2 || y1 == y2, "a slanting line: {:?}", line.points);
+                // As wide as it is drawn, without its ends, which touch boxes.
+                let end = spacing.line.max(0.1);
+                let part = Area {
+                    x: x1.min(*x2) + if y1 == y2 { end } else { 0.0 },
+                    y: y1.min(*y2) + if x1 == x2 { end } else { 0.0 },
+                    width: ((x2 - x1).abs() - 2.0 * end).max(0.1),
+                    height: ((y2 - y1).abs() - 2.0 * end).max(0.1),
+                };
+                for &other in &all {
+                    assert!(!overlap(part, other), "{part:?} crosses {other:?}");
+                }
+            }
+            for (point, (number, _)) in
+                [(line.points.first(), ends.source), (line.points.last(), ends.target)]
+            {
+                let (x, y) = *point.expect("each line has points");
+                let Area { x: left, y: top, width, height } = boxes[number];
+                let (right, bottom) = (left + width - spacing.line, top + height - spacing.line);
+                let is_on_side = (x == left || x == right) && y >= top && y <= bottom;
+                let is_below = y == bottom && x >= left && x <= right;
+                assert!(is_on_side || is_below, "({x}, {y}) is not on the border of {:?}", boxes[number]);
+            }
+        }
+    }
+
+    const CELLS: Spacing =
+        Spacing { boxes: 1.0, lines: 1.0, turns: 2.0, ends: 3.0, label: 0.0, margin: 1.0, line: 1.0 };
+    const PIXELS: Spacing =
+        Spacing { boxes: 6.0, lines: 4.0, turns: 3.0, ends: 5.0, label: 1.0, margin: 4.0, line: 0.0 };
+
+    #[test]
+    fn nothing_overlaps_in_random_diagrams() {
+        let mut random = Random(1);
+        for round in 0..120 {
+            let boxes = round % 24 + 1;
+            for has_ports in [true, false] {
+                let diagram = random_diagram(&mut random, boxes, has_ports);
+                check(&diagram, PIXELS);
+                check(&diagram, CELLS);
+            }
+        }
+    }
+
+    #[test]
+    fn large_diagrams_are_placed() {
+        let mut random = Random(2);
+        let diagram = random_diagram(&mut random, 400, true);
+        check(&diagram, PIXELS);
+    }
+
+    #[test]
+    fn sources_are_left_of_targets() {
+        let boxes =
+            vec![BoxSize { width: 8.0, height: 3.0, ports: vec![None, None], ..BoxSize::default() }; 3];
+        let line = |source, target| LineEnds { source: (source, 0), target: (target, 1), label: None };
+        let placement = place(&Diagram { boxes, lines: vec![line(2, 0), line(0, 1)] }, CELLS);
+        let x: Vec<f64> = placement.boxes.iter().map(|it| it.area.x).collect();
+        assert!(x[2] < x[0] && x[0] < x[1], "{x:?}");
+    }
+
+    #[test]
+    fn a_diagram_without_boxes_is_empty() {
+        let placement = place(&Diagram::default(), PIXELS);
+        assert!(placement.boxes.is_empty() && placement.width >= 0.0 && placement.height.is_finite());
+        // Lines of boxes that do not exist have no points.
+        let lines = vec![LineEnds { source: (0, 0), target: (7, 3), label: None }];
+        assert!(place(&Diagram { boxes: Vec::new(), lines }, PIXELS).lines[0].points.is_empty());
+    }
+}

@@ -1,0 +1,69 @@
+//! The graph of an architecture or a deployment as one JSON document, for `mauve graph --format json` and the editors'
+//! `mauve/graph`.
+
+use mauve_diagnostics::timing_reason;
+use mauve_hir::{Database, Decl, Location, Project};
+use mauve_ide::{Graph, GraphEdge, GraphNode};
+use mauve_wcrt::{Priority, Query};
+use serde_json::{Value, json};
+
+use crate::analysis_document::{cpu_document, milliseconds};
+
+/// Returns the document of `graph`, which is that of `of`. `location` returns the location of a declaration as the reader
+/// expects it.
+pub(crate) fn graph_document<'db>(
+    db: &'db Database,
+    (project, of): (Project<'db>, Decl<'db>),
+    query: Query,
+    graph: &Graph<'db>,
+    location: impl Fn(&Location<'db>) -> Value,
+) -> Value {
+    let node = |node: &GraphNode<'db>| {
+        let activity = node.activity;
+        let priority = activity.and_then(|it| match it.priority {
+            Priority::RealTime(priority) => Some(priority),
+            _ => None,
+        });
+        json!({
+            "instance": node.instance.to_string(),
+            "component": node.component.to_string(),
+            "load": node.load,
+            "affinity": activity.and_then(|it| it.cpus),
+            "priority": priority,
+            "period": activity.and_then(|it| it.period).map(milliseconds),
+            "deadline": activity.and_then(|it| it.deadline).map(milliseconds),
+            "own": activity.and_then(|it| it.own).map(milliseconds),
+            "response": activity.and_then(|it| it.response).map(milliseconds),
+            "status": activity.map(|it| it.verdict.name()),
+            "reasons": activity.map(|it| mauve_diagnostics::reasons_of(db, it)).unwrap_or_default(),
+            "place": node.place,
+            "location": location(&node.at),
+            "activity": activity.and_then(|it| it.at.as_ref()).map(&location),
+        })
+    };
+    let edge = |edge: &GraphEdge<'db>| {
+        json!({
+            "source": edge.source.0,
+            "sourceFeature": edge.source.1.to_string(),
+            "target": edge.target.0,
+            "targetFeature": edge.target.1.to_string(),
+            "operation": edge.operation,
+            "place": edge.place,
+            "location": location(&edge.at),
+        })
+    };
+    let cpus = graph.report.into_iter().flat_map(|report| &report.cpus);
+    let of_report = graph.report.into_iter().flat_map(|report| &report.not_analysed);
+    let missing = graph.missing.iter().cloned();
+    json!({
+        "name": of.name(db).to_string(),
+        "root": project.root(db).path(db).display().to_string(),
+        "unit": "ms",
+        "times": graph.report.and_then(|report| report.times.as_ref()).map(ToString::to_string),
+        "significance": graph.report.map(|_| query.level.as_f64()),
+        "nodes": graph.nodes.iter().map(node).collect::<Vec<_>>(),
+        "edges": graph.edges.iter().map(edge).collect::<Vec<_>>(),
+        "cpus": cpus.map(cpu_document).collect::<Vec<_>>(),
+        "lost": missing.chain(of_report.map(|lost| timing_reason(db, &lost.reason))).collect::<Vec<_>>(),
+    })
+}
