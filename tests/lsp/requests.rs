@@ -169,7 +169,13 @@ fn a_graph_has_what_is_connected_and_what_is_known_of_it() {
             && edge["operation"] == false
     };
     assert!(found["edges"].as_array().unwrap().iter().any(|edge| is_link(&edge)), "{}", found["edges"]);
-    assert!(found["drawing"].as_str().unwrap().contains("R 997 ≤ 1000"));
+    let drawing = found["drawing"].as_str().unwrap();
+    assert!(
+        drawing.contains("✓ 997 ≤ 1000 ms") && drawing.contains("data-place=\"navigation_architecture.mal:"),
+        "{drawing}"
+    );
+    let text = client.call("mauve/graph", json!({"textDocument": document, "drawing": "text"})).unwrap();
+    assert!(text[0]["drawing"].as_str().unwrap().contains("│ navigation: Navigation"), "{text}");
     let params = json!({"textDocument": document, "name": "ExplorationP3dxArchitecture", "drawing": "dot"});
     let found = &client.call("mauve/graph", params).unwrap()[0];
     assert_eq!((&found["significance"], &found["nodes"][0]["status"]), (&Value::Null, &Value::Null));
@@ -178,6 +184,76 @@ fn a_graph_has_what_is_connected_and_what_is_known_of_it() {
         error["message"].as_str().unwrap().contains("no deployment or architecture `Nothing`"),
         "{error}"
     );
+}
+
+#[test]
+fn a_schedule_is_that_behind_a_response_time() {
+    let mut client = robot();
+    let text = client.open_file(&models().join("p3dx/deployment.mal"));
+    let document = json!({"uri": text.uri});
+    // Without an instance, the one with the least slack.
+    let found = client.call("mauve/schedule", json!({"textDocument": document})).unwrap();
+    assert_eq!((&found["deployment"], &found["instance"]), (&json!("P3dxDeployment"), &json!("navigation")));
+    assert_eq!((&found["bound"], &found["response"]), (&json!(997), &json!(997)));
+    assert_eq!(found["note"], "job 1 of navigation responds in 997 ms, which is its bound");
+    let instances = found["instances"].as_array().unwrap();
+    assert!(instances.iter().all(|it| it["instance"] != "exploration"), "{instances:?}");
+    assert_eq!(instances.len(), 9);
+    assert!(found["drawing"].as_str().unwrap().starts_with("<svg "));
+    // The numbers in the drawing are those of the activities.
+    let hokuyo =
+        found["activities"].as_array().unwrap().iter().find(|it| it["instance"] == "hokuyo").unwrap();
+    let drawn = format!("data-activity=\"{}\"><title>hokuyo, job 1", hokuyo["index"]);
+    assert!(found["drawing"].as_str().unwrap().contains(&drawn), "{drawn}");
+    // At a position, as text, and by name.
+    let mut params = text.at("teleop");
+    params["drawing"] = json!("text");
+    let found = client.call("mauve/schedule", params).unwrap();
+    assert_eq!((&found["instance"], &found["bound"]), (&json!("teleop"), &json!(70)));
+    assert!(found["drawing"].as_str().unwrap().contains("█ executes"), "{found}");
+    let params = json!({"textDocument": document, "instance": "exploration"});
+    let found = client.call("mauve/schedule", params).unwrap();
+    assert_eq!(found["drawing"], Value::Null);
+    assert_eq!(found["reasons"][0], "`exploration` has no response time in P3dxDeployment");
+    let params = json!({"textDocument": document, "instance": "missing"});
+    let error = client.call("mauve/schedule", params).unwrap_err();
+    assert_eq!(error["message"], "no activity `missing` in P3dxDeployment");
+}
+
+#[test]
+fn execution_times_of_a_codel_at_all_levels() {
+    let mut client = robot();
+    let text = client.open_file(&models().join("p3dx/deployment.mal"));
+    let document = json!({"uri": text.uri});
+    let params = json!({"textDocument": document, "codel": "missing"});
+    let error = client.call("mauve/executionTimes", params).unwrap_err();
+    assert_eq!(error["message"], "no codel `missing` in the projects of this file");
+    let error = client.call("mauve/executionTimes", json!({"textDocument": document})).unwrap_err();
+    assert_eq!(error["message"], "mauve/executionTimes takes a `position` or a `codel`");
+    let error = client.call("mauve/executionTimes", text.at("deployment P3dx")).unwrap_err();
+    assert_eq!(error["message"], "no codel here");
+    let codel = codel_of(&mut client, &document);
+    let params = json!({"textDocument": document, "codel": codel});
+    let found = client.call("mauve/executionTimes", params).unwrap();
+    assert_eq!(found["codel"], codel);
+    let levels = found["levels"].as_array().unwrap();
+    assert!(levels.len() > 1, "{found}");
+    // A smaller probability needs a longer time.
+    let of = |it: &Value| (it["significance"].as_f64().unwrap(), it["time"].as_f64().unwrap());
+    assert!(levels.iter().map(of).is_sorted_by(|a, b| a.0 > b.0 && a.1 <= b.1), "{levels:?}");
+    assert!(found["drawing"].as_str().unwrap().starts_with("<svg "));
+    // At its declaration.
+    let uri = found["location"]["uri"].as_str().unwrap().to_owned();
+    let params = json!({"textDocument": {"uri": uri}, "position": found["location"]["range"]["start"]});
+    assert_eq!(client.call("mauve/executionTimes", params).unwrap()["codel"], codel);
+}
+
+/// The name of a codel of the robot that the timing tables have.
+fn codel_of(client: &mut Client, document: &Value) -> String {
+    let params = json!({"textDocument": document, "codel": "aria_drive"});
+    let found = client.call("mauve/executionTimes", params);
+    let found = found.unwrap_or_else(|error| panic!("{error}"));
+    found["codel"].as_str().unwrap().to_owned()
 }
 
 #[test]

@@ -360,9 +360,9 @@ architecture A {
   import Base
   instance pilot: Pilot  instance spare: Unknown
   connection laser.scan -> pilot.scan
-  connection laser.stop -> pilot.stop
   connection pilot.go -> pilot.back
 }
+architecture WithCall { import A operation laser.stop -> pilot.stop }
 deployment D {
   architecture A
   activity laser { priority = 2 period = 100 }
@@ -390,62 +390,85 @@ codel.plan = 30
 
     #[test]
     fn of_an_architecture() {
-        check("A", Drawing::Dot, expect![[r##"
-            digraph "A" {
-              label="A"; labelloc=t; rankdir=LR; node [shape=box, style=filled];
-              0 [label="laser: Laser", fillcolor="#eef3f8"];
-              1 [label="pilot: Pilot", fillcolor="#eef3f8"];
-              2 [label="spare: Unknown", fillcolor="#eef3f8"];
-              0 -> 1 [label="scan, stop"];
-              1 -> 1 [label="go"];
-            }
-        "##]]);
-        check("A", Drawing::Text, expect![[r#"
-            A
+        check(
+            "A",
+            Drawing::Dot,
+            expect![[r##"
+                digraph "A" {
+                  label="A"; labelloc=t; rankdir=LR; node [shape=box, style=filled];
+                  0 [label="laser: Laser", fillcolor="#eef3f8"];
+                  1 [label="pilot: Pilot", fillcolor="#eef3f8"];
+                  2 [label="spare: Unknown", fillcolor="#eef3f8"];
+                  0 -> 1 [label="scan"];
+                  1 -> 1 [label="go"];
+                }
+            "##]],
+        );
+        check(
+            "A",
+            Drawing::Text,
+            expect![[r#"
+                A
 
-                                           ┌──────────────┐
-                                           │ pilot: Pilot │
-             ┌──────────────┐    ┌────────▸┤ scan      go ├──┐
-             │ laser: Laser │    │ ┌──────▸┤ stop         │  │
-             │         scan ├────┘ │    ┌─▸┤ back         │  │
-             │         stop ├──────┘    │  └──────────────┘  │
-             └──────────────┘           │                    │
-                                        └────────────────────┘
-            ┌────────────────┐
-            │ spare: Unknown │
-            └────────────────┘
-        "#]]);
+                                             ┌──────────────┐
+                                             │ pilot: Pilot │
+                 ┌──────────────┐    ┌──────▸┤ scan      go ├──┐
+                 │ laser: Laser │    │    ┌─▸┤ back         │  │
+                 │         scan ├────┘    │  │ stop         │  │
+                 │         stop │         │  └──────────────┘  │
+                 └──────────────┘         │                    │
+                                          └────────────────────┘
+                ┌────────────────┐
+                │ spare: Unknown │
+                └────────────────┘
+            "#]],
+        );
     }
 
     #[test]
     fn of_a_deployment_with_what_is_known() {
-        check("D", Drawing::Dot, expect![[r##"
-            digraph "D at 1e-4: response times and deadlines in ms, CPU utilisation" {
-              label="D at 1e-4: response times and deadlines in ms, CPU utilisation"; labelloc=t; rankdir=LR; node [shape=box, style=filled];
-              0 [label="laser: Laser\n? not analysed · 20.0 %", fillcolor="#f3f3f3"];
-              1 [label="pilot: Pilot\n? not analysed · 30.0 %", fillcolor="#f3f3f3"];
-              2 [label="spare: Unknown\nbackground", fillcolor="#eef3f8"];
-              0 -> 1 [label="scan, stop"];
-              1 -> 1 [label="go"];
-            }
-        "##]]);
-        check("D", Drawing::Text, expect![[r#"
-            D at 1e-4: response times and deadlines in ms, CPU utilisation
+        check(
+            "D",
+            Drawing::Dot,
+            expect![[r##"
+                digraph "D at 1e-4: response times and deadlines in ms, CPU utilisation" {
+                  label="D at 1e-4: response times and deadlines in ms, CPU utilisation"; labelloc=t; rankdir=LR; node [shape=box, style=filled];
+                  0 [label="laser: Laser\n✓ 20 ≤ 100 ms · 20.0 %", fillcolor="#e8f5e9"];
+                  1 [label="pilot: Pilot\n✗ 50 > 40 ms · 30.0 %", fillcolor="#fdecea"];
+                  2 [label="spare: Unknown\nbackground", fillcolor="#eef3f8"];
+                  0 -> 1 [label="scan"];
+                  1 -> 1 [label="go"];
+                }
+            "##]],
+        );
+        check(
+            "D",
+            Drawing::Text,
+            expect![[r#"
+                D at 1e-4: response times and deadlines in ms, CPU utilisation
 
-                                                    ┌─────────────────────────┐
-                                                    │ pilot: Pilot            │
-            ┌─────────────────────────┐             │ ? not analysed · 30.0 % │
-            │ laser: Laser            │   ┌────────▸┤ scan                 go ├──┐
-            │ ? not analysed · 20.0 % │   │ ┌──────▸┤ stop                    │  │
-            │                    scan ├───┘ │    ┌─▸┤ back                    │  │
-            │                    stop ├─────┘    │  └─────────────────────────┘  │
-            └─────────────────────────┘          │                               │
-                                                 └───────────────────────────────┘
-                ┌────────────────┐
-                │ spare: Unknown │
-                │ background     │
-                └────────────────┘
-        "#]]);
+                                                     ┌───────────────────────┐
+                                                     │ pilot: Pilot          │
+                ┌────────────────────────┐           │ ✗ 50 > 40 ms · 30.0 % │
+                │ laser: Laser           │   ┌──────▸┤ scan               go ├──┐
+                │ ✓ 20 ≤ 100 ms · 20.0 % │   │    ┌─▸┤ back                  │  │
+                │                   scan ├───┘    │  │ stop                  │  │
+                │                   stop │        │  └───────────────────────┘  │
+                └────────────────────────┘        │                             │
+                                                  └─────────────────────────────┘
+                    ┌────────────────┐
+                    │ spare: Unknown │
+                    │ background     │
+                    └────────────────┘
+            "#]],
+        );
+    }
+
+    #[test]
+    fn calls_are_dashed() {
+        assert!(drawn("WithCall", Drawing::Text).contains("▹┤ stop"));
+        let svg = drawn("WithCall", Drawing::Svg);
+        assert!(svg.contains("<title>laser.stop → pilot.stop</title><path class=\"wire call\""), "{svg}");
     }
 
     #[test]
@@ -458,7 +481,7 @@ codel.plan = 30
             ">20.0 %</text>",
             "class=\"box missed\" data-instance=\"1\" data-place=\"model.mal:",
             ">✗ 50 &gt; 40 ms</text>",
-            "<title>laser.stop → pilot.stop</title>",
+            "<title>laser.scan → pilot.scan</title><path class=\"wire\"",
         ];
         for part in parts {
             assert!(svg.contains(part), "{part} in {svg}");

@@ -1,4 +1,4 @@
-//! A simulated schedule as a Gantt chart: a lane for each activity, with its releases, its deadlines and what it executes.
+//! A simulated schedule as a Gantt chart, in SVG or in characters: a lane for each activity, with its releases, its deadlines and what it executes.
 
 use std::cmp::Reverse;
 use std::fmt::Write as _;
@@ -8,13 +8,18 @@ use mauve_timing::task_set::Priority;
 use mauve_timing::{Job, LeftOut, Schedule, Slice, Time, Unit};
 use mauve_wcrt::Simulated;
 
-use crate::drawing::{svg_head, svg_text};
+use crate::drawing::{Drawing, svg_head, svg_text};
+use crate::text_canvas::cells;
 
-/// Draws a schedule, in SVG. The lanes are in the order of CPUs, then of priorities. A slice has the name of the state that it
+/// Draws a schedule. The lanes are in the order of CPUs, then of priorities. A slice has the name of the state that it
 /// executes where that fits, and a title with its job, its path and its times; `data-activity` holds the index of its activity.
-pub fn draw_schedule(title: &str, deployment: &Simulated, schedule: &Schedule) -> String {
+pub fn draw_schedule(title: &str, deployment: &Simulated, schedule: &Schedule, drawing: Drawing) -> String {
     let lanes = lanes(deployment, schedule);
-    Chart::new(&lanes, deployment, schedule).draw(title)
+    let chart = Chart::new(&lanes, deployment, schedule);
+    match drawing {
+        Drawing::Svg => chart.draw(title),
+        Drawing::Text | Drawing::Dot => chart.text(title),
+    }
 }
 
 /// A row of the chart.
@@ -87,22 +92,14 @@ const HEADING: f64 = 24.0;
 /// The height above the lanes: the title, and the times.
 const TOP: f64 = 64.0;
 
-/// The fill and the border of the slices of each CPU; from the ninth CPU on again.
-const COLOURS: [(&str, &str); 8] = [
-    ("#9cc3e6", "#3b6f9c"),
-    ("#a9d8a0", "#4a8440"),
-    ("#e8c98a", "#94702a"),
-    ("#cbb3e3", "#75559a"),
-    ("#97d8d3", "#36817b"),
-    ("#e9b1c9", "#9a4f70"),
-    ("#c9cf94", "#737a36"),
-    ("#c8bcb0", "#776553"),
-];
-const LATE: (&str, &str) = ("#f0635a", "#a31d15");
-const THROTTLED: (&str, &str) = ("#d0d0d0", "#888");
+/// The number of colours of CPUs; from the ninth CPU on again.
+const COLOURS: u32 = 8;
+const LATE: &str = "late";
+const THROTTLED: &str = "throttled";
 
-fn colour(cpu: u32) -> (&'static str, &'static str) {
-    COLOURS.get(cpu as usize % COLOURS.len()).copied().unwrap_or(THROTTLED)
+/// The class of the slices of a CPU.
+fn colour(cpu: u32) -> String {
+    format!("cpu{}", cpu % COLOURS)
 }
 
 struct Chart<'a> {
@@ -145,7 +142,7 @@ impl<'a> Chart<'a> {
                 cpus = Some(lane.cpus);
                 let _ = writeln!(
                     out,
-                    "<text x=\"20\" y=\"{:.1}\" font-weight=\"bold\" fill=\"#234\">{}</text>",
+                    "<text x=\"20\" y=\"{:.1}\" class=\"name\">{}</text>",
                     y + HEADING - 7.0,
                     cpu_names(lane.cpus)
                 );
@@ -158,12 +155,73 @@ impl<'a> Chart<'a> {
         if !left_out.is_empty() {
             let _ = writeln!(
                 out,
-                "<text x=\"20\" y=\"{:.1}\" font-size=\"12\" fill=\"#555\">{}</text>",
+                "<text x=\"20\" y=\"{:.1}\" class=\"soft\">{}</text>",
                 bottom + 68.0,
                 svg_text(&left_out)
             );
         }
         out + "</svg>\n"
+    }
+
+    /// Draws the schedule in characters, the times in columns of one length.
+    fn text(&self, title: &str) -> String {
+        const COLUMNS: usize = 100;
+        let end = self.schedule.end.as_nanos().max(1);
+        let column = |time: Time| (u128::from(time.as_nanos()) * COLUMNS as u128 / u128::from(end)) as usize;
+        let longest =
+            self.lanes.iter().map(|lane| cells(&shortened(&lane.name)) as usize).max().unwrap_or_default();
+        let left = longest + 6;
+        let mut out = format!("{title}; times in ms\n");
+        // The marks of the axis, where they do not touch.
+        let (mut axis, mut at) = (vec![' '; left + COLUMNS + 12], 0_u64);
+        let mut free = 0;
+        while at <= end {
+            let time = Time::from_nanos(at);
+            let start = left + column(time);
+            if start >= free {
+                let label = format!("│{}", time.number());
+                free = start + label.chars().count() + 1;
+                for (cell, letter) in axis.iter_mut().skip(start).zip(label.chars()) {
+                    *cell = letter;
+                }
+            }
+            let Some(next) = at.checked_add(step(end)) else { break };
+            at = next;
+        }
+        out += axis.iter().collect::<String>().trim_end();
+        out.push('\n');
+        let mut cpus = None;
+        for lane in self.lanes {
+            if cpus != Some(lane.cpus) {
+                cpus = Some(lane.cpus);
+                let _ = writeln!(out, "{}", cpu_names(lane.cpus));
+            }
+            let mut row = vec![' '; COLUMNS + 1];
+            let mut fill = |from: Time, to: Time, letter: char| {
+                // What is shorter than a column is shown, too.
+                let (from, to) = (column(from), column(to).max(column(from) + 1));
+                for cell in row.iter_mut().take(to).skip(from) {
+                    *cell = letter;
+                }
+            };
+            for job in &lane.jobs {
+                fill(job.release, job.end.unwrap_or(self.schedule.end), '·');
+            }
+            for slice in &lane.slices {
+                fill(slice.start, slice.end, '█');
+            }
+            for job in lane.jobs.iter().filter(|job| job.is_missed) {
+                fill(job.deadline, job.end.unwrap_or(self.schedule.end), '!');
+            }
+            let name = shortened(&lane.name);
+            let space = " ".repeat(longest.saturating_sub(cells(&name) as usize));
+            let priority = lane.priority.map_or_else(String::new, |priority| priority.to_string());
+            let row: String = row.into_iter().collect();
+            let _ = writeln!(out, "{}", format!("  {name}{space}{priority:>3} {row}").trim_end());
+        }
+        out += "█ executes  · waits  ! after its deadline; the number is the priority\n";
+        let left_out = self.left_out();
+        if left_out.is_empty() { out } else { format!("{out}{left_out}\n") }
     }
 
     fn groups(&self) -> usize {
@@ -205,9 +263,9 @@ impl<'a> Chart<'a> {
             let x = self.x(time);
             let _ = writeln!(
                 out,
-                "<path d=\"M{x:.1} {:.1} V{bottom:.1}\" stroke=\"#dde3e9\"/>\n\
-                 <text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-size=\"11\" fill=\"#456\">{label}</text>\n\
-                 <text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-size=\"11\" fill=\"#456\">{label}</text>",
+                "<path d=\"M{x:.1} {:.1} V{bottom:.1}\" class=\"grid\"/>\n\
+                 <text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\" class=\"mark\">{label}</text>\n\
+                 <text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\" class=\"mark\">{label}</text>",
                 TOP - 6.0,
                 TOP - 11.0,
                 bottom + 14.0,
@@ -224,7 +282,7 @@ impl<'a> Chart<'a> {
         if is_shaded {
             let _ = writeln!(
                 out,
-                "<rect x=\"{:.1}\" y=\"{top:.1}\" width=\"{PLOT:.1}\" height=\"{:.1}\" fill=\"#456\" fill-opacity=\"0.045\"/>",
+                "<rect x=\"{:.1}\" y=\"{top:.1}\" width=\"{PLOT:.1}\" height=\"{:.1}\" class=\"shade\"/>",
                 self.left, self.lane
             );
         }
@@ -232,8 +290,8 @@ impl<'a> Chart<'a> {
         let _ = writeln!(
             out,
             "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\" font-size=\"{}\">{}<title>{}</title></text>\n\
-             <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\" font-size=\"{}\" fill=\"#789\">{priority}</text>\n\
-             <path d=\"M{:.1} {base:.1} h{PLOT:.1}\" stroke=\"#b6c2cd\"/>",
+             <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\" font-size=\"{}\" class=\"quiet\">{priority}</text>\n\
+             <path d=\"M{:.1} {base:.1} h{PLOT:.1}\" class=\"base\"/>",
             self.left - 34.0,
             base - 0.3 * height,
             self.font,
@@ -262,7 +320,7 @@ impl<'a> Chart<'a> {
             }
         }
         if !preempted.is_empty() {
-            let _ = writeln!(out, "<path d=\"{preempted}\" stroke=\"#456\" stroke-width=\"1\"/>");
+            let _ = writeln!(out, "<path d=\"{preempted}\" class=\"waits\"/>");
         }
         let deadline = |slice: &Slice| {
             let first = lane.jobs.first()?.number;
@@ -270,7 +328,7 @@ impl<'a> Chart<'a> {
             lane.jobs.get(index).map(|job| job.deadline)
         };
         for slice in &lane.slices {
-            let (fill, stroke) = if lane.priority.is_none() { THROTTLED } else { colour(slice.cpu) };
+            let class = if lane.priority.is_none() { THROTTLED.to_owned() } else { colour(slice.cpu) };
             let end = deadline(slice).map_or(slice.end, |deadline| deadline.clamp(slice.start, slice.end));
             let label = self.label(slice);
             let _ = writeln!(
@@ -279,16 +337,16 @@ impl<'a> Chart<'a> {
                 lane.activity,
                 svg_text(&self.description(lane, slice))
             );
-            let parts = [(slice.start, end, fill, stroke), (end, slice.end, LATE.0, LATE.1)];
-            for (start, end, fill, stroke) in parts {
-                if start == end && (slice.start != slice.end || stroke == LATE.1) {
+            let parts = [(slice.start, end, class.as_str()), (end, slice.end, LATE)];
+            for (start, end, class) in parts {
+                if start == end && (slice.start != slice.end || class == LATE) {
                     continue;
                 }
                 let (x, width) = (self.x(start), (self.x(end) - self.x(start)).max(0.8));
                 let _ = writeln!(
                     out,
-                    "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"{fill}\" \
-                     stroke=\"{stroke}\" stroke-width=\"0.8\"/>",
+                    "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" \
+                     class=\"slice {class}\"/>",
                     base - height
                 );
             }
@@ -298,7 +356,7 @@ impl<'a> Chart<'a> {
             if 0.6 * size * label.chars().count() as f64 + 2.0 <= width {
                 let _ = writeln!(
                     out,
-                    "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\" font-size=\"{size}\">{}</text>",
+                    "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\" class=\"inner\" font-size=\"{size}\">{}</text>",
                     x + width / 2.0,
                     base - height / 2.0 + 0.36 * size,
                     svg_text(&label)
@@ -320,11 +378,10 @@ impl<'a> Chart<'a> {
             }
         }
         if !arrows.is_empty() {
-            let _ =
-                writeln!(out, "<path d=\"{arrows}\" fill=\"none\" stroke=\"#234\" stroke-width=\"1.2\"/>");
+            let _ = writeln!(out, "<path d=\"{arrows}\" class=\"release\"/>");
         }
         if !marks.is_empty() {
-            let _ = writeln!(out, "<path d=\"{marks}\" stroke=\"#234\" stroke-width=\"2\"/>");
+            let _ = writeln!(out, "<path d=\"{marks}\" class=\"deadline\"/>");
         }
     }
 
@@ -336,9 +393,7 @@ impl<'a> Chart<'a> {
             let _ = write!(lines, "M{:.1} {:.1} v6 m0 -3 H{end:.1}", self.x(job.deadline), base - 1.0);
         }
         if !lines.is_empty() {
-            let stroke = LATE.1;
-            let _ =
-                writeln!(out, "<path d=\"{lines}\" fill=\"none\" stroke=\"{stroke}\" stroke-width=\"2.5\"/>");
+            let _ = writeln!(out, "<path d=\"{lines}\" class=\"overrun\"/>");
         }
     }
 
@@ -371,30 +426,25 @@ impl<'a> Chart<'a> {
         let mut entry = |sign: &str, text: &str| {
             let _ = writeln!(
                 out,
-                "<g transform=\"translate({x:.1} {y:.1})\">{sign}<text x=\"30\" font-size=\"12\" fill=\"#345\">{text}</text></g>"
+                "<g transform=\"translate({x:.1} {y:.1})\">{sign}<text x=\"30\" class=\"soft\">{text}</text></g>"
             );
             x += 56.0 + 6.6 * text.chars().count() as f64;
         };
-        entry(
-            "<path d=\"M12 1 V-11 m-2.5 4 l2.5 -4 l2.5 4\" fill=\"none\" stroke=\"#234\" stroke-width=\"1.2\"/>",
-            "release",
-        );
-        entry("<path d=\"M12 -8 v8\" stroke=\"#234\" stroke-width=\"2\"/>", "deadline");
-        let bar = |(fill, stroke): (&str, &str), x: f64, width: f64| {
-            format!(
-                "<rect x=\"{x}\" y=\"-11\" width=\"{width}\" height=\"12\" fill=\"{fill}\" stroke=\"{stroke}\" stroke-width=\"0.8\"/>"
-            )
+        entry("<path d=\"M12 1 V-11 m-2.5 4 l2.5 -4 l2.5 4\" class=\"release\"/>", "release");
+        entry("<path d=\"M12 -8 v8\" class=\"deadline\"/>", "deadline");
+        let bar = |class: &str, x: f64, width: f64| {
+            format!("<rect x=\"{x}\" y=\"-11\" width=\"{width}\" height=\"12\" class=\"slice {class}\"/>")
         };
         let used =
             self.schedule.slices.iter().filter(|slice| slice.activity < self.schedule.statistics.len());
         let used = used.fold(0_u64, |all, slice| all | 1 << slice.cpu);
         for cpu in (0..u64::BITS).filter(|cpu| used & (1 << cpu) != 0) {
-            entry(&bar(colour(cpu), 0.0, 24.0), &cpu_names(1 << cpu));
+            entry(&bar(&colour(cpu), 0.0, 24.0), &cpu_names(1 << cpu));
         }
         let first = used.trailing_zeros() % u64::BITS;
-        let line = "<path d=\"M8 -5 h8\" stroke=\"#456\"/>";
+        let line = "<path d=\"M8 -5 h8\" class=\"waits\"/>";
         entry(
-            &format!("{}{line}{}", bar(colour(first), 0.0, 8.0), bar(colour(first), 16.0, 8.0)),
+            &format!("{}{line}{}", bar(&colour(first), 0.0, 8.0), bar(&colour(first), 16.0, 8.0)),
             "preempted",
         );
         if self.schedule.jobs.iter().any(|job| job.is_missed) {
@@ -488,7 +538,7 @@ rt_throttling = false
     #[test]
     fn lanes_have_the_order_of_priorities_and_slices_their_paths() {
         let (deployment, schedule) = drawn();
-        let svg = draw_schedule("D", &deployment, &schedule);
+        let svg = draw_schedule("D", &deployment, &schedule, Drawing::Svg);
         assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
         let titles = svg.split("<title>").skip(1).filter_map(|rest| rest.split("</title>").next());
         let titles: String = titles.map(|title| format!("{title}\n")).collect();
@@ -514,16 +564,30 @@ rt_throttling = false
     }
 
     #[test]
+    fn in_characters() {
+        let (deployment, schedule) = drawn();
+        expect![[r#"
+            D; times in ms
+                       │0        │2        │4        │6        │8        │10       │12       │14       │16       │18       │20
+            CPU 1
+              laser  2 ███████                  ███████                  ███████                  ███████
+              pilot  1 ·······████████                                   ·······█████████████!!
+            █ executes  · waits  ! after its deadline; the number is the priority
+            not simulated, and may delay others: spare; not simulated, in the background: logger
+        "#]].assert_eq(&draw_schedule("D", &deployment, &schedule, Drawing::Text));
+    }
+
+    #[test]
     fn names_are_escaped_and_an_empty_schedule_is_drawn() {
         let (mut deployment, schedule) = drawn();
         for activity in &mut deployment.set.activities {
             activity.name = format!("<&\"{}", "x".repeat(40));
         }
-        let svg = draw_schedule("<D>", &deployment, &schedule);
+        let svg = draw_schedule("<D>", &deployment, &schedule, Drawing::Svg);
         assert!(svg.contains("&lt;&amp;&quot;xxx") && svg.contains("x…x") && !svg.contains("<&"), "{svg}");
         deployment.set.activities.clear();
         let empty = deployment.set.simulate(&SimulationOptions::new(1, Time::ZERO), &|| ());
-        let svg = draw_schedule("", &deployment, &empty);
+        let svg = draw_schedule("", &deployment, &empty, Drawing::Svg);
         assert!(svg.ends_with("</svg>\n") && !svg.contains("NaN"), "{svg}");
     }
 

@@ -28,12 +28,18 @@
 //! | `sensitivity.rs` | how far the time of a codel may grow, as text |
 //! | `levels.rs` | the significance levels of the timing tables |
 //! | `project.rs` | the projects of a file, and their names |
-//! | `drawing.rs` | common parts of drawings in DOT and SVG |
+//! | `drawing.rs` | common parts of drawings |
+//! | `layout.rs` | the places of boxes and lines |
+//! | `text_canvas.rs` | drawings in characters |
+//! | `architecture_drawing.rs` | an architecture as a drawing |
+//! | `gantt.rs` | a schedule as a drawing |
+//! | `worst_schedule.rs` | the schedule behind a response time |
+//! | `exceedance.rs` | the execution times of a codel at all levels, as data and as a drawing |
 //! | `graph.rs` | the graph of an architecture, with utilisations and response times |
 //! | `machine_view.rs` | the state machine of a component with locations, for a panel |
 //! | `timing_actions.rs` | actions that change priorities, CPUs and periods, with their effect |
 //! | `execution_report.rs`, `execution_report/` | the report of measured execution times, as HTML |
-//! | `state_machine.rs` | the periodic state machine of a component as DOT and SVG |
+//! | `state_machine.rs` | the periodic state machine of a component as a drawing |
 //!
 //! Locations are offsets in a file's text. This crate knows no protocol and no terminal.
 
@@ -48,6 +54,7 @@ mod definition;
 mod document_links;
 mod document_symbols;
 mod drawing;
+mod exceedance;
 mod execution_report;
 mod explanation;
 #[cfg(test)]
@@ -80,6 +87,7 @@ mod timing_actions;
 mod type_definition;
 mod type_hierarchy;
 mod workspace_symbols;
+mod worst_schedule;
 
 pub use architecture_drawing::draw_graph;
 pub use call_hierarchy::{Calls, call_items, incoming_calls, outgoing_calls};
@@ -92,6 +100,7 @@ pub use definition::{Navigation, Target, definition};
 pub use document_links::{DocumentLink, document_links};
 pub use document_symbols::{Symbol, SymbolKind, document_symbols};
 pub use drawing::Drawing;
+pub use exceedance::{CodelOf, Exceedance, draw_exceedance, exceedance, selected_codel};
 pub use execution_report::{ExecutionReport, Measured, MeasuredKind, SampleSource, execution_report};
 pub use explanation::{counted_cpus, explain_response, explain_response_of};
 pub use folding_ranges::{FoldingKind, FoldingRange, folding_ranges};
@@ -119,3 +128,4 @@ pub use state_machine::{MachineTitle, draw_state_machine};
 pub use type_definition::type_definition;
 pub use type_hierarchy::{subtypes, supertypes, type_items};
 pub use workspace_symbols::{FoundSymbol, workspace_symbols};
+pub use worst_schedule::{WorstOf, no_worst_case};

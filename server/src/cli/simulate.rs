@@ -9,10 +9,9 @@ use std::fmt::Write as _;
 use clap::ValueEnum;
 use mauve_diagnostics::{errors_of, errors_of_text, reasons_of, time_error_message, times_of, timing_reason};
 use mauve_hir::{Database, Decl, Project};
-use mauve_ide::draw_schedule;
+use mauve_ide::{Drawing, WorstOf, draw_schedule, no_worst_case};
 use mauve_timing::{
     LeftOut, Level, Method, NoWorstCase, Rounding, Schedule, SimulationOptions, Statistics, Time, Unit,
-    WorstCase,
 };
 use mauve_wcrt::{
     ActivityReport, Query, Report, Simulated, response_times, response_times_of, simulated, simulated_of,
@@ -102,25 +101,9 @@ struct Simulation<'db> {
     options: SimulationOptions,
     schedule: Schedule,
     /// With `--worst`.
-    worst: Option<Worst>,
+    worst: Option<WorstOf>,
     /// The number of errors in its project.
     errors: usize,
-}
-
-/// The worst case of one activity.
-struct Worst {
-    /// The index of the activity.
-    activity: usize,
-    case: WorstCase,
-}
-
-impl Worst {
-    /// Returns the response time of its late job, if that ended.
-    fn response(&self, schedule: &Schedule) -> Option<Time> {
-        let mut jobs = schedule.jobs.iter();
-        let job = jobs.find(|job| job.activity == self.activity && job.number == self.case.job)?;
-        job.end?.checked_sub(job.nominal)
-    }
 }
 
 impl Simulate {
@@ -217,17 +200,12 @@ impl Simulate {
             Some(instance) => {
                 let activity = set.activities.iter().position(|activity| activity.name == *instance);
                 let activity = activity.ok_or_else(|| no_activity(instance))?;
-                let case = set.worst_case(activity, &query.options(false), &|| ());
-                let case = case.map_err(|why| match why {
-                    NoWorstCase::NoResponse => {
-                        format!("`{instance}` has no response time in {name}: `mauve wcrt` says why")
-                    }
-                    NoWorstCase::OtherOffsets => format!(
-                        "the response time of `{instance}` in {name} holds for any offsets: the schedule behind it does not keep \
-                         those of the synchronised clocks"
-                    ),
-                })?;
-                Some(Worst { activity, case })
+                let worst = WorstOf::of(&deployment, activity, query, &|| ());
+                Some(worst.map_err(|why| {
+                    let says_why =
+                        if why == NoWorstCase::NoResponse { ": `mauve wcrt` says why" } else { "" };
+                    no_worst_case(why, instance, &name) + says_why
+                })?)
             }
             None => None,
         };
@@ -280,7 +258,7 @@ impl Simulate {
                 let what = what.unwrap_or_else(|| format!("a simulated schedule, seed {}", self.seed));
                 let times = times_of(it.report.times.as_deref());
                 let title = format!("{} at {}{times}: {what}", it.name, it.level);
-                draw_schedule(&title, &it.deployment, &it.schedule)
+                draw_schedule(&title, &it.deployment, &it.schedule, Drawing::Svg)
             }
             Format::Perfetto => trace_events::text(only(all)?)?,
         };
@@ -349,17 +327,7 @@ impl<'db> Simulation<'db> {
 
     /// Says what `--worst` has found.
     fn worst_case(&self) -> Option<String> {
-        let Worst { activity, case: WorstCase { job, bound, .. } } = self.worst.as_ref()?;
-        let instance = self.deployment.set.name(*activity);
-        Some(match self.worst.as_ref()?.response(&self.schedule) {
-            Some(time) if time == *bound => {
-                format!("job {job} of {instance} responds in {time}, which is its bound")
-            }
-            Some(time) => format!(
-                "job {job} of {instance} responds in {time}; no later schedule is known, its bound is {bound}"
-            ),
-            None => format!("job {job} of {instance} does not end; its bound is {bound}"),
-        })
+        Some(self.worst.as_ref()?.description(&self.deployment, &self.schedule))
     }
 
     /// Returns whether something was simulated, and each deadline was met.

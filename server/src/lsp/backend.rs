@@ -57,6 +57,8 @@ pub(crate) fn with_custom_methods(build: LspServiceBuilder<Backend>) -> LspServi
         .custom_method("mauve/generate", Backend::generate)
         .custom_method("mauve/graph", Backend::graph)
         .custom_method("mauve/stateMachine", Backend::state_machine)
+        .custom_method("mauve/schedule", Backend::schedule)
+        .custom_method("mauve/executionTimes", Backend::execution_times)
         .custom_method("mauve/syntaxTree", Backend::syntax_tree)
         .custom_method("window/workDoneProgress/cancel", Backend::cancel_progress);
     #[cfg(debug_assertions)]
@@ -256,8 +258,10 @@ impl Backend {
 
     own_methods! {
         analysis(analysis::AnalysisParams) -> Vec<Value> => analysis::analysis;
+        execution_times(execution_times::ExecutionTimesParams) -> Value => execution_times::execution_times;
         generate(GenerateParams) -> GenerateDocument => generate::generate;
         graph(graph::GraphParams) -> Vec<Value> => graph::graph;
+        schedule(schedule::ScheduleParams) -> Value => schedule::schedule;
         state_machine(state_machine::StateMachineParams) -> Value => state_machine::state_machine;
         syntax_tree(syntax_tree::SyntaxTreeParams) -> String => syntax_tree::syntax_tree;
     }

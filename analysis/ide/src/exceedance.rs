@@ -1,0 +1,292 @@
+//! The execution times of a codel at the significance levels of the timing tables: how probable it is that an execution exceeds a
+//! time. As data and as a drawing.
+
+use std::fmt::Write as _;
+
+use mauve_diagnostics::{times_of, unusable_time};
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Decl, File, ModelDb, Project, Workspace, names_of};
+use mauve_syntax::TextSize;
+use mauve_timing::{Level, Time, Unit};
+use mauve_wcrt::{Lookup, Query, TableSet, table_sets, timetable_of};
+
+use crate::drawing::{Drawing, number, svg_head, svg_text, text_width};
+use crate::occurrences::{Definition, names_at};
+use crate::project::projects_with;
+
+/// The execution times of a codel.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Exceedance {
+    /// The name of the codel.
+    pub codel: String,
+    /// The name in the header `[timing.deployment.NAME]` of the tables; none for those of `[timing] tables`.
+    pub times: Option<String>,
+    /// The levels of the tables and the one that editors show, from the most probable, each with its time.
+    pub levels: Vec<(Level, Time)>,
+    /// The level that editors show.
+    pub shown: Level,
+    /// Whether `[assume]` gives the times: no table has one.
+    pub is_assumed: bool,
+    /// Why times are missing.
+    pub reasons: Vec<String>,
+}
+
+/// Selects a codel of a file's projects.
+#[derive(Debug, Clone, Copy)]
+pub enum CodelOf<'a> {
+    /// By its name, `library.name` or `name`.
+    Name(&'a str),
+    /// The one at this offset of the file: its declaration, a call, or its entry in a timing table.
+    At(TextSize),
+}
+
+/// Returns the selected codel with the first project that has it.
+pub fn selected_codel<'db>(
+    db: &'db dyn ModelDb,
+    workspaces: &[Workspace],
+    file: File,
+    selection: CodelOf<'_>,
+) -> Option<(Project<'db>, Decl<'db>)> {
+    projects_with(db, workspaces, file).into_iter().find_map(|project| {
+        let found = match selection {
+            CodelOf::Name(name) => names_of(db, project)
+                .of_kind(db, Kind::Codel)
+                .find(|of| *of.name(db) == *name || of.qualified(db) == name),
+            CodelOf::At(offset) => {
+                names_at(db, project, file, offset).into_iter().find_map(|found| match found.definition {
+                    Definition::Declaration(of) if of.kind(db) == Kind::Codel => Some(of),
+                    _ => None,
+                })
+            }
+        };
+        Some((project, found?))
+    })
+}
+
+/// Returns the execution times of a codel in the first timing tables of the project that have one.
+pub fn exceedance<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>) -> Exceedance {
+    let all = table_sets(db, project).iter().map(|&tables| in_tables(db, tables, codel));
+    let mut all: Vec<Exceedance> = all.collect();
+    let first = all.iter().position(|it| !it.levels.is_empty() && !it.is_assumed).unwrap_or_default();
+    if first < all.len() {
+        return all.swap_remove(first);
+    }
+    in_tables(db, TableSet::new(db, project, None), codel)
+}
+
+fn in_tables<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>, codel: Decl<'db>) -> Exceedance {
+    let table = timetable_of(db, tables);
+    let shown = Query::shown(db, tables.project(db)).level;
+    let mut known = table.levels.clone();
+    if !known.contains(&shown) {
+        known.push(shown);
+    }
+    known.sort_unstable_by(|a, b| b.cmp(a));
+    let mut found = Exceedance {
+        codel: codel.qualified(db),
+        times: tables.section(db).as_deref().map(str::to_owned),
+        levels: Vec::new(),
+        shown,
+        is_assumed: false,
+        reasons: Vec::new(),
+    };
+    for level in known {
+        match table.codel_time(db, codel, level) {
+            Lookup::Known(time) => found.levels.push((level, time)),
+            Lookup::Assumed(time) => {
+                found.levels.push((level, time));
+                found.is_assumed = true;
+            }
+            Lookup::Absent => found.reasons.push(format!("no time at {level}")),
+            Lookup::Unusable(why) => found.reasons.push(unusable_time(db, &why)),
+        }
+    }
+    found.reasons.dedup();
+    found
+}
+
+/// Draws the execution times of a codel. In SVG, each level has `data-level` with its index.
+pub fn draw_exceedance(of: &Exceedance, drawing: Drawing) -> String {
+    match drawing {
+        Drawing::Text | Drawing::Dot => text(of),
+        Drawing::Svg => svg(of),
+    }
+}
+
+fn title(of: &Exceedance) -> String {
+    let assumed = if of.is_assumed { ", assumed" } else { "" };
+    format!(
+        "{}{}: probability that an execution exceeds a time{assumed}",
+        of.codel,
+        times_of(of.times.as_deref())
+    )
+}
+
+fn text(of: &Exceedance) -> String {
+    const WIDTH: f64 = 50.0;
+    let greatest = of.levels.iter().map(|(_, time)| time.as_f64(Unit::Milliseconds)).fold(0.0, f64::max);
+    let mut out = format!("{}\n\n", title(of));
+    for (level, time) in &of.levels {
+        let part = time.as_f64(Unit::Milliseconds) / greatest.max(f64::MIN_POSITIVE);
+        let bar = "█".repeat((part * WIDTH).round() as usize);
+        let mark = if *level == of.shown { " (current level)" } else { "" };
+        let _ = writeln!(out, "{:>8}  {bar} {time}{mark}", level.to_string());
+    }
+    out.extend(of.reasons.iter().map(|reason| format!("{reason}\n")));
+    out
+}
+
+fn svg(of: &Exceedance) -> String {
+    const LEFT: f64 = 86.0;
+    const TOP: f64 = 56.0;
+    const WIDTH: f64 = 560.0;
+    let decades = of.levels.iter().map(|(level, _)| -level.as_f64().log10()).fold(1.0, f64::max).ceil();
+    let height = (decades * 34.0).clamp(170.0, 420.0);
+    let greatest = of.levels.iter().map(|(_, time)| time.as_f64(Unit::Milliseconds)).fold(0.0, f64::max);
+    let step = tick_step(greatest);
+    let end = if greatest > 0.0 { (greatest * 1.12 / step).ceil() * step } else { 1.0 };
+    let x = |milliseconds: f64| LEFT + WIDTH * milliseconds / end;
+    let y = |probability: f64| TOP + height * (-probability.log10() / decades).clamp(0.0, 1.0);
+    let title = title(of);
+    let size = ((LEFT + WIDTH + 60.0).max(text_width(&title, 14.0, true) + 48.0), TOP + height + 64.0);
+    let mut out = svg_head(size, "x=\"24\" y=\"30\"", &title);
+    for decade in 0..=decades as u32 {
+        let at = number(y(10_f64.powi(-(decade as i32))));
+        let label = if decade == 0 { "1".to_owned() } else { format!("1e-{decade}") };
+        let _ = writeln!(
+            out,
+            "<path class=\"grid\" d=\"M{} {at}H{}\"/><text class=\"soft\" x=\"{}\" y=\"{at}\" dy=\"4\" \
+             text-anchor=\"end\">{label}</text>",
+            number(LEFT),
+            number(LEFT + WIDTH),
+            number(LEFT - 10.0),
+        );
+    }
+    let ticks = (end / step).round() as u32;
+    for tick in 0..=ticks {
+        let value = f64::from(tick) * step;
+        let _ = writeln!(
+            out,
+            "<path class=\"grid\" d=\"M{x} {}V{}\"/><text class=\"soft\" x=\"{x}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
+            number(TOP),
+            number(TOP + height),
+            number(TOP + height + 20.0),
+            Time::from_nanos((value * 1e6).round() as u64).number(),
+            x = number(x(value)),
+        );
+    }
+    let _ = writeln!(
+        out,
+        "<text class=\"soft\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">execution time in ms</text>",
+        number(LEFT + WIDTH / 2.0),
+        number(TOP + height + 44.0)
+    );
+    // Between two levels, no smaller probability is known than the first one.
+    let mut curve = String::new();
+    for (level, time) in &of.levels {
+        let (at, down) = (number(x(time.as_f64(Unit::Milliseconds))), number(y(level.as_f64())));
+        if curve.is_empty() {
+            curve = format!("M{} {}", number(LEFT), number(TOP));
+        }
+        let _ = write!(curve, "H{at}V{down}");
+    }
+    if !curve.is_empty() {
+        let _ = writeln!(out, "<path class=\"curve\" d=\"{curve}H{}\"/>", number(LEFT + WIDTH));
+    }
+    for (index, (level, time)) in of.levels.iter().enumerate() {
+        let (at, down) = (x(time.as_f64(Unit::Milliseconds)), y(level.as_f64()));
+        let label = format!("{time} at {level}");
+        // To the left of the curve, where there is room.
+        let has_room = at - LEFT > text_width(&label, 12.0, true) + 16.0;
+        let (label_x, anchor) = if has_room { (at - 9.0, "end") } else { (at + 9.0, "start") };
+        let shown = if *level == of.shown { " worst" } else { "" };
+        let _ = writeln!(
+            out,
+            "<g class=\"level{shown}\" data-level=\"{index}\"><title>{label}: an execution takes longer with a probability of at most \
+             {level}</title><circle class=\"tip\" cx=\"{}\" cy=\"{}\" r=\"4.5\"/><text x=\"{}\" y=\"{}\" text-anchor=\"{anchor}\">{}</text></g>",
+            number(at),
+            number(down),
+            number(label_x),
+            number(down - 6.0),
+            svg_text(&label),
+        );
+    }
+    out + "</svg>\n"
+}
+
+/// Returns 1, 2 or 5 times a power of ten: the distance of at most ten marks up to `greatest`.
+fn tick_step(greatest: f64) -> f64 {
+    if greatest <= 0.0 {
+        return 1.0;
+    }
+    let power = 10_f64.powf((greatest / 10.0).log10().floor());
+    [1.0, 2.0, 5.0, 10.0]
+        .into_iter()
+        .map(|factor| factor * power)
+        .find(|step| greatest / step <= 9.0)
+        .unwrap_or(power)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixture::Fixture;
+    use expect_test::expect;
+
+    const MODEL: &str = "
+codel se$0e(): int
+codel unknown(): int
+//- /mauve.toml
+timing.tables = [\"t.toml\"]
+//- /t.toml
+levels = [1e-3, 1e-4, 1e-9]
+codel.see = [20, 23, 30.5]
+";
+
+    fn of(selection: impl Fn(TextSize) -> CodelOf<'static>) -> Option<Exceedance> {
+        let Fixture { db, workspace, file, offset } = Fixture::new(MODEL);
+        let (project, codel) = selected_codel(&db, &[workspace], file, selection(offset))?;
+        Some(exceedance(&db, project, codel))
+    }
+
+    #[test]
+    fn times_at_all_levels() {
+        let found = of(CodelOf::At).unwrap();
+        expect![[r#"
+            see: probability that an execution exceeds a time
+
+                1e-3  █████████████████████████████████ 20 ms
+                1e-4  ██████████████████████████████████████ 23 ms (current level)
+                1e-9  ██████████████████████████████████████████████████ 30.5 ms
+        "#]]
+        .assert_eq(&draw_exceedance(&found, Drawing::Text));
+        let svg = draw_exceedance(&found, Drawing::Svg);
+        for part in ["30.5 ms at 1e-9", "class=\"level worst\" data-level=\"1\"", "execution time in ms"] {
+            assert!(svg.contains(part), "{part} in {svg}");
+        }
+        assert!(!svg.contains("NaN"));
+    }
+
+    #[test]
+    fn without_times_there_are_reasons() {
+        let found = of(|_| CodelOf::Name("unknown")).unwrap();
+        assert!(found.levels.is_empty());
+        expect![[r#"
+            unknown: probability that an execution exceeds a time
+
+            no time at 1e-3
+            no time at 1e-4
+            no time at 1e-9
+        "#]]
+        .assert_eq(&draw_exceedance(&found, Drawing::Text));
+        let svg = draw_exceedance(&found, Drawing::Svg);
+        assert!(svg.ends_with("</svg>\n") && !svg.contains("NaN"), "{svg}");
+        assert_eq!(of(|_| CodelOf::Name("missing")), None);
+        assert_eq!(of(|_| CodelOf::At(0.into())), None);
+    }
+
+    #[test]
+    fn marks_are_round() {
+        assert_eq!([0.0, 0.9, 9.0, 30.5, 1234.0].map(tick_step), [1.0, 0.1, 1.0, 5.0, 200.0]);
+    }
+}

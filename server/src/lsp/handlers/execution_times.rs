@@ -1,0 +1,69 @@
+//! `mauve/executionTimes`: the execution times of a codel at the significance levels of the timing tables.
+//!
+//! | parameter | is |
+//! |---|---|
+//! | `textDocument`, `position` | a place: the codel that is declared, called or timed there |
+//! | `codel` | instead of `position`: the name of a codel of the file's projects |
+//! | `drawing` | `"svg"` (if left out) or `"text"` |
+//!
+//! Of the result, `codels` has the names of all codels of the project, `levels` the times from the most probable level on,
+//! `source` is the section of `mauve.toml` with the timing tables, or null, and `assumed` says that no table has a time. In the
+//! SVG, `data-level` holds the index of a level. `reasons` say why times are missing.
+
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Location, names_of};
+use mauve_ide::{CodelOf, Drawing, draw_exceedance, exceedance, selected_codel};
+use serde::Deserialize;
+use serde_json::{Value, json};
+use tower_lsp::jsonrpc::{Error, Result};
+use tower_lsp::lsp_types::{Position, TextDocumentIdentifier};
+
+use super::state_machine::AskedDrawing;
+use crate::analysis_document::milliseconds;
+use crate::lsp::snapshot::Snapshot;
+use crate::lsp::to_proto;
+
+/// The parameters of `mauve/executionTimes`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct ExecutionTimesParams {
+    text_document: TextDocumentIdentifier,
+    position: Option<Position>,
+    codel: Option<String>,
+    #[serde(default)]
+    drawing: AskedDrawing,
+}
+
+/// Returns the execution times of a codel.
+pub(crate) fn execution_times(snapshot: &Snapshot, params: &ExecutionTimesParams) -> Result<Value> {
+    snapshot.complete()?;
+    let db = &snapshot.db;
+    let (file, lines) = snapshot.file(&params.text_document)?;
+    let (selection, refusal) = match (&params.codel, params.position) {
+        (Some(name), _) => (CodelOf::Name(name), format!("no codel `{name}` in the projects of this file")),
+        (None, Some(position)) => (CodelOf::At(lines.offset(position)), "no codel here".to_owned()),
+        (None, None) => {
+            return Err(Error::invalid_params("mauve/executionTimes takes a `position` or a `codel`"));
+        }
+    };
+    let found = selected_codel(db, &snapshot.workspaces, file, selection);
+    let (project, codel) = found.ok_or_else(|| Error::invalid_params(refusal))?;
+    let times = exceedance(db, project, codel);
+    let levels = times.levels.iter();
+    let levels =
+        levels.map(|(level, time)| json!({ "significance": level.as_f64(), "time": milliseconds(*time) }));
+    let codels = names_of(db, project).of_kind(db, Kind::Codel).map(|of| of.qualified(db));
+    let location = Location::name_of(codel);
+    Ok(json!({
+        "codel": times.codel,
+        "codels": codels.collect::<Vec<_>>(),
+        "unit": "ms",
+        "levels": levels.collect::<Vec<_>>(),
+        "shown": times.shown.as_f64(),
+        "source": times.times,
+        "assumed": times.is_assumed,
+        "location": to_proto::location(snapshot, &location),
+        "reasons": times.reasons,
+        "drawing": draw_exceedance(&times, Drawing::from(params.drawing)),
+    }))
+}

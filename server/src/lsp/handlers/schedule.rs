@@ -1,0 +1,175 @@
+//! `mauve/schedule`: the schedule behind the response time of an instance, from its critical instant on.
+//!
+//! | parameter | is |
+//! |---|---|
+//! | `textDocument`, `position` | a place: the activity there, or an activity of the deployment there; without `position`, of the deployments of the file or of its projects |
+//! | `deployment` | instead of `position`: the name of a deployment of the file's projects |
+//! | `instance` | the instance; if left out, the one of the activity at `position`, otherwise the one with the greatest response time as a part of its deadline |
+//! | `significance` | a level; if left out, the one that is shown |
+//! | `drawing` | `"svg"` (if left out) or `"text"` |
+//!
+//! Of the result, `instances` has the real-time instances of the deployment, as far as they have a response time, and `bound` is
+//! the response time of `instance`, `response` that of the schedule, and `note` says how they compare. In the SVG,
+//! `data-activity` holds the index of an activity in `activities`. Without a schedule, there are `reasons`, and no drawing.
+
+use mauve_diagnostics::{reasons_of, times_of};
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Decl, Project};
+use mauve_ide::{Drawing, GraphsOf, WorstOf, draw_schedule, no_worst_case, selected_graphs};
+use mauve_timing::Unit;
+use mauve_wcrt::{ActivityReport, Query, Verdict, response_times, simulated};
+use salsa::Database as _;
+use serde::Deserialize;
+use serde_json::{Value, json};
+use tower_lsp::jsonrpc::{Error, Result};
+use tower_lsp::lsp_types::{Position, TextDocumentIdentifier};
+
+use super::analysis::read_level;
+use super::state_machine::AskedDrawing;
+use crate::analysis_document::milliseconds;
+use crate::lsp::snapshot::Snapshot;
+use crate::lsp::to_proto;
+
+/// The most events of a schedule: more are too many for a drawing.
+const MOST_EVENTS: u64 = 50_000;
+
+/// The parameters of `mauve/schedule`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct ScheduleParams {
+    text_document: TextDocumentIdentifier,
+    position: Option<Position>,
+    deployment: Option<String>,
+    instance: Option<String>,
+    significance: Option<f64>,
+    #[serde(default)]
+    drawing: AskedDrawing,
+}
+
+/// Returns the schedule behind a response time.
+pub(crate) fn schedule(snapshot: &Snapshot, params: &ScheduleParams) -> Result<Value> {
+    snapshot.complete()?;
+    let db = &snapshot.db;
+    let level = params.significance.map(read_level).transpose()?;
+    let (project, of) = deployment(snapshot, params)?;
+    let shown = Query::shown(db, project);
+    let query = Query { level: level.unwrap_or(shown.level), ..shown };
+    let report = response_times(db, project, of, query);
+    let activity = match &params.instance {
+        Some(name) => {
+            let found = report.activities.iter().position(|it| it.instance == *name.as_str());
+            let none = || Error::invalid_params(format!("no activity `{name}` in {}", of.name(db)));
+            Some(found.ok_or_else(none)?)
+        }
+        None => {
+            at_position(snapshot, params, of, &report.activities)?.or_else(|| least_slack(&report.activities))
+        }
+    };
+    let instances = report.activities.iter().filter(|it| it.response.is_some());
+    let instances = instances.filter(|it| matches!(it.verdict, Verdict::RealTime(_))).map(|it| {
+        json!({
+            "instance": it.instance.to_string(),
+            "response": it.response.map(milliseconds),
+            "deadline": it.deadline.map(milliseconds),
+            "status": it.verdict.name(),
+        })
+    });
+    let location = |it: &ActivityReport<'_>| it.at.as_ref().and_then(|at| to_proto::location(snapshot, at));
+    let activities = report.activities.iter().enumerate().map(|(index, it)| {
+        json!({ "index": index, "instance": it.instance.to_string(), "location": location(it) })
+    });
+    let name = of.name(db).to_string();
+    let mut document = json!({
+        "deployment": name,
+        "instance": null,
+        "instances": instances.collect::<Vec<_>>(),
+        "significance": query.level.as_f64(),
+        "unit": "ms",
+        "response": null,
+        "bound": null,
+        "note": null,
+        "activities": activities.collect::<Vec<_>>(),
+        "reasons": [],
+        "drawing": null,
+    });
+    let Some((index, of_activity)) = activity.and_then(|index| Some((index, report.activities.get(index)?)))
+    else {
+        document["reasons"] = json!([format!("no activity of {name} has a response time")]);
+        return Ok(document);
+    };
+    document["instance"] = of_activity.instance.to_string().into();
+    document["bound"] = json!(of_activity.response.map(milliseconds));
+    let deployment = simulated(db, project, of, query.level);
+    match WorstOf::of(&deployment, index, query, &|| db.unwind_if_revision_cancelled()) {
+        Ok(worst) => {
+            let schedule = worst.schedule(&deployment, MOST_EVENTS, &|| db.unwind_if_revision_cancelled());
+            let note = worst.description(&deployment, &schedule);
+            let title = format!("{name} at {}{}: {note}", query.level, times_of(report.times.as_deref()));
+            document["response"] = json!(worst.response(&schedule).map(milliseconds));
+            document["note"] = note.into();
+            document["drawing"] =
+                draw_schedule(&title, &deployment, &schedule, Drawing::from(params.drawing)).into();
+        }
+        Err(why) => {
+            let why = no_worst_case(why, &of_activity.instance, &name);
+            document["reasons"] = std::iter::once(why).chain(reasons_of(db, of_activity)).collect();
+        }
+    }
+    Ok(document)
+}
+
+/// Returns the deployment that the parameters select.
+fn deployment<'db>(snapshot: &'db Snapshot, params: &ScheduleParams) -> Result<(Project<'db>, Decl<'db>)> {
+    let db = &snapshot.db;
+    let (file, lines) = snapshot.file(&params.text_document)?;
+    let mut selections: Vec<GraphsOf<'_>> = Vec::new();
+    match (&params.deployment, params.position) {
+        (Some(name), _) => selections.push(GraphsOf::Name(name)),
+        // Elsewhere in the file, a position selects no deployment.
+        (None, Some(position)) => selections.extend([GraphsOf::At(lines.offset(position)), GraphsOf::File]),
+        (None, None) => selections.push(GraphsOf::File),
+    }
+    let mut refusal = None;
+    for selection in selections {
+        match selected_graphs(db, &snapshot.workspaces, file, selection) {
+            Ok(found) => {
+                let is_deployment = |(_, of): &(Project<'db>, Decl<'db>)| of.kind(db) == Kind::Deployment;
+                if let Some(found) = found.into_iter().find(is_deployment) {
+                    return Ok(found);
+                }
+            }
+            Err(why) => refusal = Some(why),
+        }
+    }
+    Err(Error::invalid_params(refusal.unwrap_or_else(|| "no deployment here".to_owned())))
+}
+
+/// Returns the index of the activity at the position: the last one that begins before it.
+fn at_position(
+    snapshot: &Snapshot,
+    params: &ScheduleParams,
+    of: Decl<'_>,
+    activities: &[ActivityReport<'_>],
+) -> Result<Option<usize>> {
+    let db = &snapshot.db;
+    let (file, lines) = snapshot.file(&params.text_document)?;
+    let Some(position) = params.position.filter(|_| of.file(db) == file) else { return Ok(None) };
+    let offset = lines.offset(position);
+    // Activities of other files, or without a place of their own, are not here.
+    let starts = activities.iter().enumerate().filter_map(|(index, activity)| {
+        let at = activity.at.as_ref().filter(|at| at.file(db) == file)?;
+        Some((at.range(db).start(), index)).filter(|(start, _)| *start <= offset)
+    });
+    Ok(starts.max().map(|(_, index)| index))
+}
+
+/// Returns the index of the activity with the greatest response time as a part of its deadline.
+fn least_slack(activities: &[ActivityReport<'_>]) -> Option<usize> {
+    let parts = activities.iter().enumerate().filter_map(|(index, activity)| {
+        let of = |time: Option<mauve_timing::Time>| time.map(|time| time.as_f64(Unit::Milliseconds));
+        let (response, deadline) = (of(activity.response)?, of(activity.deadline)?);
+        let is_real_time = matches!(activity.verdict, Verdict::RealTime(_));
+        (is_real_time && deadline > 0.0).then_some((response / deadline, index))
+    });
+    parts.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, index)| index)
+}
