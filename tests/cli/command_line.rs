@@ -489,7 +489,7 @@ fn what_does_not_exist_is_said_and_exits_with_2() {
 }
 
 #[test]
-fn psm_in_three_forms() {
+fn psm_in_all_forms() {
     let json: Value =
         serde_json::from_str(&run(&["psm", "p3dx", "Navigation", "--format", "json"]).out).unwrap();
     let planning: Vec<&Value> =
@@ -499,6 +499,7 @@ fn psm_in_three_forms() {
     assert!(others.into_iter().all(|edge| edge["time"].as_f64().unwrap() < 3.0));
     assert!(run(&["psm", "p3dx", "Navigation"]).out.starts_with("digraph \"Navigation\" {\n"));
     assert!(run(&["psm", "p3dx", "Navigation", "--format", "svg"]).out.starts_with("<svg "));
+    assert!(run(&["psm", "p3dx", "Navigation", "--format", "text"]).out.contains("│ > Waiting ├"));
 }
 
 #[test]

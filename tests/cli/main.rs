@@ -11,6 +11,7 @@ mod command_line;
 mod deployment_tables;
 mod first_steps;
 mod fixes;
+mod graph;
 #[cfg(unix)]
 mod hostile;
 mod pwcet;

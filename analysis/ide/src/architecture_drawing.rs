@@ -9,7 +9,7 @@ use mauve_timing::task_set::Priority;
 use mauve_timing::{Status, Time, Unit};
 use mauve_wcrt::Verdict;
 
-use crate::drawing::{Drawing, dot_text, moved, number, svg_head, svg_path, svg_text, text_width};
+use crate::drawing::{Drawing, dot_text, fitted, moved, number, svg_head, svg_path, svg_text, text_width};
 use crate::graph::{Graph, GraphNode};
 use crate::layout::{Area, BoxSize, Diagram, LineEnds, PlacedBox, Side, Slot, Spacing, place};
 use crate::text_canvas::{TextCanvas, cells};
@@ -160,7 +160,7 @@ const PIXELS: Spacing =
     Spacing { boxes: 26.0, lines: 14.0, turns: 10.0, ends: 22.0, label: 4.0, margin: 24.0, line: 0.0 };
 
 /// The width of the part of a box with figures: it does not depend on them, so that a drawing keeps its shape while times change.
-const FIGURES: f64 = 208.0;
+const FIGURES: f64 = 216.0;
 
 fn svg(graph: &Graph<'_>) -> String {
     let has_figures = graph.report.is_some();
@@ -249,7 +249,9 @@ fn svg_box(out: &mut String, index: usize, node: &GraphNode<'_>, placed: &Placed
     *out += &line("name", (left, y + 22.0), "", &node.instance);
     *out += &line("soft", (left, y + 39.0), "", &node.component);
     if let Some(figures) = figures {
-        *out += &line("figure status", (left, y + 58.0), "", &figures.verdict);
+        let load = text_width(&figures.load, 12.0, false);
+        let verdict = fitted(&figures.verdict, width - 36.0 - load, 12.0, true);
+        *out += &line("figure status", (left, y + 58.0), "", &verdict);
         *out += &line("figure", (x + width - 14.0, y + 58.0), " text-anchor=\"end\"", &figures.load);
         if let Some(part) = figures.part {
             let track = width - 28.0;
@@ -263,7 +265,8 @@ fn svg_box(out: &mut String, index: usize, node: &GraphNode<'_>, placed: &Placed
                 );
             }
         }
-        *out += &line("soft", (left, y + 84.0), "", &figures.settings);
+        let settings = fitted(&figures.settings, width - 28.0, 12.0, false);
+        *out += &line("soft", (left, y + 84.0), "", &settings);
     }
     for slot in &placed.slots {
         let Some((name, is_incoming)) = ports.get(slot.port) else { continue };

@@ -117,6 +117,22 @@ pub(crate) fn text_width(text: &str, size: f64, is_bold: bool) -> f64 {
     text.chars().map(of).sum::<f64>() * size * if is_bold { 1.12 } else { 1.0 }
 }
 
+/// Returns a text that is at most this wide: its end becomes `…`.
+pub(crate) fn fitted(text: &str, width: f64, size: f64, is_bold: bool) -> String {
+    if text_width(text, size, is_bold) <= width {
+        return text.to_owned();
+    }
+    let mut fitting = String::new();
+    for letter in text.chars() {
+        let longer = format!("{fitting}{letter}");
+        if text_width(&format!("{longer}…"), size, is_bold) > width {
+            break;
+        }
+        fitting = longer;
+    }
+    fitting + "…"
+}
+
 /// Returns `text` escaped for SVG, including attributes.
 pub(crate) fn svg_text(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")

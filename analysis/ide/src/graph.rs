@@ -218,7 +218,6 @@ fn node<'db>(
 mod tests {
     use super::*;
     use crate::fixture::Fixture;
-    use mauve_hir::projects;
 
     const MODEL: &str = "
 codel see(): int  codel plan(): int

@@ -78,6 +78,9 @@ struct Arrow {
     edges: Vec<DrawnEdge>,
 }
 
+/// The edge with the greatest time of each transition, with its number.
+type ByTransition<'a, 'db> = BTreeMap<&'a str, (usize, &'a MachineEdge<'db>)>;
+
 /// The edges of one transition between two states.
 struct DrawnEdge {
     /// The number of the one with the greatest time.
@@ -97,8 +100,7 @@ impl<'a> Machine<'a> {
         place_of: impl Fn(&Location<'db>) -> String,
     ) -> Machine<'a> {
         let place_of = |at: &Option<Location<'db>>| at.as_ref().map(&place_of).unwrap_or_default();
-        let mut arrows: BTreeMap<(usize, usize), BTreeMap<&str, (usize, &MachineEdge<'db>)>> =
-            BTreeMap::new();
+        let mut arrows: BTreeMap<(usize, usize), ByTransition<'_, 'db>> = BTreeMap::new();
         for (number, edge) in view.edges.iter().enumerate() {
             let of_pair = arrows.entry((edge.source, edge.target)).or_default();
             let name = edge.transition.as_ref().map_or("", |name| name.as_str());

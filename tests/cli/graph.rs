@@ -1,0 +1,81 @@
+//! `mauve graph`.
+
+use mauve_tests::{Run, mauve, models};
+use serde_json::Value;
+
+use crate::MAUVE;
+use crate::command_line::run_in;
+
+fn graph(arguments: &[&str]) -> Run {
+    mauve(MAUVE, &models(), &[&["graph"], arguments].concat())
+}
+
+#[test]
+fn the_robot_in_all_forms() {
+    let text = graph(&["p3dx"]);
+    assert_eq!(text.code, 0, "{}", text.err);
+    assert!(text.out.starts_with("P3dxDeployment at 1e-4: "), "{}", text.out);
+    assert!(text.out.contains("│ ✓ 997 ≤ 1000 ms · 29.7 %"), "{}", text.out);
+    let svg = graph(&["p3dx", "--format", "svg"]).out;
+    assert!(svg.starts_with("<svg ") && svg.contains("prefers-color-scheme: dark"), "{svg}");
+    assert!(graph(&["p3dx", "--format", "dot"]).out.starts_with("digraph "));
+    let json: Value = serde_json::from_str(&graph(&["p3dx", "--format", "json"]).out).unwrap();
+    let nodes = json["nodes"].as_array().unwrap();
+    assert_eq!(nodes.len(), 10);
+    let navigation = nodes.iter().find(|node| node["instance"] == "navigation").unwrap();
+    assert_eq!((&navigation["response"], &navigation["priority"]), (&997.into(), &2.into()));
+    assert!(
+        navigation["place"].as_str().unwrap().starts_with("navigation_architecture.mal:"),
+        "{navigation}"
+    );
+    assert!(navigation.get("location").is_none());
+    // The figures are those of the analysis.
+    let wcrt = mauve(MAUVE, &models(), &["wcrt", "p3dx", "--format", "json"]).out;
+    let wcrt: Value = serde_json::from_str(&wcrt).unwrap();
+    for activity in wcrt["results"][0]["activities"].as_array().unwrap() {
+        let node = nodes.iter().find(|node| node["instance"] == activity["instance"]).unwrap();
+        assert_eq!((&node["response"], &node["status"]), (&activity["response"], &activity["status"]));
+    }
+}
+
+#[test]
+fn an_architecture_has_no_times() {
+    let found = graph(&["p3dx", "--architecture", "ExplorationP3dxArchitecture"]);
+    assert_eq!(found.code, 0, "{}", found.err);
+    assert!(
+        found.out.starts_with("ExplorationP3dxArchitecture\n") && !found.out.contains('✓'),
+        "{}",
+        found.out
+    );
+    let level = graph(&["p3dx", "--significance", "1e-6"]);
+    assert!(level.out.starts_with("P3dxDeployment at 1e-6: "), "{}", level.out);
+}
+
+#[test]
+fn what_cannot_be_shown_is_refused() {
+    for (arguments, message) in [
+        (&["p3dx", "--deployment", "Sea"][..], "no deployment `Sea`: there is exploration.P3dxDeployment"),
+        (&["p3dx", "--architecture", "Sea"], "no architecture `Sea`: there is "),
+        (&["p3dx", "--significance", "2"], "the significance is a number between 0 and 1"),
+        (&["p3dx", "--architecture", "A", "--deployment", "B"], "cannot be used with"),
+        (&["missing"], "missing"),
+    ] {
+        let found = graph(arguments);
+        assert!(found.code == 2 && found.err.contains(message), "{arguments:?}: {}", found.err);
+        assert_eq!(found.out, "", "{arguments:?}");
+    }
+    let none = run_in("none", &[("a.mal", "codel f(): int\n")], &["graph"]);
+    assert!(
+        none.code == 2 && none.err.contains("no deployment and no architecture in these models"),
+        "{}",
+        none.err
+    );
+    let several = [("a.mal", "architecture A { }\narchitecture B { }\n")];
+    let found = run_in("several", &several, &["graph"]);
+    assert!(found.code == 2 && found.err.contains("choose one with --architecture: A, B"), "{}", found.err);
+    // What is unknown is said, and is not left out silently.
+    let broken = [("a.mal", "architecture A { instance x: Missing  connection x.a -> y.b }\n")];
+    let found = run_in("broken", &broken, &["graph"]);
+    assert!(found.code == 1 && found.err.contains("incomplete: "), "{}", found.err);
+    assert!(found.out.contains("│ x: Missing │"), "{}", found.out);
+}
