@@ -2,6 +2,7 @@
 //! utilisations. By default, those of the only deployment, otherwise of the only architecture.
 
 use clap::ValueEnum;
+use mauve_diagnostics::errors_of;
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, Project, Workspace, names_of, projects, target_of};
 use mauve_ide::{Drawing, draw_graph, graph};
@@ -9,6 +10,7 @@ use mauve_timing::Level;
 use mauve_wcrt::Query;
 use serde_json::Value;
 
+use super::wcrt::with_errors;
 use super::{Outside, Paths, say};
 use crate::Output;
 use crate::graph_document::graph_document;
@@ -82,7 +84,11 @@ impl Graph {
                 crate::json::text(&document)?
             }
         };
-        let code = u8::from(!graph.missing.is_empty());
+        let errors = errors_of(&db, project);
+        if errors > 0 {
+            say(&with_errors(errors));
+        }
+        let code = u8::from(errors > 0 || !graph.missing.is_empty());
         Ok(match self.format {
             Format::Text => Output::escaped(text, code),
             _ => Output::verbatim(text, code),
