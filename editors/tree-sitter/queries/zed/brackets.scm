@@ -1,0 +1,7 @@
+; Pairs of brackets for Zed.
+
+("{" @open "}" @close)
+
+("(" @open ")" @close)
+
+("[" @open "]" @close)
