@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use mauve_tests::sources::{literals, without_tests};
 
 /// Each crate, and the crates of the workspace that it may import.
-const MAP: [(&str, &[&str]); 11] = [
+const MAP: [(&str, &[&str]); 12] = [
     ("syntax", &[]),
     ("analysis/timing", &[]),
     ("analysis/pwcet", &[]),
@@ -36,6 +36,7 @@ const MAP: [(&str, &[&str]); 11] = [
             "mauve-ide",
         ],
     ),
+    ("editors/tree-sitter", &[]),
     ("tests", &[]),
     ("tests/fuzz", &[]),
 ];
