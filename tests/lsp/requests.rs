@@ -206,7 +206,7 @@ fn a_schedule_is_that_behind_a_response_time() {
     let drawn = format!("data-activity=\"{}\"><title>hokuyo, job 1", hokuyo["index"]);
     assert!(found["drawing"].as_str().unwrap().contains(&drawn), "{drawn}");
     // At a position, as text, and by name.
-    let mut params = text.at("teleop");
+    let mut params = text.at("activity teleop");
     params["drawing"] = json!("text");
     let found = client.call("mauve/schedule", params).unwrap();
     assert_eq!((&found["instance"], &found["bound"]), (&json!("teleop"), &json!(70)));

@@ -112,7 +112,7 @@ pub use hover::{Hover, HoverFormat, hover};
 pub use implementation::{codel_file, implementation};
 pub use inlay_hints::{EarlierFigures, HintOptions, HintStatus, InlayHint, hash_of_hints, inlay_hints};
 pub use levels::known_levels;
-pub use machine_view::{MachineEdge, MachineState, MachineView, component_at, state_machine};
+pub use machine_view::{MachineEdge, MachineState, MachineView, component_at, end_of_item, state_machine};
 pub use markdown::Links;
 pub use project::projects_with;
 pub use references::{Access, Reference, highlights, references};

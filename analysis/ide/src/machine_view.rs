@@ -5,9 +5,9 @@ use mauve_diagnostics::timing_reason;
 use mauve_hir::item_tree::{HookKind, Kind, Name, State, Transition};
 use mauve_hir::{
     Decl, File, Location, ModelDb, ProgramId, Workspace, architecture, behaviour_of, core, core_of,
-    declaration_at, names_of, resolve_type,
+    declaration_at, is_model, names_of, parse, resolve_type,
 };
-use mauve_syntax::{TextRange, TextSize};
+use mauve_syntax::{SyntaxKind, TextRange, TextSize};
 use mauve_timing::{Level, Time, worst_trace};
 use mauve_wcrt::{Psm, TableSet, first_tables, psm_of, system_of, tables_of};
 use rustc_hash::FxHashMap;
@@ -140,6 +140,20 @@ pub fn state_machine<'db>(
     view
 }
 
+/// Returns the end of the activity or the instance at `offset`, otherwise `offset`: a location in it is that of its name, which a
+/// keyword precedes.
+pub fn end_of_item(db: &dyn ModelDb, file: File, offset: TextSize) -> TextSize {
+    if !is_model(file.path(db)) {
+        return offset;
+    }
+    let root = parse(db, file).syntax();
+    let token =
+        (offset <= root.text_range().end()).then(|| root.token_at_offset(offset).right_biased()).flatten();
+    let mut around = token.into_iter().flat_map(|token| token.parent_ancestors());
+    let item = around.find(|node| matches!(node.kind(), SyntaxKind::ACTIVITY | SyntaxKind::INSTANCE));
+    item.map_or(offset, |item| item.text_range().end())
+}
+
 /// Returns the component at `offset`, with the timing tables of a project that has it: the declaration at `offset` is the
 /// component, its core, an instance of it, or an activity of such an instance. The tables are those of the deployment of the
 /// activity, otherwise [the first of those that execute it](first_tables).
@@ -150,7 +164,8 @@ pub fn component_at<'db>(
     offset: TextSize,
 ) -> Option<(TableSet<'db>, Decl<'db>)> {
     let decl = declaration_at(db, file, TextRange::empty(offset))?;
-    // The last one that begins before `offset`.
+    // The last one that begins before the end of the item at `offset`.
+    let offset = end_of_item(db, file, offset);
     let is_before = |place: &Location<'_>| place.range(db).start() <= offset;
     projects_with(db, workspaces, file).into_iter().find_map(|project| {
         let names = names_of(db, project);

@@ -43,6 +43,16 @@ vim.api.nvim_create_autocmd('LspDetach', {
 
 vim.api.nvim_create_autocmd({ 'WinResized', 'BufWinEnter' }, { group = group, callback = figures.redraw })
 
+-- The diagnostics come with each analysis, also with one of another file.
+vim.api.nvim_create_autocmd({ 'TextChanged', 'TextChangedI', 'TextChangedP', 'DiagnosticChanged' }, {
+  group = group,
+  callback = function(event)
+    if package.loaded['mauve.drawings'] and vim.list_contains({ 'mauve', 'toml' }, vim.bo[event.buf].filetype) then
+      require('mauve.drawings').update()
+    end
+  end,
+})
+
 vim.api.nvim_create_autocmd('FileType', {
   group = group,
   pattern = { 'mauve', 'toml' },
@@ -59,6 +69,11 @@ local commands = {
   restart = mauve.restart,
   significance = mauve.choose_significance,
 }
+for _, kind in ipairs({ 'graph', 'machine', 'schedule', 'times', 'tree' }) do
+  commands[kind] = function(where)
+    require('mauve.drawings').show(kind, where)
+  end
+end
 
 vim.api.nvim_create_user_command('Mauve', function(command)
   local name, argument = unpack(command.fargs)
@@ -75,6 +90,8 @@ end, {
     local known = vim.tbl_keys(commands)
     if line:find('Mauve%s+generate%s') then
       known = require('mauve.generate').deployments()
+    elseif line:find('Mauve%s+%a+%s') and require('mauve.drawings').kinds[line:match('Mauve%s+(%a+)%s')] then
+      known = { 'split', 'float', 'browser' }
     elseif line:find('Mauve%s+%S+%s') then
       known = {}
     end

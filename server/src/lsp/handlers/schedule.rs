@@ -15,7 +15,7 @@
 use mauve_diagnostics::{reasons_of, times_of};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, Project};
-use mauve_ide::{Drawing, GraphsOf, WorstOf, draw_schedule, no_worst_case, selected_graphs};
+use mauve_ide::{Drawing, GraphsOf, WorstOf, draw_schedule, end_of_item, no_worst_case, selected_graphs};
 use mauve_timing::Unit;
 use mauve_wcrt::{ActivityReport, Query, Verdict, response_times, simulated};
 use salsa::Database as _;
@@ -154,7 +154,7 @@ fn at_position(
     let db = &snapshot.db;
     let (file, lines) = snapshot.file(&params.text_document)?;
     let Some(position) = params.position.filter(|_| of.file(db) == file) else { return Ok(None) };
-    let offset = lines.offset(position);
+    let offset = end_of_item(db, file, lines.offset(position));
     // Activities of other files, or without a place of their own, are not here.
     let starts = activities.iter().enumerate().filter_map(|(index, activity)| {
         let at = activity.at.as_ref().filter(|at| at.file(db) == file)?;

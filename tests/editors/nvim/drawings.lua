@@ -1,0 +1,216 @@
+-- The drawings of the sample robot: opened, read, followed to their source, and changed by edits. Run by ./run.
+
+local checking = dofile(vim.fs.joinpath(vim.fs.dirname(debug.getinfo(1, 'S').source:sub(2)), 'checking.lua'))
+local check, equal, wait = checking.check, checking.equal, checking.wait
+
+local file = vim.fs.joinpath(checking.folder, 'deployment.mal')
+
+local function text_of(buffer)
+  return table.concat(vim.api.nvim_buf_get_lines(buffer, 0, -1, false), '\n')
+end
+
+--- The buffer of a drawing in the current window, once it is there.
+local function wait_for_drawing(kind)
+  wait('a window with the ' .. kind, function()
+    return vim.api.nvim_buf_get_name(0)
+  end, function(name)
+    return name:find('mauve://' .. kind, 1, true)
+  end)
+  return vim.api.nvim_get_current_buf()
+end
+
+local function wait_for_text(buffer, ...)
+  local texts = { ... }
+  wait('a drawing with ' .. vim.inspect(texts), function()
+    return text_of(buffer)
+  end, function(text)
+    return vim.iter(texts):all(function(part)
+      return text:find(part, 1, true)
+    end)
+  end)
+end
+
+local function put_cursor(text)
+  for number, line in ipairs(vim.api.nvim_buf_get_lines(0, 0, -1, false)) do
+    local column = line:find(text, 1, true)
+    if column then
+      vim.api.nvim_win_set_cursor(0, { number, column - 1 })
+      return
+    end
+  end
+  error('no line has ' .. text .. ':\n' .. text_of(0))
+end
+
+local function press(keys)
+  vim.api.nvim_feedkeys(vim.keycode(keys), 'xt', false)
+end
+
+vim.cmd.edit(file)
+local source = vim.api.nvim_get_current_buf()
+local source_window = vim.api.nvim_get_current_win()
+
+local function replace(old, new)
+  for number, line in ipairs(vim.api.nvim_buf_get_lines(source, 0, -1, false)) do
+    local first, last = line:find(old, 1, true)
+    if first then
+      vim.api.nvim_buf_set_text(source, number - 1, first - 1, number - 1, last, { new })
+      -- As when it is typed.
+      vim.api.nvim_exec_autocmds('TextChanged', { buffer = source })
+      return
+    end
+  end
+  error('no line has ' .. old)
+end
+
+check('the server has analysed', function()
+  wait('a server', function()
+    return vim.lsp.get_clients({ bufnr = source, name = 'mauve' })
+  end, function(clients)
+    return clients[1] and clients[1].initialized
+  end)
+end)
+
+local graph
+check('the architecture, with response times', function()
+  vim.cmd('Mauve graph')
+  graph = wait_for_drawing('graph')
+  wait_for_text(graph, 'P3dxDeployment at 1e-4', '│ navigation: Navigation', '✓ 997 ≤ 1000 ms · 29.7 %')
+  equal(false, vim.wo.wrap)
+  equal(false, vim.bo.modifiable)
+end)
+
+check('Enter goes to the activity, in the window of the text', function()
+  put_cursor('teleop: Teleop')
+  press('<CR>')
+  equal(source_window, vim.api.nvim_get_current_win())
+  wait('the activity', vim.api.nvim_get_current_line, function(line)
+    return line:find('activity teleop', 1, true)
+  end)
+end)
+
+check('an edit changes the drawing, and nothing moves', function()
+  local before = vim.api.nvim_buf_get_lines(graph, 0, -1, false)
+  put_cursor('activity teleop')
+  local line = vim.api.nvim_get_current_line()
+  replace(line, (line:gsub('period = 100 ', 'period = 200 ')))
+  wait('another utilisation', function()
+    return text_of(graph)
+  end, function(text)
+    return text:find('70 ≤ 100 ms · 3.5 %', 1, true)
+  end)
+  equal(#before, #vim.api.nvim_buf_get_lines(graph, 0, -1, false))
+  vim.cmd('silent undo')
+  vim.api.nvim_exec_autocmds('TextChanged', { buffer = source })
+  wait_for_text(graph, '70 ≤ 100 ms · 7.0 %')
+  equal(before, vim.api.nvim_buf_get_lines(graph, 0, -1, false))
+end)
+
+check('q closes it', function()
+  vim.api.nvim_set_current_win(vim.fn.win_findbuf(graph)[1])
+  press('q')
+  equal(false, vim.api.nvim_buf_is_valid(graph))
+  vim.api.nvim_set_current_win(source_window)
+end)
+
+check('the state machine of the component at the cursor, in a float', function()
+  put_cursor('activity navigation')
+  put_cursor('navigation')
+  vim.cmd('Mauve machine float')
+  local machine = wait_for_drawing('machine')
+  equal('editor', vim.api.nvim_win_get_config(0).relative)
+  wait_for_text(machine, '> Waiting', 'already_there: 297*')
+  put_cursor('Planning')
+  press('<CR>')
+  wait('the state', function()
+    return { vim.fs.basename(vim.api.nvim_buf_get_name(0)), vim.api.nvim_get_current_line() }
+  end, function(seen)
+    return seen[1] == 'navigation.mal' and seen[2]:find('state Planning', 1, true)
+  end)
+  vim.cmd.buffer(source)
+  vim.api.nvim_set_current_win(vim.fn.win_findbuf(machine)[1])
+  vim.cmd.close()
+end)
+
+check('the schedule of the activity at the cursor', function()
+  vim.api.nvim_set_current_win(source_window)
+  put_cursor('activity teleop')
+  vim.cmd('Mauve schedule')
+  local schedule = wait_for_drawing('schedule')
+  wait_for_text(schedule, 'job 1 of teleop responds in 70 ms, which is its bound', '█ executes')
+  put_cursor('hokuyo')
+  press('<CR>')
+  wait('the activity', vim.api.nvim_get_current_line, function(line)
+    return line:find('activity hokuyo', 1, true)
+  end)
+  vim.api.nvim_set_current_win(vim.fn.win_findbuf(schedule)[1])
+  press('q')
+end)
+
+check('the times of a codel', function()
+  vim.api.nvim_set_current_win(source_window)
+  vim.cmd.edit(vim.fs.joinpath(checking.folder, 'components/p3dx_driver.mal'))
+  put_cursor('aria_drive')
+  vim.cmd('Mauve times')
+  local times = wait_for_drawing('times')
+  wait_for_text(times, 'aria_drive: probability that an execution exceeds a time', '1e-4', '(current level)')
+  press('q')
+  vim.cmd.buffer(source)
+end)
+
+check('the tree of instances', function()
+  vim.api.nvim_set_current_win(source_window)
+  vim.cmd('Mauve tree')
+  local tree = wait_for_drawing('tree')
+  wait_for_text(tree, 'P3dxDeployment at 0.0001\n  CPU 1  ', '    ✓ hokuyo ', '53 ≤ 100 ms', '  CPU 2  78.9 %', '    ✓ gmapping  789 ≤ 1000 ms')
+  put_cursor('gmapping')
+  press('<CR>')
+  wait('the activity', vim.api.nvim_get_current_line, function(line)
+    return line:find('activity gmapping', 1, true)
+  end)
+  replace('deadline = 1000', 'deadline = 990')
+  wait('a missed deadline', function()
+    return text_of(tree)
+  end, function(text)
+    return text:find('✗ ', 1, true) and text:find('> 990 ms', 1, true)
+  end)
+  vim.cmd('silent undo')
+  vim.api.nvim_set_current_win(vim.fn.win_findbuf(tree)[1])
+  press('q')
+end)
+
+check('the drawing in the browser', function()
+  local opened
+  vim.ui.open = function(path)
+    opened = path
+  end
+  vim.api.nvim_set_current_win(source_window)
+  vim.cmd('Mauve graph browser')
+  wait('a file', function()
+    return opened
+  end, function(path)
+    return path ~= nil
+  end)
+  local svg = table.concat(vim.fn.readfile(opened), '\n')
+  equal('<svg ', svg:sub(1, 5))
+  equal(true, svg:find('✓ 997 ≤ 1000 ms', 1, true) ~= nil)
+end)
+
+check('a drawing of what is not there is refused', function()
+  local said
+  local notify = vim.notify
+  vim.notify = function(message)
+    said = message
+  end
+  vim.api.nvim_win_set_cursor(source_window, { 1, 0 })
+  vim.cmd('Mauve machine')
+  wait('a message', function()
+    return said
+  end, function(message)
+    return message and message:find('no component, instance or activity here', 1, true)
+  end)
+  vim.cmd('Mauve graph moon')
+  equal('mauve: no place "moon"; there are: split, float, browser', said)
+  vim.notify = notify
+end)
+
+checking.done()
