@@ -64,6 +64,11 @@ local function figure(node)
   return node.status ~= vim.NIL and (node.status:gsub('-', ' ')) or ''
 end
 
+--- A significance level as the server writes it: `1e-4`.
+local function level(value)
+  return (('%.6e'):format(value):gsub('%.?0*e', 'e'):gsub('e([+-])0+', 'e%1'))
+end
+
 --- The CPUs of a mask: `CPU 1`, `CPUs 1 and 2`.
 local function cpus(mask)
   local names = {}
@@ -77,7 +82,7 @@ end
 
 --- The instances of a graph below their CPUs, those of a higher priority first.
 local function tree_of(graph)
-  local at = graph.significance ~= vim.NIL and (' at %g'):format(graph.significance) or ''
+  local at = graph.significance ~= vim.NIL and ' at ' .. level(graph.significance) or ''
   local lines, groups, masks = { graph.name .. at }, {}, {}
   for _, node in ipairs(graph.nodes) do
     local mask = type(node.affinity) == 'number' and node.affinity or 0
