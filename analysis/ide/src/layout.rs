@@ -14,7 +14,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use dagre::graph::{Graph, GraphOptions};
-use dagre::{EdgeLabel, LayoutOptions, NodeLabel, RankDir, Ranker};
+use dagre::layout::types::LabelPos;
+use dagre::{EdgeLabel, LayoutOptions, NodeLabel, RankDir};
 
 /// A diagram without positions.
 #[derive(Debug, Clone, Default)]
@@ -120,8 +121,9 @@ pub(crate) struct PlacedLine {
     pub(crate) label: Option<Area>,
 }
 
-/// More boxes than this are ranked in a simpler, faster way.
-const MANY_BOXES: usize = 150;
+/// With more boxes and places where lines pass a column, `dagre` takes too long for an editor: its time grows with the square. Such a
+/// diagram is drawn in a simpler way, with more crossings.
+const MANY_ITEMS: usize = 600;
 /// More turns than this between two columns are not ordered.
 const MANY_TURNS: usize = 300;
 
@@ -166,6 +168,8 @@ struct Layout<'a> {
     lines: Vec<usize>,
     /// The lines from a box to itself.
     loops: Vec<usize>,
+    /// The position of each box in an order that most lines follow.
+    order: Vec<usize>,
     columns: Vec<Vec<Item>>,
     /// The column of each box.
     column_of: Vec<usize>,
@@ -178,23 +182,26 @@ impl<'a> Layout<'a> {
             |line: &&usize| diagram.lines.get(**line).is_some_and(|line| line.source.0 == line.target.0);
         let loops: Vec<usize> = usable.iter().filter(is_loop).copied().collect();
         let lines: Vec<usize> = usable.iter().filter(|line| !is_loop(line)).copied().collect();
+        let ends = |line: &usize| diagram.lines.get(*line).map(|line| (line.source.0, line.target.0));
+        let order = order_of(diagram.boxes.len(), &lines.iter().filter_map(ends).collect::<Vec<_>>());
         let mut layout = Layout {
             diagram,
             spacing,
             lines,
             loops,
+            order,
             columns: Vec::new(),
             column_of: vec![0; diagram.boxes.len()],
             boxes: vec![PlacedBox::default(); diagram.boxes.len()],
         };
-        // The columns do not depend on sizes; the sizes depend on the sides that lines leave to.
-        let ranked = layout.ranked(&vec![(1.0, 1.0); diagram.boxes.len()]);
-        layout.assign_columns(&ranked);
         layout.make_slots();
-        let sizes: Vec<(f64, f64)> =
-            (0..diagram.boxes.len()).map(|number| layout.outer_size(number)).collect();
-        let ranked = layout.ranked(&sizes);
-        layout.assign_columns(&ranked);
+        let ranks = layout.ranks();
+        let lanes = layout.lines.iter().map(|&line| layout.span(line, &ranks).count()).sum::<usize>();
+        match diagram.boxes.len() + lanes > MANY_ITEMS {
+            true => layout.assign_simply(&ranks),
+            false => layout.assign_by_dagre(),
+        }
+        layout.number_columns();
         layout
     }
 
@@ -203,41 +210,80 @@ impl<'a> Layout<'a> {
         self.diagram.lines.get(line).copied().unwrap_or(none)
     }
 
-    /// Returns the graph with the positions that `dagre` proposes.
-    fn ranked(&self, sizes: &[(f64, f64)]) -> Graph<NodeLabel, EdgeLabel> {
+    /// The left and the right box of a line.
+    fn ends_of(&self, line: usize) -> (usize, usize) {
+        let LineEnds { source, target, .. } = self.line(line);
+        match self.sides(self.line(line)) {
+            (Side::Right, _) => (source.0, target.0),
+            (Side::Left, _) => (target.0, source.0),
+        }
+    }
+
+    /// The rank of each box: greater than those to the left of its lines. There is a rank for labels between two ranks of boxes.
+    fn ranks(&self) -> Vec<usize> {
+        let mut by_left: Vec<Vec<usize>> = vec![Vec::new(); self.diagram.boxes.len()];
+        for &line in &self.lines {
+            let (left, right) = self.ends_of(line);
+            if let Some(rights) = by_left.get_mut(left) {
+                rights.push(right);
+            }
+        }
+        let mut boxes: Vec<usize> = (0..self.diagram.boxes.len()).collect();
+        boxes.sort_by_key(|&number| self.order.get(number).copied());
+        let mut ranks = vec![0; self.diagram.boxes.len()];
+        for left in boxes {
+            let rank: usize = ranks.get(left).copied().unwrap_or_default();
+            for &right in by_left.get(left).into_iter().flatten() {
+                if let Some(other) = ranks.get_mut(right) {
+                    *other = (*other).max(rank + 2);
+                }
+            }
+        }
+        ranks
+    }
+
+    /// The ranks between the ends of a line.
+    fn span(&self, line: usize, ranks: &[usize]) -> std::ops::Range<usize> {
+        let (left, right) = self.ends_of(line);
+        let rank = |number: usize| ranks.get(number).copied().unwrap_or_default();
+        rank(left) + 1..rank(right)
+    }
+
+    /// The content of a column where a line passes, and its height.
+    fn passing(&self, line: usize, has_label: bool) -> (Content, f64) {
+        match self.line(line).label {
+            Some((_, height)) if has_label => {
+                (Content::Label(line), height + self.spacing.label + self.spacing.line)
+            }
+            _ => (Content::Line(line), self.spacing.line),
+        }
+    }
+
+    /// Fills `columns` as `dagre` proposes.
+    fn assign_by_dagre(&mut self) {
         let mut graph: Graph<NodeLabel, EdgeLabel> =
             Graph::with_options(GraphOptions { directed: true, multigraph: true, compound: false });
-        for (number, &(width, height)) in sizes.iter().enumerate() {
+        for number in 0..self.diagram.boxes.len() {
+            let (width, height) = self.outer_size(number);
             graph.set_node(box_key(number), Some(NodeLabel { width, height, ..NodeLabel::default() }));
         }
         for &line in &self.lines {
-            let LineEnds { source, target, label } = self.line(line);
-            let (width, height) = label.unwrap_or_default();
-            let height = if label.is_some() { height + self.spacing.label + self.spacing.line } else { 0.0 };
-            let edge = EdgeLabel {
-                width,
-                height,
-                labelpos: dagre::layout::types::LabelPos::Center,
-                ..EdgeLabel::default()
+            let (left, right) = self.ends_of(line);
+            let (width, height) = match self.line(line).label {
+                Some((width, _)) => (width, self.passing(line, true).1),
+                None => (0.0, 0.0),
             };
-            graph.set_edge(box_key(source.0), box_key(target.0), Some(edge), Some(&line_key(line)));
+            let edge = EdgeLabel { width, height, labelpos: LabelPos::Center, ..EdgeLabel::default() };
+            graph.set_edge(box_key(left), box_key(right), Some(edge), Some(&line_key(line)));
         }
-        let many = sizes.len() > MANY_BOXES;
         let options = LayoutOptions {
             rankdir: RankDir::LR,
             nodesep: self.spacing.boxes,
             edgesep: self.spacing.lines,
             ranksep: 10.0,
-            acyclicer: Some(dagre::Acyclicer::Greedy),
-            ranker: if many { Ranker::LongestPath } else { Ranker::NetworkSimplex },
             ..LayoutOptions::default()
         };
         dagre::layout(&mut graph, Some(options));
-        graph
-    }
-
-    /// Fills `columns` and `column_of`.
-    fn assign_columns(&mut self, graph: &Graph<NodeLabel, EdgeLabel>) {
         // Items by the horizontal position of their middle, which all items of a rank share.
         let mut ranks: BTreeMap<i64, Vec<Item>> = BTreeMap::new();
         let rank = |x: f64| (x * 8.0).round() as i64;
@@ -247,44 +293,95 @@ impl<'a> Layout<'a> {
             let (x, y) = node.and_then(|node| Some((node.x?, node.y?))).unwrap_or_default();
             let (_, height) = self.outer_size(number);
             *rank_of = rank(x);
-            ranks.entry(rank(x)).or_default().push(Item {
-                content: Content::Box(number),
-                top: y - height / 2.0,
-                height,
-            });
+            let item = Item { content: Content::Box(number), top: y - height / 2.0, height };
+            ranks.entry(rank(x)).or_default().push(item);
         }
         for &line in &self.lines {
-            let LineEnds { source, target, label } = self.line(line);
-            let Some(edge) = graph.edge(&box_key(source.0), &box_key(target.0), Some(&line_key(line))) else {
+            let (left, right) = self.ends_of(line);
+            let Some(edge) = graph.edge(&box_key(left), &box_key(right), Some(&line_key(line))) else {
                 continue;
             };
-            let label_at = edge.x.map(rank).filter(|_| label.is_some());
-            let ends = [source.0, target.0].map(|number| rank_of.get(number).copied().unwrap_or_default());
-            let between = ends.iter().min().copied().unwrap_or_default()
-                ..ends.iter().max().copied().unwrap_or_default();
+            let label_at = edge.x.map(rank);
+            let rank_of = |number: usize| rank_of.get(number).copied().unwrap_or_default();
             for point in &edge.points {
                 let at = rank(point.x);
                 // The first and the last one are on the borders of the boxes.
-                if at <= between.start
-                    || at >= between.end
-                    || ranks.get(&at).is_some_and(|items| has_line(items, line))
-                {
-                    continue;
+                let is_known = ranks.get(&at).is_some_and(|items| has_line(items, line));
+                if at > rank_of(left) && at < rank_of(right) && !is_known {
+                    let (content, height) = self.passing(line, label_at == Some(at));
+                    ranks.entry(at).or_default().push(Item { content, top: point.y - height / 2.0, height });
                 }
-                let (content, height) = match label {
-                    Some((_, height)) if label_at == Some(at) => {
-                        (Content::Label(line), height + self.spacing.label + self.spacing.line)
-                    }
-                    _ => (Content::Line(line), self.spacing.line),
-                };
-                ranks.entry(at).or_default().push(Item { content, top: point.y - height / 2.0, height });
             }
         }
-        // Points on the borders of boxes are no ranks of their own, and a rank of lines alone needs no place.
-        self.columns = ranks
-            .into_values()
-            .filter(|items| items.iter().any(|item| !matches!(item.content, Content::Line(_))))
-            .collect();
+        self.columns = ranks.into_values().collect();
+    }
+
+    /// Fills `columns` by rank, each item near those that its lines come from.
+    fn assign_simply(&mut self, ranks: &[usize]) {
+        let mut columns: Vec<Vec<Item>> = vec![Vec::new(); ranks.iter().max().map_or(0, |most| most + 1)];
+        for (number, &rank) in ranks.iter().enumerate() {
+            let (_, height) = self.outer_size(number);
+            if let Some(items) = columns.get_mut(rank) {
+                items.push(Item { content: Content::Box(number), top: 0.0, height });
+            }
+        }
+        for &line in &self.lines {
+            let span = self.span(line, ranks);
+            for rank in span.clone() {
+                let (content, height) = self.passing(line, rank == span.start);
+                if let Some(items) = columns.get_mut(rank) {
+                    items.push(Item { content, top: 0.0, height });
+                }
+            }
+        }
+        let mut incoming: Vec<Vec<usize>> = vec![Vec::new(); ranks.len()];
+        for &line in &self.lines {
+            let (_, right) = self.ends_of(line);
+            if let Some(incoming) = incoming.get_mut(right) {
+                incoming.push(line);
+            }
+        }
+        // The last height of each line, from the left.
+        let mut height_of: BTreeMap<usize, f64> = BTreeMap::new();
+        for items in &mut columns {
+            for item in items.iter_mut() {
+                item.top = match item.content {
+                    Content::Line(line) | Content::Label(line) => {
+                        height_of.get(&line).copied().unwrap_or_default()
+                    }
+                    Content::Box(number) => {
+                        let lines = incoming.get(number).into_iter().flatten();
+                        let heights: Vec<f64> =
+                            lines.filter_map(|line| height_of.get(line).copied()).collect();
+                        heights.iter().sum::<f64>() / heights.len().max(1) as f64
+                    }
+                };
+            }
+            items.sort_by(|a, b| a.top.total_cmp(&b.top));
+            let mut free = 0.0;
+            for item in items.iter_mut() {
+                item.top = free;
+                free += item.height + self.spacing.boxes;
+                if let Content::Line(line) | Content::Label(line) = item.content {
+                    height_of.insert(line, item.top);
+                }
+            }
+            for item in items.iter() {
+                if let Content::Box(number) = item.content {
+                    for &line in &self.lines {
+                        if self.ends_of(line).0 == number {
+                            height_of.insert(line, item.top + item.height / 2.0);
+                        }
+                    }
+                }
+            }
+        }
+        self.columns = columns;
+    }
+
+    /// Drops columns that have lines only, orders the others, and fills `column_of`.
+    fn number_columns(&mut self) {
+        self.columns.retain(|items| items.iter().any(|item| !matches!(item.content, Content::Line(_))));
         for (index, items) in self.columns.iter_mut().enumerate() {
             items.sort_by(|a, b| (a.top + a.height / 2.0).total_cmp(&(b.top + b.height / 2.0)));
             for item in items.iter() {
@@ -329,8 +426,8 @@ impl<'a> Layout<'a> {
 
     /// The sides at which a line leaves its source and reaches its target.
     fn sides(&self, line: LineEnds) -> (Side, Side) {
-        let column = |number: usize| self.column_of.get(number).copied().unwrap_or_default();
-        match column(line.source.0) <= column(line.target.0) {
+        let position = |number: usize| self.order.get(number).copied().unwrap_or_default();
+        match position(line.source.0) <= position(line.target.0) {
             true => (Side::Right, Side::Left),
             false => (Side::Left, Side::Right),
         }
@@ -796,6 +893,60 @@ impl Gap {
     }
 }
 
+/// Returns the position of each box in an order that as many lines as possible follow from their source to their target: the
+/// heuristic of Eades, Lin and Smyth (A fast and effective heuristic for the feedback arc set problem, 1993).
+fn order_of(count: usize, lines: &[(usize, usize)]) -> Vec<usize> {
+    let (mut sources, mut targets) = (vec![Vec::new(); count], vec![Vec::new(); count]);
+    for &(source, target) in lines {
+        if let (Some(of_target), Some(of_source)) = (sources.get_mut(target), targets.get_mut(source)) {
+            of_target.push(source);
+            of_source.push(target);
+        }
+    }
+    // Lines to and from boxes that are left.
+    let degrees = |lists: &[Vec<usize>]| lists.iter().map(Vec::len).collect::<Vec<usize>>();
+    let (mut incoming, mut outgoing) = (degrees(&sources), degrees(&targets));
+    let mut left: BTreeSet<usize> = (0..count).collect();
+    let (mut start, mut end) = (Vec::new(), Vec::new());
+    let degree = |degrees: &[usize], number: usize| degrees.get(number).copied().unwrap_or_default();
+    while !left.is_empty() {
+        let source = left.iter().copied().find(|&number| degree(&incoming, number) == 0);
+        let sink = left.iter().rev().copied().find(|&number| degree(&outgoing, number) == 0);
+        let chosen = match (source, sink) {
+            (Some(source), _) => source,
+            (None, Some(sink)) => sink,
+            // The first of those with the most lines out and the fewest in.
+            (None, None) => {
+                let gain =
+                    |&number: &usize| degree(&outgoing, number) as isize - degree(&incoming, number) as isize;
+                left.iter().copied().rev().max_by_key(gain).unwrap_or_default()
+            }
+        };
+        match source.is_none() && sink.is_some() {
+            true => end.push(chosen),
+            false => start.push(chosen),
+        }
+        left.remove(&chosen);
+        for &other in targets.get(chosen).into_iter().flatten() {
+            if let Some(degree) = incoming.get_mut(other) {
+                *degree = degree.saturating_sub(1);
+            }
+        }
+        for &other in sources.get(chosen).into_iter().flatten() {
+            if let Some(degree) = outgoing.get_mut(other) {
+                *degree = degree.saturating_sub(1);
+            }
+        }
+    }
+    let mut order = vec![0; count];
+    for (position, number) in start.into_iter().chain(end.into_iter().rev()).enumerate() {
+        if let Some(it) = order.get_mut(number) {
+            *it = position;
+        }
+    }
+    order
+}
+
 fn is_of_line(content: Content, line: usize) -> bool {
     content == Content::Line(line) || content == Content::Label(line)
 }
@@ -942,8 +1093,11 @@ mod tests {
     #[test]
     fn large_diagrams_are_placed() {
         let mut random = Random(2);
-        let diagram = random_diagram(&mut random, 400, true);
-        check(&diagram, PIXELS);
+        for has_ports in [true, false] {
+            let diagram = random_diagram(&mut random, 200, has_ports);
+            check(&diagram, PIXELS);
+            check(&diagram, CELLS);
+        }
     }
 
     #[test]
@@ -954,6 +1108,18 @@ mod tests {
         let placement = place(&Diagram { boxes, lines: vec![line(2, 0), line(0, 1)] }, CELLS);
         let x: Vec<f64> = placement.boxes.iter().map(|it| it.area.x).collect();
         assert!(x[2] < x[0] && x[0] < x[1], "{x:?}");
+    }
+
+    #[test]
+    fn few_lines_go_back() {
+        // A pipeline with one way back, whatever the order of its boxes.
+        for first in 0..5 {
+            let lines: Vec<(usize, usize)> =
+                (0..5).map(|it| ((it + first) % 5, (it + 1 + first) % 5)).collect();
+            let order = order_of(5, &lines);
+            assert_eq!(lines.iter().filter(|(a, b)| order[*a] > order[*b]).count(), 1, "{order:?}");
+        }
+        assert_eq!(order_of(3, &[(2, 1), (1, 0)]), [2, 1, 0]);
     }
 
     #[test]
