@@ -38,6 +38,21 @@ fn the_robot_in_all_forms() {
     }
 }
 
+/// `tests/pictures/make` makes them.
+#[test]
+fn the_pictures_of_the_documents_are_current() {
+    for (picture, arguments) in [
+        ("architecture", &["graph", "p3dx"][..]),
+        ("state_machine", &["psm", "p3dx", "Navigation"]),
+        ("schedule", &["simulate", "p3dx", "--worst", "navigation"]),
+    ] {
+        let drawn = mauve(MAUVE, &models(), &[arguments, &["--format", "svg"]].concat()).out;
+        let path = models().join(format!("../pictures/{picture}.svg"));
+        let kept = std::fs::read_to_string(&path).unwrap();
+        assert!(drawn == kept, "{} is not what `mauve {}` draws", path.display(), arguments.join(" "));
+    }
+}
+
 #[test]
 fn an_architecture_has_no_times() {
     let found = graph(&["p3dx", "--architecture", "ExplorationP3dxArchitecture"]);
