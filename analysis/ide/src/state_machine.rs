@@ -109,6 +109,7 @@ impl<'a> Machine<'a> {
                 *greatest = (number, edge);
             }
         }
+        let at_state = |state: usize| view.states.get(state).map_or(&None, |state| &state.at);
         let worst = |number: usize| view.worst_trace.contains(&number);
         let in_worst = |state: usize| {
             let edges = view.worst_trace.iter().filter_map(|&edge| view.edges.get(edge));
@@ -123,7 +124,8 @@ impl<'a> Machine<'a> {
                 label: label(&time),
                 widest: label(&format!("{time:0>7}")),
                 is_worst: worst(number),
-                place: place_of(&edge.at),
+                // A period without a transition has the place of its state.
+                place: place_of(if edge.at.is_some() { &edge.at } else { at_state(edge.source) }),
             }
         };
         Machine {
