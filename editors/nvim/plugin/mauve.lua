@@ -53,6 +53,15 @@ vim.api.nvim_create_autocmd({ 'TextChanged', 'TextChangedI', 'TextChangedP', 'Di
   end,
 })
 
+vim.api.nvim_create_autocmd({ 'CursorMoved', 'CursorMovedI' }, {
+  group = group,
+  callback = function(event)
+    if package.loaded['mauve.drawings'] and vim.bo[event.buf].filetype == 'mauve' then
+      require('mauve.drawings').light()
+    end
+  end,
+})
+
 vim.api.nvim_create_autocmd('FileType', {
   group = group,
   pattern = { 'mauve', 'toml' },

@@ -88,6 +88,22 @@ check('Enter goes to the activity, in the window of the text', function()
   end)
 end)
 
+check('the activity at the cursor is lit', function()
+  local namespace = vim.api.nvim_get_namespaces()['mauve.drawings.lit']
+  local function lit_words()
+    return vim.tbl_map(function(extmark)
+      local line = vim.api.nvim_buf_get_lines(graph, extmark[2], extmark[2] + 1, false)[1]
+      return line:sub(extmark[3] + 1, extmark[4].end_col)
+    end, vim.api.nvim_buf_get_extmarks(graph, namespace, 0, -1, { details = true }))
+  end
+  vim.api.nvim_set_current_win(source_window)
+  for _, instance in ipairs({ 'hokuyo', 'teleop' }) do
+    put_cursor('activity ' .. instance)
+    vim.api.nvim_exec_autocmds('CursorMoved', { buffer = source })
+    equal({ instance }, lit_words())
+  end
+end)
+
 check('an edit changes the drawing, and nothing moves', function()
   local before = vim.api.nvim_buf_get_lines(graph, 0, -1, false)
   put_cursor('activity teleop')

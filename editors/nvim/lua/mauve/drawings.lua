@@ -197,9 +197,11 @@ M.kinds = {
 local shown = {}
 
 local namespace = vim.api.nvim_create_namespace('mauve.drawings')
+local lit = vim.api.nvim_create_namespace('mauve.drawings.lit')
 
 --- The colours of marks and figures.
 local function colour(buffer)
+  vim.api.nvim_set_hl(0, 'MauveHere', { link = 'Search', default = true })
   vim.api.nvim_buf_call(buffer, function()
     vim.cmd([[
       syntax clear
@@ -285,12 +287,38 @@ local function update(buffer)
       end
       drawing.places = kind.places(answer)
       mark(buffer)
+      if not shown[vim.api.nvim_get_current_buf()] then
+        M.light()
+      end
     end
     if again[buffer] then
       again[buffer] = nil
       update(buffer)
     end
   end)
+end
+
+--- Lights what the current line declares, in all drawings.
+function M.light()
+  if vim.tbl_isempty(shown) then
+    return
+  end
+  local uri, line = vim.uri_from_bufnr(0), vim.api.nvim_win_get_cursor(0)[1] - 1
+  for buffer, drawing in pairs(shown) do
+    vim.api.nvim_buf_clear_namespace(buffer, lit, 0, -1)
+    for word, place in pairs(drawing.places) do
+      if place.uri == uri and place.range.start.line == line then
+        local pattern = ('%%f[%%w_]%s%%f[^%%w_]'):format(vim.pesc(word))
+        for number, text in ipairs(vim.api.nvim_buf_get_lines(buffer, 0, -1, false)) do
+          local from, to = text:find(pattern)
+          while from do
+            vim.api.nvim_buf_set_extmark(buffer, lit, number - 1, from - 1, { end_col = to, hl_group = 'MauveHere' })
+            from, to = text:find(pattern, to + 1)
+          end
+        end
+      end
+    end
+  end
 end
 
 --- Goes to the source of the word at the cursor, in the window that the drawing was opened from.
