@@ -10,6 +10,7 @@ local M = {}
 ---@field method string
 ---@field at_cursor boolean  whether it shows what is at the cursor
 ---@field is_tree? boolean
+---@field pin? fun(params: table, answer: any)  asks for the same thing by its name, since edits move positions
 ---@field lines fun(answer: any): string[]
 ---@field places fun(answer: any): table<string, lsp.Location>  by the words that stand for them
 
@@ -157,6 +158,9 @@ M.kinds = {
     method = 'mauve/stateMachine',
     at_cursor = true,
     lines = drawing_of,
+    pin = function(params, machine)
+      params.component = machine.component
+    end,
     places = function(machine)
       local places = {}
       for _, state in ipairs(machine.states) do
@@ -172,6 +176,10 @@ M.kinds = {
     method = 'mauve/schedule',
     at_cursor = true,
     lines = drawing_of,
+    pin = function(params, schedule)
+      params.deployment = schedule.deployment
+      params.instance = schedule.instance ~= vim.NIL and schedule.instance or nil
+    end,
     places = function(schedule)
       local places = {}
       for _, activity in ipairs(schedule.activities) do
@@ -184,6 +192,9 @@ M.kinds = {
     method = 'mauve/executionTimes',
     at_cursor = true,
     lines = drawing_of,
+    pin = function(params, times)
+      params.codel = times.codel
+    end,
     places = function(times)
       local places = {}
       add(places, times.codel:match('[^.]+$'), times.location)
@@ -260,7 +271,10 @@ local function update(buffer)
     again[buffer] = true
     return
   end
-  local client = vim.lsp.get_clients({ name = 'mauve' })[1]
+  local of_source = vim.api.nvim_buf_is_valid(drawing.source)
+      and vim.lsp.get_clients({ name = 'mauve', bufnr = drawing.source })
+    or {}
+  local client = of_source[1] or vim.lsp.get_clients({ name = 'mauve' })[1]
   if not client then
     mark(buffer, 'no server is running')
     return
@@ -432,6 +446,10 @@ function M.show(kind, where)
     vim.bo[buffer].filetype = 'mauve-drawing'
     colour(buffer)
     write(buffer, lines)
+    if M.kinds[kind].pin then
+      M.kinds[kind].pin(params, answer)
+      params.position = nil
+    end
     shown[buffer] = { kind = kind, source = source, params = params, places = M.kinds[kind].places(answer), from = from }
     vim.keymap.set('n', 'q', '<Cmd>close<CR>', { buffer = buffer, nowait = true, desc = 'Close the drawing' })
     vim.keymap.set('n', '<CR>', function()
