@@ -351,33 +351,7 @@ mod tests {
     use super::*;
     use crate::fixture::Fixture;
     use crate::graph::graph;
-
-    const MODEL: &str = "
-codel see(): int  codel plan(): int
-shell L { output port scan: int  require stop(): int }
-shell P { input port scan: int  input port back: int  output port go: int  provide stop(): int }
-core CL(L) { update = { see(); } }  core CP(P) { provide stop(): int = { return 1; } update = { plan(); } }
-component Laser(L, CL)  component Pilot(P, CP)
-architecture Base { instance laser: Laser }
-architecture A {
-  import Base
-  instance pilot: Pilot  instance spare: Unknown
-  connection laser.scan -> pilot.scan
-  connection pilot.go -> pilot.back
-}
-architecture WithCall { import A operation laser.stop -> pilot.stop }
-deployment D {
-  architecture A
-  activity laser { priority = 2 period = 100 }
-  activity pilot { priority = 1 period = 100 deadline = 40 }
-  activity spare { priority = background }
-}
-//- /mauve.toml
-timing.tables = [\"t.toml\"]
-//- /t.toml
-codel.see = 20
-codel.plan = 30
-";
+    use crate::graph::tests::MODEL;
 
     fn drawn(name: &str, drawing: Drawing) -> String {
         let Fixture { db, workspace, .. } = Fixture::new(MODEL);

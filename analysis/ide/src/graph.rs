@@ -215,11 +215,12 @@ fn node<'db>(
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::fixture::Fixture;
 
-    const MODEL: &str = "
+    /// Also for drawings.
+    pub(crate) const MODEL: &str = "
 codel see(): int  codel plan(): int
 shell L { output port scan: int  require stop(): int }
 shell P { input port scan: int  input port back: int  output port go: int  provide stop(): int }
@@ -232,6 +233,7 @@ architecture A {
   connection laser.scan -> pilot.scan
   connection pilot.go -> pilot.back
 }
+architecture WithCall { import A operation laser.stop -> pilot.stop }
 deployment D {
   architecture A
   activity laser { priority = 2 period = 100 }
