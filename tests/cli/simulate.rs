@@ -126,6 +126,13 @@ fn a_gantt_chart() {
     assert_eq!((found.code, found.err.as_str()), (0, ""));
     assert!(found.out.starts_with("<svg ") && found.out.ends_with("</svg>\n"));
     assert!(found.out.contains("P3dxDeployment at 1e-4: a simulated schedule, seed 1"));
+    let found = run(&["p3dx", "--worst", "teleop", "--format", "text"]);
+    assert_eq!((found.code, found.err.as_str()), (0, ""));
+    assert!(found.out.contains("job 1 of teleop responds in 70 ms, which is its bound; times in ms\n"));
+    let of_teleop = found.out.lines().find(|line| line.starts_with("  teleop")).unwrap();
+    // A column is a millisecond: it waits for 63, then executes for 7.
+    let (waits, executes) = (of_teleop.matches('·').count(), of_teleop.matches('█').count());
+    assert_eq!((waits, executes), (63, 7), "{}", found.out);
 }
 
 #[test]

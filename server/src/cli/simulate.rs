@@ -62,6 +62,8 @@ pub(crate) struct Simulate {
 enum Format {
     /// The response times, for people.
     Table,
+    /// A Gantt chart for terminals.
+    Text,
     /// A Gantt chart for browsers.
     Svg,
     /// One document with the response times and the schedule.
@@ -75,7 +77,7 @@ impl Format {
     fn most_jobs(self, activities: usize) -> u64 {
         match self {
             Format::Table => 10_000,
-            Format::Svg => (8 * activities as u64).max(30),
+            Format::Svg | Format::Text => (8 * activities as u64).max(30),
             Format::Json | Format::Perfetto => 100_000,
         }
     }
@@ -84,7 +86,7 @@ impl Format {
     fn most_events(self) -> u64 {
         match self {
             Format::Table => 1_000_000_000,
-            Format::Svg => 50_000,
+            Format::Svg | Format::Text => 50_000,
             Format::Json | Format::Perfetto => 2_000_000,
         }
     }
@@ -252,13 +254,14 @@ impl Simulate {
                     several => json::text(&several)?,
                 }
             }
-            Format::Svg => {
+            Format::Svg | Format::Text => {
                 let it = only(all)?;
                 let what = it.worst_case();
                 let what = what.unwrap_or_else(|| format!("a simulated schedule, seed {}", self.seed));
                 let times = times_of(it.report.times.as_deref());
                 let title = format!("{} at {}{times}: {what}", it.name, it.level);
-                draw_schedule(&title, &it.deployment, &it.schedule, Drawing::Svg)
+                let drawing = if self.format == Format::Svg { Drawing::Svg } else { Drawing::Text };
+                draw_schedule(&title, &it.deployment, &it.schedule, drawing)
             }
             Format::Perfetto => trace_events::text(only(all)?)?,
         };
@@ -269,7 +272,11 @@ impl Simulate {
             say(&format!("no activity of {} can be simulated", it.name));
         }
         let is_fine = all.iter().all(Simulation::is_fine);
-        Ok(Output::verbatim(text, u8::from(!is_fine || errors > 0)))
+        let code = u8::from(!is_fine || errors > 0);
+        Ok(match self.format {
+            Format::Text => Output::escaped(text, code),
+            _ => Output::verbatim(text, code),
+        })
     }
 }
 
