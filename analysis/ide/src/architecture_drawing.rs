@@ -35,7 +35,7 @@ struct Figures {
     verdict: String,
     /// `29.7 %`; empty if unknown.
     load: String,
-    /// `priority 9 · 100 ms · CPU 1`.
+    /// `priority 9 · 100 ms · CPU 1`, in the title of its box: elsewhere, the deployment is beside the drawing.
     settings: String,
     /// The response time as a part of the deadline.
     part: Option<f64>,
@@ -70,7 +70,7 @@ impl Figures {
         Some(Figures {
             status,
             verdict,
-            load: node.load.map(|load| format!("{:.1} %", load * 100.0)).unwrap_or_default(),
+            load: node.load.map(percentage).unwrap_or_default(),
             settings: settings.join(" · "),
             part: part.filter(|_| matches!(activity.verdict, Verdict::RealTime(_))),
         })
@@ -82,6 +82,11 @@ impl Figures {
     fn with_load(&self) -> String {
         if self.load.is_empty() { self.verdict.clone() } else { format!("{} · {}", self.verdict, self.load) }
     }
+}
+
+/// Returns a utilisation in percent, at most seven letters long.
+fn percentage(load: f64) -> String {
+    if load < 9.995 { format!("{:.1} %", load * 100.0) } else { "> 999 %".to_owned() }
 }
 
 fn is_incoming(kind: FeatureKind) -> bool {
@@ -157,16 +162,19 @@ fn diagram(
 }
 
 const PIXELS: Spacing =
-    Spacing { boxes: 26.0, lines: 14.0, turns: 10.0, ends: 22.0, label: 4.0, margin: 24.0, line: 0.0 };
+    Spacing { boxes: 26.0, lines: 12.0, turns: 9.0, ends: 18.0, label: 4.0, margin: 24.0, line: 0.0 };
 
 /// The width of the part of a box with figures: it does not depend on them, so that a drawing keeps its shape while times change.
-const FIGURES: f64 = 216.0;
+const FIGURES: f64 = 168.0;
+/// The width of a utilisation.
+const LOAD: f64 = 56.0;
 
 fn svg(graph: &Graph<'_>) -> String {
     let has_figures = graph.report.is_some();
-    let head = if has_figures { 92.0 } else { 50.0 };
+    let head = if has_figures { 76.0 } else { 50.0 };
     let (diagram, ports) = diagram(graph, |node, ports| {
-        let names = text_width(&node.instance, 13.0, true).max(text_width(&node.component, 12.0, false));
+        let component = text_width(&node.component, 12.0, false) + if has_figures { LOAD } else { 0.0 };
+        let names = text_width(&node.instance, 13.0, true).max(component);
         let port = ports.iter().map(|(name, _)| text_width(name, 12.0, false)).fold(0.0, f64::max);
         let width = (names + 28.0).max(2.0 * port + 44.0).max(if has_figures { FIGURES } else { 120.0 });
         BoxSize {
@@ -249,10 +257,9 @@ fn svg_box(out: &mut String, index: usize, node: &GraphNode<'_>, placed: &Placed
     *out += &line("name", (left, y + 22.0), "", &node.instance);
     *out += &line("soft", (left, y + 39.0), "", &node.component);
     if let Some(figures) = figures {
-        let load = text_width(&figures.load, 12.0, false);
-        let verdict = fitted(&figures.verdict, width - 36.0 - load, 12.0, true);
+        let verdict = fitted(&figures.verdict, width - 28.0, 12.0, true);
         *out += &line("figure status", (left, y + 58.0), "", &verdict);
-        *out += &line("figure", (x + width - 14.0, y + 58.0), " text-anchor=\"end\"", &figures.load);
+        *out += &line("figure", (x + width - 14.0, y + 39.0), " text-anchor=\"end\"", &figures.load);
         if let Some(part) = figures.part {
             let track = width - 28.0;
             for (class, width) in [("track", track), ("filled", track * part.clamp(0.0, 1.0))] {
@@ -265,8 +272,6 @@ fn svg_box(out: &mut String, index: usize, node: &GraphNode<'_>, placed: &Placed
                 );
             }
         }
-        let settings = fitted(&figures.settings, width - 28.0, 12.0, false);
-        *out += &line("soft", (left, y + 84.0), "", &settings);
     }
     for slot in &placed.slots {
         let Some((name, is_incoming)) = ports.get(slot.port) else { continue };
