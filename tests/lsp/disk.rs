@@ -466,3 +466,47 @@ fn of_a_file_that_is_open_under_two_names_the_newer_text_is_analysed() {
     it.client.wait_for_hint(&text, "activity pilot", |hint| hint.starts_with("63 ms slack"));
     it.client.wait_for_hint(&other, "activity pilot", |hint| hint.starts_with("43 ms slack"));
 }
+
+/// The texts with which the plugins for editors are tested, too.
+#[test]
+fn an_open_file_of_another_language_has_neither_diagnostics_nor_hints() {
+    let top = scratch(env!("CARGO_TARGET_TMPDIR"), "disk_language");
+    let models = [
+        ("robot/robot.mal", MODEL),
+        ("robot/mauve.toml", &config("plan.toml")),
+        ("robot/plan.toml", &table(17)),
+    ];
+    let theirs = [
+        "#id: \"org.example.lang\"\n#version: \"1.0.0\"\n",
+        "\u{feff}// a comment\n/* another\n   one */\ninclude \"core.mal\"\r\n\r\n#id : \"x\"",
+        "category System {\n  abstract asset Machine {\n    | connect\n      -> access\n  }\n}\n",
+        "associations {\n  Network [networks] * <-- Access --> * [machines] Machine\n}",
+        "// Licence\ninclude \"core.mal\"\ncategory System {\n  asset Host {",
+    ];
+    for folder in [Some("robot"), None] {
+        write(&top, &models);
+        let mut client = Client::start(MAUVE, &[]);
+        client.initialize(folder.map(|folder| top.join(folder)).as_deref(), &json!({}));
+        for (number, text) in theirs.iter().enumerate() {
+            let path = top.join("robot").join(format!("their{number}.mal"));
+            for is_saved in [false, true] {
+                if is_saved {
+                    fs::write(&path, text).unwrap();
+                }
+                let mut their = client.open(&path, text);
+                assert_eq!(client.diagnostics(&their), Vec::<serde_json::Value>::new(), "{folder:?} {text}");
+                assert_eq!(client.hints(&their.uri), [], "{text}");
+                // A text that becomes ours is checked.
+                client.replace(&mut their, 0..text.len(), "codel f(\n");
+                assert_ne!(client.diagnostics(&their), Vec::<serde_json::Value>::new(), "{folder:?} {text}");
+                client.replace(&mut their, 0.."codel f(\n".len(), text);
+                assert_eq!(client.diagnostics(&their), Vec::<serde_json::Value>::new(), "{folder:?} {text}");
+                client.notify("textDocument/didClose", json!({"textDocument": {"uri": their.uri}}));
+            }
+            fs::remove_file(&path).unwrap();
+        }
+        // The project is analysed as without these files.
+        let robot = client.open_file(&top.join("robot/robot.mal"));
+        assert!(client.hint(&robot, "activity").contains("· 17 ms"), "{folder:?}");
+    }
+}

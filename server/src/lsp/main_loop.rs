@@ -6,7 +6,7 @@ mod restart;
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
@@ -38,7 +38,7 @@ use super::tokens::Tokens;
 use super::trace::{Trace, milliseconds};
 use super::typing;
 use super::watcher::Watcher;
-use crate::load::{Left, Loaded, Loader, Walk, Walked, canonical_path};
+use crate::load::{Left, Loaded, Loader, Walk, Walked, canonical_path, is_of_another_language};
 
 /// The maximum number of changed files that are read on this thread.
 const MOST_REFRESHED: usize = 20;
@@ -176,6 +176,8 @@ pub(crate) struct MainLoop {
     other_uris: Arc<BTreeMap<Url, Url>>,
     /// Open documents outside the client's folders: opening and closing them changes the workspaces.
     strays: BTreeSet<Url>,
+    /// The open documents that are in another language, and part of no workspace for that reason.
+    foreign: HashSet<File>,
     staleness: Staleness,
     /// The figures of earlier texts, for hints.
     earlier: Arc<EarlierFigures>,
@@ -220,6 +222,7 @@ impl MainLoop {
             shared_documents: Arc::default(),
             other_uris: Arc::default(),
             strays: BTreeSet::new(),
+            foreign: HashSet::new(),
             staleness: Staleness::default(),
             earlier: Arc::default(),
             waiting: Vec::new(),
@@ -510,11 +513,13 @@ impl MainLoop {
                 && !is_in_a_folder(&self.db, &self.workspaces, file)
                 && self.strays.insert(uri.clone());
             let is_permitted = known.is_none() && self.loader.is_refused(&open.path);
+            let is_other_language = changed.contains(&file)
+                && is_foreign(&open.path, file.text(&self.db)) != self.foreign.contains(&file);
             // The load at the end of a walk includes both.
             let is_loaded_later = self.staleness.is_walking();
             // A link in the path may lead to another file now.
             let is_moved = known.is_some_and(|known| known != file);
-            if (is_new_stray || is_permitted) && !is_loaded_later || is_moved {
+            if (is_new_stray || is_permitted) && !is_loaded_later || is_moved || is_other_language {
                 self.staleness.outdate_workspaces();
             }
         }
@@ -665,7 +670,12 @@ impl MainLoop {
         let folders: Vec<PathBuf> = self.folders.iter().map(|folder| canonical_path(folder)).collect();
         let mut paths = self.folders.clone();
         let (mut elsewhere, mut alone) = (Vec::new(), Vec::new());
+        self.foreign.clear();
         for (uri, open) in &self.documents.0 {
+            if is_foreign(&open.path, &open.text.text()) {
+                self.foreign.extend(self.shared_documents.get(uri).map(|document| document.file));
+                continue;
+            }
             match (open.is_file, self.shared_documents.get(uri)) {
                 (true, document) if is_model(&open.path) || open.path.ends_with(CONFIG_FILE) => {
                     let is_within = |folder: &PathBuf| canonical_path(&open.path).starts_with(folder);
@@ -865,6 +875,12 @@ impl MainLoop {
 
 fn new_database(counts_queries: bool) -> Database {
     if counts_queries { Database::with_counts() } else { Database::default() }
+}
+
+/// Returns whether a document is in another language with the extension of models: then it is part of no workspace, unless a
+/// model or a configuration names it.
+fn is_foreign(path: &Path, text: &str) -> bool {
+    is_model(path) && is_of_another_language(text)
 }
 
 /// Writes the text of a document to the database.
