@@ -123,6 +123,8 @@ impl Reader {
             .env("CARGO_INSTALL_ROOT", self.home.join(".cargo"))
             .env("HOME", &self.home)
             .env_remove("XDG_CACHE_HOME")
+            .env_remove("XDG_DATA_HOME")
+            .env_remove("NVIM_APPNAME")
             // The same program, built in less time.
             .env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "0")
             .env("CARGO_PROFILE_RELEASE_CODEGEN_UNITS", "256")

@@ -3,6 +3,7 @@
 mod analysis_stats;
 mod check;
 mod diff;
+mod editor;
 mod explain;
 mod fmt;
 mod generate;
@@ -99,6 +100,8 @@ enum Command {
     AnalysisStats(analysis_stats::AnalysisStats),
     /// Create a small project to start from.
     New(new::New),
+    /// Install or remove the support for an editor.
+    Editor(editor::Editor),
     /// Print the completion script for a shell.
     Completions {
         /// The shell.
@@ -127,6 +130,7 @@ impl Arguments {
             Command::Schema(it) => Ok(it.run()),
             Command::AnalysisStats(it) => it.run(),
             Command::New(it) => it.run(),
+            Command::Editor(it) => it.run(),
             Command::Completions { shell } => {
                 let mut text = Vec::new();
                 clap_complete::generate(shell, &mut Arguments::command(), "mauve", &mut text);

@@ -4,7 +4,7 @@
 //! deadline that is not proved, a file to be formatted); 2 usage, a path that cannot be read, or a result that cannot be written.
 //!
 //! Each command is a file in `cli/` with a function from its arguments to an [`Output`]; results are printed here alone. `load.rs` reads models from the disk for all of them,
-//! `generate.rs` writes what is generated. Projects may be a stranger's: `disk.rs` says what of the disk is read, `folder.rs`
+//! `generate.rs` writes what is generated; `cli/editor.rs` writes the files of editors. Projects may be a stranger's: `disk.rs` says what of the disk is read, `folder.rs`
 //! goes from folder to folder without following links, `harmless.rs` makes visible what a terminal would obey.
 
 mod analysis_document;

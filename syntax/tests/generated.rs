@@ -24,7 +24,8 @@ fn editors_highlight_every_keyword() {
     let grammar: Grammar = include_str!("../mauve.ungram").parse().expect("mauve.ungram is a grammar");
     let vim = include_str!("../../editors/nvim/syntax/mauve.vim");
     let text_mate = include_str!("../../editors/vscode/syntaxes/mauve.tmLanguage.json");
-    for (editor, rules) in [("vim", vim), ("TextMate", text_mate)] {
+    let emacs = include_str!("../../editors/emacs/mauve.el");
+    for (editor, rules) in [("vim", vim), ("TextMate", text_mate), ("Emacs", emacs)] {
         // An escape such as `\zs` is no part of the word behind it.
         let rules = rules.replace(r"\zs", " ").replace(r"\\b", " ");
         let words: Vec<&str> =

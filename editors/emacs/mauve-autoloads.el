@@ -1,0 +1,20 @@
+;;; mauve-autoloads.el --- Loads mauve.el for the files that need it  -*- lexical-binding: t; no-byte-compile: t -*-
+
+;; Emacs loads this file when it starts.
+
+;;; Code:
+
+(add-to-list 'load-path (directory-file-name (file-name-directory load-file-name)))
+
+(defvar mauve-program "mauve")
+
+(autoload 'mauve-mode "mauve" "Major mode for MAUVE models." t)
+(autoload 'mauve-toml-mode "mauve" "Major mode for the configuration and the timing table of a MAUVE project." t)
+(autoload 'mauve-recognise "mauve" "Select the major mode of a `.mal' file by its content.")
+
+(add-to-list 'auto-mode-alist '("\\.mal\\'" . mauve-recognise))
+(add-to-list 'auto-mode-alist '("/\\(?:mauve\\|timing\\)\\.toml\\'" . mauve-toml-mode))
+
+(provide 'mauve-autoloads)
+
+;;; mauve-autoloads.el ends here

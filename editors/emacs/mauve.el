@@ -1,0 +1,207 @@
+;;; mauve.el --- Response times of robots that are described in MAUVE  -*- lexical-binding: t -*-
+
+;; Package-Requires: ((emacs "29.1"))
+;; SPDX-License-Identifier: MIT OR Apache-2.0
+
+;;; Commentary:
+
+;; Major modes for MAUVE models (`.mal') and for the configuration and the timing table of a project.  They start the language
+;; server `mauve lsp' with Eglot, which shows response times as inlay hints.
+
+;;; Code:
+
+(require 'conf-mode)
+(require 'project)
+
+(defgroup mauve nil
+  "Component-based real-time robots."
+  :group 'languages)
+
+(defcustom mauve-program "mauve"
+  "The program that runs the language server: a name on PATH, or an absolute path."
+  :type 'string
+  :risky t)
+
+(defcustom mauve-start-server t
+  "Whether the modes start the language server."
+  :type 'boolean)
+
+;;; Which files are ours
+
+(defconst mauve--ours
+  "\\(?:library\\|use\\|codel\\|shell\\|core\\|component\\|architecture\\|deployment\\)\\(?:[ \t\r]\\|$\\)"
+  "The beginning of a line that only MAUVE has.")
+
+(defconst mauve--not-ours
+  (concat "#[[:alnum:]]+[ \t]*:\\|category[ \t]+[[:alnum:]]\\|abstract[ \t]+asset\\(?:[ \t\r]\\|$\\)"
+          "\\|asset[ \t]+[[:alnum:]]\\|associations[ \t]*{\\|[(;]")
+  "The beginning of a line of the Meta Attack Language, or of \"Make a Lisp\".")
+
+(defun mauve--ours-p ()
+  "Return whether the buffer holds MAUVE: the first line that tells decides.
+A text where no line does is ours: a new one, or an incomplete one."
+  (let ((case-fold-search nil) (answer 'unknown) (lines 500))
+    (save-excursion
+      (save-restriction
+        (widen)
+        (goto-char (point-min))
+        (skip-chars-forward "\ufeff")
+        (while (and (eq answer 'unknown) (> lines 0) (not (eobp)))
+          (skip-chars-forward " \t")
+          (cond
+           ((looking-at-p "/\\*")
+            ;; A comment, which ends with its line at the earliest.
+            (unless (search-forward "*/" nil t)
+              (goto-char (point-max))))
+           ((looking-at-p mauve--ours) (setq answer t))
+           ((looking-at-p mauve--not-ours) (setq answer nil)))
+          (setq lines (1- lines))
+          (forward-line))))
+    (and answer t)))
+
+;;;###autoload
+(defun mauve-recognise ()
+  "Select the major mode of a `.mal' file by its content.
+The Meta Attack Language and \"Make a Lisp\" have the same extension."
+  (if (mauve--ours-p)
+      (mauve-mode)
+    (let ((auto-mode-alist (rassq-delete-all #'mauve-recognise (copy-sequence auto-mode-alist))))
+      (set-auto-mode))))
+
+;;; Syntax
+
+(defvar mauve-mode-syntax-table
+  (let ((table (make-syntax-table)))
+    (modify-syntax-entry ?/ ". 124b" table)
+    (modify-syntax-entry ?* ". 23" table)
+    (modify-syntax-entry ?\n "> b" table)
+    (modify-syntax-entry ?\" "\"" table)
+    (modify-syntax-entry ?\\ "\\" table)
+    (modify-syntax-entry ?_ "_" table)
+    (dolist (operator '(?+ ?- ?= ?% ?< ?> ?& ?| ?!))
+      (modify-syntax-entry operator "." table))
+    table)
+  "Syntax table of `mauve-mode'.")
+
+(defvar mauve--font-lock
+  ;; Each keyword is contextual: a port may be called `state'.  So a keyword is matched with its successor.
+  (let* ((name "\\([[:alpha:]_][[:alnum:]_]*\\)")
+         (before (lambda (words after)
+                   (concat "\\_<" (regexp-opt words t) "\\_>" after))))
+    `((,(funcall before '("library" "shell" "core" "component" "architecture" "deployment") (concat "\\s-+" name))
+       (1 'font-lock-keyword-face) (2 'font-lock-type-face))
+      (,(funcall before '("include") "\\s-*\"") (1 'font-lock-preprocessor-face))
+      (,(funcall before '("use" "import" "extends") (concat "\\s-+" name))
+       (1 'font-lock-keyword-face) (2 'font-lock-type-face))
+      (,(funcall before '("codel" "require" "provide") (concat "\\s-+" name))
+       (1 'font-lock-keyword-face) (2 'font-lock-function-name-face))
+      (,(concat "\\_<\\(input\\|output\\)\\s-+\\(port\\)\\s-+" name)
+       (1 'font-lock-keyword-face) (2 'font-lock-keyword-face) (3 'font-lock-variable-name-face))
+      (,(funcall before '("in" "out" "inout") (concat "\\s-+" name "\\s-*:"))
+       (1 'font-lock-keyword-face) (2 'font-lock-variable-name-face))
+      (,(funcall before '("constant" "property" "instance" "var" "handler" "activity") (concat "\\s-+" name))
+       (1 'font-lock-keyword-face) (2 'font-lock-variable-name-face))
+      (,(funcall before '("statemachine") "\\s-*\\(?:{\\|$\\)") (1 'font-lock-keyword-face))
+      (,(funcall before '("configure" "start" "update" "stop" "cleanup" "entry" "run" "handle" "exit")
+                 "\\s-*=\\s-*\\(?:{\\|$\\)")
+       (1 'font-lock-keyword-face))
+      (,(concat "\\_<\\(initial\\)\\s-+state\\_>") (1 'font-lock-keyword-face))
+      (,(funcall before '("state" "transition" "to") (concat "\\s-+" name))
+       (1 'font-lock-keyword-face) (2 'font-lock-constant-face))
+      (,(funcall before '("connection" "operation") (concat "\\s-+" name "\\s-*\\."))
+       (1 'font-lock-keyword-face))
+      (,(funcall before '("affinity" "priority" "period" "deadline" "jitter" "offset") "\\s-*=")
+       (1 'font-lock-property-name-face))
+      (,(funcall before '("if" "then" "else" "return") "\\s-*\\(?:[^=[:space:]]\\|==\\|$\\)")
+       (1 'font-lock-keyword-face))
+      (,(funcall before '("read" "write" "status" "send" "collect") "\\s-*(") (1 'font-lock-builtin-face))
+      (,(funcall before '("true" "false" "no_data" "old_data" "new_data" "failure" "success" "not_ready" "background") "")
+       (1 'font-lock-constant-face))
+      (,(concat ":\\s-*" (regexp-opt '("bool" "int" "double" "float" "string" "void" "int8_t" "int16_t" "int32_t"
+                                       "int64_t" "uint8_t" "uint16_t" "uint32_t" "uint64_t")
+                                     t)
+                "\\_>")
+       (1 'font-lock-type-face))
+      (,(concat ":\\s-*" name) (1 'font-lock-type-face))))
+  "Highlighting without a server.")
+
+(defun mauve--column-in-parentheses (open)
+  "Return the column of the text behind the parenthesis at OPEN, if there is any in its line."
+  (when (and open (eq (char-after open) ?\())
+    (save-excursion
+      (goto-char (1+ open))
+      (skip-chars-forward " \t")
+      (unless (eolp) (current-column)))))
+
+(defun mauve-indent-line ()
+  "Indent a line by the brackets that are open at its beginning."
+  (interactive)
+  (let ((state (save-excursion (syntax-ppss (line-beginning-position))))
+        (column (current-column)))
+    (unless (nth 8 state)
+      (let* ((open (reverse (nth 9 state)))
+             (closing (save-excursion
+                        (back-to-indentation)
+                        (skip-chars-forward "])}")))
+             (left (nthcdr closing open))
+             (lines (delete-dups (mapcar #'line-number-at-pos left)))
+             (indentation (current-indentation)))
+        (indent-line-to (or (mauve--column-in-parentheses (car left)) (* 2 (length lines))))
+        (when (> column indentation)
+          (move-to-column (+ column (- (current-indentation) indentation))))))))
+
+;;; The server
+
+(defun mauve--project (directory)
+  "Return the project of DIRECTORY: the nearest folder with a `mauve.toml'."
+  (when-let* ((root (locate-dominating-file directory "mauve.toml")))
+    (cons 'mauve root)))
+
+(cl-defmethod project-root ((project (head mauve)))
+  "Return the folder of PROJECT."
+  (cdr project))
+
+(defvar eglot-server-programs)
+
+(with-eval-after-load 'eglot
+  (add-to-list 'eglot-server-programs
+               `((mauve-mode (mauve-toml-mode :language-id "toml"))
+                 . ,(lambda (&rest _) (list mauve-program "lsp")))))
+
+(declare-function eglot-ensure "eglot")
+
+(defun mauve--start ()
+  "Start the language server for this buffer, unless the user has switched it off."
+  (add-hook 'project-find-functions #'mauve--project nil t)
+  (when (and mauve-start-server buffer-file-name)
+    (if (executable-find mauve-program)
+        (eglot-ensure)
+      (message "mauve: cannot run \"%s\": install it, or set `mauve-program'" mauve-program))))
+
+;;; Modes
+
+;;;###autoload
+(define-derived-mode mauve-mode prog-mode "MAUVE"
+  "Major mode for MAUVE models."
+  (setq-local comment-start "// "
+              comment-end ""
+              comment-start-skip "\\(?://+\\|/\\*+\\)\\s-*"
+              indent-tabs-mode nil
+              tab-width 2
+              indent-line-function #'mauve-indent-line
+              electric-indent-chars (append "{})]" electric-indent-chars)
+              font-lock-defaults '(mauve--font-lock)
+              imenu-generic-expression
+              '((nil "^\\s-*\\(?:library\\|codel\\|shell\\|core\\|component\\|architecture\\|deployment\\)\\s-+\\([[:alnum:]_]+\\)" 1)))
+  (mauve--start))
+
+;;;###autoload
+(define-derived-mode mauve-toml-mode conf-toml-mode "MAUVE TOML"
+  "Major mode for the configuration and the timing table of a MAUVE project."
+  ;; Other projects may have a `timing.toml'.
+  (when (locate-dominating-file default-directory "mauve.toml")
+    (mauve--start)))
+
+(provide 'mauve)
+
+;;; mauve.el ends here

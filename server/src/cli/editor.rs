@@ -1,0 +1,102 @@
+//! `mauve editor install EDITOR`: puts the files of an editor where it looks for them; `uninstall` removes them.
+//!
+//! The files are in the binary (`embedded.rs`); only the package for VS Code, which is built by npm, is beside it. Each editor
+//! has a file that says what it needs; `installation.rs` compares that with the disk and changes it. Nothing of the user's is
+//! overwritten: a manifest has the digests of all files that were installed.
+
+mod block;
+mod emacs;
+mod embedded;
+mod helix;
+mod home;
+mod installation;
+mod nvim;
+mod vscode;
+mod zed;
+
+use std::path::PathBuf;
+
+use clap::{Subcommand, ValueEnum};
+
+use crate::Output;
+use home::Home;
+use installation::Installation;
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Editor {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Install the support for an editor: highlighting, the language server, response times.
+    ///
+    /// A second run changes nothing, and a later version of mauve updates the files. Exit codes: 0 installed, or up to date;
+    /// 1 files or settings of yours are in the way: nothing was changed; 2 a path that cannot be read or written, or an editor
+    /// that cannot be started.
+    Install(Options),
+    /// Remove the files that `mauve editor install` wrote.
+    ///
+    /// Exit codes: 0 removed, or not installed; 1 a file that you edited was kept; 2 a path that cannot be read or written, or
+    /// an editor that cannot be started.
+    Uninstall(Options),
+}
+
+#[derive(Debug, clap::Args)]
+struct Options {
+    /// The editor.
+    editor: Name,
+    /// Change nothing: print the changes.
+    #[arg(long)]
+    dry_run: bool,
+    /// Also overwrite or remove files that were edited.
+    #[arg(long)]
+    force: bool,
+    /// The package to install in VS Code; by default the package that is installed beside mauve.
+    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
+    vsix: Option<PathBuf>,
+    /// The command of VS Code, such as code, codium or code-server; by default the first of these on PATH.
+    #[arg(long, value_name = "PROGRAM", value_hint = clap::ValueHint::CommandName)]
+    program: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Name {
+    /// VS Code 1.91 or later, VSCodium and code-server.
+    Vscode,
+    /// Neovim 0.10 or later.
+    Nvim,
+    /// Helix 25.01 or later.
+    Helix,
+    /// Emacs 29 or later.
+    Emacs,
+    /// Zed.
+    Zed,
+}
+
+impl Editor {
+    pub(crate) fn run(self) -> Result<Output, String> {
+        let (Command::Install(options) | Command::Uninstall(options)) = &self.command;
+        let is_install = matches!(self.command, Command::Install(_));
+        if options.editor == Name::Vscode {
+            return if is_install { vscode::install(options) } else { vscode::uninstall(options) };
+        }
+        if options.vsix.is_some() || options.program.is_some() {
+            return Err("--vsix and --program are for vscode only".to_owned());
+        }
+        let home = Home::find()?;
+        let name = options.editor.to_possible_value();
+        let name = name.as_ref().map_or("", |name| name.get_name());
+        let installation = Installation::open(&home, name, options.force, options.dry_run)?;
+        if !is_install {
+            return installation.uninstall();
+        }
+        installation.install(match options.editor {
+            Name::Nvim => nvim::wanted(&home),
+            Name::Helix => helix::wanted(&home),
+            Name::Emacs => emacs::wanted(&home),
+            Name::Zed | Name::Vscode => zed::wanted(&home),
+        }?)
+    }
+}

@@ -1,0 +1,446 @@
+//! `mauve editor`: the files of editors in a home of the test's own.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::os::unix::fs::{PermissionsExt as _, symlink};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use mauve_tests::{Run, files_in, scratch, test_name, write};
+
+use crate::MAUVE;
+
+/// A home folder, in which `mauve` is not on PATH.
+struct Home(PathBuf);
+
+impl Home {
+    fn new(files: &[(&str, &str)]) -> Home {
+        let top = scratch(env!("CARGO_TARGET_TMPDIR"), &format!("editor-{}", test_name()));
+        let home = top.canonicalize().unwrap();
+        write(&home, files);
+        Home(home)
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(MAUVE);
+        command.arg("editor").args(arguments).env_clear().env("HOME", &self.0).env("PATH", "/usr/bin:/bin");
+        command.stdin(Stdio::null());
+        command
+    }
+
+    fn run(&self, arguments: &[&str]) -> Run {
+        ended(&mut self.command(arguments))
+    }
+
+    /// Everything below the folder: files with their texts, links with their targets, and folders.
+    fn all(&self) -> BTreeMap<PathBuf, String> {
+        let mut found = BTreeMap::new();
+        let mut open = vec![self.0.clone()];
+        while let Some(folder) = open.pop() {
+            for entry in fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                let text = match path.symlink_metadata().unwrap().file_type() {
+                    kind if kind.is_symlink() => format!("-> {}", fs::read_link(&path).unwrap().display()),
+                    kind if kind.is_dir() => {
+                        open.push(path.clone());
+                        "a folder".to_owned()
+                    }
+                    _ => fs::read_to_string(&path).unwrap(),
+                };
+                found.insert(path.strip_prefix(&self.0).unwrap().to_owned(), text);
+            }
+        }
+        found
+    }
+
+    fn path(&self, path: &str) -> PathBuf {
+        self.0.join(path)
+    }
+
+    fn text(&self, path: &str) -> String {
+        fs::read_to_string(self.path(path)).unwrap()
+    }
+}
+
+fn ended(command: &mut Command) -> Run {
+    let output = command.output().unwrap();
+    let text = |bytes| String::from_utf8_lossy(bytes).into_owned();
+    Run { out: text(&output.stdout), err: text(&output.stderr), code: output.status.code().unwrap_or(-1) }
+}
+
+const EDITORS: [&str; 4] = ["nvim", "helix", "emacs", "zed"];
+const PLUGIN: &str = ".local/share/nvim/site/pack/mauve/start/mauve";
+
+#[test]
+fn nothing_is_left_of_an_installation() {
+    for files in [
+        &[] as &[(&str, &str)],
+        &[(".config/helix/config.toml", "theme = \"x\""), (".local/share/nvim/x", "")],
+    ] {
+        let home = Home::new(files);
+        let before = home.all();
+        for editor in EDITORS {
+            let planned = home.run(&["install", editor, "--dry-run"]);
+            assert_eq!((planned.code, planned.err.as_str()), (0, ""));
+            assert!(planned.out.starts_with("would "), "{}", planned.out);
+            assert_eq!(home.all(), before);
+
+            let done = home.run(&["install", editor]);
+            assert_eq!((done.code, done.err.as_str()), (0, ""), "{}", done.out);
+            let did = |said: &str| said.replace("would write", "wrote").replace("would change", "changed");
+            assert_eq!(did(&planned.out), done.out, "a dry run lists each step");
+            let written = done.out.lines().filter_map(|line| line.strip_prefix("wrote "));
+            assert!(written.clone().count() > 0 && written.clone().all(|path| Path::new(path).is_file()));
+
+            let installed = home.all();
+            let again = home.run(&["install", editor]);
+            assert!(again.code == 0 && again.out.ends_with("up to date: nothing was changed\n"), "{again:?}");
+            assert_eq!(home.all(), installed);
+            let planned = home.run(&["uninstall", editor, "--dry-run"]);
+            assert!(planned.code == 0 && planned.out.starts_with("would remove "), "{planned:?}");
+            assert_eq!(home.all(), installed);
+
+            let removed = home.run(&["uninstall", editor]);
+            assert_eq!((removed.code, removed.err.as_str()), (0, ""), "{}", removed.out);
+            let did = planned.out.replace("would remove", "removed").replace("would change", "changed");
+            assert_eq!(did, removed.out, "a dry run lists each step");
+            assert_eq!(home.all(), before, "{editor}");
+            let again = home.run(&["uninstall", editor]);
+            assert_eq!((again.code, again.out.as_str()), (0, "not installed: nothing was changed\n"));
+        }
+        // Several at once, in both orders.
+        for backwards in [false, true] {
+            EDITORS.iter().for_each(|editor| assert_eq!(home.run(&["install", editor]).code, 0));
+            let mut editors = EDITORS;
+            if backwards {
+                editors.reverse();
+            }
+            editors.iter().for_each(|editor| assert_eq!(home.run(&["uninstall", editor]).code, 0));
+            assert_eq!(home.all(), before);
+        }
+    }
+}
+
+#[test]
+fn the_folders_of_the_environment_are_used() {
+    let home = Home::new(&[]);
+    let own = |editor| {
+        let mut command = home.command(&["install", editor]);
+        command.env("XDG_DATA_HOME", home.path("data")).env("XDG_CONFIG_HOME", home.path("set"));
+        command.env("NVIM_APPNAME", "other");
+        ended(&mut command)
+    };
+    assert_eq!(own("nvim").code, 0);
+    assert!(home.path("data/other/site/pack/mauve/start/mauve/plugin/mauve.lua").is_file());
+    assert_eq!(own("helix").code, 0);
+    assert!(home.path("set/helix/languages.toml").is_file() && !home.path(".config").exists());
+    fs::create_dir(home.path("set/emacs")).unwrap();
+    assert_eq!(own("emacs").code, 0);
+    assert!(home.path("set/emacs/elpa/mauve/mauve.el").is_file() && !home.path(".emacs.d").exists());
+    let mut nowhere = home.command(&["install", "nvim"]);
+    let found = ended(nowhere.env("HOME", "relative"));
+    assert!(found.code == 2 && found.err.contains("set HOME"), "{found:?}");
+}
+
+#[test]
+fn an_editor_starts_this_program() {
+    let home = Home::new(&[]);
+    for (editor, file) in [
+        ("nvim", &*format!("{PLUGIN}/plugin/00-mauve-server.lua")),
+        ("helix", ".config/helix/languages.toml"),
+        ("emacs", ".emacs.d/elpa/mauve/mauve-autoloads.el"),
+    ] {
+        let done = home.run(&["install", editor]);
+        assert!(done.out.contains(&format!(" starts {MAUVE}")), "{}", done.out);
+        assert!(home.text(file).contains(&format!("\"{MAUVE}\"")), "{}", home.text(file));
+        // The same program on PATH needs no path.
+        fs::create_dir_all(home.path("bin")).unwrap();
+        let _ = symlink(MAUVE, home.path("bin/mauve"));
+        let done = ended(home.command(&["install", editor]).env("PATH", home.path("bin")));
+        assert!(done.code == 0 && !done.out.contains("note: `mauve` on PATH"), "{}", done.out);
+        assert!(!home.path(file).exists() || !home.text(file).contains(MAUVE));
+        assert_eq!(home.run(&["uninstall", editor]).code, 0);
+        fs::remove_dir_all(home.path("bin")).unwrap();
+    }
+}
+
+#[test]
+fn files_of_the_user_are_refused() {
+    let file = format!("{PLUGIN}/plugin/mauve.lua");
+    let home = Home::new(&[(&file, "mine")]);
+    let before = home.all();
+    let refused = home.run(&["install", "nvim"]);
+    assert_eq!((refused.code, refused.err.as_str()), (1, ""));
+    let expected = format!(
+        "refused: `{}` exists, and mauve did not write it: rename it, or overwrite it with --force\nnothing was changed\n",
+        home.path(&file).display()
+    );
+    assert_eq!((refused.out, home.all()), (expected, before));
+    // A file with our text, whoever wrote it, is ours.
+    fs::copy(
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../editors/nvim/plugin/mauve.lua"),
+        home.path(&file),
+    )
+    .unwrap();
+    assert_eq!(home.run(&["install", "nvim"]).code, 0);
+
+    fs::write(home.path(&file), "edited").unwrap();
+    let refused = home.run(&["install", "nvim"]);
+    assert!(refused.code == 1 && refused.out.contains("was edited since its installation"), "{refused:?}");
+    let kept = home.run(&["uninstall", "nvim"]);
+    assert!(
+        kept.code == 1 && kept.out.contains(&format!("kept: `{}`", home.path(&file).display())),
+        "{kept:?}"
+    );
+    assert_eq!(home.text(&file), "edited");
+    assert_eq!(files_in(&home.path(".local/share/nvim")), [home.path(&file)]);
+    let removed = home.run(&["uninstall", "nvim", "--force"]);
+    assert!(removed.code == 0 && !home.path(&file).exists(), "{removed:?}");
+
+    fs::create_dir_all(home.path(&file).parent().unwrap()).unwrap();
+    fs::write(home.path(&file), "mine").unwrap();
+    let forced = home.run(&["install", "nvim", "--force"]);
+    assert!(forced.code == 0 && forced.out.contains("changed "), "{forced:?}");
+}
+
+#[test]
+fn files_of_an_earlier_version_are_updated() {
+    let home = Home::new(&[]);
+    assert_eq!(home.run(&["install", "nvim"]).code, 0);
+    let (file, left) = (format!("{PLUGIN}/plugin/mauve.lua"), format!("{PLUGIN}/plugin/left.lua"));
+    let manifest = ".local/share/mauve/editors/nvim.json";
+    let new = home.text(&file);
+    let mut known: serde_json::Value = serde_json::from_str(&home.text(manifest)).unwrap();
+    // The digest of `old`.
+    let old = serde_json::json!(["cba06b5736faf67e54b07b561eae94395e774c517a7d910a54369e1263ccfbd4"]);
+    for path in [&file, &left] {
+        fs::write(home.path(path), "old").unwrap();
+        known["files"][home.path(path).to_str().unwrap()] = old.clone();
+    }
+    fs::write(home.path(manifest), known.to_string()).unwrap();
+    let done = home.run(&["install", "nvim"]);
+    assert_eq!(done.code, 0, "{done:?}");
+    assert!(done.out.contains(&format!("changed {}\n", home.path(&file).display())), "{}", done.out);
+    assert!(done.out.contains(&format!("removed {}\n", home.path(&left).display())), "{}", done.out);
+    assert_eq!((home.text(&file), home.path(&left).exists()), (new, false));
+
+    fs::write(home.path(manifest), "{").unwrap();
+    let damaged = home.run(&["install", "nvim"]);
+    assert!(damaged.code == 2 && damaged.err.contains("nvim.json` is damaged"), "{damaged:?}");
+}
+
+#[test]
+fn links_are_not_written_through() {
+    // As the plugin can be installed by hand.
+    let home = Home::new(&[("clone/plugin/mauve.lua", "theirs")]);
+    fs::create_dir_all(home.path(PLUGIN).parent().unwrap()).unwrap();
+    symlink(home.path("clone"), home.path(PLUGIN)).unwrap();
+    let before = home.all();
+    let refused = home.run(&["install", "nvim", "--force"]);
+    assert!(
+        refused.code == 1 && refused.out.contains("is below a file or a link: remove or rename it"),
+        "{refused:?}"
+    );
+    assert_eq!(home.all(), before);
+    fs::remove_file(home.path(PLUGIN)).unwrap();
+    fs::create_dir_all(home.path(PLUGIN).join("plugin")).unwrap();
+    symlink(home.path("clone/plugin/mauve.lua"), home.path(PLUGIN).join("plugin/mauve.lua")).unwrap();
+    let refused = home.run(&["install", "nvim", "--force"]);
+    assert!(refused.code == 1 && refused.out.contains("is a link: remove or rename it"), "{refused:?}");
+    assert_eq!(home.text("clone/plugin/mauve.lua"), "theirs");
+
+    // Settings that are kept elsewhere: the file there is changed, and the link stays.
+    let home = Home::new(&[("kept/languages.toml", "# mine\n"), (".config/helix/themes/x", "")]);
+    symlink("../../kept/languages.toml", home.path(".config/helix/languages.toml")).unwrap();
+    let before = home.all();
+    assert_eq!(home.run(&["install", "helix"]).code, 0);
+    assert!(home.text("kept/languages.toml").starts_with("# mine\n\n# mauve: begin\n"));
+    assert!(home.path(".config/helix/languages.toml").is_symlink());
+    assert_eq!(home.run(&["uninstall", "helix"]).code, 0);
+    assert_eq!(home.all(), before);
+    symlink("nowhere", home.path(".config/helix/config.toml")).unwrap();
+    let dangling = home.run(&["install", "helix"]);
+    assert!(dangling.code == 2 && dangling.err.contains("leads nowhere"), "{dangling:?}");
+}
+
+#[test]
+fn what_may_not_be_written_stays_as_it_is() {
+    let home = Home::new(&[(".config/helix/languages.toml", "# mine\n")]);
+    let closed = home.path(".config/helix/languages.toml");
+    fs::set_permissions(&closed, fs::Permissions::from_mode(0o444)).unwrap();
+    // Root may write everything, unless it gives that up.
+    let is_root = fs::OpenOptions::new().write(true).open(&closed).is_ok();
+    let mut command = match is_root {
+        true => {
+            let mut command = Command::new("setpriv");
+            command.args(["--bounding-set", "-dac_override,-dac_read_search", "--", MAUVE]);
+            command
+        }
+        false => Command::new(MAUVE),
+    };
+    let found = ended(command.args(["editor", "install", "helix"]).env("HOME", &home.0));
+    assert!(
+        found.code == 2 && found.err.contains("cannot write `") && found.err.contains("languages.toml"),
+        "{found:?}"
+    );
+    assert_eq!(home.text(".config/helix/languages.toml"), "# mine\n");
+    // The rest can be repeated, or removed.
+    fs::set_permissions(&closed, fs::Permissions::from_mode(0o644)).unwrap();
+    assert_eq!(home.run(&["uninstall", "helix"]).code, 0);
+    assert_eq!(home.all().len(), 3, "{:?}", home.all());
+}
+
+#[test]
+fn settings_of_helix_are_kept() {
+    let languages = "# Mine\n[[language]]\nname = \"rust\"\nauto-format = true # yes\n\n[language-server.x]\ncommand = 'x'";
+    for (config, shown) in [
+        ("theme = \"x\"\n[editor]\nmouse = false", "mouse = false\n\n# mauve: begin\n[editor.lsp]\n"),
+        (
+            "[editor.lsp]\nenable = true\n\n[keys]\n",
+            "[editor.lsp]\n# mauve: begin\ndisplay-inlay-hints = true\n# mauve: end\nenable",
+        ),
+        ("[editor.lsp] # mine\r\nenable = true\r\n", "[editor.lsp] # mine\r\n# mauve: begin\ndisplay"),
+        ("[editor.lsp]", "[editor.lsp]\n\n# mauve: begin\ndisplay-inlay-hints = true\n# mauve: end"),
+        ("[editor.lsp]\ndisplay-inlay-hints = true\n", "[editor.lsp]\ndisplay-inlay-hints = true\n"),
+    ] {
+        let home =
+            Home::new(&[(".config/helix/config.toml", config), (".config/helix/languages.toml", languages)]);
+        let before = home.all();
+        let done = home.run(&["install", "helix"]);
+        assert_eq!(done.code, 0, "{done:?}");
+        assert!(
+            home.text(".config/helix/config.toml").contains(shown),
+            "{}",
+            home.text(".config/helix/config.toml")
+        );
+        let text = home.text(".config/helix/languages.toml");
+        assert!(text.starts_with(languages) && text.contains("[language-server.mauve]\n"), "{text}");
+        assert_eq!(home.run(&["install", "helix"]).code, 0);
+        assert_eq!(home.run(&["uninstall", "helix"]).code, 0);
+        assert_eq!(home.all(), before);
+    }
+    let off = Home::new(&[(".config/helix/config.toml", "editor.lsp.display-inlay-hints = false\n")]);
+    let done = off.run(&["install", "helix"]);
+    assert!(
+        done.code == 0 && done.out.contains("note: response times need `display-inlay-hints = true`"),
+        "{done:?}"
+    );
+    assert_eq!(off.text(".config/helix/config.toml"), "editor.lsp.display-inlay-hints = false\n");
+}
+
+#[test]
+fn settings_of_helix_that_cannot_be_continued_are_refused() {
+    for (languages, code, message) in [
+        (
+            "[language-server.mauve]\ncommand = \"own\"\n",
+            1,
+            "an entry of yours, [language-server.mauve], which stays",
+        ),
+        ("[[language]]\nname = \"mauve\"\n", 1, "an entry of yours, [[language]] with the name mauve"),
+        ("language = [{ name = \"mauve\" }]\n", 1, "an entry of yours"),
+        ("language = [{ name = \"x\" }]\n", 1, "in a form that cannot be continued"),
+        ("language-server = { x = { command = \"x\" } }\n", 1, "in a form that cannot be continued"),
+        ("a = \n", 2, "languages.toml` is not TOML (line 1: "),
+        ("# mauve: begin\n", 2, "has the line `# mauve: begin` without `# mauve: end`"),
+    ] {
+        let home = Home::new(&[(".config/helix/languages.toml", languages)]);
+        let before = home.all();
+        for arguments in [&["install", "helix"] as &[&str], &["install", "helix", "--force"]] {
+            let found = home.run(arguments);
+            assert_eq!(found.code, code, "{found:?}");
+            assert!(format!("{}{}", found.out, found.err).contains(message), "{found:?}");
+            assert_eq!(home.all(), before, "{languages}");
+        }
+    }
+    let home = Home::new(&[(".config/helix/config.toml", "[editor]\nlsp = { enable = true }\n")]);
+    let found = home.run(&["install", "helix"]);
+    assert!(found.code == 1 && found.out.contains("add `display-inlay-hints = true` to it"), "{found:?}");
+    fs::write(home.path(".config/helix/config.toml"), b"\xff").unwrap();
+    let found = home.run(&["install", "helix"]);
+    assert!(found.code == 2 && found.err.contains("config.toml` is not UTF-8"), "{found:?}");
+}
+
+#[test]
+fn lines_that_were_edited_stay() {
+    let home = Home::new(&[]);
+    assert_eq!(home.run(&["install", "helix"]).code, 0);
+    let path = home.path(".config/helix/languages.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(&path, text.replace("args = [\"lsp\"]", "args = [\"lsp\", \"--log\", \"x\"]")).unwrap();
+    let edited = home.text(".config/helix/languages.toml");
+    let refused = home.run(&["install", "helix"]);
+    assert!(
+        refused.code == 1 && refused.out.contains("were edited: remove them, or use --force"),
+        "{refused:?}"
+    );
+    let kept = home.run(&["uninstall", "helix"]);
+    assert!(kept.code == 1 && kept.out.contains("kept: the lines of MAUVE in `"), "{kept:?}");
+    assert_eq!(home.text(".config/helix/languages.toml"), edited);
+    let removed = home.run(&["uninstall", "helix", "--force"]);
+    assert!(removed.code == 0 && !path.exists(), "{removed:?}");
+}
+
+#[test]
+fn emacs_without_packages_is_told_what_to_load() {
+    let early = "; (setq package-enable-at-startup nil)\n(setq package-enable-at-startup nil)\n";
+    let home = Home::new(&[(".emacs.d/early-init.el", early), (".emacs.d/package-quickstart.el", "")]);
+    let done = home.run(&["install", "emacs"]);
+    let load = format!("(load \"{}\")", home.path(".emacs.d/elpa/mauve/mauve-autoloads.el").display());
+    assert!(done.out.contains(&load) && done.out.contains("package-quickstart-refresh"), "{}", done.out);
+    assert_eq!(home.text(".emacs.d/early-init.el"), early);
+}
+
+/// A program that behaves like `code` for one extension.
+const CODE: &str = "#!/bin/sh
+case $1 in
+  --list-extensions) echo other.other@1.0.0; [ ! -e \"$HOME/installed\" ] || cat \"$HOME/installed\" ;;
+  --install-extension) [ \"$(cat \"$2\")\" = package ] || { echo 'not a package' >&2; exit 1; }; echo mauve.mauve@VERSION >\"$HOME/installed\" ;;
+  --uninstall-extension) rm \"$HOME/installed\" ;;
+esac
+";
+
+#[test]
+fn vscode_installs_the_package_beside_the_program() {
+    let code = CODE.replace("VERSION", env!("CARGO_PKG_VERSION"));
+    let home = Home::new(&[
+        ("bin/codium", &code),
+        ("m.vsix", "package"),
+        ("bad.vsix", "x"),
+        ("prefix/share/mauve/mauve.vsix", "package"),
+    ]);
+    fs::set_permissions(home.path("bin/codium"), fs::Permissions::from_mode(0o755)).unwrap();
+    let path = format!("{}:/usr/bin:/bin", home.path("bin").display());
+    let run = |arguments: &[&str]| ended(home.command(arguments).env("PATH", &path).current_dir(&home.0));
+    let none = run(&["install", "vscode"]);
+    assert!(none.code == 2 && none.err.contains("there is no mauve.vsix beside"), "{none:?}");
+    let bad = run(&["install", "vscode", "--vsix", "bad.vsix"]);
+    assert!(bad.code == 2 && bad.err.contains("failed: not a package"), "{bad:?}");
+    let planned = run(&["install", "vscode", "--vsix", "m.vsix", "--dry-run"]);
+    assert!(
+        planned.code == 0 && planned.out.starts_with("would install ") && !home.path("installed").exists()
+    );
+    let done = run(&["install", "vscode", "--vsix", "m.vsix"]);
+    assert!(
+        done.code == 0 && done.out.starts_with("installed ") && home.path("installed").exists(),
+        "{done:?}"
+    );
+    let again = run(&["install", "vscode", "--vsix", "m.vsix"]);
+    assert!(again.code == 0 && again.out.ends_with("is up to date: nothing was changed\n"), "{again:?}");
+    assert_eq!(run(&["uninstall", "vscode"]).code, 0);
+    assert!(!home.path("installed").exists());
+    assert!(run(&["uninstall", "vscode"]).out.ends_with("is not installed: nothing was changed\n"));
+    // As packages install both.
+    fs::create_dir_all(home.path("prefix/bin")).unwrap();
+    fs::copy(MAUVE, home.path("prefix/bin/mauve")).unwrap();
+    let mut command = Command::new(home.path("prefix/bin/mauve"));
+    let found = ended(command.args(["editor", "install", "vscode"]).env("HOME", &home.0).env("PATH", &path));
+    assert!(found.code == 0 && found.out.contains("/share/mauve/mauve.vsix with "), "{found:?}");
+
+    let home = Home::new(&[]);
+    let without = home.run(&["install", "vscode", "--vsix", "m.vsix"]);
+    assert!(without.code == 2 && without.err.contains("none of code, codium, "), "{without:?}");
+    let other = home.run(&["install", "nvim", "--program", "code"]);
+    assert!(other.code == 2 && other.err.contains("--vsix and --program are for vscode only"), "{other:?}");
+    let missing = home.run(&["install", "vscode", "--program", "/no/such/code", "--vsix", MAUVE]);
+    assert!(missing.code == 2 && missing.err.contains("`/no/such/code` cannot be started"), "{missing:?}");
+}
