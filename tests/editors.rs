@@ -1,5 +1,5 @@
-//! Runs real editors: Neovim without a screen, and the workbench of VS Code in a browser. The scripts in
-//! `tests/editors/` drive them and list their checks.
+//! Runs real editors: Neovim without a screen, Helix and Emacs in a terminal, and the workbench of VS Code in a browser. The
+//! scripts in `tests/editors/` drive them and list their checks.
 //!
 //! `tests/run` installs the editors; without them these tests fail with a message.
 
@@ -36,6 +36,37 @@ fn neovim_shows_nothing_without_a_server() {
     let _alone = EDITOR.lock().unwrap_or_else(PoisonError::into_inner);
     let (said, fine) = run("nvim/run", &["/no/such/server"]);
     assert!(!fine && said.contains("FAILED"), "{said}");
+}
+
+#[test]
+fn helix_shows_response_times_and_warnings() {
+    let _alone = EDITOR.lock().unwrap_or_else(PoisonError::into_inner);
+    let (said, fine) = run("helix/run", &[MAUVE]);
+    println!("{said}");
+    assert!(fine, "{said}");
+}
+
+#[test]
+fn helix_shows_nothing_without_a_server() {
+    let _alone = EDITOR.lock().unwrap_or_else(PoisonError::into_inner);
+    let (said, fine) = run("helix/run", &[MAUVE, "/no/such/server"]);
+    assert!(!fine && said.contains("FAILED  the screen does not show: only 3 ms slack"), "{said}");
+}
+
+#[test]
+fn emacs_shows_response_times_and_warnings() {
+    let _alone = EDITOR.lock().unwrap_or_else(PoisonError::into_inner);
+    let (said, fine) = run("emacs/run", &[MAUVE]);
+    println!("{said}");
+    assert!(fine, "{said}");
+}
+
+#[test]
+fn emacs_shows_nothing_without_a_server() {
+    let _alone = EDITOR.lock().unwrap_or_else(PoisonError::into_inner);
+    let (said, fine) = run("emacs/run", &[MAUVE, "/no/such/server"]);
+    let is_explained = said.contains("mauve: cannot run \"mauve\": install it, or set");
+    assert!(!fine && is_explained && said.contains("FAILED  the screen does not show: only 3 ms"), "{said}");
 }
 
 #[test]

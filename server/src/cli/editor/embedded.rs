@@ -18,6 +18,7 @@ embedded!(NVIM, "nvim":
     "indent/mauve.lua",
     "lsp/mauve.lua",
     "lua/mauve/colours.lua",
+    "lua/mauve/drawings.lua",
     "lua/mauve/figures.lua",
     "lua/mauve/generate.lua",
     "lua/mauve/health.lua",
