@@ -27,7 +27,22 @@ embedded!(NVIM, "nvim":
     "syntax/mauve.vim",
 );
 
-// Files in `runtime/` go to that folder of Helix; queries of a grammar are `runtime/queries/mauve/*.scm`.
+// The generated parser, for editors that compile it, and the queries of each editor.
+embedded!(GRAMMAR, "tree-sitter":
+    "src/parser.c",
+    "src/tree_sitter/parser.h",
+);
+embedded!(NVIM_QUERIES, "tree-sitter/queries":
+    "folds.scm",
+    "highlights.scm",
+    "indents.scm",
+);
+embedded!(HELIX_QUERIES, "tree-sitter/queries/helix":
+    "highlights.scm",
+    "indents.scm",
+);
+
+// Files in `runtime/` go to that folder of Helix.
 embedded!(HELIX, "helix":
     "config.toml",
     "languages.toml",
@@ -60,7 +75,13 @@ mod tests {
 
     #[test]
     fn each_file_of_an_editor_is_in_its_list() {
-        for (folder, files) in [("nvim", NVIM), ("helix", HELIX), ("emacs", EMACS), ("zed", ZED)] {
+        for (folder, files) in [
+            ("nvim", NVIM),
+            ("helix", HELIX),
+            ("emacs", EMACS),
+            ("zed", ZED),
+            ("tree-sitter/queries/helix", HELIX_QUERIES),
+        ] {
             let top = Path::new(env!("CARGO_MANIFEST_DIR")).join("../editors").join(folder);
             let found = mauve_tests::files_in(&top).into_iter();
             let found = found.map(|path| path.strip_prefix(&top).unwrap().display().to_string());

@@ -2,7 +2,7 @@
 
 use toml_edit::{Document, Item};
 
-use super::embedded::{HELIX, text};
+use super::embedded::{GRAMMAR, HELIX, HELIX_QUERIES, text};
 use super::home::{Home, quoted};
 use super::installation::{Settings, Wanted};
 use crate::generate::behind_links;
@@ -15,12 +15,23 @@ pub(super) fn wanted(home: &Home) -> Result<Wanted, String> {
     for (path, text) in HELIX.iter().filter(|(path, _)| path.starts_with("runtime/")) {
         wanted.add(&folder, path, *text);
     }
+    for (path, text) in HELIX_QUERIES {
+        wanted.add(&folder, &format!("runtime/queries/mauve/{path}"), *text);
+    }
+    let grammar = behind_links(&home.data.join("mauve/tree-sitter"))?;
+    for (path, text) in GRAMMAR {
+        wanted.add(&grammar, path, *text);
+    }
     let mut languages = Settings::read(&folder.join("languages.toml"))?;
     let document = parsed(&languages)?;
     let mut lines = text(HELIX, "languages.toml").to_owned();
     if let Some(program) = home.program_elsewhere() {
         lines = lines.replace(PROGRAM, &format!("command = {}", quoted(program)));
         wanted.notes.push(format!("`mauve` on PATH is another program, or missing: Helix starts {program}"));
+    }
+    if let Some(path) = grammar.to_str() {
+        lines += &format!("\n[[grammar]]\nname = \"mauve\"\nsource = {{ path = {} }}\n", quoted(path));
+        wanted.notes.push("for highlighting, run `hx --grammar build`, which needs a C compiler".to_owned());
     }
     if let Some(own) = own_entry(&document) {
         wanted.refused.push(format!(

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::env;
 
-use super::embedded::{NVIM, text};
+use super::embedded::{NVIM, NVIM_QUERIES, text};
 use super::home::{Home, quoted};
 use super::installation::Wanted;
 use crate::generate::behind_links;
@@ -16,6 +16,10 @@ pub(super) fn wanted(home: &Home) -> Result<Wanted, String> {
     let mut wanted = Wanted::default();
     for (path, text) in NVIM {
         wanted.add(&folder, path, *text);
+    }
+    // For a parser that the user has compiled; without one, they have no effect.
+    for (path, text) in NVIM_QUERIES {
+        wanted.add(&folder, &format!("queries/mauve/{path}"), *text);
     }
     wanted.add(&folder, "doc/tags", tags("mauve.txt", text(NVIM, "doc/mauve.txt")));
     if let Some(program) = home.program_elsewhere() {
