@@ -46,6 +46,7 @@ embedded!(HELIX_QUERIES, "tree-sitter/queries/helix":
 embedded!(HELIX, "helix":
     "config.toml",
     "languages.toml",
+    "runtime/grammars/mauve.md",
     "runtime/queries/mauve-toml/highlights.scm",
 );
 
