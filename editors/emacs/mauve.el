@@ -11,6 +11,7 @@
 ;;; Code:
 
 (require 'conf-mode)
+(require 'eieio)
 (require 'project)
 
 (defgroup mauve nil
@@ -126,7 +127,7 @@ The Meta Attack Language and \"Make a Lisp\" have the same extension."
   "Highlighting without a server.")
 
 (defun mauve--column-in-parentheses (open)
-  "Return the column of the text behind the parenthesis at OPEN, if there is any in its line."
+  "Return the column of the text behind the parenthesis at OPEN in its line."
   (when (and open (eq (char-after open) ?\())
     (save-excursion
       (goto-char (1+ open))
@@ -161,12 +162,32 @@ The Meta Attack Language and \"Make a Lisp\" have the same extension."
   "Return the folder of PROJECT."
   (cdr project))
 
+;; Eglot asks for the hints of a buffer when that buffer changes.  Response times also change with other files: then the server
+;; requests a refresh, which Eglot does not support for all servers.
 (defvar eglot-server-programs)
+(declare-function eglot-current-server "eglot")
 
 (with-eval-after-load 'eglot
+  (defclass mauve-server (eglot-lsp-server) ()
+    "The MAUVE language server.")
+
+  (cl-defmethod eglot-client-capabilities ((_server mauve-server))
+    "Return the capabilities of Eglot, with the refresh of inlay hints."
+    (let* ((all (copy-sequence (cl-call-next-method)))
+           (workspace (copy-sequence (plist-get all :workspace))))
+      (plist-put all :workspace (plist-put workspace :inlayHint '(:refreshSupport t)))))
+
+  (cl-defmethod eglot-handle-request ((server mauve-server) (_method (eql workspace/inlayHint/refresh)) &rest _)
+    "Request the hints of all buffers of SERVER again."
+    (dolist (buffer (buffer-list))
+      (with-current-buffer buffer
+        (when (and (bound-and-true-p eglot-inlay-hints-mode) (eq (eglot-current-server) server))
+          (jit-lock-refontify))))
+    nil)
+
   (add-to-list 'eglot-server-programs
                `((mauve-mode (mauve-toml-mode :language-id "toml"))
-                 . ,(lambda (&rest _) (list mauve-program "lsp")))))
+                 . ,(lambda (&rest _) (list 'mauve-server mauve-program "lsp")))))
 
 (declare-function eglot-ensure "eglot")
 
