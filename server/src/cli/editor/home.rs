@@ -24,7 +24,8 @@ impl Home {
         if cfg!(windows) {
             return Err("not supported on Windows: README.md describes how to set up each editor".to_owned());
         }
-        let home = env::home_dir().filter(|it| it.is_absolute());
+        // Not the entry of the user in the system's database: a static binary cannot read every database.
+        let home = env::var_os("HOME").map(PathBuf::from).filter(|it| it.is_absolute());
         let home = behind_links(&home.ok_or("no home folder: set HOME to an absolute path")?)?;
         let folder = |variable, default: &str| {
             let named = env::var_os(variable).map(PathBuf::from).filter(|it| it.is_absolute());

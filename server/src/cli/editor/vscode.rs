@@ -57,9 +57,11 @@ fn program(options: &Options) -> Result<PathBuf, String> {
         None => PROGRAMS.into_iter().find_map(on_path),
     };
     found.ok_or_else(|| {
+        let package = options.vsix.clone().or_else(|| packaged().ok());
+        let package = package.map_or("mauve.vsix".to_owned(), |path| format!("`{}`", path.display()));
         format!(
-            "none of {} is on PATH: name the command of VS Code with --program, or install the package with \
-             *Extensions: Install from VSIX…* in VS Code",
+            "none of {} is on PATH: name the command of VS Code with --program, or install {package} with \
+             \"Extensions: Install from VSIX…\" in VS Code",
             PROGRAMS.join(", ")
         )
     })
