@@ -9,6 +9,7 @@ mod fmt;
 mod generate;
 mod graph;
 mod lsp;
+mod man;
 mod new;
 mod own_output;
 mod parse;
@@ -102,6 +103,9 @@ enum Command {
     New(new::New),
     /// Install or remove the support for an editor.
     Editor(editor::Editor),
+    /// Write a manual page for each command into a folder.
+    #[command(hide = true)]
+    Man(man::Man),
     /// Print the completion script for a shell.
     Completions {
         /// The shell.
@@ -131,6 +135,7 @@ impl Arguments {
             Command::AnalysisStats(it) => it.run(),
             Command::New(it) => it.run(),
             Command::Editor(it) => it.run(),
+            Command::Man(it) => it.run(),
             Command::Completions { shell } => {
                 let mut text = Vec::new();
                 clap_complete::generate(shell, &mut Arguments::command(), "mauve", &mut text);

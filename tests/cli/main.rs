@@ -17,6 +17,7 @@ mod graph;
 #[cfg(unix)]
 mod hostile;
 mod pwcet;
+mod release;
 mod robot;
 mod samples;
 mod sensitivity;
