@@ -9,9 +9,11 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
 
 use mauve_diagnostics::Finding;
-use mauve_hir::{Database, File, Workspace};
+use mauve_hir::{Database, File, Project, Workspace, is_model, parse, project_files};
 use mauve_ide::EarlierFigures;
 use mauve_syntax::{TextRange, TextSize};
+use mauve_timing::TableErrorKind;
+use mauve_wcrt::table;
 use salsa::Cancelled;
 use tower_lsp::jsonrpc::{Error, ErrorCode, Result};
 use tower_lsp::lsp_types::{
@@ -161,6 +163,21 @@ impl Snapshot {
         let is_open =
             |path: &Path| self.documents.values().any(|document| document.file.path(&self.db) == path);
         self.workspaces.iter().any(|&workspace| is_outdated(&self.db, workspace, &is_open))
+    }
+
+    /// Returns whether an open text that the project depends on has syntax errors. The user may be typing: a client keeps
+    /// the last drawing of a complete text.
+    pub(crate) fn has_syntax_errors(&self, project: Project<'_>) -> bool {
+        let db = &self.db;
+        let models = project_files(db, project);
+        self.documents.values().any(|&Document { file, .. }| match is_model(file.path(db)) {
+            true => models.contains(&file) && !parse(db, file).errors().is_empty(),
+            // `mauve.toml` and timing tables.
+            false => {
+                let errors = &table(db, file).errors;
+                errors.iter().any(|error| matches!(error.kind, TableErrorKind::NotToml(_)))
+            }
+        })
     }
 
     /// Returns the URIs under which the client has a file open, otherwise the URI of its path.

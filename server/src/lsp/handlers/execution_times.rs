@@ -8,7 +8,8 @@
 //!
 //! Of the result, `codels` has the names of all codels of the project, `levels` the times from the most probable level on,
 //! `source` is the section of `mauve.toml` with the timing tables, or null, and `assumed` says that no table has a time. In the
-//! SVG, `data-level` holds the index of a level. `reasons` say why times are missing.
+//! SVG, `data-level` holds the index of a level. `reasons` say why times are missing. `incomplete` is whether a text has
+//! syntax errors.
 
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Location, names_of};
@@ -64,6 +65,7 @@ pub(crate) fn execution_times(snapshot: &Snapshot, params: &ExecutionTimesParams
         "assumed": times.is_assumed,
         "location": to_proto::location(snapshot, &location),
         "reasons": times.reasons,
+        "incomplete": snapshot.has_syntax_errors(project),
         "drawing": draw_exceedance(&times, Drawing::from(params.drawing)),
     }))
 }

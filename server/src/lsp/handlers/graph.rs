@@ -15,7 +15,7 @@
 //! `data-edge` holds the number of an edge. `location` is that of an instance or a connection, `activity` that of the activity.
 //! `load` is the share of a CPU, 1 being all of it; `status` is that of `mauve wcrt --format json`. Only deployments have a
 //! `significance`, `cpus` and what concerns times; a deployment whose architecture is unknown has no graph. `lost` has the
-//! reasons why something may be missing.
+//! reasons why something may be missing. `incomplete` is whether a text has syntax errors, such as one that is being typed.
 
 use mauve_hir::{Decl, Location, Project};
 use mauve_ide::{Drawing, GraphsOf, draw_graph, graph as graph_of, selected_graphs};
@@ -86,6 +86,7 @@ fn document(
     let mut document = graph_document(db, (project, of), query, &graph, location);
     if let Some(document) = document.as_object_mut() {
         document.insert("drawing".to_owned(), draw_graph(&graph, drawing).into());
+        document.insert("incomplete".to_owned(), snapshot.has_syntax_errors(project).into());
     }
     Ok(Some(document))
 }

@@ -11,6 +11,7 @@
 //! Of the result, `instances` has the real-time instances of the deployment, as far as they have a response time, and `bound` is
 //! the response time of `instance`, `response` that of the schedule, and `note` says how they compare. In the SVG,
 //! `data-activity` holds the index of an activity in `activities`. Without a schedule, there are `reasons`, and no drawing.
+//! `incomplete` is whether a text has syntax errors.
 
 use mauve_diagnostics::{reasons_of, times_of};
 use mauve_hir::item_tree::Kind;
@@ -90,6 +91,7 @@ pub(crate) fn schedule(snapshot: &Snapshot, params: &ScheduleParams) -> Result<V
         "note": null,
         "activities": activities.collect::<Vec<_>>(),
         "reasons": [],
+        "incomplete": snapshot.has_syntax_errors(project),
         "drawing": null,
     });
     let Some((index, of_activity)) = activity.and_then(|index| Some((index, report.activities.get(index)?)))

@@ -13,6 +13,7 @@
 //! SVG, `data-state`, `data-source` and `data-target` hold the numbers of states, and `data-edge` those of edges. A state has the programs that its periods
 //! execute first, in `first`: `run` and the guards. An edge executes as many of them as its `first` says, then the programs of
 //! `then`. `assumed` has the codels whose times are assumed. Without times, there are `reasons`.
+//! `incomplete` is whether a text has syntax errors.
 
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, ProgramId, names_of, project_files, projects};
@@ -114,6 +115,7 @@ pub(crate) fn state_machine(snapshot: &Snapshot, params: &StateMachineParams) ->
         "worstTrace": view.worst_trace,
         "assumed": assumed.collect::<Vec<_>>(),
         "reasons": view.reasons,
+        "incomplete": snapshot.has_syntax_errors(project),
         "drawing": drawing,
     }))
 }
