@@ -3,6 +3,7 @@ import { checkProject } from "./check";
 import { generate, generatePackages } from "./generate";
 import { showMenu } from "./menu";
 import { newProject, showCreated } from "./project";
+import { Panels } from "./panels";
 import { languageOf } from "./recognise";
 import { Server, State } from "./server";
 import { openWalkthrough, watchSteps } from "./walkthrough";
@@ -27,6 +28,7 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
     status,
     projects,
     watchSteps(),
+    new Panels(server, context.extensionUri),
     projects.onDidCreate(() => server.restart()),
     projects.onDidDelete(() => server.restart()),
     vscode.commands.registerCommand("mauve.newProject", () => newProject(server, context)),

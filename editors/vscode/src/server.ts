@@ -8,6 +8,7 @@ import {
   CodeLensRequest,
   DocumentSelector,
   DynamicFeature,
+  InlayHintRefreshRequest,
   LanguageClient,
   Location,
   Position,
@@ -37,6 +38,15 @@ export class Server {
   /** Starts and stops follow each other: a client that is half started cannot be stopped. */
   private queue: Promise<void> = Promise.resolve();
   private readonly lenses = new Lenses((document) => this.lensesOf(document));
+  private readonly edited = new vscode.EventEmitter<vscode.TextDocumentChangeEvent>();
+  private readonly updated = new vscode.EventEmitter<void>();
+  private readonly ended = new vscode.EventEmitter<void>();
+  /** A text that the server has was changed: until the server answers, what is shown may be that of the earlier text. */
+  readonly onDidEdit = this.edited.event;
+  /** The answers of the server may be others. */
+  readonly onDidUpdate = this.updated.event;
+  /** The server has ended; another may follow. */
+  readonly onDidEnd = this.ended.event;
   private readonly figures = new Figures((method, parameters) => this.answer(method, parameters), this.lenses.shown);
 
   constructor(
@@ -62,6 +72,7 @@ export class Server {
     await this.enqueue(() => this.shutDown());
     this.figures.dispose();
     this.lenses.dispose();
+    [this.edited, this.updated, this.ended].forEach((it) => it.dispose());
   }
 
   /** The answer to a request of ours; nothing where no server runs, which is said. */
@@ -69,6 +80,14 @@ export class Server {
     if (!this.client?.isRunning()) {
       void vscode.window.showWarningMessage("The MAUVE server is not running.");
       return undefined;
+    }
+    return this.client.sendRequest<T>(method, parameters);
+  }
+
+  /** The answer to a request of ours. Throws where there is none, with the reason. */
+  async request<T>(method: string, parameters: object): Promise<T> {
+    if (!this.client?.isRunning()) {
+      throw new Error("The MAUVE server is not running.");
     }
     return this.client.sendRequest<T>(method, parameters);
   }
@@ -156,13 +175,22 @@ export class Server {
     };
 
     let started = false;
-    const client: LanguageClient = new QuietClient("mauve", "MAUVE", run, {
+    const client: QuietClient = new QuietClient("mauve", "MAUVE", run, {
       documentSelector: await documentSelector(),
       outputChannel: this.log,
       revealOutputChannelOn: RevealOutputChannelOn.Never,
       initializationFailedHandler: () => false,
       middleware: {
         ...this.figures.middleware,
+        didOpen: async (document, next) => {
+          await this.figures.middleware.didOpen!(document, next);
+          this.updated.fire();
+        },
+        didChange: async (change, next) => {
+          this.edited.fire(change);
+          await this.figures.middleware.didChange!(change, next);
+          this.updated.fire();
+        },
         provideHover: async (document, position, token, next) => {
           const hover = await this.figures.middleware.provideHover!(document, position, token, next);
           if (hover && /^\s*activity\b/.test(document.lineAt(position.line).text)) {
@@ -191,6 +219,7 @@ export class Server {
     client.registerFeature(new OwnColours());
     client.registerFeature(this.lenses);
     client.onRequest(CodeLensRefreshRequest.type, () => this.lenses.refresh());
+    client.onRefresh = () => this.updated.fire();
     // Code lenses show places by it.
     client.registerFeature({
       fillClientCapabilities: (capabilities) => {
@@ -208,9 +237,11 @@ export class Server {
       }
       if (newState !== ClientState.Running) {
         this.figures.expire();
+        this.ended.fire();
       }
       if (newState === ClientState.Running) {
         this.set({ kind: "running", path: found.path, version: client.initializeResult?.serverInfo?.version });
+        this.updated.fire();
       } else if (newState === ClientState.Starting) {
         this.set({ kind: "starting" });
       } else if (this.state.kind !== "error") {
@@ -292,6 +323,18 @@ class QuietClient extends LanguageClient {
     if (!isOfLenses) {
       super.registerFeature(feature);
     }
+  }
+
+  /** Called when the server says that its hints are others: all that is shown may be. */
+  onRefresh?: () => void;
+
+  override onRequest(type: any, handler: any): vscode.Disposable {
+    const isOfHints = type.method === InlayHintRefreshRequest.method;
+    const withRefresh = (...parameters: unknown[]) => {
+      this.onRefresh?.();
+      return handler(...parameters);
+    };
+    return super.onRequest(type, isOfHints ? withRefresh : handler);
   }
 
   override error(message: string, data?: unknown): void {

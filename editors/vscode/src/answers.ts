@@ -1,0 +1,146 @@
+// The server's answers that panels and the tree show, as far as they are read, and the messages between a panel and the
+// extension.
+import type { Location, Position } from "vscode-languageclient";
+
+/** What all answers have. */
+interface Drawn {
+  /** SVG; null without anything to draw. */
+  drawing: string | null;
+  /** Whether a text has syntax errors: the user may be typing. */
+  incomplete: boolean;
+}
+
+/** An instance of an architecture; times are in milliseconds. */
+export interface GraphNode {
+  instance: string;
+  component: string;
+  load: number | null;
+  affinity: number | null;
+  priority: number | null;
+  period: number | null;
+  deadline: number | null;
+  response: number | null;
+  status: string | null;
+  reasons: string[];
+  location: Location | null;
+  activity: Location | null;
+}
+
+/** Of `mauve/graph`: a deployment, or an architecture. */
+export interface Graph extends Drawn {
+  name: string;
+  root: string;
+  /** Only deployments have it. */
+  significance: number | null;
+  nodes: GraphNode[];
+  edges: { location: Location | null }[];
+  cpus: { mask: number; utilisation: number | null; complete: boolean }[];
+  lost: string[];
+}
+
+export interface Program {
+  program: string;
+  time: number | null;
+}
+
+export interface MachineEdge {
+  source: number;
+  target: number;
+  transition: string | null;
+  time: number | null;
+  /** So many programs of the source's `first` are executed, then those of `then`. */
+  first: number;
+  then: Program[];
+  location: Location | null;
+}
+
+/** Of `mauve/stateMachine`. */
+export interface Machine extends Drawn {
+  component: string;
+  /** The section of `mauve.toml` with the timing tables. */
+  times: string | null;
+  significance: number;
+  states: { name: string; initial: boolean; first: Program[]; location: Location | null }[];
+  edges: MachineEdge[];
+  worstTrace: number[];
+  assumed: string[];
+  reasons: string[];
+}
+
+export interface Scheduled {
+  instance: string;
+  response: number;
+  deadline: number | null;
+  status: string;
+}
+
+/** Of `mauve/schedule`. */
+export interface Schedule extends Drawn {
+  deployment: string;
+  instance: string | null;
+  instances: Scheduled[];
+  significance: number;
+  response: number | null;
+  bound: number | null;
+  note: string | null;
+  activities: { index: number; instance: string; location: Location | null }[];
+  reasons: string[];
+}
+
+/** Of `mauve/executionTimes`. */
+export interface ExecutionTimes extends Drawn {
+  codel: string;
+  codels: string[];
+  levels: { significance: number; time: number }[];
+  shown: number;
+  source: string | null;
+  assumed: boolean;
+  location: Location | null;
+  reasons: string[];
+}
+
+/** The answers of the kinds of panels. */
+export interface Answers {
+  architecture: Graph;
+  stateMachine: Machine;
+  schedule: Schedule;
+  executionTimes: ExecutionTimes;
+}
+
+export type PanelKind = keyof Answers;
+
+/** What a panel shows: a document, and the names of what is selected in it. */
+export interface Subject {
+  uri: string;
+  position?: Position;
+  /** The deployment, component or codel. */
+  name?: string;
+  /** The project's root, where several projects have the document. */
+  root?: string;
+  /** The instance whose schedule is shown. */
+  instance?: string;
+}
+
+/** An element of a drawing: its kind, as in the attribute `data-state`, and its number there, such as `state:3`. */
+export type Item = `${string}:${number}`;
+
+/** A choice that a panel offers. */
+export interface Choice {
+  label: string;
+  value: string;
+}
+
+export type ToPanel =
+  | { type: "show"; kind: PanelKind; answer: Answers[PanelKind]; choices: Choice[]; chosen: string; subject: Subject }
+  /** Why the drawing is not that of the text; empty if it is. */
+  | { type: "mark"; why: string }
+  /** Why there is no drawing. */
+  | { type: "problem"; message: string }
+  /** The elements that are declared at the cursor. */
+  | { type: "light"; items: Item[] };
+
+export type FromPanel =
+  | { type: "ready" }
+  | { type: "go"; item: Item }
+  | { type: "choose"; value: string }
+  | { type: "chooseLevel" | "save" | "copy" };

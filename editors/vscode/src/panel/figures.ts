@@ -1,0 +1,141 @@
+import type { GraphNode } from "../answers";
+
+/** What is said of an activity in a table; `status` is a class of the styles. */
+export interface Row {
+  index: number;
+  instance: string;
+  component: string;
+  status: "met" | "missed" | "unknown" | "none";
+  /** The status in words. */
+  verdict: string;
+  response: string;
+  deadline: string;
+  slack: string;
+  load: string;
+  priority: string;
+  period: string;
+  cpu: string;
+  /** The response time as a part of the deadline; infinite without a bound. */
+  part: number;
+  reasons: string[];
+}
+
+/** A number without needless decimals. */
+export function number(value: number | null | undefined): string {
+  return value === null || value === undefined ? "–" : String(Math.round(value * 1e6) / 1e6);
+}
+
+export function percent(part: number | null | undefined): string {
+  return part === null || part === undefined ? "–" : `${(part * 100).toFixed(1)} %`;
+}
+
+/** `CPU 1`, `CPUs 1 and 2`: the lowest bit is CPU 1. */
+export function cpus(mask: number | null): string {
+  const names: number[] = [];
+  for (let cpu = 0; mask !== null && cpu < 53; cpu++) {
+    if (Math.floor(mask / 2 ** cpu) % 2 === 1) {
+      names.push(cpu + 1);
+    }
+  }
+  if (names.length < 2) {
+    return names.length === 0 ? "–" : `CPU ${names[0]}`;
+  }
+  return `CPUs ${names.slice(0, -1).join(", ")} and ${names.at(-1)}`;
+}
+
+/** The status of a deadline as a class; a response time without a bound misses its deadline. */
+export function statusOf(status: string | null): Row["status"] {
+  switch (status) {
+    case "met":
+      return "met";
+    case "not-analysed":
+      return "unknown";
+    case "background":
+    case null:
+      return "none";
+    default:
+      return "missed";
+  }
+}
+
+export const signs: Record<Row["status"], string> = { met: "✓", missed: "✗", unknown: "?", none: "–" };
+
+/** The rows of the activities, the worst first: those without a bound, then by the response time as a part of the deadline. */
+export function rows(nodes: GraphNode[]): Row[] {
+  const found = nodes.map((node, index) => {
+    const { response, deadline, status } = node;
+    const isKnown = response !== null && deadline !== null;
+    const state = statusOf(status);
+    return {
+      index,
+      instance: node.instance,
+      component: node.component,
+      status: state,
+      verdict: state === "none" ? (status ?? "no activity") : (status ?? "").replaceAll("-", " "),
+      response: number(response),
+      deadline: number(deadline),
+      slack: isKnown ? number(deadline - response) : "–",
+      load: percent(node.load),
+      priority: number(node.priority),
+      period: number(node.period),
+      cpu: cpus(node.affinity).replace(/^CPUs? /, ""),
+      part: state === "none" ? -1 : isKnown ? response / Math.max(deadline, Number.MIN_VALUE) : Infinity,
+      reasons: node.reasons,
+    };
+  });
+  const byName = (one: Row, other: Row) => one.instance.localeCompare(other.instance);
+  return found.sort((one, other) => (one.part === other.part ? byName(one, other) : one.part > other.part ? -1 : 1));
+}
+
+/** The deployment in one sentence, and its status. */
+export function summary(all: Row[]): { status: Row["status"]; text: string } {
+  const of = (status: Row["status"]) => all.filter((row) => row.status === status);
+  const [missed, unknown, met] = [of("missed"), of("unknown"), of("met")];
+  const names = (rows: Row[]) => {
+    const shown = rows.slice(0, 3).map(({ instance }) => instance).join(", ");
+    return rows.length > 3 ? `${shown} and ${rows.length - 3} more` : shown;
+  };
+  const deadlines = (count: number) => (count === 1 ? "1 deadline" : `${count} deadlines`);
+  const parts: string[] = [];
+  if (missed.length > 0) {
+    parts.push(`${deadlines(missed.length)} missed: ${names(missed)}`);
+  }
+  if (unknown.length > 0) {
+    parts.push(`${unknown.length} not analysed: ${names(unknown)}`);
+  }
+  if (parts.length > 0) {
+    return { status: missed.length > 0 ? "missed" : "unknown", text: parts.join("; ") };
+  }
+  if (met.length === 0) {
+    return { status: "none", text: "No activity has a deadline" };
+  }
+  const least = met.reduce((one, other) => (Number(other.slack) < Number(one.slack) ? other : one));
+  const deadlinesMet = met.length === 1 ? "The deadline is met" : `All ${met.length} deadlines are met`;
+  return { status: "met", text: `${deadlinesMet}; least slack: ${least.instance}, ${least.slack} ms` };
+}
+
+/** A step of the worst periods: the same edge several times in a row is one. */
+export interface Step {
+  edge: number;
+  count: number;
+  /** The execution time of all of them, and of all up to here. */
+  time: number;
+  total: number;
+}
+
+/** The steps of a trace; times are those of the edges. */
+export function steps(trace: number[], times: (number | null)[]): Step[] {
+  const found: Step[] = [];
+  let total = 0;
+  for (const edge of trace) {
+    const time = times[edge] ?? 0;
+    total += time;
+    const last = found.at(-1);
+    if (last?.edge === edge) {
+      found.splice(-1, 1, { edge, count: last.count + 1, time: last.time + time, total });
+    } else {
+      found.push({ edge, count: 1, time, total });
+    }
+  }
+  return found;
+}

@@ -1,0 +1,232 @@
+// The page of a panel: it shows what the extension sends, and says what the user does.
+import type { Answers, FromPanel, Item, PanelKind, Subject, ToPanel } from "../answers";
+import { details, headline, level } from "./details";
+import { h } from "./dom";
+import { signs } from "./figures";
+import { Stage } from "./stage";
+import type { Place } from "./view";
+
+interface State {
+  subject?: Subject;
+  place?: Place;
+}
+
+declare function acquireVsCodeApi(): {
+  postMessage(message: FromPanel): void;
+  getState(): State | undefined;
+  setState(state: State): void;
+};
+
+const vscode = acquireVsCodeApi();
+const post = (message: FromPanel) => vscode.postMessage(message);
+const keep = (state: State) => vscode.setState({ ...vscode.getState(), ...state });
+const nonce = (document.currentScript as HTMLScriptElement).nonce;
+
+let shown: { kind: PanelKind; answer: Answers[PanelKind] } | undefined;
+/** The sources of parts of the page, to leave alone what is the same. */
+const parts = new Map<string, string>();
+let selected: Item | undefined;
+/** What is declared at the cursor in the editor. */
+let lit: Item | undefined;
+
+const stage = new Stage(
+  nonce,
+  {
+    go: (item) => post({ type: "go", item }),
+    select: (item) => {
+      selected = item;
+      showDetails();
+    },
+    leave: () => (searchField.value === "" ? levelButton : searchField).focus(),
+    move: (place) => keep({ place }),
+  },
+  vscode.getState()?.place,
+);
+
+const title = h("h1", {}, "MAUVE");
+const levelButton = button("level", "", "Choose the significance level", () => post({ type: "chooseLevel" }));
+const choice = h("select", { class: "choice", "aria-label": "Shown", hidden: true });
+const searchField = h("input", { type: "search", class: "search", placeholder: "Search", "aria-label": "Search in the drawing" });
+const count = h("span", { class: "count", role: "status" });
+const headlineText = h("p", { class: "headline", role: "status" });
+const mark = h("p", { class: "mark", role: "status", hidden: true });
+const problem = h("p", { class: "problem", role: "alert", hidden: true });
+const below = h("section", { class: "details", "aria-label": "Figures", tabindex: 0 });
+const content = h("div", { class: "content" }, stage.element, below);
+const tools = h(
+  "div",
+  { class: "tools" },
+  h("span", { class: "group" }, searchField, count),
+  h(
+    "span",
+    { class: "group", role: "group", "aria-label": "Zoom" },
+    button("", "−", "Zoom out (-)", () => stage.out()),
+    button("", "Fit", "Show all (0)", () => stage.fit()),
+    button("", "+", "Zoom in (+)", () => stage.in()),
+  ),
+  h(
+    "span",
+    { class: "group", role: "group", "aria-label": "Export" },
+    button("", "Save", "Save the drawing as SVG", () => post({ type: "save" })),
+    button("", "Copy", "Copy the drawing as SVG", () => post({ type: "copy" })),
+  ),
+);
+document.body.append(
+  h("header", {}, h("div", { class: "names" }, title, choice, levelButton), headlineText, tools),
+  h("main", {}, problem, mark, content),
+);
+content.hidden = true;
+
+choice.addEventListener("change", () => {
+  stage.reset();
+  post({ type: "choose", value: choice.value });
+});
+searchField.addEventListener("input", () => {
+  const found = stage.search(searchField.value);
+  count.textContent = searchField.value.trim() === "" ? "" : `${found} found`;
+});
+searchField.addEventListener("keydown", (event) => {
+  if (event.key === "Enter") {
+    event.preventDefault();
+    const at = stage.next(event.shiftKey ? -1 : 1);
+    count.textContent = at === 0 ? count.textContent : `${at} of ${stage.search(searchField.value, false)}`;
+  } else if (event.key === "Escape") {
+    event.preventDefault();
+    searchField.value = "";
+    count.textContent = "";
+    stage.search("");
+    stage.focus();
+  }
+});
+// Keys of the whole page.
+addEventListener("keydown", (event) => {
+  const isTyping = event.target instanceof HTMLInputElement || event.target instanceof HTMLSelectElement;
+  const isFind = (event.ctrlKey || event.metaKey) && event.key === "f";
+  const action = { "+": () => stage.in(), "=": () => stage.in(), "-": () => stage.out(), "0": () => stage.fit() }[event.key];
+  if (isFind || (event.key === "/" && !isTyping)) {
+    event.preventDefault();
+    event.stopPropagation();
+    searchField.focus();
+    searchField.select();
+  } else if (action !== undefined && !isTyping && !event.ctrlKey && !event.metaKey && !event.altKey) {
+    event.preventDefault();
+    action();
+  }
+});
+addEventListener("message", ({ data }: MessageEvent<ToPanel>) => receive(data));
+post({ type: "ready" });
+
+function button(name: string, text: string, title: string, action: () => void): HTMLButtonElement {
+  const element = h("button", { class: name, title, "aria-label": title.replace(/ \(.*/, "") }, text);
+  element.addEventListener("click", action);
+  return element;
+}
+
+function receive(message: ToPanel): void {
+  switch (message.type) {
+    case "show":
+      show(message);
+      break;
+    case "mark":
+      mark.hidden = message.why === "";
+      mark.textContent = message.why;
+      document.body.classList.toggle("earlier", message.why !== "");
+      break;
+    case "problem":
+      problem.hidden = false;
+      problem.textContent = message.message;
+      content.hidden = true;
+      break;
+    case "light":
+      stage.light(message.items);
+      if (message.items.length > 0 && message.items[0] !== lit) {
+        selected = message.items[0];
+        showDetails();
+      }
+      lit = message.items[0];
+      below.querySelectorAll("[data-item]").forEach((row) => {
+        row.classList.toggle("lit", message.items.includes(row.getAttribute("data-item") as Item));
+      });
+  }
+}
+
+function show({ kind, answer, choices, chosen, subject }: Extract<ToPanel, { type: "show" }>): void {
+  const isOther = shown !== undefined && nameOf(shown.kind, shown.answer) !== nameOf(kind, answer);
+  if (isOther) {
+    stage.reset();
+    selected = undefined;
+  }
+  shown = { kind, answer };
+  keep({ subject });
+  problem.hidden = true;
+  content.hidden = false;
+  const name = nameOf(kind, answer);
+  title.textContent = name;
+  title.hidden = choices.length > 1;
+  choice.hidden = choices.length < 2;
+  unlessSame("choice", { choices, chosen }, () => {
+    const options = choices.map(({ label, value }) => h("option", { value, selected: value === chosen }, label));
+    choice.replaceChildren(...options);
+  });
+  const significance = "significance" in answer ? answer.significance : "shown" in answer ? answer.shown : null;
+  levelButton.hidden = significance === null;
+  levelButton.textContent = significance === null ? "" : `Level ${level(significance)}`;
+  const { status, text } = headline(kind, answer);
+  headlineText.className = `headline ${status}`;
+  headlineText.textContent = status === "none" ? text : `${signs[status]} ${text}`;
+  stage.element.hidden = answer.drawing === null;
+  stage.show(answer.drawing);
+  arrange();
+  showDetails();
+}
+
+function nameOf(kind: PanelKind, answer: Answers[PanelKind]): string {
+  switch (kind) {
+    case "architecture":
+      return (answer as Answers["architecture"]).name;
+    case "stateMachine":
+      return (answer as Answers["stateMachine"]).component;
+    case "schedule":
+      return (answer as Answers["schedule"]).instance ?? (answer as Answers["schedule"]).deployment;
+    default:
+      return (answer as Answers["executionTimes"]).codel;
+  }
+}
+
+function showDetails(): void {
+  if (shown === undefined) {
+    return;
+  }
+  const { kind, answer } = shown;
+  unlessSame("details", { ...answer, drawing: "", selected }, () => {
+    const focused = document.activeElement?.getAttribute("data-key");
+    const actions = {
+      go: (item: Item) => post({ type: "go", item }),
+      hover: (item?: Item) => stage.hover(item),
+      choose: (value: string) => post({ type: "choose", value }),
+    };
+    const lit = new Set([...below.querySelectorAll(".lit")].map((row) => row.getAttribute("data-item")));
+    const { scrollTop } = below;
+    below.replaceChildren(...details(kind, answer, actions, selected).filter((it) => it.childElementCount > 0));
+    below.querySelectorAll("[data-item]").forEach((row) => row.classList.toggle("lit", lit.has(row.getAttribute("data-item"))));
+    below.scrollTop = scrollTop;
+    if (focused) {
+      below.querySelector<HTMLElement>(`[data-key="${CSS.escape(focused)}"]`)?.focus({ preventScroll: true });
+    }
+  });
+}
+
+/** Does something unless its source is the same as the last time. */
+function unlessSame(part: string, source: object, action: () => void): void {
+  const text = JSON.stringify(source);
+  if (parts.get(part) !== text) {
+    parts.set(part, text);
+    action();
+  }
+}
+
+/** A drawing that is not wide stands beside its figures, where there is room for both. */
+function arrange(): void {
+  const { width, height } = stage.size;
+  document.body.classList.toggle("tall", width < 1.7 * height || width < 760);
+}

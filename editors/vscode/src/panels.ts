@@ -1,0 +1,380 @@
+import { randomBytes } from "node:crypto";
+import * as path from "node:path";
+import * as vscode from "vscode";
+import { LSPErrorCodes, ResponseError, type Location } from "vscode-languageclient/node";
+import type { Answers, FromPanel, Item, PanelKind, Subject, ToPanel } from "./answers";
+import { kinds, Loaded } from "./kinds";
+import { Latest } from "./latest";
+import { litAt, Places, placesOf } from "./lit";
+import { Server } from "./server";
+
+/** The commands that open panels. */
+const commands: Record<PanelKind, string> = {
+  architecture: "mauve.showArchitecture",
+  stateMachine: "mauve.showStateMachine",
+  schedule: "mauve.showSchedule",
+  executionTimes: "mauve.showExecutionTimes",
+};
+
+/** So many milliseconds after a change without an answer, a drawing is marked as an earlier one. */
+const patience = 500;
+/** So many milliseconds later a request is sent again that the server could not answer yet. */
+const pause = 50;
+
+/** The panels: one of each kind at most. */
+export class Panels implements vscode.Disposable {
+  private readonly open = new Map<PanelKind, Panel>();
+  private readonly registrations: vscode.Disposable;
+
+  constructor(
+    private readonly server: Server,
+    private readonly extension: vscode.Uri,
+  ) {
+    const names = Object.keys(commands) as PanelKind[];
+    const all = () => [...this.open.values()];
+    this.registrations = vscode.Disposable.from(
+      ...names.map((kind) => vscode.commands.registerCommand(commands[kind], (uri, place) => this.show(kind, uri, place))),
+      ...names.map((kind) =>
+        vscode.window.registerWebviewPanelSerializer(viewType(kind), {
+          deserializeWebviewPanel: async (panel, state?: { subject?: Subject }) => {
+            if (state?.subject === undefined) {
+              panel.dispose();
+            } else {
+              this.add(kind, panel, state.subject);
+            }
+          },
+        }),
+      ),
+      ...["save", "copy"].map((what) =>
+        vscode.commands.registerCommand(`mauve.${what}Drawing`, () => {
+          const panel = all().find((it) => it.isActive) ?? all().find((it) => it.isVisible);
+          return panel?.export(what as "save" | "copy");
+        }),
+      ),
+      server.onDidEdit((change) => all().forEach((panel) => panel.edit(change))),
+      server.onDidUpdate(() => all().forEach((panel) => panel.update())),
+      server.onDidEnd(() => all().forEach((panel) => panel.expire())),
+      vscode.window.onDidChangeTextEditorSelection(() => all().forEach((panel) => panel.light())),
+      vscode.window.onDidChangeActiveTextEditor(() => all().forEach((panel) => panel.light())),
+    );
+  }
+
+  dispose(): void {
+    this.registrations.dispose();
+  }
+
+  /** Shows a panel of the declaration at the cursor, or at a place that a code lens or the tree names. */
+  private show(kind: PanelKind, uri?: unknown, place?: Partial<Subject>): void {
+    const subject = subjectOf(uri, place);
+    if (subject === undefined) {
+      void vscode.window.showInformationMessage("Open a model first: the panel shows the declaration at the cursor in it.");
+      return;
+    }
+    const opened = this.open.get(kind);
+    if (opened !== undefined) {
+      opened.reveal(subject);
+      return;
+    }
+    const column = { viewColumn: vscode.ViewColumn.Beside, preserveFocus: true };
+    this.add(kind, vscode.window.createWebviewPanel(viewType(kind), "MAUVE", column), subject);
+  }
+
+  private add(kind: PanelKind, view: vscode.WebviewPanel, subject: Subject): void {
+    this.open.get(kind)?.close();
+    const panel = new Panel(kind, view, subject, this.server, this.extension);
+    this.open.set(kind, panel);
+    view.onDidDispose(() => {
+      panel.dispose();
+      if (this.open.get(kind) === panel) {
+        this.open.delete(kind);
+      }
+    });
+  }
+}
+
+/** A panel, which follows the texts. */
+class Panel {
+  private loaded?: Loaded<Answers[PanelKind]>;
+  private places: Places = new Map();
+  /** Why the drawing is not that of the text; empty if it is. */
+  private mark = "";
+  private problem = "";
+  private timer?: NodeJS.Timeout;
+  /** Counts the subjects: an answer about an earlier one is not shown. */
+  private subjects = 0;
+  private readonly latest = new Latest((isOutdated) => this.load(isOutdated));
+
+  constructor(
+    private readonly kind: PanelKind,
+    private readonly view: vscode.WebviewPanel,
+    private subject: Subject,
+    private readonly server: Server,
+    extension: vscode.Uri,
+  ) {
+    const { webview } = view;
+    webview.options = { enableScripts: true, localResourceRoots: ["out", "media"].map((it) => vscode.Uri.joinPath(extension, it)) };
+    view.iconPath = vscode.Uri.joinPath(extension, "icon.png");
+    webview.onDidReceiveMessage((message: FromPanel) => this.receive(message));
+    // A hidden panel asks for nothing, and its page is gone until it is visible again.
+    view.onDidChangeViewState(() => view.visible && this.update());
+    webview.html = page(webview, extension, kind);
+    this.update();
+  }
+
+  get isActive(): boolean {
+    return this.view.active;
+  }
+
+  get isVisible(): boolean {
+    return this.view.visible;
+  }
+
+  close(): void {
+    this.view.dispose();
+  }
+
+  dispose(): void {
+    clearTimeout(this.timer);
+    this.latest.abandon();
+  }
+
+  reveal(subject: Subject): void {
+    this.view.reveal(undefined, true);
+    this.change(subject);
+  }
+
+  private change(subject: Subject): void {
+    this.subject = subject;
+    this.subjects++;
+    this.latest.abandon();
+    this.update();
+  }
+
+  /** A text has changed: its places have moved, and the drawing may be an earlier one. */
+  edit({ document, contentChanges }: vscode.TextDocumentChangeEvent): void {
+    const { uri, position } = this.subject;
+    if (position !== undefined && document.uri.toString() === uri) {
+      this.subject = { ...this.subject, position: contentChanges.reduce(moveBy, position) };
+    }
+    this.timer ??= setTimeout(() => this.setMark("Earlier drawing: the server has not answered since the last edit"), patience);
+  }
+
+  /** The server has ended: another may follow. */
+  expire(): void {
+    this.latest.abandon();
+    this.setMark("Earlier drawing: the server is not running");
+  }
+
+  update(): void {
+    if (this.view.visible) {
+      void this.latest.request();
+    }
+  }
+
+  private async load(isOutdated: () => boolean): Promise<void> {
+    const { subject, subjects, kind } = this;
+    let loaded: Loaded<Answers[PanelKind]>;
+    try {
+      loaded = await kinds[kind].load((method, parameters) => this.server.request(method, parameters), subject);
+    } catch (error) {
+      if (!isOutdated()) {
+        this.fail(error);
+      }
+      return;
+    }
+    if (subjects !== this.subjects) {
+      return;
+    }
+    // Of an incomplete text, the last drawing says more.
+    const { answer } = loaded;
+    const before = this.loaded;
+    const isOfSame = before !== undefined && before.subject.name === loaded.subject.name && before.chosen === loaded.chosen;
+    if (answer.incomplete && isOfSame && !before.answer.incomplete) {
+      this.stopWaiting();
+      this.setMark("Earlier drawing: the text has syntax errors");
+      return;
+    }
+    this.subject = { ...loaded.subject, position: this.subject.position };
+    this.problem = "";
+    const isSame = before !== undefined && JSON.stringify(before) === JSON.stringify(loaded);
+    this.loaded = loaded;
+    if (!isSame) {
+      this.places = placesOf(kind, answer);
+      this.view.title = (kinds[kind].title as (answer: object) => string)(answer);
+      this.send();
+    }
+    if (!isOutdated()) {
+      this.stopWaiting();
+      this.setMark(answer.incomplete ? "Incomplete: the text has syntax errors" : "");
+    }
+  }
+
+  /** The server has answered: the panel no longer waits. */
+  private stopWaiting(): void {
+    clearTimeout(this.timer);
+    this.timer = undefined;
+  }
+
+  private fail(error: unknown): void {
+    const code = error instanceof ResponseError ? error.code : undefined;
+    const isBusy = [LSPErrorCodes.ContentModified, LSPErrorCodes.RequestCancelled, LSPErrorCodes.ServerCancelled].includes(code as never);
+    if (isBusy || this.server.current.kind === "starting") {
+      setTimeout(() => this.update(), pause);
+      return;
+    }
+    const message = error instanceof Error ? error.message : String(error);
+    this.stopWaiting();
+    if (this.loaded === undefined || this.subject.name === undefined) {
+      this.loaded = undefined;
+      this.problem = message;
+      this.post({ type: "problem", message });
+    } else {
+      this.setMark(`Earlier drawing: ${message}`);
+    }
+  }
+
+  private setMark(why: string): void {
+    if (this.mark !== why) {
+      this.mark = why;
+      this.post({ type: "mark", why });
+    }
+  }
+
+  private post(message: ToPanel): void {
+    void this.view.webview.postMessage(message);
+  }
+
+  private send(): void {
+    const { kind, loaded, subject } = this;
+    if (loaded !== undefined) {
+      this.post({ type: "show", kind, answer: loaded.answer, choices: loaded.choices, chosen: loaded.chosen, subject });
+      this.light();
+    }
+  }
+
+  /** Lights the elements at the cursor. */
+  light(): void {
+    const editor = vscode.window.activeTextEditor;
+    if (editor !== undefined && this.view.visible) {
+      const line = editor.selection.active.line;
+      this.post({ type: "light", items: litAt(this.kind, this.places, editor.document.uri.toString(), line) });
+    }
+  }
+
+  private async receive(message: FromPanel): Promise<void> {
+    switch (message.type) {
+      case "ready":
+        // The page is new: it has nothing.
+        this.send();
+        this.post({ type: "mark", why: this.mark });
+        if (this.problem !== "") {
+          this.post({ type: "problem", message: this.problem });
+        }
+        return;
+      case "go":
+        return this.go(message.item);
+      case "choose":
+        return this.change(kinds[this.kind].choose(this.subject, message.value));
+      case "chooseLevel":
+        return vscode.commands.executeCommand("mauve.chooseSignificance");
+      default:
+        return this.export(message.type);
+    }
+  }
+
+  private async go(item: Item): Promise<void> {
+    const location = this.places.get(item)?.find((at) => at !== null);
+    if (location) {
+      await showLocation(location);
+    }
+  }
+
+  /** Saves the drawing as the server has drawn it, or copies it. */
+  async export(how: "save" | "copy"): Promise<void> {
+    const drawing = this.loaded?.answer.drawing;
+    if (typeof drawing !== "string") {
+      void vscode.window.showInformationMessage("The panel has no drawing.");
+      return;
+    }
+    if (how === "copy") {
+      await vscode.env.clipboard.writeText(drawing);
+      vscode.window.setStatusBarMessage("The drawing was copied as SVG.", 3000);
+      return;
+    }
+    const folder = path.dirname(vscode.Uri.parse(this.subject.uri).fsPath);
+    const name = `${this.view.title.replace(/^.*: /, "").replace(/[^\w.-]+/g, "-")}.svg`;
+    const file = await vscode.window.showSaveDialog({
+      defaultUri: vscode.Uri.file(path.join(folder, name)),
+      filters: { SVG: ["svg"] },
+      title: "Save the drawing",
+    });
+    if (file !== undefined) {
+      await vscode.workspace.fs.writeFile(file, Buffer.from(drawing));
+    }
+  }
+}
+
+/** Shows a location in the editor that has its document, otherwise in the first group. */
+export async function showLocation({ uri, range }: Location): Promise<void> {
+  const editor = vscode.window.visibleTextEditors.find(({ document }) => document.uri.toString() === uri);
+  const { start, end } = range;
+  await vscode.window.showTextDocument(vscode.Uri.parse(uri), {
+    selection: new vscode.Range(start.line, start.character, end.line, end.character),
+    viewColumn: editor?.viewColumn ?? vscode.ViewColumn.One,
+  });
+}
+
+function viewType(kind: PanelKind): string {
+  return `mauve.${kind}`;
+}
+
+/** The document and the position that an argument of a command names, otherwise those of the cursor. */
+function subjectOf(uri: unknown, place?: Partial<Subject>): Subject | undefined {
+  // The menu of an editor's title passes its URI.
+  const named = uri instanceof vscode.Uri ? uri.toString() : typeof uri === "string" ? uri : undefined;
+  if (named !== undefined && place !== undefined && ("position" in place || "name" in place)) {
+    return { ...place, uri: vscode.Uri.parse(named).toString() };
+  }
+  const editor = vscode.window.activeTextEditor ?? vscode.window.visibleTextEditors[0];
+  if (editor === undefined || !["mauve", "toml"].includes(editor.document.languageId)) {
+    return undefined;
+  }
+  const { line, character } = editor.selection.active;
+  return { uri: editor.document.uri.toString(), position: { line, character } };
+}
+
+/** A position after a change. */
+function moveBy(
+  position: { line: number; character: number },
+  { range, text }: vscode.TextDocumentContentChangeEvent,
+): { line: number; character: number } {
+  const { start, end } = range;
+  const isBefore = end.line < position.line || (end.line === position.line && end.character <= position.character);
+  if (!isBefore) {
+    return position;
+  }
+  const lines = text.split("\n");
+  const line = position.line + lines.length - 1 - (end.line - start.line);
+  const last = lines.at(-1)!.length + (lines.length === 1 ? start.character : 0);
+  const character = end.line === position.line ? position.character - end.character + last : position.character;
+  return { line, character };
+}
+
+/** The page of a panel: all of it is in the extension, and only its own script and styles have effect. */
+function page(webview: vscode.Webview, extension: vscode.Uri, kind: PanelKind): string {
+  const nonce = randomBytes(16).toString("base64");
+  const local = (...segments: string[]) => webview.asWebviewUri(vscode.Uri.joinPath(extension, ...segments));
+  return `<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src ${webview.cspSource} 'nonce-${nonce}'; script-src 'nonce-${nonce}'">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<link rel="stylesheet" href="${local("media", "panel.css")}">
+<title>MAUVE</title>
+</head>
+<body data-kind="${kind}">
+<script nonce="${nonce}" src="${local("out", "panel.js")}"></script>
+</body>
+</html>`;
+}
