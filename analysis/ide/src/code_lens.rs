@@ -1,5 +1,5 @@
-//! Code lenses above declarations: what can be done with them. The level, the Orocos packages and the architecture of a deployment;
-//! the instances of a component; the implementation of a codel. Figures are in hints.
+//! Code lenses above declarations: what can be done with them. The level, the Orocos packages, the architecture and the drawings of a
+//! deployment; the instances and the state machine of a component; the implementation of a codel. Figures are in hints.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -38,6 +38,19 @@ pub enum LensAction {
     Show(Vec<(File, TextRange)>),
     /// Opens these files, if they exist.
     Open(Vec<PathBuf>),
+    /// Shows a drawing of the declaration.
+    Draw(LensDrawing),
+}
+
+/// A drawing of a declaration.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LensDrawing {
+    /// Of a deployment: its instances and connections.
+    Architecture,
+    /// Of a deployment: the schedule behind a response time.
+    Schedule,
+    /// Of a component.
+    StateMachine,
 }
 
 /// Returns the lenses of a file, in text order.
@@ -72,11 +85,14 @@ pub fn code_lenses(db: &dyn ModelDb, workspaces: &[Workspace], file: File) -> Ve
                 let targets = each_once(targets.map(|it| (it.file(db), Location::name_of(it).range(db))));
                 if !targets.is_empty() {
                     add("Architecture".to_owned(), LensAction::Show(targets));
+                    add("Graph".to_owned(), LensAction::Draw(LensDrawing::Architecture));
+                    add("Schedule".to_owned(), LensAction::Draw(LensDrawing::Schedule));
                 }
             }
             Kind::Component => {
                 let (title, places) = instances(db, &projects, decl);
                 add(title, LensAction::Show(places));
+                add("State machine".to_owned(), LensAction::Draw(LensDrawing::StateMachine));
             }
             Kind::Codel => {
                 let files = projects.iter().filter_map(|&project| codel_file(db, project, decl));
@@ -139,6 +155,7 @@ mod tests {
             let action = match action {
                 LensAction::ChooseSignificance(level) => format!(" -> choose instead of {level}"),
                 LensAction::Generate(deployment) => format!(" -> generate {deployment}"),
+                LensAction::Draw(drawing) => format!(" -> draw {drawing:?}"),
                 LensAction::Open(paths) => {
                     paths.iter().map(|path| format!(" -> open {}", path.display())).collect()
                 }
@@ -186,11 +203,16 @@ architecture B { import A  instance c: P }
             &format!("{robot}{TABLES}"),
             expect![[r#"
                 P: used in 2 instances -> /robot.mal 56..57 c -> /model.mal 223..224 a
+                P: State machine -> draw StateMachine
                 Q: used in 1 instance -> /model.mal 238..239 b
+                Q: State machine -> draw StateMachine
                 Unused: not used in any instance
+                Unused: State machine -> draw StateMachine
                 D: Level 1e-4 ▾ -> choose instead of 1e-4
                 D: Generate Orocos -> generate D
                 D: Architecture -> /model.mal 210..211 A
+                D: Graph -> draw Architecture
+                D: Schedule -> draw Schedule
             "#]],
         );
     }

@@ -93,7 +93,7 @@ pub use architecture_drawing::draw_graph;
 pub use call_hierarchy::{Calls, call_items, incoming_calls, outgoing_calls};
 pub use change::{Change, FileChange};
 pub use code_actions::{ActionKind, ActionQuestion, Changes, CodeAction, code_actions};
-pub use code_lens::{CodeLens, LensAction, code_lenses};
+pub use code_lens::{CodeLens, LensAction, LensDrawing, code_lenses};
 pub use completion::{Completion, CompletionKind, Completions, Subject, completions, documentation};
 pub use declaration::declaration;
 pub use definition::{Navigation, Target, definition};

@@ -24,6 +24,15 @@ import { Lenses } from "./lenses";
 import { openServerSetting } from "./settings";
 import { complete } from "./walkthrough";
 
+/** The commands of this extension that code lenses execute. */
+const lensCommands = [
+  "mauve.chooseSignificance",
+  "mauve.showReferences",
+  "mauve.showArchitecture",
+  "mauve.showSchedule",
+  "mauve.showStateMachine",
+];
+
 /** What the status bar shows. */
 export type State =
   | { kind: "starting" | "stopped" }
@@ -223,7 +232,7 @@ export class Server {
     // Code lenses show places by it.
     client.registerFeature({
       fillClientCapabilities: (capabilities) => {
-        capabilities.experimental = { ...(capabilities.experimental as object), commands: ["mauve.chooseSignificance", "mauve.showReferences"] };
+        capabilities.experimental = { ...(capabilities.experimental as object), commands: lensCommands };
       },
       initialize: () => undefined,
       getState: () => ({ kind: "static" }),

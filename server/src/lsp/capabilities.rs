@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use tower_lsp::lsp_types::*;
 
 use super::handlers;
-use super::handlers::code_lens::{CHOOSE_SIGNIFICANCE, SHOW_REFERENCES};
+use super::handlers::code_lens::{CHOOSE_SIGNIFICANCE, LENS_DRAWINGS, SHOW_REFERENCES, drawing_command};
 use super::handlers::execute_command::{COMMANDS, GENERATE};
 use super::handlers::semantic_tokens::Legend;
 use super::position::Encoding;
@@ -72,6 +72,8 @@ capabilities! {
         completion_markdown: bool,
         creates_files: bool,
         deletes_files: bool,
+        /// Whether it implements the commands that show drawings, as listed in `experimental.commands`.
+        draws: bool,
         encoding: Encoding,
         /// Whether it implements the command `mauve.generateOrocos`, as listed in `experimental.commands`.
         generates: bool,
@@ -132,6 +134,7 @@ impl Capabilities {
             ),
             creates_files: edit("create"),
             deletes_files: edit("delete"),
+            draws: LENS_DRAWINGS.iter().all(|it| has("/experimental/commands", json!(drawing_command(*it)))),
             encoding: Encoding::negotiated(encodings),
             generates: has("/experimental/commands", json!(GENERATE)),
             keeps_last_line: name == "Neovim",

@@ -6,8 +6,10 @@
 //! - `mauve.chooseSignificance` lets the user choose a level. A client without it gets a lens for each other level.
 //! - `mauve.showReferences` shows locations. Its arguments are an address, a position in it, and locations: what
 //!   `editor.action.showReferences` of VS Code takes, as the protocol writes them. Without it, the lens does nothing.
+//! - `mauve.showArchitecture`, `mauve.showSchedule` and `mauve.showStateMachine` show drawings of the declaration at a position. Their
+//!   arguments are an address and an object with the `position`. A client without them gets no such lenses.
 
-use mauve_ide::{LensAction, code_lenses as lenses_of, known_levels};
+use mauve_ide::{LensAction, LensDrawing, code_lenses as lenses_of, known_levels};
 use mauve_timing::Level;
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::Result;
@@ -22,6 +24,19 @@ pub(crate) const SHOW_REFERENCES: &str = "mauve.showReferences";
 
 /// The client's command that lets the user choose a level.
 pub(crate) const CHOOSE_SIGNIFICANCE: &str = "mauve.chooseSignificance";
+
+/// The drawings that lenses show.
+pub(crate) const LENS_DRAWINGS: [LensDrawing; 3] =
+    [LensDrawing::Architecture, LensDrawing::Schedule, LensDrawing::StateMachine];
+
+/// The client's command that shows a drawing.
+pub(crate) fn drawing_command(drawing: LensDrawing) -> &'static str {
+    match drawing {
+        LensDrawing::Architecture => "mauve.showArchitecture",
+        LensDrawing::Schedule => "mauve.showSchedule",
+        LensDrawing::StateMachine => "mauve.showStateMachine",
+    }
+}
 
 /// Returns the lenses of a file.
 pub(crate) fn code_lenses(
@@ -71,6 +86,11 @@ fn commands(snapshot: &Snapshot, uri: &Url, range: Range, title: String, action:
         LensAction::Generate(deployment) => {
             vec![command(title, GENERATE, vec![json!(uri), json!(deployment)])]
         }
+        LensAction::Draw(drawing) if snapshot.capabilities.draws => {
+            let place = json!({ "position": range.start });
+            vec![command(title, drawing_command(drawing), vec![json!(uri), place])]
+        }
+        LensAction::Draw(_) => Vec::new(),
         LensAction::Show(places) => {
             let places = places.into_iter().filter_map(|(file, range)| snapshot.location(file, range));
             vec![show(title, places.collect())]
