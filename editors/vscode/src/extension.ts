@@ -6,6 +6,7 @@ import { newProject, showCreated } from "./project";
 import { Panels } from "./panels";
 import { languageOf } from "./recognise";
 import { Server, State } from "./server";
+import { Tree } from "./tree";
 import { openWalkthrough, watchSteps } from "./walkthrough";
 
 let server: Server;
@@ -29,6 +30,7 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
     projects,
     watchSteps(),
     new Panels(server, context.extensionUri),
+    new Tree(server),
     projects.onDidCreate(() => server.restart()),
     projects.onDidDelete(() => server.restart()),
     vscode.commands.registerCommand("mauve.newProject", () => newProject(server, context)),
@@ -54,6 +56,7 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
     vscode.workspace.onDidGrantWorkspaceTrust(() => server.restart()),
     vscode.workspace.onDidOpenTextDocument(recognise),
   );
+  void vscode.commands.executeCommand("setContext", "mauve.isActive", true);
   await Promise.all(vscode.workspace.textDocuments.map(recognise));
   await server.restart();
   await showCreated(context);

@@ -18,6 +18,7 @@ export async function showMenu(server: Server): Promise<void> {
       { label: "", kind: vscode.QuickPickItemKind.Separator },
       command("debug-restart", "Restart Server", "mauve.restartServer"),
       command("output", "Show Log", "mauve.showLog"),
+      command("type-hierarchy", "Show Architecture", "mauve.showArchitecture"),
       command("settings", "Choose Significance Level", "mauve.chooseSignificance"),
       command("refresh", "Reload Models", "mauve.reloadModels"),
       command("package", "Generate Orocos Packages", "mauve.generatePackages"),

@@ -5,6 +5,7 @@ import { LSPErrorCodes, ResponseError, type Location } from "vscode-languageclie
 import type { Answers, FromPanel, Item, PanelKind, Subject, ToPanel } from "./answers";
 import { kinds, Loaded } from "./kinds";
 import { Latest } from "./latest";
+import { hasLost, typingTime } from "./lost";
 import { litAt, Places, placesOf } from "./lit";
 import { Server } from "./server";
 
@@ -100,6 +101,9 @@ class Panel {
   private mark = "";
   private problem = "";
   private timer?: NodeJS.Timeout;
+  /** Until then the user may be typing, and unknown figures are not shown. */
+  private typingEnds = 0;
+  private again?: NodeJS.Timeout;
   /** Counts the subjects: an answer about an earlier one is not shown. */
   private subjects = 0;
   private readonly latest = new Latest((isOutdated) => this.load(isOutdated));
@@ -135,6 +139,7 @@ class Panel {
 
   dispose(): void {
     clearTimeout(this.timer);
+    clearTimeout(this.again);
     this.latest.abandon();
   }
 
@@ -156,6 +161,7 @@ class Panel {
     if (position !== undefined && document.uri.toString() === uri) {
       this.subject = { ...this.subject, position: contentChanges.reduce(moveBy, position) };
     }
+    this.typingEnds = Date.now() + typingTime;
     this.timer ??= setTimeout(() => this.setMark("Earlier drawing: the server has not answered since the last edit"), patience);
   }
 
@@ -192,6 +198,14 @@ class Panel {
     if (answer.incomplete && isOfSame && !before.answer.incomplete) {
       this.stopWaiting();
       this.setMark("Earlier drawing: the text has syntax errors");
+      return;
+    }
+    clearTimeout(this.again);
+    const left = this.typingEnds - Date.now();
+    if (left > 0 && isOfSame && hasLost(kind, before.answer, answer)) {
+      this.stopWaiting();
+      this.setMark("Earlier drawing: figures are unknown since the last edit");
+      this.again = setTimeout(() => this.update(), left);
       return;
     }
     this.subject = { ...loaded.subject, position: this.subject.position };

@@ -1,0 +1,164 @@
+import * as vscode from "vscode";
+import type { Location } from "vscode-languageclient/node";
+import type { Graph, GraphNode } from "./answers";
+import { Latest } from "./latest";
+import { hasLost, typingTime } from "./lost";
+import { cpus, number, percent, rows, statusOf, summary } from "./panel/figures";
+import { showLocation } from "./panels";
+import { Server } from "./server";
+
+/** So many projects are shown at most. */
+const mostProjects = 20;
+const icons = { met: "pass", missed: "error", unknown: "question", none: "circle-outline" } as const;
+
+/** An element of the tree. */
+interface Entry {
+  id: string;
+  label: string;
+  description: string;
+  status: keyof typeof icons;
+  icon?: string;
+  tooltip?: string;
+  location?: Location | null;
+  children: Entry[];
+}
+
+/** The tree view: deployments, their CPUs and instances, with figures. */
+export class Tree implements vscode.TreeDataProvider<Entry>, vscode.Disposable {
+  private entries: Entry[] = [];
+  private graphs = new Map<string, Graph>();
+  private readonly changed = new vscode.EventEmitter<void>();
+  readonly onDidChangeTreeData = this.changed.event;
+  private readonly view: vscode.TreeView<Entry>;
+  private readonly registrations: vscode.Disposable;
+  private readonly latest = new Latest(() => this.load());
+  /** Until then the user may be typing, and unknown figures are not shown. */
+  private typingEnds = 0;
+  private again?: NodeJS.Timeout;
+
+  constructor(private readonly server: Server) {
+    this.view = vscode.window.createTreeView("mauve.deployments", { treeDataProvider: this, showCollapseAll: true });
+    this.registrations = vscode.Disposable.from(
+      this.view,
+      this.changed,
+      vscode.commands.registerCommand("mauve.showLocation", showLocation),
+      this.view.onDidChangeVisibility(() => this.update()),
+      server.onDidEdit(() => (this.typingEnds = Date.now() + typingTime)),
+      server.onDidUpdate(() => this.update()),
+      server.onDidEnd(() => {
+        this.latest.abandon();
+        this.view.description = "earlier";
+      }),
+      vscode.window.onDidChangeActiveTextEditor(() => this.update()),
+    );
+  }
+
+  dispose(): void {
+    this.registrations.dispose();
+    clearTimeout(this.again);
+  }
+
+  getChildren(entry?: Entry): Entry[] {
+    return entry === undefined ? this.entries : entry.children;
+  }
+
+  getTreeItem({ id, label, description, status, icon, tooltip, location, children }: Entry): vscode.TreeItem {
+    const { Collapsed, Expanded, None } = vscode.TreeItemCollapsibleState;
+    const isDeployment = icon === "server-process";
+    const item = new vscode.TreeItem(label, children.length === 0 ? None : isDeployment && this.entries.length > 3 ? Collapsed : Expanded);
+    const colour = status === "none" ? undefined : new vscode.ThemeColor(`mauve.figures.${status}`);
+    item.id = id;
+    item.description = description;
+    item.tooltip = tooltip ?? `${label}: ${description}`;
+    item.iconPath = new vscode.ThemeIcon(icon ?? icons[status], colour);
+    item.accessibilityInformation = { label: `${label}, ${description}` };
+    if (location) {
+      item.command = { command: "mauve.showLocation", title: "Go to the source", arguments: [location] };
+    }
+    return item;
+  }
+
+  private update(): void {
+    if (this.view.visible) {
+      void this.latest.request();
+    }
+  }
+
+  private async load(): Promise<void> {
+    const found = new Map<string, Graph>();
+    const left = this.typingEnds - Date.now();
+    let isEarlier = false;
+    clearTimeout(this.again);
+    for (const uri of await documents()) {
+      const parameters = { textDocument: { uri }, drawing: "dot" };
+      const graphs = await this.server.request<Graph[]>("mauve/graph", parameters).catch(() => undefined);
+      for (const graph of graphs ?? []) {
+        const key = `${graph.root} ${graph.name}`;
+        const before = this.graphs.get(key);
+        // Of an incomplete text, the last figures say more.
+        const isLost = before !== undefined && left > 0 && hasLost("architecture", before, graph);
+        const isKept = before !== undefined && (graph.incomplete || isLost);
+        found.set(key, isKept ? before : graph);
+        isEarlier ||= isKept;
+      }
+    }
+    if (found.size === 0) {
+      // It may only be busy; the next update follows.
+      return;
+    }
+    this.view.description = isEarlier ? "earlier" : "";
+    if (isEarlier && left > 0) {
+      this.again = setTimeout(() => this.update(), left);
+    }
+    this.graphs = found;
+    const entries = [...found].filter(([, graph]) => graph.significance !== null).map(([key, graph]) => deployment(key, graph));
+    if (JSON.stringify(entries) !== JSON.stringify(this.entries)) {
+      this.entries = entries;
+      this.changed.fire();
+    }
+  }
+}
+
+/** The files whose projects are shown: all with a mauve.toml, otherwise that of the text in the active editor. */
+async function documents(): Promise<string[]> {
+  const projects = await vscode.workspace.findFiles("**/mauve.toml", undefined, mostProjects);
+  const active = vscode.window.activeTextEditor?.document;
+  const uris = projects.filter(({ scheme }) => scheme === "file").map((uri) => uri.toString()).sort();
+  return uris.length > 0 || active?.languageId !== "mauve" ? uris : [active.uri.toString()];
+}
+
+function deployment(id: string, graph: Graph): Entry {
+  const sorted = rows(graph.nodes);
+  const { status, text } = summary(sorted);
+  const masks = [...new Set(graph.nodes.map(({ affinity }) => affinity))].sort((one, other) => (one ?? Infinity) - (other ?? Infinity));
+  const children = masks.map((mask): Entry => {
+    const load = graph.cpus.find((cpu) => cpu.mask === mask);
+    const utilisation = load?.utilisation ?? null;
+    return {
+      id: `${id} ${mask}`,
+      label: mask === null || mask === 0 ? "No CPU" : cpus(mask),
+      description: utilisation === null ? "" : `${load?.complete ? "" : "≥ "}${percent(utilisation)} utilisation`,
+      status: utilisation === null ? "none" : utilisation > 1 ? "missed" : "met",
+      icon: "chip",
+      children: sorted.filter(({ index }) => graph.nodes[index].affinity === mask).map(({ index }) => instance(id, graph.nodes[index])),
+    };
+  });
+  return { id, label: graph.name, description: text, status, icon: "server-process", tooltip: `${graph.name}: ${text}\n${graph.root}`, children };
+}
+
+/** `53 ms ≤ 100 ms · slack 47 ms` */
+function instance(id: string, { instance, component, response, deadline, status, reasons, activity, location }: GraphNode): Entry {
+  const isKnown = response !== null && deadline !== null;
+  const compared = isKnown ? `${number(response)} ms ${response <= deadline ? "≤" : ">"} ${number(deadline)} ms` : "";
+  const slack = isKnown ? (response <= deadline ? `slack ${number(deadline - response)} ms` : `${number(response - deadline)} ms late`) : "";
+  const description = isKnown ? `${compared} · ${slack}` : (status ?? "no activity").replaceAll("-", " ");
+  return {
+    id: `${id} ${instance}`,
+    label: instance,
+    description,
+    status: statusOf(status),
+    tooltip: [`${instance}: ${component}`, description, ...reasons].join("\n"),
+    location: activity ?? location,
+    children: [],
+  };
+}
