@@ -49,7 +49,7 @@ const choice = h("select", { class: "choice", "aria-label": "Shown", hidden: tru
 const searchField = h("input", { type: "search", class: "search", placeholder: "Search", "aria-label": "Search in the drawing" });
 const count = h("span", { class: "count", role: "status" });
 const headlineText = h("p", { class: "headline", role: "status" });
-const mark = h("p", { class: "mark", role: "status", hidden: true });
+const mark = h("p", { class: "note", role: "status", hidden: true });
 const problem = h("p", { class: "problem", role: "alert", hidden: true });
 const below = h("section", { class: "details", "aria-label": "Figures", tabindex: 0 });
 const content = h("div", { class: "content" }, stage.element, below);
@@ -117,7 +117,9 @@ addEventListener("message", ({ data }: MessageEvent<ToPanel>) => receive(data));
 post({ type: "ready" });
 
 function button(name: string, text: string, title: string, action: () => void): HTMLButtonElement {
-  const element = h("button", { class: name, title, "aria-label": title.replace(/ \(.*/, "") }, text);
+  // Signs have a name; words are their own.
+  const label = /\w/.test(text) || name !== "" ? undefined : title.replace(/ \(.*/, "");
+  const element = h("button", { class: name, title, "aria-label": label }, text);
   element.addEventListener("click", action);
   return element;
 }

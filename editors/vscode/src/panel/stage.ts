@@ -82,9 +82,12 @@ export class Stage {
     } else {
       before.replaceWith(drawing.svg);
     }
-    const { x, y, width, height } = drawing.svg.getBBox();
-    const margin = 14;
-    this.bounds = { x: x - margin, y: y - margin, width: width + 2 * margin, height: height + 2 * margin };
+    // Measuring has the page laid out at once: a drawing of the same size has other figures only.
+    if (before?.dataset.size !== drawing.svg.dataset.size) {
+      const { x, y, width, height } = drawing.svg.getBBox();
+      const margin = 14;
+      this.bounds = { x: x - margin, y: y - margin, width: width + 2 * margin, height: height + 2 * margin };
+    }
     this.apply();
     if (hadFocus) {
       this.drawing.items.find(({ key }) => key === this.focusKey)?.element.focus({ preventScroll: true });
