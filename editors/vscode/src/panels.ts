@@ -38,10 +38,12 @@ export class Panels implements vscode.Disposable {
       ...names.map((kind) =>
         vscode.window.registerWebviewPanelSerializer(viewType(kind), {
           deserializeWebviewPanel: async (panel, state?: { subject?: Subject }) => {
-            if (state?.subject === undefined) {
+            // A page that was never shown has no state.
+            const subject = state?.subject ?? subjectOf(undefined);
+            if (subject === undefined) {
               panel.dispose();
             } else {
-              this.add(kind, panel, state.subject);
+              this.add(kind, panel, subject);
             }
           },
         }),

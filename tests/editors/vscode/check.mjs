@@ -6,6 +6,7 @@ import { spawnSync } from "node:child_process";
 import { createRequire } from "node:module";
 import * as path from "node:path";
 import { checkFirstRun } from "./firstrun.mjs";
+import { checkPanels } from "./panels.mjs";
 import { checkSilence } from "./silence.mjs";
 import { checkWhile } from "./typing.mjs";
 import { checkWidths } from "./widths.mjs";
@@ -280,6 +281,7 @@ try {
   const tools = { page, expect, command, status, statusItem, goTo, openAt, selectToEnd, activity, model, server: process.env.MAUVE_TEST_SERVER };
   await checkWidths(tools);
   await checkSilence(tools);
+  await checkPanels(tools);
   await checkGeneration();
   await checkInside();
   await checkFirstRun(tools);

@@ -1,0 +1,381 @@
+// What a user sees of the panels and of the tree view: their texts, what a click and a key do, how they follow an edit, and how
+// they look in the colours of the themes. The page of a panel is a frame in a frame of the workbench.
+import { mkdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import * as path from "node:path";
+
+const THEMES = ["Default Light Modern", "Default High Contrast", "Default High Contrast Light", "Default Dark Modern"];
+/** So many drawings are shown to see whether they leave something in the heap. */
+const UPDATES = 1000;
+
+/** The frame with the page of a panel of this kind; none if it is not open. */
+async function frameOf(page, kind) {
+  for (const frame of page.frames()) {
+    const found = await frame.evaluate(() => document.body?.dataset.kind).catch(() => undefined);
+    if (found === kind) {
+      return frame;
+    }
+  }
+  return undefined;
+}
+
+/** What the page of a panel shows. */
+async function seen(page, kind) {
+  const frame = await frameOf(page, kind);
+  return frame?.evaluate(() => {
+    const isShown = (it) => it !== null && !it.hidden && it.getClientRects().length > 0;
+    const texts = (selector) => [...document.querySelectorAll(selector)].filter(isShown).map((it) => it.textContent.trim());
+    return {
+      title: texts("h1")[0] ?? document.querySelector("select")?.selectedOptions[0]?.textContent ?? "",
+      headline: texts(".headline")[0] ?? "",
+      drawing: texts(".stage text"),
+      rows: texts(".details tr"),
+      cpus: texts(".cpus li"),
+      mark: texts(".note")[0] ?? "",
+      problem: texts(".problem")[0] ?? "",
+      lit: [...document.querySelectorAll(".stage .item.lit")].map((it) => it.getAttribute("aria-label")),
+      current: [...document.querySelectorAll(".stage .item.current")].map((it) => it.getAttribute("aria-label")),
+      focus: document.activeElement?.getAttribute("aria-label") ?? "",
+      view: document.querySelector(".stage > svg")?.getAttribute("viewBox") ?? "",
+      boxes: [...document.querySelectorAll(".stage .box > .frame")].map((it) => ["x", "y", "width", "height"].map((name) => it.getAttribute(name)).join(" ")),
+    };
+  });
+}
+
+/** Texts of a drawing that are not in their boxes, and those that overlap: their geometry on the screen. */
+function misplaced() {
+  const found = [];
+  const within = (inner, outer) => inner.left >= outer.left - 1 && inner.right <= outer.right + 1 && inner.top >= outer.top - 1 && inner.bottom <= outer.bottom + 1;
+  for (const box of document.querySelectorAll(".stage .box")) {
+    const frame = box.querySelector(".frame").getBoundingClientRect();
+    for (const text of [...box.querySelectorAll("text")].filter((it) => it.textContent !== "")) {
+      if (!within(text.getBoundingClientRect(), frame)) {
+        found.push(`${text.textContent} is not in its box`);
+      }
+    }
+  }
+  const texts = [...document.querySelectorAll(".stage text")].filter((it) => it.textContent !== "" && it.getClientRects().length > 0);
+  const areas = texts.map((it) => it.getBoundingClientRect());
+  areas.forEach((one, at) =>
+    areas.slice(at + 1).forEach((other, next) => {
+      const width = Math.min(one.right, other.right) - Math.max(one.left, other.left);
+      const height = Math.min(one.bottom, other.bottom) - Math.max(one.top, other.top);
+      // Glyphs do not fill the height of a line.
+      if (width > 1 && height > 0.35 * Math.min(one.height, other.height)) {
+        found.push(`${texts[at].textContent} overlaps ${texts[at + 1 + next].textContent}`);
+      }
+    }),
+  );
+  return { texts: texts.length, found };
+}
+
+/** Texts of a drawing with a contrast below 4.5: axe looks at HTML only. */
+function faint() {
+  const context = Object.assign(document.createElement("canvas"), { width: 1, height: 1 }).getContext("2d", { willReadFrequently: true });
+  const rgb = (colour, below = [0, 0, 0]) => {
+    context.fillStyle = `rgb(${below.join(" ")})`;
+    context.fillRect(0, 0, 1, 1);
+    context.fillStyle = colour;
+    context.fillRect(0, 0, 1, 1);
+    return [...context.getImageData(0, 0, 1, 1).data.slice(0, 3)];
+  };
+  const luminance = (colour) => {
+    const [r, g, b] = colour.map((it) => (it / 255 <= 0.03928 ? it / 255 / 12.92 : ((it / 255 + 0.055) / 1.055) ** 2.4));
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  };
+  const paper = rgb(getComputedStyle(document.body).backgroundColor);
+  const found = [];
+  for (const text of document.querySelectorAll(".stage text")) {
+    const below = text.parentElement.querySelector(text.matches(".inner") ? ":scope > .slice" : ":scope > .frame");
+    const ground = below === null ? paper : rgb(getComputedStyle(below).fill, paper);
+    const [one, other] = [luminance(rgb(getComputedStyle(text).fill, ground)), luminance(ground)];
+    const contrast = (Math.max(one, other) + 0.05) / (Math.min(one, other) + 0.05);
+    if (text.getClientRects().length > 0 && contrast < 4.5) {
+      found.push(`${text.textContent}: ${contrast.toFixed(2)}`);
+    }
+  }
+  return found;
+}
+
+/** Looks at the panels and at the tree view of the sample robot. `tools` are the page and the functions of check.mjs. */
+export async function checkPanels(tools) {
+  const { page, expect, command, openAt, model } = tools;
+  const start = performance.now();
+  const refused = [];
+  const listen = (message) => /Content Security Policy|Refused to/.test(message.text()) && refused.push(message.text());
+  page.on("console", listen);
+  await page.context().grantPermissions(["clipboard-read", "clipboard-write"]);
+  await command("View: Close All Editors");
+
+  await checkTree(tools);
+  await checkArchitecture(tools);
+  await checkKeyboard(tools);
+  await checkMemory(tools);
+  await checkOthers(tools);
+  await checkThemes(tools);
+
+  const isAbsent = (texts) => texts.length === 0;
+  await expect("no policy of a page was violated", () => refused, isAbsent);
+  page.off("console", listen);
+
+  rmSync(path.join(model, ".vscode"), { recursive: true, force: true });
+  await openAt("deployment.mal", "activity control");
+  console.log(`seen: the panels, in ${Math.round((performance.now() - start) / 1000)} s`);
+}
+
+/** The line of the cursor. */
+function line(page) {
+  const label = () => page.evaluate(() => document.querySelector(".statusbar-item [aria-label^='Ln ']")?.getAttribute("aria-label") ?? "");
+  return label().then((text) => Number(/Ln (\d+)/.exec(text)?.[1] ?? 0));
+}
+
+/** The number of the line with a text, from 1. */
+function lineOf(model, name, text) {
+  return readFileSync(path.join(model, name), "utf8").split("\n").findIndex((it) => it.includes(text)) + 1;
+}
+
+async function checkTree({ page, expect, command, model }) {
+  await command("View: Show Explorer");
+  const pane = page.locator(".pane-header", { hasText: "MAUVE" });
+  if ((await pane.getAttribute("aria-expanded")) !== "true") {
+    await pane.click();
+  }
+  const rows = () =>
+    page.evaluate(() =>
+      [...document.querySelectorAll(".customview-tree .monaco-list-row")].map((row) => row.getAttribute("aria-label").replaceAll("\u00a0", " ")),
+    );
+  const wanted = ["P3dxDeployment, All 9 deadlines are met; least slack: navigation, 3 ms", "CPU 1, 99.7 % utilisation", "navigation, 997 ms ≤ 1000 ms · slack 3 ms"];
+  await expect("the tree view: the deployment, its CPUs and instances", rows, (all) => wanted.every((it) => all.includes(it)));
+  await page.locator(".customview-tree .monaco-list-row[aria-label^='navigation,']").click();
+  const expected = lineOf(model, "deployment.mal", "activity navigation");
+  await expect("a click in the tree goes to the activity", () => line(page), (it) => it === expected);
+  await pane.click();
+}
+
+async function checkArchitecture({ page, expect, command, openAt, model }) {
+  await openAt("deployment.mal", "activity control");
+  await page.locator(".editor-actions a[aria-label^='Show Architecture'], .editor-actions a[aria-label^='MAUVE: Show Architecture']").first().click();
+  const look = () => seen(page, "architecture");
+  await expect(
+    "a click on the icon in the title: the architecture, its CPUs and response times, the worst first",
+    look,
+    (it) =>
+      it?.drawing.includes("✓ 997 ≤ 1000 ms") === true &&
+      it.headline === "✓ All 9 deadlines are met; least slack: navigation, 3 ms" &&
+      it.cpus.join() === "CPU 199.7 %,CPU 278.9 %" &&
+      it.rows[1].startsWith("navigationNavigation✓ met997 / 1000329.7 %"),
+  );
+  await expect("the activity at the cursor is lit", look, ({ lit }) => lit.length === 1 && lit[0].startsWith("control: "));
+  const frame = await frameOf(page, "architecture");
+  await expect("texts in their boxes, none over another", () => frame.evaluate(misplaced), ({ texts, found }) => texts > 50 && found.length === 0);
+
+  const click = async (name) => frame.locator(`.stage .item[aria-label^="${name}: "] .name`).click();
+  await click("gmapping");
+  const gmapping = lineOf(model, "deployment.mal", "activity gmapping");
+  await expect("a click on a box goes to its activity", () => line(page), (it) => it === gmapping);
+  await expect("the box is lit", look, ({ lit }) => lit.length === 1 && lit[0].startsWith("gmapping: "));
+
+  // The period of hokuyo gets another digit, again and again.
+  await openAt("deployment.mal", "100   deadline = 100 }");
+  const before = await look();
+  await frame.evaluate(() => {
+    window.changes = [];
+    new MutationObserver(() => window.changes.push(Date.now())).observe(document.querySelector(".stage"), { childList: true });
+  });
+  const delays = [];
+  for (let key = 0; key < 12; key++) {
+    const from = await page.evaluate(() => {
+      addEventListener("keydown", () => (window.typed = Date.now()), { capture: true, once: true });
+      return window.typed ?? 0;
+    });
+    const count = await frame.evaluate(() => window.changes.length);
+    await page.keyboard.press(key % 2 === 0 ? "1" : "Backspace");
+    await expect("the panel follows a key", () => frame.evaluate(() => window.changes.length), (it) => it > count);
+    const [typed, changed] = [await page.evaluate(() => window.typed), await frame.evaluate((count) => window.changes[count], count)];
+    delays.push(changed - typed);
+    if (typed === from) {
+      throw new Error("expected: a key was typed");
+    }
+    if (key === 0) {
+      await expect("after an edit, other figures at the same places", look, (it) => it.boxes.join() === before.boxes.join() && it.view === before.view && it.drawing.join() !== before.drawing.join());
+    }
+  }
+  delays.sort((one, other) => one - other);
+  console.log(`seen: the panel shows an edit ${delays[Math.floor(delays.length / 2)]} ms after the key (median), ${delays.at(-1)} ms at most`);
+  await expect("the figures as before", look, (it) => it.drawing.join() === before.drawing.join() && it.mark === "");
+
+  // Broken: without the value of the period.
+  await openAt("deployment.mal", "100   deadline = 100 }");
+  for (let key = 0; key < 3; key++) {
+    await page.keyboard.press("Delete");
+  }
+  await expect("a broken text: the drawing stays, with a mark", look, (it) => it.mark.startsWith("Earlier drawing") && it.drawing.join() === before.drawing.join());
+  await page.keyboard.type("100", { delay: 20 });
+  await expect("a text that is no longer broken: no mark", look, (it) => it.mark === "" && it.drawing.join() === before.drawing.join());
+  await command("File: Revert File");
+  await expect("nothing to be saved", () => page.locator(".tab.dirty").count(), (count) => count === 0);
+}
+
+async function checkKeyboard({ page, expect, model }) {
+  const look = () => seen(page, "architecture");
+  const frame = await frameOf(page, "architecture");
+  const press = (key) => page.keyboard.press(key);
+  await frame.locator("header .headline").click();
+  for (let tabs = 0; tabs < 12 && !(await frame.evaluate(() => document.activeElement.matches(".item"))); tabs++) {
+    await press("Tab");
+  }
+  await expect("Tab: an element of the drawing has the focus", look, ({ focus }) => /: .*ms|→/.test(focus));
+  await press("Home");
+  const { focus: first } = await look();
+  await press("ArrowRight");
+  await expect("an arrow key: its neighbour", look, ({ focus }) => focus !== first && /^\w+: \w+/.test(focus));
+  await press("Home");
+  await press("Tab");
+  await expect("Tab: the next element, a connection of the first", look, ({ focus }) => focus.startsWith(`${first.split(":")[0]}.`) && focus.includes(" → "));
+  await press("Home");
+  const { view } = await look();
+  await press("+");
+  const scale = (view) => Number(view.split(" ")[2]);
+  await expect("+: nearer", look, (it) => scale(it.view) < scale(view));
+  await press("0");
+  await expect("0: all of it", look, (it) => scale(it.view) > scale(view));
+  await press("/");
+  await page.keyboard.type("teleop", { delay: 5 });
+  await expect("/: the search", look, ({ focus }) => focus === "Search in the drawing");
+  await press("Enter");
+  const { current } = await look();
+  await press("Enter");
+  await expect("Enter: the elements that were found, one after the other", look, (it) => current.length === 1 && it.current.length === 1 && it.current[0] !== current[0] && it.current[0].includes("teleop"));
+  await press("Shift+Enter");
+  await press("Escape");
+  await expect("Escape: back in the drawing, at the one that was found", look, ({ focus }) => focus === current[0]);
+  await press("Enter");
+  const names = { "teleop: ": ["deployment.mal", "activity teleop"], "teleop.": ["navigation_architecture.mal", "teleop.command"] };
+  const [name, text] = names[Object.keys(names).find((it) => current[0].startsWith(it))] ?? ["deployment.mal", "no such element"];
+  const expected = lineOf(model, name, text);
+  await expect("Enter: its source", () => line(page), (it) => it === expected);
+}
+
+/** Shows many drawings, and compares the heap before and after. */
+async function checkMemory({ page, expect, command, openAt }) {
+  const frame = await frameOf(page, "architecture");
+  // The extension's own message, with other figures each time.
+  await frame.evaluate(() => addEventListener("message", ({ data }) => data.type === "show" && (window.message = data)));
+  await openAt("deployment.mal", "100   deadline = 100 }");
+  await page.keyboard.press("1");
+  await expect("a message of the extension", () => frame.evaluate(() => window.message !== undefined), (it) => it);
+  await command("File: Revert File");
+  const update = (count) =>
+    frame.evaluate(async (count) => {
+      const { message } = window;
+      for (let update = 0; update < count; update++) {
+        const drawing = message.answer.drawing.replaceAll("997", String(100 + (update % 900)));
+        const nodes = message.answer.nodes.map((node) => ({ ...node, response: node.response === null ? null : node.response + (update % 7) }));
+        dispatchEvent(new MessageEvent("message", { data: { ...message, answer: { ...message.answer, drawing, nodes } } }));
+        if (update % 50 === 0) {
+          await new Promise(requestAnimationFrame);
+        }
+      }
+      dispatchEvent(new MessageEvent("message", { data: message }));
+      await new Promise(requestAnimationFrame);
+    }, count);
+  const session = await page.context().newCDPSession(page);
+  await session.send("Performance.enable");
+  const measure = async () => {
+    await session.send("HeapProfiler.collectGarbage");
+    await page.waitForTimeout(200);
+    await session.send("HeapProfiler.collectGarbage");
+    const { metrics } = await session.send("Performance.getMetrics");
+    const of = (name) => metrics.find((it) => it.name === name).value;
+    const own = await frame.evaluate(() => document.querySelectorAll("*").length);
+    return { megabytes: of("JSHeapUsedSize") / 2 ** 20, nodes: of("Nodes"), own };
+  };
+  await update(100);
+  const before = await measure();
+  const start = performance.now();
+  await update(UPDATES);
+  const duration = performance.now() - start;
+  const after = await measure();
+  await session.detach();
+  await page.keyboard.press("Escape");
+  const text = ({ megabytes, nodes }) => `${megabytes.toFixed(1)} MB, ${nodes} nodes`;
+  console.log(`seen: ${UPDATES} updates in ${Math.round(duration)} ms; before: ${text(before)}; after: ${text(after)}`);
+  // A drawing has 300 elements: one that is kept for each update would be 300 000.
+  await expect("the heap as before", () => ({ before, after }), () => after.megabytes < before.megabytes + 4 && after.nodes < before.nodes + 2000 && after.own === before.own, 0);
+}
+
+async function checkOthers({ page, expect, command, openAt, model }) {
+  await command("View: Close All Editors");
+  await openAt("components/navigation.mal", "component Navigation");
+  await command("MAUVE: Show State Machine");
+  const machine = () => seen(page, "stateMachine");
+  await expect(
+    "the state machine with its times, and the worst periods",
+    machine,
+    (it) => it?.drawing.includes("already_there: 297") === true && it.headline.startsWith("At most 297 ms per period") && it.rows.some((row) => row.startsWith("1 to 11Planning stays11 × 2973267")),
+  );
+  const frame = await frameOf(page, "stateMachine");
+  await expect("texts in their boxes, none over another", () => frame.evaluate(misplaced), ({ texts, found }) => texts > 10 && found.length === 0);
+  await frame.locator('.stage .item[aria-label="Planning"] .name').click();
+  const planning = lineOf(model, "components/navigation.mal", "state Planning");
+  await expect("a click on a state goes to it", () => line(page), (it) => it === planning);
+  await expect("its programs", machine, (it) => it.rows.includes("Planning.run297") && it.lit.includes("Planning"));
+  await command("View: Close All Editors");
+
+  await openAt("deployment.mal", "activity teleop");
+  await command("MAUVE: Show Schedule");
+  const schedule = () => seen(page, "schedule");
+  await expect("the schedule of the activity at the cursor", schedule, (it) => it?.drawing.includes("Driving") === true && it.title.startsWith("teleop"));
+  const chart = await frameOf(page, "schedule");
+  await chart.selectOption("select", "navigation");
+  await expect("another one that is chosen", schedule, (it) => it.title.startsWith("navigation") && it.headline.includes("997"));
+  await command("MAUVE: Copy Drawing");
+  const copied = () => page.evaluate(() => navigator.clipboard.readText());
+  await expect("the drawing as SVG, copied", copied, (text) => text.startsWith("<svg ") && text.includes("navigation"));
+  await command("View: Close All Editors");
+
+  await openAt("components/navigation_shell.mal", "astar");
+  await command("MAUVE: Show Execution Times");
+  const times = () => seen(page, "executionTimes");
+  await expect("the execution times of the codel at the cursor", times, (it) => it?.drawing.includes("293 ms at 1e-4") === true && it.rows.includes("1e-4 shown293"));
+  await command("View: Close All Editors");
+  await openAt("deployment.mal", "library");
+  await command("MAUVE: Show Execution Times");
+  await expect("without a codel, a message", times, (it) => it?.problem === "no codel here");
+  await command("View: Close All Editors");
+}
+
+/** Looks for what not everybody can see or reach, in each theme. */
+async function checkThemes({ page, expect, command, openAt, model }) {
+  const axe = readFileSync(process.env.MAUVE_TEST_AXE, "utf8");
+  const settings = path.join(model, ".vscode");
+  mkdirSync(settings, { recursive: true });
+  const panels = [
+    ["architecture", "deployment.mal", "activity hokuyo", "MAUVE: Show Architecture"],
+    ["stateMachine", "components/navigation.mal", "component Navigation", "MAUVE: Show State Machine"],
+    ["schedule", "deployment.mal", "activity navigation", "MAUVE: Show Schedule"],
+    ["executionTimes", "components/navigation_shell.mal", "astar", "MAUVE: Show Execution Times"],
+  ];
+  for (const [kind, file, text, show] of panels) {
+    await openAt(file, text);
+    await command(show);
+    await expect(`the panel ${kind}`, () => seen(page, kind), (it) => (it?.drawing.length ?? 0) > 5);
+    const frame = await frameOf(page, kind);
+    await frame.evaluate(axe);
+    // Their parts are the same: two themes are enough for the others.
+    for (const theme of kind === "architecture" ? THEMES : THEMES.slice(0, 2)) {
+      writeFileSync(path.join(settings, "settings.json"), JSON.stringify({ "workbench.colorTheme": theme }));
+      const isLight = theme.includes("Light");
+      const paper = () => frame.evaluate(() => getComputedStyle(document.body).backgroundColor);
+      const wanted = { "Default Light Modern": "rgb(255, 255, 255)", "Default Dark Modern": "rgb(31, 31, 31)" }[theme] ?? (isLight ? "rgb(255, 255, 255)" : "rgb(0, 0, 0)");
+      const isHigh = () => frame.evaluate(() => document.body.className.includes("high-contrast"));
+      await expect(`${kind} in ${theme}`, async () => [await paper(), await isHigh()], ([colour, high]) => colour === wanted && high === theme.includes("High"));
+      const violations = await frame.evaluate(async () => {
+        const { violations } = await window.axe.run(document, { runOnly: ["wcag2a", "wcag2aa"] });
+        return violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ html, failureSummary }) => `${html.slice(0, 150)} ${failureSummary.slice(0, 200)}`).join("; ")}`);
+      });
+      const pale = await frame.evaluate(faint);
+      await expect(`${kind} in ${theme}: all can be seen and reached`, () => [...violations, ...pale], (all) => all.length === 0, 0);
+    }
+    await command("View: Close All Editors");
+  }
+}
