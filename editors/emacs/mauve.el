@@ -182,6 +182,8 @@ The Meta Attack Language and \"Make a Lisp\" have the same extension."
     (dolist (buffer (buffer-list))
       (with-current-buffer buffer
         (when (and (bound-and-true-p eglot-inlay-hints-mode) (eq (eglot-current-server) server))
+          ;; Else Eglot does not repeat a request for the region of the last one.
+          (setq-local eglot--outstanding-inlay-hints-last-region nil)
           (jit-lock-refontify))))
     nil)
 
