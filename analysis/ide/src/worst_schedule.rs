@@ -59,6 +59,13 @@ impl WorstOf {
             Some(time) => format!(
                 "job {job} of {instance} responds in {time}; no later schedule is known, its bound is {bound}"
             ),
+            // Too many events for a drawing.
+            None if schedule.end < self.case.length => {
+                let end = schedule.end;
+                format!(
+                    "the schedule is shown until {end}: job {job} of {instance} ends later; its bound is {bound}"
+                )
+            }
             None => format!("job {job} of {instance} does not end; its bound is {bound}"),
         }
     }
