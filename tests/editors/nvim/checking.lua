@@ -43,6 +43,19 @@ function M.wait(expected, look, accept)
   return seen
 end
 
+--- Puts the cursor of the current window at the first occurrence of a text.
+function M.put_cursor(text)
+  local lines = vim.api.nvim_buf_get_lines(0, 0, -1, false)
+  for number, line in ipairs(lines) do
+    local column = line:find(text, 1, true)
+    if column then
+      vim.api.nvim_win_set_cursor(0, { number, column - 1 })
+      return
+    end
+  end
+  error(('no line has "%s":\n%s'):format(text, table.concat(lines, '\n')))
+end
+
 function M.done()
   vim.cmd('qall!')
 end

@@ -2,6 +2,7 @@
 
 local checking = dofile(vim.fs.joinpath(vim.fs.dirname(debug.getinfo(1, 'S').source:sub(2)), 'checking.lua'))
 local check, equal, wait = checking.check, checking.equal, checking.wait
+local put_cursor = checking.put_cursor
 
 local file = vim.fs.joinpath(checking.folder, 'deployment.mal')
 
@@ -28,17 +29,6 @@ local function wait_for_text(buffer, ...)
       return text:find(part, 1, true)
     end)
   end)
-end
-
-local function put_cursor(text)
-  for number, line in ipairs(vim.api.nvim_buf_get_lines(0, 0, -1, false)) do
-    local column = line:find(text, 1, true)
-    if column then
-      vim.api.nvim_win_set_cursor(0, { number, column - 1 })
-      return
-    end
-  end
-  error('no line has ' .. text .. ':\n' .. text_of(0))
 end
 
 local function press(keys)
