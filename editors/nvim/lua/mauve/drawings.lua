@@ -229,7 +229,6 @@ end
 local function write(buffer, lines)
   local current = vim.api.nvim_buf_get_lines(buffer, 0, -1, false)
   if not vim.deep_equal(lines, current) then
-    -- Positions and scrolling stay: windows keep their view where lines are replaced one by one.
     vim.bo[buffer].modifiable = true
     vim.api.nvim_buf_set_lines(buffer, 0, -1, false, lines)
     vim.bo[buffer].modifiable = false
@@ -248,19 +247,7 @@ local function mark(buffer, why)
   end
 end
 
----@param client vim.lsp.Client
-local function ask(client, method, params, take)
-  local function answered(err, result)
-    take(err, result)
-  end
-  if vim.fn.has('nvim-0.11') == 1 then
-    client:request(method, params, answered)
-  else
-    client.request(method, params, answered)
-  end
-end
-
---- Draws again, as the text is now. One request at a time; a change meanwhile is followed by another one.
+--- Updates a drawing. One request runs at a time; after a change during a request, another one follows.
 local waiting, again = {}, {}
 local function update(buffer)
   local drawing = shown[buffer]
@@ -281,14 +268,20 @@ local function update(buffer)
   end
   waiting[buffer] = true
   local kind = M.kinds[drawing.kind]
-  ask(client, kind.method, drawing.params, function(err, answer)
+  --- Runs when the server has answered.
+  local function answered(show)
     waiting[buffer] = nil
     if not shown[buffer] or not vim.api.nvim_buf_is_valid(buffer) then
       return
     end
-    if err then
-      mark(buffer, err.message)
-    else
+    show()
+    if again[buffer] then
+      again[buffer] = nil
+      update(buffer)
+    end
+  end
+  mauve.request(client, kind.method, drawing.params, function(answer)
+    answered(function()
       local views = {}
       for _, window in ipairs(vim.fn.win_findbuf(buffer)) do
         views[window] = vim.api.nvim_win_call(window, vim.fn.winsaveview)
@@ -304,11 +297,11 @@ local function update(buffer)
       if not shown[vim.api.nvim_get_current_buf()] then
         M.light()
       end
-    end
-    if again[buffer] then
-      again[buffer] = nil
-      update(buffer)
-    end
+    end)
+  end, function(message)
+    answered(function()
+      mark(buffer, message)
+    end)
   end)
 end
 

@@ -136,18 +136,21 @@ end
 --- An edit has overtaken a request: the answer would be about another text.
 local CONTENT_MODIFIED = -32801
 
---- Asks the server something. The user is told where it says no.
+--- Sends a request to the server, again if an edit has made it outdated.
 ---@param client vim.lsp.Client
 ---@param method string
 ---@param params any
 ---@param take? fun(result: any)
-function M.request(client, method, params, take)
+---@param refuse? fun(message: string)  handles an error; by default, the user is told
+function M.request(client, method, params, take, refuse)
   local attempts = 0
   local function ask()
     attempts = attempts + 1
     local function answered(err, result)
       if err and err.code == CONTENT_MODIFIED and attempts < 10 then
         vim.defer_fn(ask, 100)
+      elseif err and refuse then
+        refuse(err.message)
       elseif err then
         vim.notify('mauve: ' .. err.message, vim.log.levels.ERROR)
       elseif take then
