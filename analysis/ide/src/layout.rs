@@ -77,7 +77,7 @@ pub(crate) struct Spacing {
     pub(crate) line: f64,
 }
 
-/// A diagram with its positions, of which none is negative.
+/// A diagram with positions. No position is negative.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Placement {
     pub(crate) width: f64,
@@ -219,22 +219,27 @@ impl<'a> Layout<'a> {
         }
     }
 
-    /// The rank of each box: greater than those to the left of its lines. There is a rank for labels between two ranks of boxes.
-    fn ranks(&self) -> Vec<usize> {
-        let mut by_left: Vec<Vec<usize>> = vec![Vec::new(); self.diagram.boxes.len()];
+    /// The lines of each box: `end` selects their left or their right box.
+    fn lines_by(&self, end: impl Fn((usize, usize)) -> usize) -> Vec<Vec<usize>> {
+        let mut lines = vec![Vec::new(); self.diagram.boxes.len()];
         for &line in &self.lines {
-            let (left, right) = self.ends_of(line);
-            if let Some(rights) = by_left.get_mut(left) {
-                rights.push(right);
+            if let Some(of_box) = lines.get_mut(end(self.ends_of(line))) {
+                of_box.push(line);
             }
         }
+        lines
+    }
+
+    /// The rank of each box: greater than those to the left of its lines. There is a rank for labels between two ranks of boxes.
+    fn ranks(&self) -> Vec<usize> {
+        let outgoing = self.lines_by(|(left, _)| left);
         let mut boxes: Vec<usize> = (0..self.diagram.boxes.len()).collect();
         boxes.sort_by_key(|&number| self.order.get(number).copied());
         let mut ranks = vec![0; self.diagram.boxes.len()];
         for left in boxes {
             let rank: usize = ranks.get(left).copied().unwrap_or_default();
-            for &right in by_left.get(left).into_iter().flatten() {
-                if let Some(other) = ranks.get_mut(right) {
+            for &line in outgoing.get(left).into_iter().flatten() {
+                if let Some(other) = ranks.get_mut(self.ends_of(line).1) {
                     *other = (*other).max(rank + 2);
                 }
             }
@@ -334,13 +339,7 @@ impl<'a> Layout<'a> {
                 }
             }
         }
-        let mut incoming: Vec<Vec<usize>> = vec![Vec::new(); ranks.len()];
-        for &line in &self.lines {
-            let (_, right) = self.ends_of(line);
-            if let Some(incoming) = incoming.get_mut(right) {
-                incoming.push(line);
-            }
-        }
+        let (outgoing, incoming) = (self.lines_by(|(left, _)| left), self.lines_by(|(_, right)| right));
         // The last height of each line, from the left.
         let mut height_of: BTreeMap<usize, f64> = BTreeMap::new();
         for items in &mut columns {
@@ -368,10 +367,8 @@ impl<'a> Layout<'a> {
             }
             for item in items.iter() {
                 if let Content::Box(number) = item.content {
-                    for &line in &self.lines {
-                        if self.ends_of(line).0 == number {
-                            height_of.insert(line, item.top + item.height / 2.0);
-                        }
+                    for &line in outgoing.get(number).into_iter().flatten() {
+                        height_of.insert(line, item.top + item.height / 2.0);
                     }
                 }
             }
