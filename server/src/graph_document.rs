@@ -2,21 +2,19 @@
 //! `mauve/graph`.
 
 use mauve_diagnostics::timing_reason;
-use mauve_hir::{Database, Decl, Location, Project};
+use mauve_hir::{Database, Decl, Project};
 use mauve_ide::{Graph, GraphEdge, GraphNode};
 use mauve_wcrt::{Priority, Query};
 use serde_json::{Value, json};
 
 use crate::analysis_document::{cpu_document, milliseconds};
 
-/// Returns the document of `graph`, which is that of `of`. `location` returns the location of a declaration as the reader
-/// expects it.
+/// Returns the document of `graph`, which is that of `of`.
 pub(crate) fn graph_document<'db>(
     db: &'db Database,
     (project, of): (Project<'db>, Decl<'db>),
     query: Query,
     graph: &Graph<'db>,
-    location: impl Fn(&Location<'db>) -> Value,
 ) -> Value {
     let node = |node: &GraphNode<'db>| {
         let activity = node.activity;
@@ -37,8 +35,6 @@ pub(crate) fn graph_document<'db>(
             "status": activity.map(|it| it.verdict.name()),
             "reasons": activity.map(|it| mauve_diagnostics::reasons_of(db, it)).unwrap_or_default(),
             "place": node.place,
-            "location": location(&node.at),
-            "activity": activity.and_then(|it| it.at.as_ref()).map(&location),
         })
     };
     let edge = |edge: &GraphEdge<'db>| {
@@ -49,7 +45,6 @@ pub(crate) fn graph_document<'db>(
             "targetFeature": edge.target.1.to_string(),
             "operation": edge.operation,
             "place": edge.place,
-            "location": location(&edge.at),
         })
     };
     let cpus = graph.report.into_iter().flat_map(|report| &report.cpus);

@@ -8,7 +8,6 @@ use mauve_hir::{Database, Decl, Project, Workspace, names_of, projects, target_o
 use mauve_ide::{Drawing, draw_graph, graph};
 use mauve_timing::Level;
 use mauve_wcrt::Query;
-use serde_json::Value;
 
 use super::wcrt::with_errors;
 use super::{Outside, Paths, say};
@@ -70,19 +69,7 @@ impl Graph {
             Format::Text => draw_graph(&graph, Drawing::Text),
             Format::Svg => draw_graph(&graph, Drawing::Svg),
             Format::Dot => draw_graph(&graph, Drawing::Dot),
-            Format::Json => {
-                let mut document = graph_document(&db, (project, of), query, &graph, |_| Value::Null);
-                // Locations are for editors; `place` has the file and the line.
-                for list in ["nodes", "edges"] {
-                    for it in document.get_mut(list).and_then(Value::as_array_mut).into_iter().flatten() {
-                        if let Some(it) = it.as_object_mut() {
-                            it.remove("location");
-                            it.remove("activity");
-                        }
-                    }
-                }
-                crate::json::text(&document)?
-            }
+            Format::Json => crate::json::text(&graph_document(&db, (project, of), query, &graph))?,
         };
         let errors = errors_of(&db, project);
         if errors > 0 {

@@ -82,11 +82,19 @@ fn document(
     let mut query = Query::shown(db, project);
     query.level = level.unwrap_or(query.level);
     let Some(graph) = graph_of(db, project, of, query) else { return Ok(None) };
+    let mut document = graph_document(db, (project, of), query, &graph);
     let location = |at: &Location<'_>| json!(to_proto::location(snapshot, at));
-    let mut document = graph_document(db, (project, of), query, &graph, location);
-    if let Some(document) = document.as_object_mut() {
-        document.insert("drawing".to_owned(), draw_graph(&graph, drawing).into());
-        document.insert("incomplete".to_owned(), snapshot.has_syntax_errors(project).into());
+    let nodes = document.get_mut("nodes").and_then(Value::as_array_mut).into_iter().flatten();
+    for (document, node) in nodes.zip(&graph.nodes) {
+        let activity = node.activity.and_then(|activity| activity.at.as_ref());
+        document["location"] = location(&node.at);
+        document["activity"] = activity.map(location).into();
     }
+    let edges = document.get_mut("edges").and_then(Value::as_array_mut).into_iter().flatten();
+    for (document, edge) in edges.zip(&graph.edges) {
+        document["location"] = location(&edge.at);
+    }
+    document["drawing"] = draw_graph(&graph, drawing).into();
+    document["incomplete"] = snapshot.has_syntax_errors(project).into();
     Ok(Some(document))
 }
