@@ -75,9 +75,7 @@ impl Figures {
             part: part.filter(|_| matches!(activity.verdict, Verdict::RealTime(_))),
         })
     }
-}
 
-impl Figures {
     /// Returns the verdict and the utilisation.
     fn with_load(&self) -> String {
         if self.load.is_empty() { self.verdict.clone() } else { format!("{} · {}", self.verdict, self.load) }
@@ -145,7 +143,7 @@ fn diagram(
         (*number, port)
     };
     let lines = graph.edges.iter().map(|edge| {
-        // A call goes from the one that requires the operation.
+        // A required operation is the source, a provided one the target.
         LineEnds {
             source: number_of(&edge.source, false),
             target: number_of(&edge.target, true),

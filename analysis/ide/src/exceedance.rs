@@ -21,7 +21,7 @@ pub struct Exceedance {
     pub codel: String,
     /// The name in the header `[timing.deployment.NAME]` of the tables; none for those of `[timing] tables`.
     pub times: Option<String>,
-    /// The levels of the tables and the one that editors show, from the most probable, each with its time.
+    /// The execution times at the levels of the tables and at the level that editors show, in descending order of probability.
     pub levels: Vec<(Level, Time)>,
     /// The level that editors show.
     pub shown: Level,

@@ -50,7 +50,7 @@ impl TextCanvas {
         }
     }
 
-    /// Draws a line through these points, each of which is in the row or the column of the one before.
+    /// Draws a line through these points. Two consecutive points share a row or a column.
     pub(crate) fn line(&mut self, points: &[(f64, f64)]) {
         for pair in points.windows(2) {
             let [(x1, y1), (x2, y2)] = pair else { continue };

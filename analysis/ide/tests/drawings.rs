@@ -250,7 +250,7 @@ fn attributes(tag: &str) -> BTreeMap<String, String> {
     found
 }
 
-/// The points of a path of straight lines and of corners, of which the control points count.
+/// Returns the points of a path, including the control points of its corners.
 fn points(path: &str) -> Vec<(f64, f64)> {
     let numbers = path.split(['M', 'L', 'Q', ' ']).filter(|it| !it.is_empty());
     let numbers: Vec<f64> = numbers.map(|it| it.parse().unwrap()).collect();
