@@ -2,8 +2,6 @@
 //!
 //! Orocos is not required. Required Debian packages: lua5.1, python3-roslaunch and libxml2-utils.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

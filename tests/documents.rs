@@ -8,14 +8,11 @@
 //! | `mauve`, `toml`, `cpp` after a line with the name of a file and a colon | writes that file |
 //! | `diff` after such a line | changes that file: the lines without `+` must be consecutive lines of the file |
 
-#![cfg(unix)]
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
-
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+use crate::MAUVE;
 
 #[test]
 fn the_readme_can_be_followed_on_a_clean_home() {

@@ -3,13 +3,11 @@
 //!
 //! `tests/run` installs the editors; without them these tests fail with a message.
 
-#![allow(clippy::panic)]
-
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::{Mutex, PoisonError};
 
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+use crate::MAUVE;
 
 /// One after the other: two cores are few for two editors, and those of VS Code build the extension in its folder.
 static EDITOR: Mutex<()> = Mutex::new(());

@@ -1,9 +1,6 @@
 //! `mauve generate` on real folders: it writes only changed files, keeps the user's files, and after an error leaves
 //! all files unchanged.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
-#![cfg(unix)]
-
 use std::collections::BTreeMap;
 use std::fs::{self, Permissions};
 use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _, symlink};
@@ -13,7 +10,7 @@ use std::process::{Command, Stdio};
 use mauve_tests::{Run, copy, mauve, models, scratch, write};
 use serde_json::{Value, json};
 
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+use crate::MAUVE;
 
 const CONFIG: &str = "assume.codel = \"1 ms\"\nplatform.rt_throttling = false\n[generate]\nout = \"out\"\n";
 

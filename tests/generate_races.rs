@@ -1,9 +1,6 @@
 //! While `mauve generate` is at work, somebody exchanges its folders for links and back, at any moment: nothing
 //! is written, changed or removed where the links lead.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
-#![cfg(unix)]
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::fs::{MetadataExt as _, symlink};
@@ -13,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use mauve_tests::{Random, copy, mauve, scratch, write};
 
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+use crate::MAUVE;
 
 const CONFIG: &str = "assume.codel = \"1 ms\"\nplatform.rt_throttling = false\n[generate]\nout = \"out\"\n";
 

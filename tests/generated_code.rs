@@ -4,8 +4,6 @@
 //! RTT is the runtime for Linux, or the one at `MAUVE_RTT_PREFIX`; messages, catkin and its tools are Debian's. `tests/run`
 //! installs them; without them these tests fail with a message.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Mutex, PoisonError};

@@ -3,8 +3,6 @@
 //!
 //! `MAUVE_MACHINES_SEED` gives other components than the usual ones, `MAUVE_MACHINES_COUNT` more of them.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
-
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -6,9 +6,6 @@
 //!
 //! `tests/run` installs the tools; without them this test fails with a message.
 
-#![cfg(target_os = "linux")]
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::Permissions;
 use std::os::unix::fs::PermissionsExt as _;
@@ -23,13 +20,13 @@ use mauve_tests::{Recorder, files_in, models};
 use mauve_timing::{Level, Table};
 use serde_json::Value;
 
+use crate::MAUVE;
+
 /// The timing table of the robot.
 const TABLE: &str = "timing/p3dx.toml";
 
 /// The library that lets LTTng record the virtual clock.
 const CLOCK: &str = "libvirtual_trace.so";
-
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
 
 /// The part of a codel's time in the table of the robot that it takes at least, and that a mean execution takes more.
 const LEAST: f64 = 0.2;

@@ -6,9 +6,6 @@
 //! in its last lines whether they did. What can be tested without is in `deployment_scripts.rs`. They need two CPUs, and root, who
 //! may run threads in real time.
 
-#![cfg(target_os = "linux")]
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};

@@ -3,12 +3,10 @@
 //!
 //! `tests/run` installs pytest-lsp; without it these tests fail, and say so.
 
-#![allow(clippy::panic)]
-
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+use crate::MAUVE;
 
 /// Runs the checks with a server; returns their output, and whether they succeeded.
 fn run(server: &str, arguments: &[&str]) -> (String, bool) {

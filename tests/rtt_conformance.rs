@@ -1,7 +1,5 @@
 //! The runtime has the observed behaviour of RTT: `analysis/orocos/runtime/README.md`.
 
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
 use std::path::{Path, PathBuf};
 use std::process::Command;
 

@@ -3,9 +3,6 @@
 //!
 //! `tests/run` installs what builds it; without that these tests fail with a message.
 
-#![cfg(target_os = "linux")]
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
-
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};

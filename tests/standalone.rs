@@ -3,9 +3,6 @@
 //!
 //! `tests/run` installs CMake and the compilers; without them these tests fail with a message.
 
-#![cfg(target_os = "linux")]
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -18,10 +15,10 @@ use mauve_tests::orocos::{build, run};
 use mauve_tests::{files_in, models, scratch, write};
 use serde_json::Value;
 
+use crate::MAUVE;
+
 /// One build at a time, and nothing beside a run in real time.
 static ALONE: Mutex<()> = Mutex::new(());
-
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
 
 fn folder(name: &str) -> PathBuf {
     scratch(env!("CARGO_TARGET_TMPDIR"), &format!("programs/{name}"))

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::command_line::run_in;
+use super::command_line::run_in;
 
 /// `late` is released 5 ms after `early`, which takes 4 ms; `free` has any phase.
 fn model(clocks: &'static str) -> [(&'static str, &'static str); 3] {

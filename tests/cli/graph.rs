@@ -3,8 +3,8 @@
 use mauve_tests::{Run, mauve, models};
 use serde_json::Value;
 
+use super::command_line::run_in;
 use crate::MAUVE;
-use crate::command_line::run_in;
 
 fn graph(arguments: &[&str]) -> Run {
     mauve(MAUVE, &models(), &[&["graph"], arguments].concat())

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use mauve_tests::{Client, Text, address, scratch, write};
 use serde_json::{Value, json};
 
-use crate::{MAUVE, copied_robot, start};
+use super::{MAUVE, copied_robot, start};
 
 /// A folder with nothing in it.
 fn empty(name: &str) -> PathBuf {

@@ -3,7 +3,7 @@
 use mauve_tests::Text;
 use serde_json::{Value, json};
 
-use crate::{copied_robot, start};
+use super::{copied_robot, start};
 
 fn able() -> Value {
     json!({

@@ -3,7 +3,7 @@
 use mauve_tests::{Client, Text, address, is_publication, long_analysis, scratch, write};
 use serde_json::{Value, json};
 
-use crate::{MAUVE, start};
+use super::{MAUVE, start};
 
 const PARTS: &str = "\
 codel plan(): int

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use mauve_tests::{Client, Text, address, copy, scratch, write};
 use serde_json::json;
 
-use crate::{MAUVE, is_unknown};
+use super::{MAUVE, is_unknown};
 
 const MODEL: &str = "codel plan(): int
 shell S { }

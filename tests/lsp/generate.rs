@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use mauve_tests::{Client, Text, address, all_texts_in, copy, mauve, models, scratch, write};
 use serde_json::{Value, json};
 
-use crate::{MAUVE, start};
+use super::{MAUVE, start};
 
 const MODEL: &str = "\
 library parts {

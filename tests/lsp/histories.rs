@@ -13,7 +13,7 @@ use std::time::Duration;
 use mauve_tests::{Client, Random, Text, address, scratch, wait_for_watcher, write};
 use serde_json::{Value, json};
 
-use crate::{MAUVE, is_unknown};
+use super::{MAUVE, is_unknown};
 
 /// So many histories, and so many steps in each at most.
 const HISTORIES: u64 = 300;

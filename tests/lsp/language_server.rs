@@ -6,7 +6,7 @@ use std::time::Duration;
 use mauve_tests::{Client, Columns, address, is_publication, mauve, scratch, wait_for_watcher, write};
 use serde_json::{Value, json};
 
-use crate::{MAUVE, copied_robot, is_unknown, start};
+use super::{MAUVE, copied_robot, is_unknown, start};
 
 #[test]
 fn hints_and_warnings_follow_an_edit() {

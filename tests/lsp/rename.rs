@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use mauve_tests::{Client, Text, address, all_texts_in, mauve, scratch, write};
 use serde_json::{Value, json};
 
-use crate::{MAUVE, copied_robot, start};
+use super::{MAUVE, copied_robot, start};
 
 fn good_editor() -> Value {
     json!({

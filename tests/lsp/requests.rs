@@ -3,7 +3,7 @@
 use mauve_tests::{Client, mauve, models};
 use serde_json::{Value, json};
 
-use crate::{MAUVE, robot};
+use super::{MAUVE, robot};
 
 fn set_significance(client: &mut Client, arguments: Value) -> Result<Value, String> {
     let params = json!({"command": "mauve.setSignificance", "arguments": arguments});

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use crate::{MAUVE, copied_robot, is_unknown, robot, start};
+use super::{MAUVE, copied_robot, is_unknown, robot, start};
 
 const SOON: Duration = Duration::from_secs(10);
 

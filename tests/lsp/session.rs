@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use mauve_tests::{Client, Text, address, long_analysis, models, scratch, write};
 use serde_json::{Value, json};
 
-use crate::{MAUVE, is_unknown, robot, start};
+use super::{MAUVE, is_unknown, robot, start};
 
 const SOON: Duration = Duration::from_secs(10);
 

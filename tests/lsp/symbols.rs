@@ -3,7 +3,7 @@
 use mauve_tests::{Client, address, generated_project, scratch, write};
 use serde_json::{Value, json};
 
-use crate::{MAUVE, copied_robot, start};
+use super::{MAUVE, copied_robot, start};
 
 fn found(client: &mut Client, query: &str) -> Vec<Value> {
     client.call("workspace/symbol", json!({"query": query})).unwrap().as_array().unwrap().clone()

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use mauve_tests::{Client, Columns, Text, copy, mauve, models, scratch, write};
 use serde_json::{Value, json};
 
-use crate::{MAUVE, start};
+use super::{MAUVE, start};
 
 fn options() -> Value {
     json!({"tabSize": 8, "insertSpaces": false, "trimTrailingWhitespace": false, "insertFinalNewline": false})

@@ -5,7 +5,7 @@ use std::path::Path;
 use mauve_tests::{Client, Text, models, scratch, write};
 use serde_json::{Value, json};
 
-use crate::start;
+use super::start;
 
 /// One that can do what good editors can.
 fn good(folder: &Path) -> Client {

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use mauve_tests::{Random, Text, char_boundary};
 use serde_json::{Value, json};
 
-use crate::{MAUVE, copied_robot, robot};
+use super::{MAUVE, copied_robot, robot};
 
 /// Whether a text has an older figure.
 fn has_older(text: &str) -> bool {

@@ -1,10 +1,7 @@
 //! Runs the binary and reads its output.
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::sync::Mutex;
-use std::thread::ThreadId;
 
 /// How a run of `mauve` ended.
 #[derive(Debug)]
@@ -36,21 +33,22 @@ pub fn mauve(binary: &str, folder: &Path, arguments: &[&str]) -> Run {
     }
 }
 
-/// The folders that tests of this process have, each with the thread of its test.
-static FOLDERS: Mutex<BTreeMap<PathBuf, ThreadId>> = Mutex::new(BTreeMap::new());
-
 /// Makes an empty folder below cargo's. A later call with the same name empties it.
 ///
 /// # Panics
 ///
-/// Another test has the folder: tests run at the same time.
+/// Another test of this run has the folder: tests run at the same time, each in a process or a thread of its own.
 pub fn scratch(target: &str, name: &str) -> PathBuf {
     let folder = Path::new(target).join(name);
-    let thread = std::thread::current().id();
-    let owner = FOLDERS.lock().map(|mut folders| *folders.entry(folder.clone()).or_insert(thread));
-    assert!(owner.is_ok_and(|owner| owner == thread), "another test has {}", folder.display());
+    let run = std::env::var("NEXTEST_RUN_ID").unwrap_or_else(|_| std::process::id().to_string());
+    let owner = format!("{run} {}", std::thread::current().name().unwrap_or_default());
+    let owner_file = Path::new(target).join(format!(".{}.owner", name.replace('/', "-")));
+    let other = std::fs::read_to_string(&owner_file).unwrap_or_default();
+    let is_other = other != owner && other.split(' ').next() == Some(&run);
+    assert!(!is_other, "another test has {}: {other}", folder.display());
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder)
+        .and_then(|()| std::fs::write(&owner_file, owner))
         .unwrap_or_else(|error| panic!("cannot make {}: {error}", folder.display()));
     folder
 }

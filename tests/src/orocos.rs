@@ -1,5 +1,6 @@
 //! Builds packages of components with CMake, against the runtime for Linux or the RTT at `MAUVE_RTT_PREFIX`.
 
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
@@ -32,6 +33,10 @@ pub fn runtime() -> PathBuf {
         let target = program.ancestors().nth(3).unwrap_or_else(|| panic!("{} is no test", program.display()));
         let folder = target.join("tmp/mauve-runtime");
         let (built, installed) = (folder.join("build"), folder.join("prefix"));
+        // Tests are processes: the first builds it, and the others wait.
+        let lock = std::fs::create_dir_all(&folder).and_then(|()| File::create(folder.join("lock")));
+        let lock = lock.and_then(|lock| lock.lock().map(|()| lock));
+        let _lock = lock.unwrap_or_else(|error| panic!("cannot lock {}: {error}", folder.display()));
         let mut configuration = Command::new("cmake");
         configuration.arg("-S").arg(runtime_sources()).arg("-B").arg(&built);
         run(configuration.args([

@@ -7,9 +7,6 @@
 //! disk; `MAUVE_SEED` is the seed that a failing run has printed. Such a run looks for fewer steps that fail too, and says
 //! where their session is recorded.
 
-#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a test fails by panicking")]
-#![cfg(unix)]
-
 mod disk;
 mod torture;
 
@@ -28,7 +25,7 @@ use serde_json::{Value, json};
 
 use disk::Repository;
 
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+use crate::MAUVE;
 
 /// So many edits, unless `MAUVE_SOAK` says otherwise.
 const EDITS: usize = 1000;

@@ -1,8 +1,4 @@
-//! The language server over its standard streams, in one program, since a program for each subject costs a minute of linking.
-//!
-//! Tests run at the same time: each has a server and a folder of its own.
-
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+//! The language server over its standard streams.
 
 mod code_actions;
 mod completion;
@@ -31,7 +27,7 @@ use std::path::{Path, PathBuf};
 use mauve_tests::{Client, copy, models, scratch};
 use serde_json::Value;
 
-const MAUVE: &str = env!("CARGO_BIN_EXE_mauve");
+use crate::MAUVE;
 
 /// A server for `folder` and a client with these capabilities. Returns the client and the server's capabilities.
 fn start(folder: &Path, capabilities: &Value) -> (Client, Value) {

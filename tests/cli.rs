@@ -1,0 +1,23 @@
+//! The command line.
+
+mod acceptance;
+mod bad_input;
+mod clocks;
+mod command_line;
+mod deployment_tables;
+#[cfg(unix)]
+mod editor;
+mod first_steps;
+mod fixes;
+mod graph;
+#[cfg(unix)]
+mod hostile;
+mod pwcet;
+mod release;
+mod robot;
+mod samples;
+mod sensitivity;
+mod simulate;
+mod task_sets;
+mod trace_check;
+mod trace_import;
