@@ -9,29 +9,39 @@
 //! | `diff` after such a line | changes that file: the lines without `+` must be consecutive lines of the file |
 
 use std::ffi::OsString;
+use std::fs::Permissions;
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use crate::MAUVE;
 
-#[test]
-fn the_readme_can_be_followed_on_a_clean_home() {
+const RUN_THE_SAMPLE: &str = "cargo run -- run tests/models/p3dx --for 30s --simulate-time\n";
+
+/// A reader of the README with an empty home. What is installed is built as `cargo run` builds it: the same program, in less time.
+fn reader_of_the_readme(home: &str) -> Reader {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap();
-    let home = mauve_tests::scratch(env!("CARGO_TARGET_TMPDIR"), "documents-readme");
-    let mut reader = Reader::new(&home, root.clone(), home.join(".cargo/bin"));
-    // The first is what runs this test, the second a test of its own, which needs CMake.
-    reader.skipped = vec!["bash tests/run\n", RUN_THE_SAMPLE];
-    assert!(reader.follow(&root.join("README.md")) >= 8);
+    let home = mauve_tests::scratch(env!("CARGO_TARGET_TMPDIR"), home);
+    let programs = home.join(".cargo/bin");
+    let cargo = "#!/bin/sh\n[ $1 = run ] || set -- \"$@\" --debug\nexec \"$CARGO\" \"$@\"\n";
+    mauve_tests::write(&programs, &[("cargo", cargo)]);
+    std::fs::set_permissions(programs.join("cargo"), Permissions::from_mode(0o755)).unwrap();
+    Reader::new(&home, root, programs)
 }
 
-const RUN_THE_SAMPLE: &str = "cargo run -- run tests/models/p3dx --for 30s --simulate-time\n";
+#[test]
+fn the_readme_can_be_followed_on_a_clean_home() {
+    let mut reader = reader_of_the_readme("documents-readme");
+    // The first is what runs this test, the second a test of its own, which needs CMake.
+    reader.skipped = vec!["bash tests/run\n", RUN_THE_SAMPLE];
+    let page = reader.folder.join("README.md");
+    assert!(reader.follow(&page) >= 8);
+}
 
 #[test]
 fn orocos_the_robot_of_the_readme_runs() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap();
-    let home = mauve_tests::scratch(env!("CARGO_TARGET_TMPDIR"), "documents-robot");
-    let mut reader = Reader::new(&home, root.clone(), home.join(".cargo/bin"));
-    let blocks = blocks(&std::fs::read_to_string(root.join("README.md")).unwrap());
+    let mut reader = reader_of_the_readme("documents-robot");
+    let blocks = blocks(&std::fs::read_to_string(reader.folder.join("README.md")).unwrap());
     let number = blocks.iter().position(|block| block.text == RUN_THE_SAMPLE).unwrap();
     reader.run(RUN_THE_SAMPLE).unwrap();
     reader.compare(&blocks[number + 1].text).unwrap();
@@ -118,14 +128,14 @@ impl Reader {
             .env("CARGO_HOME", kept("CARGO_HOME", ".cargo"))
             .env("RUSTUP_HOME", kept("RUSTUP_HOME", ".rustup"))
             .env("CARGO_INSTALL_ROOT", self.home.join(".cargo"))
+            .env("CARGO", env!("CARGO"))
+            // The program of the tests stays as it is. What both are made of is built once.
+            .env("CARGO_TARGET_DIR", Path::new(env!("CARGO_TARGET_TMPDIR")).join("documents"))
+            .env("CARGO_BUILD_BUILD_DIR", Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap())
             .env("HOME", &self.home)
             .env_remove("XDG_CACHE_HOME")
             .env_remove("XDG_DATA_HOME")
             .env_remove("NVIM_APPNAME")
-            // The same program, built in less time.
-            .env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "0")
-            .env("CARGO_PROFILE_RELEASE_CODEGEN_UNITS", "256")
-            .env("CARGO_PROFILE_RELEASE_LTO", "off")
             .env_remove("MAUVE_MODELS")
             .env_remove("ROS_PACKAGE_PATH")
             .stdin(Stdio::null())
