@@ -2,8 +2,8 @@
 //! grow with the square of their number.
 
 use crate::lane::{BusyJob, Lane, Member, Members};
+use crate::paths::{self, Path};
 use crate::response_time::{members, members_of_all};
-use crate::worst_case::{self, Path};
 use crate::{CpuRule, Interference, Method, Options, Task, Time, Window};
 
 /// Lists the interference of tasks.
@@ -113,12 +113,12 @@ impl<'a> Breakdown<'a> {
                 let jobs = member.jobs_released(late.length, None).unwrap_or_default();
                 let totals = match combined.iter_mut().find(|(place, _)| *place == other) {
                     Some((_, totals)) => std::mem::take(totals),
-                    None => (1..=jobs.min(worst_case::LONGEST as u64))
+                    None => (1..=jobs.min(paths::LONGEST as u64))
                         .map_while(|jobs| member.demand(jobs).ok())
                         .collect(),
                 };
                 let first = usize::try_from(jobs).unwrap_or(usize::MAX).min(totals.len());
-                let edges = worst_case::path(member.machine, &totals[..first]);
+                let edges = paths::path(member.machine, &totals[..first]);
                 paths.push(Path { task: member.index, delay: Time::from_nanos(member.delay), edges });
             }
             (late, paths)

@@ -1,7 +1,24 @@
 //! λ, the greatest mean cost of a cycle of a periodic state machine, in integers.
 
 use crate::Time;
-use crate::machine::Adjacency;
+
+/// The edges by their source, in one array: those of state s are `first[s]..first[s + 1]`.
+pub(crate) struct Adjacency {
+    pub(crate) first: Vec<u32>,
+    /// The target, and the cost in nanoseconds.
+    pub(crate) arcs: Vec<(u32, u64)>,
+}
+
+impl Adjacency {
+    pub(crate) fn states(&self) -> usize {
+        self.first.len() - 1
+    }
+
+    /// The arcs of `state`, in the order of the machine's edges.
+    pub(crate) fn of(&self, state: usize) -> &[(u32, u64)] {
+        &self.arcs[self.first[state] as usize..self.first[state + 1] as usize]
+    }
+}
 
 /// A greatest cycle: its mean, `cost` / `length`, is λ.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]

@@ -18,14 +18,8 @@ use std::collections::BinaryHeap;
 use std::rc::Rc;
 
 use crate::lane::{Busy, BusyJob, Counts, Lane};
-use crate::machine::Adjacency;
-use crate::{Method, NoBoundReason, StateMachine};
-
-/// The budget of the paths of one machine, in computed values.
-const BUDGET_OF_PATHS: u64 = 1 << 20;
-
-/// The maximum number of request functions of one machine.
-const MOST_PATHS: usize = 128;
+use crate::paths::Requests;
+use crate::{Method, NoBoundReason};
 
 /// The result of the search for one task.
 pub(crate) struct Exact {
@@ -277,134 +271,6 @@ impl Search<'_, '_, '_> {
     }
 }
 
-/// The request functions of a machine for up to n jobs, as a tree.
-pub(crate) struct Requests {
-    /// The root is the first.
-    nodes: Vec<Node>,
-}
-
-struct Node {
-    /// The totals of the first 1, 2, …, n edges.
-    totals: Vec<u64>,
-    children: Option<[usize; 2]>,
-    leaves: usize,
-}
-
-impl Requests {
-    fn new(mut functions: Vec<Vec<u64>>) -> Requests {
-        // Neighbours are similar.
-        functions.sort_unstable_by(|a, b| b.cmp(a));
-        let mut requests = Requests { nodes: Vec::new() };
-        requests.add(&functions);
-        requests
-    }
-
-    fn add(&mut self, functions: &[Vec<u64>]) -> usize {
-        let index = self.nodes.len();
-        let mut totals = functions.first().cloned().unwrap_or_default();
-        for function in functions {
-            totals.iter_mut().zip(function).for_each(|(total, value)| *total = (*total).max(*value));
-        }
-        self.nodes.push(Node { totals, children: None, leaves: functions.len() });
-        if functions.len() > 1 {
-            let (left, right) = functions.split_at(functions.len() / 2);
-            let children = [self.add(left), self.add(right)];
-            self.nodes[index].children = Some(children);
-        }
-        index
-    }
-
-    /// Returns the demand of the first `jobs` jobs; of all, if there are fewer.
-    fn demand(&self, node: usize, jobs: u64) -> u64 {
-        let totals = &self.nodes[node].totals;
-        let last = usize::try_from(jobs).unwrap_or(usize::MAX).min(totals.len());
-        last.checked_sub(1).and_then(|last| totals.get(last)).copied().unwrap_or(0)
-    }
-}
-
-/// The paths of a machine: the totals of their first 1, 2, …, n edges, by the state where they end. A path that another with
-/// the same end exceeds nowhere is left out: whatever continues it continues the other.
-pub(crate) struct Paths {
-    successors: Adjacency,
-    jobs: usize,
-    ending_at: Vec<Vec<Vec<u64>>>,
-    spent: u64,
-    /// No paths of this length or a greater one are computed. It depends on the machine only.
-    too_long: Option<usize>,
-    /// The last result.
-    requests: Option<(usize, Rc<Requests>)>,
-}
-
-impl Paths {
-    pub(crate) fn new(machine: &StateMachine) -> Paths {
-        let successors = Adjacency::new(machine);
-        let ending_at = vec![vec![Vec::new()]; successors.states()];
-        let too_long = (successors.states() > MOST_PATHS).then_some(1);
-        Paths { successors, jobs: 0, ending_at, spent: 0, too_long, requests: None }
-    }
-
-    /// Returns the request functions of `jobs` ≥ 1 jobs, without those that another exceeds nowhere; `None` if there are too
-    /// many.
-    pub(crate) fn requests(&mut self, jobs: u64, interrupt: &dyn Fn()) -> Option<Rc<Requests>> {
-        let jobs = usize::try_from(jobs).ok()?;
-        while self.too_long.is_none() && self.jobs < jobs {
-            interrupt();
-            self.extend();
-        }
-        if self.too_long.is_some_and(|too_long| jobs >= too_long) {
-            return None;
-        }
-        if let Some((_, requests)) = self.requests.as_ref().filter(|(of, _)| *of == jobs) {
-            return Some(requests.clone());
-        }
-        let functions = self.ending_at.iter().flatten().map(|totals| totals[..jobs].to_vec());
-        let requests = Rc::new(Requests::new(greatest(functions.collect())));
-        self.requests = Some((jobs, requests.clone()));
-        Some(requests)
-    }
-
-    fn extend(&mut self) {
-        let mut next: Vec<Vec<Vec<u64>>> = vec![Vec::new(); self.ending_at.len()];
-        for (state, paths) in self.ending_at.iter().enumerate() {
-            for &(target, cost) in self.successors.of(state) {
-                for path in paths {
-                    // M is not less, and fits.
-                    let total = path.last().copied().unwrap_or(0).saturating_add(cost);
-                    let mut path = path.clone();
-                    path.push(total);
-                    next[target as usize].push(path);
-                }
-            }
-        }
-        let jobs = self.jobs + 1;
-        let candidates: usize = next.iter().map(Vec::len).sum();
-        self.spent += (candidates * jobs) as u64;
-        for paths in &mut next {
-            *paths = greatest(std::mem::take(paths));
-        }
-        let kept: usize = next.iter().map(Vec::len).sum();
-        if kept > MOST_PATHS || self.spent > BUDGET_OF_PATHS {
-            self.too_long = Some(jobs);
-        } else {
-            (self.ending_at, self.jobs) = (next, jobs);
-        }
-    }
-}
-
-/// Returns the functions that no other exceeds everywhere.
-fn greatest(mut functions: Vec<Vec<u64>>) -> Vec<Vec<u64>> {
-    // A function that is nowhere less than another is before it.
-    functions.sort_unstable_by(|a, b| b.cmp(a));
-    let mut kept: Vec<Vec<u64>> = Vec::new();
-    for function in functions {
-        let is_below = |other: &Vec<u64>| other.iter().zip(&function).all(|(other, value)| other >= value);
-        if !kept.iter().any(is_below) {
-            kept.push(function);
-        }
-    }
-    kept
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -482,19 +348,6 @@ mod tests {
         let other = machine(3, &[(0, 1, 0), (1, 1, 1), (2, 0, 0), (0, 0, 1), (0, 2, 2)]);
         let tasks = [simple(1, 14, 0), task(1, 5, one), task(1, 6, other)];
         assert_eq!(bounds(&tasks)[2], 35);
-    }
-
-    #[test]
-    fn too_many_paths() {
-        let each = |states: u32| (0..states).map(|state| (state, state, 1)).collect::<Vec<_>>();
-        let paths = |states: u32| Paths::new(&machine(states, &each(states))).requests(1, &|| ());
-        assert!(paths(128).is_some());
-        assert!(paths(129).is_none());
-        // 2 · (1 + 2 + … + n) values are less than 2²⁰ up to n = 1023.
-        let mut paths = Paths::new(&machine(2, &[(0, 1, 1), (1, 0, 2)]));
-        assert!(paths.requests(1023, &|| ()).is_some());
-        assert!(paths.requests(1024, &|| ()).is_none());
-        assert!(paths.requests(1023, &|| ()).is_some());
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! What a task executes at most in a window, when its last job can execute no longer than since its release (the interference
 //! bound function of Guan, Gu, Stigge, Deng and Yi, RTSS 2014).
 
-use crate::machine::Adjacency;
+use crate::cycle_mean::Adjacency;
 use crate::trace_bound::{Laps, Recurrence};
 use crate::{NoBoundReason, StateMachine};
 

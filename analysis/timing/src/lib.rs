@@ -26,11 +26,14 @@
 //! | `task_set.rs` | [`task_set`]: what a deployment runs, as a file in JSON |
 //! | `task.rs` | [`Task`] and [`Response`]: what the analysis is asked and answers |
 //! | `execution_bound.rs` | what n jobs execute at most, if the last one has not long been released |
+//! | `paths.rs` | paths through a machine, and the totals of their edges |
 //! | `exact.rs` | the search over combinations of paths |
-//! | `lane.rs` | the analysis of one CPU, or of linked CPUs as one |
+//! | `lane.rs` | one CPU, or linked CPUs as one: its tasks, and what they ask for in a window |
+//! | `lane_analysis.rs` | the analysis of one CPU |
 //! | `synchronised.rs` | the windows that begin at the releases of synchronised clocks |
 //! | `operations.rs` | the calls of operations that jobs execute for others |
-//! | `activities.rs` | [`ActivitySet`]: what a deployment runs at one level, and its response times |
+//! | `activities.rs` | [`ActivitySet`]: what a deployment runs at one level |
+//! | `set_analysis.rs` | [`SetAnalysis`]: its response times |
 //! | `response_time.rs` | [`response_times`]: the analysis |
 //! | `simulation.rs` | [`ActivitySet::simulate`]: one of the possible schedules, at random |
 //! | `worst_case.rs` | [`ActivitySet::worst_case`]: the schedule behind a response time |
@@ -46,9 +49,12 @@ mod cycle_mean;
 mod exact;
 mod execution_bound;
 mod lane;
+mod lane_analysis;
 mod machine;
 mod operations;
+mod paths;
 mod response_time;
+mod set_analysis;
 mod simulation;
 mod synchronised;
 mod table;
@@ -61,11 +67,12 @@ mod trace_bound;
 mod utilisation;
 mod worst_case;
 
-pub use activities::{Activity, ActivitySet, Operation, SetAnalysis, SetTasks, THROTTLING};
+pub use activities::{Activity, ActivitySet, Operation, SetTasks, THROTTLING};
 pub use breakdown::Breakdown;
 pub use cycle_mean::CycleMean;
 pub use machine::{Edge, MachineError, StateMachine};
 pub use response_time::response_times;
+pub use set_analysis::SetAnalysis;
 pub use simulation::{
     Calls, Executed, Job, LeftOut, Random, Schedule, Script, ScriptedTask, SimulationOptions, Slice,
     Statistics,

@@ -4,7 +4,7 @@ use std::hash::{Hash, Hasher};
 use std::sync::{Arc, OnceLock};
 
 use crate::Time;
-use crate::cycle_mean::{self, CycleMean};
+use crate::cycle_mean::{self, Adjacency, CycleMean};
 
 /// One period of a machine, which goes from `source` to `target`.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
@@ -186,13 +186,6 @@ pub enum MachineError {
     TooLarge,
 }
 
-/// The edges by their source, in one array: those of state s are `first[s]..first[s + 1]`.
-pub(crate) struct Adjacency {
-    pub(crate) first: Vec<u32>,
-    /// The target, and the cost in nanoseconds.
-    pub(crate) arcs: Vec<(u32, u64)>,
-}
-
 impl Adjacency {
     pub(crate) fn new(machine: &StateMachine) -> Adjacency {
         // A counting sort: how many start before each state, then each edge to the next free place of its state.
@@ -225,15 +218,6 @@ impl Adjacency {
             first.push(u32::try_from(end).unwrap_or(u32::MAX));
         }
         Adjacency { first, arcs: edges.into_iter().map(|(_, target, cost)| (target, cost)).collect() }
-    }
-
-    pub(crate) fn states(&self) -> usize {
-        self.first.len() - 1
-    }
-
-    /// The arcs of `state`, in the order of the machine's edges.
-    pub(crate) fn of(&self, state: usize) -> &[(u32, u64)] {
-        &self.arcs[self.first[state] as usize..self.first[state + 1] as usize]
     }
 }
 

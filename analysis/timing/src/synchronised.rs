@@ -14,7 +14,8 @@
 use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
-use crate::lane::{Found, Lane, Member, Members, least_common_multiple};
+use crate::lane::{Lane, Member, Members, least_common_multiple};
+use crate::lane_analysis::Found;
 use crate::{Bound, Method, Options, Time};
 
 /// The maximum product of the number of instants and the square of the number of members, which is about the number of visited

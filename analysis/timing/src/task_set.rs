@@ -68,7 +68,7 @@ use serde_json::Value;
 pub use self::error::{TaskSetError, Times, Unknown};
 use self::json::{items, line, lines, nullable};
 use crate::table::MOST_LEVELS;
-use crate::{ActivitySet, Demand, Edge as Period, Level, Method, StateMachine, Time};
+use crate::{Edge as Period, Level, Method, StateMachine, Time};
 
 /// The content of a file.
 #[derive(Clone, PartialEq, Debug)]
@@ -411,46 +411,6 @@ impl TaskSet {
     /// The number of a level, which is that of its time in every array.
     pub fn column(&self, level: Level) -> Option<usize> {
         self.levels.iter().position(|&it| it == level)
-    }
-
-    /// The activities at the level of this number, by a method.
-    pub fn activities_at(&self, column: usize, method: Method) -> ActivitySet {
-        let level = self.levels.get(column);
-        // Of a level that there is not, nothing is known.
-        let is_refused = |reason: &NotAnalysed| level.is_none_or(|level| reason.holds(*level, method));
-        let activity = |it: &Activity| {
-            let machine = it.machine.as_ref().filter(|_| !it.not_analysed.iter().any(is_refused));
-            let whole = machine.and_then(|machine| machine.component_time.get(column).copied().flatten());
-            let machine = machine.and_then(|machine| machine.state_machine(column));
-            crate::Activity {
-                name: it.instance.clone(),
-                priority: it.priority,
-                period: it.period,
-                deadline: it.deadline,
-                jitter: it.jitter,
-                offset: it.offset,
-                cpus: it.affinity,
-                demand: machine.map_or(Demand::Unknown, |machine| Demand::Machine { machine, whole }),
-            }
-        };
-        let activities = self.activities.iter().map(activity).collect();
-        let others = self.other.clone();
-        let number = |name: &String| self.activities.iter().position(|activity| activity.instance == *name);
-        let operation = |it: &Called| {
-            Some(crate::Operation {
-                provider: number(&it.provider)?,
-                client: number(&it.client)?,
-                sends: it.sends,
-                time: it.time.get(column).copied()?,
-                during: it.during,
-            })
-        };
-        ActivitySet {
-            activities,
-            operations: self.operations.iter().filter_map(operation).collect(),
-            others,
-            throttled: self.rt_throttling == Some(true),
-        }
     }
 
     fn check(&self) -> Result<(), TaskSetError> {
@@ -852,6 +812,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::Demand;
 
     fn level(probability: f64) -> Level {
         Level::from_f64(probability).unwrap()

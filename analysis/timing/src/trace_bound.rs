@@ -1,6 +1,6 @@
 //! The trace bound T⁺ of a periodic state machine: the greatest demand of n consecutive periods (paper, eq. 13–18).
 
-use crate::machine::Adjacency;
+use crate::cycle_mean::Adjacency;
 use crate::{CycleMean, NoBoundReason, StateMachine, Time};
 
 /// M(n), the greatest total cost of any n consecutive edges of a machine, from any of its states.

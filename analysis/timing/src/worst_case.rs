@@ -4,13 +4,7 @@
 //! operations or release jitter of tasks with an offset are in it. Otherwise the schedule may stay below the bound.
 
 use crate::lane::greatest_common_divisor;
-use crate::{ActivitySet, Bound, Options, Script, ScriptedTask, StateMachine, Task, Time, worst_trace};
-
-/// The maximum number of jobs of a path.
-pub(crate) const LONGEST: usize = 10_000;
-
-/// The maximum number of edges × jobs that a search for a path visits.
-const MOST_CHOICES: usize = 10_000_000;
+use crate::{ActivitySet, Bound, Options, Script, ScriptedTask, Task, Time, worst_trace};
 
 /// A schedule in which an activity responds as late as its analysis knows.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -125,60 +119,12 @@ fn may_start_together(tasks: &[&Task]) -> bool {
     all.iter().enumerate().all(|(index, one)| all[..index].iter().all(|other| may(one, other)))
 }
 
-/// The path of an interfering task in a window.
-pub(crate) struct Path {
-    /// The index of the task.
-    pub(crate) task: usize,
-    /// See [`Window::delay`](crate::Window::delay).
-    pub(crate) delay: Time,
-    /// The edges of its jobs; empty if no path is known.
-    pub(crate) edges: Vec<usize>,
-}
-
-/// Returns a path whose first 1, 2, …, n edges have these totals; if there is none, one whose n edges have M(n).
-pub(crate) fn path(machine: &StateMachine, totals: &[u64]) -> Vec<usize> {
-    with_totals(machine, totals).or_else(|| worst_trace(machine, totals.len())).unwrap_or_default()
-}
-
-fn with_totals(machine: &StateMachine, totals: &[u64]) -> Option<Vec<usize>> {
-    let states = machine.states() as usize;
-    let visited = machine.edges().len().checked_mul(totals.len())?;
-    if totals.len() > LONGEST || visited > MOST_CHOICES {
-        return None;
-    }
-    // For each number of edges and each state, the last edge of a path to it.
-    let mut reached = vec![true; states];
-    let mut last: Vec<Vec<Option<usize>>> = Vec::with_capacity(totals.len());
-    let mut before = 0u64;
-    for &total in totals {
-        let mut next = vec![None; states];
-        for (index, edge) in machine.edges().iter().enumerate() {
-            let is_next = before.checked_add(edge.cost.as_nanos()) == Some(total);
-            if reached[edge.source as usize] && is_next {
-                next[edge.target as usize].get_or_insert(index);
-            }
-        }
-        reached = next.iter().map(Option::is_some).collect();
-        last.push(next);
-        before = total;
-    }
-    let mut state = reached.iter().position(|&is_reached| is_reached)?;
-    let mut path = Vec::with_capacity(totals.len());
-    for last in last.iter().rev() {
-        let index = last[state]?;
-        path.push(index);
-        state = machine.edges().get(index)?.source as usize;
-    }
-    path.reverse();
-    Some(path)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::task_set::Other;
     use crate::testing::{activity, machine, machines};
-    use crate::{Activity, Method, Response, SimulationOptions};
+    use crate::{Activity, Method, Response, SimulationOptions, StateMachine};
     use proptest::prelude::*;
 
     fn simple(priority: u32, period: u64, cost: u64) -> Activity {
@@ -305,18 +251,6 @@ mod tests {
             },
         );
         proptest::collection::vec(any, 1..5)
-    }
-
-    #[test]
-    fn totals_of_too_many_jobs() {
-        let loops = |states: u32| -> Vec<(u32, u32, u64)> {
-            (0..states).map(|state| (state, state, u64::from(state) + 1)).collect()
-        };
-        let ones = |jobs: u64| (1..=jobs).collect::<Vec<u64>>();
-        let two = machine(2, &loops(2));
-        assert_eq!(path(&two, &ones(10_000)), vec![0; 10_000]);
-        assert!(path(&two, &ones(10_001)).is_empty());
-        assert!(path(&machine(1001, &loops(1001)), &ones(10_000)).is_empty());
     }
 
     proptest! {
