@@ -8,6 +8,7 @@
 //! The data flow through each program is known from `programs.rs`; here, only what is between programs.
 
 mod indices;
+mod lost_writes;
 mod operations;
 mod programs;
 mod writes;
@@ -36,9 +37,9 @@ use crate::source::{Decl, Location, architecture};
 use crate::structure::{StateStructure, Structure, TransitionStructure, structure_of, successors};
 
 use self::indices::Indices;
+use self::lost_writes::lost_writes;
 use self::operations::{Effects, effects_of};
 use self::programs::{ProgramFlow, Programs, groups_of, unused};
-use self::writes::lost_writes;
 
 /// Returns the facts about the data flow in a core.
 #[salsa::tracked(returns(ref))]

@@ -2,17 +2,19 @@
 
 use std::borrow::Cow;
 
+use rustc_hash::FxHashSet;
+
 use crate::ModelDb;
 use crate::body::{BodyId, CoreScope, core_scope, statements};
+use crate::builtin::Builtin;
 use crate::graph::topological_order;
 use crate::infer::{Inference, inference_of};
-use crate::item_tree::{Expr, Name, Operation, Statement};
+use crate::item_tree::{Expr, Name, NameRef, Operation, Statement};
 use crate::project::Project;
 use crate::resolve::Callee;
 use crate::source::{Decl, core};
 
 use super::indices::Indices;
-use super::writes::top_level_writes;
 
 /// The effects of a call of an operation.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
@@ -96,4 +98,36 @@ fn calls_and_assigns(operation: &Operation, inference: &Inference<'_>) -> (Vec<u
         }
     }
     (called, assigned)
+}
+
+/// Returns the ports that the outermost statements of a program write, up to the first `return`.
+fn top_level_writes(statements: &[Statement], inference: &Inference<'_>) -> Box<[Name]> {
+    let mut ports = FxHashSet::default();
+    for statement in statements {
+        match statement {
+            Statement::Expr(Expr::Call { callee, arguments, .. }) => {
+                ports.extend(written_port(inference, callee, arguments));
+            }
+            // A branch may return.
+            statement if has_return(statement) => break,
+            _ => {}
+        }
+    }
+    ports.into_iter().cloned().collect()
+}
+
+/// Returns the port that a call writes.
+pub(super) fn written_port<'a>(
+    inference: &Inference<'_>,
+    callee: &NameRef,
+    arguments: &'a [Expr],
+) -> Option<&'a Name> {
+    match (inference.callee(callee.id), arguments.first()) {
+        (Some(Callee::Builtin(Builtin::Write)), Some(Expr::Name(port))) => Some(&port.name),
+        _ => None,
+    }
+}
+
+fn has_return(statement: &Statement) -> bool {
+    statements(std::slice::from_ref(statement)).any(|statement| matches!(statement, Statement::Return(..)))
 }

@@ -1,16 +1,12 @@
-//! The writes to ports that a later write of the same period overwrites.
+//! The writes of a program to ports, and those of them that a later write of the program overwrites.
 
 use rustc_hash::FxHashSet;
 
-use crate::body::{BodyId, ProgramIn, statements};
-use crate::builtin::Builtin;
 use crate::infer::Inference;
-use crate::item_tree::{Expr, HookKind, MethodKind, Name, NameRef, SourceId, Statement};
+use crate::item_tree::{Expr, Name, SourceId, Statement};
 use crate::resolve::Callee;
-use crate::structure::{StateStructure, Structure};
 
-use super::operations::Effects;
-use super::programs::{ProgramFlow, Programs};
+use super::operations::{Effects, written_port};
 
 /// A write: its source and its port.
 pub(super) type Write = (SourceId, Name);
@@ -21,9 +17,9 @@ pub(super) struct Writes {
     /// The ports that every path writes, sorted.
     ports: Box<[Name]>,
     /// The writes that every path overwrites before the program ends.
-    lost: Box<[Write]>,
+    pub(super) lost: Box<[Write]>,
     /// The other writes: they are lost if every execution after the program writes their ports.
-    last: Box<[Write]>,
+    pub(super) last: Box<[Write]>,
 }
 
 impl Writes {
@@ -36,7 +32,7 @@ impl Writes {
         Writes { ports, lost: writer.lost.into(), last: writer.last.into() }
     }
 
-    fn include(&self, port: &Name) -> bool {
+    pub(super) fn include(&self, port: &Name) -> bool {
         self.ports.binary_search(port).is_ok()
     }
 }
@@ -84,99 +80,5 @@ impl<'a> Writer<'a, '_> {
         if let Some(Callee::Operation(index)) = self.inference.callee(callee.id) {
             after.extend(self.effects.get(index).into_iter().flat_map(|effects| &effects.writes));
         }
-    }
-}
-
-/// Returns the ports that the outermost statements of a program write, up to the first `return`.
-pub(super) fn top_level_writes(statements: &[Statement], inference: &Inference<'_>) -> Box<[Name]> {
-    let mut ports = Ports::default();
-    for statement in statements {
-        match statement {
-            Statement::Expr(Expr::Call { callee, arguments, .. }) => {
-                ports.extend(written_port(inference, callee, arguments));
-            }
-            // A branch may return.
-            statement if has_return(statement) => break,
-            _ => {}
-        }
-    }
-    ports.into_iter().cloned().collect()
-}
-
-/// Returns the port that a call writes.
-fn written_port<'a>(inference: &Inference<'_>, callee: &NameRef, arguments: &'a [Expr]) -> Option<&'a Name> {
-    match (inference.callee(callee.id), arguments.first()) {
-        (Some(Callee::Builtin(Builtin::Write)), Some(Expr::Name(port))) => Some(&port.name),
-        _ => None,
-    }
-}
-
-fn has_return(statement: &Statement) -> bool {
-    statements(std::slice::from_ref(statement)).any(|statement| matches!(statement, Statement::Return(..)))
-}
-
-/// Returns the writes of a core that every path overwrites in the same period.
-pub(super) fn lost_writes<'a, 'db>(core: &'db Structure, programs: &Programs<'a, 'db>) -> Vec<&'a Write> {
-    let operations = (0..core.operations.len()).map(|index| BodyId::Operation(index as u32));
-    let bodies = operations.chain(core.hook(HookKind::Update));
-    let mut lost: Vec<&Write> =
-        bodies.flat_map(|body| lost_in(programs.get(body, ProgramIn::Whole))).collect();
-    for (index, state) in programs.states().iter().enumerate() {
-        lost_in_state(index, state, programs, &mut lost);
-    }
-    lost.sort();
-    lost.dedup();
-    lost
-}
-
-fn lost_in(program: Option<&ProgramFlow>) -> impl Iterator<Item = &Write> {
-    program.into_iter().flat_map(|program| &program.writes.lost)
-}
-
-/// Returns the last writes of a program to the ports for which `is_written` holds: those that are written after it.
-fn lost_after(
-    program: Option<&ProgramFlow>,
-    is_written: impl Fn(&Name) -> bool,
-) -> impl Iterator<Item = &Write> {
-    let last = program.into_iter().flat_map(|program| &program.writes.last);
-    last.filter(move |(_, port)| is_written(port))
-}
-
-/// Adds the writes in a state that the programs after them overwrite. The programs of a period are `run`, then `exit`, an effect
-/// and `entry`, or `handle`.
-fn lost_in_state<'a, 'db>(
-    index: usize,
-    state: &StateStructure,
-    programs: &Programs<'a, 'db>,
-    lost: &mut Vec<&'a Write>,
-) {
-    let method = |kind| programs.method(index, kind);
-    let [entry, run, handle, exit] =
-        [MethodKind::Entry, MethodKind::Run, MethodKind::Handle, MethodKind::Exit].map(method);
-    let effect = |number| programs.of_state(index, ProgramIn::Effect(number as u32));
-    let next_entry = |number: usize| -> Option<&'a ProgramFlow> {
-        programs.method(programs.target(state.transitions.get(number)?)?, MethodKind::Entry)
-    };
-    // The transitions that may fire.
-    let always = state.transitions.iter().position(|transition| !transition.has_guard);
-    let fire = 0..always.map_or(state.transitions.len(), |always| always + 1);
-    let writes = |program: Option<&ProgramFlow>, port: &Name| {
-        program.is_some_and(|program| program.writes.include(port))
-    };
-    let after_exit = |port: &Name| {
-        let fires = |number| writes(effect(number), port) || writes(next_entry(number), port);
-        !fire.is_empty() && fire.clone().all(fires)
-    };
-    let after_run = |port: &Name| {
-        let leaves = fire.is_empty() || writes(exit, port) || after_exit(port);
-        leaves && (always.is_some() || writes(handle, port))
-    };
-    [entry, run, handle, exit].into_iter().for_each(|program| lost.extend(lost_in(program)));
-    lost.extend(lost_after(run, after_run));
-    lost.extend(lost_after(exit, after_exit));
-    for number in fire.clone() {
-        let effect = effect(number);
-        lost.extend(lost_in(effect));
-        lost.extend(lost_after(effect, |port| writes(next_entry(number), port)));
     }
 }
