@@ -67,6 +67,7 @@ const WITHOUT_PROSE: [(&str, &[&str]); 6] = [
             "component::source",
             "cpp_name",
             "deployment",
+            "generated_file",
             "launch",
             "lua",
             "ops",

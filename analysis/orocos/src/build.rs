@@ -16,9 +16,8 @@ use crate::codels::headers_of;
 use crate::cpp_type::Headers;
 use crate::deployment::topic_package;
 use crate::escape::xml;
+use crate::generated_file::{GeneratedFile, MARK, generated_from};
 use crate::library::{Libraries, Library, Model};
-use crate::origin::{MARK, generated_from};
-use crate::package::GeneratedFile;
 
 /// Returns the build files of a package that has these other files.
 pub(crate) fn build_files(model: Model<'_, '_>, files: &[GeneratedFile]) -> Vec<GeneratedFile> {

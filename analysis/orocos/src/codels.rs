@@ -11,9 +11,9 @@ use mauve_hir::{Decl, Location, Type, codel, external_types};
 
 use crate::cpp_name::CppNames;
 use crate::cpp_type::{Headers, cpp_type, parameter_type};
+use crate::generated_file::{GeneratedFile, Owner, generated_from};
 use crate::library::{Model, types_of_codel, types_of_component};
-use crate::origin::{WIDTH, generated_from, origin, origin_file, words_of, wrapped};
-use crate::package::{GeneratedFile, Owner};
+use crate::origin::{WIDTH, origin, origin_file, words_of, wrapped};
 
 pub(crate) fn codel_files(model: Model<'_, '_>) -> Vec<GeneratedFile> {
     let library = model.library;

@@ -9,14 +9,18 @@
 //! | file | makes |
 //! |---|---|
 //! | `component.rs` | what the class has, and how it is called in C++ |
+//! | `component/files.rs` | the files of all classes |
 //! | `component/header.rs` | the declaration of the class |
 //! | `component/source.rs` | its constructor, its hooks, its state machine |
 //! | `component/program.rs` | the statements of its programs |
 //! | `component/expression.rs` | expressions, evaluated as MAUVE says |
+//! | `component/code.rs` | the text of an expression, with its type and its value |
 //! | `component/obvious.rs` | what compilers would warn of, and is meant |
 //! | `component/layout.rs` | lines that are not too long |
 
+mod code;
 mod expression;
+mod files;
 mod header;
 mod layout;
 mod obvious;
@@ -40,21 +44,9 @@ use crate::cpp_type::{cpp_type, is_large, operation_parameter_type};
 use crate::escape::comment;
 use crate::library::Model;
 use crate::origin::origin;
-use crate::package::GeneratedFile;
 
+pub(crate) use files::component_files;
 pub(crate) use source::ports_of_introspection;
-
-/// Returns the class files of a library's components.
-pub(crate) fn component_files(model: Model<'_, '_>) -> Vec<GeneratedFile> {
-    let components = model.library.components.iter();
-    let classes = components.filter_map(|(component, name)| Class::new(model, *component, name));
-    let files = classes.flat_map(|class| {
-        [("hpp", header::text(&class)), ("cpp", source::text(&class))].map(|(extension, text)| {
-            GeneratedFile::generated(format!("{0}/{0}-component.{extension}", class.name), text)
-        })
-    });
-    files.collect()
-}
 
 /// A component as a class, with the names that its features and variables have in C++.
 struct Class<'a, 'db> {

@@ -14,10 +14,9 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::component::{is_set_from_text, ports_of_introspection};
 use crate::cpp_name::{file_name, script_name, task_name};
+use crate::generated_file::generated_from;
 use crate::library::{Model, topological_order};
-use crate::origin::{comment_lines, generated_from};
-use crate::package::GeneratedFile;
-use crate::{launch, lua, ops};
+use crate::origin::comment_lines;
 
 /// The period of a background activity without a period.
 ///
@@ -30,21 +29,6 @@ const BACKGROUND_PERIOD: Time = Time::from_nanos(10_000_000);
 
 pub(crate) const BACKGROUND: &str = "A background activity without a period: it runs again 10 ms after it \
     began, or when it has ended. Set `period` in its activity to change that.";
-
-pub(crate) fn deployment_files(model: Model<'_, '_>) -> Vec<GeneratedFile> {
-    let mut files = Vec::new();
-    for &decl in &model.library.deployments {
-        let Some(deployed) = deployed(model, decl) else { continue };
-        let name = &deployed.name;
-        let texts = [
-            (format!("scripts/{name}.ops"), ops::script(&deployed)),
-            (format!("scripts/{name}.lua"), lua::script(&deployed)),
-            (format!("launch/{name}.launch"), launch::launch_file(&deployed)),
-        ];
-        files.extend(texts.map(|(path, text)| GeneratedFile::generated(path, text)));
-    }
-    files
-}
 
 /// A deployment, with run-time names.
 #[derive(Debug, Clone, PartialEq, Eq)]

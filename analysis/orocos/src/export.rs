@@ -7,8 +7,8 @@ use mauve_timing::task_set::Exported;
 use mauve_wcrt::{exported_component, first_tables, task_set_of};
 
 use crate::cpp_name::file_name;
+use crate::generated_file::GeneratedFile;
 use crate::library::Model;
-use crate::package::GeneratedFile;
 
 /// Returns the exported analyses of a package, at all levels of the timing tables.
 pub(crate) fn export_files(model: Model<'_, '_>) -> Vec<GeneratedFile> {

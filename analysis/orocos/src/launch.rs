@@ -2,7 +2,8 @@
 
 use crate::deployment::Deployed;
 use crate::escape::xml;
-use crate::origin::{comment_lines, generated_from};
+use crate::generated_file::generated_from;
+use crate::origin::comment_lines;
 
 pub(crate) fn launch_file(deployed: &Deployed) -> String {
     let package = &deployed.package;

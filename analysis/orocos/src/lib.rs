@@ -6,6 +6,7 @@
 //! | file | makes |
 //! |---|---|
 //! | `package.rs` | a package's files, from the modules below |
+//! | `generated_file.rs` | packages and their files: whose they are, and how the generator recognises its own |
 //! | `library.rs` | which packages there are, what is in each, what each needs |
 //! | `component.rs`, `component/` | the class of each component |
 //! | `cpp_name.rs` | names that C++, RTT and its scripts can have |
@@ -16,7 +17,8 @@
 //! | `origin.rs` | what generated comments say of the model |
 //! | `codels.rs` | the headers of types and codels, and the stubs that the user completes |
 //! | `build.rs` | `package.xml`, `CMakeLists.txt`, and what the components of a library have in common |
-//! | `deployment.rs` | what a deployment is, for its scripts: `ops.rs`, `lua.rs`, `launch.rs` |
+//! | `deployment.rs` | a deployment with all names and values resolved |
+//! | `ops.rs`, `lua.rs`, `launch.rs` | its scripts and its launch file |
 //! | `standalone.rs`, `standalone/` | programs of the deployments, which need no Orocos |
 //! | `runtime.rs` | the files of the runtime that these programs use in place of Orocos |
 //! | `stubs.rs` | packages that run before their codels are written |
@@ -39,6 +41,7 @@ mod cpp_type;
 mod deployment;
 mod escape;
 mod export;
+mod generated_file;
 mod launch;
 mod library;
 mod lua;
@@ -54,9 +57,10 @@ mod stubs;
 mod task;
 mod trace;
 
+pub use generated_file::{GeneratedFile, Owner, Package, STANDALONE};
 pub use library::{Artifact, Problem, ProblemKind, problems};
 pub use manifest::{MANIFEST, ManifestError};
-pub use package::{GeneratedFile, Owner, Package, packages};
+pub use package::packages;
 pub use plan::{Action, ChangedCodel, Plan, PlanError, Step, plan};
-pub use standalone::{STANDALONE, standalone};
+pub use standalone::standalone;
 pub use stubs::packages_with_stubs;

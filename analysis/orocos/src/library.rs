@@ -15,7 +15,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::cpp_name::{CppNames, file_name};
 use crate::cpp_type::cpp_type;
-use crate::standalone::STANDALONE;
+use crate::generated_file::STANDALONE;
 
 /// Names that no package can have: packages that generated ones depend on, except messages, the namespace of the runtime without
 /// Orocos, the folder of standalone programs, and names that CMake reserves: `project(CMAKE)` would set `CMAKE_VERSION`.
@@ -408,6 +408,23 @@ impl<'db> Model<'_, 'db> {
         all.sort_by_cached_key(|it| (numbers.get(&it.shell), it.index));
         all
     }
+}
+
+/// Returns the libraries that a deployment needs, or all libraries of a project, in build order.
+pub(crate) fn models<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    deployment: Option<Decl<'db>>,
+) -> Result<Vec<Model<'db, 'db>>, Vec<Problem<'db>>> {
+    let found = problems(db, project);
+    if !found.is_empty() {
+        return Err(found);
+    }
+    let (libraries, _) = libraries(db, project);
+    let needed = deployment.map(|deployment| libraries.needed_by(deployment));
+    let is_needed = |index: &usize| needed.as_ref().is_none_or(|needed| needed.contains(index));
+    let all = libraries.all.iter().enumerate().filter(|(index, _)| is_needed(index));
+    Ok(all.map(|(_, library)| Model { db, project, libraries, library }).collect())
 }
 
 /// Returns the types that the declaration of a codel names, with the codel.

@@ -5,59 +5,14 @@ use mauve_hir::{Decl, ModelDb, Project};
 use crate::build::build_files;
 use crate::codels::codel_files;
 use crate::component::component_files;
-use crate::deployment::deployment_files;
+use crate::deployment::deployed;
 use crate::export::export_files;
-use crate::library::{Library, Model, Problem, libraries, problems};
-use crate::origin::generated_from;
-use crate::standalone::{STANDALONE, is_standalone_path};
+use crate::generated_file::{GeneratedFile, Package, STANDALONE, ends, is_name};
+use crate::library::{Model, Problem, models};
+use crate::standalone::is_standalone_path;
 use crate::task::task_files;
 use crate::trace::trace_files;
-
-/// A package that can be built.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Package {
-    /// Its name, which is also the name of its folder.
-    pub name: String,
-    /// Its files.
-    pub files: Vec<GeneratedFile>,
-}
-
-/// A file of a package.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct GeneratedFile {
-    /// The path relative to the package, with `/` separators and without `.` and `..`.
-    pub path: String,
-    /// Its content.
-    pub text: String,
-    /// Its owner.
-    pub owner: Owner,
-}
-
-impl GeneratedFile {
-    /// A file of the generator.
-    pub(crate) fn generated(path: String, text: String) -> GeneratedFile {
-        GeneratedFile { path, text, owner: Owner::Generator }
-    }
-
-    /// A file of the generator from a template, with the name of the library in place of `{lib}`.
-    pub(crate) fn from_template(library: &Library<'_>, path: &str, template: &str) -> GeneratedFile {
-        let package = &library.package;
-        let text = template.replace("{generated}", &generated_from(package));
-        GeneratedFile::generated(path.replace("{lib}", package), text.replace("{lib}", package))
-    }
-}
-
-/// The owner of a file.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Owner {
-    /// The generator, which overwrites the file when its text changes.
-    Generator,
-    /// The user: the file is written once, and must define a codel.
-    User {
-        /// `double clearance(const ::sensor_msgs::LaserScan& scan, double width)`
-        prototype: String,
-    },
-}
+use crate::{launch, lua, ops};
 
 /// Returns whether a path has the form of a generated file of this package. A manifest that lists other paths is
 /// invalid.
@@ -101,16 +56,6 @@ pub(crate) fn is_codel_path(package: &str, path: &str) -> bool {
     package != STANDALONE && name.is_some_and(is_name)
 }
 
-/// Returns whether a file name is a name with one of these ends.
-pub(crate) fn ends(file: &str, ends: &[&str]) -> bool {
-    ends.iter().any(|end| file.strip_suffix(*end).is_some_and(is_name))
-}
-
-/// Returns whether a text has only letters of a name, in models and in C++.
-pub(crate) fn is_name(text: &str) -> bool {
-    !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
-}
-
 /// Returns the packages that a deployment needs, or all packages of a project, in build order.
 ///
 /// # Errors
@@ -122,23 +67,6 @@ pub fn packages<'db>(
     deployment: Option<Decl<'db>>,
 ) -> Result<Vec<Package>, Vec<Problem<'db>>> {
     Ok(models(db, project, deployment)?.into_iter().map(package).collect())
-}
-
-/// Returns the libraries that a deployment needs, or all libraries of a project, in build order.
-pub(crate) fn models<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    deployment: Option<Decl<'db>>,
-) -> Result<Vec<Model<'db, 'db>>, Vec<Problem<'db>>> {
-    let found = problems(db, project);
-    if !found.is_empty() {
-        return Err(found);
-    }
-    let (libraries, _) = libraries(db, project);
-    let needed = deployment.map(|deployment| libraries.needed_by(deployment));
-    let is_needed = |index: &usize| needed.as_ref().is_none_or(|needed| needed.contains(index));
-    let all = libraries.all.iter().enumerate().filter(|(index, _)| is_needed(index));
-    Ok(all.map(|(_, library)| Model { db, project, libraries, library }).collect())
 }
 
 /// Returns the package of a library.
@@ -155,6 +83,22 @@ pub(crate) fn package(model: Model<'_, '_>) -> Package {
     Package { name: model.library.package.clone(), files }
 }
 
+/// Returns the scripts and the launch files of a library's deployments.
+fn deployment_files(model: Model<'_, '_>) -> Vec<GeneratedFile> {
+    let mut files = Vec::new();
+    for &decl in &model.library.deployments {
+        let Some(deployed) = deployed(model, decl) else { continue };
+        let name = &deployed.name;
+        let texts = [
+            (format!("scripts/{name}.ops"), ops::script(&deployed)),
+            (format!("scripts/{name}.lua"), lua::script(&deployed)),
+            (format!("launch/{name}.launch"), launch::launch_file(&deployed)),
+        ];
+        files.extend(texts.map(|(path, text)| GeneratedFile::generated(path, text)));
+    }
+    files
+}
+
 #[cfg(test)]
 mod tests {
     use std::path::PathBuf;
@@ -163,7 +107,7 @@ mod tests {
 
     use super::*;
     use crate::codels::is_stub;
-    use crate::origin::is_marked;
+    use crate::generated_file::{Owner, is_marked};
     use crate::standalone::standalone;
 
     /// The packages of the sample robot, and of random models.

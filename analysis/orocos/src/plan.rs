@@ -17,9 +17,8 @@ use std::collections::BTreeMap;
 use rustc_hash::FxHashMap;
 
 use crate::codels::is_stub;
+use crate::generated_file::{GeneratedFile, Owner, Package, is_marked};
 use crate::manifest::{CodelFile, MANIFEST, Manifest, ManifestError, Offer, hash};
-use crate::origin::is_marked;
-use crate::package::{GeneratedFile, Owner, Package};
 use crate::prototype::Prototype;
 
 /// The steps that update a folder.
@@ -335,7 +334,7 @@ mod tests {
 
     use super::*;
     use crate::codels::STUB;
-    use crate::origin::generated_from;
+    use crate::generated_file::generated_from;
 
     /// The files of a folder.
     #[derive(Debug, Clone, PartialEq, Eq, Default)]

@@ -1,7 +1,6 @@
 //! The runtime of standalone programs: the files in `analysis/orocos/runtime`, which `standalone/runtime` is a copy of.
 
-use crate::package::{GeneratedFile, ends};
-use crate::standalone::STANDALONE_MARK;
+use crate::generated_file::{GeneratedFile, STANDALONE_MARK, ends};
 
 /// Embeds files of the runtime.
 macro_rules! files {

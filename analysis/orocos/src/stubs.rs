@@ -13,8 +13,10 @@ use mauve_hir::{Decl, ModelDb, Project, external_types};
 
 use crate::codels::run_stubs;
 use crate::cpp_name::is_keyword;
+use crate::generated_file::{GeneratedFile, Owner, Package, is_name};
+use crate::library::models;
 use crate::library::{Library, Problem};
-use crate::package::{GeneratedFile, Owner, Package, is_name, models, package};
+use crate::package::package;
 
 /// The folder of the headers of external types.
 const STAND_INS: &str = "stand-ins";

@@ -11,15 +11,15 @@
 //!
 //! Each package has its own: two packages that were generated at different times are loaded into one deployer.
 
+use crate::generated_file::GeneratedFile;
 use crate::library::Library;
-use crate::package::GeneratedFile;
 
 /// Returns the header; none for a library without components.
 pub(crate) fn task_files(library: &Library<'_>) -> Vec<GeneratedFile> {
     if library.components.is_empty() {
         return Vec::new();
     }
-    vec![GeneratedFile::from_template(library, "include/{lib}/{lib}-task.hpp", HEADER)]
+    vec![GeneratedFile::from_template(&library.package, "include/{lib}/{lib}-task.hpp", HEADER)]
 }
 
 const HEADER: &str = r#"// {generated}

@@ -35,8 +35,8 @@
 use mauve_hir::{Decl, ModelDb, ProgramId};
 
 use crate::escape::cpp_string;
+use crate::generated_file::GeneratedFile;
 use crate::library::Library;
-use crate::package::GeneratedFile;
 
 /// Returns the header, the events and their provider; none for a library without components.
 pub(crate) fn trace_files(library: &Library<'_>) -> Vec<GeneratedFile> {
@@ -48,7 +48,7 @@ pub(crate) fn trace_files(library: &Library<'_>) -> Vec<GeneratedFile> {
         ("tracing/{lib}-tp.h", EVENTS),
         ("tracing/{lib}-tp.c", PROVIDER),
     ];
-    files.map(|(path, template)| GeneratedFile::from_template(library, path, template)).into()
+    files.map(|(path, template)| GeneratedFile::from_template(&library.package, path, template)).into()
 }
 
 /// Returns the name of a codel in a trace, as a C++ literal.

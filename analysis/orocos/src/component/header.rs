@@ -5,10 +5,11 @@ use std::collections::BTreeSet;
 use mauve_hir::item_tree::{Expr, FeatureKind, HookKind, Variable};
 use mauve_hir::{ProgramId, Type, VariableId};
 
-use super::expression::{Writer, literal_text};
+use super::code::literal_text;
+use super::expression::Writer;
 use super::layout::Text;
 use super::{Class, LastCall, Member};
-use crate::origin::generated_from;
+use crate::generated_file::generated_from;
 
 /// `<Component>-component.hpp`
 pub(super) fn text(class: &Class<'_, '_>) -> String {

@@ -5,10 +5,7 @@
 use mauve_hir::item_tree::BinaryOperator;
 use mauve_hir::{Type, Value};
 
-use super::expression::Code;
-
-/// The expression that is compared, the operator, and the constant.
-pub(super) type Comparison = (String, BinaryOperator, f64);
+use super::code::{Code, Comparison};
 
 /// The lines that suppress the warnings.
 pub(super) const MEANT: [&str; 3] = [

@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use mauve_hir::item_tree::{Direction, FeatureKind, HookKind, MethodKind, State, Variable};
 use mauve_hir::{Callee, Integer, ProgramId, Type, Value};
 
-use super::expression::{Code, Writer};
+use super::code::Code;
+use super::expression::Writer;
 use super::layout::Text;
 use super::obvious::MEANT;
 use super::program::definition;

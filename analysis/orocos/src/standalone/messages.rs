@@ -13,10 +13,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Message, MessageConstant, MessageField, ModelDb, Workspace, package};
 
-use super::STANDALONE_MARK;
 use crate::cpp_name::field_name;
 use crate::escape::{comment, cpp_string};
-use crate::package::{GeneratedFile, is_name};
+use crate::generated_file::{GeneratedFile, STANDALONE_MARK, is_name};
 
 /// The messages of a project.
 pub(super) struct Messages<'db> {

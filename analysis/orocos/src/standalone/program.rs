@@ -15,8 +15,9 @@ use rustc_hash::FxHashMap;
 use crate::cpp_name::task_name;
 use crate::deployment::{BACKGROUND, CONNECTIONS, Deployed, SET, Task};
 use crate::escape::cpp_string;
+use crate::generated_file::generated_from;
 use crate::library::Model;
-use crate::origin::{comment_lines, generated_from};
+use crate::origin::comment_lines;
 use crate::trace::{codel_key, program_key};
 
 /// Returns the main of a deployment.
