@@ -4,40 +4,11 @@
 //! tells whether a node is complete.
 
 use crate::keywords::Direction;
-use crate::{SyntaxKind, SyntaxNode, SyntaxToken, significant_tokens};
+use crate::{SyntaxNode, SyntaxToken, significant_tokens};
 
+pub use crate::generated::AstNode;
 pub use crate::generated::nodes::*;
-
-/// A typed view of a node of one kind, or of one of several kinds.
-pub trait AstNode: Sized {
-    /// Returns whether this view exists for nodes of a kind.
-    fn can_cast(kind: SyntaxKind) -> bool;
-
-    /// Returns the typed view of `node`, if its kind is right.
-    fn cast(node: SyntaxNode) -> Option<Self>;
-
-    /// The node itself.
-    fn syntax(&self) -> &SyntaxNode;
-}
-
-pub(crate) fn child<N: AstNode>(parent: &SyntaxNode) -> Option<N> {
-    parent.children().find_map(N::cast)
-}
-
-pub(crate) fn nth_child<N: AstNode>(parent: &SyntaxNode, index: usize) -> Option<N> {
-    parent.children().filter_map(N::cast).nth(index)
-}
-
-pub(crate) fn children<N: AstNode>(parent: &SyntaxNode) -> impl Iterator<Item = N> + use<N> {
-    parent.children().filter_map(N::cast)
-}
-
-pub(crate) fn token(parent: &SyntaxNode, kind: SyntaxKind) -> Option<SyntaxToken> {
-    parent
-        .children_with_tokens()
-        .filter_map(rowan::NodeOrToken::into_token)
-        .find(|token| token.kind() == kind)
-}
+pub(crate) use crate::generated::{child, children, nth_child, token};
 
 impl Literal {
     /// Returns the token of a literal.

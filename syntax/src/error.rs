@@ -4,7 +4,7 @@ use rowan::TextRange;
 
 use crate::SyntaxKind;
 use crate::foreign::Foreign;
-use crate::parser::List;
+use crate::list::List;
 
 /// An error in a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

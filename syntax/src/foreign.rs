@@ -2,7 +2,7 @@
 //! error that shows the form in MAUVE.
 //!
 //! A word of these tables is a name wherever the grammar allows a name. The parser reads no other words, only kinds of
-//! tokens: [`reads_alike`] tells whether a reparse may exchange two words.
+//! tokens: `reads_alike` in `parser.rs` tells whether a reparse may exchange two words.
 
 use crate::SyntaxKind::{self, *};
 
@@ -229,18 +229,4 @@ pub(crate) fn looks_like_type(word: &str) -> bool {
 /// Returns whether `word` is a type without fields in many languages: `int`, `double`.
 pub(crate) fn is_scalar(word: &str) -> bool {
     SCALARS.contains(&word)
-}
-
-/// Returns the keyword that `word` writes with capital letters: `State`.
-pub(crate) fn in_lower_case(word: &str) -> Option<SyntaxKind> {
-    let has_capital = word.len() <= 20 && word.contains(|letter: char| letter.is_ascii_uppercase());
-    let kind = has_capital.then(|| crate::lex(&word.to_ascii_lowercase()).kind(0))?;
-    (kind.is_word() && kind != IDENT).then_some(kind)
-}
-
-/// Returns whether the parser treats two words in the same way.
-pub(crate) fn reads_alike(one: &str, other: &str) -> bool {
-    let is_plain = |word| meanings(word).next().is_none() && in_lower_case(word).is_none();
-    let is_alike = looks_like_type(one) == looks_like_type(other) && is_scalar(one) == is_scalar(other);
-    is_plain(one) && is_plain(other) && is_alike
 }

@@ -1,4 +1,4 @@
-//! What `tests/generated.rs` makes from `mauve.ungram`, in terms of these macros.
+//! What `tests/generated.rs` makes from `mauve.ungram`, in terms of these macros, and the tree that it describes.
 
 /// Declares the kinds of token and node in the order of their numbers: first the tokens that always have the same text.
 macro_rules! syntax_kinds {
@@ -148,3 +148,59 @@ macro_rules! one_of {
 pub mod keywords;
 pub(crate) mod kinds;
 pub(crate) mod nodes;
+
+use kinds::SyntaxKind;
+
+/// Ties rowan's untyped kinds to [`SyntaxKind`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Mauve {}
+
+impl rowan::Language for Mauve {
+    type Kind = SyntaxKind;
+
+    fn kind_from_raw(raw: rowan::SyntaxKind) -> SyntaxKind {
+        SyntaxKind::ALL.get(usize::from(raw.0)).copied().unwrap_or(SyntaxKind::ERROR)
+    }
+
+    fn kind_to_raw(kind: SyntaxKind) -> rowan::SyntaxKind {
+        rowan::SyntaxKind(kind as u16)
+    }
+}
+
+/// A node of the tree, with its position in the file.
+pub type SyntaxNode = rowan::SyntaxNode<Mauve>;
+/// A token of the tree, with its position in the file.
+pub type SyntaxToken = rowan::SyntaxToken<Mauve>;
+/// A node or a token.
+pub type SyntaxElement = rowan::SyntaxElement<Mauve>;
+
+/// A typed view of a node of one kind, or of one of several kinds.
+pub trait AstNode: Sized {
+    /// Returns whether this view exists for nodes of a kind.
+    fn can_cast(kind: SyntaxKind) -> bool;
+
+    /// Returns the typed view of `node`, if its kind is right.
+    fn cast(node: SyntaxNode) -> Option<Self>;
+
+    /// The node itself.
+    fn syntax(&self) -> &SyntaxNode;
+}
+
+pub(crate) fn child<N: AstNode>(parent: &SyntaxNode) -> Option<N> {
+    parent.children().find_map(N::cast)
+}
+
+pub(crate) fn nth_child<N: AstNode>(parent: &SyntaxNode, index: usize) -> Option<N> {
+    parent.children().filter_map(N::cast).nth(index)
+}
+
+pub(crate) fn children<N: AstNode>(parent: &SyntaxNode) -> impl Iterator<Item = N> + use<N> {
+    parent.children().filter_map(N::cast)
+}
+
+pub(crate) fn token(parent: &SyntaxNode, kind: SyntaxKind) -> Option<SyntaxToken> {
+    parent
+        .children_with_tokens()
+        .filter_map(rowan::NodeOrToken::into_token)
+        .find(|token| token.kind() == kind)
+}

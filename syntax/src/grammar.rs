@@ -16,17 +16,36 @@ use crate::SyntaxKind::{self, *};
 use crate::error::{Expected, SyntaxErrorKind};
 use crate::foreign::Foreign;
 use crate::keywords::DECLARATIONS;
-use crate::parser::{CompletedMarker, DEEPEST, List, Parser};
+use crate::lexer::lex;
+use crate::list::List;
+use crate::parser::{CompletedMarker, DEEPEST, Parser};
 use crate::spelling::similar;
+use crate::tree::{self, Parse};
 
 use expression::expression;
 use statement::block;
+
+/// The maximal length of a text that is parsed, in bytes: offsets in a tree are 32-bit numbers.
+pub const LONGEST_TEXT: usize = u32::MAX as usize / 2;
+
+/// Parses a file. Any text gives a tree with the same text.
+///
+/// A text of more than [`LONGEST_TEXT`] bytes gives an empty tree with one error.
+pub fn parse(text: &str) -> Parse {
+    if text.len() > LONGEST_TEXT {
+        return tree::too_long();
+    }
+    let lexed = lex(text);
+    let mut parser = Parser::new(text, &lexed);
+    source_file(&mut parser);
+    tree::build(text, &lexed, parser.finish())
+}
 
 // test source_file
 // include "hokuyo.mal"
 // library nav { use geometry_msgs codel f(): int }
 // codel g(): int;
-pub(crate) fn source_file(p: &mut Parser<'_>) {
+fn source_file(p: &mut Parser<'_>) {
     let m = p.start();
     p.enter(List::File);
     let (mut declared, mut late) = (false, false);

@@ -3,8 +3,9 @@
 use logos::Logos;
 
 use crate::SyntaxKind::{self, *};
+pub(crate) use crate::comment::block_comment;
+use crate::comment::is_closed_comment;
 use crate::error::TokenError;
-use crate::is_closed_comment;
 
 /// The tokens of a text, trivia included.
 pub struct Lexed {
@@ -158,10 +159,11 @@ fn white_space(bytes: &[u8]) -> (usize, bool) {
     (bytes.len(), breaks)
 }
 
-/// Takes a block comment after its `/*`, up to the first `*/` or to the end.
-pub(crate) fn block_comment(lexer: &mut logos::Lexer<'_, SyntaxKind>) {
-    let rest = lexer.remainder();
-    lexer.bump(rest.find("*/").map_or(rest.len(), |at| at + 2));
+/// Returns the keyword that `word` writes with capital letters: `State`.
+pub(crate) fn in_lower_case(word: &str) -> Option<SyntaxKind> {
+    let has_capital = word.len() <= 20 && word.contains(|letter: char| letter.is_ascii_uppercase());
+    let kind = has_capital.then(|| lex(&word.to_ascii_lowercase()).kind(0))?;
+    (kind.is_word() && kind != IDENT).then_some(kind)
 }
 
 /// Returns whether the rest of a line after `#` includes a file, as in C.

@@ -5,9 +5,8 @@ use rowan::{TextRange, TextSize};
 use crate::SyntaxKind::{self, *};
 use crate::error::{Expected, SyntaxError, SyntaxErrorKind, TokenError};
 use crate::foreign::{self, Foreign};
-use crate::keywords::{ARCHITECTURE_ITEMS, DEPLOYMENT_ITEMS};
-use crate::lexer::Lexed;
-use crate::tree::comment_error;
+use crate::lexer::{self, Lexed};
+use crate::list::List;
 
 /// The deepest nesting of blocks, parentheses, operators and `else if`. A tree is dropped recursively, and all
 /// traversals recurse: a stack overflow cannot be caught.
@@ -66,76 +65,6 @@ pub(crate) struct Events {
     pub(crate) first: usize,
     pub(crate) events: Vec<Event>,
     pub(crate) errors: Vec<SyntaxError>,
-}
-
-/// The kinds of list. The first tokens of an item determine its list.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs, reason = "the names say it")]
-pub enum List {
-    File,
-    Library,
-    Shell,
-    Core,
-    StateMachine,
-    State,
-    Architecture,
-    Deployment,
-    Activity,
-    Block,
-}
-
-impl List {
-    /// Returns the kind of the list in a node of this kind.
-    pub(crate) fn of(kind: SyntaxKind) -> Option<List> {
-        match kind {
-            SOURCE_FILE => Some(List::File),
-            LIBRARY => Some(List::Library),
-            SHELL => Some(List::Shell),
-            CORE => Some(List::Core),
-            STATE_MACHINE => Some(List::StateMachine),
-            STATE => Some(List::State),
-            ARCHITECTURE => Some(List::Architecture),
-            DEPLOYMENT => Some(List::Deployment),
-            ACTIVITY => Some(List::Activity),
-            BLOCK => Some(List::Block),
-            _ => None,
-        }
-    }
-
-    /// Returns the keywords that begin an item, in the order of the message; none if items begin without a keyword.
-    pub fn item_keywords(self) -> &'static [&'static str] {
-        match self {
-            List::File | List::Library => &[
-                "include",
-                "library",
-                "use",
-                "codel",
-                "shell",
-                "core",
-                "component",
-                "architecture",
-                "deployment",
-            ],
-            List::Shell => &["constant", "property", "input port", "output port", "require", "provide"],
-            List::Core => &[
-                "var",
-                "handler",
-                "provide",
-                "configure",
-                "start",
-                "update",
-                "statemachine",
-                "stop",
-                "cleanup",
-            ],
-            List::StateMachine => &["var", "state", "initial state"],
-            List::State => &["entry", "run", "handle", "exit", "transition"],
-            List::Architecture => &ARCHITECTURE_ITEMS,
-            List::Deployment => &DEPLOYMENT_ITEMS,
-            List::Activity => &["affinity", "priority", "period", "deadline", "jitter", "offset"],
-            List::Block => &[],
-        }
-    }
 }
 
 impl<'a> Parser<'a> {
@@ -484,7 +413,7 @@ impl<'a> Parser<'a> {
 
     /// Returns the keyword that the current word writes with capital letters.
     pub(crate) fn in_lower_case(&self) -> Option<SyntaxKind> {
-        foreign::in_lower_case(self.nth_text(0).filter(|_| self.at(IDENT))?)
+        lexer::in_lower_case(self.nth_text(0).filter(|_| self.at(IDENT))?)
     }
 
     /// Treats the current word, which was reported, as the keyword `kind`.
@@ -708,4 +637,24 @@ impl CompletedMarker {
         }
         outer
     }
+}
+
+/// Returns the error of an unterminated comment, which no rule of the grammar receives.
+pub(crate) fn comment_error(lexed: &Lexed) -> Option<SyntaxError> {
+    let (index, error) = lexed.errors().last()?;
+    let range = lexed.range(*index as usize);
+    // The range of the opening only: an error over the rest of the text would hide where the comment starts.
+    let start = TextSize::new(range.start as u32);
+    (*error == TokenError::UnterminatedComment).then(|| SyntaxError {
+        range: TextRange::at(start, TextSize::new(2)),
+        kind: SyntaxErrorKind::Token(*error),
+    })
+}
+
+/// Returns whether the parser treats two words in the same way.
+pub(crate) fn reads_alike(one: &str, other: &str) -> bool {
+    let is_plain = |word| foreign::meanings(word).next().is_none() && lexer::in_lower_case(word).is_none();
+    let is_alike = foreign::looks_like_type(one) == foreign::looks_like_type(other)
+        && foreign::is_scalar(one) == foreign::is_scalar(other);
+    is_plain(one) && is_plain(other) && is_alike
 }

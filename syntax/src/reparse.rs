@@ -17,12 +17,12 @@ use rowan::{GreenNode, GreenToken, Language as _, NodeOrToken, TextRange, TextSi
 
 use crate::SyntaxKind::*;
 use crate::error::SyntaxError;
-use crate::foreign;
-use crate::grammar;
+use crate::grammar::{self, LONGEST_TEXT, parse};
 use crate::lexer::{Lexed, lex_from};
-use crate::parser::{List, Parser};
-use crate::tree::{self, Parse, comment_error};
-use crate::{Mauve, SyntaxNode, SyntaxToken, parse};
+use crate::list::List;
+use crate::parser::{self, Parser, comment_error};
+use crate::tree::{self, Parse};
+use crate::{Mauve, SyntaxNode, SyntaxToken};
 
 /// The part of a tree that was rebuilt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -63,7 +63,7 @@ impl Parse {
     /// Does the same as [`Parse::reparse`], and returns the rebuilt part as well.
     pub fn reparse_by(&self, old: &str, new: &str) -> (Parse, Tier) {
         let is_of_old = usize::from(self.green.text_len()) == old.len();
-        if !is_of_old || new.len() > crate::LONGEST_TEXT {
+        if !is_of_old || new.len() > LONGEST_TEXT {
             return (parse(new), Tier::Whole);
         }
         let Some(edit) = Edit::between(old, new) else { return (self.clone(), Tier::Nothing) };
@@ -169,7 +169,7 @@ impl Before<'_> {
         }
         let is_characters = old.kind(index) == ERROR_CHARACTERS;
         let words = (self.old.get(range.clone())?, self.new.get(new.range(index))?);
-        if is_characters || old.kind(index) == IDENT && !foreign::reads_alike(words.0, words.1) {
+        if is_characters || old.kind(index) == IDENT && !parser::reads_alike(words.0, words.1) {
             return None;
         }
         let token = self.root.covering_element(text_range(range.clone())).into_token()?;

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use rowan::{GreenNode, GreenNodeBuilder, Language as _, TextRange, TextSize, TokenAtOffset};
 
-use crate::error::{SyntaxError, SyntaxErrorKind, TokenError};
+use crate::error::{SyntaxError, SyntaxErrorKind};
+use crate::generated::nodes::SourceFile;
 use crate::lexer::Lexed;
 use crate::parser::{Event, Events};
 use crate::{Mauve, SyntaxKind, SyntaxNode, SyntaxToken};
@@ -23,8 +24,8 @@ impl Parse {
     }
 
     /// The typed root.
-    pub fn file(&self) -> crate::ast::SourceFile {
-        crate::ast::SourceFile(self.syntax())
+    pub fn file(&self) -> SourceFile {
+        SourceFile(self.syntax())
     }
 
     /// The tree as a value, without positions.
@@ -159,18 +160,6 @@ impl Sink<'_> {
         self.builder.token(Mauve::kind_to_raw(kind), text);
         self.next += 1;
     }
-}
-
-/// Returns the error of an unterminated comment, which no rule of the grammar receives.
-pub(crate) fn comment_error(lexed: &Lexed) -> Option<SyntaxError> {
-    let (index, error) = lexed.errors().last()?;
-    let range = lexed.range(*index as usize);
-    // The range of the opening only: an error over the rest of the text would hide where the comment starts.
-    let start = TextSize::new(range.start as u32);
-    (*error == TokenError::UnterminatedComment).then(|| SyntaxError {
-        range: TextRange::at(start, TextSize::new(2)),
-        kind: SyntaxErrorKind::Token(*error),
-    })
 }
 
 /// Returns the token that contains the byte at `offset`; none at the end of the text.

@@ -66,11 +66,6 @@ pub fn has_comment(node: &SyntaxNode) -> bool {
     node.descendants_with_tokens().any(|it| it.kind().is_comment())
 }
 
-/// Returns whether a text that begins with `/*` ends with the `*/` that closes it.
-pub fn is_closed_comment(text: &str) -> bool {
-    text.len() >= 4 && text.ends_with("*/")
-}
-
 /// Returns the comments directly above `node`, the nearest first: each one begins its line, without empty lines between
 /// them.
 pub fn comments_above(node: &SyntaxNode) -> impl Iterator<Item = SyntaxToken> + use<> {
@@ -151,6 +146,6 @@ mod tests {
         assert_eq!(above("// far\n\n/* a */\n  // b\nuse c"), "a\nb");
         assert_eq!(above("use a // of a\n// of b\nuse b"), "of b");
         assert_eq!(above("use a /* of a */ use b"), "");
-        assert!(!is_closed_comment("/*/") && is_closed_comment("/**/"));
+        assert!(!crate::is_closed_comment("/*/") && crate::is_closed_comment("/**/"));
     }
 }
