@@ -3,7 +3,7 @@
 use mauve_hir::{ExpectedValue, MistakeKind};
 use mauve_timing::TimeError;
 
-use crate::cpu_names;
+use crate::lists::{alternatives, cpu_names};
 
 /// Returns the message of an error in a `mauve.toml`.
 pub(super) fn mistake(kind: &MistakeKind) -> String {
@@ -106,14 +106,6 @@ pub fn time_error(error: TimeError) -> &'static str {
         TimeError::TooLarge => "too large: the longest time is 584 years",
         TimeError::TooFine => "finer than a nanosecond: write a whole number of nanoseconds",
         TimeError::UnknownUnit => "unknown unit of time: write ns, us, ms or s after the number",
-    }
-}
-
-/// `a`, `a or b`, `a, b or c`
-pub(crate) fn alternatives<S: std::borrow::Borrow<str>>(names: &[S]) -> String {
-    match names {
-        [rest @ .., last] if !rest.is_empty() => format!("{} or {}", rest.join(", "), last.borrow()),
-        names => names.concat(),
     }
 }
 

@@ -357,6 +357,7 @@ mod configuration;
 mod execution_times;
 mod findings;
 mod follow_up;
+mod lists;
 mod mechanical;
 mod other_kind;
 mod proof;
@@ -373,10 +374,11 @@ pub use findings::{
     Extent, Finding, Findings, Suppression, checked_files, errors_of, errors_of_text, extent_of,
     file_findings, findings_of, project_diagnostics, workspace_diagnostics, workspace_findings,
 };
+pub use lists::cpu_names;
+use lists::enumerated;
 pub use short_reasons::short_reason;
 use timing_facts::timing_diagnostic;
-use timing_reasons::enumerated;
-pub use timing_reasons::{PROSE, cpu_names, reasons_of, times_of, timing_reason, unusable_time, utilisation};
+pub use timing_reasons::{PROSE, reasons_of, times_of, timing_reason, unusable_time, utilisation};
 pub use types::type_name;
 
 /// Codes that were renamed, each with its present name. `[lints]`, `--deny` and `mauve explain` accept the old names.

@@ -32,7 +32,7 @@ use mauve_syntax::{
 };
 
 use super::*;
-use crate::configuration::alternatives;
+use crate::lists::alternatives;
 use crate::foreign_syntax::{self, Rewrite};
 
 code!(SYNTAX_ERROR, Error, "syntax-error");

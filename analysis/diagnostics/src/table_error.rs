@@ -2,7 +2,8 @@
 
 use mauve_timing::{MOST_LEVELS, TableErrorKind, TimeError, TomlKind, table_keys};
 
-use crate::configuration::{alternatives, time_error};
+use crate::configuration::time_error;
+use crate::lists::alternatives;
 
 /// Returns the message of an error in a timing table.
 ///

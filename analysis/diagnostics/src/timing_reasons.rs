@@ -3,6 +3,7 @@
 use mauve_timing::{CpuLoad, Level, MachineError, NoBoundReason};
 
 use super::configuration::mistake;
+use super::lists::{cpu_names, enumerated};
 use super::reasons;
 use super::table_error::table_error_message;
 use mauve_hir::{File, ModelDb, features_of, names_of, toml_key};
@@ -326,32 +327,5 @@ pub(super) fn table_files_error(error: &TableFilesError) -> String {
         TableFilesError::NoSuchFile(pattern) => format!("no file matches `{pattern}`"),
         TableFilesError::Unreadable(problem) => problem.clone(),
         TableFilesError::NotAllKnown(why) => format!("not all timing tables are known: {why}"),
-    }
-}
-
-/// Returns the CPUs in a mask for a user, numbered from 1 (bit 0).
-///
-/// ```
-/// assert_eq!(mauve_diagnostics::cpu_names(0b1), "CPU 1");
-/// assert_eq!(mauve_diagnostics::cpu_names(0b1011), "CPUs 1, 2 and 4");
-/// ```
-pub fn cpu_names(mask: u64) -> String {
-    let numbers: Vec<String> =
-        (0..64).filter(|bit| mask & (1 << bit) != 0).map(|bit| (bit + 1).to_string()).collect();
-    match numbers.as_slice() {
-        [one] => format!("CPU {one}"),
-        [rest @ .., last] => format!("CPUs {} and {last}", rest.join(", ")),
-        [] => "no CPU".to_owned(),
-    }
-}
-
-/// `a`, `a and b`, `a, b and c`; long lists are truncated.
-pub(super) fn enumerated<S: std::borrow::Borrow<str>>(names: &[S]) -> String {
-    const SHOWN: usize = 5;
-    match names {
-        [] => "nothing".to_owned(),
-        [one] => one.borrow().to_owned(),
-        [rest @ .., last] if rest.len() < SHOWN => format!("{} and {}", rest.join(", "), last.borrow()),
-        _ => format!("{} and {} more", names[..SHOWN - 1].join(", "), names.len() - SHOWN + 1),
     }
 }

@@ -1,0 +1,36 @@
+//! Lists in messages.
+
+/// Returns the CPUs in a mask for a user, numbered from 1 (bit 0).
+///
+/// ```
+/// assert_eq!(mauve_diagnostics::cpu_names(0b1), "CPU 1");
+/// assert_eq!(mauve_diagnostics::cpu_names(0b1011), "CPUs 1, 2 and 4");
+/// ```
+pub fn cpu_names(mask: u64) -> String {
+    let numbers: Vec<String> =
+        (0..64).filter(|bit| mask & (1 << bit) != 0).map(|bit| (bit + 1).to_string()).collect();
+    match numbers.as_slice() {
+        [one] => format!("CPU {one}"),
+        [rest @ .., last] => format!("CPUs {} and {last}", rest.join(", ")),
+        [] => "no CPU".to_owned(),
+    }
+}
+
+/// `a`, `a and b`, `a, b and c`; long lists are truncated.
+pub(crate) fn enumerated<S: std::borrow::Borrow<str>>(names: &[S]) -> String {
+    const SHOWN: usize = 5;
+    match names {
+        [] => "nothing".to_owned(),
+        [one] => one.borrow().to_owned(),
+        [rest @ .., last] if rest.len() < SHOWN => format!("{} and {}", rest.join(", "), last.borrow()),
+        _ => format!("{} and {} more", names[..SHOWN - 1].join(", "), names.len() - SHOWN + 1),
+    }
+}
+
+/// `a`, `a or b`, `a, b or c`
+pub(crate) fn alternatives<S: std::borrow::Borrow<str>>(names: &[S]) -> String {
+    match names {
+        [rest @ .., last] if !rest.is_empty() => format!("{} or {}", rest.join(", "), last.borrow()),
+        names => names.concat(),
+    }
+}
