@@ -1,6 +1,6 @@
 //! Code actions: fixes of diagnostics, and refactorings.
 //!
-//! Each action is a file in `code_actions/` and a line in [`OFFERS`]. A refactoring preserves the behaviour of the model; otherwise
+//! Each action is a file in `code_actions/` and a line in `code_actions/offers.rs`. A refactoring preserves the behaviour of the model; otherwise
 //! it is not offered, or is offered as disabled with the reason.
 
 mod connect;
@@ -12,10 +12,12 @@ mod declare_operation;
 mod extract_variable;
 mod fixes;
 mod inline_variable;
+mod offers;
 mod program;
 mod qualified_name;
 mod skeleton;
 mod sorted_fields;
+mod timing;
 mod update;
 mod uses;
 
@@ -29,8 +31,9 @@ use mauve_syntax::format::Replacement;
 use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize, tokens_at};
 use rustc_hash::FxHashMap;
 
+pub use offers::code_actions;
+
 use crate::Change;
-use crate::project::projects_with;
 use program::Programs;
 
 /// A code action.
@@ -114,64 +117,6 @@ pub enum Changes<'a> {
     Of(&'a str),
     /// All changes.
     All,
-}
-
-/// The modules that offer actions, in the order of display.
-const OFFERS: &[fn(&mut Actions<'_, '_>)] = &[
-    fixes::offer,
-    crate::timing_actions::offer,
-    extract_variable::offer,
-    inline_variable::offer,
-    skeleton::offer,
-    update::offer,
-    sorted_fields::offer,
-    deadline::offer,
-    qualified_name::offer,
-    uses::offer,
-];
-
-/// Returns the actions at a location.
-///
-/// ```
-/// use mauve_ide::{ActionKind, ActionQuestion, Changes, code_actions};
-/// use mauve_hir::{Database, Workspace};
-///
-/// let db = Database::default();
-/// let text = "codel plan(): int\nshell S { }\ncore C(S) { update = { plna(); } }\n";
-/// let workspace = Workspace::of_texts(&db, "/".into(), [("/model.mal".into(), text.to_owned())]);
-/// let file = workspace.file(&db, "/model.mal".as_ref()).unwrap();
-/// let offset = text.find("plna").unwrap() as u32;
-/// let question = ActionQuestion {
-///     file,
-///     range: mauve_syntax::TextRange::empty(offset.into()),
-///     diagnostics: &[],
-///     kinds: &[ActionKind::QuickFix],
-///     changes: Changes::All,
-/// };
-/// let action = &code_actions(&db, &[workspace], question)[0];
-/// assert_eq!(action.title, "Change to `plan`");
-/// assert!(action.change.as_ref().unwrap().applied(&db, file).contains("update = { plan(); }"));
-/// ```
-pub fn code_actions<'db>(
-    db: &'db dyn ModelDb,
-    workspaces: &[Workspace],
-    question: ActionQuestion<'_>,
-) -> Vec<CodeAction<'db>> {
-    let projects = projects_with(db, workspaces, question.file);
-    let mut actions = Actions {
-        db,
-        workspaces,
-        projects,
-        question,
-        findings: OnceCell::new(),
-        programs: RefCell::default(),
-        found: Vec::new(),
-        known: FxHashMap::default(),
-    };
-    for offer in OFFERS {
-        offer(&mut actions);
-    }
-    actions.found
 }
 
 /// The programs of a core, by its range.
@@ -345,12 +290,6 @@ impl<'db> Actions<'_, 'db> {
         }
         TextRange::at(range.start() + TextSize::new(before as u32), TextSize::new(length as u32))
     }
-}
-
-/// Returns the first free name of `wanted`, `wanted2`, `wanted3`, ….
-pub(crate) fn free_name(wanted: &str, is_free: impl Fn(&str) -> bool) -> String {
-    let numbered = (2..).map(|number| format!("{wanted}{number}"));
-    std::iter::once(wanted.to_owned()).chain(numbered).find(|name| is_free(name)).unwrap_or_default()
 }
 
 pub(crate) fn indentation(text: &str, offset: TextSize) -> &str {

@@ -2,7 +2,7 @@
 //!
 //! | file | content |
 //! |---|---|
-//! | `position.rs` | the position of the cursor in incomplete text |
+//! | `at_cursor.rs` | the items at the cursor, in all projects |
 //! | `declaration.rs` | declarations, their keywords, and `use` |
 //! | `include.rs` | the paths of models |
 //! | `names.rs` | types, messages and declarations, with the necessary `use` |
@@ -13,34 +13,29 @@
 //! | `documentation.rs` | the documentation of a selected item |
 
 mod architecture;
+mod at_cursor;
 mod core;
 mod declaration;
 mod deployment;
 mod documentation;
 mod include;
 mod names;
-pub(crate) mod position;
 mod program;
 mod shell;
 mod toml;
 
-use std::collections::BTreeSet;
-
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Decl, File, ModelDb, Project, Workspace, declaration_at, is_model, parse};
+use mauve_hir::{Decl, File, ModelDb, Project, declaration_at};
 use mauve_syntax::ast::AstNode;
 use mauve_syntax::format::Replacement;
-use mauve_syntax::{SyntaxKind, SyntaxToken, TextRange, TextSize};
+use mauve_syntax::{SyntaxKind, SyntaxToken, TextRange};
 
-pub(crate) use documentation::comment;
+pub use at_cursor::completions;
 pub use documentation::{Subject, documentation};
+pub(crate) use documentation::{comment, subject};
 
+use crate::position::{Position, without_path};
 use crate::program::Scope;
-use crate::project::projects_with;
-use position::{Position, without_path};
-
-/// The maximal number of items in one answer: the next letter finds others.
-const MOST_ITEMS: usize = 400;
 
 /// The items at a position.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -183,63 +178,6 @@ fn plain(snippet: &str) -> String {
     (out + rest).replace('\t', "  ")
 }
 
-/// Returns the completions at `offset`, in all projects that contain the file.
-///
-/// ```
-/// use mauve_hir::{Database, Workspace};
-/// let db = Database::default();
-/// let files = [("/a.mal".into(), "core C(S) { statemachine { state A { transition t to  } } }".to_owned())];
-/// let workspace = Workspace::of_texts(&db, "/".into(), files);
-/// let file = workspace.file(&db, std::path::Path::new("/a.mal")).expect("it is there");
-/// let found = mauve_ide::completions(&db, &[workspace], file, 53.into());
-/// assert_eq!(found.items[0].label, "A");
-/// ```
-pub fn completions(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextSize) -> Completions {
-    let text = file.text(db);
-    let mut offset = offset.min(TextSize::of(&**text));
-    while !text.is_char_boundary(offset.into()) {
-        offset -= TextSize::from(1);
-    }
-    let mut projects = projects_with(db, workspaces, file);
-    if !is_model(file.path(db)) {
-        return toml::completions(db, workspaces, &projects, file, offset);
-    }
-    if projects.is_empty() {
-        // A file that no root includes is its own root.
-        let home = workspaces.iter().find(|it| it.file(db, file.path(db)) == Some(file));
-        projects.extend(home.map(|&workspace| Project::new(db, workspace, file)));
-    }
-    let root = parse(db, file).syntax();
-    if let Some(found) = include::paths(db, &projects, file, &root, offset) {
-        return found;
-    }
-    let Some(at) = Position::at(&root, offset) else { return Completions::default() };
-    let mut found = Completions::default();
-    let mut known = BTreeSet::new();
-    for project in projects {
-        let mut completer = Completer::new(db, project, file, &at);
-        completer.complete();
-        found.incomplete |= completer.incomplete;
-        let items = completer.found.into_iter();
-        found.items.extend(items.filter(|item| known.insert((item.label.clone(), item.insert.clone()))));
-    }
-    finish(found, at.word, &at.prefix)
-}
-
-fn finish(mut found: Completions, replaced: TextRange, prefix: &str) -> Completions {
-    if found.items.len() > MOST_ITEMS {
-        found.items.retain(|item| may_be(prefix, item.filter.as_ref().unwrap_or(&item.label)));
-        found.incomplete = true;
-    }
-    // A stable sort: items of one rank keep their order.
-    found.items.sort_by_key(|item| item.rank);
-    found.items.truncate(MOST_ITEMS);
-    for item in &mut found.items {
-        item.replaced = replaced;
-    }
-    found
-}
-
 /// Returns whether `name` contains the letters of `typed`, in this order.
 pub(crate) fn may_be(typed: &str, name: &str) -> bool {
     let mut letters = name.chars().map(|letter| letter.to_ascii_lowercase());
@@ -309,6 +247,7 @@ impl<'a, 'db> Completer<'a, 'db> {
 
 #[cfg(test)]
 mod testing {
+    use super::at_cursor::MOST_ITEMS;
     use super::*;
     use crate::fixture::Fixture;
     use std::fmt::Write as _;

@@ -9,6 +9,7 @@
 //! | `tables.rs` | the tables of a section: levels, tests, hold-out, fits |
 //! | `plots.rs` | the plots of a section: recording, density, tail, fit, convergence |
 //! | `frame.rs`, `axis.rs` | the frame of a plot, its ticks and marks |
+//! | `html.rs` | text and names in HTML |
 //! | `samples.rs` | few points that show many executions |
 //! | `figures.rs` | times, levels and counts as text |
 //! | `style.css` | the styles of screens and paper, light and dark |
@@ -16,10 +17,13 @@
 mod axis;
 mod figures;
 mod frame;
+mod html;
 mod page;
 mod plots;
 mod samples;
 mod tables;
+
+pub use page::execution_report;
 
 use mauve_pwcet::{Estimate, Options, Refusal};
 use mauve_timing::Time;
@@ -76,11 +80,6 @@ pub enum MeasuredKind {
     Codel,
     /// A program of a component, such as an update or the run of a state.
     Program,
-}
-
-/// Returns the report as an HTML document. The same values give the same text.
-pub fn execution_report(report: &ExecutionReport<'_>) -> String {
-    page::document(report)
 }
 
 #[cfg(test)]

@@ -6,63 +6,22 @@
 mod table;
 mod text;
 
+pub(crate) use table::explain_in_markdown;
+pub use text::{explain_response, explain_response_of};
+
 use std::collections::HashMap;
 
 use mauve_diagnostics::{cpu_names, times_of, timing_reason};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Location, ModelDb, Project, config_of};
-use mauve_timing::task_set::{Other, TaskSet};
+use mauve_timing::task_set::Other;
 use mauve_timing::{CpuRule, Method, Status, THROTTLING, Time, Window, worst_trace};
 use mauve_wcrt::{
-    ActivityReport, Priority, Psm, Query, Reason, Report, Share, TableSet, Verdict, psm_at, psm_of,
-    worst_path,
+    ActivityReport, Priority, Psm, Query, Reason, Report, Share, TableSet, Verdict, psm_of, worst_path,
 };
 use rustc_hash::FxHashSet;
 
-use crate::markdown::Links;
-
 const SHOWN_PERIODS: usize = 12;
-
-/// Explains the response time of the activity of `report`, the report with these timing tables, with that index; empty without
-/// such an activity.
-pub fn explain_response<'db>(
-    db: &'db dyn ModelDb,
-    tables: TableSet<'db>,
-    report: &Report<'db>,
-    activity: usize,
-    query: Query,
-) -> String {
-    with_facts(db, tables, report, activity, query, text::write).unwrap_or_default()
-}
-
-/// [`explain_response`] for the report of a task set, which has programs but not the codels that they call.
-pub fn explain_response_of<'db>(
-    db: &'db dyn ModelDb,
-    set: &TaskSet,
-    report: &Report<'db>,
-    activity: usize,
-    query: Query,
-) -> String {
-    let machine = set.activities.get(activity).and_then(|activity| activity.machine.as_ref());
-    let psm = machine.zip(set.column(query.level)).and_then(|(machine, column)| psm_at(machine, column));
-    let throttling = set.rt_throttling;
-    let origin = Origin { throttling, psm: psm.as_ref(), worst_path: &|_| Vec::new() };
-    let facts = Explanation::new(db, report, activity, query, &origin);
-    facts.as_ref().map(text::write).unwrap_or_default()
-}
-
-/// [`explain_response`] in Markdown; `links` has the addresses of activities.
-pub(crate) fn explain_in_markdown<'db>(
-    db: &'db dyn ModelDb,
-    tables: TableSet<'db>,
-    report: &Report<'db>,
-    activity: usize,
-    query: Query,
-    links: Links<'_>,
-) -> String {
-    let write = |facts: &Explanation<'_, 'db>| table::write(db, facts, links);
-    with_facts(db, tables, report, activity, query, write).unwrap_or_default()
-}
 
 /// Writes the explanation of an activity of a model.
 fn with_facts<'db, R>(

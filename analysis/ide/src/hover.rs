@@ -3,58 +3,33 @@
 
 mod activity_field;
 mod details;
+mod format;
 mod summary;
 mod words;
+
+pub use format::{Hover, HoverFormat};
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use mauve_diagnostics::{times_of, unusable_time};
+use mauve_diagnostics::unusable_time;
 use mauve_hir::item_tree::{Kind, Name};
-use mauve_hir::{Decl, File, Location, Message, ModelDb, Package, Project, Workspace, message_of, parse};
+use mauve_hir::{Decl, File, Message, ModelDb, Package, Project, Workspace, message_of, parse};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, comment_above, tokens_at};
 use mauve_timing::Measured;
 use mauve_wcrt::{
-    ActivityReport, Lookup, Query, TableSet, files_of, response_times, table, table_sets, tables_of,
-    timetable_of,
+    ActivityReport, Lookup, Query, TableSet, files_of, response_times, table, tables_of, timetable_of,
 };
 
 use crate::definition::{definition_of, names};
 use crate::explanation::{explain_in_markdown, explain_response};
-use crate::markdown::{self, Links};
+use crate::markdown;
 use crate::occurrences::{Definition, is_of_value};
 use crate::project::{each_once, in_projects, projects_with};
+use summary::by_tables;
 
 const MOST_LINES: usize = 60;
-
-/// A hover.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Hover {
-    /// The text that it describes.
-    pub range: TextRange,
-    /// Its content in Markdown.
-    pub markdown: String,
-}
-
-/// How a client shows a hover.
-#[derive(Clone, Copy)]
-pub enum HoverFormat<'a> {
-    /// Rendered Markdown, in which names may be links.
-    Markdown(Links<'a>),
-    /// The text as it is: no tables, no links.
-    Text,
-}
-
-impl HoverFormat<'_> {
-    /// Returns a name as code; as a link if the client shows links, and the location has an address.
-    fn link(self, db: &dyn ModelDb, name: &str, at: &Location<'_>) -> String {
-        match self {
-            HoverFormat::Markdown(links) => markdown::link(db, links, name, Some(at)),
-            HoverFormat::Text => markdown::code(name),
-        }
-    }
-}
 
 /// Returns the hover at `offset`.
 pub fn hover(
@@ -242,27 +217,6 @@ fn times<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>) -> 
         out.extend(found.lines().map(|line| format!("{line}{of_which}\n")));
     }
     markdown::block("text", &out)
-}
-
-/// Returns each text for the timing tables of a project once, with the names of these tables, to be appended.
-fn by_tables<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    text: impl Fn(TableSet<'db>) -> String,
-) -> Vec<(String, String)> {
-    let mut found: Vec<(String, Vec<Option<&str>>)> = Vec::new();
-    for &tables in table_sets(db, project) {
-        let (text, section) = (text(tables), tables.section(db).as_deref());
-        match found.iter_mut().find(|(known, _)| *known == text) {
-            Some((_, sections)) => sections.push(section),
-            None => found.push((text, vec![section])),
-        }
-    }
-    let named = found.into_iter().map(|(text, sections)| {
-        let names: Option<Vec<&str>> = sections.into_iter().collect();
-        (text, times_of(names.map(|names| names.join(", ")).as_deref()))
-    });
-    named.collect()
 }
 
 /// Returns a line for each level of the tables.

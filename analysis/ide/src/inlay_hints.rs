@@ -2,29 +2,24 @@
 //! programs (`inlay_hints/programs.rs`), and values in effect (`inlay_hints/values.rs`). While a text is incomplete, the figures
 //! of the last complete one are shown, marked as older (`inlay_hints/earlier.rs`).
 
+mod declaration;
 mod deployment;
 mod earlier;
+mod figures;
+mod in_file;
 mod label;
 mod programs;
 mod values;
 
 pub use earlier::EarlierFigures;
-pub(crate) use label::MOST_CHARACTERS;
+pub use in_file::{hash_of_hints, inlay_hints};
 pub(crate) use programs::components_of;
 
-use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use mauve_hir::ProgramId;
+use mauve_hir::item_tree::{HookKind, Name};
+use mauve_syntax::TextSize;
 
-use mauve_hir::item_tree::{Kind, Name};
-use mauve_hir::{Decl, File, ModelDb, Project, Workspace, declarations, is_model, source_map};
-use mauve_syntax::{TextRange, TextSize};
-
-use self::earlier::Owner;
-use self::label::{Texts, cut};
-use self::programs::Place;
-use crate::project::{name_of_root, projects_with};
-
-/// A name before the label of a hint has so many characters at least, unless it is shorter.
-const SHORTEST_NAME: usize = 7;
+use self::label::Texts;
 
 /// A label that an editor shows inside the text, of at most 32 characters.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -142,6 +137,28 @@ impl Subject {
     }
 }
 
+/// What a label of a core is about.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
+enum Place {
+    Update,
+    State(Name),
+    Method(ProgramId),
+    /// The names of its state and of itself.
+    Transition((Name, Name)),
+}
+
+impl Place {
+    /// Returns its keyword or name.
+    fn name(&self) -> &str {
+        match self {
+            Place::Update => HookKind::Update.keyword(),
+            Place::State(name) | Place::Transition((_, name)) => name,
+            Place::Method(ProgramId::Method { kind, .. }) => kind.keyword(),
+            Place::Method(_) => "",
+        }
+    }
+}
+
 /// A figure.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 struct Figure {
@@ -154,189 +171,6 @@ impl Figure {
     /// The text of a figure that includes everything.
     fn complete(text: String) -> Figure {
         Figure { text, missing: 0 }
-    }
-}
-
-/// Returns the hints in `range`, in text order. Where a figure is unknown, the one among the `earlier` figures is shown, marked
-/// as older.
-///
-/// ```
-/// use mauve_ide::{EarlierFigures, HintOptions};
-/// use mauve_hir::{Database, Workspace};
-/// use mauve_syntax::{TextRange, TextSize};
-///
-/// let model = "codel plan(): int  shell S { }  core C(S) { update = { plan(); } }  component P(S, C)
-///     architecture A { instance pilot: P }
-///     deployment D { architecture A
-///         activity pilot { priority = 1 period = 100 }
-///     }";
-/// let db = Database::default();
-/// let files = [
-///     ("/robot.mal".into(), model.to_owned()),
-///     ("/mauve.toml".into(), "timing.tables = [\"times.toml\"]".to_owned()),
-///     ("/times.toml".into(), "codel.plan = 17".to_owned()),
-/// ];
-/// let workspace = Workspace::of_texts(&db, "/".into(), files);
-/// let file = workspace.file(&db, "/robot.mal".as_ref()).unwrap();
-/// let range = TextRange::up_to(TextSize::of(model));
-/// let (options, earlier) = (HintOptions::default(), EarlierFigures::default());
-/// let hints = mauve_ide::inlay_hints(&db, &[workspace], file, range, options, &earlier);
-/// assert!(hints.iter().any(|hint| hint.label == "83 ms slack · 17 ms"));
-/// ```
-pub fn inlay_hints(
-    db: &dyn ModelDb,
-    workspaces: &[Workspace],
-    file: File,
-    range: TextRange,
-    options: HintOptions,
-    earlier: &EarlierFigures,
-) -> Vec<InlayHint> {
-    if !is_model(file.path(db)) {
-        return Vec::new();
-    }
-    let projects = projects_with(db, workspaces, file);
-    let declared = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
-    let declared = declared.filter(|(_, map)| map.range.intersect(range).is_some());
-    let mut found: Vec<(Found, Project<'_>)> = Vec::new();
-    for (&decl, _) in declared {
-        for &project in &projects {
-            let hints = hints_of(db, project, decl, range, options, earlier);
-            found.extend(hints.into_iter().map(|hint| (hint, project)));
-        }
-    }
-    if options.response_times {
-        let lost_in = |&project: &Project<'_>| {
-            let of_project = found.iter().filter(|(_, of)| *of == project).map(|(found, _)| found);
-            earlier::of_lost_activities(db, project, file, range, earlier, of_project)
-        };
-        let lost: Vec<(Vec<Found>, Project<'_>)> = projects.iter().map(|it| (lost_in(it), *it)).collect();
-        found.extend(
-            lost.into_iter().flat_map(|(lost, project)| lost.into_iter().map(move |it| (it, project))),
-        );
-    }
-    // Stable: the hints of one position stay in their order.
-    found.sort_by_key(|(found, _)| found.hint.offset);
-    let of_line = found.chunk_by(|(one, _), (other, _)| one.hint.offset == other.hint.offset);
-    of_line.flat_map(|found| on_one_line(db, found, &projects)).collect()
-}
-
-/// Returns the hints of a declaration in `range`.
-fn hints_of<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    decl: Decl<'db>,
-    range: TextRange,
-    options: HintOptions,
-    earlier: &EarlierFigures,
-) -> Vec<Found> {
-    let is_in_range = |found: &&Found| range.contains_inclusive(found.hint.offset);
-    let earlier = earlier.of(&Owner::of(db, project, decl));
-    match decl.kind(db) {
-        Kind::Core if options.program_times => programs::of_core(db, project, decl, range, earlier),
-        Kind::Architecture | Kind::Deployment => {
-            let all = of_declaration(db, project, decl, options).iter().filter(is_in_range);
-            let all: Vec<Found> = all.cloned().collect();
-            let loads = earlier::missing_loads(&all, earlier);
-            all.into_iter().flat_map(|found| earlier::with_earlier(found, earlier)).chain(loads).collect()
-        }
-        _ => Vec::new(),
-    }
-}
-
-/// Returns the hints at one position: with the project, where projects differ, and with the names of their subjects, where
-/// there are several.
-fn on_one_line(db: &dyn ModelDb, found: &[(Found, Project<'_>)], projects: &[Project<'_>]) -> Vec<InlayHint> {
-    let mut shown: Vec<(&Found, Vec<Project<'_>>)> = Vec::new();
-    for (found, project) in found {
-        match shown.iter_mut().find(|(known, _)| known == &found) {
-            Some((_, having)) => having.push(*project),
-            None => shown.push((found, vec![*project])),
-        }
-    }
-    let mut names = shown.iter().filter_map(|(found, _)| found.subject.as_ref()?.name());
-    let first = names.next();
-    let are_several = names.any(|name| Some(name) != first);
-    let hint = |(found, having): (&Found, Vec<Project<'_>>)| {
-        let roots = having.iter().filter(|_| having.len() < projects.len());
-        let roots: Vec<String> = roots.map(|&project| name_of_root(db, project, projects)).collect();
-        let name = found.subject.as_ref().and_then(Subject::name).filter(|_| are_several);
-        let names = [roots.join(", "), name.unwrap_or_default().to_owned()];
-        let names: Vec<String> = names.into_iter().filter(|name| !name.is_empty()).collect();
-        let mut hint = found.hint.clone();
-        if !names.is_empty() {
-            let name = names.join(": ");
-            let with_name = |label: &String| with_name(&name, label, hint.status);
-            (hint.label, hint.labels) = (with_name(&hint.label), hint.labels.iter().map(with_name).collect());
-            hint.labels.dedup();
-        }
-        hint
-    };
-    shown.into_iter().map(hint).collect()
-}
-
-/// Returns the label of a hint after a name. If there is no room for both, the name is cut, or the end of the label; that of an older
-/// figure says that it is older, and stays.
-fn with_name(name: &str, label: &str, status: HintStatus) -> String {
-    let label = match status {
-        HintStatus::Older => earlier::in_short(label),
-        _ => label.to_owned(),
-    };
-    let room = MOST_CHARACTERS.saturating_sub(label.chars().count() + ": ".len());
-    cut(&format!("{}: {label}", cut(name, room.max(SHORTEST_NAME))), MOST_CHARACTERS)
-}
-
-/// Returns the hints of an architecture or a deployment. salsa keeps them: an edit of another file that changes none of them does
-/// not build them again.
-#[salsa::tracked(returns(ref))]
-fn of_declaration<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    decl: Decl<'db>,
-    options: HintOptions,
-) -> Box<[Found]> {
-    let mut found = Vec::new();
-    if decl.kind(db) == Kind::Deployment {
-        deployment::of_deployment(db, project, decl, options, &mut found);
-    }
-    if options.values {
-        values::of_values(db, project, decl, &mut found);
-    }
-    found.into_boxed_slice()
-}
-
-/// Returns a value that changes whenever the label of a hint in a file changes, whatever its position. The labels of cores are
-/// not built for it again.
-pub fn hash_of_hints(
-    db: &dyn ModelDb,
-    workspaces: &[Workspace],
-    file: File,
-    options: HintOptions,
-    earlier: &EarlierFigures,
-) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    for project in projects_with(db, workspaces, file) {
-        for &decl in &declarations(db, file).all {
-            hash_of_declaration(db, project, decl, options).hash(&mut hasher);
-            earlier.hash_of(&Owner::of(db, project, decl)).hash(&mut hasher);
-        }
-        earlier.hash_of_lacking(db, project, file).hash(&mut hasher);
-    }
-    hasher.finish()
-}
-
-/// Returns a value that changes whenever the label of a hint of a declaration changes.
-fn hash_of_declaration(db: &dyn ModelDb, project: Project<'_>, decl: Decl<'_>, options: HintOptions) -> u64 {
-    match decl.kind(db) {
-        Kind::Core if options.program_times => programs::hash_of_labels(db, project, decl),
-        Kind::Architecture | Kind::Deployment => {
-            let mut hasher = DefaultHasher::new();
-            let found = of_declaration(db, project, decl, options);
-            for Found { hint, .. } in found {
-                (&hint.label, &hint.labels, hint.status).hash(&mut hasher);
-            }
-            hasher.finish()
-        }
-        _ => 0,
     }
 }
 
@@ -358,6 +192,8 @@ mod tests {
     use super::*;
     use crate::fixture::Fixture;
     use expect_test::{Expect, expect};
+    use mauve_hir::Workspace;
+    use mauve_syntax::TextRange;
 
     /// The text of the first file with the hints in it, in `⟨…⟩`.
     fn check(fixture: &str, expected: Expect) {

@@ -22,6 +22,7 @@
 //! | `code_actions.rs`, `code_actions/` | fixes and refactorings |
 //! | `completion.rs`, `completion/` | completion |
 //! | `signature_help.rs` | signatures while arguments are typed |
+//! | `position.rs` | the position of the cursor in incomplete text |
 //! | `program.rs` | signatures of callables, and the expected type at a half-typed token |
 //! | `change.rs` | changes of files |
 //! | `explanation.rs`, `explanation/` | explanations of response times, as text and in Markdown |
@@ -37,7 +38,6 @@
 //! | `exceedance.rs` | the execution times of a codel at all levels, as data and as a drawing |
 //! | `graph.rs` | the graph of an architecture, with utilisations and response times |
 //! | `machine_view.rs` | the state machine of a component with locations, for a panel |
-//! | `timing_actions.rs` | actions that change priorities, CPUs and periods, with their effect |
 //! | `execution_report.rs`, `execution_report/` | the report of measured execution times, as HTML |
 //! | `state_machine.rs` | the periodic state machine of a component as a drawing |
 //!
@@ -72,6 +72,7 @@ mod levels;
 mod machine_view;
 mod markdown;
 mod occurrences;
+mod position;
 mod program;
 mod project;
 mod references;
@@ -83,7 +84,6 @@ mod sensitivity;
 mod signature_help;
 mod state_machine;
 mod text_canvas;
-mod timing_actions;
 mod type_definition;
 mod type_hierarchy;
 mod workspace_symbols;

@@ -1,9 +1,13 @@
 //! All names of a text with their definitions. Navigation, references, renames and colours use these results, so that they never
 //! disagree. Names in timing tables and in `mauve.toml` are in `occurrences/toml.rs`.
 
+mod in_file;
 mod toml;
 
-pub(crate) use toml::{in_toml, range_of};
+pub(crate) use in_file::{names_at, names_in, names_of_definition};
+pub(crate) use toml::in_toml;
+
+use std::ops::Range;
 
 use mauve_hir::item_tree::{
     Architecture, Core, Data, Deployment, Direction, Endpoint, Expr, FeatureKind, Kind, Name, NameRef,
@@ -11,8 +15,8 @@ use mauve_hir::item_tree::{
 };
 use mauve_hir::{
     Binding, Builtin, Callee, Code, CoreInference, Decl, File, Location, ModelDb, Project, Type,
-    VariableKind, data, declaration_map, declarations, features_of, first_target_of, flat_of, includes,
-    inference_of_core, names_of, parse, resolve_type, shell_of, source_map, statements, type_of,
+    VariableKind, data, declaration_map, features_of, first_target_of, flat_of, includes, inference_of_core,
+    names_of, parse, resolve_type, shell_of, source_map, statements, type_of,
 };
 use mauve_syntax::SyntaxKind::{CODEL, OPERATION_DECLARATION, PARAM, PORT, PROPERTY, RESULT_TYPE, VAR};
 use mauve_syntax::ast::{self, AstNode as _};
@@ -72,78 +76,12 @@ pub(crate) struct Found<'db> {
     pub(crate) role: Role,
 }
 
-/// Returns the names at `offset` according to `project`: one, or several in tables, where a key may have several meanings.
-pub(crate) fn names_at<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    file: File,
-    offset: TextSize,
-) -> Vec<Found<'db>> {
-    let is_here = |found: &Found<'db>| found.range.contains_inclusive(offset);
-    let mut found: Vec<Found<'db>> = match mauve_hir::is_model(file.path(db)) {
-        true => {
-            let mut declarations = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
-            let around = declarations.find(|(_, map)| map.range.contains_inclusive(offset));
-            let mut all = around.map_or_else(Vec::new, |(&decl, _)| in_declaration(db, project, decl));
-            all.retain(is_here);
-            if all.is_empty() {
-                all = outside_declarations(db, project, file);
-                all.retain(is_here);
-            }
-            all
-        }
-        false => in_toml(db, project, file).names.iter().filter(|it| is_here(it)).cloned().collect(),
-    };
-    // When two names touch at the cursor, prefers the right one.
-    let start = found.iter().map(|found| found.range.start()).max();
-    found.retain(|found| Some(found.range.start()) == start);
-    found
-}
-
-pub(crate) fn names_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> Vec<Found<'db>> {
-    let mut found = match mauve_hir::is_model(file.path(db)) {
-        true => {
-            let mut found = outside_declarations(db, project, file);
-            let all = declarations(db, file).all.iter();
-            found.extend(all.flat_map(|&decl| in_declaration(db, project, decl)));
-            found
-        }
-        false => in_toml(db, project, file).names.clone(),
-    };
-    found.sort_by_key(|found| (found.range.start(), found.range.end()));
-    found
-}
-
 pub(crate) fn in_declaration<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     decl: Decl<'db>,
 ) -> Vec<Found<'db>> {
     located(db, decl, occurrences_of(db, project, decl))
-}
-
-/// Returns the names of a file that refer to a definition, in text order.
-pub(crate) fn names_of_definition<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    file: File,
-    definition: &Definition<'db>,
-) -> Vec<Found<'db>> {
-    let is_it = |found: &Found<'db>| found.definition == *definition;
-    let mut found: Vec<Found<'db>> = match mauve_hir::is_model(file.path(db)) {
-        true => {
-            let mut found = outside_declarations(db, project, file);
-            found.retain(is_it);
-            for &decl in &declarations(db, file).all {
-                let all = occurrences_of(db, project, decl).iter();
-                found.extend(located(db, decl, all.filter(|it| it.definition == *definition)));
-            }
-            found
-        }
-        false => in_toml(db, project, file).names.iter().filter(|it| is_it(it)).cloned().collect(),
-    };
-    found.sort_by_key(|found| (found.range.start(), found.range.end()));
-    found
 }
 
 /// Returns the names of a declaration with their locations.
@@ -162,11 +100,15 @@ fn located<'a, 'db: 'a>(
     names.into_iter().filter_map(found).collect()
 }
 
+pub(crate) fn range_of(span: &Range<usize>) -> TextRange {
+    TextRange::new((span.start as u32).into(), (span.end.max(span.start) as u32).into())
+}
+
 /// Returns the range of the name with this index in `whole`, a `library.Name` or `package::Message` of `text`, which may contain
 /// comments. Without an index, the whole range.
 pub(crate) fn segment(text: &str, whole: TextRange, index: Option<usize>) -> Option<TextRange> {
     let Some(index) = index else { return Some(whole) };
-    let lexed = mauve_syntax::lex(text.get(std::ops::Range::<usize>::from(whole))?);
+    let lexed = mauve_syntax::lex(text.get(Range::<usize>::from(whole))?);
     let range = (0..lexed.len())
         .filter(|&token| lexed.kind(token).is_word())
         .nth(index)
@@ -215,7 +157,7 @@ fn mention(file: File, range: TextRange, definition: Definition<'_>, kind: Symbo
 }
 
 fn unquoted(text: &str, range: TextRange) -> TextRange {
-    let quoted = text.get(std::ops::Range::<usize>::from(range)).filter(|quoted| quoted.len() >= 2);
+    let quoted = text.get(Range::<usize>::from(range)).filter(|quoted| quoted.len() >= 2);
     let is_quoted = quoted.is_some_and(|it| it.starts_with(['"', '\'']) && it.ends_with(['"', '\'']));
     let quote = TextSize::of('"');
     if is_quoted { TextRange::new(range.start() + quote, range.end() - quote) } else { range }

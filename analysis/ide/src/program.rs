@@ -10,8 +10,7 @@ use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::keywords::{CallStatus, PortStatus, TruthValue};
 use mauve_syntax::{SyntaxToken, TextRange, TextSize, previous_significant};
 
-use crate::completion::Subject;
-use crate::completion::position::{Call, Position, behind, call_around};
+use crate::position::{Call, Position, behind, call_around};
 
 /// The names in scope at the cursor, with their roles in calls and assignments.
 pub(crate) struct Scope<'db> {
@@ -320,8 +319,4 @@ impl Expected {
     pub(crate) fn takes(&self, ty: &Type) -> bool {
         self.ty.as_ref().is_none_or(|wanted| ty.fits(None, wanted))
     }
-}
-
-pub(crate) fn subject<'db>(db: &'db dyn ModelDb, callable: &Callable<'db>) -> Option<Subject> {
-    callable.declared.as_ref().map(|(decl, member)| Subject::of(db, *decl, member.clone()))
 }

@@ -4,9 +4,9 @@ use mauve_hir::{File, ModelDb, Workspace, is_model, parse};
 use mauve_syntax::SyntaxKind::{BLOCK_COMMENT, LINE_COMMENT};
 use mauve_syntax::{TextRange, TextSize, is_closed_comment, previous_significant, tokens_at};
 
-use crate::completion::comment;
-use crate::completion::position::{Position, call_around};
-use crate::program::{Scope, subject};
+use crate::completion::{comment, subject};
+use crate::position::{Position, call_around};
+use crate::program::Scope;
 use crate::project::{each_once, projects_with};
 
 /// A signature.

@@ -3,8 +3,8 @@
 use mauve_diagnostics::Finding;
 use mauve_syntax::ast::{self, AstNode as _};
 
-use super::program::{Programs, bare};
-use super::{Actions, free_name, indentation, put};
+use super::program::{Programs, bare, free_name};
+use super::{Actions, indentation, put};
 
 pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>) {
     let (db, file) = (actions.db, actions.question.file);

@@ -10,8 +10,13 @@ use mauve_hir::{
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxNode, TextRange, is_whole};
 
-use super::free_name;
 use crate::occurrences::{Definition, Found, Role, in_declaration};
+
+/// Returns the first free name of `wanted`, `wanted2`, `wanted3`, ….
+pub(super) fn free_name(wanted: &str, is_free: impl Fn(&str) -> bool) -> String {
+    let numbered = (2..).map(|number| format!("{wanted}{number}"));
+    std::iter::once(wanted.to_owned()).chain(numbered).find(|name| is_free(name)).unwrap_or_default()
+}
 
 /// A complete core in which all names are resolved.
 pub(super) struct Programs<'db> {

@@ -8,7 +8,8 @@ use mauve_hir::{
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxNode, TextRange, is_whole};
 
-use super::{ActionKind, Actions, free_name, indentation, put};
+use super::program::free_name;
+use super::{ActionKind, Actions, indentation, put};
 use crate::Change;
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {

@@ -7,8 +7,8 @@ use mauve_hir::item_tree::{FeatureKind, HookKind, MethodKind};
 use mauve_syntax::SyntaxKind::{self, *};
 use mauve_syntax::ast::{self, AstNode as _};
 
-use super::position::ends_operand;
 use super::{Completer, Completion, CompletionKind, Subject};
+use crate::position::ends_operand;
 use crate::program::{Expected, parameters_text, result_text};
 
 impl Completer<'_, '_> {

@@ -10,6 +10,7 @@ use mauve_syntax::SyntaxKind::*;
 use mauve_syntax::SyntaxNode;
 
 use crate::hover::{declaration_in, fields, head_and_comment, shown};
+use crate::program::Callable;
 
 /// The subject of an item's documentation.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -46,6 +47,10 @@ impl Subject {
             member,
         }
     }
+}
+
+pub(crate) fn subject<'db>(db: &'db dyn ModelDb, callable: &Callable<'db>) -> Option<Subject> {
+    callable.declared.as_ref().map(|(decl, member)| Subject::of(db, *decl, member.clone()))
 }
 
 /// Returns the documentation in Markdown, from the present declaration; none if the declaration no longer exists.

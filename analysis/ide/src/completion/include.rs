@@ -6,8 +6,8 @@ use mauve_hir::{File, ModelDb, Project, includes, is_model};
 use mauve_syntax::SyntaxKind::*;
 use mauve_syntax::{SyntaxNode, TextRange, TextSize, tokens_at};
 
-use super::position::before;
 use super::{Completion, CompletionKind, Completions};
+use crate::position::before;
 use crate::rename_files::way;
 
 pub(super) fn paths(

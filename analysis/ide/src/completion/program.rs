@@ -4,9 +4,10 @@ use mauve_hir::item_tree::{Direction, FeatureKind, Kind, Name};
 use mauve_hir::{Builtin, Operand, Type, VariableKind, VariableOf};
 use mauve_syntax::SyntaxKind::{self, *};
 
-use super::position::ends_operand;
+use super::documentation::subject;
 use super::{Completer, Completion, CompletionKind, Subject};
-use crate::program::{Callable, Expected, Scope, subject, written_type};
+use crate::position::ends_operand;
+use crate::program::{Callable, Expected, Scope, written_type};
 
 impl<'db> Completer<'_, 'db> {
     pub(super) fn statement(&mut self, kinds: &[SyntaxKind], path: &[&str]) {

@@ -7,7 +7,7 @@ use mauve_pwcet::{Check, CheckKind, Estimate, HoldOut, Options, TailModel};
 
 use super::Measured;
 use super::figures::{self, TimeUnit, count, counted, p_value, significant};
-use super::page::text;
+use super::html::text;
 
 /// Writes all tables of an estimate.
 pub(super) fn tables(

@@ -15,9 +15,9 @@ use std::fmt::Write as _;
 
 use mauve_hir::ModelDb;
 use mauve_timing::{Status, Time};
-use mauve_wcrt::{Priority, Verdict};
+use mauve_wcrt::{Priority, Query, Report, TableSet, Verdict};
 
-use super::{Explanation, Interfering, Overload, OwnTime, Release, SHOWN_PERIODS, Sum, Trace};
+use super::{Explanation, Interfering, Overload, OwnTime, Release, SHOWN_PERIODS, Sum, Trace, with_facts};
 use crate::markdown::{self, Links, bar, code, row};
 
 /// Columns of numbers beside each other, which editors set without a space: the priority is in the middle of its column.
@@ -26,7 +26,20 @@ const ALIGNMENT: [&str; 5] = [":--", ":-:", "--:", "--:", ":--"];
 /// The greatest number of activities in a table; the last row sums the others.
 const MOST_ROWS: usize = 16;
 
-pub(super) fn write(db: &dyn ModelDb, facts: &Explanation<'_, '_>, links: Links<'_>) -> String {
+/// [`super::explain_response`] in Markdown; `links` has the addresses of activities.
+pub(crate) fn explain_in_markdown<'db>(
+    db: &'db dyn ModelDb,
+    tables: TableSet<'db>,
+    report: &Report<'db>,
+    activity: usize,
+    query: Query,
+    links: Links<'_>,
+) -> String {
+    let write = |facts: &Explanation<'_, 'db>| write(db, facts, links);
+    with_facts(db, tables, report, activity, query, write).unwrap_or_default()
+}
+
+fn write(db: &dyn ModelDb, facts: &Explanation<'_, '_>, links: Links<'_>) -> String {
     let mut out = verdict(facts);
     if facts.activity.verdict == Verdict::Background {
         return out;

@@ -2,14 +2,44 @@
 
 use std::fmt::Write as _;
 
+use mauve_hir::ModelDb;
+use mauve_timing::task_set::TaskSet;
 use mauve_timing::{Time, Window};
-use mauve_wcrt::Verdict;
+use mauve_wcrt::{Query, Report, TableSet, Verdict, psm_at};
 
-use super::{Crossed, Explanation, OwnTime, Release, SHOWN_PERIODS, Sum, Trace};
+use super::{Crossed, Explanation, Origin, OwnTime, Release, SHOWN_PERIODS, Sum, Trace, with_facts};
 
 const MOST_INTERFERENCE: usize = 100;
 
-pub(super) fn write(facts: &Explanation<'_, '_>) -> String {
+/// Explains the response time of the activity of `report`, the report with these timing tables, with that index; empty without
+/// such an activity.
+pub fn explain_response<'db>(
+    db: &'db dyn ModelDb,
+    tables: TableSet<'db>,
+    report: &Report<'db>,
+    activity: usize,
+    query: Query,
+) -> String {
+    with_facts(db, tables, report, activity, query, write).unwrap_or_default()
+}
+
+/// [`explain_response`] for the report of a task set, which has programs but not the codels that they call.
+pub fn explain_response_of<'db>(
+    db: &'db dyn ModelDb,
+    set: &TaskSet,
+    report: &Report<'db>,
+    activity: usize,
+    query: Query,
+) -> String {
+    let machine = set.activities.get(activity).and_then(|activity| activity.machine.as_ref());
+    let psm = machine.zip(set.column(query.level)).and_then(|(machine, column)| psm_at(machine, column));
+    let throttling = set.rt_throttling;
+    let origin = Origin { throttling, psm: psm.as_ref(), worst_path: &|_| Vec::new() };
+    let facts = Explanation::new(db, report, activity, query, &origin);
+    facts.as_ref().map(write).unwrap_or_default()
+}
+
+fn write(facts: &Explanation<'_, '_>) -> String {
     let mut out = String::new();
     let activity = facts.activity;
     let time = |time: Option<Time>| time.map_or_else(|| "—".to_owned(), |time| time.to_string());

@@ -10,7 +10,7 @@ use mauve_syntax::{TextSize, tokens_at};
 use mauve_timing::task_set::Other;
 use mauve_wcrt::{Priority, Query, ResolvedActivity, response_times, system_of};
 
-use super::Hover;
+use super::format::Hover;
 use crate::project::each_once;
 
 /// Names at most this many activities of higher or equal priority.

@@ -14,7 +14,8 @@ use mauve_timing::Time;
 use mauve_wcrt::{Query, TableSet, files_of, psm_of, table, table_files, table_sets};
 use rustc_hash::FxHashSet;
 
-use super::{HoverFormat, by_tables, summary};
+use super::format::HoverFormat;
+use super::summary::{self, by_tables};
 use crate::document_symbols::SymbolKind;
 use crate::inlay_hints::components_of;
 use crate::markdown;

@@ -8,9 +8,9 @@ use mauve_hir::{
     resolve_type, shell_of, target_of,
 };
 use mauve_timing::Time;
-use mauve_wcrt::{ActivityReport, Deadlines, Query, Verdict, psm_of, response_times};
+use mauve_wcrt::{ActivityReport, Deadlines, Query, TableSet, Verdict, psm_of, response_times, table_sets};
 
-use super::{HoverFormat, by_tables};
+use super::format::HoverFormat;
 use crate::markdown::code;
 use crate::project::each_once;
 
@@ -265,6 +265,27 @@ pub(super) fn where_they_differ<'db>(
         }
     });
     shown.collect()
+}
+
+/// Returns each text for the timing tables of a project once, with the names of these tables, to be appended.
+pub(super) fn by_tables<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    text: impl Fn(TableSet<'db>) -> String,
+) -> Vec<(String, String)> {
+    let mut found: Vec<(String, Vec<Option<&str>>)> = Vec::new();
+    for &tables in table_sets(db, project) {
+        let (text, section) = (text(tables), tables.section(db).as_deref());
+        match found.iter_mut().find(|(known, _)| *known == text) {
+            Some((_, sections)) => sections.push(section),
+            None => found.push((text, vec![section])),
+        }
+    }
+    let named = found.into_iter().map(|(text, sections)| {
+        let names: Option<Vec<&str>> = sections.into_iter().collect();
+        (text, times_of(names.map(|names| names.join(", ")).as_deref()))
+    });
+    named.collect()
 }
 
 #[cfg(test)]

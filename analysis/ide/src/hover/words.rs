@@ -7,7 +7,7 @@ use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::keywords::{ActivityField, BACKGROUND};
 use mauve_syntax::{SyntaxToken, TextSize, tokens_at};
 
-use super::Hover;
+use super::format::Hover;
 use crate::markdown;
 
 const FUNCTIONS: [(&str, &str, &str); 5] = [

@@ -12,21 +12,11 @@ use mauve_syntax::{NodeOrToken, SyntaxKind, TextRange, TextSize};
 use mauve_timing::Level;
 use mauve_wcrt::level_shown;
 
-use super::label::{MOST_CHARACTERS, Texts, cut, most_at};
-use super::{
-    Figure, Found, HintOptions, HintStatus, InlayHint, Subject, column, end_of_line, hash_of_declaration,
-    of_declaration, programs,
-};
+use super::declaration::{hash_of_declaration, of_declaration};
+use super::figures::{Figures, PATIENCE, is_newer, older};
+use super::label::{MOST_CHARACTERS, Texts, most_at};
+use super::{Figure, Found, HintOptions, HintStatus, InlayHint, Subject, column, end_of_line, programs};
 use crate::project::projects_with;
-
-/// How long a text is incomplete before hints say why a figure is unknown, beside the older figure.
-const PATIENCE: Duration = Duration::from_secs(3);
-
-/// The markers of older figures; the shorter one on long lines.
-const OLDER: [&str; 2] = [" before this edit", " earlier"];
-
-/// What stands where there is no room for an older figure.
-const MARKS: [&str; 2] = ["earlier", "…"];
 
 /// The last known figures of the declarations in open files.
 #[derive(Debug, Clone, Default)]
@@ -53,27 +43,6 @@ impl Owner {
             name: decl.qualified(db),
             level: level_shown(db, project.workspace(db)),
         }
-    }
-}
-
-/// The figures of a declaration.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Figures {
-    of: HashMap<Subject, Figure>,
-    /// The hash of the hints that they were taken from.
-    hash: u64,
-    /// When the first of them became older than the text, and whether hints say why.
-    older: Option<(Instant, bool)>,
-}
-
-impl Figures {
-    pub(super) fn get(&self, subject: &Subject) -> Option<&Figure> {
-        self.of.get(subject)
-    }
-
-    /// Whether hints say why a figure is unknown, beside the older one.
-    pub(super) fn are_reasons_shown(&self) -> bool {
-        self.older.is_some_and(|(since, is_saved)| is_saved || since.elapsed() >= PATIENCE)
     }
 }
 
@@ -208,51 +177,6 @@ fn figures_of<'db>(
     figures
 }
 
-/// Whether a figure replaces an earlier one: it includes as much.
-fn is_newer(figure: Option<&Figure>, earlier: Option<&Figure>) -> bool {
-    match (figure, earlier) {
-        (_, None) => true,
-        (None, Some(_)) => false,
-        (Some(figure), Some(earlier)) => figure.missing <= earlier.missing,
-    }
-}
-
-/// Returns a hint, or in its place the older one of its subject. After a while, the new one stands beside the older.
-pub(super) fn with_earlier(found: Found, earlier: Option<&Figures>) -> Vec<Found> {
-    let shown = earlier.zip(found.subject.as_ref()).and_then(|(figures, subject)| {
-        let earlier =
-            figures.get(subject).filter(|earlier| !is_newer(found.figure.as_ref(), Some(*earlier)))?;
-        Some((older(&found, earlier), figures.are_reasons_shown()))
-    });
-    match shown {
-        None if found.hint.label.is_empty() => Vec::new(),
-        None => vec![found],
-        Some((hint, are_reasons_shown)) => {
-            let beside = (are_reasons_shown && !found.hint.label.is_empty()).then(|| found.clone());
-            [Found { hint, ..found }].into_iter().chain(beside).collect()
-        }
-    }
-}
-
-/// Returns the earlier utilisations of CPUs that the hints of a deployment lack: where no time is known, no CPU has any.
-pub(super) fn missing_loads(found: &[Found], earlier: Option<&Figures>) -> Vec<Found> {
-    let is_deadlines = |it: &&Found| it.subject == Some(Subject::Deadlines);
-    let Some((figures, deadlines)) = earlier.zip(found.iter().find(is_deadlines)) else { return Vec::new() };
-    let is_missing = |subject: &&Subject| {
-        matches!(subject, Subject::Cpus(_)) && !found.iter().any(|it| it.subject.as_ref() == Some(*subject))
-    };
-    let mut missing: Vec<(&Subject, &Figure)> =
-        figures.of.iter().filter(|(subject, _)| is_missing(subject)).collect();
-    missing.sort_by_key(|(_, figure)| &figure.text);
-    let load = |(subject, figure): (&Subject, &Figure)| Found {
-        hint: older(deadlines, figure),
-        subject: Some(subject.clone()),
-        figure: None,
-        room: deadlines.room,
-    };
-    missing.into_iter().map(load).collect()
-}
-
 /// Returns the older figures of activities in `range` that a syntax error has taken out of their deployment: behind a brace too
 /// many, say. `found` are the hints of the declarations.
 ///
@@ -309,21 +233,6 @@ pub(super) fn of_lost_activities<'a>(
         }
     }
     lost
-}
-
-/// Returns the hint of an earlier figure.
-fn older(Found { hint, room, .. }: &Found, figure: &Figure) -> InlayHint {
-    let text = cut(&figure.text, MOST_CHARACTERS - OLDER[0].len());
-    let texts = OLDER.map(|marker| format!("{text}{marker}")).into_iter().chain(MARKS.map(str::to_owned));
-    let texts = Texts::of(texts);
-    let older = InlayHint::new(hint.offset, texts, *room, HintStatus::Older);
-    InlayHint { explained_at: hint.explained_at, ..older }
-}
-
-/// Returns the label of an older figure with the shorter marker.
-pub(super) fn in_short(label: &str) -> String {
-    let [long, short] = OLDER;
-    label.replace(long, short)
 }
 
 #[cfg(test)]

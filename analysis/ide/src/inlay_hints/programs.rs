@@ -13,9 +13,9 @@ use mauve_timing::{Level, Time};
 use mauve_wcrt::{Query, TableSet, psm_of, tables_for};
 use rustc_hash::FxHashMap;
 
-use super::earlier::{Figures, with_earlier};
+use super::figures::{Figures, with_earlier};
 use super::label::{MOST_CHARACTERS, Round, Texts, most_at, short};
-use super::{Figure, Found, HintStatus, InlayHint, Subject, column, end_of_line};
+use super::{Figure, Found, HintStatus, InlayHint, Place, Subject, column, end_of_line};
 
 /// Returns the hints of a core in `range`.
 pub(super) fn of_core<'db>(
@@ -135,28 +135,6 @@ fn label(least: Time, greatest: Time, place: &Place, is_assumed: bool) -> (Strin
         false => Texts::of([format!("{figure}{after}"), figure.clone()]),
     };
     (texts.within(MOST_CHARACTERS).to_owned(), figure.len())
-}
-
-/// What a label of a core is about.
-#[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
-pub(super) enum Place {
-    Update,
-    State(Name),
-    Method(ProgramId),
-    /// The names of its state and of itself.
-    Transition((Name, Name)),
-}
-
-impl Place {
-    /// Returns its keyword or name.
-    pub(super) fn name(&self) -> &str {
-        match self {
-            Place::Update => HookKind::Update.keyword(),
-            Place::State(name) | Place::Transition((_, name)) => name,
-            Place::Method(ProgramId::Method { kind, .. }) => kind.keyword(),
-            Place::Method(_) => "",
-        }
-    }
 }
 
 /// Returns what the labels of a core are about. A query of its own: most edits of a program do not change it, and build no label.

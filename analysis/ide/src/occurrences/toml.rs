@@ -11,7 +11,7 @@ use mauve_syntax::TextRange;
 use mauve_wcrt::{table, table_files};
 use rustc_hash::FxHashSet;
 
-use super::{Definition, Finder, Found, Role, kind_of, mention, unquoted};
+use super::{Definition, Finder, Found, Role, kind_of, mention, range_of, unquoted};
 use crate::document_symbols::SymbolKind;
 use crate::project::each_once;
 
@@ -210,10 +210,6 @@ fn in_program<'db>(
         found.push((start..key.len(), Definition::At(Location::Source(of, method.id)), SymbolKind::Hook));
     }
     found
-}
-
-pub(crate) fn range_of(span: &Range<usize>) -> TextRange {
-    TextRange::new((span.start as u32).into(), (span.end.max(span.start) as u32).into())
 }
 
 #[cfg(test)]

@@ -30,8 +30,8 @@ use mauve_wcrt::{
     system_of,
 };
 
+use super::{ActionKind, Actions, CodeAction, MOST_CHARACTERS, shortened};
 use crate::Change;
-use crate::code_actions::{ActionKind, Actions, CodeAction, MOST_CHARACTERS, shortened};
 use crate::project::in_projects;
 
 const OPTIMAL: &str = "Set optimal priorities (Audsley's algorithm)";
@@ -40,7 +40,7 @@ const OPTIMAL: &str = "Set optimal priorities (Audsley's algorithm)";
 const MOST_PROJECTS: usize = 4;
 
 /// Offers the changes of the deployment and of the activity at the cursor, the best first.
-pub(crate) fn offer(actions: &mut Actions<'_, '_>) {
+pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     if !actions.wants(ActionKind::Rewrite) && !actions.wants(ActionKind::QuickFix) {
         return;
     }
