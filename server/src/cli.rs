@@ -1,4 +1,4 @@
-//! The commands of the command line, and the arguments and formatting that they share.
+//! The commands of the command line. `cli/options.rs` has the options, `cli/text.rs` the formatting that several of them share.
 
 mod analysis_stats;
 mod check;
@@ -8,9 +8,11 @@ mod explain;
 mod fmt;
 mod generate;
 mod graph;
+mod lines;
 mod lsp;
 mod man;
 mod new;
+mod options;
 mod own_output;
 mod parse;
 mod psm;
@@ -21,15 +23,13 @@ mod sample_file;
 mod schema;
 mod sensitivity;
 mod simulate;
+mod text;
 mod trace;
 mod trace_events;
 mod wcrt;
 
-use std::path::{Path, PathBuf};
-
-use crate::Output;
-use crate::harmless::harmless;
-use clap::{CommandFactory as _, Parser, Subcommand, ValueEnum};
+use crate::output::Output;
+use clap::{CommandFactory as _, Parser, Subcommand};
 
 /// Response times of component-based robots, from their MAUVE models.
 #[derive(Debug, Parser)]
@@ -135,7 +135,7 @@ impl Arguments {
             Command::AnalysisStats(it) => it.run(),
             Command::New(it) => it.run(),
             Command::Editor(it) => it.run(),
-            Command::Man(it) => it.run(),
+            Command::Man(it) => it.run(Arguments::command()),
             Command::Completions { shell } => {
                 let mut text = Vec::new();
                 clap_complete::generate(shell, &mut Arguments::command(), "mauve", &mut text);
@@ -143,97 +143,4 @@ impl Arguments {
             }
         }
     }
-}
-
-/// The paths that most commands take.
-#[derive(Debug, clap::Args)]
-struct Paths {
-    /// A model, a folder or a mauve.toml; the current folder when left out.
-    #[arg(value_name = "PATH", default_value = ".", hide_default_value = true)]
-    paths: Vec<PathBuf>,
-}
-
-/// Whether files outside the project may be read.
-#[derive(Debug, clap::Args)]
-struct Outside {
-    /// Also read files that models and mauve.toml name outside their repository and outside the given folders. Only
-    /// for projects that you trust: messages may quote such files.
-    #[arg(long)]
-    allow_outside: bool,
-}
-
-/// How the analysis bounds the demand of several jobs of one activity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Method {
-    /// Every job of a component takes its worst-case execution time.
-    Classic,
-    /// The state machine of a component limits which jobs follow each other.
-    Psm,
-    /// As psm; the last job of an interfering component executes no longer than since its release.
-    Ibf,
-    /// All combinations of paths of the state machines, as far as a budget allows.
-    Exact,
-    /// The best of these for each activity that a small budget allows.
-    Best,
-}
-
-impl From<Method> for mauve_timing::Method {
-    fn from(method: Method) -> mauve_timing::Method {
-        match method {
-            Method::Classic => mauve_timing::Method::Classic,
-            Method::Psm => mauve_timing::Method::Psm,
-            Method::Ibf => mauve_timing::Method::Ibf,
-            Method::Exact => mauve_timing::Method::Exact,
-            Method::Best => mauve_timing::Method::Best,
-        }
-    }
-}
-
-/// Prints a message to standard error.
-pub(crate) fn say(message: &str) {
-    use std::io::Write as _;
-    let _ = writeln!(anstream::stderr(), "mauve: {}", harmless(message));
-}
-
-/// Returns a path as it is shown: relative to `here` if it is below that folder.
-fn shown(path: &Path, here: &Path) -> String {
-    path.strip_prefix(here).unwrap_or(path).display().to_string()
-}
-
-/// Returns a count with its noun: `1 file`, `2 files`, `no files`.
-fn counted(count: usize, what: &str) -> String {
-    match count {
-        0 => format!("no {what}s"),
-        1 => format!("1 {what}"),
-        _ => format!("{count} {what}s"),
-    }
-}
-
-/// Formats a table: text is aligned to the left, numbers to the right.
-fn columns(header: &[&str], rows: &[Vec<String>]) -> String {
-    let is_number = |cell: &str| cell.starts_with(|letter: char| letter.is_ascii_digit()) || cell == "—";
-    let width = |column: usize| {
-        let cells = rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count());
-        cells.chain(header.get(column).map(|name| name.chars().count())).max().unwrap_or(0)
-    };
-    let widths: Vec<usize> = (0..header.len()).map(width).collect();
-    let right: Vec<bool> = (0..header.len())
-        .map(|column| rows.iter().filter_map(|row| row.get(column)).any(|cell| is_number(cell)))
-        .collect();
-    let mut out = String::new();
-    let names = header.iter().map(|name| (*name).to_owned()).collect();
-    for row in std::iter::once(&names).chain(rows) {
-        let mut line = String::from(" ");
-        for (column, cell) in row.iter().enumerate() {
-            let width = widths.get(column).copied().unwrap_or_default();
-            let gap = " ".repeat(width.saturating_sub(cell.chars().count()));
-            match right.get(column) {
-                Some(true) => line += &format!(" {gap}{cell} "),
-                _ => line += &format!(" {cell}{gap} "),
-            }
-        }
-        out += line.trim_end();
-        out.push('\n');
-    }
-    out
 }

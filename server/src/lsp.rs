@@ -34,18 +34,26 @@ mod answering;
 mod backend;
 mod capabilities;
 mod check;
+mod commands;
+mod diagnostics;
 mod documents;
+mod event;
 pub(crate) mod frame;
 mod generate;
 mod handlers;
+mod items;
+mod legend;
 mod main_loop;
 pub(crate) mod mirror;
+mod outbox;
+mod outgoing;
 mod pages;
 mod position;
 mod progress;
 mod publisher;
 mod pulls;
 mod rope;
+mod server_capabilities;
 mod settings;
 mod snapshot;
 mod staleness;
@@ -67,10 +75,12 @@ use backend::Backend;
 use frame::{Frame, Frames};
 use main_loop::MainLoop;
 use mirror::{Mirror, Side};
+use outbox::{Outbox, Refresh};
+use outgoing::{Backlog, Outgoing};
 use progress::{Shown, Work};
-use publisher::{Outbox, Publisher, Refresh};
+use publisher::Publisher;
 use trace::Trace;
-use transport::{Backlog, Outgoing, Streams, serve};
+use transport::{Streams, serve};
 
 const READ_AHEAD: usize = 1024;
 
@@ -129,7 +139,7 @@ pub(crate) fn run(
         "main loop",
         Box::new(move || {
             if let Some(message) = main_loop.run(&inbox) {
-                crate::cli::say(&format!("a second defect of the main loop: {message}"));
+                crate::output::say(&format!("a second defect of the main loop: {message}"));
                 let _ = ended.send(message);
             }
         }),
@@ -182,7 +192,7 @@ fn read(mut input: Frames, frames: &channel::Sender<Frame>, mirror: Option<&Mirr
             Ok(None) => return,
             Err(error) => {
                 tracing::error!("the client's stream: {error}");
-                crate::cli::say(&format!("cannot read the editor's messages: {error}"));
+                crate::output::say(&format!("cannot read the editor's messages: {error}"));
                 return;
             }
         }

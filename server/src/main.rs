@@ -19,6 +19,7 @@ mod json;
 mod load;
 mod lsp;
 mod memory;
+mod output;
 mod private;
 mod replace;
 
@@ -27,27 +28,7 @@ use std::process::ExitCode;
 
 use clap::Parser as _;
 
-use harmless::harmless;
-
-/// What a command gives: its text, and how it ends.
-pub(crate) struct Output {
-    /// For standard output.
-    pub(crate) text: String,
-    /// 0 or 1; 2 where a part of it could not be read or written; of a language server that has a defect, 101.
-    pub(crate) code: u8,
-}
-
-impl Output {
-    /// Text for a terminal: control characters in it are made visible.
-    pub(crate) fn escaped(text: impl AsRef<str>, code: u8) -> Output {
-        Output { text: harmless(text.as_ref()), code }
-    }
-
-    /// Text for programs, or text whose control characters are escaped already.
-    pub(crate) fn verbatim(text: impl Into<String>, code: u8) -> Output {
-        Output { text: text.into(), code }
-    }
-}
+use output::say;
 
 fn main() -> ExitCode {
     let command = cli::Arguments::parse();
@@ -66,7 +47,7 @@ fn main() -> ExitCode {
             }
         }
         Err(message) => {
-            cli::say(&message);
+            say(&message);
             ExitCode::from(2)
         }
     }

@@ -5,10 +5,11 @@ mod edits;
 use std::fmt::Write as _;
 use std::time::Instant;
 
-use super::{Paths, counted};
-use crate::Output;
+use crate::cli::options::Paths;
+use crate::cli::text::counted;
 use crate::load::load;
 use crate::memory::resident;
+use crate::output::Output;
 use mauve_diagnostics::{declaration_diagnostics, project_diagnostics, workspace_diagnostics};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{

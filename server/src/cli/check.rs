@@ -13,18 +13,20 @@ use clap::ValueEnum;
 use mauve_diagnostics::{
     Code, Finding, Findings, Fix, Severity, Suppression, code_named, errors_of_text, workspace_findings,
 };
-use mauve_hir::{Database, Location, Workspace, line_index};
-use mauve_syntax::TextSize;
+use mauve_hir::{Database, Location, Workspace};
 use serde::Serialize;
 
 use self::fix::Fixed;
 use self::verdict::{Suppressed, deadlines, is_proof_missing};
-use super::{Outside, Paths, counted, shown, wcrt};
-use crate::Output;
+use super::wcrt;
 use crate::analysis_document::analysis_document;
+use crate::cli::lines::{Lines, clamp};
+use crate::cli::options::{Outside, Paths};
+use crate::cli::text::{counted, shown};
 use crate::harmless::{harmless, harmless_but_for_styles};
 use crate::json::{self, non_empty, object};
 use crate::load::load;
+use crate::output::Output;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Check {
@@ -292,32 +294,6 @@ fn is_said(message: &str, fix: &Fix<'_>) -> bool {
     fix.edits.iter().all(|(_, text)| !text.is_empty() && message.contains(&format!("`{text}`")))
 }
 
-/// A range that is in the text, at boundaries of its characters.
-fn clamp(text: &str, start: usize, end: usize) -> std::ops::Range<usize> {
-    let boundary = |mut at: usize| {
-        at = at.min(text.len());
-        while !text.is_char_boundary(at) {
-            at -= 1;
-        }
-        at
-    };
-    let (start, end) = (boundary(start), boundary(end));
-    start..end.max(start)
-}
-
-#[derive(Serialize)]
-pub(super) struct RangeDocument {
-    start: PositionDocument,
-    end: PositionDocument,
-}
-
-/// From 1.
-#[derive(Serialize)]
-struct PositionDocument {
-    line: usize,
-    column: usize,
-}
-
 fn document(db: &Database, lines: &Lines, finding: &Finding<'_>) -> impl Serialize + use<> {
     let diagnostic = &finding.diagnostic;
     let related = diagnostic.related.iter().map(|(at, message)| located(db, lines, at, message));
@@ -364,37 +340,4 @@ pub(super) fn located(
 ) -> impl Serialize + use<> {
     let (message, file) = (message.to_owned(), at.file(db).path(db).clone());
     object! { message: message, file: file, range: lines.range(db, at) }
-}
-
-/// How wide a text is in columns.
-pub(super) struct Lines {
-    width: fn(&str) -> usize,
-}
-
-impl Lines {
-    pub(super) fn new(width: fn(&str) -> usize) -> Lines {
-        Lines { width }
-    }
-
-    /// ` (path:line)`; nothing for a whole file, which a message names.
-    pub(super) fn shown(&self, db: &Database, here: &Path, at: &Location<'_>) -> String {
-        if matches!(at, Location::Range(_, 0, 0)) {
-            return String::new();
-        }
-        let path = shown(at.file(db).path(db), here);
-        format!(" ({path}:{})", self.range(db, at).start.line)
-    }
-
-    pub(super) fn range(&self, db: &Database, at: &Location<'_>) -> RangeDocument {
-        let file = at.file(db);
-        let text: &str = file.text(db);
-        let range = at.range(db);
-        let span = clamp(text, range.start().into(), range.end().into());
-        let position = |offset: usize| {
-            let found = line_index(db, file).line_col(TextSize::new(offset as u32));
-            let before = text.get(offset - found.col as usize..offset).unwrap_or_default();
-            PositionDocument { line: found.line as usize + 1, column: (self.width)(before) + 1 }
-        };
-        RangeDocument { start: position(span.start), end: position(span.end) }
-    }
 }

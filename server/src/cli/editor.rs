@@ -18,7 +18,7 @@ use std::path::PathBuf;
 
 use clap::{Subcommand, ValueEnum};
 
-use crate::Output;
+use crate::output::Output;
 use home::Home;
 use installation::Installation;
 

@@ -3,7 +3,7 @@
 use mauve_diagnostics::{Code, codes, page};
 use mauve_hir::similar;
 
-use crate::Output;
+use crate::output::Output;
 
 /// The lines of the list have at most this many characters.
 const WIDTH: usize = 120;

@@ -7,10 +7,11 @@ use std::path::PathBuf;
 
 use mauve_syntax::format::{applied, format};
 
-use super::{Paths, counted, say, shown};
-use crate::Output;
+use crate::cli::options::Paths;
+use crate::cli::text::{counted, shown};
 use crate::disk::text_of;
 use crate::load::{is_of_another_language, models_in};
+use crate::output::{Output, say};
 use crate::replace::replace;
 
 #[derive(Debug, clap::Args)]

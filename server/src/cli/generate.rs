@@ -13,16 +13,18 @@ use mauve_hir::{Database, Decl, Location, Project, Workspace, projects};
 use mauve_orocos::Problem;
 use mauve_wcrt::Query;
 
-use super::check::{Lines, excerpt, excerpts, located, with_excerpts};
-use super::{Outside, counted, say};
-use crate::Output;
+use super::check::{excerpt, excerpts, located, with_excerpts};
 use crate::analysis_document::{Deployed, Proved, deployments};
+use crate::cli::lines::Lines;
+use crate::cli::options::Outside;
+use crate::cli::text::counted;
 use crate::generate::{
     GenerateRequest, Generated, Out, Refusal, Selected, configured_out, generate, problem_message, read,
 };
 use crate::harmless::harmless;
 use crate::json::{self, object};
 use crate::load::load;
+use crate::output::{Output, say};
 use report::{Doing, document, report};
 
 #[derive(Debug, clap::Args)]

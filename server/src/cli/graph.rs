@@ -10,10 +10,10 @@ use mauve_timing::Level;
 use mauve_wcrt::Query;
 
 use super::wcrt::with_errors;
-use super::{Outside, Paths, say};
-use crate::Output;
+use crate::cli::options::{Outside, Paths};
 use crate::graph_document::graph_document;
 use crate::load::load;
+use crate::output::{Output, say};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Graph {

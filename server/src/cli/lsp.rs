@@ -8,9 +8,9 @@ use tracing::Level;
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::prelude::*;
 
-use super::{Outside, say};
-use crate::Output;
+use crate::cli::options::Outside;
 use crate::lsp::{Options, mirror::Mirror, run};
+use crate::output::{Output, say};
 use crate::private::private;
 
 #[derive(Debug, clap::Args)]

@@ -2,10 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::CommandFactory as _;
-
-use super::Arguments;
-use crate::Output;
+use crate::output::Output;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Man {
@@ -15,12 +12,13 @@ pub(crate) struct Man {
 }
 
 impl Man {
-    pub(crate) fn run(self) -> Result<Output, String> {
+    /// Writes the pages of `command`, the whole command line.
+    pub(crate) fn run(self, command: clap::Command) -> Result<Output, String> {
         let folder = self.folder.display();
         let failed = |error: std::io::Error| format!("cannot write manual pages to `{folder}`: {error}");
         std::fs::create_dir_all(&self.folder).map_err(failed)?;
         // Its name for `--version` is that of the program.
-        let command = Arguments::command().mut_subcommand("lsp", |lsp| lsp.display_name("mauve-lsp"));
+        let command = command.mut_subcommand("lsp", |lsp| lsp.display_name("mauve-lsp"));
         clap_mangen::generate_to(command, &self.folder).map_err(failed)?;
         Ok(Output::verbatim("", 0))
     }

@@ -6,10 +6,10 @@ use clap::ValueEnum;
 use mauve_syntax::{NodeOrToken, SyntaxNode};
 use serde_json::{Value, json};
 
-use crate::Output;
 use crate::disk::text_of;
 use crate::harmless::harmless;
 use crate::load::canonical_path;
+use crate::output::Output;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Parse {

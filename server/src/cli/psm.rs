@@ -12,10 +12,11 @@ use mauve_timing::{Level, Time};
 use mauve_wcrt::{Refusal, TableSet, first_tables, psm_of, tables_for, tables_of};
 use serde_json::{Value, json};
 
-use super::Outside;
-use crate::Output;
 use crate::analysis_document::{deployments, deployments_of, milliseconds};
+use crate::cli::options::Outside;
+use crate::cli::text::columns;
 use crate::load::load;
+use crate::output::{Output, say};
 
 #[derive(Debug, clap::Args)]
 #[command(override_usage = "mauve psm [OPTIONS] [PATH] [COMPONENT]")]
@@ -136,7 +137,7 @@ fn note_other_tables<'db>(db: &'db Database, shown: TableSet<'db>, component: De
     if let Some(first) = others.first() {
         let others = others.join(", ");
         let of = component.name(db);
-        super::say(&format!("`{of}` has other timing tables in {others}: `--deployment {first}` shows them"));
+        say(&format!("`{of}` has other timing tables in {others}: `--deployment {first}` shows them"));
     }
 }
 
@@ -175,7 +176,7 @@ fn list<'db>(db: &'db Database, found: &[Found<'db>], format: Format) -> Result<
         ));
     }
     let header = ["component", "states", "edges", "execution time in ms"];
-    let table = super::columns(&header, &rows);
+    let table = columns(&header, &rows);
     Ok(Output::escaped(format!("{table}{notes}"), 0))
 }
 
@@ -196,10 +197,7 @@ fn show<'db>(
     let psm = match psm_of(db, tables, component, level) {
         Ok(psm) => psm,
         Err(refusals) => {
-            super::say(&format!(
-                "no times for the state machine of {name} at {level}: {}",
-                reasons(db, refusals)
-            ));
+            say(&format!("no times for the state machine of {name} at {level}: {}", reasons(db, refusals)));
             return Ok(Output::verbatim("", 1));
         }
     };

@@ -20,8 +20,10 @@ use self::budgets::{Budgets, budgets};
 use super::own_output::check_own;
 use super::sample_file::unreadable_samples;
 use super::trace::recording_warnings;
-use super::{Outside, counted, say};
-use crate::{Output, disk};
+use crate::cli::options::Outside;
+use crate::cli::text::counted;
+use crate::disk;
+use crate::output::{Output, say};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Pwcet {

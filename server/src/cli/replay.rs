@@ -9,11 +9,11 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-use crate::Output;
 use crate::disk::read;
 use crate::lsp::frame::{self, Frame, Frames};
 use crate::lsp::mirror::{Line, Side};
 use crate::lsp::{Options, run};
+use crate::output::Output;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Replay {

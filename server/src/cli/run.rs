@@ -14,11 +14,11 @@ use mauve_orocos::{GeneratedFile, Package, packages_with_stubs, problems, standa
 use mauve_timing::{Rounding, Time};
 
 use super::generate::{refusal_text, warn_of_deadlines};
-use super::{Outside, say};
-use crate::Output;
 use crate::analysis_document::deployments;
+use crate::cli::options::Outside;
 use crate::generate::{GenerateRequest, Out, Refusal, Selected, generate, read};
 use crate::load::load;
+use crate::output::{Output, say};
 use build::{Build, check_tools};
 
 #[derive(Debug, clap::Args)]

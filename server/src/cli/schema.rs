@@ -3,7 +3,7 @@
 
 use clap::ValueEnum;
 
-use crate::Output;
+use crate::output::Output;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Schema {

@@ -7,9 +7,8 @@ use mauve_ide::percentage;
 use mauve_timing::Time;
 use mauve_wcrt::{ActivitySensitivity, Limit, Query, Sensitivity, TimeSensitivity};
 
-use super::columns;
-use super::wcrt::{number, quoted};
 use crate::analysis_document::{Deployed, factor};
+use crate::cli::text::{columns, number, quoted};
 
 /// Returns two tables for each level: times and periods. Empty where the sensitivity was not requested.
 pub(super) fn sensitivity_tables(it: &Deployed<'_>) -> String {

@@ -18,12 +18,13 @@ use mauve_wcrt::{
     system_of,
 };
 
-use super::wcrt::{cpu_numbers, number, priority, shown_tables, task_set, with_errors};
-use super::{Outside, Paths, columns, counted, say};
-use crate::Output;
+use super::wcrt::{cpu_numbers, priority, shown_tables, task_set, with_errors};
 use crate::analysis_document::deployments;
+use crate::cli::options::{Outside, Paths};
+use crate::cli::text::{columns, counted, number};
 use crate::json;
 use crate::load::load;
+use crate::output::{Output, say};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Simulate {

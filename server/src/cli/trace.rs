@@ -8,7 +8,7 @@ use clap::Subcommand;
 
 pub(super) use import::warnings as recording_warnings;
 
-use crate::Output;
+use crate::output::Output;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Trace {

@@ -20,17 +20,18 @@ use mauve_wcrt::{
     timetable_of,
 };
 
-use super::check::Lines;
 use super::sensitivity::{sensitivity_csv, sensitivity_tables};
-use super::{Method, Outside, Paths, columns, counted, say, shown};
-use crate::Output;
 use crate::analysis_document::{
     Deployed, Origin, Significance, analysis_document, deployments, levels, real_time_priority,
 };
+use crate::cli::lines::Lines;
+use crate::cli::options::{Method, Outside, Paths};
+use crate::cli::text::{columns, counted, number, quoted, shown};
 use crate::disk::{LONGEST, read};
 use crate::harmless::harmless;
 use crate::json;
 use crate::load::load;
+use crate::output::{Output, say};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Wcrt {
@@ -496,10 +497,6 @@ pub(super) fn priority(priority: Priority) -> String {
     }
 }
 
-pub(super) fn number(time: Option<Time>) -> String {
-    time.map_or_else(|| "—".to_owned(), Time::number)
-}
-
 fn verdict(of: &Deployed<'_>, activity: &ActivityReport<'_>) -> String {
     let accepted = of.acceptance(activity).map(|reason| format!(", accepted: {reason}"));
     match activity.verdict {
@@ -599,15 +596,6 @@ fn remarks(of: &Deployed<'_>, query: &Query) -> Vec<String> {
     let errors = (of.errors > 0).then(|| "not proved: the project has errors".to_owned());
     let times = of.times().map(|section| format!("times of {section}"));
     [times, horizon, unsealed, errors].into_iter().flatten().collect()
-}
-
-/// Returns a cell of CSV, in quotes if it needs them.
-pub(super) fn quoted(cell: &str) -> String {
-    if cell.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", cell.replace('"', "\"\""))
-    } else {
-        cell.to_owned()
-    }
 }
 
 /// The report of each deployment of these workspaces at its own level, for `mauve check`.

@@ -2,16 +2,15 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
-use std::sync::{Arc, OnceLock};
 
 use mauve_diagnostics::{Extent, Finding, Severity, checked_files, extent_of, findings_of};
 use mauve_hir::{File, ModelDb, Workspace, is_model};
 use mauve_ide::EarlierFigures;
-use tower_lsp::lsp_types::{Diagnostic, NumberOrString, TextDocumentIdentifier, Url};
+use tower_lsp::lsp_types::{NumberOrString, TextDocumentIdentifier, Url};
 
-use super::pulls::ResultId;
+use super::diagnostics::{self, DiagnosticStyle, url_of};
+use super::items::{Found, Items, OfFile};
 use super::snapshot::{Document, Snapshot};
-use super::to_proto::{self, DiagnosticStyle};
 use super::typing::without_typed;
 
 /// The result of a check.
@@ -35,75 +34,6 @@ pub(crate) struct Compared {
     /// For each open file with semantic tokens, its version and a hash of the tokens.
     pub(crate) meanings: BTreeMap<Url, (i32, u64)>,
 }
-
-/// The diagnostics of a file, as JSON: a list of thousands is compared and sent as it is. A copy is cheap.
-#[derive(Debug, Clone)]
-pub(crate) struct Items(Arc<Kept>);
-
-#[derive(Debug)]
-struct Kept {
-    json: String,
-    id: OnceLock<ResultId>,
-}
-
-impl Items {
-    /// Returns these diagnostics.
-    pub(crate) fn of(diagnostics: impl IntoIterator<Item = Diagnostic>) -> Items {
-        let mut json = String::from("[");
-        for diagnostic in diagnostics {
-            // Serialising plain data never fails.
-            if let Ok(of_one) = serde_json::to_string(&diagnostic) {
-                json.extend((json.len() > 1).then_some(','));
-                json += &of_one;
-            }
-        }
-        json.push(']');
-        json.shrink_to_fit();
-        Items(Arc::new(Kept { json, id: OnceLock::new() }))
-    }
-
-    pub(crate) fn is_empty(&self) -> bool {
-        self.0.json == "[]"
-    }
-
-    /// Returns the diagnostics.
-    pub(crate) fn list(&self) -> Vec<Diagnostic> {
-        // It was written here.
-        serde_json::from_str(&self.0.json).unwrap_or_default()
-    }
-
-    /// Returns the diagnostics as JSON.
-    pub(crate) fn json(&self) -> &str {
-        &self.0.json
-    }
-
-    /// Returns the result id of the diagnostics: a hash.
-    pub(crate) fn id(&self) -> ResultId {
-        *self.0.id.get_or_init(|| {
-            let mut hasher = DefaultHasher::new();
-            self.json().hash(&mut hasher);
-            hasher.finish()
-        })
-    }
-}
-
-impl Default for Items {
-    fn default() -> Items {
-        Items::of([])
-    }
-}
-
-impl PartialEq for Items {
-    fn eq(&self, other: &Items) -> bool {
-        Arc::ptr_eq(&self.0, &other.0) || self.json() == other.json()
-    }
-}
-
-/// The version of a file, if it is open, and its diagnostics.
-pub(crate) type OfFile = (Option<i32>, Items);
-
-/// The versions and diagnostics of several files.
-pub(crate) type Found = BTreeMap<Url, OfFile>;
 
 /// Returns the diagnostics of each open file, and of each other file that has any, without those that wait until the user pauses.
 pub(crate) fn diagnostics(snapshot: &Snapshot) -> Found {
@@ -154,7 +84,7 @@ fn found(snapshot: &Snapshot) -> Found {
                     found.insert((*url).clone(), (Some(document.version), items.clone()));
                 }
             }
-            None => found.extend(to_proto::url_of(db, file).map(|url| (url, (None, items)))),
+            None => found.extend(url_of(db, file).map(|url| (url, (None, items)))),
         }
     }
     found
@@ -181,8 +111,8 @@ fn translated(
     });
     let shown: Vec<&Finding<'_>> = shown.collect();
     let more = counts.into_iter().filter(|(_, count)| *count > MOST);
-    let more = more.map(|(severity, count)| to_proto::more(severity, count - MOST));
-    Items::of(shown.into_iter().map(|finding| to_proto::diagnostic(db, style, finding)).chain(more))
+    let more = more.map(|(severity, count)| diagnostics::more(severity, count - MOST));
+    Items::of(shown.into_iter().map(|finding| diagnostics::diagnostic(db, style, finding)).chain(more))
 }
 
 /// Returns the diagnostics of a file that is in several workspaces, each once.
@@ -237,9 +167,9 @@ pub(crate) fn diagnostics_of(snapshot: &Snapshot, url: &Url) -> Option<(Url, OfF
 /// Returns the diagnostics about the state of an open document.
 fn of_document(snapshot: &Snapshot, document: &Document) -> Option<Items> {
     match document.is_analysed {
-        _ if snapshot.is_stopped => Some(Items::of([to_proto::stopped()])),
+        _ if snapshot.is_stopped => Some(Items::of([diagnostics::stopped()])),
         true => None,
-        false => Some(Items::of([to_proto::another_text()])),
+        false => Some(Items::of([diagnostics::another_text()])),
     }
 }
 

@@ -13,27 +13,23 @@ use std::time::{Duration, Instant};
 
 use mauve_hir::{CONFIG_FILE, Database, File, Problem, Workspace, is_model};
 use mauve_ide::EarlierFigures;
-use mauve_timing::Level;
 use salsa::Database as _;
 use tokio::runtime::Handle;
 use tokio::sync::watch;
-use tower_lsp::lsp_types::{
-    DidChangeTextDocumentParams, DidSaveTextDocumentParams, TextDocumentItem, Url,
-    VersionedTextDocumentIdentifier,
-};
+use tower_lsp::lsp_types::{DidChangeTextDocumentParams, Url, VersionedTextDocumentIdentifier};
 
 use super::Options;
-use super::answering::Answering;
 use super::capabilities::Capabilities;
 use super::check::{Checked, Compared, check, compare};
+use super::diagnostics::url_of;
 use super::documents::{Documents, Open};
+use super::event::{Event, Job};
+use super::outbox::Refresh;
 use super::progress::{self, Work};
-use super::publisher::{Publisher, Refresh};
-use super::pulls::Given;
+use super::publisher::Publisher;
 use super::settings::Settings;
 use super::snapshot::{Document, Failure, Snapshot, attempt, panic_message};
 use super::staleness::{MAX_LOADS_FOR_WATCHES, Staleness};
-use super::to_proto::url_of;
 use super::tokens::Tokens;
 use super::trace::{Trace, milliseconds};
 use super::typing;
@@ -45,120 +41,6 @@ const MOST_REFRESHED: usize = 20;
 
 /// How long a walk may take before requests are answered without its result.
 const LONG_WALK: Duration = Duration::from_secs(1);
-
-/// A message to the main loop.
-pub(crate) enum Event {
-    Initialize {
-        capabilities: Capabilities,
-        folders: Vec<Url>,
-    },
-    /// The client sent `initialized`: the server may send messages.
-    Initialized,
-    /// The client opened a document: its text replaces the text on the disk.
-    Opened(TextDocumentItem),
-    Changed(DidChangeTextDocumentParams),
-    /// A message about this document, open or not, was not understood, so its text is unknown; without one, all texts are.
-    TextUnknown(Option<Url>),
-    /// Shows a warning to the user, once.
-    Warn(String),
-    Saved(DidSaveTextDocumentParams),
-    /// The client closed a document: the text on the disk is in effect again.
-    Closed(Url),
-    /// A walk through folders has ended, without a result if it panicked. The flag tells it from others.
-    Walked(Arc<AtomicBool>, Option<Vec<(Walk, Walked)>>),
-    /// The walk with this flag takes long, if it has not ended.
-    LongWalk(Arc<AtomicBool>),
-    /// These files were created, removed or changed, and perhaps others whose events were `missed`.
-    Disk {
-        paths: BTreeSet<PathBuf>,
-        missed: bool,
-    },
-    Folders {
-        added: Vec<Url>,
-        removed: Vec<Url>,
-    },
-    /// Shows everything at this significance level; without one, at that of each `mauve.toml`.
-    Significance(Option<Level>),
-    /// The user's settings, and the errors in them.
-    Configured(Settings, Vec<String>),
-    Job(Job),
-    /// Reads and analyses all files again.
-    Reload,
-    /// The time has passed after which the texts are to be checked again.
-    TimePassed,
-    Stop,
-    /// For tests: a defect of the main loop.
-    #[cfg(debug_assertions)]
-    Panic,
-    /// A handler panicked, and its request was answered with an error: shows that to the user, once.
-    Defect(String),
-    /// The client requested the diagnostics of a file, or of all.
-    DiagnosticsRequested(Option<Url>),
-    /// That request was answered with these.
-    DiagnosticsGiven(BTreeMap<Url, Given>),
-    /// The request for the diagnostics of this file was not answered.
-    DiagnosticsNotGiven(Url),
-    /// The client was given the inlay hints or code lenses of this generation; none if changes cancelled the request.
-    HintsGiven(Option<u64>),
-    /// Changes cancelled the request for the semantic tokens of this version of a document.
-    TokensCancelled(Url, i32),
-    /// A check of this generation found diagnostics.
-    Checked(u64, Result<Checked, Failure>),
-    /// It also computed what the hints and tokens are.
-    Compared(u64, Result<Compared, Failure>),
-}
-
-impl Event {
-    /// Whether the client or the disk has changed something, after which a load that panicked is tried again.
-    fn is_change(&self) -> bool {
-        matches!(
-            self,
-            Event::Opened(_)
-                | Event::Changed(_)
-                | Event::Saved(_)
-                | Event::Closed(_)
-                | Event::Disk { .. }
-                | Event::Folders { .. }
-        )
-    }
-
-    /// What causes a check, for its trace.
-    fn cause(&self) -> Option<&'static str> {
-        Some(match self {
-            Event::Initialized => "initialized",
-            Event::Opened(_) => "didOpen",
-            Event::Changed(_) => "didChange",
-            Event::Saved(_) => "didSave",
-            Event::Closed(_) => "didClose",
-            Event::TextUnknown(_) => "an invalid message",
-            Event::Walked(..) => "a search for models",
-            Event::Disk { .. } => "files on the disk",
-            Event::Folders { .. } => "workspace folders",
-            Event::Significance(_) => "the significance level",
-            Event::Configured(..) => "settings",
-            Event::Reload => "a reload",
-            Event::Stop => "a cancelled progress",
-            _ => return None,
-        })
-    }
-
-    /// The document whose text it changes.
-    fn document(&self) -> Option<&Url> {
-        match self {
-            Event::Opened(document) => Some(&document.uri),
-            Event::Changed(params) => Some(&params.text_document.uri),
-            Event::Saved(params) => Some(&params.text_document.uri),
-            _ => None,
-        }
-    }
-}
-
-/// Something to compute for a request.
-pub(crate) struct Job {
-    pub(crate) request: Arc<Answering>,
-    /// Is given no snapshot where the document of the request has another text than when the request came.
-    pub(crate) work: Box<dyn FnOnce(Option<Snapshot>) + Send>,
-}
 
 /// The state of the server.
 pub(crate) struct MainLoop {

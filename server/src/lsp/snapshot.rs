@@ -21,10 +21,10 @@ use tower_lsp::lsp_types::{
 };
 
 use super::capabilities::Capabilities;
+use super::diagnostics::{self, ANOTHER_TEXT, DiagnosticStyle};
+use super::outbox::Outbox;
 use super::position::LineIndex;
-use super::publisher::Outbox;
 use super::settings::Settings;
-use super::to_proto::{self, DiagnosticStyle};
 use super::tokens::Tokens;
 use crate::load::{canonical_path, is_outdated};
 
@@ -37,10 +37,6 @@ pub(crate) struct Document {
     /// text.
     pub(crate) is_analysed: bool,
 }
-
-/// The message for a text that is not analysed.
-pub(crate) const ANOTHER_TEXT: &str = "this file is also open under another URI with a different text: that \
-    text, which was changed last, is analysed";
 
 /// A reader of the database. While one lives, no input can be set: it must not be kept, nor cross an `.await`.
 pub(crate) struct Snapshot {
@@ -109,7 +105,7 @@ impl Snapshot {
 
     /// Translates a diagnostic, with the URIs under which the client has related files open.
     pub(crate) fn diagnostic(&self, finding: &Finding<'_>) -> Diagnostic {
-        let mut diagnostic = to_proto::diagnostic(&self.db, self.diagnostic_style(), finding);
+        let mut diagnostic = diagnostics::diagnostic(&self.db, self.diagnostic_style(), finding);
         self.use_open_uris(&mut diagnostic);
         diagnostic
     }
@@ -184,7 +180,7 @@ impl Snapshot {
     pub(crate) fn urls(&self, file: File) -> Vec<Url> {
         let open = self.documents.iter().filter(|(_, document)| document.file == file);
         let open: Vec<Url> = open.map(|(url, _)| url.clone()).collect();
-        if open.is_empty() { to_proto::url_of(&self.db, file).into_iter().collect() } else { open }
+        if open.is_empty() { diagnostics::url_of(&self.db, file).into_iter().collect() } else { open }
     }
 
     /// Returns one URI of a file.

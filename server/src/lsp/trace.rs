@@ -8,7 +8,7 @@ use std::time::Duration;
 use serde_json::{Value, json};
 use tokio::sync::mpsc::WeakUnboundedSender;
 
-use super::transport::{Backlog, MOST_WAITING, Outgoing};
+use super::outgoing::{Backlog, MOST_WAITING, Outgoing};
 
 /// How much the client wants to be told, and the way to the client.
 pub(crate) struct Trace {

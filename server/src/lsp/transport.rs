@@ -8,12 +8,11 @@
 
 use std::panic::AssertUnwindSafe;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use futures::{FutureExt as _, Sink, SinkExt as _, StreamExt as _};
 use serde_json::Value;
-use tokio::sync::{Notify, mpsc, oneshot};
+use tokio::sync::{mpsc, oneshot};
 use tokio::task::JoinSet;
 use tower::Service as _;
 use tower_lsp::jsonrpc::{Error, ErrorCode, Id, Request, Response};
@@ -23,7 +22,8 @@ use tower_lsp::{ClientSocket, LspService};
 use super::answering::{Answering, REQUEST};
 use super::backend::Backend;
 use super::frame::{Frame, Lost, lost_by};
-use super::publisher::Outbox;
+use super::outbox::Outbox;
+use super::outgoing::{Backlog, MOST_WAITING, Outgoing};
 use super::trace::{Trace, milliseconds};
 use crate::harmless::harmless;
 
@@ -40,43 +40,6 @@ pub(crate) struct Streams {
     /// Receives why the main loop has ended.
     pub(crate) main_loop: oneshot::Receiver<String>,
 }
-
-/// A message for the client, and an optional signal when it is written.
-#[derive(Debug)]
-pub(crate) struct Outgoing {
-    pub(crate) message: String,
-    pub(crate) written: Option<oneshot::Sender<()>>,
-}
-
-/// Counts the messages that wait to be written.
-#[derive(Debug, Default)]
-pub(crate) struct Backlog {
-    waiting: AtomicUsize,
-    less: Notify,
-}
-
-impl Backlog {
-    /// Sends a message to the client.
-    pub(crate) fn put(&self, outgoing: &mpsc::UnboundedSender<Outgoing>, message: Outgoing) {
-        self.waiting.fetch_add(1, Ordering::SeqCst);
-        // If the receiver is dropped, the session ends.
-        let _ = outgoing.send(message);
-    }
-
-    /// Returns the number of waiting messages.
-    pub(crate) fn waiting(&self) -> usize {
-        self.waiting.load(Ordering::SeqCst)
-    }
-
-    /// Records a written message.
-    pub(crate) fn written(&self) {
-        self.waiting.fetch_sub(1, Ordering::SeqCst);
-        self.less.notify_one();
-    }
-}
-
-/// The number of unread answers at which the server stops reading the client's messages.
-pub(crate) const MOST_WAITING: usize = 2000;
 
 /// The warning for a client whose `Content-Length` is wrong.
 const MISCOUNTED: &str = "The `Content-Length` of the editor's messages is not their length in bytes. mauve reads them all the \

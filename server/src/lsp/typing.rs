@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use tower_lsp::lsp_types::{Diagnostic, NumberOrString, Range, Url};
 
-use super::check::Items;
 use super::documents::Documents;
+use super::items::Items;
 
 /// How long the diagnostics of what is being typed wait after a key.
 pub(crate) const PAUSE: Duration = Duration::from_millis(400);

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use notify::event::{AccessKind, AccessMode};
 use notify::{EventKind, RecommendedWatcher, RecursiveMode, Watcher as _};
 
-use super::main_loop::Event;
+use super::event::Event;
 
 /// How long to wait for further events, and the maximum in total: programs often write a file in several steps.
 const QUIET: Duration = Duration::from_millis(10);

@@ -13,7 +13,7 @@ use mauve_timing::Table;
 use mauve_wcrt::{Query, response_times, table_files};
 
 use crate::analysis_document::deployments;
-use crate::cli::columns;
+use crate::cli::text::columns;
 use crate::load::load;
 
 /// As many edits of one kind are measured, from all over the models.

@@ -12,10 +12,12 @@ use mauve_diagnostics::{errors_of_text, workspace_diagnostics};
 use mauve_hir::{Database, File, Workspace};
 use mauve_ide::Change;
 
-use super::super::{diff, say, shown};
+use super::super::diff;
+use crate::cli::text::shown;
 use crate::disk::text_of;
 use crate::harmless::harmless;
 use crate::load::models_in;
+use crate::output::say;
 use crate::replace::replace;
 
 /// The maximum number of rounds.

@@ -11,7 +11,8 @@ use serde::Serialize;
 use tower_lsp::lsp_types::Url;
 
 use super::verdict::Suppressed;
-use super::{Lines, RangeDocument, shown};
+use crate::cli::lines::{Lines, RangeDocument};
+use crate::cli::text::shown;
 use crate::json::{non_empty, object};
 
 /// What the locations of files below the current folder are relative to.

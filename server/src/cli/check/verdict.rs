@@ -6,8 +6,8 @@ use mauve_diagnostics::{Finding, Suppression, is_lowered, is_missing_proof, miss
 use mauve_hir::{Config, config_of};
 use mauve_wcrt::{ActivityReport, Report};
 
-use super::super::counted;
 use crate::analysis_document::{Deployed, Origin, Proved};
+use crate::cli::text::counted;
 
 /// The findings that are not shown, each with the reason.
 pub(super) type Suppressed<'db> = [(Finding<'db>, Suppression)];

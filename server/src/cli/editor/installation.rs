@@ -14,10 +14,10 @@ use sha2::{Digest as _, Sha256};
 
 use super::block;
 use super::home::Home;
-use crate::Output;
 use crate::disk::{LONGEST, bytes_of};
 use crate::folder::{Folder, Folders, Kind};
 use crate::generate::behind_links;
+use crate::output::Output;
 use crate::replace::replace;
 
 /// The files that an editor needs.

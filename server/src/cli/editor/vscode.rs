@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 
 use super::Options;
 use super::home::on_path;
-use crate::Output;
+use crate::output::Output;
 
 /// The identifier of the extension: publisher and name.
 const EXTENSION: &str = "mauve.mauve";

@@ -6,7 +6,7 @@ use mauve_hir::normalised;
 use mauve_orocos::{Action, ChangedCodel, MANIFEST, Plan, Step};
 use serde::Serialize;
 
-use super::super::{counted, shown};
+use crate::cli::text::{counted, shown};
 use crate::generate::{Generated, Out};
 use crate::json::object;
 

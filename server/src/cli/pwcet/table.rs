@@ -6,7 +6,7 @@ use mauve_pwcet::{LEAST_EXECUTIONS, Refusal, TailModel, rounded_up};
 use mauve_timing::{Level, Time};
 
 use super::{Estimates, Measured};
-use crate::cli::{columns, counted};
+use crate::cli::text::{columns, counted};
 
 pub(super) fn table(estimates: &Estimates) -> String {
     let with_budgets = estimates.measurements.iter().any(|it| it.budget.is_some());

@@ -16,12 +16,12 @@ use mauve_wcrt::observed::{Expected, Observed, Observer, expected};
 use mauve_wcrt::{Query, Report, response_times};
 
 use super::import::messages::{still_recording, trace_error};
-use crate::Output;
 use crate::analysis_document::deployments;
+use crate::cli::options::Outside;
 use crate::cli::wcrt::with_errors;
-use crate::cli::{Outside, say};
 use crate::json;
 use crate::load::load;
+use crate::output::{Output, say};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Check {

@@ -15,12 +15,12 @@ use mauve_wcrt::observed::{Expected, LatestReleases};
 use serde_json::{Value, json};
 
 use super::check::{level, model_of, only, read, traces_and_model};
-use crate::Output;
 use crate::analysis_document::deployments;
+use crate::cli::options::Outside;
 use crate::cli::own_output::check_own;
 use crate::cli::trace_events::{line, process, thread};
-use crate::cli::{Outside, say};
 use crate::load::load;
+use crate::output::{Output, say};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Export {

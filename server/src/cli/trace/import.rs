@@ -14,9 +14,9 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use mauve_pwcet::samples::{SamplesError, Writer};
 use mauve_pwcet::trace::{Reader, Source, Summary, TraceError};
 
-use crate::Output;
 use crate::cli::sample_file::samples_error;
-use crate::cli::{counted, say};
+use crate::cli::text::counted;
+use crate::output::{Output, say};
 use messages::trace_error;
 pub(in crate::cli) use messages::warnings;
 use recorder::Recorder;

@@ -9,34 +9,17 @@
 //! - `mauve.showArchitecture`, `mauve.showSchedule` and `mauve.showStateMachine` show drawings of the declaration at a position. Their
 //!   arguments are an address and an object with the `position`. A client without them gets no such lenses.
 
-use mauve_ide::{LensAction, LensDrawing, code_lenses as lenses_of, known_levels};
+use mauve_ide::{LensAction, code_lenses as lenses_of, known_levels};
 use mauve_timing::Level;
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::{self, CodeLensParams, Command, Location, Range, Url};
 
-use super::execute_command::{GENERATE, SET_SIGNIFICANCE};
+use crate::lsp::commands::{
+    CHOOSE_SIGNIFICANCE, GENERATE, SET_SIGNIFICANCE, SHOW_REFERENCES, drawing_command,
+};
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
-
-/// The client's command that shows locations.
-pub(crate) const SHOW_REFERENCES: &str = "mauve.showReferences";
-
-/// The client's command that lets the user choose a level.
-pub(crate) const CHOOSE_SIGNIFICANCE: &str = "mauve.chooseSignificance";
-
-/// The drawings that lenses show.
-pub(crate) const LENS_DRAWINGS: [LensDrawing; 3] =
-    [LensDrawing::Architecture, LensDrawing::Schedule, LensDrawing::StateMachine];
-
-/// The client's command that shows a drawing.
-pub(crate) fn drawing_command(drawing: LensDrawing) -> &'static str {
-    match drawing {
-        LensDrawing::Architecture => "mauve.showArchitecture",
-        LensDrawing::Schedule => "mauve.showSchedule",
-        LensDrawing::StateMachine => "mauve.showStateMachine",
-    }
-}
 
 /// Returns the lenses of a file.
 pub(crate) fn code_lenses(

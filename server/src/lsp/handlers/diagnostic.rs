@@ -12,10 +12,11 @@ use tower_lsp::lsp_types::{
     WorkspaceUnchangedDocumentDiagnosticReport,
 };
 
-use crate::lsp::check::{Found, Items, OfFile, diagnostics, diagnostics_of};
+use crate::lsp::check::{diagnostics, diagnostics_of};
+use crate::lsp::diagnostics::defect;
+use crate::lsp::items::{Found, Items, OfFile};
 use crate::lsp::pulls::Given;
 use crate::lsp::snapshot::{Document, Failure, Snapshot, attempt};
-use crate::lsp::to_proto;
 
 /// An answer, and its result for each file.
 pub(crate) type Diagnosed<T> = (T, BTreeMap<Url, Given>);
@@ -98,7 +99,7 @@ fn known(snapshot: &Snapshot, look: impl Fn(&Snapshot) -> Found) -> Result<Found
     attempt(|| look(snapshot)).or_else(|failure| match failure {
         Failure::Panicked(message) => {
             let of = |(url, document): (&Url, &Document)| {
-                (url.clone(), (Some(document.version), Items::of([to_proto::defect(&message)])))
+                (url.clone(), (Some(document.version), Items::of([defect(&message)])))
             };
             Ok(snapshot.documents.iter().map(of).collect())
         }

@@ -13,19 +13,8 @@ use tower_lsp::lsp_types::{ExecuteCommandParams, TextDocumentIdentifier, Url};
 
 use super::generate::{GenerateDocument, GenerateParams, generate};
 use super::rename::refused;
+use crate::lsp::commands::{COMMANDS, GENERATE, RELOAD, SET_SIGNIFICANCE};
 use crate::lsp::snapshot::Snapshot;
-
-/// The command that sets the significance level.
-pub(crate) const SET_SIGNIFICANCE: &str = "mauve.setSignificance";
-
-/// The command that generates Orocos packages.
-pub(crate) const GENERATE: &str = "mauve.generateOrocos";
-
-/// The command that reads and analyses all files again.
-pub(crate) const RELOAD: &str = "mauve.reload";
-
-/// All commands.
-pub(crate) const COMMANDS: &[&str] = &[SET_SIGNIFICANCE, GENERATE, RELOAD];
 
 /// A parsed command.
 #[derive(Debug)]

@@ -30,12 +30,13 @@ use tower_lsp::lsp_types::{
     CodeActionTriggerKind, Command, Position, Range, TextDocumentIdentifier, TextEdit, Url, WorkspaceEdit,
 };
 
-use super::execute_command::GENERATE;
 use super::rename::refused;
 use crate::generate::{GenerateRequest, Generated};
+use crate::lsp::commands::GENERATE;
+use crate::lsp::diagnostics::ANOTHER_TEXT;
 use crate::lsp::generate::{Preview, only, open, preview, refusal, request, title};
 use crate::lsp::position::end_of;
-use crate::lsp::snapshot::{ANOTHER_TEXT, Snapshot};
+use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto::EditBuilder;
 
 /// The kind of the code actions.

@@ -9,7 +9,8 @@ use tower_lsp::lsp_types::{
 };
 
 use crate::load::canonical_path;
-use crate::lsp::snapshot::{ANOTHER_TEXT, Snapshot};
+use crate::lsp::diagnostics::ANOTHER_TEXT;
+use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto::workspace_edit;
 
 /// The name at a position, to be changed; an error says why it cannot be.

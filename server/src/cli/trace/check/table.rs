@@ -7,8 +7,8 @@ use mauve_wcrt::observed::{EdgeCount, ExpectedInstance, IMPROBABLE, ObservedInst
 
 use super::Checked;
 use super::findings::{message, number};
+use crate::cli::text::{columns, counted};
 use crate::cli::trace::duration;
-use crate::cli::{columns, counted};
 
 /// The names in a list of what was not observed.
 const MOST_NAMES: usize = 8;

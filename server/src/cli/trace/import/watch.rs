@@ -17,7 +17,7 @@ use super::follow::Follow;
 use super::messages::{abandoned, known_chunks, no_chunk, trace_error, waiting_for_chunk};
 use super::recorder::Recorder;
 use super::{Outcome, Session, warn};
-use crate::cli::say;
+use crate::output::say;
 
 /// The time between two looks at a folder.
 const PAUSE: Duration = Duration::from_millis(500);

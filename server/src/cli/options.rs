@@ -1,0 +1,49 @@
+//! The options of several commands.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+
+/// The paths that most commands take.
+#[derive(Debug, clap::Args)]
+pub(super) struct Paths {
+    /// A model, a folder or a mauve.toml; the current folder when left out.
+    #[arg(value_name = "PATH", default_value = ".", hide_default_value = true)]
+    pub(super) paths: Vec<PathBuf>,
+}
+
+/// Whether files outside the project may be read.
+#[derive(Debug, clap::Args)]
+pub(super) struct Outside {
+    /// Also read files that models and mauve.toml name outside their repository and outside the given folders. Only
+    /// for projects that you trust: messages may quote such files.
+    #[arg(long)]
+    pub(super) allow_outside: bool,
+}
+
+/// How the analysis bounds the demand of several jobs of one activity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Method {
+    /// Every job of a component takes its worst-case execution time.
+    Classic,
+    /// The state machine of a component limits which jobs follow each other.
+    Psm,
+    /// As psm; the last job of an interfering component executes no longer than since its release.
+    Ibf,
+    /// All combinations of paths of the state machines, as far as a budget allows.
+    Exact,
+    /// The best of these for each activity that a small budget allows.
+    Best,
+}
+
+impl From<Method> for mauve_timing::Method {
+    fn from(method: Method) -> mauve_timing::Method {
+        match method {
+            Method::Classic => mauve_timing::Method::Classic,
+            Method::Psm => mauve_timing::Method::Psm,
+            Method::Ibf => mauve_timing::Method::Ibf,
+            Method::Exact => mauve_timing::Method::Exact,
+            Method::Best => mauve_timing::Method::Best,
+        }
+    }
+}

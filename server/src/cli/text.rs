@@ -1,0 +1,62 @@
+//! Counts, paths, times and tables as text.
+
+use std::path::Path;
+
+use mauve_timing::Time;
+
+/// Returns a path as it is shown: relative to `here` if it is below that folder.
+pub(super) fn shown(path: &Path, here: &Path) -> String {
+    path.strip_prefix(here).unwrap_or(path).display().to_string()
+}
+
+/// Returns a count with its noun: `1 file`, `2 files`, `no files`.
+pub(super) fn counted(count: usize, what: &str) -> String {
+    match count {
+        0 => format!("no {what}s"),
+        1 => format!("1 {what}"),
+        _ => format!("{count} {what}s"),
+    }
+}
+
+/// Formats a table: text is aligned to the left, numbers to the right.
+pub(super) fn columns(header: &[&str], rows: &[Vec<String>]) -> String {
+    let is_number = |cell: &str| cell.starts_with(|letter: char| letter.is_ascii_digit()) || cell == "—";
+    let width = |column: usize| {
+        let cells = rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count());
+        cells.chain(header.get(column).map(|name| name.chars().count())).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..header.len()).map(width).collect();
+    let right: Vec<bool> = (0..header.len())
+        .map(|column| rows.iter().filter_map(|row| row.get(column)).any(|cell| is_number(cell)))
+        .collect();
+    let mut out = String::new();
+    let names = header.iter().map(|name| (*name).to_owned()).collect();
+    for row in std::iter::once(&names).chain(rows) {
+        let mut line = String::from(" ");
+        for (column, cell) in row.iter().enumerate() {
+            let width = widths.get(column).copied().unwrap_or_default();
+            let gap = " ".repeat(width.saturating_sub(cell.chars().count()));
+            match right.get(column) {
+                Some(true) => line += &format!(" {gap}{cell} "),
+                _ => line += &format!(" {cell}{gap} "),
+            }
+        }
+        out += line.trim_end();
+        out.push('\n');
+    }
+    out
+}
+
+/// Returns a time in ms.
+pub(super) fn number(time: Option<Time>) -> String {
+    time.map_or_else(|| "—".to_owned(), Time::number)
+}
+
+/// Returns a cell of CSV, in quotes if it needs them.
+pub(super) fn quoted(cell: &str) -> String {
+    if cell.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", cell.replace('"', "\"\""))
+    } else {
+        cell.to_owned()
+    }
+}

@@ -1,0 +1,30 @@
+//! What a command prints: its result, and messages to standard error.
+
+use std::io::Write as _;
+
+use crate::harmless::harmless;
+
+/// What a command gives: its text, and how it ends.
+pub(crate) struct Output {
+    /// For standard output.
+    pub(crate) text: String,
+    /// 0 or 1; 2 where a part of it could not be read or written; of a language server that has a defect, 101.
+    pub(crate) code: u8,
+}
+
+impl Output {
+    /// Text for a terminal: control characters in it are made visible.
+    pub(crate) fn escaped(text: impl AsRef<str>, code: u8) -> Output {
+        Output { text: harmless(text.as_ref()), code }
+    }
+
+    /// Text for programs, or text whose control characters are escaped already.
+    pub(crate) fn verbatim(text: impl Into<String>, code: u8) -> Output {
+        Output { text: text.into(), code }
+    }
+}
+
+/// Prints a message to standard error.
+pub(crate) fn say(message: &str) {
+    let _ = writeln!(anstream::stderr(), "mauve: {}", harmless(message));
+}
