@@ -18,6 +18,7 @@
 //! | file | what is in it |
 //! |---|---|
 //! | `time.rs` | [`Time`]: nanoseconds, read exactly from decimal text |
+//! | `level.rs` | [`Level`]: how probable it is that a time is exceeded |
 //! | `table.rs` | [`Table`]: execution times by codel, program and component, in TOML |
 //! | `machine.rs` | [`StateMachine`]: states and edges, one edge a period |
 //! | `cycle_mean.rs` | λ, what a machine asks for in the long run |
@@ -50,6 +51,7 @@ mod exact;
 mod execution_bound;
 mod lane;
 mod lane_analysis;
+mod level;
 mod machine;
 mod operations;
 mod paths;
@@ -70,6 +72,7 @@ mod worst_case;
 pub use activities::{Activity, ActivitySet, Operation, SetTasks, THROTTLING};
 pub use breakdown::Breakdown;
 pub use cycle_mean::CycleMean;
+pub use level::{Level, MOST_LEVELS};
 pub use machine::{Edge, MachineError, StateMachine};
 pub use response_time::response_times;
 pub use set_analysis::SetAnalysis;
@@ -78,9 +81,9 @@ pub use simulation::{
     Statistics,
 };
 pub use table::error::{TableError, TableErrorKind, TomlKind};
-pub use table::measured::{Measured, digest_of};
+pub use table::measured::digest_of;
 pub use table::update::{Kept, UpdateError, Updated, update as update_table};
-pub use table::{Entry, KeyPart, Level, MOST_LEVELS, Overhead, Table, Times, keys as table_keys};
+pub use table::{Entry, KeyPart, Measured, Overhead, Table, Times, keys as table_keys};
 pub use task::{
     Analysis, Bound, CpuLoad, CpuRule, Demand, Interference, Method, NoBoundReason, Options, Response,
     Status, Task, Window,

@@ -202,11 +202,6 @@ pub struct Job {
 }
 
 impl ActivitySet {
-    /// Simulates one schedule. The same options give the same schedule, on every machine. To cancel, `interrupt` unwinds.
-    pub fn simulate(&self, options: &SimulationOptions, interrupt: &dyn Fn()) -> Schedule {
-        engine::run(self, options, interrupt)
-    }
-
     /// Returns a length for simulations that are shown: the hyperperiod or ten times the longest period, whichever is less,
     /// but no more than `most_jobs` jobs. Zero where no activity can be simulated.
     pub fn length_to_show(&self, most_jobs: u64) -> Time {

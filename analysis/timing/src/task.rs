@@ -4,6 +4,18 @@ use std::fmt;
 
 use crate::{StateMachine, Time, Utilisation};
 
+/// The priority of an activity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Priority {
+    /// A real-time priority, 1 to 99; a greater number is a higher priority.
+    RealTime(u32),
+    /// Not real-time.
+    Background,
+    /// Missing or unusable: analysed as the highest priority.
+    #[default]
+    Unknown,
+}
+
 /// A periodic task.
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
 pub struct Task {

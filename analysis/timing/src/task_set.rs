@@ -67,7 +67,8 @@ use serde_json::Value;
 
 pub use self::error::{TaskSetError, Times, Unknown};
 use self::json::{items, line, lines, nullable};
-use crate::table::MOST_LEVELS;
+use crate::level::MOST_LEVELS;
+pub use crate::task::Priority;
 use crate::{Edge as Period, Level, Method, StateMachine, Time};
 
 /// The content of a file.
@@ -205,18 +206,6 @@ pub struct Called {
     pub during: Option<usize>,
     /// The execution time of one call.
     pub time: Vec<Time>,
-}
-
-/// The priority of an activity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub enum Priority {
-    /// A real-time priority, 1 to 99; a greater number is a higher priority.
-    RealTime(u32),
-    /// Not real-time.
-    Background,
-    /// Missing or unusable: analysed as the highest priority.
-    #[default]
-    Unknown,
 }
 
 /// Why something cannot be analysed.

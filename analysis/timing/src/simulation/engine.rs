@@ -18,19 +18,22 @@ const MOST_CALLS: u64 = 1000;
 /// The events between two calls of `interrupt`.
 const UNINTERRUPTED: u64 = 1 << 16;
 
-pub(super) fn run(set: &ActivitySet, options: &SimulationOptions, interrupt: &dyn Fn()) -> Schedule {
-    let mut engine = Engine::new(set, options);
-    let mut events = 0;
-    while events < options.most_events && engine.step() {
-        events += 1;
-        if events % UNINTERRUPTED == 0 {
-            interrupt();
+impl ActivitySet {
+    /// Simulates one schedule. The same options give the same schedule, on every machine. To cancel, `interrupt` unwinds.
+    pub fn simulate(&self, options: &SimulationOptions, interrupt: &dyn Fn()) -> Schedule {
+        let mut engine = Engine::new(self, options);
+        let mut events = 0;
+        while events < options.most_events && engine.step() {
+            events += 1;
+            if events % UNINTERRUPTED == 0 {
+                interrupt();
+            }
         }
+        if events < options.most_events {
+            engine.now = engine.length;
+        }
+        engine.finish(self)
     }
-    if events < options.most_events {
-        engine.now = engine.length;
-    }
-    engine.finish(set)
 }
 
 /// A thread: of an activity, or real-time throttling.

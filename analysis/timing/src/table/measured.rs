@@ -7,39 +7,9 @@ use toml::de::{DeTable, DeValue};
 
 use super::error::{TableErrorKind, TomlKind};
 use super::keys::{MEASURED, kind_of};
-use super::{Reader, Times};
+use super::reader::Reader;
+use super::{Measured, Times};
 use crate::Time;
-
-/// The record of one measured entry: `[measured."nav.astar"]`.
-#[derive(Clone, PartialEq, Eq, Hash, Debug)]
-pub struct Measured {
-    /// The key of the entry.
-    pub key: String,
-    /// The bytes of its first key.
-    pub span: Range<usize>,
-    /// How many executions were measured.
-    pub executions: u64,
-    /// The greatest of them, the high-water mark.
-    pub greatest: Time,
-    /// The measured bounds, one for each level. If the entry has other times, somebody edited it.
-    pub times: Times,
-    /// The method of the estimate.
-    pub method: String,
-    /// When, as a date in ISO 8601.
-    pub date: String,
-    /// The digest of the executions.
-    pub samples: String,
-    /// The sample files, relative to the table.
-    pub files: Vec<String>,
-    /// Their size together: it grows with each run.
-    pub bytes: u64,
-    /// The source of the codel, relative to the table; `None` if it was not found.
-    pub source: Option<String>,
-    /// The [`digest_of`] its content.
-    pub source_digest: Option<String>,
-    /// What is wrong with the measurement, in words.
-    pub warnings: Vec<String>,
-}
 
 /// Returns a digest that tells a change of a file: FNV-1a with 64 bits, in hexadecimal. It is not cryptographic.
 ///

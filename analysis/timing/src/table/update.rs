@@ -2,9 +2,8 @@
 
 use toml_edit::{Array, DocumentMut, Item, Table as EditTable, TableLike, Value};
 
-use super::measured::Measured;
-use super::{Entry, Level, Table, TableError, Times};
-use crate::{Time, Unit};
+use super::{Entry, Measured, Table, TableError, Times};
+use crate::{Level, Time, Unit};
 
 /// A table with measured times.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -60,7 +59,7 @@ pub fn update(
         return Err(UpdateError::Invalid(error.clone()));
     }
     let Ok(mut document) = text.parse::<DocumentMut>() else {
-        let kind = super::TableErrorKind::NotToml(String::new());
+        let kind = super::error::TableErrorKind::NotToml(String::new());
         return Err(UpdateError::Invalid(TableError { span: 0..0, kind }));
     };
     let mut kept = Vec::new();

@@ -5,7 +5,7 @@ use std::{fmt, io};
 use serde::de::{Deserializer, Error as _, Unexpected, Visitor};
 use serde::{Deserialize, Serialize, Serializer};
 
-use super::Priority;
+use crate::task::Priority;
 use crate::{Level, Time};
 
 /// A value that may be null, and that must be there.
