@@ -30,15 +30,16 @@
 //! | `hold_out.rs`, `convergence.rs` | what the first half promises of the second, and how estimates change with n |
 //! | `exceedances.rs` | [`exceedance_probability`]: whether executions keep the promise of a time |
 //! | `order.rs`, `random.rs` | times without ties; random numbers with a seed |
-//! | `trace.rs` | [`trace::Reader`]: recorded traces → [`trace::Span`]s, in one pass and in constant memory |
+//! | `trace.rs`, `trace/error.rs` | what a trace has, and why it cannot be read |
+//! | `trace/reader.rs` | [`trace::Reader`]: recorded traces → [`trace::Span`]s, in one pass and in constant memory |
 //! | `trace/source.rs` | [`trace::Source`]: what a path is; the chunks of a session of LTTng |
 //! | `trace/babeltrace.rs` | runs `babeltrace2`; what the tracer discarded |
 //! | `trace/lines.rs` | the lines of a stream, without an allocation for each |
 //! | `trace/event.rs` | an event of LTTng, from the text of `babeltrace2` |
 //! | `trace/nesting.rs` | begins and ends → spans, across discarded events and damaged recordings |
-//! | `trace/csv.rs` | files of executions, in comma-separated values |
+//! | `trace/csv.rs`, `trace/column.rs` | files of executions, in comma-separated values |
 //! | `trace/names.rs` | [`trace::Names`]: codels, programs and instances, by number |
-//! | `samples.rs` | [`samples::Samples`]: reads the sample file of all runs |
+//! | `samples.rs`, `samples/error.rs` | [`samples::Samples`]: reads the sample file of all runs |
 //! | `samples/writer.rs` | [`samples::Writer`]: appends runs, each of them completely or not at all |
 //! | `samples/block.rs`, `samples/encoding.rs` | the blocks of a sample file, and the numbers in them |
 //!

@@ -8,7 +8,7 @@
 
 use std::io::{self, BufRead, Read, Write};
 
-use super::{Damage, SamplesError};
+use super::error::{Damage, SamplesError};
 
 /// The greatest body. A writer ends a block well below it.
 pub(super) const LONGEST_BODY: usize = 1 << 20;

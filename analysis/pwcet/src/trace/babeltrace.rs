@@ -18,7 +18,7 @@ use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use super::TraceError;
+use super::error::TraceError;
 use super::event::{number, time};
 use super::nesting::Gap;
 

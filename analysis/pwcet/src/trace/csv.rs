@@ -26,78 +26,12 @@
 use std::io::Read;
 use std::ops::ControlFlow;
 
+use super::column::{COLUMNS, Column, FileKind};
+use super::error::{CsvProblem, TraceError};
 use super::event::number;
 use super::lines::{LineError, Lines};
 use super::names::{Name, NameId, Names, SpanKind};
-use super::{CsvProblem, Progress, Scheduling, Span, Summary, TraceError, Visitor, is_suspicious};
-
-/// A column that is read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Column {
-    /// `codel`: the key of a codel or of a program in a timing table.
-    Codel,
-    /// `execution_ns`: the CPU time of the execution.
-    Execution,
-    /// `instance`: the instance that executed it.
-    Instance,
-    /// `elapsed_ns`: the time from the begin to the end.
-    Elapsed,
-    /// `time_ns`: the time of the end.
-    Time,
-    /// `order`: the number of the line among those of both files.
-    Order,
-    /// `release_ns`: the time of the release of a period.
-    Release,
-    /// `begin_ns`: the time of its begin.
-    Begin,
-    /// `end_ns`: the time of its end.
-    End,
-    /// `priority`: the real-time priority of its thread, or 0.
-    Priority,
-    /// `cpus`: the CPUs that its thread might use, a bit each.
-    Cpus,
-    /// `cpu`: the number of the CPU where it began.
-    Cpu,
-}
-
-/// The number of columns that are read.
-const COLUMNS: usize = 12;
-
-impl Column {
-    /// All columns.
-    pub const ALL: [Column; COLUMNS] = [
-        Column::Codel,
-        Column::Execution,
-        Column::Instance,
-        Column::Elapsed,
-        Column::Time,
-        Column::Order,
-        Column::Release,
-        Column::Begin,
-        Column::End,
-        Column::Priority,
-        Column::Cpus,
-        Column::Cpu,
-    ];
-
-    /// Returns the name in the header.
-    pub fn name(self) -> &'static str {
-        match self {
-            Column::Codel => "codel",
-            Column::Execution => "execution_ns",
-            Column::Instance => "instance",
-            Column::Elapsed => "elapsed_ns",
-            Column::Time => "time_ns",
-            Column::Order => "order",
-            Column::Release => "release_ns",
-            Column::Begin => "begin_ns",
-            Column::End => "end_ns",
-            Column::Priority => "priority",
-            Column::Cpus => "cpus",
-            Column::Cpu => "cpu",
-        }
-    }
-}
+use super::{Progress, Scheduling, Span, Summary, Visitor, is_suspicious};
 
 /// The columns, and the last end of each series.
 #[derive(Debug)]
@@ -112,25 +46,6 @@ pub(super) struct Csv {
     /// What is reused for the name of each line.
     name: Vec<u8>,
     order: u64,
-}
-
-/// Which file in a folder of `mauve run --trace`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FileKind {
-    /// Executions of codels and programs.
-    Executions,
-    /// Periods.
-    Periods,
-}
-
-impl FileKind {
-    /// Returns the columns that the file must have.
-    pub fn required(self) -> &'static [Column] {
-        match self {
-            FileKind::Executions => &[Column::Codel, Column::Execution],
-            FileKind::Periods => &[Column::Instance, Column::Begin, Column::End, Column::Execution],
-        }
-    }
 }
 
 /// A line.

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::TraceError;
+use super::error::TraceError;
 
 /// Bounds the memory that names of a hostile trace need.
 const MOST_NAMES: usize = 1 << 17;

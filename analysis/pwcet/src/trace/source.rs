@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::TraceError;
+use super::error::TraceError;
 
 /// The file in a folder of `mauve run --trace`.
 const EXECUTIONS: &str = "executions.csv";

@@ -1,0 +1,348 @@
+//! Reads the chunks of a trace.
+
+use std::collections::HashMap;
+use std::io::Read;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use super::babeltrace::{Babeltrace, Lost};
+use super::csv;
+use super::error::TraceError;
+use super::event::{self, Event, Line};
+use super::lines::{LineError, Lines};
+use super::names::Names;
+use super::nesting::Nesting;
+use super::source::Source;
+use super::{Progress, Summary, Thread, Visitor};
+
+/// Events between two calls of [`Visitor::progress`].
+const PROGRESS: u64 = 1 << 16;
+
+/// Bounds the memory that a hostile trace needs.
+const MOST_ORIGINS: u32 = 1 << 12;
+
+/// Reads the chunks of one trace, in the order of time: spans may begin in one chunk and end in a later one.
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use mauve_pwcet::trace::{Names, Reader, Span, Visitor};
+///
+/// struct Longest(u64);
+///
+/// impl Visitor for Longest {
+///     fn span(&mut self, span: &Span, _: &Names) -> ControlFlow<()> {
+///         self.0 = self.0.max(span.execution);
+///         ControlFlow::Continue(())
+///     }
+/// }
+///
+/// let text = "codel,execution_ns\nnav.plan,1200\nnav.plan,1300\n";
+/// let (mut reader, mut longest) = (Reader::default(), Longest(0));
+/// reader.read_csv(text.as_bytes(), None, &mut longest).unwrap();
+/// assert_eq!((longest.0, reader.finish().spans), (1300, 2));
+/// ```
+#[derive(Debug, Default)]
+pub struct Reader {
+    names: Names,
+    summary: Summary,
+    nesting: Nesting,
+    origins: HashMap<Vec<u8>, u32>,
+    /// That of the last event: most traces have one.
+    origin: (Vec<u8>, u32),
+}
+
+impl Reader {
+    /// Reads a complete source.
+    ///
+    /// # Errors
+    ///
+    /// The source cannot be read, is not a trace, or has no event of a generated package.
+    pub fn read(&mut self, source: &Source, visitor: &mut dyn Visitor) -> Result<(), TraceError> {
+        match source {
+            Source::Csv(path) => {
+                let open = std::fs::File::open(path).and_then(|file| Ok((file.metadata()?.len(), file)));
+                let (size, file) = open.map_err(|error| TraceError::io(path, error))?;
+                self.read_csv(file, Some(size), visitor).map_err(|error| match error {
+                    TraceError::Reading(error) => TraceError::io(path, error),
+                    error => error,
+                })
+            }
+            Source::Run { executions, periods } => {
+                let open = |path: &Path| {
+                    let open = std::fs::File::open(path).and_then(|file| Ok((file.metadata()?.len(), file)));
+                    open.map_err(|error| TraceError::io(path, error))
+                };
+                let ((size, executions), (_, periods)) = (open(executions)?, open(periods)?);
+                let (names, summary) = (&mut self.names, &mut self.summary);
+                csv::read_both(executions, periods, Some(size), names, summary, visitor)
+            }
+            Source::Growing { partial, .. } => Err(TraceError::Unfinished(partial.clone())),
+            Source::Ctf { chunks, .. } => {
+                for chunk in chunks {
+                    self.read_chunk(chunk, visitor)?;
+                }
+                self.require_events()
+            }
+        }
+    }
+
+    /// Reads executions; `size` is the number of bytes, if it is known.
+    ///
+    /// # Errors
+    ///
+    /// The first error in the file.
+    pub fn read_csv(
+        &mut self,
+        source: impl Read,
+        size: Option<u64>,
+        visitor: &mut dyn Visitor,
+    ) -> Result<(), TraceError> {
+        csv::read(source, size, &mut self.names, &mut self.summary, visitor)
+    }
+
+    /// Reads the next chunk of a trace of LTTng. It may have no event.
+    ///
+    /// # Errors
+    ///
+    /// `babeltrace2` is not installed or fails, or the events lack their threads.
+    pub fn read_chunk(&mut self, folder: &Path, visitor: &mut dyn Visitor) -> Result<(), TraceError> {
+        let mut lines = Lines::new(Babeltrace::start(folder)?);
+        self.read_events(&mut lines, |it| &mut it.lost, visitor)?;
+        let babeltrace = lines.source();
+        babeltrace.finish()?;
+        for lost in std::mem::take(&mut babeltrace.lost) {
+            self.lose(lost, visitor);
+        }
+        Ok(())
+    }
+
+    /// Reads lines of `babeltrace2`. `lost` takes the parts that were discarded, before the lines that they concern.
+    fn read_events<R: Read>(
+        &mut self,
+        lines: &mut Lines<R>,
+        lost: impl Fn(&mut R) -> &mut Vec<Lost>,
+        visitor: &mut dyn Visitor,
+    ) -> Result<(), TraceError> {
+        let mut count = 0_u64;
+        loop {
+            match lines.advance() {
+                Ok(true) => {}
+                Ok(false) => return Ok(()),
+                Err(LineError::Io(error)) => return Err(TraceError::Reading(error)),
+                Err(LineError::Long(line)) => return Err(TraceError::LongLine(line)),
+            }
+            for lost in lost(lines.source()).drain(..) {
+                self.lose(lost, visitor);
+            }
+            let line = lines.line();
+            let mut flow = match event::parse(line) {
+                Line::Event(event) => self.event(&event, visitor)?,
+                Line::Foreign => {
+                    self.summary.foreign += 1;
+                    ControlFlow::Continue(())
+                }
+                Line::WithoutThread => return Err(TraceError::NoThread),
+                Line::Malformed => return Err(malformed(line, lines.number())),
+            };
+            count += 1;
+            if count.is_multiple_of(PROGRESS) && flow.is_continue() {
+                flow = visitor.progress(Progress { events: self.summary.events, bytes: None });
+            }
+            if flow.is_break() {
+                return Err(TraceError::Stopped);
+            }
+        }
+    }
+
+    fn event(&mut self, event: &Event<'_>, visitor: &mut dyn Visitor) -> Result<ControlFlow<()>, TraceError> {
+        let name = self.names.of_text(event.text, || {
+            event::name(event.kind, event.text).ok_or_else(|| malformed(event.text, 0))
+        })?;
+        let thread = Thread {
+            origin: self.origin_of(event.process)?,
+            process: event.process_id.unwrap_or(0),
+            thread: event.thread,
+        };
+        self.summary.events += 1;
+        self.summary.at(Some(event.time));
+        let missing = self.summary.missing();
+        let span = self.nesting.event(event, thread, name, &mut self.summary);
+        if self.summary.missing() != missing {
+            visitor.lost(event.time, event.time);
+        }
+        match span {
+            Some(span) => {
+                self.summary.spans += 1;
+                Ok(visitor.span(&span, &self.names))
+            }
+            None => Ok(ControlFlow::Continue(())),
+        }
+    }
+
+    fn origin_of(&mut self, process: &[u8]) -> Result<u32, TraceError> {
+        if self.origin.0 != process || self.origins.is_empty() {
+            let next = u32::try_from(self.origins.len()).ok().filter(|next| *next < MOST_ORIGINS);
+            let id = match self.origins.get(process) {
+                Some(id) => *id,
+                None => next.ok_or(TraceError::TooManyNames)?,
+            };
+            self.origins.insert(process.to_vec(), id);
+            self.origin = (process.to_vec(), id);
+        }
+        Ok(self.origin.1)
+    }
+
+    fn lose(&mut self, lost: Lost, visitor: &mut dyn Visitor) {
+        let now = self.summary.last.unwrap_or_default();
+        let (begin, end) = lost.gap.map_or((now, now), |gap| (gap.begin, gap.end));
+        visitor.lost(begin, end);
+        self.summary.losses += 1;
+        self.summary.lost_events = self.summary.lost_events.saturating_add(lost.events.unwrap_or(0));
+        match lost.gap {
+            Some(gap) => self.nesting.lose(gap, &mut self.summary),
+            None => self.nesting.lose_now(&mut self.summary),
+        }
+    }
+
+    /// Returns an error if the trace of LTTng that was read has no event of a generated package.
+    ///
+    /// # Errors
+    ///
+    /// It has none.
+    pub fn require_events(&self) -> Result<(), TraceError> {
+        match self.summary.events {
+            0 => Err(TraceError::NoEvents { foreign: self.summary.foreign }),
+            _ => Ok(()),
+        }
+    }
+
+    /// Returns the names so far.
+    pub fn names(&self) -> &Names {
+        &self.names
+    }
+
+    /// Returns the summary of all that was read since the last call. Spans that are open stay so.
+    pub fn take_summary(&mut self) -> Summary {
+        std::mem::take(&mut self.summary)
+    }
+
+    /// Ends the trace; returns the summary since the last [`Reader::take_summary`].
+    pub fn finish(&mut self) -> Summary {
+        self.nesting.finish(&mut self.summary);
+        self.take_summary()
+    }
+}
+
+fn malformed(line: &[u8], number: u64) -> TraceError {
+    let text = line.get(..line.len().min(200)).unwrap_or_default();
+    TraceError::Malformed { line: number, text: String::from_utf8_lossy(text).into_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Span;
+    use super::super::nesting::Gap;
+    use super::*;
+
+    #[derive(Default)]
+    struct Keys(Vec<(String, u64)>);
+
+    impl Visitor for Keys {
+        fn span(&mut self, span: &Span, names: &Names) -> ControlFlow<()> {
+            self.0.push((names.get(span.name).key.clone(), span.execution));
+            ControlFlow::Continue(())
+        }
+    }
+
+    /// Gives a text in parts, and announces discarded events before one of them.
+    struct Output<'a> {
+        parts: Vec<(&'a str, Option<Lost>)>,
+        lost: Vec<Lost>,
+    }
+
+    impl Read for Output<'_> {
+        fn read(&mut self, to: &mut [u8]) -> std::io::Result<usize> {
+            if self.parts.is_empty() {
+                return Ok(0);
+            }
+            let (text, lost) = self.parts.remove(0);
+            self.lost.extend(lost);
+            to[..text.len()].copy_from_slice(text.as_bytes());
+            Ok(text.len())
+        }
+    }
+
+    fn read(parts: Vec<(&str, Option<Lost>)>) -> Result<(Vec<(String, u64)>, Summary), TraceError> {
+        let (mut reader, mut keys) = (Reader::default(), Keys::default());
+        let mut lines = Lines::new(Output { parts, lost: Vec::new() });
+        reader.read_events(&mut lines, |it| &mut it.lost, &mut keys)?;
+        Ok((keys.0, reader.finish()))
+    }
+
+    fn line(time: u64, thread: u64, codel: &str, phase: u32, cpu: u64) -> String {
+        format!(
+            "[7.{time:09}] vm mauve_x:codel: {{ cpu_id = 0 }}, {{ vtid = {thread} }}, {{ instance = \"a\", codel = \"{codel}\", phase = {phase}, cpu_ns = {cpu} }}\n"
+        )
+    }
+
+    #[test]
+    fn threads_are_told_apart() {
+        let text = [
+            line(1, 1, "f", 0, 100),
+            line(2, 2, "g", 0, 500),
+            "[7.000000003] vm other:event: { cpu_id = 0 }, { vtid = 1 }, { }\n".to_owned(),
+            line(4, 1, "f", 1, 150),
+            line(5, 2, "g", 1, 501),
+        ];
+        let (found, summary) = read(vec![(&text.concat(), None)]).unwrap();
+        assert_eq!(found, [("f".to_owned(), 50), ("g".to_owned(), 1)]);
+        assert_eq!((summary.events, summary.foreign, summary.spans), (4, 1, 2));
+        assert_eq!((summary.first, summary.last), (Some(7_000_000_001), Some(7_000_000_005)));
+    }
+
+    #[test]
+    fn discarded_events_concern_the_lines_that_follow_them() {
+        let begin = [line(1, 1, "f", 0, 1), line(2, 1, "f", 1, 3), line(3, 1, "g", 0, 4)].concat();
+        let end = [line(90, 1, "g", 1, 90), line(91, 1, "f", 0, 91), line(92, 1, "f", 1, 93)].concat();
+        let at = |time: u64| 7_000_000_000 + time;
+        let lost = Lost { events: Some(5), gap: Some(Gap { begin: at(10), end: at(80) }) };
+        let (found, summary) = read(vec![(&begin, None), (&end, Some(lost))]).unwrap();
+        assert_eq!(found, [("f".to_owned(), 2), ("f".to_owned(), 2)]);
+        assert_eq!((summary.lost_events, summary.losses, summary.dropped), (5, 1, 1));
+        let unknown = Lost { events: None, gap: None };
+        let (found, summary) = read(vec![(&begin, None), (&end, Some(unknown))]).unwrap();
+        assert_eq!(found.len(), 2);
+        assert_eq!((summary.lost_events, summary.losses, summary.dropped), (0, 1, 1));
+    }
+
+    #[test]
+    fn a_session_without_threads_is_refused() {
+        let text = line(1, 1, "f", 0, 1).replace("{ vtid = 1 }, ", "");
+        assert!(matches!(read(vec![(&text, None)]), Err(TraceError::NoThread)));
+        let text = format!("{}nonsense\n", line(1, 1, "f", 0, 1));
+        assert!(matches!(read(vec![(&text, None)]), Err(TraceError::Malformed { line: 2, .. })));
+        assert!(matches!(Reader::default().require_events(), Err(TraceError::NoEvents { foreign: 0 })));
+    }
+
+    /// Prints how many events are read in a second: `cargo test --release -p mauve-pwcet -- --nocapture speed`.
+    #[test]
+    fn speed_of_the_parser() {
+        let count: u64 = if cfg!(debug_assertions) { 20_000 } else { 4_000_000 };
+        let text: String = (0..1000).map(|it| line(it, 17_726, "lib.work", (it % 2) as u32, it)).collect();
+        let parts = (0..count / 1000).map(|_| (text.as_str(), None)).collect();
+        let begin = std::time::Instant::now();
+        let (mut reader, mut visitor) = (Reader::default(), Ignore);
+        let mut lines = Lines::new(Output { parts, lost: Vec::new() });
+        reader.read_events(&mut lines, |it| &mut it.lost, &mut visitor).unwrap();
+        eprintln!("{:.0} events in a second", count as f64 / begin.elapsed().as_secs_f64());
+        assert_eq!(reader.finish().events, count);
+    }
+
+    struct Ignore;
+
+    impl Visitor for Ignore {
+        fn span(&mut self, _: &Span, _: &Names) -> ControlFlow<()> {
+            ControlFlow::Continue(())
+        }
+    }
+}
