@@ -15,7 +15,8 @@
 //! | `item_tree.rs`, `lower.rs` | the declarations of a file, without locations; incremental lowering |
 //! | `ranges.rs` | the ranges of the elements of a declaration |
 //! | `source.rs`, `lines.rs` | declarations, their data, and [`Location`]s; line numbers |
-//! | `project.rs`, `config.rs` | roots, includes, `mauve.toml` |
+//! | `project.rs` | roots, includes |
+//! | `config.rs`, `config/` | `mauve.toml`: its content, its keys, its reader |
 //! | `completeness.rs` | whether a list of items, or a program, is complete |
 //! | `names.rs`, `features.rs` | resolution of the names of declarations; the features of a shell |
 //! | `body.rs` | the bodies of a core: the units of inference |

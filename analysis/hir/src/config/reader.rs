@@ -1,0 +1,367 @@
+//! Reads a `mauve.toml`.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use mauve_timing::{Level, Rounding, Time};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::keys::{self, Entries, Key, Kind, REQUIRED_OF_OTHER, SECTIONS, SEVERITIES, Section};
+use super::{
+    Acceptance, Chain, Config, DeploymentConfig, DeploymentTables, ExpectedValue, ExternalType, Mistake,
+    MistakeKind, OtherConfig, toml_key,
+};
+use crate::completeness::Completeness;
+use crate::item_tree::Name;
+
+/// Reads a `mauve.toml`. An error does not affect the other keys.
+pub(crate) fn read(text: &str) -> Config {
+    let mut config = Config::default();
+    let mut reader = Reader { text, errors: Vec::new(), completeness: Completeness::Complete };
+    match DeTable::parse(text) {
+        Ok(document) => reader.document(&mut config, document.get_ref()),
+        Err(error) => {
+            let at = error.span().unwrap_or(0..text.len().min(1));
+            reader.incomplete(MistakeKind::NotToml(error.message().to_owned()), at);
+        }
+    }
+    Config { errors: reader.errors, completeness: reader.completeness, ..config }
+}
+
+struct Reader<'t> {
+    text: &'t str,
+    errors: Vec<Mistake>,
+    completeness: Completeness,
+}
+
+type TomlKey<'a> = Spanned<std::borrow::Cow<'a, str>>;
+type Value<'a> = Spanned<DeValue<'a>>;
+
+impl Reader<'_> {
+    /// Reports an error in a value that no response time depends on. A value over several lines may contain other keys.
+    fn error(&mut self, kind: MistakeKind, at: Range<usize>) {
+        self.completeness &= Completeness::of(!self.spans_lines(&at));
+        self.errors.push(Mistake { kind, span: at, near: None });
+    }
+
+    fn spans_lines(&self, at: &Range<usize>) -> bool {
+        self.text.get(at.clone()).is_some_and(|text| text.contains('\n'))
+    }
+
+    /// Returns the range of a string over several lines in a value.
+    fn multiline_string(&self, value: &Value<'_>) -> Option<Range<usize>> {
+        match value.get_ref() {
+            DeValue::String(_) => Some(value.span()).filter(|span| self.spans_lines(span)),
+            DeValue::Array(values) => values.iter().find_map(|value| self.multiline_string(value)),
+            DeValue::Table(table) => table.iter().find_map(|(_, value)| self.multiline_string(value)),
+            _ => None,
+        }
+    }
+
+    /// Reports an error that may hide a value that increases response times.
+    fn incomplete(&mut self, kind: MistakeKind, at: Range<usize>) {
+        self.completeness = Completeness::Incomplete;
+        self.error(kind, at);
+    }
+
+    /// Reports an invalid value of a key that response times may depend on.
+    fn wrong_value(&mut self, key: &TomlKey<'_>, value: &Value<'_>, expected: ExpectedValue) {
+        self.incomplete(MistakeKind::WrongValue { key: key.get_ref().to_string(), expected }, value.span());
+    }
+
+    /// Reports an unknown key or section, not in `expected`.
+    fn unknown(&mut self, key: &TomlKey<'_>, known: impl Iterator<Item = &'static str>, kind: MistakeKind) {
+        let near = mauve_syntax::similar(key.get_ref(), known).map(Name::from);
+        self.errors.push(Mistake { kind, span: key.span(), near });
+        self.completeness = Completeness::Incomplete;
+    }
+
+    fn document(&mut self, config: &mut Config, document: &DeTable<'_>) {
+        for (key, value) in document {
+            let name = key.get_ref();
+            match (value.get_ref().as_table(), keys::section_named(name)) {
+                (None, _) => self.incomplete(MistakeKind::OutsideSections(name.to_string()), key.span()),
+                (_, None) => {
+                    let known = || SECTIONS.iter().map(|section| section.name);
+                    let (section, expected) = (name.to_string(), known().collect());
+                    self.unknown(key, known(), MistakeKind::UnknownSection { section, expected });
+                }
+                (Some(values), Some(section)) => {
+                    for (key, value) in values {
+                        self.entry(config, section, key, value);
+                    }
+                }
+            }
+        }
+        self.cpus_of_others(config);
+    }
+
+    fn entry(&mut self, config: &mut Config, section: &Section, key: &TomlKey<'_>, value: &Value<'_>) {
+        if let Some(at) = self.multiline_string(value) {
+            return self.incomplete(MistakeKind::SeveralLines(key.get_ref().to_string()), at);
+        }
+        match &section.entries {
+            Entries::Keys(keys) => self.key(config, section.name, keys, key, value),
+            Entries::Types(keys) => self.ty(config, keys, key, value),
+            Entries::Deployments(keys) => self.deployment(config, keys, key, value),
+            Entries::Chains => self.chain(config, key, value),
+            Entries::Lints => self.lint(config, key, value),
+        }
+    }
+
+    /// Reads the value of a key of `section`, which has `keys`.
+    fn key<T>(&mut self, into: &mut T, section: &str, keys: &[Key<T>], key: &TomlKey<'_>, value: &Value<'_>) {
+        let name = key.get_ref();
+        let Some(found) = keys.iter().find(|key| key.name == name) else {
+            let known = || keys.iter().map(|key| key.name);
+            let (section, expected) = (section.to_owned(), known().collect());
+            let kind = MistakeKind::UnknownKey { key: name.to_string(), section, expected };
+            return self.unknown(key, known(), kind);
+        };
+        if let Kind::Others(field, keys, _) = &found.kind {
+            return self.others(field(into), &format!("{section}.{name}"), keys, (key, value));
+        }
+        if let Kind::DeploymentTables(field, keys, _) = &found.kind {
+            return self.deployment_tables(field(into), &format!("{section}.{name}"), keys, (key, value));
+        }
+        if let Err(expected) = found.kind.read(into, value) {
+            // No response time depends on a string in a wrong format, nor on a missing root.
+            self.completeness &= Completeness::of(match found.kind {
+                Kind::Models(_) => true,
+                Kind::Text { .. } => value.get_ref().is_str(),
+                _ => false,
+            });
+            self.error(MistakeKind::WrongValue { key: name.to_string(), expected }, value.span());
+        }
+    }
+
+    /// `[[platform.other]]`: every error leaves an unknown interference.
+    fn others(
+        &mut self,
+        into: &mut Vec<OtherConfig>,
+        section: &str,
+        keys: &[Key<OtherConfig>],
+        (key, value): (&TomlKey<'_>, &Value<'_>),
+    ) {
+        let Some(entries) = value.get_ref().as_array() else {
+            return self.wrong_value(key, value, ExpectedValue::Tables);
+        };
+        for entry in entries.iter() {
+            let Some(values) = entry.get_ref().as_table() else {
+                self.wrong_value(key, entry, ExpectedValue::Tables);
+                continue;
+            };
+            let mut other = OtherConfig::default();
+            let errors = self.errors.len();
+            for (key, value) in values {
+                self.key(&mut other, section, keys, key, value);
+            }
+            // An unknown key may be a misspelt one.
+            if self.errors.len() == errors
+                && let Some(missing) = REQUIRED_OF_OTHER.into_iter().find(|&name| !values.contains_key(name))
+            {
+                let at = values.iter().next().map_or(entry.span(), |(key, _)| key.span());
+                self.errors.push(Mistake {
+                    kind: MistakeKind::MissingKey { key: missing, header: format!("[[{section}]]") },
+                    span: at,
+                    near: None,
+                });
+            }
+            if let Some((name, at)) = other.name.as_ref().zip(values.get("name"))
+                && into.iter().any(|known| known.name.as_ref() == Some(name))
+            {
+                let (name, section) = (name.clone(), section.to_owned());
+                self.error(MistakeKind::RepeatedName { name, section }, at.span());
+            }
+            self.completeness &= Completeness::of(self.errors.len() == errors);
+            into.push(other);
+        }
+    }
+
+    /// `[timing.deployment.Sea]`: every error leaves the tables of a deployment unknown.
+    fn deployment_tables(
+        &mut self,
+        into: &mut BTreeMap<String, DeploymentTables>,
+        section: &str,
+        keys: &[Key<DeploymentTables>],
+        (key, value): (&TomlKey<'_>, &Value<'_>),
+    ) {
+        let Some(deployments) = value.get_ref().as_table() else {
+            return self.wrong_value(key, value, ExpectedValue::DeploymentTables);
+        };
+        for (name, value) in deployments {
+            let section = format!("{section}.{}", toml_key(name.get_ref()));
+            let Some(values) = value.get_ref().as_table() else {
+                self.wrong_value(name, value, ExpectedValue::DeploymentTables);
+                continue;
+            };
+            let mut found = DeploymentTables { span: name.span(), ..DeploymentTables::default() };
+            let errors = self.errors.len();
+            for (key, value) in values {
+                self.key(&mut found, &section, keys, key, value);
+            }
+            // An unknown key may be a misspelt one.
+            if self.errors.len() == errors && !values.contains_key("tables") {
+                let header = format!("[{section}]");
+                self.incomplete(MistakeKind::MissingKey { key: "tables", header }, name.span());
+            }
+            into.insert(name.get_ref().to_string(), found);
+        }
+    }
+
+    /// Reports CPUs of `[[platform.other]]` that `[platform] cpus` does not have.
+    fn cpus_of_others(&mut self, config: &Config) {
+        let Some(cpus @ ..64) = config.cpus else { return };
+        for (named, span) in config.others.iter().filter_map(|other| other.cpus.clone()) {
+            if named >> cpus != 0 {
+                self.incomplete(MistakeKind::NoSuchCpu { named, cpus }, span);
+            }
+        }
+    }
+
+    /// `scan-to-wheels = ["hokuyo.scan", "guidance.command"]`
+    fn chain(&mut self, config: &mut Config, key: &TomlKey<'_>, value: &Value<'_>) {
+        let name = key.get_ref();
+        let is_end = |(end, _): &(String, Range<usize>)| {
+            let mut names = end.split('.');
+            names.by_ref().take(2).all(|name| !name.is_empty()) && end.contains('.') && names.next().is_none()
+        };
+        // `tables = ["t.toml"]` has the form of a chain.
+        let may_be_chain = value.get_ref().is_array() && keys::list_keys().all(|key| key != name);
+        let ends = strings(value).filter(|ends| may_be_chain && ends.iter().all(is_end));
+        match ends {
+            Some(ends) => config.chains.push(Chain { name: name.to_string(), span: key.span(), ends }),
+            None => self.wrong_value(key, value, ExpectedValue::Ports),
+        }
+    }
+
+    /// `ArRobotPtr = { cpp = "ArRobot*", header = "Aria.h" }`
+    fn ty(&mut self, config: &mut Config, keys: &[Key<ExternalType>], key: &TomlKey<'_>, value: &Value<'_>) {
+        let name = key.get_ref();
+        let Some(entries) = value.get_ref().as_table() else {
+            return self.wrong_value(key, value, ExpectedValue::TypeSection);
+        };
+        let ty = config.types.entry(name.as_ref().into()).or_default();
+        for (key, value) in entries {
+            self.key(ty, &format!("types.{}", toml_key(name)), keys, key, value);
+        }
+    }
+
+    /// `Sea.accept = { planner = "measured by hand" }`
+    fn deployment(
+        &mut self,
+        config: &mut Config,
+        keys: &[Key<DeploymentConfig>],
+        key: &TomlKey<'_>,
+        value: &Value<'_>,
+    ) {
+        let name = key.get_ref();
+        let Some(entries) = value.get_ref().as_table() else {
+            return self.wrong_value(key, value, ExpectedValue::DeploymentSection);
+        };
+        let deployment = config.deployments.entry(name.to_string()).or_default();
+        deployment.span = key.span();
+        for (key, value) in entries {
+            self.key(deployment, &format!("deployment.{}", toml_key(name)), keys, key, value);
+        }
+    }
+
+    /// `lost-write = "warn"`
+    fn lint(&mut self, config: &mut Config, key: &TomlKey<'_>, value: &Value<'_>) {
+        let name = key.get_ref();
+        let severity = value.get_ref().as_str().and_then(|text| SEVERITIES.iter().find(|it| it.0 == text));
+        let Some((_, severity)) = severity else {
+            return self.wrong_value(key, value, ExpectedValue::Severity);
+        };
+        config.lints.insert(name.to_string(), (*severity, key.span()));
+    }
+}
+
+impl<T> Kind<T> {
+    /// Stores a value, or returns the valid values.
+    fn read(&self, into: &mut T, value: &Value<'_>) -> Result<(), ExpectedValue> {
+        let found = value.get_ref();
+        let text = found.as_str();
+        match self {
+            Kind::Models(field) => field(into).extend(strings(value).ok_or(ExpectedValue::Paths)?),
+            Kind::Tables(field) => field(into).extend(strings(value).ok_or(ExpectedValue::PathPatterns)?),
+            Kind::Instances(field) => field(into).extend(strings(value).ok_or(ExpectedValue::Instances)?),
+            Kind::Reasons(field) => {
+                let reasons = found.as_table().ok_or(ExpectedValue::Reasons)?;
+                for (instance, reason) in reasons {
+                    let text = reason.get_ref().as_str().map(str::trim).filter(|text| !text.is_empty());
+                    field(into).push(Acceptance {
+                        instance: instance.get_ref().to_string(),
+                        span: instance.span(),
+                        reason: text.ok_or(ExpectedValue::Reasons)?.to_owned(),
+                    });
+                }
+            }
+            Kind::Level(store) => {
+                let level = number(found).and_then(Level::from_f64);
+                store(into, level.ok_or(ExpectedValue::Level)?, value.span());
+            }
+            Kind::Time(field) => {
+                let text = text.ok_or(ExpectedValue::Time(None))?;
+                let time = Time::parse_with_unit(text, Rounding::Up);
+                *field(into) = Some(time.map_err(|error| ExpectedValue::Time(Some(error)))?);
+            }
+            Kind::Period(field) => {
+                let text = text.ok_or(ExpectedValue::Period(None))?;
+                let time = Time::parse_with_unit(text, Rounding::Exact);
+                let time = time.map_err(|error| ExpectedValue::Period(Some(error)))?;
+                *field(into) = Some(time).filter(|time| *time > Time::ZERO);
+                field(into).ok_or(ExpectedValue::Period(None))?;
+            }
+            Kind::Cpus(field) => {
+                let cpus = cpus(found).ok_or(ExpectedValue::Cpus)?;
+                *field(into) = Some((cpus, value.span()));
+            }
+            // The reader reports the errors in these one by one.
+            Kind::Others(..) => return Err(ExpectedValue::Tables),
+            Kind::DeploymentTables(..) => return Err(ExpectedValue::DeploymentTables),
+            Kind::Integer(from, to, field) => {
+                let number = integer(found).filter(|it| (from..=to).contains(&it));
+                *field(into) = Some(number.ok_or(ExpectedValue::Integer(*from, *to))?);
+            }
+            Kind::Boolean(field) => *field(into) = Some(found.as_bool().ok_or(ExpectedValue::Boolean)?),
+            Kind::Folder(field) => {
+                *field(into) = Some((text.ok_or(ExpectedValue::Folder)?.to_owned(), value.span()));
+            }
+            Kind::Text { store, expected, .. } => {
+                store(into, text.ok_or(ExpectedValue::Text)?).ok_or(*expected)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Returns the strings of a string or a list of strings, with their ranges.
+fn strings(value: &Value<'_>) -> Option<Vec<(String, Range<usize>)>> {
+    let one = |value: &Value<'_>| Some((value.get_ref().as_str()?.to_owned(), value.span()));
+    match value.get_ref() {
+        DeValue::Array(values) => values.iter().map(one).collect(),
+        _ => Some(vec![one(value)?]),
+    }
+}
+
+/// Returns the CPUs in a list of numbers from 1 to 64, a bit each; `None` for an empty list.
+fn cpus(value: &DeValue<'_>) -> Option<u64> {
+    let bit = |number: u32| (1..=64).contains(&number).then(|| 1 << (number - 1));
+    let numbers = value.as_array().filter(|numbers| !numbers.is_empty())?;
+    numbers.iter().try_fold(0, |all, number| Some(all | bit(integer(number.get_ref())?)?))
+}
+
+fn integer(value: &DeValue<'_>) -> Option<u32> {
+    value.as_integer().and_then(|it| u32::from_str_radix(it.as_str(), it.radix()).ok())
+}
+
+fn number(value: &DeValue<'_>) -> Option<f64> {
+    let text = match value {
+        DeValue::Float(number) => number.as_str(),
+        DeValue::Integer(number) => number.as_str(),
+        _ => return None,
+    };
+    text.replace('_', "").parse().ok()
+}
