@@ -24,7 +24,6 @@ use mauve_hir::{
     Workspace, all_roots, behaviour_of, config_file, config_of, core_of, features_of, is_core_for, names_of,
     normalised, owner_of_tables, shell_of, similar, uses_of,
 };
-use unknown_keys::UnknownKey;
 
 /// Reads a table.
 #[salsa::tracked(returns(ref))]
@@ -323,6 +322,39 @@ fn unclear_section<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> Option<T
     let mut sections = config_of(db, project.workspace(db)).deployment_tables.keys();
     let unknown = sections.find(|name| owner(name) == OwnerOfTables::Missing)?;
     Some(TableFault::UnknownDeployment(unknown.clone()))
+}
+
+/// An entry whose key names nothing.
+pub(crate) struct UnknownKey<'db> {
+    pub(crate) entry: &'db Entry,
+    /// The key of the codel or the component: of `Component/update` under `[program]`, `Component`.
+    pub(crate) key: String,
+    pub(crate) section: TableSection,
+    pub(crate) file: File,
+    /// Whether the component is known and only its program is not, which is reported already.
+    pub(crate) is_reported: bool,
+}
+
+impl<'db> UnknownKey<'db> {
+    fn kind(&self) -> Kind {
+        if self.section == TableSection::Codel { Kind::Codel } else { Kind::Component }
+    }
+
+    fn at(&self) -> Location<'db> {
+        Location::Range(self.file, self.entry.key_span.start as u32, self.entry.key_span.end as u32)
+    }
+
+    fn library(&self) -> Option<Name> {
+        self.key.rsplit_once('.').map(|(library, _)| library.into())
+    }
+
+    fn last(&self) -> &str {
+        self.key.rsplit('.').next().unwrap_or(&self.key)
+    }
+
+    fn stray(&self) -> StrayEntry {
+        StrayEntry { key: self.entry.key.clone(), table: self.file }
+    }
 }
 
 pub(crate) struct TimetableBuilder<'db> {

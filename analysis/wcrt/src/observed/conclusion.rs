@@ -7,12 +7,87 @@ use mauve_pwcet::trace::{NameId, Names, SpanKind};
 
 use super::{
     Cause, Expected, ExpectedInstance, Finding, FindingKind, Greatest, IMPROBABLE, Instance, Interferer,
-    ObservedInstance, ObservedTime, Recent, Role, Series, Worst, cause_of,
+    Observed, ObservedInstance, ObservedTime, Observer, Recent, Role, Series, Worst, cause_of,
 };
 use crate::system::Priority;
 
+impl Observer {
+    /// Returns what was observed. `names` are those of the recording.
+    pub fn finish(mut self, names: &Names) -> Observed {
+        let mut observed = Observed { has_releases: self.has_releases, ..Observed::default() };
+        let all: Vec<(NameId, Series)> = names
+            .ids()
+            .zip(std::mem::take(&mut self.series))
+            .filter_map(|(id, series)| Some((id, series?)))
+            .collect();
+        for (id, series) in &all {
+            let name = names.get(*id);
+            observed.has_instances |= !name.instance.is_empty();
+            observed.has_programs |= name.kind == SpanKind::Program;
+            observed.has_periods |= name.kind == SpanKind::Period;
+            if let Some(instance) = series.instance.and_then(|index| self.instances.get_mut(index)) {
+                instance.observed.is_observed = true;
+            }
+        }
+        let by_key = times(&self.expected, names, &all);
+        let recent = std::mem::take(&mut self.recent);
+        for (index, instance) in std::mem::take(&mut self.instances).into_iter().enumerate() {
+            if let Some(expected) = self.expected.instances.get(index) {
+                let own = all.iter().filter(|(_, series)| series.instance == Some(index));
+                let own: Vec<(&str, &Series)> =
+                    own.map(|(id, series)| (names.get(*id).key.as_str(), series)).collect();
+                let mut context = Finish {
+                    index,
+                    all: &self.expected,
+                    expected,
+                    recent: &recent,
+                    has_instances: observed.has_instances,
+                    findings: &mut observed.findings,
+                };
+                let found = context.instance(instance, &own);
+                observed.has_scheduling |= !found.priorities.is_empty();
+                observed.has_cpus |= !found.cpus.is_empty();
+                observed.instances.push(found);
+            }
+        }
+        let unknown = all.iter().filter(|(_, series)| series.instance.is_none());
+        let mut strangers: BTreeMap<&str, (u64, Option<u64>)> = BTreeMap::new();
+        for (id, series) in unknown {
+            let name = names.get(*id);
+            if !name.instance.is_empty() {
+                let (count, first) = strangers.entry(&name.instance).or_default();
+                *count += series.executions;
+                *first = first.map_or(series.first, |first| Some(first.min(series.first.unwrap_or(first))));
+            } else if let Role::UnknownCodel { is_known } = series.role {
+                let kind = FindingKind::UnknownCodel { key: name.key.clone(), is_known };
+                let (at, count) = (series.first, series.executions);
+                observed.findings.push(Finding { instance: None, kind, at, count });
+            }
+        }
+        for (instance, (count, at)) in strangers {
+            let kind = FindingKind::UnknownInstance { instance: instance.to_owned() };
+            observed.findings.push(Finding { instance: None, kind, at, count });
+        }
+        for it in &by_key {
+            let Some(worst) = it.worst.filter(|worst| worst.probability < IMPROBABLE) else { continue };
+            let kind = FindingKind::ExecutionTime {
+                key: it.key.clone(),
+                time: worst.time,
+                level: worst.level,
+                executions: it.executions,
+                expected: it.executions as f64 * worst.level,
+                greatest: it.greatest.map_or(0, |greatest| greatest.time),
+            };
+            let at = it.greatest.and_then(|greatest| greatest.at);
+            observed.findings.push(Finding { instance: None, kind, at, count: worst.exceeded });
+        }
+        observed.times = by_key;
+        observed
+    }
+}
+
 /// Returns what was observed of codels and of programs with times of their own.
-pub(super) fn times(expected: &Expected, names: &Names, all: &[(NameId, Series)]) -> Vec<ObservedTime> {
+fn times(expected: &Expected, names: &Names, all: &[(NameId, Series)]) -> Vec<ObservedTime> {
     let new = |key: &str, is_program, time| ObservedTime {
         key: key.to_owned(),
         is_program,
@@ -66,7 +141,7 @@ pub(super) fn times(expected: &Expected, names: &Names, all: &[(NameId, Series)]
 }
 
 /// The findings about one instance.
-pub(super) struct Finish<'a> {
+struct Finish<'a> {
     pub(super) index: usize,
     pub(super) all: &'a Expected,
     pub(super) expected: &'a ExpectedInstance,

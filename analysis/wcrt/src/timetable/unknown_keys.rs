@@ -20,16 +20,13 @@
 
 use std::collections::BTreeMap;
 
-use mauve_timing::Entry;
 use mauve_timing::table_keys::{OVERHEAD, kind_of};
 
-use super::{TimetableBuilder, may_replace};
+use super::{TimetableBuilder, UnknownKey, may_replace};
 use crate::fact::{TableSection, TimingFactKind};
 use crate::reason::{StrayEntry, TableFault, Timed, UnusableTime, WrongProgram};
 use mauve_hir::item_tree::{Kind, Name};
-use mauve_hir::{
-    Decl, File, Location, ProgramId, ProgramKey, declarations, names_of, project_files, similar,
-};
+use mauve_hir::{Decl, Location, ProgramId, ProgramKey, declarations, names_of, project_files, similar};
 use mauve_syntax::is_within;
 
 /// A misspelt key has at most so many letters more, less, changed or swapped.
@@ -37,39 +34,6 @@ const MOST_CHANGES: usize = 2;
 
 /// With more unknown keys, the tables are of another project: everything is in question.
 const MOST_UNKNOWN: usize = 256;
-
-/// An entry whose key names nothing.
-pub(crate) struct UnknownKey<'db> {
-    pub(crate) entry: &'db Entry,
-    /// The key of the codel or the component: of `Component/update` under `[program]`, `Component`.
-    pub(crate) key: String,
-    pub(crate) section: TableSection,
-    pub(crate) file: File,
-    /// Whether the component is known and only its program is not, which is reported already.
-    pub(crate) is_reported: bool,
-}
-
-impl<'db> UnknownKey<'db> {
-    fn kind(&self) -> Kind {
-        if self.section == TableSection::Codel { Kind::Codel } else { Kind::Component }
-    }
-
-    fn at(&self) -> Location<'db> {
-        Location::Range(self.file, self.entry.key_span.start as u32, self.entry.key_span.end as u32)
-    }
-
-    fn library(&self) -> Option<Name> {
-        self.key.rsplit_once('.').map(|(library, _)| library.into())
-    }
-
-    fn last(&self) -> &str {
-        self.key.rsplit('.').next().unwrap_or(&self.key)
-    }
-
-    fn stray(&self) -> StrayEntry {
-        StrayEntry { key: self.entry.key.clone(), table: self.file }
-    }
-}
 
 impl<'db> TimetableBuilder<'db> {
     /// Puts in question what the unknown keys may be for, and reports them. All tables are read.
