@@ -6,11 +6,9 @@
 
 use std::ops::Range;
 
-use mauve_hir::{File, ModelDb, is_model, line_of};
-use mauve_syntax::TextSize;
-use rustc_hash::FxHashMap;
+use mauve_hir::line_of;
 
-use crate::{Code, code_named};
+use super::*;
 
 /// The codes that no comment suppresses: behind such an error, a whole deployment may be unknown.
 pub(crate) const NEVER_SUPPRESSED: [&str; 3] = ["invalid-table", "syntax-error", "unreadable-file"];

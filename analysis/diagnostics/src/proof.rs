@@ -1,14 +1,13 @@
 //! Deadlines without a proof: under which code each is reported, and which of them the user accepts.
 
-use mauve_hir::item_tree::Name;
-use mauve_hir::{Decl, ModelDb, Project, accepted};
+use mauve_hir::accepted;
 use mauve_timing::Status;
-use mauve_wcrt::{ActivityReport, Missed, Reason, Timed, TimingFact, TimingFactKind, UnusableTime, Verdict};
+use mauve_wcrt::{ActivityReport, Missed, Reason, Timed, TimingFactKind, UnusableTime, Verdict};
 
+use super::*;
 use crate::deadline_missed::DEADLINE_MISSED;
 use crate::missing_time::MISSING_TIME;
 use crate::not_analysed::NOT_ANALYSED;
-use crate::{Code, Severity, severity_set};
 
 /// Returns the code that reports why the deadline of an activity is not proved; `None` if it is proved, or there is none.
 ///
@@ -40,7 +39,7 @@ pub fn is_missing_proof(code: &Code) -> bool {
 
 /// Returns whether `[lints]` sets a severity below an error for this code. The severity that a code has without an entry does
 /// not count: a missing proof fails `mauve check` unless the user says otherwise.
-pub fn is_lowered(config: &mauve_hir::Config, code: &Code) -> bool {
+pub fn is_lowered(config: &Config, code: &Code) -> bool {
     severity_set(config, code).is_some_and(|severity| severity != Some(Severity::Error))
 }
 
