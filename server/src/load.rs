@@ -20,13 +20,11 @@ use salsa::{Durability, Setter};
 
 use crate::disk::{self, Boundary, LONGEST, is_hidden, text_of};
 use packages::Places;
+use walk::LONGEST_TOGETHER;
 use walk::Text;
 use walk::Walks;
 pub(crate) use walk::{Left, Walk, Walked};
 use watch_set::WatchSet;
-
-/// The maximum size of all files of the workspaces together, in bytes; further files are not read.
-const LONGEST_TOGETHER: u64 = 2 * LONGEST;
 
 /// Sets the inputs of a workspace that have changed, since setting an input cancels all queries.
 macro_rules! set_changed {

@@ -10,7 +10,7 @@
 //! |---|---|
 //! | `frame.rs` | messages on a byte stream |
 //! | `transport.rs` | order, panics, the ways in which a session ends |
-//! | `backend.rs` | the methods: each an event for the main loop |
+//! | `backend.rs`, `event.rs` | the methods: each an event for the main loop |
 //! | `answering.rs` | which text a request is about |
 //! | `main_loop.rs` | one thread, one database; edits in, snapshots out |
 //! | `main_loop/restart.rs` | the same with an empty database: a reload, and after a panic |
@@ -18,8 +18,13 @@
 //! | `documents.rs`, `rope.rs`, `position.rs` | the client's texts, and its positions in them |
 //! | `snapshot.rs` | what a worker reads, and how its jobs end |
 //! | `handlers/` | a file for each method that is answered |
+//! | `capabilities.rs`, `commands.rs` | what the client can do, and the commands of client and server |
+//! | `server_capabilities.rs` | what the server can do |
+//! | `to_proto.rs`, `diagnostics.rs` | results in the types of the protocol |
 //! | `generate.rs` | what generating Orocos packages would do to the client's files |
-//! | `check.rs`, `publisher.rs`, `progress.rs` | what is published after a change, and that it takes long |
+//! | `check.rs`, `items.rs`, `publisher.rs` | what is published after a change |
+//! | `progress.rs` | that a check takes long |
+//! | `outbox.rs`, `outgoing.rs` | messages that wait: those of the server, and all until they are written |
 //! | `pulls.rs` | what a client was given that asks instead |
 //! | `pages.rs` | the pages of the diagnostics as files, for the links behind their codes |
 //! | `settings.rs` | what a user can set in his editor |
@@ -42,7 +47,6 @@ pub(crate) mod frame;
 mod generate;
 mod handlers;
 mod items;
-mod legend;
 mod main_loop;
 pub(crate) mod mirror;
 mod outbox;
@@ -74,6 +78,7 @@ use tower_lsp::LspService;
 use backend::Backend;
 use frame::{Frame, Frames};
 use main_loop::MainLoop;
+pub(crate) use main_loop::Options;
 use mirror::{Mirror, Side};
 use outbox::{Outbox, Refresh};
 use outgoing::{Backlog, Outgoing};
@@ -90,20 +95,8 @@ const WORKERS: usize = 16;
 /// So many answers are made JSON at once, beside the thread that takes the client's messages: some have 100 MB.
 const WRITERS: usize = 2;
 
-/// A client that does not answer a question for so long is not waited for.
-const PATIENCE: Duration = Duration::from_secs(30);
-
 /// How long to wait until the client has read the last messages.
 const FAREWELL: Duration = Duration::from_secs(1);
-
-/// What a server may do.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Options {
-    /// Whether projects may read files that are none of theirs.
-    pub(crate) allows_outside: bool,
-    /// Whether `mauve/status` has the numbers of executed queries.
-    pub(crate) counts_queries: bool,
-}
 
 /// Serves one client on these streams until it is done; gives the exit code, see [`transport::serve`].
 pub(crate) fn run(

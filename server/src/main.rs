@@ -3,7 +3,7 @@
 //! Results go to standard output, messages to standard error. Exit codes: 0 fine; 1 findings (an error in a model, a
 //! deadline that is not proved, a file to be formatted); 2 usage, a path that cannot be read, or a result that cannot be written.
 //!
-//! Each command is a file in `cli/` with a function from its arguments to an [`Output`]; results are printed here alone. `load.rs` reads models from the disk for all of them,
+//! Each command is a file in `cli/` with a function from its arguments to an [`output::Output`]; results are printed here alone, messages in `output.rs`. `load.rs` reads models from the disk for all of them,
 //! `generate.rs` writes what is generated; `cli/editor.rs` writes the files of editors. Projects may be a stranger's: `disk.rs` says what of the disk is read, `folder.rs`
 //! goes from folder to folder without following links, `harmless.rs` makes visible what a terminal would obey.
 

@@ -11,16 +11,16 @@ mod helix;
 mod home;
 mod installation;
 mod nvim;
+mod options;
 mod vscode;
 mod zed;
 
-use std::path::PathBuf;
-
-use clap::{Subcommand, ValueEnum};
+use clap::{Subcommand, ValueEnum as _};
 
 use crate::output::Output;
 use home::Home;
 use installation::Installation;
+use options::{Name, Options};
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Editor {
@@ -41,38 +41,6 @@ enum Command {
     /// Exit codes: 0 removed, or not installed; 1 a file that you edited was kept; 2 a path that cannot be read or written, or
     /// an editor that cannot be started.
     Uninstall(Options),
-}
-
-#[derive(Debug, clap::Args)]
-struct Options {
-    /// The editor.
-    editor: Name,
-    /// Change nothing: print the changes.
-    #[arg(long)]
-    dry_run: bool,
-    /// Also overwrite or remove files that were edited.
-    #[arg(long)]
-    force: bool,
-    /// The package to install in VS Code; by default the package that is installed beside mauve.
-    #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
-    vsix: Option<PathBuf>,
-    /// The command of VS Code, such as code, codium or code-server; by default the first of these on PATH.
-    #[arg(long, value_name = "PROGRAM", value_hint = clap::ValueHint::CommandName)]
-    program: Option<PathBuf>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Name {
-    /// VS Code 1.91 or later, VSCodium and code-server.
-    Vscode,
-    /// Neovim 0.10 or later.
-    Nvim,
-    /// Helix 25.01 or later.
-    Helix,
-    /// Emacs 29 or later.
-    Emacs,
-    /// Zed.
-    Zed,
 }
 
 impl Editor {

@@ -3,6 +3,7 @@
 mod budgets;
 mod date;
 mod document;
+mod estimates;
 mod report;
 mod table;
 mod write;
@@ -10,13 +11,13 @@ mod write;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use mauve_diagnostics::{measurement_refusal, measurement_warning};
 use mauve_hir::CONFIG_FILE;
 use mauve_pwcet::samples::Samples;
 use mauve_pwcet::{Measurement, Options, TailModel, measure, rounded_up};
 use mauve_timing::{Level, MOST_LEVELS, Table, Time};
 
 use self::budgets::{Budgets, budgets};
+use self::estimates::{Estimates, Measured};
 use super::own_output::check_own;
 use super::sample_file::unreadable_samples;
 use super::trace::recording_warnings;
@@ -78,59 +79,6 @@ enum Format {
     Table,
     /// One document with all estimates, tests and warnings.
     Json,
-}
-
-/// The estimates of all codels, with what they are compared with.
-struct Estimates {
-    options: Options,
-    levels: Vec<Level>,
-    measurements: Vec<Measured>,
-    /// The level of the budgets, and their project; none without a project.
-    budgets: Option<Budgets>,
-    /// What the recordings lack, in words.
-    recording: Vec<String>,
-}
-
-/// A codel or a program.
-struct Measured {
-    measurement: Measurement,
-    /// The time of each level, rounded up to four digits; none if no instance has an estimate.
-    times: Option<Vec<Time>>,
-    /// The greatest time with which all deadlines are met.
-    budget: Option<Time>,
-}
-
-impl Measured {
-    /// Returns what is wrong with the measurement, in words; the instance is named if there are several.
-    fn remarks(&self) -> Vec<String> {
-        let several = self.measurement.instances.len() > 1;
-        let mut remarks = Vec::new();
-        for instance in &self.measurement.instances {
-            let of = if several { format!("in `{}`, ", instance.instance) } else { String::new() };
-            match &instance.result {
-                Ok(estimate) => {
-                    let warnings = estimate.warnings.iter().map(measurement_warning);
-                    remarks.extend(warnings.map(|warning| format!("{of}{warning}")));
-                }
-                Err(refusal) => {
-                    let withheld = self.measurement.withheld_by() == Some(instance);
-                    let then = match () {
-                        () if withheld => ": the codel has no time, since its time there is unknown",
-                        () if self.times.is_some() => ": it is taken to be no slower there than elsewhere",
-                        () => "",
-                    };
-                    remarks.push(format!("{of}{}{then}", measurement_refusal(refusal)));
-                }
-            }
-        }
-        remarks
-    }
-
-    /// Whether its time at the level of the budgets is longer than its budget.
-    fn is_over_budget(&self, level: Option<usize>) -> bool {
-        let time = self.times.as_ref().zip(level).and_then(|(times, level)| times.get(level));
-        time.zip(self.budget).is_some_and(|(time, budget)| *time > budget)
-    }
 }
 
 impl Pwcet {

@@ -2,6 +2,7 @@
 //! with the simulated response times beside their bounds; or the schedule behind one of the bounds.
 
 mod document;
+mod simulation;
 mod trace_events;
 
 use std::fmt::Write as _;
@@ -11,13 +12,13 @@ use mauve_diagnostics::{errors_of, errors_of_text, reasons_of, time_error_messag
 use mauve_hir::{Database, Decl, Project};
 use mauve_ide::{Drawing, WorstOf, draw_schedule, no_worst_case};
 use mauve_timing::{
-    LeftOut, Level, Method, NoWorstCase, Rounding, Schedule, SimulationOptions, Statistics, Time, Unit,
+    LeftOut, Level, Method, NoWorstCase, Rounding, SimulationOptions, Statistics, Time, Unit,
 };
 use mauve_wcrt::{
-    ActivityReport, Query, Report, Simulated, response_times, response_times_of, simulated, simulated_of,
-    system_of,
+    Query, Report, Simulated, response_times, response_times_of, simulated, simulated_of, system_of,
 };
 
+use self::simulation::{Row, Simulation};
 use super::wcrt::{cpu_numbers, priority, shown_tables, task_set, with_errors};
 use crate::analysis_document::deployments;
 use crate::cli::options::{Outside, Paths};
@@ -91,22 +92,6 @@ impl Format {
             Format::Json | Format::Perfetto => 2_000_000,
         }
     }
-}
-
-/// A simulated deployment.
-struct Simulation<'db> {
-    db: &'db Database,
-    name: String,
-    level: Level,
-    /// The bounds. The activities are those of the deployment, in the same order.
-    report: Report<'db>,
-    deployment: Simulated,
-    options: SimulationOptions,
-    schedule: Schedule,
-    /// With `--worst`.
-    worst: Option<WorstOf>,
-    /// The number of errors in its project.
-    errors: usize,
 }
 
 impl Simulate {
@@ -296,52 +281,6 @@ fn only<'a, 'db>(all: &'a [Simulation<'db>]) -> Result<&'a Simulation<'db>, Stri
                 names.join(", ")
             ))
         }
-    }
-}
-
-/// An activity of a simulation.
-struct Row<'a, 'db> {
-    activity: &'a ActivityReport<'db>,
-    statistics: Option<Statistics>,
-    left_out: Option<LeftOut>,
-}
-
-impl Row<'_, '_> {
-    /// Returns the greatest simulated response time as a part of the bound.
-    fn ratio(&self) -> Option<f64> {
-        let greatest = self.statistics?.greatest?.as_f64(Unit::Milliseconds);
-        let bound = self.activity.response?.as_f64(Unit::Milliseconds);
-        (bound > 0.0).then_some(greatest / bound)
-    }
-}
-
-impl<'db> Simulation<'db> {
-    fn rows(&self) -> impl Iterator<Item = Row<'_, 'db>> {
-        let left_out = |index: usize| self.schedule.left_out.iter().find(|(activity, _)| *activity == index);
-        let activities = self.report.activities.iter().enumerate().zip(&self.schedule.statistics);
-        activities.map(move |((index, activity), statistics)| Row {
-            activity,
-            statistics: *statistics,
-            left_out: left_out(index).map(|(_, why)| *why),
-        })
-    }
-
-    /// Returns the name of an activity or of other work; none for real-time throttling.
-    fn instance(&self, activity: usize) -> Option<String> {
-        let set = &self.deployment.set;
-        let is_named = activity < set.activities.len() || set.other(activity).is_some();
-        is_named.then(|| set.name(activity))
-    }
-
-    /// Says what `--worst` has found.
-    fn worst_case(&self) -> Option<String> {
-        Some(self.worst.as_ref()?.description(&self.deployment, &self.schedule))
-    }
-
-    /// Returns whether something was simulated, and each deadline was met.
-    fn is_fine(&self) -> bool {
-        let mut statistics = self.schedule.statistics.iter().flatten().peekable();
-        self.errors == 0 && statistics.peek().is_some() && statistics.all(|it| it.misses == 0)
     }
 }
 

@@ -60,3 +60,21 @@ pub(super) fn quoted(cell: &str) -> String {
         cell.to_owned()
     }
 }
+
+/// Returns a time with four digits, in the unit that fits: `1.235 ms`.
+pub(super) fn duration(nanoseconds: u64) -> String {
+    let (scale, unit) = match nanoseconds {
+        0..1_000 => return format!("{nanoseconds} ns"),
+        1_000..1_000_000 => (1e3, "µs"),
+        1_000_000..1_000_000_000 => (1e6, "ms"),
+        _ => (1e9, "s"),
+    };
+    let value = nanoseconds as f64 / scale;
+    let decimals = match value {
+        ..9.9995 => 3,
+        ..99.995 => 2,
+        ..999.95 => 1,
+        _ => 0,
+    };
+    format!("{value:.decimals$} {unit}")
+}

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 
 use mauve_orocos::{Action, MANIFEST, Step};
 
-use super::{Out, is_name, leads_nowhere, no_path, not_a_file, not_a_folder, not_read};
+use super::out::{Out, is_name, leads_nowhere, no_path, not_a_file, not_a_folder, not_read};
 use crate::folder::{Folder, Folders, Kind};
 
 /// The staging folder for new texts and replaced files.

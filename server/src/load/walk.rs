@@ -12,9 +12,11 @@ use ignore::{DirEntry, Match, WalkBuilder};
 use mauve_hir::{CONFIG_FILE, is_model};
 use mauve_wcrt::table_pattern;
 
-use super::LONGEST_TOGETHER;
 use super::packages::Places;
-use crate::disk::{Boundary, is_hidden, is_made_up, read, text_of};
+use crate::disk::{Boundary, LONGEST, is_hidden, is_made_up, read, text_of};
+
+/// The maximum size of all files of the workspaces together, in bytes; further files are not read.
+pub(super) const LONGEST_TOGETHER: u64 = 2 * LONGEST;
 
 const MADE_BY_TOOLS: [&str; 4] = ["build", "devel", "install", "log"];
 

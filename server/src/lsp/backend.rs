@@ -16,7 +16,6 @@ use tower_lsp::lsp_types::request::{self, Request as RequestType};
 use tower_lsp::lsp_types::*;
 use tower_lsp::{Client, LanguageServer, LspServiceBuilder};
 
-use super::PATIENCE;
 use super::answering::REQUEST;
 use super::capabilities::Capabilities;
 use super::event::{Event, Job};
@@ -25,6 +24,7 @@ use super::handlers::diagnostic::{Diagnosed, ask_again};
 use super::handlers::execute_command::Command;
 use super::handlers::generate::{GenerateDocument, GenerateParams, Messages};
 use super::handlers::*;
+use super::outbox::PATIENCE;
 use super::progress::Shown;
 use super::pulls::Given;
 use super::settings::{SECTION, Settings};

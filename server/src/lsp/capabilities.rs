@@ -4,7 +4,6 @@ use serde_json::{Value, json};
 use tower_lsp::lsp_types::*;
 
 use super::commands::{CHOOSE_SIGNIFICANCE, GENERATE, LENS_DRAWINGS, SHOW_REFERENCES, drawing_command};
-use super::legend::Legend;
 use super::position::Encoding;
 
 /// Declares [`Capabilities`]: the flags, each with its path in the protocol, and the fields that are more than a flag.
@@ -94,6 +93,17 @@ capabilities! {
         tokens: Legend,
         workspace_symbol_kinds: bool,
     }
+}
+
+/// Those of our types and modifiers of tokens that a client knows, each a bit. `handlers/semantic_tokens.rs` numbers them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Legend {
+    pub(crate) types: u32,
+    pub(crate) modifiers: u32,
+    /// Has it no colours of its own for what is not a name?
+    pub(crate) with_words: bool,
+    /// Does it ask about a part of a text rightly?
+    pub(crate) with_range: bool,
 }
 
 impl Capabilities {

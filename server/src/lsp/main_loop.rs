@@ -18,7 +18,6 @@ use tokio::runtime::Handle;
 use tokio::sync::watch;
 use tower_lsp::lsp_types::{DidChangeTextDocumentParams, Url, VersionedTextDocumentIdentifier};
 
-use super::Options;
 use super::capabilities::Capabilities;
 use super::check::{Checked, Compared, check, compare};
 use super::diagnostics::url_of;
@@ -41,6 +40,15 @@ const MOST_REFRESHED: usize = 20;
 
 /// How long a walk may take before requests are answered without its result.
 const LONG_WALK: Duration = Duration::from_secs(1);
+
+/// What a server may do.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Options {
+    /// Whether projects may read files that are none of theirs.
+    pub(crate) allows_outside: bool,
+    /// Whether `mauve/status` has the numbers of executed queries.
+    pub(crate) counts_queries: bool,
+}
 
 /// The state of the server.
 pub(crate) struct MainLoop {

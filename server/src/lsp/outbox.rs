@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use tokio::sync::Notify;
 use tokio::time::timeout;
@@ -10,8 +11,10 @@ use tower_lsp::jsonrpc::Request;
 use tower_lsp::lsp_types::notification::{Notification, PublishDiagnostics};
 use tower_lsp::lsp_types::{MessageType, Url};
 
-use super::PATIENCE;
 use super::items::{Found, Items};
+
+/// A client that does not answer a question for so long is not waited for.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(30);
 
 /// The messages that wait to be sent.
 #[derive(Default)]

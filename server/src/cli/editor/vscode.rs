@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use super::Options;
 use super::home::on_path;
+use super::options::Options;
 use crate::output::Output;
 
 /// The identifier of the extension: publisher and name.

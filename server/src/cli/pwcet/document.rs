@@ -5,7 +5,7 @@ use mauve_pwcet::{Estimate, InstanceMeasurement, TailModel};
 use mauve_timing::Level;
 use serde::Serialize;
 
-use super::{Estimates, Measured};
+use super::estimates::{Estimates, Measured};
 use crate::analysis_document::milliseconds;
 use crate::json::{self, object};
 

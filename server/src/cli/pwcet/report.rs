@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use mauve_ide::{ExecutionReport, Measured as InReport, MeasuredKind, SampleSource, execution_report};
 use mauve_timing::Time;
 
-use super::Estimates;
 use super::date::today;
+use super::estimates::Estimates;
 
 /// Returns the report on all instances, as one HTML document.
 pub(super) fn report(estimates: &Estimates, samples: &[PathBuf], fingerprints: &[String]) -> String {

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use mauve_pwcet::{LEAST_EXECUTIONS, Refusal, TailModel, rounded_up};
 use mauve_timing::{Level, Time};
 
-use super::{Estimates, Measured};
+use super::estimates::{Estimates, Measured};
 use crate::cli::text::{columns, counted};
 
 pub(super) fn table(estimates: &Estimates) -> String {

@@ -10,7 +10,7 @@ use mauve_pwcet::{TailModel, rounded_up};
 use mauve_timing::{Kept, Measured as Record, Table, Time, Times, UpdateError, digest_of, update_table};
 
 use super::date::today;
-use super::{Estimates, Measured};
+use super::estimates::{Estimates, Measured};
 use crate::disk;
 use crate::replace::replace;
 

@@ -43,7 +43,7 @@ use mauve_timing::{Job, LeftOut, Slice};
 use mauve_wcrt::ActivityReport;
 use serde::Serialize;
 
-use super::{Row, Simulation};
+use super::simulation::{Row, Simulation};
 use crate::analysis_document::{milliseconds, real_time_priority};
 use crate::json::object;
 

@@ -11,7 +11,7 @@ use mauve_timing::task_set::Priority;
 use mauve_timing::{Slice, Time};
 use serde_json::{Value, json};
 
-use super::Simulation;
+use super::simulation::Simulation;
 use crate::cli::trace_events::{line, process, thread};
 
 /// Returns the document: an event a line.

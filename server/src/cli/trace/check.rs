@@ -1,5 +1,6 @@
 //! `mauve trace check TRACE… [PATH]`: recordings beside the model, and which assumption of the analysis fails.
 
+mod checked;
 mod document;
 mod findings;
 mod table;
@@ -12,9 +13,10 @@ use mauve_diagnostics::errors_of;
 use mauve_hir::{CONFIG_FILE, Database, Decl, Project};
 use mauve_pwcet::trace::{Reader, Source, Summary, TraceError};
 use mauve_timing::Level;
-use mauve_wcrt::observed::{Expected, Observed, Observer, expected};
+use mauve_wcrt::observed::{Expected, Observer, expected};
 use mauve_wcrt::{Query, Report, response_times};
 
+use self::checked::Checked;
 use super::import::messages::{still_recording, trace_error};
 use crate::analysis_document::deployments;
 use crate::cli::options::Outside;
@@ -48,29 +50,6 @@ enum Format {
     Table,
     /// One document.
     Json,
-}
-
-/// Recordings beside a model.
-struct Checked<'db> {
-    name: String,
-    level: Level,
-    traces: Vec<PathBuf>,
-    report: Report<'db>,
-    expected: Expected,
-    observed: Observed,
-    summary: Summary,
-}
-
-impl Checked<'_> {
-    /// Whether the recordings agree with the model.
-    fn is_fine(&self) -> bool {
-        self.observed.findings.is_empty()
-    }
-
-    /// Returns the time since the first event.
-    fn since_begin(&self, at: u64) -> u64 {
-        at.saturating_sub(self.summary.first.unwrap_or_default())
-    }
 }
 
 impl Check {

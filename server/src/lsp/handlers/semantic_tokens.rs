@@ -1,19 +1,36 @@
 //! `textDocument/semanticTokens/full`, `…/full/delta` and `…/range`.
+//!
+//! | names of | type | in a client that does not know it |
+//! |---|---|---|
+//! | libraries, packages | `namespace` | |
+//! | codels | `codel` | `function` |
+//! | shells, cores, components | `shell`, `core`, `component` | `interface`, `class`, `class` |
+//! | architectures, deployments | `architecture`, `deployment` | `struct` |
+//! | instances | `instance` | `variable` |
+//! | ports, properties and constants | `port`, `property` | `property` |
+//! | operations, handlers | `operation`, `handler` | `method`, `variable` |
+//! | states, transitions | `state`, `transition` | `enumMember`, `event` |
+//! | variables, parameters | `variable`, `parameter` | |
+//! | messages, other types | `struct`, `type` | |
+//!
+//! `editors/vscode/package.json` and `editors/nvim/lsp/mauve.lua` tell their editors of the types and modifiers that are ours.
 
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::sync::Arc;
 
 use mauve_hir::File;
-use mauve_ide::TokenKind;
+use mauve_ide::{SymbolKind, TokenKind, TokenModifier};
 use mauve_syntax::TextRange;
 use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::{
-    SemanticToken, SemanticTokens, SemanticTokensDelta, SemanticTokensDeltaParams, SemanticTokensEdit,
-    SemanticTokensFullDeltaResult, SemanticTokensParams, SemanticTokensRangeParams,
-    SemanticTokensRangeResult, SemanticTokensResult, Url,
+    SemanticToken, SemanticTokenModifier, SemanticTokenType, SemanticTokens,
+    SemanticTokensClientCapabilities, SemanticTokensDelta, SemanticTokensDeltaParams, SemanticTokensEdit,
+    SemanticTokensFullDeltaResult, SemanticTokensFullOptions, SemanticTokensLegend, SemanticTokensOptions,
+    SemanticTokensParams, SemanticTokensRangeParams, SemanticTokensRangeResult, SemanticTokensResult, Url,
 };
 
+use crate::lsp::capabilities::Legend;
 use crate::lsp::position::LineIndex;
 use crate::lsp::snapshot::Snapshot;
 
@@ -125,6 +142,115 @@ fn edits(old: &[SemanticToken], new: &[SemanticToken]) -> Vec<SemanticTokensEdit
     }]
 }
 
+/// The token types: those of the protocol, then those of the language.
+const TYPES: &str = "namespace type class interface struct parameter variable property enumMember event function method keyword \
+                     comment string number operator codel shell core component architecture deployment instance port operation \
+                     handler state transition";
+
+fn types() -> impl Iterator<Item = &'static str> {
+    TYPES.split(' ')
+}
+
+/// The modifiers, those of the protocol first.
+const MODIFIERS: [(TokenModifier, &str); 9] = [
+    (TokenModifier::Declaration, "declaration"),
+    (TokenModifier::Definition, "definition"),
+    (TokenModifier::Readonly, "readonly"),
+    (TokenModifier::Modification, "modification"),
+    (TokenModifier::DefaultLibrary, "defaultLibrary"),
+    (TokenModifier::Input, "input"),
+    (TokenModifier::Output, "output"),
+    (TokenModifier::Required, "required"),
+    (TokenModifier::Provided, "provided"),
+];
+
+/// What a token is, by the names that the protocol has for it: the first that the client knows.
+fn names_of(kind: TokenKind) -> &'static [&'static str] {
+    let kind = match kind {
+        TokenKind::Name(kind) => kind,
+        TokenKind::Function => return &["function"],
+        TokenKind::Field => return &["property"],
+        TokenKind::Status => return &["enumMember", "keyword"],
+        TokenKind::Keyword => return &["keyword"],
+        TokenKind::Comment => return &["comment"],
+        TokenKind::String => return &["string"],
+        TokenKind::Number => return &["number"],
+        TokenKind::Operator => return &["operator"],
+    };
+    match kind {
+        SymbolKind::Library | SymbolKind::Package => &["namespace"],
+        SymbolKind::Codel => &["codel", "function"],
+        SymbolKind::Shell => &["shell", "interface", "class", "type"],
+        SymbolKind::Core => &["core", "class", "type"],
+        SymbolKind::Component => &["component", "class", "type"],
+        SymbolKind::Architecture => &["architecture", "struct", "class", "type"],
+        SymbolKind::Deployment => &["deployment", "struct", "class", "type"],
+        SymbolKind::Instance | SymbolKind::Activity => &["instance", "variable"],
+        SymbolKind::Port => &["port", "property", "variable"],
+        SymbolKind::Property | SymbolKind::Constant => &["property", "variable"],
+        SymbolKind::Operation => &["operation", "method", "function"],
+        SymbolKind::Hook => &["method", "function"],
+        SymbolKind::Handler => &["handler", "variable"],
+        SymbolKind::Variable => &["variable"],
+        SymbolKind::Parameter => &["parameter", "variable"],
+        SymbolKind::State => &["state", "enumMember", "variable"],
+        SymbolKind::Transition => &["transition", "event", "variable"],
+        SymbolKind::Message => &["struct", "class", "type"],
+        SymbolKind::Type => &["type"],
+        SymbolKind::File => &[],
+    }
+}
+
+impl Legend {
+    /// What the client of this name knows; nothing, where it does not ask for tokens.
+    pub(crate) fn of(client: Option<&SemanticTokensClientCapabilities>, name: &str) -> Legend {
+        let Some(client) = client else { return Legend::default() };
+        let bits = |known: &mut dyn Iterator<Item = bool>| {
+            known.enumerate().map(|(bit, known)| u32::from(known) << bit).sum()
+        };
+        let knows_type = |name: &str| client.token_types.iter().any(|it| it.as_str() == name);
+        let knows_modifier =
+            |name: &str| client.token_modifiers.contains(&SemanticTokenModifier::from(name.to_owned()));
+        Legend {
+            types: bits(&mut types().map(knows_type)),
+            modifiers: bits(&mut MODIFIERS.iter().map(|(_, name)| knows_modifier(name))),
+            with_words: client.augments_syntax_tokens == Some(false),
+            // On a refresh Neovim (0.12.4) asks for a part and for what has changed at once, and then changes the part as if it
+            // were the whole.
+            with_range: name != "Neovim",
+        }
+    }
+
+    /// Returns the server's capabilities for this client.
+    pub(crate) fn options(self) -> Option<SemanticTokensOptions> {
+        let types = (0..).zip(types()).filter(|(bit, _)| self.types >> bit & 1 == 1);
+        let modifiers = (0..).zip(MODIFIERS).filter(|(bit, _)| self.modifiers >> bit & 1 == 1);
+        let legend = SemanticTokensLegend {
+            token_types: types.map(|(_, name)| SemanticTokenType::new(name)).collect(),
+            token_modifiers: modifiers.map(|(_, (_, name))| SemanticTokenModifier::new(name)).collect(),
+        };
+        (self.types != 0).then_some(SemanticTokensOptions {
+            legend,
+            range: Some(self.with_range),
+            full: Some(SemanticTokensFullOptions::Delta { delta: Some(true) }),
+            ..SemanticTokensOptions::default()
+        })
+    }
+
+    /// The number of a type in the legend.
+    fn type_of(self, kind: TokenKind) -> Option<u32> {
+        let bits = names_of(kind).iter().filter_map(|name| types().position(|known| known == *name));
+        let bit = bits.into_iter().find(|bit| self.types >> bit & 1 == 1)?;
+        Some((self.types & ((1 << bit) - 1)).count_ones())
+    }
+
+    fn modifiers_of(self, modifiers: mauve_ide::TokenModifiers) -> u32 {
+        let known = (0..).zip(MODIFIERS).filter(|(bit, _)| self.modifiers >> bit & 1 == 1);
+        let bits = known.enumerate().filter(|(_, (_, (modifier, _)))| modifiers.has(*modifier));
+        bits.map(|(number, _)| 1 << number).sum()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -148,6 +274,43 @@ mod tests {
                 }
                 assert_eq!(made, of(new), "{old} {new}");
             }
+        }
+    }
+
+    fn client(types: &[&'static str], modifiers: &[&'static str]) -> SemanticTokensClientCapabilities {
+        SemanticTokensClientCapabilities {
+            token_types: types.iter().map(|name| SemanticTokenType::new(name)).collect(),
+            token_modifiers: modifiers.iter().map(|name| SemanticTokenModifier::new(name)).collect(),
+            ..SemanticTokensClientCapabilities::default()
+        }
+    }
+
+    #[test]
+    fn a_client_is_told_of_nothing_that_it_does_not_know() {
+        let legend =
+            Legend::of(Some(&client(&["function", "port", "type", "regexp"], &["output", "async"])), "");
+        let known = legend.options().unwrap().legend;
+        let types: Vec<&str> = known.token_types.iter().map(SemanticTokenType::as_str).collect();
+        assert_eq!(types, ["type", "function", "port"]);
+        let name = |kind| legend.type_of(TokenKind::Name(kind)).map(|number| types[number as usize]);
+        assert_eq!(name(SymbolKind::Codel), Some("function"));
+        assert_eq!(name(SymbolKind::Port), Some("port"));
+        assert_eq!(name(SymbolKind::Component), Some("type"));
+        assert_eq!(name(SymbolKind::Variable), None);
+        let modifiers = mauve_ide::TokenModifiers::default()
+            .with(TokenModifier::Output)
+            .with(TokenModifier::Modification);
+        assert_eq!(legend.modifiers_of(modifiers), 1);
+        assert_eq!(Legend::of(None, "").options(), None);
+    }
+
+    #[test]
+    fn every_type_that_is_meant_is_in_the_list() {
+        let all = client(&types().collect::<Vec<_>>(), &[]);
+        let legend = Legend::of(Some(&all), "");
+        for kind in [SymbolKind::Codel, SymbolKind::State, SymbolKind::Transition, SymbolKind::Library] {
+            let number = legend.type_of(TokenKind::Name(kind)).unwrap() as usize;
+            assert_eq!(types().nth(number).unwrap(), names_of(TokenKind::Name(kind))[0]);
         }
     }
 }

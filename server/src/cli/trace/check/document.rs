@@ -45,7 +45,7 @@ use mauve_wcrt::observed::{ExpectedInstance, IMPROBABLE, ObservedInstance};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::Checked;
+use super::checked::Checked;
 use super::findings::{code, instance, message};
 use crate::json::object;
 

@@ -4,8 +4,8 @@ use mauve_diagnostics::cpu_names;
 use mauve_timing::Time;
 use mauve_wcrt::observed::{Finding, FindingKind, Interferer, UnknownPath};
 
-use super::Checked;
-use crate::cli::trace::duration;
+use super::checked::Checked;
+use crate::cli::text::duration;
 
 /// Returns the stable name of a kind of finding.
 pub(super) fn code(kind: &FindingKind) -> &'static str {

@@ -5,10 +5,9 @@ use std::fmt::Write as _;
 use mauve_timing::task_set::Priority;
 use mauve_wcrt::observed::{EdgeCount, ExpectedInstance, IMPROBABLE, ObservedInstance, ObservedTime};
 
-use super::Checked;
+use super::checked::Checked;
 use super::findings::{message, number};
-use crate::cli::text::{columns, counted};
-use crate::cli::trace::duration;
+use crate::cli::text::{columns, counted, duration};
 
 /// The names in a list of what was not observed.
 const MOST_NAMES: usize = 8;

@@ -6,8 +6,7 @@ use std::path::Path;
 use mauve_pwcet::samples::Run;
 use mauve_pwcet::trace::Summary;
 
-use crate::cli::text::{columns, counted};
-use crate::cli::trace::duration;
+use crate::cli::text::{columns, counted, duration};
 
 /// The executions of one codel or program in one instance.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -1,0 +1,60 @@
+//! The estimates of codels and programs, with what they are compared with.
+
+use mauve_diagnostics::{measurement_refusal, measurement_warning};
+use mauve_pwcet::{Measurement, Options};
+use mauve_timing::{Level, Time};
+
+use super::budgets::Budgets;
+
+/// The estimates of all codels, with what they are compared with.
+pub(super) struct Estimates {
+    pub(super) options: Options,
+    pub(super) levels: Vec<Level>,
+    pub(super) measurements: Vec<Measured>,
+    /// The level of the budgets, and their project; none without a project.
+    pub(super) budgets: Option<Budgets>,
+    /// What the recordings lack, in words.
+    pub(super) recording: Vec<String>,
+}
+
+/// A codel or a program.
+pub(super) struct Measured {
+    pub(super) measurement: Measurement,
+    /// The time of each level, rounded up to four digits; none if no instance has an estimate.
+    pub(super) times: Option<Vec<Time>>,
+    /// The greatest time with which all deadlines are met.
+    pub(super) budget: Option<Time>,
+}
+
+impl Measured {
+    /// Returns what is wrong with the measurement, in words; the instance is named if there are several.
+    pub(super) fn remarks(&self) -> Vec<String> {
+        let several = self.measurement.instances.len() > 1;
+        let mut remarks = Vec::new();
+        for instance in &self.measurement.instances {
+            let of = if several { format!("in `{}`, ", instance.instance) } else { String::new() };
+            match &instance.result {
+                Ok(estimate) => {
+                    let warnings = estimate.warnings.iter().map(measurement_warning);
+                    remarks.extend(warnings.map(|warning| format!("{of}{warning}")));
+                }
+                Err(refusal) => {
+                    let withheld = self.measurement.withheld_by() == Some(instance);
+                    let then = match () {
+                        () if withheld => ": the codel has no time, since its time there is unknown",
+                        () if self.times.is_some() => ": it is taken to be no slower there than elsewhere",
+                        () => "",
+                    };
+                    remarks.push(format!("{of}{}{then}", measurement_refusal(refusal)));
+                }
+            }
+        }
+        remarks
+    }
+
+    /// Whether its time at the level of the budgets is longer than its budget.
+    pub(super) fn is_over_budget(&self, level: Option<usize>) -> bool {
+        let time = self.times.as_ref().zip(level).and_then(|(times, level)| times.get(level));
+        time.zip(self.budget).is_some_and(|(time, budget)| *time > budget)
+    }
+}

@@ -1,0 +1,68 @@
+//! A simulated deployment and its activities.
+
+use mauve_hir::Database;
+use mauve_ide::WorstOf;
+use mauve_timing::{LeftOut, Level, Schedule, SimulationOptions, Statistics, Unit};
+use mauve_wcrt::{ActivityReport, Report, Simulated};
+
+/// A simulated deployment.
+pub(super) struct Simulation<'db> {
+    pub(super) db: &'db Database,
+    pub(super) name: String,
+    pub(super) level: Level,
+    /// The bounds. The activities are those of the deployment, in the same order.
+    pub(super) report: Report<'db>,
+    pub(super) deployment: Simulated,
+    pub(super) options: SimulationOptions,
+    pub(super) schedule: Schedule,
+    /// With `--worst`.
+    pub(super) worst: Option<WorstOf>,
+    /// The number of errors in its project.
+    pub(super) errors: usize,
+}
+
+/// An activity of a simulation.
+pub(super) struct Row<'a, 'db> {
+    pub(super) activity: &'a ActivityReport<'db>,
+    pub(super) statistics: Option<Statistics>,
+    pub(super) left_out: Option<LeftOut>,
+}
+
+impl Row<'_, '_> {
+    /// Returns the greatest simulated response time as a part of the bound.
+    pub(super) fn ratio(&self) -> Option<f64> {
+        let greatest = self.statistics?.greatest?.as_f64(Unit::Milliseconds);
+        let bound = self.activity.response?.as_f64(Unit::Milliseconds);
+        (bound > 0.0).then_some(greatest / bound)
+    }
+}
+
+impl<'db> Simulation<'db> {
+    pub(super) fn rows(&self) -> impl Iterator<Item = Row<'_, 'db>> {
+        let left_out = |index: usize| self.schedule.left_out.iter().find(|(activity, _)| *activity == index);
+        let activities = self.report.activities.iter().enumerate().zip(&self.schedule.statistics);
+        activities.map(move |((index, activity), statistics)| Row {
+            activity,
+            statistics: *statistics,
+            left_out: left_out(index).map(|(_, why)| *why),
+        })
+    }
+
+    /// Returns the name of an activity or of other work; none for real-time throttling.
+    pub(super) fn instance(&self, activity: usize) -> Option<String> {
+        let set = &self.deployment.set;
+        let is_named = activity < set.activities.len() || set.other(activity).is_some();
+        is_named.then(|| set.name(activity))
+    }
+
+    /// Says what `--worst` has found.
+    pub(super) fn worst_case(&self) -> Option<String> {
+        Some(self.worst.as_ref()?.description(&self.deployment, &self.schedule))
+    }
+
+    /// Returns whether something was simulated, and each deadline was met.
+    pub(super) fn is_fine(&self) -> bool {
+        let mut statistics = self.schedule.statistics.iter().flatten().peekable();
+        self.errors == 0 && statistics.peek().is_some() && statistics.all(|it| it.misses == 0)
+    }
+}

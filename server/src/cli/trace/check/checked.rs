@@ -1,0 +1,31 @@
+//! What a check of recordings has found.
+
+use std::path::PathBuf;
+
+use mauve_pwcet::trace::Summary;
+use mauve_timing::Level;
+use mauve_wcrt::Report;
+use mauve_wcrt::observed::{Expected, Observed};
+
+/// Recordings beside a model.
+pub(super) struct Checked<'db> {
+    pub(super) name: String,
+    pub(super) level: Level,
+    pub(super) traces: Vec<PathBuf>,
+    pub(super) report: Report<'db>,
+    pub(super) expected: Expected,
+    pub(super) observed: Observed,
+    pub(super) summary: Summary,
+}
+
+impl Checked<'_> {
+    /// Whether the recordings agree with the model.
+    pub(super) fn is_fine(&self) -> bool {
+        self.observed.findings.is_empty()
+    }
+
+    /// Returns the time since the first event.
+    pub(super) fn since_begin(&self, at: u64) -> u64 {
+        at.saturating_sub(self.summary.first.unwrap_or_default())
+    }
+}
