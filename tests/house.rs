@@ -1,5 +1,5 @@
-//! Checks the architecture: crates import only the crates that the map allows, modules of the analysis crates have no
-//! cyclic imports, and analysis crates contain no prose.
+//! Checks the architecture: crates import only the crates that the map allows, modules have no cyclic imports, and analysis
+//! crates contain no prose.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use mauve_tests::sources::{literals, without_tests};
+use mauve_tests::sources::literals;
 
 /// Each crate, and the crates of the workspace that it may import.
 const MAP: [(&str, &[&str]); 12] = [
@@ -40,10 +40,6 @@ const MAP: [(&str, &[&str]); 12] = [
     ("tests", &[]),
     ("tests/fuzz", &[]),
 ];
-
-/// The crates whose modules must have no cyclic imports.
-const WITHOUT_CIRCLES: [&str; 4] =
-    ["analysis/pwcet", "analysis/hir", "analysis/wcrt", "analysis/diagnostics"];
 
 /// The crates without messages, each with its modules that contain English literals for other reasons.
 ///
@@ -85,6 +81,15 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().to_owned()
 }
 
+/// Returns a source up to its first module of tests.
+fn without_tests(text: &str) -> &str {
+    let is_module = |(at, _): &(usize, &str)| {
+        let item = text[*at..].lines().find(|line| !line.starts_with("#["));
+        item.is_some_and(|line| line.contains("mod ") && line.ends_with('{'))
+    };
+    text.match_indices("#[cfg(test)]\n").find(is_module).map_or(text, |(at, _)| &text[..at])
+}
+
 /// Returns the sources of a crate by module path (`names`, `config::cpp`), without comments and tests.
 fn sources(krate: &str) -> BTreeMap<String, String> {
     let folder = root().join(krate).join("src");
@@ -121,84 +126,204 @@ fn a_crate_imports_only_what_stands_to_its_left() {
     }
 }
 
-/// Returns the names that a crate's root module exports, with their modules.
-fn exports(front: &str) -> BTreeMap<String, String> {
-    let mut found = BTreeMap::new();
-    for import in front.split("pub use ").skip(1) {
-        let import = import.split(';').next().unwrap_or_default();
-        let Some((module, names)) = import.split_once("::") else { continue };
-        for name in names.trim_matches(['{', '}', ' ', '\n']).split(',') {
-            // The name after `as`, if there is one.
-            let name = name.split_whitespace().last().unwrap_or_default();
-            found.insert(name.to_owned(), module.trim().to_owned());
-        }
+/// Returns the words of a text and the characters between them; `::` is one.
+fn tokens(text: &str) -> Vec<&str> {
+    let is_word = |letter: char| letter.is_alphanumeric() || letter == '_';
+    let mut found = Vec::new();
+    let mut rest = text.trim_start();
+    while let Some(first) = rest.chars().next() {
+        let length = match first {
+            ':' if rest.starts_with("::") => 2,
+            first if is_word(first) => rest.find(|letter| !is_word(letter)).unwrap_or(rest.len()),
+            first => first.len_utf8(),
+        };
+        found.push(&rest[..length]);
+        rest = rest[length..].trim_start();
     }
     found
 }
 
-/// Returns the names after `crate::` in a text: modules, or names that the root module exports.
-fn imported(text: &str) -> BTreeSet<String> {
-    let mut found = BTreeSet::new();
-    for rest in text.split("crate::").skip(1) {
-        let names = match rest.strip_prefix('{') {
-            // The first name of each item in the braces.
-            Some(list) => {
-                let mut depth = 1;
-                let end = list.find(|letter| {
-                    depth += i32::from(letter == '{') - i32::from(letter == '}');
-                    depth == 0
-                });
-                let mut items = vec![String::new()];
-                let mut depth = 0;
-                for letter in list.get(..end.unwrap_or(0)).unwrap_or_default().chars() {
-                    depth += i32::from(letter == '{') - i32::from(letter == '}');
-                    match letter {
-                        ',' if depth == 0 => items.push(String::new()),
-                        letter => items.last_mut().unwrap().push(letter),
+/// Reads the paths at the beginning of `rest`, each after `prefix` and with its name: `a::{b, c as d}` has `a::b` and `a::c`, which
+/// is named `d`.
+fn read_paths<'a>(rest: &mut &[&'a str], prefix: &[&'a str], found: &mut Vec<(Vec<&'a str>, &'a str)>) {
+    let mut path = prefix.to_vec();
+    while let [first, behind @ ..] = *rest {
+        *rest = behind;
+        if *first == "{" {
+            while !matches!(rest.first(), None | Some(&"}")) {
+                read_paths(rest, &path, found);
+                *rest = rest.strip_prefix(&[","]).unwrap_or(rest);
+            }
+            *rest = rest.strip_prefix(&["}"]).unwrap_or(rest);
+            return;
+        }
+        path.push(first);
+        let Some(behind) = rest.strip_prefix(&["::"]) else { break };
+        *rest = behind;
+    }
+    // `a::{self}` is `a`.
+    path.pop_if(|last| *last == "self" && !prefix.is_empty());
+    let mut name = path.last().copied().unwrap_or_default();
+    if let ["as", other, behind @ ..] = *rest {
+        (name, *rest) = (other, behind);
+    }
+    found.push((path, name));
+}
+
+/// The paths in a module.
+#[derive(Default)]
+struct Paths<'a> {
+    /// The imported names, each with its path.
+    imported: BTreeMap<&'a str, Vec<&'a str>>,
+    /// The paths that the module needs: not those that it only exports again.
+    needed: BTreeSet<Vec<&'a str>>,
+}
+
+impl<'a> Paths<'a> {
+    fn of(text: &'a str) -> Paths<'a> {
+        let tokens = tokens(text);
+        let (mut rest, mut before) = (tokens.as_slice(), "");
+        let (mut paths, mut words, mut exported) = (Paths::default(), BTreeSet::new(), Vec::new());
+        while let [first, behind @ ..] = rest {
+            if rest.starts_with(&["pub", "(", "in"]) {
+                // The path of a visibility imports nothing.
+                rest = &rest[rest.iter().position(|token| *token == ")").unwrap_or(rest.len())..];
+                continue;
+            }
+            let is_path = behind.first() == Some(&"::") && !matches!(before, "::" | "." | "$");
+            let mut found = Vec::new();
+            match *first {
+                "use" => {
+                    rest = behind;
+                    read_paths(&mut rest, &[], &mut found);
+                    paths.imported.extend(found.iter().map(|(path, name)| (*name, path.clone())));
+                    if matches!(before, "pub" | ")") {
+                        exported.append(&mut found);
                     }
                 }
-                items
+                _ if is_path => read_paths(&mut rest, &[], &mut found),
+                _ => rest = behind,
             }
-            None => vec![rest.to_owned()],
-        };
-        for name in names {
-            let word =
-                name.trim_start().split(|letter: char| !letter.is_alphanumeric() && letter != '_').next();
-            found.extend(word.filter(|word| !word.is_empty()).map(str::to_owned));
+            if *first != "use" {
+                words.insert(*first);
+            }
+            before = first;
+            paths.needed.extend(found.into_iter().map(|(path, _)| path));
         }
+        let used = exported.into_iter().filter(|(_, name)| words.contains(name));
+        paths.needed.extend(used.map(|(path, _)| path));
+        paths
+    }
+}
+
+/// Returns the module that defines the last name of a path in the module `from`; none for another crate.
+fn resolve(modules: &BTreeMap<String, Paths<'_>>, from: &str, path: &[&str]) -> Option<String> {
+    let (mut at, mut rest) = (from.to_owned(), path);
+    while let [head, behind @ ..] = rest {
+        let child = format!("{at}::{head}");
+        at = match *head {
+            "crate" => "crate".to_owned(),
+            "self" => at,
+            "super" => at.rsplit_once("::")?.0.to_owned(),
+            _ if modules.contains_key(&child) => child,
+            _ => {
+                let imported = modules[&at].imported.get(head).filter(|path| path.first() != Some(head));
+                return match imported {
+                    Some(path) => resolve(modules, &at, &[path, behind].concat()),
+                    // The name is of an item here, or of another crate.
+                    None => (rest.len() < path.len()).then_some(at),
+                };
+            }
+        };
+        rest = behind;
+    }
+    Some(at)
+}
+
+/// Returns the sources of a crate by the path of their module: `crate`, `crate::names`.
+fn modules(krate: &str) -> BTreeMap<String, String> {
+    let path = |module: String| match module.as_str() {
+        "lib" | "main" => "crate".to_owned(),
+        _ => format!("crate::{module}"),
+    };
+    sources(krate).into_iter().map(|(module, text)| (path(module), text)).collect()
+}
+
+/// Returns the imports between modules: pairs of files.
+fn imports(modules: &BTreeMap<String, String>) -> BTreeSet<(String, String)> {
+    let paths: BTreeMap<String, Paths<'_>> =
+        modules.iter().map(|(module, text)| (module.clone(), Paths::of(text))).collect();
+    let mut found = BTreeSet::new();
+    for (module, of_module) in &paths {
+        // In a module within a file, `super` is the file.
+        let needed = of_module.needed.iter().filter(|path| !matches!(path.as_slice(), ["super", "*"]));
+        let others = needed.filter_map(|path| resolve(&paths, module, path)).filter(|other| other != module);
+        found.extend(others.map(|other| (module.clone(), other)));
     }
     found
+}
+
+/// Returns the imports between files. A file with `use super::*` continues its parent: the two are one.
+fn between_files(
+    imports: &BTreeSet<(String, String)>,
+    modules: &BTreeMap<String, String>,
+) -> BTreeSet<(String, String)> {
+    let continues = |module: &str| modules[module].contains("\nuse super::*;");
+    let whole = |module: &String| {
+        let mut module = module.as_str();
+        while let Some((parent, _)) = module.rsplit_once("::").filter(|_| continues(module)) {
+            module = parent;
+        }
+        module.to_owned()
+    };
+    imports.iter().map(|(from, to)| (whole(from), whole(to))).filter(|(from, to)| from != to).collect()
+}
+
+/// Returns the imports between the modules of each folder at this depth. A module has the imports of the files below it.
+fn between_siblings(imports: &BTreeSet<(String, String)>, depth: usize) -> BTreeSet<(String, String)> {
+    let of = |(from, to): &(String, String)| {
+        let [from, to] = [from, to].map(|module| module.split("::").collect::<Vec<_>>());
+        let [from, to] = [from.get(..=depth)?, to.get(..=depth)?];
+        let are_siblings = from != to && from[..depth] == to[..depth];
+        are_siblings.then(|| (from.join("::"), to.join("::")))
+    };
+    imports.iter().filter_map(of).collect()
+}
+
+/// Returns a circle of imports, if there is one.
+fn circle(mut imports: BTreeSet<(String, String)>) -> Option<String> {
+    // Repeatedly removes the imports of modules that import none. The others lead to a circle.
+    loop {
+        let importing: BTreeSet<String> = imports.iter().map(|(from, _)| from.clone()).collect();
+        let before = imports.len();
+        imports.retain(|(_, to)| importing.contains(to));
+        if imports.len() == before {
+            break;
+        }
+    }
+    let mut way = vec![&imports.first()?.0];
+    loop {
+        let (_, next) = imports.iter().find(|(from, _)| Some(&from) == way.last())?;
+        let begin = way.iter().position(|it| *it == next);
+        way.push(next);
+        if let Some(begin) = begin {
+            return Some(way[begin..].iter().map(|it| it.as_str()).collect::<Vec<_>>().join(" → "));
+        }
+    }
 }
 
 #[test]
 fn no_modules_import_each_other() {
-    for krate in WITHOUT_CIRCLES {
-        let sources = sources(krate);
-        let exports = exports(sources.get("lib").map_or("", String::as_str));
-        let top = |module: &str| module.split("::").next().unwrap_or_default().to_owned();
-        let modules: BTreeSet<String> = sources.keys().map(|module| top(module)).collect();
-        let mut imports: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-        for (module, text) in sources.iter().filter(|(module, _)| *module != "lib") {
-            let of = imports.entry(top(module)).or_default();
-            for name in imported(text) {
-                let name = exports.get(&name).cloned().unwrap_or(name);
-                of.extend(Some(name).filter(|name| modules.contains(name) && *name != top(module)));
-            }
-        }
-        // Repeatedly removes modules without remaining imports: modules that are left form a cycle.
-        loop {
-            let free: Vec<String> =
-                imports.iter().filter(|(_, of)| of.is_empty()).map(|(module, _)| module.clone()).collect();
-            if free.is_empty() {
-                break;
-            }
-            for module in free {
-                imports.remove(&module);
-                imports.values_mut().for_each(|of| _ = of.remove(&module));
-            }
-        }
-        assert!(imports.is_empty(), "{krate}: these modules import each other: {imports:#?}");
+    let is_ours = |krate: &&str| !krate.starts_with("editors") && !krate.starts_with("tests");
+    let mut circles = BTreeSet::new();
+    for krate in MAP.map(|(krate, _)| krate).into_iter().filter(is_ours) {
+        let modules = modules(krate);
+        let imports = imports(&modules);
+        let folders = (1..6).map(|depth| between_siblings(&imports, depth));
+        let all = folders.chain([between_files(&imports, &modules)]);
+        circles.extend(all.filter_map(circle).map(|circle| format!("{krate}: {circle}")));
     }
+    assert!(circles.is_empty(), "modules import each other: {circles:#?}");
 }
 
 #[test]
