@@ -1,7 +1,5 @@
 //! Any text: formatting changes white space and nothing else, and once is enough.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
-
 use std::cell::Cell;
 use std::fmt::Write as _;
 

@@ -1,8 +1,6 @@
 //! Makes `src/generated/` again from `mauve.ungram`, and fails where the committed files differ.
 //!
-//! `UPDATE_EXPECT=1 cargo test -p mauve-syntax --test generated` writes them.
-
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
+//! `UPDATE_EXPECT=1 cargo test -p mauve-syntax --test main generated::` writes them.
 
 use std::fmt::Write as _;
 

@@ -1,7 +1,5 @@
 //! The models above the grammar's rules, each against the tree that it should give (`test_data/<name>.txt`).
 
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
-
 use std::fs;
 use std::path::Path;
 

@@ -1,7 +1,5 @@
 //! Any edit of any text: what is made of it in a hurry is what a full parse makes of it.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
 use std::collections::HashMap;
 
 use mauve_syntax::{Parse, Tier, lex, parse};

@@ -1,7 +1,5 @@
 //! Any text: it round-trips, nothing panics, and a half-typed item costs itself and nothing else.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
-
 use mauve_syntax::SyntaxKind::{COMMA, IDENT, R_CURLY, SEMICOLON};
 use mauve_syntax::{Expected, List, SyntaxErrorKind, SyntaxKind, SyntaxNode, TokenError, parse};
 use proptest::prelude::*;

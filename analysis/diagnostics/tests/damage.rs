@@ -3,21 +3,18 @@
 //! the whole model: nothing is analysed that rests on what was lost. And nothing panics, and the database says what a new
 //! one would say.
 //!
-//! `MAUVE_DAMAGES=20000 cargo test --release -p mauve-diagnostics --test damage` tries more.
-
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
-
-mod common;
+//! `MAUVE_DAMAGES=20000 cargo test --release -p mauve-diagnostics --test main damage::` tries more.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use common::{deployments, sample};
 use mauve_diagnostics::{Finding, Severity, workspace_diagnostics};
 use mauve_hir::{Database, Workspace};
 use mauve_tests::{Random, char_boundary};
 use mauve_timing::{Level, Method, Time};
 use mauve_wcrt::{Query, response_times};
+
+use crate::common::{deployments, sample};
 
 /// What is put in, or in the place of a token.
 const JUNK: [&str; 16] =

@@ -2,15 +2,10 @@
 //! reason, at every level, by each method, with traces that end early too. So it is for the sample robot, for random
 //! models, and for models that are damaged, of which much is not analysed.
 //!
-//! `MAUVE_EXPORTS=20000 cargo test --release -p mauve-diagnostics --test exported` tries more.
-
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
-mod common;
+//! `MAUVE_EXPORTS=20000 cargo test --release -p mauve-diagnostics --test main exported::` tries more.
 
 use std::path::PathBuf;
 
-use common::deployments;
 use mauve_diagnostics::{PROSE, task_set_error_message, timing_reason};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, Project, Workspace, names_of, projects};
@@ -22,6 +17,8 @@ use mauve_wcrt::{
     tables_of, task_set_of, timetable_of,
 };
 use serde_json::{Value, json};
+
+use crate::common::deployments;
 
 /// What was compared.
 #[derive(Default, Debug)]

@@ -1,7 +1,5 @@
 //! Every fix that is offered for the models on the pages mends what it is offered for, and breaks nothing.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
-
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 

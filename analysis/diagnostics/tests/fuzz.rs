@@ -1,8 +1,6 @@
 //! The properties that `cargo fuzz` looks for exceptions to, on some thousand texts.
 //!
-//! `MAUVE_FUZZ=100000 cargo test --release -p mauve-diagnostics --test fuzz` tries more.
-
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
+//! `MAUVE_FUZZ=100000 cargo test --release -p mauve-diagnostics --test main fuzz::` tries more.
 
 #[path = "../../../tests/fuzz/properties.rs"]
 mod properties;

@@ -5,10 +5,6 @@
 //!
 //! `MAUVE_LIBRARIES` is the number of libraries of [`COMPONENTS`] components, each with a seed of its own.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
-
-mod common;
-
 use std::collections::BTreeMap;
 
 use mauve_hir::{Database, Workspace};
@@ -49,7 +45,7 @@ fn check_costs(
             let Some(expected) = edges(&library, component, &times) else { continue };
             let one = Library { codels: library.codels.clone(), components: vec![component.clone()] };
             let text = || format!("seed {seed}, {times:?}\n{}", one.text());
-            let machine = common::machine_in(&db, workspace, &component.name);
+            let machine = crate::common::machine_in(&db, workspace, &component.name);
             assert!(!machine.contains("refused: "), "{machine}{}", text());
             check(&expected, &analysed(&machine), &text);
             compared += 1;

@@ -1,8 +1,5 @@
 //! Damaged texts by example: what was lost in them never lets anything look faster than it is. (At random: `damage.rs`.)
 
-mod common;
-
-use common::{LEVEL, diagnostics, verdicts, verdicts_with};
 use expect_test::expect;
 use mauve_diagnostics::Severity;
 use mauve_hir::item_tree::Kind;
@@ -10,6 +7,8 @@ use mauve_hir::{Database, Problem, Workspace, names_of, projects};
 use mauve_timing::Method;
 use mauve_wcrt::{Query, response_times};
 use salsa::Setter as _;
+
+use crate::common::{LEVEL, diagnostics, verdicts, verdicts_with};
 
 /// What is damaged in `fixture` may not make anything look faster than it is there: each damage replaces the first of
 /// two texts by the second.

@@ -1,12 +1,11 @@
 //! From cores to periodic state machines: which programs each edge executes, and what they cost.
 
-mod common;
-
-use common::{LEVEL, machine, workspace};
 use expect_test::{Expect, expect};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, behaviour_of, names_of, projects};
 use mauve_wcrt::{first_tables, worst_path};
+
+use crate::common::{LEVEL, machine, workspace};
 
 const CODELS: &str = "
 codel one(): int

@@ -1,14 +1,11 @@
 //! A misspelt key of a timing table never makes an activity look faster: each key of a valid table is changed by one or two
 //! letters, and each response time that is still there is at least that of the table without the mistake.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
-
-mod common;
-
-use common::{LEVEL, diagnostics, verdicts_with};
 use mauve_syntax::is_within;
 use mauve_tests::Random;
 use mauve_timing::Method;
+
+use crate::common::{LEVEL, diagnostics, verdicts_with};
 
 const MODEL: &str = r#"
 library nav {

@@ -2,9 +2,7 @@
 //! put in, files are cut, nested without end, or run together with others. Whatever comes of it, the tree's text is the file's
 //! text, nothing panics, and every diagnostic stands between two characters of its file.
 //!
-//! `MAUVE_MUTANTS=100000 cargo test --release -p mauve-diagnostics --test mutations` tries more, `MAUVE_SEED=7` others.
-
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+//! `MAUVE_MUTANTS=100000 cargo test --release -p mauve-diagnostics --test main mutations::` tries more, `MAUVE_SEED=7` others.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;

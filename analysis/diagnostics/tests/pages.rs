@@ -1,7 +1,5 @@
 //! The models on the pages of the diagnostics: each marked line has the diagnostic, and no other line has.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
-
 use std::path::PathBuf;
 
 use mauve_diagnostics::{codes, page, workspace_diagnostics};

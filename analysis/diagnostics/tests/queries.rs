@@ -1,7 +1,5 @@
 //! What an edit makes the database compute again, counted by query.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
-
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,5 @@
 //! What the database makes of an edited text, and reads from it, is what a database makes that never saw another text.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
-
 use std::path::PathBuf;
 
 use mauve_hir::{Database, File, item_tree_of, parse, source_map};

@@ -1,7 +1,5 @@
 //! The schemas that editors check `mauve.toml`, timing tables and task sets with say what the readers say.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
-
 use std::path::PathBuf;
 
 use mauve_diagnostics::{Code, codes, page};
@@ -19,7 +17,7 @@ const TABLE: &str = include_str!("../../../editors/schemas/timing-table.schema.j
 
 const TASK_SET: &str = include_str!("../../../editors/schemas/task-set.schema.json");
 
-/// `UPDATE_EXPECT=1 cargo test -p mauve-diagnostics --test schemas` writes it.
+/// `UPDATE_EXPECT=1 cargo test -p mauve-diagnostics --test main schemas::` writes it.
 #[test]
 fn the_schema_of_configurations_has_every_key() {
     let mut sections: Vec<&Section> = SECTIONS.iter().collect();
@@ -37,7 +35,7 @@ fn the_schema_of_configurations_has_every_key() {
     expect_test::expect_file!["../../../editors/schemas/mauve.schema.json"].assert_eq(&expected);
 }
 
-/// `UPDATE_EXPECT=1 cargo test -p mauve-diagnostics --test schemas` writes it.
+/// `UPDATE_EXPECT=1 cargo test -p mauve-diagnostics --test main schemas::` writes it.
 #[test]
 fn the_schema_of_tables_has_every_key() {
     let times = [r##""allOf": [{ "$ref": "#/definitions/times" }]"##, "\"default\": 0"].map(str::to_owned);

@@ -2,10 +2,10 @@
 //! that place, and nothing that follows from it.
 //!
 //! An operator changes a model as a value and marks where its diagnostic is to stand (`mauve_tests::model`); it does nothing
-//! where the model has no place for the mistake. `MAUVE_SEEDS=500 cargo test --release -p mauve-diagnostics --test seeding`
-//! tries more models, `MAUVE_OPERATOR=two-writers` one kind of mistake.
-
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
+//! where the model has no place for the mistake.
+//!
+//! `MAUVE_SEEDS=500 cargo test --release -p mauve-diagnostics --test main seeding::` tries more models,
+//! `MAUVE_OPERATOR=two-writers` one kind of mistake.
 
 use std::collections::{BTreeSet, HashSet};
 use std::fmt::Write as _;

@@ -1,16 +1,11 @@
 //! The limits of times and periods are those of the analysis: with the limit in the timing table, or in the deployment, every
 //! deadline is proved that was proved before, and with one nanosecond more (for a period, less) one of them is not.
 //!
-//! `MAUVE_LIMITS=2000 cargo test --release -p mauve-diagnostics --test sensitivity` tries more models.
-
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
-mod common;
+//! `MAUVE_LIMITS=2000 cargo test --release -p mauve-diagnostics --test main sensitivity::` tries more models.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use common::deployments;
 use mauve_hir::{Database, Workspace};
 use mauve_syntax::keywords::ActivityField;
 use mauve_tests::model::Model;
@@ -20,6 +15,8 @@ use mauve_wcrt::{
     ActivitySensitivity, Limit, Query, Report, Sensitivity, WhatIfField, response_times, response_times_if,
     sensitivity, system_of,
 };
+
+use crate::common::deployments;
 
 /// The limits that were compared with the analysis.
 #[derive(Debug, Default)]

@@ -1,20 +1,17 @@
 //! One mistake gives one message: each token of a complete model is deleted, and duplicated. The text then has at most one
 //! error or warning, and no deletion that is noticed gives an activity a shorter response time.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
-
-mod common;
-
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use common::{LEVEL, deployments, sample};
 use mauve_diagnostics::{Severity, workspace_diagnostics};
 use mauve_hir::{Database, Workspace};
 use mauve_syntax::lex;
 use mauve_timing::{Method, Time};
 use mauve_wcrt::{Query, response_times};
+
+use crate::common::{LEVEL, deployments, sample};
 
 #[test]
 fn in_the_project_of_mauve_new() {

@@ -3,18 +3,13 @@
 //! figure rests on has an error: neither the deployment, its architectures, the components that may run in its window, nor
 //! any table or `mauve.toml`; of warnings, these may only have one about a key that names nothing.
 //!
-//! `MAUVE_DAMAGES=200000 cargo test --release -p mauve-diagnostics --test spans -- --nocapture` tries more, and prints the kinds
+//! `MAUVE_DAMAGES=200000 cargo test --release -p mauve-diagnostics --test main spans:: -- --nocapture` tries more, and prints the kinds
 //! of damage that make a figure lower.
-
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
-
-mod common;
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use common::{deployments, sample};
 use mauve_diagnostics::{Finding, Severity, workspace_diagnostics};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{
@@ -25,6 +20,8 @@ use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange};
 use mauve_tests::{Random, random_model};
 use mauve_timing::{Level, Method, Time};
 use mauve_wcrt::{Query, response_times, system_of};
+
+use crate::common::{deployments, sample};
 
 /// Two architectures of one library, in two deployments; operations with arguments, values of every type, calls in calls;
 /// what no table has is assumed to take next to nothing.

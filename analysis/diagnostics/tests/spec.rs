@@ -8,8 +8,6 @@
 //! marks as hints; other hints do not matter. Every model is read five times: as it stands, indented by tabs, with CRLF,
 //! without a last newline, and behind a byte order mark; that changes nothing.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
-
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

@@ -1,14 +1,13 @@
 //! What of a deployment is analysed: nothing that rests on what was lost, and everything else.
 
-mod common;
-
-use common::{LEVEL, diagnostics, verdicts, verdicts_with, workspace};
 use expect_test::{Expect, expect};
 use mauve_diagnostics::workspace_diagnostics;
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, names_of, projects};
 use mauve_timing::{Level, Method};
 use mauve_wcrt::{Deadlines, Query, Report, response_times};
+
+use crate::common::{LEVEL, diagnostics, verdicts, verdicts_with, workspace};
 
 /// Three activities of 1, 2 and 4 ms on one CPU, by falling priority.
 const ROBOT: &str = "

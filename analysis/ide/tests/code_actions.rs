@@ -1,9 +1,7 @@
 //! Every action that is offered, at random places of the sample robots and of random models: its edits lie in their files, it
 //! makes no syntax error, and a refactoring makes no error at all and leaves every response time as it is.
 //!
-//! `MAUVE_ACTIONS=1000 cargo test --release -p mauve-ide --test code_actions` tries more models, `MAUVE_SEED=7` others.
-
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
+//! `MAUVE_ACTIONS=1000 cargo test --release -p mauve-ide --test main code_actions::` tries more models, `MAUVE_SEED=7` others.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;

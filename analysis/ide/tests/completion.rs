@@ -1,8 +1,6 @@
 //! Completion and signature help on the sample robot: wherever the cursor is, whatever is missing behind it or before it; and
 //! each name of the models, taken away, is offered where it stood.
 
-#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
-
 use std::collections::HashSet;
 use std::ops::Range;
 use std::path::PathBuf;

@@ -1,8 +1,6 @@
 //! Drawings of random models, checked from the geometry of their SVG: no text covers another text, a line or the border of a box;
 //! each line ends at the border of its boxes; no line crosses a box.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;

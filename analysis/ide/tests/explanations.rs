@@ -1,9 +1,7 @@
 //! Every figure of an explanation adds up: the texts of random deployments, which people see with `--explain`, and the tables of
 //! hovers, also those of the sample models, are read again, and their sums are computed.
 //!
-//! `MAUVE_EXPLANATIONS=10000 cargo test --release -p mauve-ide --test explanations` tries more deployments.
-
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+//! `MAUVE_EXPLANATIONS=10000 cargo test --release -p mauve-ide --test main explanations::` tries more deployments.
 
 use std::fmt::Write as _;
 use std::panic::{AssertUnwindSafe, catch_unwind};

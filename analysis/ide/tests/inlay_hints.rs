@@ -1,7 +1,5 @@
 //! Every hint of random deployments fits, and every title of an action; and while a model is typed, older figures stand only where the text has none.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
-
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 

@@ -1,7 +1,5 @@
 //! Names changed at random, in the sample robots and in random models: the model stays what it was, but for the name.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,5 @@
 //! Deployments of random models: their scripts are read by a strict reader, and say what the models say.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 

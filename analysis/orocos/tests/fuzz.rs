@@ -1,8 +1,6 @@
 //! The properties of folders of packages that `cargo fuzz` looks for exceptions to, on some hundred texts.
 //!
-//! `MAUVE_FUZZ=100000 cargo test --release -p mauve-orocos --test fuzz` tries more.
-
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+//! `MAUVE_FUZZ=100000 cargo test --release -p mauve-orocos --test main fuzz::` tries more.
 
 #[path = "../../../tests/fuzz/packages.rs"]
 mod packages;

@@ -1,7 +1,5 @@
 //! The size of generated files grows linearly with the model.
 
-#![allow(clippy::unwrap_used, clippy::indexing_slicing)]
-
 use std::fmt::Write as _;
 
 use mauve_hir::{Database, Workspace, projects};

@@ -1,7 +1,5 @@
 //! The reference of generated code (`tests/spec/12-generated-code.md`): what it shows stands in the packages of its first model.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
-
 use mauve_hir::{Database, Workspace, projects};
 
 /// The languages of the excerpts that are looked for.

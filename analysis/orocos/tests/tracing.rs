@@ -1,7 +1,6 @@
 //! Traced code, recorded by LTTng: what the spans of a package's header say, and what is left of them without tracing.
 
 #![cfg(target_os = "linux")]
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::collections::BTreeSet;
 use std::io::{BufRead as _, BufReader, Write as _};

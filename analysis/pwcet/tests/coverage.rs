@@ -1,9 +1,7 @@
 //! Coverage: how often the upper bounds are above the true quantiles of synthetic laws, and how many estimates have a warning.
 //!
-//! `MAUVE_COVERAGE_RUNS=1000 cargo test --release -p mauve-pwcet --test coverage -- --nocapture` prints the table, for samples of
-//! `MAUVE_COVERAGE_COUNT` executions (5000).
-
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
+//! `MAUVE_COVERAGE_RUNS=1000 cargo test --release -p mauve-pwcet --test main coverage:: -- --nocapture` prints the table,
+//! for samples of `MAUVE_COVERAGE_COUNT` executions (5000).
 
 use mauve_pwcet::{Estimate, Options, TailModel, estimate};
 use rand_pcg::Pcg64Mcg;

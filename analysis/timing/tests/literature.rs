@@ -1,7 +1,5 @@
 //! Equality with `response-time-analysis`, an implementation of analyses that were proved in Coq (Prosa).
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use mauve_timing::{
     Bound, Demand, Edge, Method, Options, StateMachine, Task, Time, TraceBound, Utilisation, response_times,
 };

@@ -1,7 +1,5 @@
 //! The robot of the paper (Table 2): every figure of its Tables 3 and 4, and what stands where a figure is no bound.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use mauve_timing::{
     Analysis, Bound, Breakdown, Demand, Edge, Method, Options, StateMachine, Status, Task, Time,
     response_times,

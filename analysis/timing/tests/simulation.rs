@@ -1,9 +1,7 @@
 //! Random simulations: the schedules obey the rules of the scheduler, and no job takes longer than the bounds.
 //!
-//! `MAUVE_SIMULATED_JOBS=10000000 cargo test --release -p mauve-timing --test simulation -- --nocapture` simulates more jobs,
-//! and prints the greatest ratio of a simulated response time to its bound.
-
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+//! `MAUVE_SIMULATED_JOBS=10000000 cargo test --release -p mauve-timing --test main simulation:: -- --nocapture` simulates
+//! more jobs, and prints the greatest ratio of a simulated response time to its bound.
 
 use std::time::Instant;
 

@@ -1,6 +1,4 @@
 //! A fixture's verdicts and machines as text.
-#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
-#![allow(dead_code, reason = "each test file uses a part of it")]
 
 use std::fmt::Write as _;
 use std::path::PathBuf;

@@ -2,8 +2,8 @@
 
 use mauve_timing::Method;
 
-use crate::explore::{Outcome, explore, greatest_responses, schedule_above};
-use crate::system::{Calls, Served, System, simple, task};
+use super::explore::{Outcome, explore, greatest_responses, schedule_above};
+use super::system::{Calls, Served, System, simple, task};
 
 /// The exploration finds these greatest response times, and notices each limit that is 1 ns lower.
 fn check(system: &System, greatest: &[u64]) {

@@ -10,8 +10,8 @@ use std::fmt::Write;
 
 use rustc_hash::FxHashMap;
 
-use crate::scheduler::Scheduler;
-use crate::system::{Calls, System};
+use super::scheduler::Scheduler;
+use super::system::{Calls, System};
 
 /// A system with more states than this is dropped.
 pub(crate) const MOST_STATES: usize = 30_000;

@@ -5,9 +5,9 @@ use std::fmt;
 
 use mauve_timing::Method;
 
-use crate::explore::{MOST_STATES, OPERATIONS, Outcome, explore, schedule_above};
-use crate::scheduler::keeps_priorities;
-use crate::system::{Bounds, Calls, METHODS, Served, System, Task, simple, task};
+use super::explore::{MOST_STATES, OPERATIONS, Outcome, explore, schedule_above};
+use super::scheduler::keeps_priorities;
+use super::system::{Bounds, Calls, METHODS, Served, System, Task, simple, task};
 
 /// The number of systems of each kind, unless the environment says otherwise.
 const SYSTEMS: u64 = 5000;
@@ -21,7 +21,7 @@ enum Kind {
     Paths,
     /// Two or three CPUs; no task waits while a CPU of its mask executes a task of lower priority.
     SeveralCpus,
-    /// Three CPUs, with different masks of several CPUs that share CPUs; see [`crate::scheduler::Scheduler`].
+    /// Three CPUs, with different masks of several CPUs that share CPUs; see [`super::scheduler::Scheduler`].
     LinkedCpus,
     /// One CPU, with release jitter.
     Jitter,

@@ -1,6 +1,6 @@
 //! The tasks that may execute at the same time, by the tasks that are ready.
 
-use crate::system::{System, Task};
+use super::system::{System, Task};
 
 /// For each set of ready tasks (one bit for each), the sets of tasks that may execute.
 ///

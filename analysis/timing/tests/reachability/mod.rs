@@ -14,9 +14,7 @@
 //! | `cases.rs` | systems whose greatest response times are known by hand |
 //! | `random.rs` | random systems |
 //!
-//! `MAUVE_ORACLE_SYSTEMS=100000 cargo test --release -p mauve-timing --test reachability` tries more systems.
-
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+//! `MAUVE_ORACLE_SYSTEMS=100000 cargo test --release -p mauve-timing --test main reachability::` tries more systems.
 
 mod cases;
 mod explore;

@@ -1,0 +1,50 @@
+//! The tests of what is wrong with whole projects, and of the figures in them: one program, a module for each subject.
+//!
+//! | module | what it tests |
+//! |---|---|
+//! | [`damage`] | one damaged token never makes a response time shorter |
+//! | [`exported`] | a task set that is written and read again gives the same report |
+//! | [`fixes`] | each fix of a page mends its model |
+//! | [`fuzz`] | the properties of `tests/fuzz`, on some thousand texts |
+//! | [`interpreter`] | the cost of each edge, compared with an interpreter of random cores |
+//! | [`losses`] | response times in damaged texts, by example |
+//! | [`machines`] | the edges of state machines, and their costs |
+//! | [`misspelt_keys`] | a misspelt key of a timing table never makes a response time shorter |
+//! | [`mistakes`] | the one message of each mistake in `tests/mistakes` |
+//! | [`mutations`] | random texts: no panic, no lost byte, and a location for each diagnostic |
+//! | [`pages`] | the models on the pages of `mauve explain` |
+//! | [`queries`] | which queries an edit executes |
+//! | [`reparse`] | the database after an edit equals a new one |
+//! | [`schemas`] | the JSON schemas, compared with the readers |
+//! | [`seeding`] | one mistake in a random model is one diagnostic at its location |
+//! | [`sensitivity`] | the limits of times and periods, compared with the analysis |
+//! | [`single_tokens`] | each deleted or duplicated token gives one message |
+//! | [`size`] | models that are too large |
+//! | [`spans`] | a damaged span never makes a figure lower that rests on an error |
+//! | [`spec`] | the language reference in `tests/spec` |
+//! | [`verdicts`] | which activities of a deployment are analysed |
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+mod common;
+mod damage;
+mod exported;
+mod fixes;
+mod fuzz;
+mod interpreter;
+mod losses;
+mod machines;
+mod misspelt_keys;
+mod mistakes;
+mod mutations;
+mod pages;
+mod queries;
+mod reparse;
+mod schemas;
+mod seeding;
+mod sensitivity;
+mod single_tokens;
+mod size;
+mod spans;
+mod spec;
+mod verdicts;

@@ -1,0 +1,19 @@
+//! The tests of editor features on the sample robots and on random models: one program, a module for each subject.
+//!
+//! | module | what it tests |
+//! |---|---|
+//! | [`code_actions`] | the edits of each action at random places |
+//! | [`completion`] | completion and signature help everywhere in the sample robot |
+//! | [`drawings`] | the geometry of drawings of random models |
+//! | [`explanations`] | the sums in explanations and hovers |
+//! | [`inlay_hints`] | hints of random deployments, and while a model is typed |
+//! | [`renames`] | random renames keep the meaning of a model |
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+mod code_actions;
+mod completion;
+mod drawings;
+mod explanations;
+mod inlay_hints;
+mod renames;

@@ -1,0 +1,15 @@
+//! The tests of the analysis against others of its kind: one program, a module for each oracle.
+//!
+//! | module | what it tests |
+//! |---|---|
+//! | [`literature`] | equality with `response-time-analysis` |
+//! | [`reachability`] | every schedule of small systems |
+//! | [`robot`] | every figure of the paper |
+//! | [`simulation`] | random schedules of larger systems |
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
+mod literature;
+mod reachability;
+mod robot;
+mod simulation;
