@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use mauve_diagnostics::{PROSE, task_set_error_message, timing_reason};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, Project, Workspace, names_of, projects};
-use mauve_tests::{Random, random_model, texts_in};
+use mauve_tests::{random_model, texts_in};
 use mauve_timing::task_set::{Component, Exported, TaskSet};
 use mauve_timing::{Level, Method, Status, Time};
 use mauve_wcrt::{
@@ -19,6 +19,7 @@ use mauve_wcrt::{
 use serde_json::{Value, json};
 
 use crate::common::deployments;
+use crate::damaged::{Project as DamagedProject, any, cases, number};
 
 /// What was compared.
 #[derive(Default, Debug)]
@@ -173,7 +174,7 @@ fn machines<'db>(
 }
 
 fn count() -> u64 {
-    std::env::var("MAUVE_EXPORTS").map_or(300, |count| count.parse().expect("a number"))
+    number("MAUVE_EXPORTS", 300)
 }
 
 #[test]
@@ -362,29 +363,15 @@ fn random_models() {
 
 #[test]
 fn damaged_models() {
-    let sample = mauve_tests::models().join("p3dx");
-    let random = (0..count() / 30).map(|seed| ("/".into(), random_model(seed).texts()));
-    let models: Vec<(PathBuf, Vec<(PathBuf, String)>)> =
-        std::iter::once((sample.clone(), texts_in(&sample))).chain(random).collect();
+    let random = (0..count() / 30).map(DamagedProject::random);
     let mut counted = Counted::default();
-    for (number, (folder, texts)) in models.iter().enumerate() {
-        let mut db = Database::default();
-        let workspace = Workspace::of_texts(&db, folder.clone(), texts.iter().cloned());
-        for damage in 0..30 {
-            let mut random =
-                Random(0x2545_f491_4f6c_dd1d ^ (number as u64 * 1000 + damage + 1).wrapping_mul(0x9e37_79b9));
-            let (path, text) = random.of(texts);
-            let damaged = damage_once(text, &mut random);
-            let file = workspace.file(&db, path).unwrap();
-            file.set_text(&mut db, damaged.as_str().into());
-            check(
-                &db,
-                workspace,
-                &format!("model {number}, damage {damage} in {}", path.display()),
-                &mut counted,
-            );
-            file.set_text(&mut db, text.as_str().into());
-        }
+    for (salt, project) in std::iter::once(DamagedProject::sample("p3dx")).chain(random).enumerate() {
+        project.damage(
+            (30, salt as u64),
+            false,
+            |texts, random| vec![any(texts, random)],
+            |damaged| check(damaged.db, damaged.workspace, "damaged", &mut counted),
+        );
     }
     assert!(counted.responses > 100 && counted.not_analysed > 100, "{counted:?}");
 }
@@ -425,8 +412,7 @@ fn hostile_task_sets() {
     let mut whole: Value = serde_json::from_str(&text).unwrap();
     whole.as_object_mut().unwrap().remove("digest");
     let (mut refused, mut analysed) = (0, 0);
-    for damage in 0..count() * 10 {
-        let mut random = Random(0x0123_4567_89ab_cdef ^ (damage + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
+    cases(count() * 10, 0, |_, random| {
         let mut document = whole.clone();
         for _ in 0..1 + random.below(3) {
             let paths = pointers(&document);
@@ -460,7 +446,7 @@ fn hostile_task_sets() {
                 }
             }
         }
-    }
+    });
     assert!(refused > count() && analysed > count(), "{refused} refused, {analysed} analysed");
 }
 
@@ -481,18 +467,4 @@ fn pointers(document: &Value) -> Vec<String> {
         found.push(path);
     }
     found
-}
-
-/// One token goes, is doubled, or is another.
-fn damage_once(text: &str, random: &mut Random) -> String {
-    let lexed = mauve_syntax::lex(text);
-    let token = lexed.range(random.below(lexed.len().max(1)));
-    let junk = ["qqq", "{", "}", "(", "=", "->", "§", "\"", "\n", "\u{1b}", "9", "1e-3"];
-    let (before, after) = (&text[..token.start], &text[token.end..]);
-    match random.below(4) {
-        0 => format!("{before}{after}"),
-        1 => format!("{before}{} {}{after}", &text[token.clone()], random.of(&junk)),
-        2 => format!("{before}{}{after}", random.of(&junk)),
-        _ => format!("{before}{0} {0}{after}", &text[token]),
-    }
 }

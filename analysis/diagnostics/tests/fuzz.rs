@@ -5,7 +5,9 @@
 #[path = "../../../tests/fuzz/properties.rs"]
 mod properties;
 
-use mauve_tests::{Random, models};
+use mauve_tests::{Random, char_boundary, models};
+
+use crate::damaged::{cases, number};
 
 /// Words and pieces that models are made of.
 const PIECES: &str = "include \"a.mal\" library l { } use m codel f ( in a : int , out b : T ) : bool shell S extends B \
@@ -26,8 +28,15 @@ const TASK_SET: &str = r#"{"format":"mauve-3","unit":"ns","deployment":{"name":"
     "overhead":[0],"component_time":[null],"assumed":[],"programs":[{"program":"p","time":[5]}],
     "edges":[{"source":"u","target":"u","transition":null,"first":1,"then":[],"cost":[5]}]}}]}}"#;
 
-fn tried() -> usize {
-    std::env::var("MAUVE_FUZZ").map_or(1500, |count| count.parse().expect("a number"))
+fn tried() -> u64 {
+    number("MAUVE_FUZZ", 1500)
+}
+
+/// Returns some of the pieces, one after the other.
+fn soup(pieces: &str, most: usize, random: &mut Random) -> String {
+    let pieces: Vec<&str> = pieces.split(' ').collect();
+    let soup: Vec<&str> = (0..random.below(most)).map(|_| *random.of(&pieces)).collect();
+    soup.join(["", " ", "\n"][random.below(3)])
 }
 
 #[test]
@@ -37,39 +46,28 @@ fn the_task_set_is_one() {
 
 #[test]
 fn properties_hold_for_what_stands_beside_models() {
-    let pieces: Vec<&str> = OTHER_PIECES.split(' ').collect();
-    let mut random = Random(0x9e37_79b9_7f4a_7c15);
-    for _ in 0..tried() / 5 {
-        let soup: Vec<&str> = (0..random.below(30)).map(|_| pieces[random.below(pieces.len())]).collect();
-        let text = soup.join(["", " ", "\n"][random.below(3)]);
+    let letters: Vec<char> = OTHER_PIECES.chars().collect();
+    cases(tried() / 5, 0, |_, random| {
+        let text = soup(OTHER_PIECES, 30, random);
         properties::config(&text);
         properties::table(&text);
         properties::message(&text);
         // One number, name or sign is another.
         let at = random.below(TASK_SET.len());
-        let other = pieces[random.below(pieces.len())].chars().next().unwrap_or('9');
+        let other = random.of(&letters);
         properties::task_set(&format!("{}{other}{}", &TASK_SET[..at], &TASK_SET[at + 1..]));
-    }
+    });
 }
 
 #[test]
 fn properties_hold_for_any_text() {
-    let count = tried();
     let sample = std::fs::read_to_string(models().join("p3dx/components/navigation.mal")).unwrap();
-    let pieces: Vec<&str> = PIECES.split(' ').collect();
-    let mut random = Random(0x2545_f491_4f6c_dd1d);
-    for _ in 0..count {
-        let soup: Vec<&str> = (0..random.below(60)).map(|_| pieces[random.below(pieces.len())]).collect();
-        let separator = ["", " ", "\n"][random.below(3)];
-        let soup = soup.join(separator);
+    cases(tried(), 0, |_, random| {
+        let soup = soup(PIECES, 60, random);
         // A piece of a model with some of that in it.
-        let mut cut = || {
-            let at = random.below(sample.len());
-            (at..sample.len()).find(|&at| sample.is_char_boundary(at)).unwrap_or(0)
-        };
+        let mut cut = || char_boundary(&sample, random.below(sample.len()));
         let (one, other) = (cut(), cut());
-        let (from, to) = (one.min(other), one.max(other));
-        let damaged = format!("{}{soup}{}", &sample[..from], &sample[to..]);
+        let damaged = format!("{}{soup}{}", &sample[..one.min(other)], &sample[one.max(other)..]);
         for text in [&soup, &damaged] {
             properties::parse(text);
             properties::format(text);
@@ -77,5 +75,5 @@ fn properties_hold_for_any_text() {
         }
         properties::reparse(&format!("{sample}\0{damaged}"));
         properties::reparse(&format!("{damaged}\0{soup}"));
-    }
+    });
 }

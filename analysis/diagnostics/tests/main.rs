@@ -2,6 +2,7 @@
 //!
 //! | module | what it tests |
 //! |---|---|
+//! | [`damaged`] | damage for several of the tests: what is damaged, how, and the report of a failure |
 //! | [`damage`] | one damaged token never makes a response time shorter |
 //! | [`exported`] | a task set that is written and read again gives the same report |
 //! | [`fixes`] | each fix of a page mends its model |
@@ -28,6 +29,7 @@
 
 mod common;
 mod damage;
+mod damaged;
 mod exported;
 mod fixes;
 mod fuzz;

@@ -3,25 +3,22 @@
 //! figure rests on has an error: neither the deployment, its architectures, the components that may run in its window, nor
 //! any table or `mauve.toml`; of warnings, these may only have one about a key that names nothing.
 //!
-//! `MAUVE_DAMAGES=200000 cargo test --release -p mauve-diagnostics --test main spans:: -- --nocapture` tries more, and prints the kinds
-//! of damage that make a figure lower.
+//! `MAUVE_DAMAGES=200000 cargo test --release -p mauve-diagnostics --test main spans:: -- --nocapture` tries more, and
+//! prints the kinds of damage that make a figure lower.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
-use std::ops::Range;
-use std::path::{Path, PathBuf};
 
-use mauve_diagnostics::{Finding, Severity, workspace_diagnostics};
+use mauve_diagnostics::{Finding, Severity};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{
-    Database, Decl, Project, Workspace, core_of, declaration_at, features_of, flat_of, names_of, parse,
-    shell_of,
+    Database, Decl, Project as HirProject, Workspace, core_of, declaration_at, features_of, flat_of,
+    names_of, parse, shell_of,
 };
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange};
-use mauve_tests::{Random, random_model};
-use mauve_timing::{Level, Method, Time};
-use mauve_wcrt::{Query, response_times, system_of};
+use mauve_wcrt::system_of;
 
-use crate::common::{deployments, sample};
+use crate::common::deployments;
+use crate::damaged::{self, Activity, Project, number, span};
 
 /// Two architectures of one library, in two deployments; operations with arguments, values of every type, calls in calls;
 /// what no table has is assumed to take next to nothing.
@@ -178,92 +175,71 @@ context_switch = 0.0625
 
 #[test]
 fn no_figure_of_the_sample_falls_where_an_error_stands() {
-    damage(&mauve_tests::models().join("p3dx"), &sample(), 0);
+    damage(&Project::sample("p3dx"), (damages(), 0));
 }
 
 #[test]
 fn nor_one_of_two_architectures() {
-    let texts = mauve_tests::fixture(TWO).into_iter();
-    damage(Path::new("/"), &texts.map(|(path, text)| (path.into(), text)).collect::<Vec<_>>(), 1);
+    damage(&Project::fixture(TWO), (damages(), 1));
 }
 
 #[test]
 fn nor_where_everything_stands_on_one_line() {
-    let one_line = |(path, text): (String, String)| {
-        let text = if path.ends_with(".mal") { text.replace('\n', " ") } else { text };
-        (PathBuf::from(path), text)
-    };
-    damage(Path::new("/"), &mauve_tests::fixture(TWO).into_iter().map(one_line).collect::<Vec<_>>(), 2);
+    damage(&Project::fixture(TWO).on_one_line(), (damages(), 2));
 }
 
 #[test]
 fn nor_one_of_random_models() {
-    let texts = (0..).map(|seed| (seed, random_model(seed).texts()));
+    let projects = (0..).map(|seed| (seed, Project::random(seed)));
     // In some, one served operation takes all figures.
-    let with_figures = texts.filter(|(_, texts)| {
-        let db = Database::default();
-        let workspace = Workspace::of_texts(&db, "/".into(), texts.iter().cloned());
-        responses(&db, workspace).values().flatten().count() > 2
-    });
-    for (seed, texts) in with_figures.take(MODELS) {
-        damage_times(Path::new("/"), &texts, seed + 3, damages() / MODELS as u64);
+    let with_figures =
+        projects.filter(|(_, project)| project.responses(|_| false).values().flatten().count() > 2);
+    for (seed, project) in with_figures.take(MODELS) {
+        damage(&project, (damages() / MODELS as u64, seed + 3));
     }
 }
 
 const MODELS: usize = 10;
 
 fn damages() -> u64 {
-    std::env::var("MAUVE_DAMAGES").map_or(600, |count| count.parse().expect("a number"))
+    number("MAUVE_DAMAGES", 600)
 }
 
-fn damage(folder: &Path, texts: &[(PathBuf, String)], seed: u64) {
-    damage_times(folder, texts, seed, damages());
-}
-
-fn damage_times(folder: &Path, texts: &[(PathBuf, String)], seed: u64, damages: u64) {
-    let mut db = Database::default();
-    let workspace = Workspace::of_texts(&db, folder.to_owned(), texts.iter().cloned());
-    let whole = responses(&db, workspace);
-    let findings = workspace_diagnostics(&db, workspace);
-    let errors: Vec<_> = findings.iter().filter(|it| it.diagnostic.code.is_of_text()).collect();
-    assert!(errors.is_empty(), "{errors:?}");
+fn damage(project: &Project, cases: (u64, u64)) {
+    let whole = project.responses(|it| it.diagnostic.code.is_of_text());
     assert!(whole.values().flatten().count() > 2, "there are figures");
     let (mut lost, mut kept) = (0, 0);
     let mut lower: BTreeMap<String, u64> = BTreeMap::new();
-    for number in 0..damages {
-        let start = 0x9e37_79b9_7f4a_7c15 ^ ((seed << 40) + number + 1).wrapping_mul(0xd134_2543_de82_ef95);
-        let mut random = Random(start);
-        let (damaged, what) = damage_once(texts, &mut random);
-        for (path, text) in texts.iter().zip(&damaged).filter(|((_, old), new)| old != *new) {
-            let file = workspace.file(&db, &path.0).unwrap();
-            file.set_text(&mut db, text.as_str().into());
-        }
-        let now = responses(&db, workspace);
-        let fallen = now.iter().filter(|(activity, response)| {
-            let old = whole.get(*activity).copied().flatten();
-            response.is_some_and(|response| old.is_some_and(|old| response < old))
-        });
-        let fallen: Vec<&Activity> = fallen.map(|(activity, _)| activity).collect();
-        lost += whole
-            .iter()
-            .filter(|(activity, old)| old.is_some() && now.get(*activity).is_none_or(Option::is_none))
-            .count();
-        kept += now.values().flatten().count();
-        if !fallen.is_empty() {
-            let found = workspace_diagnostics(&db, workspace);
+    project.damage(
+        cases,
+        false,
+        |texts, random| vec![span(texts, random)],
+        |damaged| {
+            let (db, now) = (damaged.db, damaged.responses());
+            let has_figure = |activity: &Activity| now.get(activity).is_some_and(Option::is_some);
+            lost += whole.iter().filter(|(activity, old)| old.is_some() && !has_figure(activity)).count();
+            kept += now.values().flatten().count();
+            let fallen = now.iter().filter(|(activity, response)| {
+                let old = whole.get(*activity).copied().flatten();
+                response.is_some_and(|response| old.is_some_and(|old| response < old))
+            });
+            let fallen: Vec<&Activity> = fallen.map(|(activity, _)| activity).collect();
+            if fallen.is_empty() {
+                return;
+            }
+            let found = damaged.findings();
             let mut warnings = BTreeSet::new();
             for activity in fallen {
-                for finding in found.iter().filter(|finding| rests_on(&db, workspace, activity, finding)) {
-                    let (code, is_table) = (finding.diagnostic.code, is_table(&db, finding));
+                for finding in found.iter().filter(|it| rests_on(db, damaged.workspace, activity, it)) {
+                    let code = finding.diagnostic.code;
                     assert!(
                         code.severity == Severity::Warning
-                            && (!is_table || code.name == "unknown-timing-key"),
-                        "seed {seed}, damage {number}: {what}\n{activity:?} was {:?}, is {:?}, and there is {}: {}\n{}",
+                            && (!is_table(db, finding) || code.name == "unknown-timing-key"),
+                        "{activity:?} was {:?}, is {:?}, and there is {}: {}",
                         whole[activity],
                         now[activity],
                         code.name,
-                        finding.diagnostic.message,
-                        shown(texts, &damaged)
+                        finding.diagnostic.message
                     );
                     warnings.insert(code.name);
                 }
@@ -271,56 +247,25 @@ fn damage_times(folder: &Path, texts: &[(PathBuf, String)], seed: u64, damages: 
             // What has an error elsewhere was moved there.
             let is_error = |it: &&Finding<'_>| it.diagnostic.code.severity == Severity::Error;
             let elsewhere = found.iter().filter(is_error).map(|it| it.diagnostic.code.name);
+            let elsewhere: BTreeSet<&str> = elsewhere.filter(|code| *code != "deadline-missed").collect();
             let kind: Vec<&str> = warnings.into_iter().collect();
             let kind = if kind.is_empty() { "another model".to_owned() } else { kind.join(", ") };
-            let elsewhere: BTreeSet<&str> = elsewhere.filter(|code| *code != "deadline-missed").collect();
             let kind = if elsewhere.is_empty() { kind } else { format!("{kind}, and an error elsewhere") };
-            if kind.contains("elsewhere") && std::env::var_os("MAUVE_SHOW").is_some() {
-                println!("{what}: {elsewhere:?}");
+            if !elsewhere.is_empty() && std::env::var_os("MAUVE_SHOW").is_some() {
+                println!("{}: {elsewhere:?}", damaged.done[0]);
             }
             *lower.entry(kind).or_default() += 1;
-        }
-        for (path, text) in
-            texts.iter().zip(&damaged).filter(|((_, old), new)| old != *new).map(|(old, _)| old)
-        {
-            let file = workspace.file(&db, path).unwrap();
-            file.set_text(&mut db, text.as_str().into());
-        }
-    }
-    println!(
-        "{}: {damages} damages; figures: {lost} gone, {kept} there; damages with a lower one, by warning: {lower:?}",
-        folder.display()
+        },
     );
-    assert!(lost > damages as usize / 4 && kept > damages as usize / 8, "{lost} lost, {kept} kept");
-}
-
-/// What has changed in a damaged text.
-fn shown(texts: &[(PathBuf, String)], damaged: &[String]) -> String {
-    let changed = texts.iter().zip(damaged).filter(|((_, old), new)| old != *new);
-    changed.map(|((path, _), new)| format!("//- {}\n{new}\n", path.display())).collect()
+    println!(
+        "{cases:?}: figures: {lost} gone, {kept} there; damages with a lower one, by warning: {lower:?}"
+    );
+    let count = cases.0 as usize;
+    assert!(lost > count / 4 && kept > count / 8, "{lost} lost, {kept} kept");
 }
 
 fn is_table(db: &Database, finding: &Finding<'_>) -> bool {
-    finding.diagnostic.at.file(db).path(db).extension().is_some_and(|it| it == "toml")
-}
-
-/// A deployment, an instance, a method.
-type Activity = (String, String, &'static str);
-
-const METHODS: [(Method, &str); 2] = [(Method::Psm, "psm"), (Method::Classic, "classic")];
-
-fn responses(db: &Database, workspace: Workspace) -> BTreeMap<Activity, Option<Time>> {
-    let mut responses = BTreeMap::new();
-    for (project, deployment) in deployments(db, workspace) {
-        for (method, name) in METHODS {
-            let query = Query { level: Level::from_f64(1e-3).unwrap(), method, horizon: None };
-            for activity in &response_times(db, project, deployment, query).activities {
-                let key = (deployment.name(db).to_string(), activity.instance.to_string(), name);
-                responses.insert(key, activity.response);
-            }
-        }
-    }
-    responses
+    damaged::is_table(finding.diagnostic.at.file(db).path(db))
 }
 
 /// Does the figure of an activity rest on the place of an error or a warning?
@@ -350,7 +295,7 @@ fn rests_on(
     let item = token.and_then(|token| token.parent_ancestors().find(is_item));
     let tokens = item.into_iter().flat_map(|item| item.descendants_with_tokens());
     let words: HashSet<String> = tokens.filter_map(|it| Some(it.into_token()?.text().to_owned())).collect();
-    let is_own = |(_, decl): &(Project<'_>, Decl<'_>)| *decl.name(db) == **deployment;
+    let is_own = |(_, decl): &(HirProject<'_>, Decl<'_>)| *decl.name(db) == **deployment;
     deployments(db, workspace).into_iter().filter(is_own).any(|(project, deployment)| {
         let (places, delaying) = resting_places(db, project, deployment, instance);
         let activities = &system_of(db, project, deployment).activities;
@@ -363,7 +308,7 @@ fn rests_on(
 /// The declarations that the figure of an activity rests on, and the activities that may run in its window.
 fn resting_places<'db>(
     db: &'db Database,
-    project: Project<'db>,
+    project: HirProject<'db>,
     deployment: Decl<'db>,
     instance: &str,
 ) -> (HashSet<Decl<'db>>, HashSet<&'db str>) {
@@ -403,116 +348,4 @@ fn resting_places<'db>(
         }
     }
     (places, activities)
-}
-
-// Damage.
-
-/// The texts with one span of one of them deleted, duplicated, moved or swapped with another; and what was done.
-fn damage_once(texts: &[(PathBuf, String)], random: &mut Random) -> (Vec<String>, String) {
-    let mut damaged: Vec<String> = texts.iter().map(|(_, text)| text.clone()).collect();
-    let file = random.below(texts.len());
-    let other = if random.below(4) == 0 { random.below(texts.len()) } else { file };
-    let unit = random.below(3);
-    let span = span(&texts[file].1, unit, random);
-    let piece = texts[file].1[span.clone()].to_owned();
-    let name = |file: usize| texts[file].0.file_name().unwrap().to_string_lossy().into_owned();
-    let place = |file: usize, at: usize| {
-        let line = texts[file].1[..at].matches('\n').count() + 1;
-        format!("{}:{line}", name(file))
-    };
-    let from = place(file, span.start);
-    let what = match random.below(4) {
-        0 => {
-            damaged[file].replace_range(span, "");
-            format!("{from}: {piece:?} is gone")
-        }
-        kind @ (1 | 2) => {
-            let lexed = mauve_syntax::lex(&texts[other].1);
-            let at = lexed.range(random.below(lexed.len().max(1))).start;
-            let inside = other == file && span.start < at && at < span.end;
-            let at = if inside { span.end } else { at };
-            let put = format!(" {piece} ");
-            // What stands further behind first.
-            if kind == 2 && other == file && at <= span.start {
-                damaged[file].replace_range(span, "");
-                damaged[file].insert_str(at, &put);
-            } else {
-                damaged[other].insert_str(at, &put);
-                if kind == 2 {
-                    damaged[file].replace_range(span, "");
-                }
-            }
-            let verb = if kind == 1 { "also stands" } else { "stands" };
-            format!("{from}: {piece:?} {verb} at {}", place(other, at))
-        }
-        _ => {
-            let second = self::span(&texts[other].1, unit, random);
-            let put = texts[other].1[second.clone()].to_owned();
-            let overlap = other == file && span.start < second.end && second.start < span.end;
-            let what = format!("{from}: {piece:?} and {}: {put:?} are swapped", place(other, second.start));
-            match (other == file, overlap) {
-                (true, true) => damaged[file].replace_range(span, ""),
-                (true, false) if second.start < span.start => {
-                    damaged[file].replace_range(span, &put);
-                    damaged[file].replace_range(second, &piece);
-                }
-                _ => {
-                    damaged[other].replace_range(second, &piece);
-                    damaged[file].replace_range(span, &put);
-                }
-            }
-            what
-        }
-    };
-    (damaged, what)
-}
-
-/// Some tokens, some lines, or what brackets enclose, at times without them.
-fn span(text: &str, unit: usize, random: &mut Random) -> Range<usize> {
-    let lexed = mauve_syntax::lex(text);
-    if lexed.is_empty() {
-        return 0..0;
-    }
-    let first = random.below(lexed.len());
-    let tokens = |count: usize| {
-        let last = (first + count).min(lexed.len() - 1);
-        lexed.range(first).start..lexed.range(last).end
-    };
-    match unit {
-        0 => tokens(random.below(6)),
-        1 => {
-            let at = lexed.range(first).start;
-            let start = text[..at].rfind('\n').map_or(0, |at| at + 1);
-            let count = 1 + random.below(4);
-            let end =
-                text[start..].match_indices('\n').nth(count - 1).map_or(text.len(), |(at, _)| start + at + 1);
-            start..end
-        }
-        _ => {
-            let bracket = |index: usize| &text[lexed.range(index)];
-            let Some(open) = (first..lexed.len()).find(|&it| matches!(bracket(it), "{" | "(" | "[")) else {
-                return tokens(1);
-            };
-            let mut depth = 0;
-            let close = (open..lexed.len()).find(|&it| {
-                match bracket(it) {
-                    "{" | "(" | "[" => depth += 1,
-                    "}" | ")" | "]" => depth -= 1,
-                    _ => {}
-                }
-                depth == 0
-            });
-            let Some(close) = close else { return tokens(2) };
-            let (open, close) = (lexed.range(open), lexed.range(close));
-            match random.below(3) {
-                0 => open.end..close.start,
-                1 => open.start..close.end,
-                // With what stands before it, such as `f(…)` or `state A { … }`.
-                _ => {
-                    let before = (0..first).rev().find(|&it| matches!(bracket(it), ";" | "{" | "}" | "\n"));
-                    before.map_or(open.start, |it| lexed.range(it).end).min(open.start)..close.end
-                }
-            }
-        }
-    }
 }
