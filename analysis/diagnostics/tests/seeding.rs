@@ -10,7 +10,7 @@
 use std::collections::{BTreeSet, HashSet};
 use std::fmt::Write as _;
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use mauve_diagnostics::{Severity, codes, workspace_diagnostics};
 use mauve_hir::{Database, Workspace};
@@ -98,7 +98,7 @@ type Operator = fn(&mut Seed) -> Option<()>;
 fn random_models_have_no_error_and_no_warning() {
     for seed in 0..5 * models() {
         let written = random_model(seed).written();
-        let found = noticed(&written);
+        let found = noticed(&written, &mut None);
         assert!(found.is_empty(), "seed {seed}: {found:#?}\n{}", shown(&written));
     }
 }
@@ -115,19 +115,25 @@ fn every_error_has_an_operator() {
 #[test]
 fn one_mistake_is_one_diagnostic_at_its_place() {
     let only = std::env::var("MAUVE_OPERATOR").ok();
-    let mut failures = String::new();
-    for (code, operator) in
-        OPERATORS.iter().filter(|(code, _)| only.as_deref().is_none_or(|only| only == *code))
-    {
-        let (mut tried, mut failed) = (0, Vec::new());
-        // Not every model has a place for every mistake.
-        for seed in 0..100 * models() {
+    let is_tried = |code: &str| only.as_deref().is_none_or(|only| only == code);
+    let mut all: Vec<_> =
+        OPERATORS.iter().filter(|it| is_tried(it.0)).map(|it| (it, Tried::default())).collect();
+    // Not every model has a place for every mistake.
+    for seed in 0..100 * models() {
+        let mut left = all.iter_mut().filter(|(_, it)| it.models < models()).peekable();
+        if left.peek().is_none() {
+            break;
+        }
+        let model = random_model(seed);
+        // The mistakes are edits of one database.
+        let mut opened = None;
+        for ((code, operator), tried) in left {
             let random = Random((seed + 1).wrapping_mul(0xd134_2543_de82_ef95) | 1);
-            let mut seeded = Seed { model: random_model(seed), random };
+            let mut seeded = Seed { model: model.clone(), random };
             if operator(&mut seeded).is_none() {
                 continue;
             }
-            tried += 1;
+            tried.models += 1;
             let written = seeded.model.written();
             let expected: BTreeSet<_> = written
                 .marks
@@ -135,27 +141,37 @@ fn one_mistake_is_one_diagnostic_at_its_place() {
                 .map(|(path, at)| ((*code).to_owned(), path.clone(), at.start, at.end))
                 .collect();
             assert!(!expected.is_empty(), "{code}: nothing is marked");
-            let found = noticed(&written);
+            let found = noticed(&written, &mut opened);
             let places: BTreeSet<_> = found
                 .iter()
                 .map(|(code, path, at, _)| (code.clone(), path.clone(), at.start, at.end))
                 .collect();
             if places != expected || found.len() != expected.len() {
-                failed.push(seed);
-                if failed.len() == 1 {
-                    let _ = writeln!(failures, "=== {code}, seed {seed}\n{}", differs(&written, &found));
+                if tried.failed.is_empty() {
+                    tried.first = format!("=== {code}, seed {seed}\n{}", differs(&written, &found));
                 }
-            }
-            if tried == models() {
-                break;
+                tried.failed.push(seed);
             }
         }
-        assert!(tried == models(), "{code}: a place was found in {tried} models only");
+    }
+    let mut failures = String::new();
+    for ((code, _), Tried { models: tried, failed, first }) in &all {
+        assert!(*tried == models(), "{code}: a place was found in {tried} models only");
         if !failed.is_empty() {
-            let _ = writeln!(failures, "=== {code}: {} of {tried} failed: seeds {failed:?}\n", failed.len());
+            let count = failed.len();
+            let _ = writeln!(failures, "{first}\n=== {code}: {count} of {tried} failed: seeds {failed:?}\n");
         }
     }
     assert!(failures.is_empty(), "{failures}");
+}
+
+/// The models in which a kind of mistake was put.
+#[derive(Default)]
+struct Tried {
+    models: u64,
+    /// The seeds of those with other diagnostics, and the report of the first one.
+    failed: Vec<u64>,
+    first: String,
 }
 
 fn models() -> u64 {
@@ -165,16 +181,33 @@ fn models() -> u64 {
 /// An error or a warning: code, file, what is marked, message.
 type Noticed = (String, String, Range<usize>, String);
 
-fn noticed(written: &Written) -> Vec<Noticed> {
-    let db = Database::default();
-    let texts = written.files.iter().map(|(path, text)| (PathBuf::from(path), text.clone()));
-    let workspace = Workspace::of_texts(&db, "/".into(), texts);
-    let found = workspace_diagnostics(&db, workspace);
+/// Returns the errors and warnings of a model. The database that is opened, if any, has a similar model.
+fn noticed(written: &Written, opened: &mut Option<(Database, Workspace)>) -> Vec<Noticed> {
+    let has_same_files = |(db, workspace): &(Database, Workspace)| {
+        let files = workspace.files(db);
+        files.len() == written.files.len()
+            && written.files.iter().all(|(path, _)| files.contains_key(Path::new(path)))
+    };
+    if !opened.as_ref().is_some_and(has_same_files) {
+        let db = Database::default();
+        let texts = written.files.iter().map(|(path, text)| (PathBuf::from(path), text.clone()));
+        let workspace = Workspace::of_texts(&db, "/".into(), texts);
+        *opened = Some((db, workspace));
+    }
+    let (db, workspace) = opened.as_mut().unwrap();
+    for (path, text) in &written.files {
+        let file = workspace.file(db, path.as_ref()).unwrap();
+        if **file.text(db) != **text {
+            file.set_text(db, text.as_str().into());
+        }
+    }
+    let (db, workspace) = (&*db, *workspace);
+    let found = workspace_diagnostics(db, workspace);
     let found = found.iter().map(|it| &it.diagnostic).filter(|it| it.code.severity != Severity::Hint);
     found
         .map(|it| {
-            let range = it.at.range(&db);
-            let path = it.at.file(&db).path(&db).display().to_string();
+            let range = it.at.range(db);
+            let path = it.at.file(db).path(db).display().to_string();
             (it.code.name.to_owned(), path, range.start().into()..range.end().into(), it.message.clone())
         })
         .collect()
