@@ -1,11 +1,12 @@
 //! A misspelt key of a timing table never makes an activity look faster: each key of a valid table is changed by one or two
 //! letters, and each response time that is still there is at least that of the table without the mistake.
 
+use mauve_hir::{Database, Workspace};
 use mauve_syntax::is_within;
 use mauve_tests::Random;
 use mauve_timing::Method;
 
-use crate::common::{LEVEL, diagnostics, verdicts_with};
+use crate::common::{LEVEL, diagnostics_in, verdicts_in, workspace};
 
 const MODEL: &str = r#"
 library nav {
@@ -79,7 +80,11 @@ const ENTRIES: [(&str, &str, u32); 18] = [
 ];
 
 fn fixture(configuration: &str, entries: &[(&str, String, u32)]) -> String {
-    let mut text = format!("{MODEL}{configuration}//- /times.toml\n");
+    format!("{MODEL}{configuration}//- /times.toml\n{}", table(entries))
+}
+
+fn table(entries: &[(&str, String, u32)]) -> String {
+    let mut text = String::new();
     for section in ["codel", "program", "component"] {
         text += &format!("[{section}]\n");
         for (_, key, time) in entries.iter().filter(|it| it.0 == section) {
@@ -90,13 +95,13 @@ fn fixture(configuration: &str, entries: &[(&str, String, u32)]) -> String {
 }
 
 /// The response times of the activities, by both methods; none where there is none.
-fn responses(fixture: &str) -> Vec<Option<f64>> {
+fn responses(db: &Database, workspace: Workspace) -> Vec<Option<f64>> {
     let response = |line: &str| {
         let (_, rest) = line.split_once(" met ")?;
         rest.split_once(' ')?.0.parse().ok()
     };
     let methods = [Method::Psm, Method::Classic];
-    let found = methods.map(|method| verdicts_with(fixture, method, LEVEL));
+    let found = methods.map(|method| verdicts_in(db, workspace, method, LEVEL));
     found.iter().flat_map(|text| text.lines()).map(response).collect()
 }
 
@@ -121,7 +126,10 @@ fn a_misspelt_key_makes_nothing_faster() {
     let mut random = Random::of_seed(17);
     let (mut unproved, mut kept) = (0, 0);
     for configuration in ["", ASSUMED] {
-        let right = responses(&fixture(configuration, &entries));
+        let mut db = Database::default();
+        let workspace = workspace(&db, &fixture(configuration, &entries));
+        let file = workspace.file(&db, "/times.toml".as_ref()).unwrap();
+        let right = responses(&db, workspace);
         assert!(right.iter().all(Option::is_some), "{right:?}");
         for index in 0..entries.len() {
             for round in 0..24 {
@@ -132,14 +140,15 @@ fn a_misspelt_key_makes_nothing_faster() {
                 if !is_within(&wrong[index].1, &entries[index].1, 2) || wrong[index].1 == entries[index].1 {
                     continue;
                 }
-                let text = fixture(configuration, &wrong);
-                let found = diagnostics(&text);
+                let text = table(&wrong);
+                file.set_text(&mut db, text.as_str().into());
+                let found = diagnostics_in(&db, workspace);
                 if !found.contains("unknown-timing-key") && !found.contains("invalid-table") {
                     // It is the key of something else.
                     continue;
                 }
                 let key = &wrong[index].1;
-                for (activity, (new, old)) in responses(&text).iter().zip(&right).enumerate() {
+                for (activity, (new, old)) in responses(&db, workspace).iter().zip(&right).enumerate() {
                     let Some(new) = new else {
                         unproved += 1;
                         continue;

@@ -96,6 +96,9 @@ fn try_actions(
     let db = Database::default();
     let workspace = Workspace::of_texts(&db, "/".into(), texts.clone());
     let before = state(&db, workspace);
+    // An action is an edit here.
+    let mut new = Database::default();
+    let changed = Workspace::of_texts(&new, "/".into(), texts.clone());
     let paths: Vec<&PathBuf> = texts.keys().collect();
     let mut applied: BTreeSet<Vec<(PathBuf, String)>> = BTreeSet::new();
     for _ in 0..tries {
@@ -121,8 +124,13 @@ fn try_actions(
             *offered.entry((action.kind, title)).or_default() += 1;
             let mut after = texts.clone();
             after.extend(made.clone());
-            let new = Database::default();
-            let workspace = Workspace::of_texts(&new, "/".into(), after);
+            let workspace = changed;
+            for (path, text) in &after {
+                let file = workspace.file(&new, path).unwrap();
+                if **file.text(&new) != **text {
+                    file.set_text(&mut new, text.as_str().into());
+                }
+            }
             let after = state(&new, workspace);
             if action.kind == ActionKind::Extract && inlined_again(&new, workspace, texts, change, &db) {
                 *offered.entry((ActionKind::Inline, "what was extracted".to_owned())).or_default() += 1;

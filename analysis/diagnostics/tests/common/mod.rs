@@ -32,17 +32,20 @@ pub(crate) fn verdicts(fixture: &str) -> String {
 
 pub(crate) fn verdicts_with(fixture: &str, method: Method, level: Level) -> String {
     let db = Database::default();
-    let workspace = workspace(&db, fixture);
+    verdicts_in(&db, workspace(&db, fixture), method, level)
+}
+
+pub(crate) fn verdicts_in(db: &Database, workspace: Workspace, method: Method, level: Level) -> String {
     let mut out = String::new();
-    for (project, decl) in deployments(&db, workspace) {
+    for (project, decl) in deployments(db, workspace) {
         let query = Query { level, method, horizon: None };
-        for activity in &response_times(&db, project, decl, query).activities {
+        for activity in &response_times(db, project, decl, query).activities {
             let _ = write!(out, "{} {}", activity.instance, activity.verdict.name());
             if let Some(response) = activity.response {
                 let _ = write!(out, " {response}");
             }
             let reasons: Vec<String> =
-                activity.reasons.iter().map(|it| timing_reason(&db, &it.reason)).collect();
+                activity.reasons.iter().map(|it| timing_reason(db, &it.reason)).collect();
             out += &if reasons.is_empty() { "\n".to_owned() } else { format!(": {}\n", reasons.join("; ")) };
         }
     }
@@ -79,18 +82,21 @@ pub(crate) fn machine_in(db: &Database, workspace: Workspace, component: &str) -
 /// A line for each diagnostic but hints: file, text that it marks, code, message.
 pub(crate) fn diagnostics(fixture: &str) -> String {
     let db = Database::default();
-    let workspace = workspace(&db, fixture);
+    diagnostics_in(&db, workspace(&db, fixture))
+}
+
+pub(crate) fn diagnostics_in(db: &Database, workspace: Workspace) -> String {
     let mut out = String::new();
-    let findings = workspace_diagnostics(&db, workspace);
+    let findings = workspace_diagnostics(db, workspace);
     for finding in findings.iter().filter(|finding| finding.severity != Severity::Hint) {
         let diagnostic = &finding.diagnostic;
-        let file = diagnostic.at.file(&db);
-        let range = diagnostic.at.range(&db);
-        let text = &file.text(&db)[usize::from(range.start())..usize::from(range.end())];
+        let file = diagnostic.at.file(db);
+        let range = diagnostic.at.range(db);
+        let text = &file.text(db)[usize::from(range.start())..usize::from(range.end())];
         let _ = writeln!(
             out,
             "{} {text:?} {}: {}",
-            file.path(&db).display(),
+            file.path(db).display(),
             diagnostic.code.name,
             diagnostic.message
         );
