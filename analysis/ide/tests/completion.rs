@@ -127,22 +127,34 @@ impl Sample {
 /// At every place of every file, with all that follows taken away, and with damage of other kinds at some.
 #[test]
 fn wherever_the_cursor_is_edits_fit_the_text() {
+    edits_fit_the_text(0);
+}
+
+#[test]
+fn wherever_else_the_cursor_is_edits_fit_the_text() {
+    edits_fit_the_text(1);
+}
+
+/// Asks in every second piece of 100 bytes: the two halves are every place.
+fn edits_fit_the_text(half: usize) {
     let mut random = Random(7);
     for mut sample in [robot(), operations()] {
         for file in sample.files.clone() {
             let text = file.text(&sample.db).to_string();
             for (offset, letter) in text.char_indices() {
                 let head = &text[..offset];
-                match random.below(8) {
-                    0 => sample.ask(file, &text, offset),
-                    1 => sample.ask(file, &format!("{head}{}", &text[offset + letter.len_utf8()..]), offset),
+                let (text, offset) = match random.below(8) {
+                    0 => (text.clone(), offset),
+                    1 => (format!("{head}{}", &text[offset + letter.len_utf8()..]), offset),
                     2 => {
                         let with = random.of(&["{", "}", "(", ")", "é", ".", "\"", "/*", "->", "state "]);
-                        let damaged = format!("{head}{with}{}", &text[offset..]);
-                        sample.ask(file, &damaged, offset + with.len())
+                        (format!("{head}{with}{}", &text[offset..]), offset + with.len())
                     }
-                    _ => sample.ask(file, head, offset),
+                    _ => (head.to_owned(), offset),
                 };
+                if head.len() / 100 % 2 == half {
+                    sample.ask(file, &text, offset);
+                }
             }
             sample.ask(file, &text, text.len());
         }
