@@ -5,12 +5,8 @@
 
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::sync::{Mutex, PoisonError};
 
 use crate::MAUVE;
-
-/// One after the other: two cores are few for two editors, and those of VS Code build the extension in its folder.
-static EDITOR: Mutex<()> = Mutex::new(());
 
 /// Runs a script of `tests/editors/`; returns its output, and whether it succeeded.
 fn run(script: &str, arguments: &[&str]) -> (String, bool) {
@@ -23,7 +19,6 @@ fn run(script: &str, arguments: &[&str]) -> (String, bool) {
 
 #[test]
 fn neovim_shows_response_times_and_warnings() {
-    let _alone = EDITOR.lock().unwrap_or_else(PoisonError::into_inner);
     let (said, fine) = run("nvim/run", &[MAUVE]);
     println!("{said}");
     assert!(fine, "{said}");
@@ -31,14 +26,12 @@ fn neovim_shows_response_times_and_warnings() {
 
 #[test]
 fn neovim_shows_nothing_without_a_server() {
-    let _alone = EDITOR.lock().unwrap_or_else(PoisonError::into_inner);
     let (said, fine) = run("nvim/run", &["/no/such/server"]);
     assert!(!fine && said.contains("FAILED"), "{said}");
 }
 
 #[test]
 fn helix_shows_response_times_and_warnings() {
-    let _alone = EDITOR.lock().unwrap_or_else(PoisonError::into_inner);
     let (said, fine) = run("helix/run", &[MAUVE]);
     println!("{said}");
     assert!(fine, "{said}");
@@ -46,14 +39,12 @@ fn helix_shows_response_times_and_warnings() {
 
 #[test]
 fn helix_shows_nothing_without_a_server() {
-    let _alone = EDITOR.lock().unwrap_or_else(PoisonError::into_inner);
     let (said, fine) = run("helix/run", &[MAUVE, "/no/such/server"]);
     assert!(!fine && said.contains("FAILED  the screen does not show: only 3 ms slack"), "{said}");
 }
 
 #[test]
 fn emacs_shows_response_times_and_warnings() {
-    let _alone = EDITOR.lock().unwrap_or_else(PoisonError::into_inner);
     let (said, fine) = run("emacs/run", &[MAUVE]);
     println!("{said}");
     assert!(fine, "{said}");
@@ -61,7 +52,6 @@ fn emacs_shows_response_times_and_warnings() {
 
 #[test]
 fn emacs_shows_nothing_without_a_server() {
-    let _alone = EDITOR.lock().unwrap_or_else(PoisonError::into_inner);
     let (said, fine) = run("emacs/run", &[MAUVE, "/no/such/server"]);
     let is_explained = said.contains("mauve: cannot run \"mauve\": install it, or set");
     assert!(!fine && is_explained && said.contains("FAILED  the screen does not show: only 3 ms"), "{said}");
@@ -69,7 +59,6 @@ fn emacs_shows_nothing_without_a_server() {
 
 #[test]
 fn vscode_shows_response_times_and_warnings() {
-    let _alone = EDITOR.lock().unwrap_or_else(PoisonError::into_inner);
     let picture = Path::new(env!("CARGO_TARGET_TMPDIR")).join("vscode.png");
     let (said, fine) = run("vscode/run", &[MAUVE, &picture.display().to_string()]);
     println!("{said}a picture of it is {}", picture.display());
@@ -78,14 +67,12 @@ fn vscode_shows_response_times_and_warnings() {
 
 #[test]
 fn vscode_shows_nothing_without_a_server() {
-    let _alone = EDITOR.lock().unwrap_or_else(PoisonError::into_inner);
     let (said, fine) = run("vscode/run", &["/no/such/server"]);
     assert!(!fine && said.contains("The MAUVE server was not found"), "{said}");
 }
 
 #[test]
 fn vscode_extension_passes_its_own_tests() {
-    let _alone = EDITOR.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../editors/vscode");
     let output =
         Command::new("npm").args(["test", "--silent"]).current_dir(folder).stdin(Stdio::null()).output();

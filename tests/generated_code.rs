@@ -6,7 +6,6 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::{Mutex, PoisonError};
 
 use mauve_hir::{Database, Workspace, projects};
 use mauve_orocos::{Package, packages};
@@ -15,9 +14,6 @@ use mauve_tests::{fixture, models, scratch, texts_moved};
 
 /// The flags of all builds: warnings are errors, and there is no optimisation, unless the build has a type.
 const FLAGS: &str = "-O0 -Wall -Wextra -Werror";
-
-/// One after the other: each of them keeps all processors busy.
-static BUILD: Mutex<()> = Mutex::new(());
 
 /// Writes the packages of the first project among these texts into a folder.
 fn generate(texts: Vec<(PathBuf, String)>, folder: &Path) -> Vec<Package> {
@@ -105,7 +101,7 @@ impl Build<'_> {
     }
 
     fn make(&self, name: &str, target: &str) -> String {
-        run(build(&self.folder.join(name)).args(["-j2", "--target", target]))
+        run(build(&self.folder.join(name)).args(["--target", target]))
     }
 
     /// The paths below the prefix.
@@ -124,14 +120,15 @@ const CLANG: (&str, &str) = ("clang", "clang++");
 /// Messages need catkin; the packages do not.
 const WITHOUT_CATKIN: &str = "-DORO_USE_CATKIN=OFF";
 
-fn robot_builds_one_by_one(name: &str, compilers: (&str, &str), settings: &[&str]) {
-    let _alone = BUILD.lock().unwrap_or_else(PoisonError::into_inner);
+/// Builds the robot, and looks for what is installed of it.
+fn robot_builds(name: &str, compilers: (&str, &str), settings: &[&str], one_by_one: bool) {
     let folder = folder(name);
     let packages = generate_robot(&folder.join("packages"));
     let settings = [&[WITHOUT_CATKIN], settings].concat();
     let build = Build { folder: &folder, compilers, settings: &settings };
-    for package in &packages {
-        build.install(&folder.join("packages").join(&package.name));
+    match one_by_one {
+        true => packages.iter().for_each(|it| drop(build.install(&folder.join("packages").join(&it.name)))),
+        false => drop(build.install(&all_at_once(&folder, &packages))),
     }
     assert_installed(
         &build,
@@ -150,12 +147,12 @@ fn robot_builds_one_by_one(name: &str, compilers: (&str, &str), settings: &[&str
 #[test]
 fn orocos_robot_builds_with_gcc() {
     // Some warnings are found by what optimises.
-    robot_builds_one_by_one("gcc", GCC, &["-DCMAKE_BUILD_TYPE=Release"]);
+    robot_builds("gcc", GCC, &["-DCMAKE_BUILD_TYPE=Release"], true);
 }
 
 #[test]
 fn orocos_robot_builds_with_clang() {
-    robot_builds_one_by_one("clang", CLANG, &[]);
+    robot_builds("clang", CLANG, &[], false);
 }
 
 /// A library with codels alone, one with a component that calls them, one with a deployment alone, which needs both; and
@@ -218,7 +215,6 @@ fn assert_installed(build: &Build<'_>, packages: &[Package], expected: &[&str]) 
 
 #[test]
 fn orocos_packages_build_without_ros() {
-    let _alone = BUILD.lock().unwrap_or_else(PoisonError::into_inner);
     for one_by_one in [true, false] {
         let folder = folder("without_ros");
         let packages = generate_fixture(SMALL, &folder.join("packages"));
@@ -239,7 +235,6 @@ fn orocos_packages_build_without_ros() {
 /// As `catkin_make_isolated`, `catkin_make` and CMake do it.
 #[test]
 fn orocos_packages_build_as_packages_of_catkin() {
-    let _alone = BUILD.lock().unwrap_or_else(PoisonError::into_inner);
     for way in ["isolated", "workspace", "project"] {
         let folder = folder("catkin");
         let packages = generate_fixture(SMALL, &folder.join("packages"));
@@ -268,21 +263,19 @@ fn orocos_packages_build_as_packages_of_catkin() {
 
 #[test]
 fn orocos_tracing_is_an_option() {
-    let _alone = BUILD.lock().unwrap_or_else(PoisonError::into_inner);
-    for compilers in [GCC, CLANG] {
-        for tracing in ["ON", "OFF"] {
-            let folder = folder("tracing");
-            let packages = generate_fixture(SMALL, &folder.join("packages"));
-            let option = format!("-DMAUVE_TRACING={tracing}");
-            let build = Build { folder: &folder, compilers, settings: &[WITHOUT_CATKIN, &option] };
-            build.install(&all_at_once(&folder, &packages));
-            let library = folder.join("prefix/lib/orocos/gnulinux/motion/libmotion-components-gnulinux.so");
-            let needed = run(Command::new("readelf").arg("--dynamic").arg(&library));
-            assert_eq!(needed.contains("liblttng-ust.so"), tracing == "ON", "{needed}");
-            let symbols = run(Command::new("nm").arg(&library));
-            assert_eq!(symbols.contains("mauve_motion"), tracing == "ON", "{symbols}");
-            assert_eq!(symbols.contains("lttng"), tracing == "ON", "{symbols}");
-        }
+    // Clang builds the robot without it.
+    for (compilers, tracing) in [(GCC, "ON"), (GCC, "OFF"), (CLANG, "ON")] {
+        let folder = folder("tracing");
+        let packages = generate_fixture(SMALL, &folder.join("packages"));
+        let option = format!("-DMAUVE_TRACING={tracing}");
+        let build = Build { folder: &folder, compilers, settings: &[WITHOUT_CATKIN, &option] };
+        build.install(&all_at_once(&folder, &packages));
+        let library = folder.join("prefix/lib/orocos/gnulinux/motion/libmotion-components-gnulinux.so");
+        let needed = run(Command::new("readelf").arg("--dynamic").arg(&library));
+        assert_eq!(needed.contains("liblttng-ust.so"), tracing == "ON", "{needed}");
+        let symbols = run(Command::new("nm").arg(&library));
+        assert_eq!(symbols.contains("mauve_motion"), tracing == "ON", "{symbols}");
+        assert_eq!(symbols.contains("lttng"), tracing == "ON", "{symbols}");
     }
 }
 
@@ -338,7 +331,6 @@ library select {
 
 #[test]
 fn orocos_nothing_breaks_out() {
-    let _alone = BUILD.lock().unwrap_or_else(PoisonError::into_inner);
     for compilers in [GCC, CLANG] {
         let folder = folder("hostile");
         let packages = generate_fixture(HOSTILE, &folder.join("packages"));

@@ -102,7 +102,7 @@ fn build_robot(folder: &Path, table: &Table) -> PathBuf {
         format!("-DCMAKE_CXX_FLAGS=-I{}", runtime_sources().join("src").display()),
         "-DMAUVE_TRACING=ON".to_owned(),
     ]));
-    run(build(&built).arg("-j2"));
+    run(&mut build(&built));
     built.join("exploration-P3dxDeployment")
 }
 

@@ -9,16 +9,13 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use mauve_hir::{Database, Workspace, projects};
 use mauve_orocos::{Owner, packages};
 use mauve_tests::orocos::{COMPILERS, build, component_library, configure, is_real, rtt, run};
 use mauve_tests::{scratch, texts_in, write};
-
-/// One after the other: threads of one deployment would wait for those of another.
-static ALONE: Mutex<()> = Mutex::new(());
 
 fn source() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/orocos/yard")
@@ -217,7 +214,6 @@ fn orocos_deployer_runs_what_the_model_says() {
     if !is_real() {
         return;
     }
-    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     for compiler in COMPILERS {
         let folder = if compiler == COMPILERS[0] { gcc().to_owned() } else { installed(compiler) };
         for script in ["Real.ops", "Real.lua", "rttlua"] {
@@ -246,7 +242,6 @@ fn orocos_deployer_starts_nothing_that_is_not_as_analysed() {
     if !is_real() {
         return;
     }
-    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let over = |log: &str| log.contains("Nothing runs.");
     for script in ["Real.ops", "Real.lua"] {
         let deployer = Deployer::new(gcc(), script);
@@ -295,7 +290,6 @@ fn orocos_deployer_says_what_is_missing() {
     if !is_real() {
         return;
     }
-    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let over = |log: &str| log.contains("Nothing runs.") && log.contains("rror");
     for script in ["Real.ops", "Real.lua"] {
         let deployer = Deployer::new(gcc(), script);
@@ -350,7 +344,6 @@ fn orocos_deployer_survives_a_codel_that_throws() {
     if !is_real() {
         return;
     }
-    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     for script in ["Real.ops", "Real.lua"] {
         // In an operation: who called it gets `failure` and goes on, its owner is in its exception state.
         let environment = [("YARD_THROWS", "operation")];

@@ -29,7 +29,7 @@ fn stress(name: &str, compiler: &str, sanitizer: &str) -> PathBuf {
         format!("-DCMAKE_CXX_COMPILER={compiler}"),
         "-DCMAKE_CXX_FLAGS=-Werror".to_owned(),
     ]));
-    run(build(&folder).arg("-j2"));
+    run(&mut build(&folder));
     folder
 }
 
@@ -150,7 +150,7 @@ fn orocos_virtual_clock_schedules_as_the_simulation_and_keeps_the_bounds() {
         .arg("-B")
         .arg(&folder)
         .arg(format!("-DRUNTIME={}", runtime_sources().display())));
-    run(build(&folder).arg("-j2"));
+    run(&mut build(&folder));
     let program = folder.join("clock");
     let mut random = Random::new(1);
     let (mut equal, mut compared) = (0, 0);

@@ -7,7 +7,6 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
-use std::sync::{Mutex, PoisonError};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -16,9 +15,6 @@ use mauve_tests::{files_in, models, scratch, write};
 use serde_json::Value;
 
 use crate::MAUVE;
-
-/// One build at a time, and nothing beside a run in real time.
-static ALONE: Mutex<()> = Mutex::new(());
 
 fn folder(name: &str) -> PathBuf {
     scratch(env!("CARGO_TARGET_TMPDIR"), &format!("programs/{name}"))
@@ -77,7 +73,6 @@ fn assert_within_bounds(said: &str, instances: usize) {
 
 #[test]
 fn orocos_samples_keep_their_bounds_on_the_virtual_clock() {
-    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     // A test of the README runs the sample robot.
     for (sample, instances) in [("shared_cpus", 6), ("sorter", 3)] {
         let cache = folder(sample);
@@ -191,7 +186,6 @@ fn run_program(program: &Path, look: &str, arguments: &[&str]) -> (Option<i32>, 
 
 #[test]
 fn orocos_robot_without_orocos_says_what_goes_wrong() {
-    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = folder("robot");
     let program = robot(&folder);
     let virtual_clock = ["--simulate-time", "--for", "1s"];
@@ -258,7 +252,6 @@ fn interrupt(process: u32) {
 
 #[test]
 fn orocos_programs_refuse_what_they_cannot_do() {
-    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = folder("refusals");
     let program = robot(&folder);
     let refused = |arguments: &[&str], expected: &str| {
@@ -378,7 +371,6 @@ fn the_standalone_folder_is_one_more_package() {
 /// The generated folder is a project of CMake, with and without the headers of ROS.
 #[test]
 fn orocos_standalone_folder_builds_with_cmake() {
-    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let folder = folder("cmake");
     let model = "\
 library robot {
@@ -404,7 +396,7 @@ library robot {
         ]);
         let said = run(&mut configure);
         assert!(said.contains(expected), "{said}");
-        run(build(&built).arg("-j2"));
+        run(&mut build(&built));
         let (code, out, err) =
             run_program(&built.join("robot-Bench"), "", &["--simulate-time", "--for", "1s"]);
         assert_eq!(code, Some(0), "{out}\n{err}");

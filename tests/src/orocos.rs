@@ -43,7 +43,7 @@ pub fn runtime() -> PathBuf {
             format!("-DCMAKE_INSTALL_PREFIX={}", installed.display()),
             format!("-DCMAKE_CXX_COMPILER={}", COMPILERS[0]),
         ]));
-        run(build(&built).args(["-j2", "--target", "install"]));
+        run(build(&built).args(["--target", "install"]));
         installed
     };
     RUNTIME.get_or_init(install).clone()
@@ -96,6 +96,6 @@ pub fn configure(source: &Path, build: &Path, compiler: &str, prefixes: &[&Path]
 /// The command that builds what [`configure`] has configured.
 pub fn build(build: &Path) -> Command {
     let mut command = Command::new("cmake");
-    command.arg("--build").arg(build);
+    command.arg("--build").arg(build).arg("-j2");
     command
 }
