@@ -1,6 +1,24 @@
-//! What users see, end to end: the binary in one program of tests, since each program costs a minute of linking.
+//! What users see, end to end: one program, a module for each subject. Tests run at the same time, each in a folder of its own.
 //!
-//! Tests run at the same time, each in a process and a folder of its own. `tests/README.md` says what each module needs.
+//! | module | what it tests |
+//! |---|---|
+//! | [`cli`] | the command line |
+//! | [`deployment_scripts`] | scripts and launch files, executed by Lua, roslaunch and xmllint |
+//! | [`documents`] | the README and the tutorial, followed in an empty home folder |
+//! | [`editors`] | real Neovim, Helix, Emacs and VS Code |
+//! | [`generate`] | `mauve generate` on real folders |
+//! | [`generate_races`] | the same, while somebody exchanges its folders for links |
+//! | [`generated_code`] | builds of generated packages, as a user builds them |
+//! | [`generated_machines`] | random components, compared with an interpreter of their models |
+//! | [`lsp`] | the language server over its standard streams |
+//! | [`measured_loop`] | from a recorded robot to its response times |
+//! | [`orocos_deployer`] | a deployment in the deployer of a real Orocos |
+//! | [`protocol`] | the messages of the server, as pytest-lsp sees them |
+//! | [`rtt_conformance`] | the observed behaviour of RTT, on the runtime for Linux |
+//! | [`runtime`] | the runtime with sanitizers, its locks, its virtual clock |
+//! | [`soak`] | a long session of random edits, files and requests |
+//! | [`standalone`] | `mauve run`, on the virtual clock and in real time |
+//! | [`tracing`] | a robot that LTTng records |
 
 #![allow(
     clippy::unwrap_used,

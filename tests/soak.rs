@@ -3,7 +3,7 @@
 //! a client that is now quick and now slow, and now and then breaks the protocol. Whatever happened on the way, each request
 //! is answered once, nothing panics, the server knows what a fresh one would, and it holds no more memory than before.
 //!
-//! `MAUVE_SOAK=100000 cargo test --release -p mauve --test soak` goes on for so many edits, and some thousand changes of the
+//! `MAUVE_SOAK=100000 cargo test --release -p mauve --test main soak::` goes on for so many edits, and some thousand changes of the
 //! disk; `MAUVE_SEED` is the seed that a failing run has printed. Such a run looks for fewer steps that fail too, and says
 //! where their session is recorded.
 

@@ -2,7 +2,7 @@
 //! opened, changed, saved and closed, and messages about them that mean nothing. Afterwards the server knows what a fresh one
 //! does that is told the last texts: the state is a function of these, whatever came before.
 //!
-//! `MAUVE_HISTORIES=3000 cargo test --release -p mauve --test lsp histories` tries more; `MAUVE_SEED` is the first seed.
+//! `MAUVE_HISTORIES=3000 cargo test --release -p mauve --test main histories` tries more; `MAUVE_SEED` is the first seed.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
