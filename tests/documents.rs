@@ -18,12 +18,12 @@ use crate::MAUVE;
 
 const RUN_THE_SAMPLE: &str = "cargo run -- run tests/models/p3dx --for 30s --simulate-time\n";
 
-/// A reader of the README with an empty home. What is installed is built as `cargo run` builds it: the same program, in less time.
+/// A reader of the README with an empty home. Cargo takes the profile of tests: what the program is made of is built then.
 fn reader_of_the_readme(home: &str) -> Reader {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap();
     let home = mauve_tests::scratch(env!("CARGO_TARGET_TMPDIR"), home);
     let programs = home.join(".cargo/bin");
-    let cargo = "#!/bin/sh\n[ $1 = run ] || set -- \"$@\" --debug\nexec \"$CARGO\" \"$@\"\n";
+    let cargo = "#!/bin/sh\ncommand=$1\nshift\nexec \"$CARGO\" \"$command\" --profile test \"$@\"\n";
     mauve_tests::write(&programs, &[("cargo", cargo)]);
     std::fs::set_permissions(programs.join("cargo"), Permissions::from_mode(0o755)).unwrap();
     Reader::new(&home, root, programs)
@@ -129,7 +129,7 @@ impl Reader {
             .env("RUSTUP_HOME", kept("RUSTUP_HOME", ".rustup"))
             .env("CARGO_INSTALL_ROOT", self.home.join(".cargo"))
             .env("CARGO", env!("CARGO"))
-            // The program of the tests stays as it is. What both are made of is built once.
+            // The program of the tests stays as it is.
             .env("CARGO_TARGET_DIR", Path::new(env!("CARGO_TARGET_TMPDIR")).join("documents"))
             .env("CARGO_BUILD_BUILD_DIR", Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap())
             .env("HOME", &self.home)
