@@ -58,7 +58,7 @@ export function findServer(places: Places): Found {
     return { path: server };
   }
   return {
-    problem: `The MAUVE server was not found: ${name} is neither in the extension (${bundled}) nor on PATH. Install it (in MAUVE's sources: cargo install --path server) and restart VS Code, or set its path in mauve.server.path.`,
+    problem: `The MAUVE server was not found: ${name} is neither in the extension (${bundled}) nor on PATH. Install it (in MAUVE's sources: cargo install --locked --path server) and restart VS Code, or set its path in mauve.server.path.`,
     lookedFor: [bundled, ...onPath],
   };
 }

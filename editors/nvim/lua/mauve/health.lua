@@ -14,7 +14,7 @@ local function check_server()
   end
   if not found then
     health.error(('"%s" is not found, or cannot be executed'):format(program), {
-      'Install it: `cargo install --path server` in the sources of MAUVE',
+      'Install it: `cargo install --locked --path server` in the sources of MAUVE',
       "Or say where it is: `vim.g.mauve = { server = { path = '…' } }`, :help mauve-server",
     })
     return
