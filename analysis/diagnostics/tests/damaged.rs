@@ -138,7 +138,7 @@ impl Project {
 }
 
 impl Damaged<'_> {
-    /// Returns the diagnostics, each of which has locations in the texts.
+    /// Checks that the locations of all diagnostics lie in the texts, and returns the diagnostics.
     pub(crate) fn findings(&self) -> Vec<Finding<'_>> {
         let found = workspace_diagnostics(self.db, self.workspace);
         for Finding { diagnostic, .. } in &found {
