@@ -34,7 +34,8 @@ const MORE: f64 = 0.04;
 
 /// Each codel takes a part of its time in the table and an exponential time more. The codel that the environment names takes ten times
 /// as long.
-const SPEND: &str = r#"#include <cstdlib>
+const SPEND: &str = r#"#pragma once
+#include <cstdlib>
 #include <cstring>
 #include <functional>
 #include <random>
@@ -87,19 +88,22 @@ fn build_robot(folder: &Path, table: &Table) -> PathBuf {
                     let body = text.rfind(") {\n").expect("a function") + 4;
                     let (least, more) = (LEAST * time, MORE * time);
                     text.insert_str(body, &format!("  spend(\"{key}\", {least:?}, {more:?});\n"));
-                    text.insert_str(0, SPEND);
+                    text.insert_str(0, "#include \"spend.hpp\"\n");
                 }
             }
             files.push((format!("{}/{}", package.name, file.path), text));
         }
     }
+    files.push(("spend.hpp".to_owned(), SPEND.to_owned()));
     mauve_tests::write(folder, &files);
     let built = folder.join("build");
     let mut configure = Command::new("cmake");
     configure.arg("-S").arg(folder.join("standalone")).arg("-B").arg(&built);
     run(configure.args([
         format!("-DMAUVE_PACKAGES={}", folder.display()),
-        format!("-DCMAKE_CXX_FLAGS=-I{}", runtime_sources().join("src").display()),
+        format!("-DCMAKE_CXX_FLAGS=-I{} -I{}", runtime_sources().join("src").display(), folder.display()),
+        // Others build each file by itself.
+        "-DCMAKE_UNITY_BUILD=ON".to_owned(),
         "-DMAUVE_TRACING=ON".to_owned(),
     ]));
     run(&mut build(&built));
