@@ -33,7 +33,9 @@ impl TextCanvas {
     /// Makes an empty canvas. One that is too large stays empty.
     pub(crate) fn new(width: f64, height: f64) -> TextCanvas {
         let (width, height) = (width.max(0.0) as usize, height.max(0.0) as usize);
-        let height = if width.saturating_mul(height) > MOST_CELLS { 0 } else { height };
+        if width.saturating_mul(height) > MOST_CELLS {
+            return TextCanvas::default();
+        }
         TextCanvas { rows: vec![vec![Cell::Lines(0); width]; height] }
     }
 
