@@ -83,7 +83,7 @@ async function status() {
 }
 
 /** Looks until what is seen is as expected. */
-async function expect(what, look, isExpected, seconds = 10) {
+async function expect(what, look, isExpected, seconds = 30) {
   const start = performance.now();
   let seen;
   do {
@@ -100,19 +100,19 @@ async function expect(what, look, isExpected, seconds = 10) {
 /** Puts the cursor somewhere, as a user who knows the line does. */
 async function goTo(line, column) {
   await page.keyboard.press("Control+g");
-  await page.waitForSelector(".quick-input-widget input", { timeout: 5000 });
+  await page.waitForSelector(".quick-input-widget input");
   await page.keyboard.type(`${line}:${column}`);
   await page.keyboard.press("Enter");
-  await page.waitForSelector(".quick-input-widget", { state: "hidden", timeout: 5000 });
+  await page.waitForSelector(".quick-input-widget", { state: "hidden" });
 }
 
 async function check() {
   const payload = JSON.stringify([["openFile", `vscode-remote://${address}${file}`]]);
   const query = new URLSearchParams({ folder: model, payload });
-  await page.goto(`http://${address}/?${query}`, { timeout: 20_000 });
-  await page.waitForSelector(".editor-instance .view-line", { timeout: 30_000 });
+  await page.goto(`http://${address}/?${query}`);
+  await page.waitForSelector(".editor-instance .view-line");
 
-  await expect("the status bar: the server runs", status, (label) => label === "MAUVE server: running", 20);
+  await expect("the status bar: the server runs", status, (label) => label === "MAUVE server: running");
   await expect("the hint at navigation: only 3 ms slack", () => activity("navigation"), (line) => line.includes("only 3 ms slack"));
   await expect("nothing underlined", underlined, (lines) => lines.length === 0);
 
@@ -163,12 +163,12 @@ async function check() {
 /** Runs a command by its name, as a user does; one that asks something leaves the quick input open. */
 async function command(name, { asks = false } = {}) {
   await page.keyboard.press("F1");
-  await page.waitForSelector(".quick-input-widget input", { timeout: 5000 });
+  await page.waitForSelector(".quick-input-widget input");
   await page.keyboard.type(name, { delay: 5 });
   await page.waitForTimeout(300);
   await page.keyboard.press("Enter");
   if (!asks) {
-    await page.waitForSelector(".quick-input-widget", { state: "hidden", timeout: 5000 });
+    await page.waitForSelector(".quick-input-widget", { state: "hidden" });
   }
 }
 
@@ -177,14 +177,14 @@ async function openAt(name, text) {
   const lines = readFileSync(path.join(model, name), "utf8").split("\n");
   const line = lines.findIndex((it) => it.includes(text));
   await page.keyboard.press("Control+p");
-  await page.waitForSelector(".quick-input-widget input", { timeout: 5000 });
+  await page.waitForSelector(".quick-input-widget input");
   await page.locator(".quick-input-widget input").first().fill(name);
   const first = () => page.evaluate(() => document.querySelector(".quick-input-widget .monaco-list-row")?.textContent ?? "");
   await expect(`${name} is found`, first, (row) => row.startsWith(path.basename(name)));
   await page.keyboard.press("End");
   await page.keyboard.type(`:${line + 1}:${lines[line].indexOf(text) + 1}`, { delay: 5 });
   await page.keyboard.press("Enter");
-  await page.waitForSelector(".quick-input-widget", { state: "hidden", timeout: 5000 });
+  await page.waitForSelector(".quick-input-widget", { state: "hidden" });
   const tab = () => page.locator(".editor-group-container.active .tab.active").textContent();
   await expect(`${name} is open`, tab, (label) => label.startsWith(path.basename(name)));
   await page.waitForTimeout(300);
@@ -239,23 +239,23 @@ function previewed() {
 async function checkGeneration() {
   const generated = path.join(model, "generated");
   await page.keyboard.press("F1");
-  await page.waitForSelector(".quick-input-widget input", { timeout: 5000 });
+  await page.waitForSelector(".quick-input-widget input");
   await page.keyboard.type("MAUVE: Generate Orocos Packages", { delay: 5 });
   await page.waitForTimeout(300);
   await page.keyboard.press("Enter");
-  await expect("a preview, in which nothing is left out", previewed, (rows) => rows.filter(({ chosen }) => chosen === "true").length >= 5 && rows.every(({ chosen }) => chosen !== "false"), 20);
+  await expect("a preview, in which nothing is left out", previewed, (rows) => rows.filter(({ chosen }) => chosen === "true").length >= 5 && rows.every(({ chosen }) => chosen !== "false"));
   await expect("nothing written before that is confirmed", () => existsSync(generated), (it) => !it);
   if (screenshot !== undefined) {
     await page.screenshot({ path: screenshot.replace(/(\.png)?$/, "-generate.png") });
   }
   await page.locator(".bulk-edit-panel .monaco-button", { hasText: "Apply" }).click();
-  await expect("the packages written", () => existsSync(path.join(generated, "motion/.mauve-manifest.json")), (it) => it, 30);
+  await expect("the packages written", () => existsSync(path.join(generated, "motion/.mauve-manifest.json")), (it) => it);
   const check = () => {
     const command = ["generate", "--check", "--out", generated];
     const { status, stdout, stderr } = spawnSync(process.env.MAUVE_TEST_SERVER, command, { cwd: model, encoding: "utf8" });
     return { status, said: stdout + stderr };
   };
-  await expect("mauve generate --check: all is as it should be", check, ({ status }) => status === 0, 30);
+  await expect("mauve generate --check: all is as it should be", check, ({ status }) => status === 0);
   await expect("no editor with a text to be saved", () => page.locator(".tab.dirty").count(), (count) => count === 0);
 }
 

@@ -26,7 +26,7 @@ async function choose({ page, expect }, text) {
   await expect(`the menu has ${text}`, () => rows(page), (seen) => seen.some((row) => row.includes(text)));
   const row = page.locator(".quick-input-widget .monaco-list-row", { hasText: text });
   await row.click();
-  await page.waitForSelector(".quick-input-widget", { state: "hidden", timeout: 5000 });
+  await page.waitForSelector(".quick-input-widget", { state: "hidden" });
 }
 
 async function checkMenu(tools) {
@@ -76,10 +76,10 @@ async function checkNewProject({ page, expect, status, command, model }) {
   await expect("a new name is accepted", message, (text) => !text.includes("is not empty"));
   await page.keyboard.press("Enter");
   await page.locator(".monaco-dialog-box .monaco-button", { hasText: /^Open$/ }).click();
-  await page.waitForURL(/first-robot/, { timeout: 10_000 });
-  await page.waitForSelector(".editor-instance .view-line", { timeout: 30_000 });
+  await page.waitForURL(/first-robot/);
+  await page.waitForSelector(".editor-instance .view-line");
   await expect("the model of the new project", () => page.locator(".tab.active").textContent(), (text) => text.includes("robot.mal"));
-  await expect("the server runs in the new project", status, (label) => label === "MAUVE server: running", 20);
+  await expect("the server runs in the new project", status, (label) => label === "MAUVE server: running");
   const problems = () => page.locator(".editor-instance .squiggly-error, .editor-instance .squiggly-warning").count();
   await expect("the new project has no problems", problems, (count) => count === 0);
 }
@@ -96,7 +96,7 @@ async function checkIcon({ page, expect }) {
 /** Looks at the timing table of the new project: no other extension in this VS Code knows TOML. */
 async function checkTable({ page, expect }) {
   await page.keyboard.press("Control+p");
-  await page.waitForSelector(".quick-input-widget input", { timeout: 5000 });
+  await page.waitForSelector(".quick-input-widget input");
   await page.locator(".quick-input-widget input").first().fill("timing.toml");
   await expect("the timing table is found", () => rows(page), (seen) => seen[0]?.startsWith("timing.toml"));
   await page.keyboard.press("Enter");
@@ -166,7 +166,7 @@ async function checkEdits({ page, expect, goTo, model }) {
   await page.locator(".view-line", { hasText: "activity pilot" }).hover();
   await expect("a hover", () => page.locator(".monaco-hover:not(.hidden)").count(), (count) => count > 0);
   await page.keyboard.press("Control+.");
-  await page.waitForSelector(".action-widget", { timeout: 5000 });
+  await page.waitForSelector(".action-widget");
   await page.waitForTimeout(300);
   await page.keyboard.press("Enter");
   await expect("the deadline fixed", () => page.locator(".squiggly-error").count(), (count) => count === 0);

@@ -17,7 +17,7 @@ export async function checkSilence({ page, expect, command, status, statusItem, 
 
   signal("KILL");
   await expect("a server that has ended: figures are marked at once, or those of the next one", () => activity("hokuyo"), (line) => line.includes("slack"));
-  await expect("another server runs", status, (label) => label === "MAUVE server: running", 20);
+  await expect("another server runs", status, (label) => label === "MAUVE server: running");
   await expect("its figures", () => activity("hokuyo"), (line) => !isMarked(line) && line.includes("ms slack"));
 
   // Five ends within three minutes are too many. A server that only starts may not be there to be ended.
@@ -28,7 +28,7 @@ export async function checkSilence({ page, expect, command, status, statusItem, 
   await expect("no server: figures stay marked", () => activity("hokuyo"), isMarked);
 
   await command("MAUVE: Restart Server");
-  await expect("the server runs again", status, (label) => label === "MAUVE server: running", 20);
+  await expect("the server runs again", status, (label) => label === "MAUVE server: running");
   await command("File: Revert File");
   await expect("its figures", () => activity("hokuyo"), (line) => !isMarked(line) && line.includes("47 ms slack"));
 }

@@ -25,7 +25,7 @@ function at(document, text, word = text) {
 
 /** The result of a command, asked again until it is as expected: what is shown first may be of an earlier moment. */
 async function ask(command, isExpected, ...parameters) {
-  const end = Date.now() + 8_000;
+  const end = Date.now() + 30_000;
   let seen;
   do {
     seen = await vscode.commands.executeCommand(command, ...parameters);
@@ -214,7 +214,7 @@ const checks = {
     rmSync(inside);
     const model = vscode.Uri.joinPath(folder, "deployment.mal").toString();
     const made = vscode.commands.executeCommand("mauve.generateOrocos", model, "P3dxDeployment");
-    const waited = new Promise((resolve) => setTimeout(resolve, 5_000, "asked the user"));
+    const waited = new Promise((resolve) => setTimeout(resolve, 30_000, "asked the user"));
     assert.strictEqual(await Promise.race([made, waited]), false);
     writeFileSync(inside, text);
     await vscode.commands.executeCommand("workbench.action.revertAndCloseActiveEditor");
