@@ -163,8 +163,14 @@ async function checkEdits({ page, expect, goTo, model }) {
   await expect("a click on the code of a diagnostic: its page, rendered", titles, (seen) => seen.includes("deadline-missed"));
 
   await page.locator(".tab", { hasText: "robot.mal" }).click();
-  await page.locator(".view-line", { hasText: "activity pilot" }).hover();
-  await expect("a hover", () => page.locator(".monaco-hover:not(.hidden)").count(), (count) => count > 0);
+  // The mouse may be there before the editor is.
+  const hovers = async () => {
+    await page.mouse.move(0, 0);
+    await page.locator(".view-line", { hasText: "activity pilot" }).hover();
+    await page.waitForTimeout(1000);
+    return page.locator(".monaco-hover:not(.hidden)").count();
+  };
+  await expect("a hover", hovers, (count) => count > 0);
   await page.keyboard.press("Control+.");
   await page.waitForSelector(".action-widget");
   await page.waitForTimeout(300);
