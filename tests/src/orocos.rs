@@ -93,9 +93,9 @@ pub fn configure(source: &Path, build: &Path, compiler: &str, prefixes: &[&Path]
     command
 }
 
-/// The command that builds what [`configure`] has configured. It gives way to the editors and robots of other tests.
+/// The command that builds what [`configure`] has configured.
 pub fn build(build: &Path) -> Command {
-    let mut command = Command::new("nice");
-    command.args(["cmake", "--build"]).arg(build).arg("-j2");
+    let mut command = Command::new("cmake");
+    command.arg("--build").arg(build).arg("-j2");
     command
 }
