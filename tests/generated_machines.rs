@@ -75,6 +75,7 @@ fn runs(folder: &Path, compiler: &str) -> [BTreeMap<String, Vec<String>>; 2] {
         format!("-DPROGRAM={}", folder.join("program.cpp").display()),
         format!("-DRIG_TRACE={};{}", folder.join("trace").display(), rig.display()),
         "-DCMAKE_DISABLE_FIND_PACKAGE_catkin=ON".to_owned(),
+        "-DCMAKE_UNITY_BUILD=ON".to_owned(),
     ]));
     run(&mut build(&built));
     let library = component_library(&built, "machines-components");

@@ -104,6 +104,7 @@ fn build_robot(folder: &Path, table: &Table) -> PathBuf {
         format!("-DCMAKE_CXX_FLAGS=-I{} -I{}", runtime_sources().join("src").display(), folder.display()),
         // Others build each file by itself.
         "-DCMAKE_UNITY_BUILD=ON".to_owned(),
+        "-DCMAKE_BUILD_TYPE=None".to_owned(),
         "-DMAUVE_TRACING=ON".to_owned(),
     ]));
     run(&mut build(&built));

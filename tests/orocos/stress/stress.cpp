@@ -73,15 +73,31 @@ class Node : public RTT::TaskContext {
   }
 
   void updateHook() override {
-    if (periods >= most_) return;
     const std::uint64_t period = periods + 1;
+    if (period <= most_) write(period);
+    read();
+    collect();
+    if (period <= most_) {
+      ask(period);
+      periods.store(period, std::memory_order_release);
+    } else if (all_read_ > 0 && last_read_ > 0 && recent_read_ > 0 && collected_ > 0 && served_ > 0) {
+      has_seen_all.store(true, std::memory_order_release);
+    }
+  }
+
+  std::uint64_t collected() const { return collected_; }
+
+ private:
+  void write(std::uint64_t period) {
     sample_.set(period);
     CHECK(last_out.write(sample_) == RTT::WriteSuccess);
     CHECK(recent_out.write(sample_) == RTT::WriteSuccess);
     // A full buffer refuses a sample: it is written again in the next period.
     sample_.set(all_written_ + 1);
     if (all_out.write(sample_) == RTT::WriteSuccess) ++all_written_;
+  }
 
+  void read() {
     // What was written before is there, also while the next sample is being written.
     const std::uint64_t written = source->periods.load(std::memory_order_acquire);
     RTT::FlowStatus status = last_in.read(sample_);
@@ -100,26 +116,21 @@ class Node : public RTT::TaskContext {
       CHECK(sample_.is_whole() && sample_.number > recent_read_);
       recent_read_ = sample_.number;
     }
-    call(period);
-    periods.store(period, std::memory_order_release);
   }
 
-  void finish() {
-    CHECK(all_read_ > 0 && last_read_ > 0 && recent_read_ > 0 && collected_ > 0 && served_ > 0);
+  void collect() {
+    if (!is_sent_) return;
+    bool result = false;
+    std::uint64_t sum = 0;
+    const RTT::SendStatus status = handle_.collectIfDone(result, sum);
+    if (status == RTT::SendNotReady) return;
+    CHECK(status == RTT::SendSuccess && result && sum == asked_ + 1);
+    ++collected_;
+    is_sent_ = false;
   }
 
-  std::uint64_t collected() const { return collected_; }
-
- private:
-  void call(std::uint64_t period) {
-    if (is_sent_) {
-      bool result = false;
-      std::uint64_t sum = 0;
-      const RTT::SendStatus status = handle_.collectIfDone(result, sum);
-      if (status == RTT::SendNotReady) return;
-      CHECK(status == RTT::SendSuccess && result && sum == asked_ + 1);
-      ++collected_;
-    }
+  void ask(std::uint64_t period) {
+    if (is_sent_) return;
     asked_ = period;
     handle_ = add.send(period, sum_);
     is_sent_ = true;
@@ -133,6 +144,8 @@ class Node : public RTT::TaskContext {
 
  public:
   std::atomic<std::uint64_t> periods{0};
+  // A thread may be done before those that it depends on have begun: it then goes on to read.
+  std::atomic<bool> has_seen_all{false};
   // The component whose samples it reads.
   const Node* source = nullptr;
   RTT::OutputPort<Sample> last_out, all_out, recent_out;
@@ -178,16 +191,16 @@ int main(int argc, char** argv) {
   set_interposer(true);
   wait_until(most);
   set_interposer(false);
+  for (const auto& node : nodes) {
+    while (is_fine && faults == 0 && !node->has_seen_all) mauve::pause();
+  }
   std::uint64_t calls = 0;
   for (const auto& node : nodes) {
     is_fine = node->stop() && is_fine;
     // Its thread still executes calls.
     node->setActivity(nullptr);
   }
-  for (const auto& node : nodes) {
-    if (faults == 0) node->finish();
-    calls += node->collected();
-  }
+  for (const auto& node : nodes) calls += node->collected();
   std::cout << count * most << " periods, " << calls << " calls, " << faults << " faults" << std::endl;
   return is_fine && faults == 0 ? 0 : 1;
 }
