@@ -203,6 +203,8 @@ async function checkTyping() {
     await expect("nothing to be saved", () => page.locator(".tab.dirty").count(), (count) => count === 0);
   };
   await openAt("deployment.mal", "activity control");
+  // VS Code shows the lenses some time after the text, in a row of their own.
+  await page.waitForSelector(".editor-instance .codelens-decoration");
   await selectToEnd();
   await checkWhile(page, "an activity", (type) => type("activity control { affinity = 1 priority = 5 period = 50 }"));
   await revert();
