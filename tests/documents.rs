@@ -129,9 +129,7 @@ impl Reader {
             .env("RUSTUP_HOME", kept("RUSTUP_HOME", ".rustup"))
             .env("CARGO_INSTALL_ROOT", self.home.join(".cargo"))
             .env("CARGO", env!("CARGO"))
-            // To optimise the robot would take longer than it runs, and gcc takes longer than clang.
-            .env("CMAKE_BUILD_TYPE", "None")
-            .env("CXX", mauve_tests::orocos::COMPILERS[1])
+            .envs(mauve_tests::orocos::RUNS_ONCE)
             // The program of the tests stays as it is.
             .env("CARGO_TARGET_DIR", Path::new(env!("CARGO_TARGET_TMPDIR")).join("documents"))
             .env("CARGO_BUILD_BUILD_DIR", Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap())

@@ -10,7 +10,7 @@ use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use mauve_tests::orocos::{COMPILERS, build, run};
+use mauve_tests::orocos::{RUNS_ONCE, build, run};
 use mauve_tests::{files_in, models, scratch, write};
 use serde_json::Value;
 
@@ -24,8 +24,7 @@ fn folder(name: &str) -> PathBuf {
 fn mauve_run(project: &Path, cache: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(MAUVE);
     command.arg("run").arg(project).args(arguments).env("XDG_CACHE_HOME", cache).stdin(Stdio::null());
-    // To optimise a robot would take longer than it runs, and gcc takes longer than clang.
-    command.env("CMAKE_BUILD_TYPE", "None").env("CXX", COMPILERS[1]).output().unwrap()
+    command.envs(RUNS_ONCE).output().unwrap()
 }
 
 fn text(bytes: &[u8]) -> String {

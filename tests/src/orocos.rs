@@ -10,6 +10,10 @@ use crate::files_in;
 /// With which generated code has to compile.
 pub const COMPILERS: [&str; 2] = ["g++", "clang++"];
 
+/// Variables for `mauve run` of a robot that only runs once: to optimise it would take longer than it runs, and gcc takes longer
+/// than clang.
+pub const RUNS_ONCE: [(&str, &str); 2] = [("CMAKE_BUILD_TYPE", "None"), ("CXX", COMPILERS[1])];
+
 /// Returns the folder of RTT: `MAUVE_RTT_PREFIX`, otherwise the installed runtime.
 pub fn rtt() -> PathBuf {
     std::env::var_os("MAUVE_RTT_PREFIX").map_or_else(runtime, PathBuf::from)
