@@ -1,71 +1,90 @@
-//! How MAUVE writes what other languages write otherwise: the messages and fixes of [`Foreign`].
+//! How MAUVE writes what other languages write otherwise: the message of each [`Foreign`] form, and a fix for the common ones.
+//!
+//! A fix replaces, adds or removes a few tokens. A form that it would have to compose anew has none, such as `a ? b : c` or a
+//! prototype of C++: its message shows the form in MAUVE.
 
-use mauve_syntax::ast::{AssignStatement, AstNode as _, Expr, Transition};
+use mauve_syntax::ast::{AssignStatement, AstNode as _, Expr};
 use mauve_syntax::{
-    Foreign, NodeOrToken, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, next_significant,
-    previous_significant, significant_tokens,
+    Foreign, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, next_significant, previous_significant,
+    significant_tokens,
 };
 
 /// The title of a fix, and the ranges that it replaces.
 pub(super) type Rewrite = (String, Vec<(TextRange, String)>);
 
-/// Returns the message for `form` at `token`.
-pub(super) fn message(form: Foreign, token: &SyntaxToken) -> String {
+/// The message of an error, and the rewrite that corrects it.
+pub(super) type Said = (String, Option<Rewrite>);
+
+/// Returns the message for `form` at `token`, and its rewrite in MAUVE.
+pub(super) fn said(form: Foreign, token: &SyntaxToken) -> Said {
     let found = token.text();
+    let rule = || rule(form).to_owned();
+    let type_first = |written: Option<(String, TextRange)>| match written {
+        Some((written, range)) => {
+            (format!("the type follows the name: write `{written}`"), Some(writing(range, written)))
+        }
+        None => (rule(), None),
+    };
     match form {
-        Foreign::Spelling { written: "==", tokens: 1 } if found == "=" => {
-            "`=` assigns: a condition compares with `==`".to_owned()
+        Foreign::Spelling { tokens, written } => spelling(token, tokens, written),
+        Foreign::Superfluous { tokens } => superfluous(token, tokens),
+        Foreign::Keyword(keyword) => {
+            let message = match keyword {
+                "input" => "expected `input` or `output` before `port`".to_owned(),
+                keyword => format!("expected `{keyword}` before `{found}`"),
+            };
+            let before = TextRange::empty(token.text_range().start());
+            (message, Some((format!("Write `{keyword}`"), vec![(before, format!("{keyword} "))])))
         }
-        Foreign::Spelling { written, tokens: 1 } if found != written && found.eq_ignore_ascii_case(written) => {
-            format!("keywords are lower case: write `{written}`")
+        Foreign::Loop if matches!(found, "break" | "continue") => {
+            (format!("MAUVE has no loops, and no `{found}`"), None)
         }
-        Foreign::Spelling { tokens, written } => {
-            format!("MAUVE writes `{written}` instead of `{}`", joined(token, tokens))
-        }
-        Foreign::Superfluous { .. } if found == "else" => match semicolon_behind_block(token) {
-            Some(_) => "this `else` belongs to no `if`: remove the `;` before it".to_owned(),
-            None => "this `else` belongs to no `if`".to_owned(),
-        },
-        Foreign::Superfluous { .. } if found == "void" => "a signature without parameters has `()`".to_owned(),
-        Foreign::Superfluous { tokens } => format!("unexpected `{}`", joined(token, tokens)),
-        Foreign::Keyword("input") => "expected `input` or `output` before `port`".to_owned(),
-        Foreign::Keyword(keyword) => format!("expected `{keyword}` before `{found}`"),
-        Foreign::Loop if matches!(found, "break" | "continue") => format!("MAUVE has no loops, and no `{found}`"),
         Foreign::Function if in_core(token) => {
-            "a core has no functions: declare a codel outside of it, or write an operation: `provide NAME(…) = { … }`"
-                .to_owned()
+            let message = "a core has no functions: declare a codel outside of it, or write an operation: \
+                           `provide NAME(…) = { … }`";
+            (message.to_owned(), None)
         }
-        Foreign::CompoundAssignment => {
-            let target = previous_significant(token).map(|it| it.text().to_owned()).unwrap_or_default();
-            format!("MAUVE has no `{found}=`: write `{target} = {target} {found} …`")
+        Foreign::CompoundAssignment => compound_assignment(token),
+        Foreign::Increment => match incremented(token) {
+            Some((name, sign, range)) => {
+                let written = format!("{name} = {name} {sign} 1");
+                (format!("MAUVE has no `{sign}{sign}`: write `{written};`"), Some(writing(range, written)))
+            }
+            None => (rule(), None),
+        },
+        Foreign::TypeFirst => type_first(name_first(token)),
+        Foreign::Reference => type_first(reference(token)),
+        Foreign::ResultFirst => {
+            let ty = mauve_type(found);
+            (format!("the type of the result follows the parameters: `: {ty}`"), result_last(token, ty))
         }
-        Foreign::Increment if let Some((name, sign, _)) = incremented(token) => {
-            format!("MAUVE has no `{sign}{sign}`: write `{name} = {name} {sign} 1;`")
+        Foreign::NamelessParameter => {
+            (format!("a parameter has a name: `in NAME: {}`", mauve_type(found)), None)
         }
-        Foreign::TypeFirst if let Some((written, _)) = name_first(token) => {
-            format!("the type follows the name: write `{written}`")
+        Foreign::Unit => unit(token),
+        Foreign::Untyped => (rule(), untyped(token)),
+        Foreign::ConstantVariable => (rule(), constant_variable(token)),
+        Foreign::Fraction => (rule(), fraction(token)),
+        Foreign::Comma => (rule(), commas(token)),
+        Foreign::InitialLast => {
+            let range = previous_significant(token).map(|state| state.text_range().cover(token.text_range()));
+            (rule(), range.map(|range| writing(range, "initial state".to_owned())))
         }
-        Foreign::ResultFirst => format!("the type of the result follows the parameters: `: {}`", mauve_type(found)),
-        Foreign::NamelessParameter => format!("a parameter has a name: `in NAME: {}`", mauve_type(found)),
-        Foreign::Reference if let Some((written, _)) = reference(token) => {
-            format!("the type follows the name: write `{written}`")
-        }
-        Foreign::Unit if let Some((name, written, _)) = period_of_rate(token) => {
-            format!("unknown field `{name}`: write `{written}`")
-        }
-        Foreign::Unit if in_field(token) => {
-            "numbers have no unit: the times of an activity are in milliseconds".to_owned()
-        }
-        form => rule(form).to_owned(),
+        Foreign::Braces => (rule(), braces(token)),
+        _ => (rule(), None),
     }
 }
 
 /// Returns the rule of MAUVE for a form.
 fn rule(form: Foreign) -> &'static str {
     match form {
-        Foreign::Spelling { .. } | Foreign::Superfluous { .. } | Foreign::Keyword(_) => {
-            "MAUVE has another spelling"
-        }
+        Foreign::Spelling { .. }
+        | Foreign::Superfluous { .. }
+        | Foreign::Keyword(_)
+        | Foreign::CompoundAssignment
+        | Foreign::ResultFirst
+        | Foreign::NamelessParameter
+        | Foreign::Unit => "MAUVE has another spelling",
         Foreign::Loop => {
             "MAUVE has no loops: write the loop in a codel, or repeat a state of a state machine, once per period"
         }
@@ -75,14 +94,12 @@ fn rule(form: Foreign) -> &'static str {
         Foreign::Function => {
             "MAUVE declares functions as codels, which C++ implements: `codel NAME(in PARAMETER: TYPE): RESULT`"
         }
-        Foreign::CompoundAssignment | Foreign::Increment => "MAUVE has one assignment only: `n = n + 1;`",
+        Foreign::Increment => "MAUVE has one assignment only: `n = n + 1;`",
         Foreign::TypeFirst => "the type follows the name: `n: int`",
-        Foreign::ResultFirst => "the type of the result follows the parameters",
         Foreign::Untyped | Foreign::ConstantVariable => {
             "a variable is declared with `var` and its type, as in `var n: int = 3`"
         }
         Foreign::Ternary => "MAUVE has no `? :`: write `if … then { … } else { … }`",
-        Foreign::Unit => "numbers have no unit",
         Foreign::Fraction => "a decimal has digits on both sides of the point, as in `1.0` or `0.5`",
         Foreign::Comma => "items are separated by white space, not by commas",
         Foreign::UnnamedTransition => "a transition has a name: `transition NAME if GUARD to STATE`",
@@ -98,7 +115,6 @@ fn rule(form: Foreign) -> &'static str {
         Foreign::Reference => {
             "MAUVE has no references or pointers: write `in NAME: TYPE`, or `inout NAME: TYPE` if the codel changes the value"
         }
-        Foreign::NamelessParameter => "a parameter has a name: `in NAME: TYPE`",
         Foreign::Signature => {
             "write the parameters and the result as in `codel NAME(in PARAMETER: TYPE): RESULT`"
         }
@@ -120,80 +136,6 @@ fn rule(form: Foreign) -> &'static str {
         Foreign::TypeSuffix => {
             "a type is one name: MAUVE has no arrays, pointers or type arguments, but messages and external types"
         }
-    }
-}
-
-/// Returns the rewrite of `form` at `token` in MAUVE, if it is mechanical.
-pub(super) fn rewrite(form: Foreign, token: &SyntaxToken) -> Option<Rewrite> {
-    let range = token.text_range();
-    match form {
-        Foreign::Spelling { written: "::", .. } => message_type(token),
-        Foreign::Spelling { tokens, written } => {
-            let range = around(token, range_of(token, tokens), written);
-            Some((format!("Write `{written}`"), vec![(range, padded(token, written))]))
-        }
-        Foreign::Superfluous { .. } if token.text() == "else" => {
-            let semicolon = semicolon_behind_block(token)?;
-            Some(("Remove the `;`".to_owned(), vec![(semicolon.text_range(), String::new())]))
-        }
-        Foreign::Superfluous { tokens } => {
-            let title = format!("Remove `{}`", joined(token, tokens));
-            Some((title, vec![(without_gap(token, tokens), String::new())]))
-        }
-        Foreign::Keyword(keyword) => {
-            let before = TextRange::empty(range.start());
-            Some((format!("Write `{keyword}`"), vec![(before, format!("{keyword} "))]))
-        }
-        Foreign::CompoundAssignment => compound_assignment(token),
-        Foreign::Increment => {
-            let (name, sign, range) = incremented(token)?;
-            Some(writing(range, format!("{name} = {name} {sign} 1")))
-        }
-        Foreign::TypeFirst => name_first(token).map(|(written, range)| writing(range, written)),
-        Foreign::ResultFirst => result_last(token),
-        Foreign::Untyped => {
-            let name = next_significant(token)?;
-            let value = next_significant(&next_significant(&name)?)?;
-            let written = format!("var {}: {}", name.text(), type_of(&value)?);
-            Some(writing(range.cover(name.text_range()), written))
-        }
-        Foreign::Ternary => ternary(token),
-        Foreign::Unit => unit(token),
-        Foreign::Fraction => fraction(token),
-        Foreign::Comma => commas(token),
-        Foreign::UnnamedTransition => transition_name(token),
-        Foreign::GuardLast => guard_first(token),
-        Foreign::InitialLast => {
-            let state = previous_significant(token)?;
-            Some(writing(state.text_range().cover(range), "initial state".to_owned()))
-        }
-        Foreign::CoreHeader => core_header(token),
-        Foreign::ActivityBody => activity_body(token),
-        Foreign::Braces => braces(token),
-        Foreign::Function => prototype(token),
-        Foreign::ComponentBody => component(token),
-        Foreign::SecondReader => second_connection(token),
-        Foreign::Reference => reference(token).map(|(written, range)| writing(range, written)),
-        Foreign::Interval => interval(token),
-        Foreign::Packages => packages(token),
-        Foreign::UsedFile => used_file(token),
-        Foreign::ConstantVariable => {
-            let ty = next_significant(token)?;
-            let name = next_significant(&ty)?;
-            let written = format!("var {}: {}", name.text(), mauve_type(ty.text()));
-            Some(writing(range.cover(name.text_range()), written))
-        }
-        Foreign::CpuList
-        | Foreign::ShellOperation
-        | Foreign::TransitionForm
-        | Foreign::InstanceValues
-        | Foreign::ImportFrom
-        | Foreign::Loop
-        | Foreign::Switch
-        | Foreign::TypeSuffix
-        | Foreign::NamelessParameter
-        | Foreign::Signature
-        | Foreign::Cast => None,
     }
 }
 
@@ -239,9 +181,43 @@ pub(super) fn function(name: &str) -> Option<(String, Option<&'static str>)> {
 
 // Tokens
 
-/// Returns the range between two offsets, unless they are swapped.
-fn span(start: TextSize, end: TextSize) -> Option<TextRange> {
-    (start <= end).then(|| TextRange::new(start, end))
+/// `and` → `&&`, `->` in a transition → `to`, `State` → `state`
+fn spelling(token: &SyntaxToken, tokens: u8, written: &'static str) -> Said {
+    let found = token.text();
+    let message = match tokens {
+        1 if written == "==" && found == "=" => "`=` assigns: a condition compares with `==`".to_owned(),
+        1 if found != written && found.eq_ignore_ascii_case(written) => {
+            format!("keywords are lower case: write `{written}`")
+        }
+        _ => format!("MAUVE writes `{written}` instead of `{}`", joined(token, tokens)),
+    };
+    if written == "::" {
+        return (message, message_type(token));
+    }
+    let range = around(token, range_of(token, tokens), written);
+    (message, Some((format!("Write `{written}`"), vec![(range, padded(token, written))])))
+}
+
+/// Removes tokens, or the `;` that separates an `else` from its `if`.
+fn superfluous(token: &SyntaxToken, tokens: u8) -> Said {
+    let removing = |title: String, range: TextRange| Some((title, vec![(range, String::new())]));
+    match token.text() {
+        "else" => match semicolon_behind_block(token) {
+            Some(semicolon) => (
+                "this `else` belongs to no `if`: remove the `;` before it".to_owned(),
+                removing("Remove the `;`".to_owned(), semicolon.text_range()),
+            ),
+            None => ("this `else` belongs to no `if`".to_owned(), None),
+        },
+        found => {
+            let joined = joined(token, tokens);
+            let message = match found {
+                "void" => "a signature without parameters has `()`".to_owned(),
+                _ => format!("unexpected `{joined}`"),
+            };
+            (message, removing(format!("Remove `{joined}`"), without_gap(token, tokens)))
+        }
+    }
 }
 
 /// Returns the range of `count` tokens from `token` on.
@@ -312,25 +288,6 @@ fn in_core(token: &SyntaxToken) -> bool {
     token.parent_ancestors().any(|node| node.kind() == SyntaxKind::CORE)
 }
 
-fn in_field(token: &SyntaxToken) -> bool {
-    token.parent_ancestors().any(|node| node.kind() == SyntaxKind::FIELD)
-}
-
-/// Is this the type of a variable without `var`?
-fn is_variable(token: &SyntaxToken) -> bool {
-    let variable = token.parent().and_then(|error| error.parent());
-    let variable = variable.filter(|node| node.kind() == SyntaxKind::VAR);
-    variable.is_some_and(|node| significant_tokens(&node).all(|token| token.kind() != SyntaxKind::VAR_KW))
-}
-
-/// Is this the component of an instance without `instance`?
-fn is_instance(token: &SyntaxToken) -> bool {
-    let instance = token.parent().and_then(|error| error.parent());
-    let instance = instance.filter(|node| node.kind() == SyntaxKind::INSTANCE);
-    instance
-        .is_some_and(|node| significant_tokens(&node).all(|token| token.kind() != SyntaxKind::INSTANCE_KW))
-}
-
 /// Returns the name of a type of another language in MAUVE.
 fn mauve_type(name: &str) -> &str {
     match name {
@@ -372,18 +329,19 @@ fn fraction(point: &SyntaxToken) -> Option<Rewrite> {
     Some((title, vec![(TextRange::empty(at), "0".to_owned())]))
 }
 
-/// `n += a` → `n = n + a`
-fn compound_assignment(token: &SyntaxToken) -> Option<Rewrite> {
-    let statement = token.parent_ancestors().find_map(AssignStatement::cast)?;
-    let target = statement.name_ref()?.syntax().text().to_string();
-    let operator = token.text();
-    let mut edits = vec![(range_of(token, 2), format!("= {target} {operator}"))];
-    if let Some(value @ (Expr::BinaryExpr(_) | Expr::UnaryExpr(_))) = statement.expr() {
+/// `n += a` → `n = n + a`, `n *= a + b` → `n = n * (a + b)`
+fn compound_assignment(operator: &SyntaxToken) -> Said {
+    let target = previous_significant(operator).map(|it| it.text().to_owned()).unwrap_or_default();
+    let written = format!("{target} = {target} {operator} …");
+    let mut edits = vec![(range_of(operator, 2), format!("= {target} {operator}"))];
+    let statement = operator.parent_ancestors().find_map(AssignStatement::cast);
+    let value = statement.and_then(|statement| statement.expr());
+    if let Some(value @ (Expr::BinaryExpr(_) | Expr::UnaryExpr(_))) = value {
         let range = value.syntax().text_range();
         edits.push((TextRange::empty(range.start()), "(".to_owned()));
         edits.push((TextRange::empty(range.end()), ")".to_owned()));
     }
-    Some((format!("Write `{target} = {target} {operator} …`"), edits))
+    (format!("MAUVE has no `{operator}=`: write `{written}`"), Some((format!("Write `{written}`"), edits)))
 }
 
 /// Returns what `n++` increments, by which sign, and the range of that.
@@ -395,31 +353,39 @@ fn incremented(token: &SyntaxToken) -> Option<(String, String, TextRange)> {
     Some((name.text().to_owned(), sign.text().to_owned(), range))
 }
 
-/// `x = a ? b : c;` → `if a then { x = b; } else { x = c; }`
-fn ternary(token: &SyntaxToken) -> Option<Rewrite> {
-    let statement = token.parent_ancestors().find_map(AssignStatement::cast)?;
-    let target = statement.name_ref()?.syntax().text().to_string();
-    let text = statement.syntax().text().to_string();
-    let (_, value) = text.strip_suffix(';')?.split_once('=')?;
-    let (condition, branches) = value.split_once('?')?;
-    let (then, otherwise) = branches.split_once(':')?;
-    if branches.contains(['?', '"', ';']) || otherwise.contains(':') {
-        return None;
-    }
-    let (condition, then, otherwise) = (condition.trim(), then.trim(), otherwise.trim());
-    let written = format!("if {condition} then {{ {target} = {then}; }} else {{ {target} = {otherwise}; }}");
-    Some(("Write an `if`".to_owned(), vec![(statement.syntax().text_range(), written)]))
+/// `let n = 3;` → `var n: int = 3;`
+fn untyped(keyword: &SyntaxToken) -> Option<Rewrite> {
+    let name = next_significant(keyword)?;
+    let value = next_significant(&next_significant(&name)?)?;
+    let written = format!("var {}: {}", name.text(), type_of(&value)?);
+    Some(writing(keyword.text_range().cover(name.text_range()), written))
+}
+
+/// `const int n = 3;` → `var n: int = 3;`
+fn constant_variable(keyword: &SyntaxToken) -> Option<Rewrite> {
+    let ty = next_significant(keyword)?;
+    let name = next_significant(&ty)?;
+    let written = format!("var {}: {}", name.text(), mauve_type(ty.text()));
+    Some(writing(keyword.text_range().cover(name.text_range()), written))
 }
 
 /// `33 ms` → `33`, and for a time of an activity `2 s` → `2000`.
-fn unit(token: &SyntaxToken) -> Option<Rewrite> {
-    if let Some((_, written, range)) = period_of_rate(token) {
-        return Some(writing(range, written));
+fn unit(token: &SyntaxToken) -> Said {
+    if let Some((name, written, range)) = period_of_rate(token) {
+        return (format!("unknown field `{name}`: write `{written}`"), Some(writing(range, written)));
     }
-    let number = previous_significant(token)?;
-    let written = without_unit(number.text(), token.text(), field_name(token).as_deref())?;
-    let range = number.text_range().cover(token.text_range());
-    Some((format!("Write `{written}`"), vec![(range, written)]))
+    let field = field_name(token);
+    let rewrite = previous_significant(token).and_then(|number| {
+        let written = without_unit(number.text(), token.text(), field.as_deref())?;
+        Some(writing(number.text_range().cover(token.text_range()), written))
+    });
+    (no_unit(field.is_some()), rewrite)
+}
+
+/// Returns the message for a number with a unit.
+pub(super) fn no_unit(in_field: bool) -> String {
+    let of_activity = if in_field { ": the times of an activity are in milliseconds" } else { "" };
+    format!("numbers have no unit{of_activity}")
 }
 
 /// `rate = 10 Hz` → `period = 100`. Returns the name of the field, the new text and the range of the field.
@@ -435,7 +401,7 @@ fn period_of_rate(unit: &SyntaxToken) -> Option<(String, String, TextRange)> {
         "Hz" => without_unit(number.text(), "Hz", Some("period"))?,
         _ => return None,
     };
-    let range = span(field.text_range().start(), unit.text_range().end())?;
+    let range = TextRange::new(field.text_range().start(), unit.text_range().end());
     Some((name, format!("period = {milliseconds}"), range))
 }
 
@@ -467,24 +433,23 @@ pub(super) fn without_unit(number: &str, unit: &str, field: Option<&str>) -> Opt
 
 /// Writes the braces of all branches of an `if`, and its `then`.
 fn braces(token: &SyntaxToken) -> Option<Rewrite> {
+    let without_brace =
+        |node: &SyntaxNode| node.children().find(|it| it.kind() == SyntaxKind::BLOCK && !has_brace(it));
     let first =
         token.parent_ancestors().filter(|node| node.kind() == SyntaxKind::IF_STATEMENT).find(|node| {
-            let begin = node.children().find(|child| child.kind() == SyntaxKind::BLOCK && !has_brace(child));
-            begin.is_some_and(|block| block.text_range().contains_range(token.text_range()))
+            without_brace(node).is_some_and(|block| block.text_range().contains_range(token.text_range()))
                 || node.children().any(|it| it.kind() == SyntaxKind::ELSE)
-        })?;
-    let mut edits = Vec::new();
-    let mut statement = Some(first);
-    while let Some(node) = statement {
-        let is_keyword = |kind| significant_tokens(&node).any(|token| token.kind() == kind);
-        let needs_then = node.kind() == SyntaxKind::IF_STATEMENT && !is_keyword(SyntaxKind::THEN_KW);
-        if let Some(block) = node.children().find(|it| it.kind() == SyntaxKind::BLOCK && !has_brace(it)) {
-            edits.extend(in_braces(&block, needs_then)?);
-        }
-        statement =
-            node.children().find(|it| matches!(it.kind(), SyntaxKind::ELSE | SyntaxKind::IF_STATEMENT));
-    }
-    Some(("Write the braces".to_owned(), edits))
+        });
+    let next = |node: &SyntaxNode| {
+        node.children().find(|it| matches!(it.kind(), SyntaxKind::ELSE | SyntaxKind::IF_STATEMENT))
+    };
+    let branches = std::iter::successors(Some(first?), next);
+    let edits = branches.filter_map(|node| {
+        let has_then = significant_tokens(&node).any(|token| token.kind() == SyntaxKind::THEN_KW);
+        let needs_then = node.kind() == SyntaxKind::IF_STATEMENT && !has_then;
+        Some(in_braces(&without_brace(&node)?, if needs_then { "then {" } else { "{" }))
+    });
+    Some(("Write the braces".to_owned(), edits.flatten().collect()))
 }
 
 fn has_brace(block: &SyntaxNode) -> bool {
@@ -492,24 +457,21 @@ fn has_brace(block: &SyntaxNode) -> bool {
 }
 
 /// Puts a branch into braces, instead of `begin` and `end`.
-fn in_braces(block: &SyntaxNode, needs_then: bool) -> Option<Vec<(TextRange, String)>> {
-    let open = if needs_then { "then {" } else { "{" };
-    let is_word = |node: &SyntaxNode| {
-        node.kind() == SyntaxKind::ERROR
-            && node.first_token().is_some_and(|it| it.kind() == SyntaxKind::IDENT)
+fn in_braces(block: &SyntaxNode, open: &str) -> [(TextRange, String); 2] {
+    let word = |node: Option<SyntaxNode>| {
+        let node = node.filter(|node| node.kind() == SyntaxKind::ERROR)?;
+        node.first_token().filter(|it| it.kind() == SyntaxKind::IDENT).map(|_| node.text_range())
     };
     let range = block.text_range();
-    let before = block.first_child().filter(is_word);
-    let behind = block.last_child().filter(is_word);
-    let open = match before {
-        Some(word) => (word.text_range(), open.to_owned()),
+    let open = match word(block.first_child()) {
+        Some(word) => (word, open.to_owned()),
         None => (TextRange::empty(range.start()), format!("{open} ")),
     };
-    let close = match behind {
-        Some(word) => (word.text_range(), "}".to_owned()),
+    let close = match word(block.last_child()) {
+        Some(word) => (word, "}".to_owned()),
         None => (TextRange::empty(range.end()), " }".to_owned()),
     };
-    Some(vec![open, close])
+    [open, close]
 }
 
 // Declarations
@@ -517,40 +479,17 @@ fn in_braces(block: &SyntaxNode, needs_then: bool) -> Option<Vec<(TextRange, Str
 /// `int n` → `n: int`, for a variable `var n: int`.
 fn name_first(ty: &SyntaxToken) -> Option<(String, TextRange)> {
     let name = next_significant(ty)?;
-    let keyword = match is_variable(ty) {
-        true => "var ",
-        false if is_instance(ty) => "instance ",
-        false => "",
-    };
+    let declaration = ty.parent().and_then(|error| error.parent());
+    let keyword = declaration.map_or("", |node| {
+        let has = |keyword| significant_tokens(&node).any(|token| token.kind() == keyword);
+        match node.kind() {
+            SyntaxKind::VAR if !has(SyntaxKind::VAR_KW) => "var ",
+            SyntaxKind::INSTANCE if !has(SyntaxKind::INSTANCE_KW) => "instance ",
+            _ => "",
+        }
+    });
     let written = format!("{keyword}{}: {}", name.text(), mauve_type(ty.text()));
     Some((written, ty.text_range().cover(name.text_range())))
-}
-
-/// `in [1, 400]` → `[1; 400]`
-fn interval(first: &SyntaxToken) -> Option<Rewrite> {
-    let error = first.parent().filter(|it| it.kind() == SyntaxKind::ERROR)?;
-    let text = error.text().to_string();
-    let bounds = text.trim_start_matches("in").trim().strip_prefix('[')?.strip_suffix(']')?;
-    let (low, high) = bounds.split_once([',', ';'])?;
-    let is_number = |bound: &str| bound.trim().parse::<f64>().is_ok();
-    let written = format!("[{}; {}]", low.trim(), high.trim());
-    (is_number(low) && is_number(high)).then(|| writing(error.text_range(), written))
-}
-
-/// `use a, b` → `use a use b`
-fn packages(first: &SyntaxToken) -> Option<Rewrite> {
-    let next = |comma: &SyntaxToken| next_significant(&next_significant(comma)?);
-    let commas = std::iter::successors(Some(first.clone()), next);
-    let commas = commas.take(MAX_NEIGHBOURS).take_while(|it| it.kind() == SyntaxKind::COMMA);
-    Some(("Write `use`".to_owned(), commas.map(|it| (it.text_range(), " use".to_owned())).collect()))
-}
-
-/// `use robot.mal` → `include "robot.mal"`
-fn used_file(dot: &SyntaxToken) -> Option<Rewrite> {
-    let name = previous_significant(dot)?;
-    let keyword = previous_significant(&name)?;
-    let range = span(keyword.text_range().start(), next_significant(dot)?.text_range().end())?;
-    Some(writing(range, format!("include \"{}.mal\"", name.text())))
 }
 
 /// `const Pose& goal` → `in goal: Pose`. Other references have no rewrite: the codel reads or changes the value.
@@ -570,33 +509,12 @@ fn reference(first: &SyntaxToken) -> Option<(String, TextRange)> {
     (fits && !has_direction).then(|| (written, error.text_range()))
 }
 
-/// `connection a.b -> c.d, e.f` → `connection a.b -> c.d connection a.b -> e.f`
-fn second_connection(comma: &SyntaxToken) -> Option<Rewrite> {
-    let connection = comma.parent_ancestors().find(|node| node.kind() == SyntaxKind::CONNECTION)?;
-    let source = connection.children().find(|it| it.kind() == SyntaxKind::ENDPOINT)?.text().to_string();
-    let has_keyword = connection.first_token()?.text() == "connection";
-    let has_buffer = connection.children().any(|it| it.kind() == SyntaxKind::BUFFER);
-    let commas =
-        connection.children().filter(|it| it.kind() == SyntaxKind::ERROR && !it.text_range().is_empty());
-    let written: Option<Vec<_>> = commas
-        .map(|error| {
-            let all: Vec<SyntaxToken> = significant_tokens(&error).collect();
-            let [comma, instance, dot, port] = all.as_slice() else { return None };
-            let target = [instance, dot, port].map(SyntaxToken::text).concat();
-            let range = span(comma.text_range().start(), port.text_range().end())?;
-            (comma.kind() == SyntaxKind::COMMA).then(|| (range, format!(" connection {source} -> {target}")))
-        })
-        .collect();
-    let written = written.filter(|_| has_keyword && !has_buffer)?;
-    Some(("Write a second connection".to_owned(), written))
-}
-
 /// `codel int act(…)` → `codel act(…): int`
-fn result_last(ty: &SyntaxToken) -> Option<Rewrite> {
-    let name = next_significant(ty)?;
-    let parameters = ty.parent()?.parent()?.children().find(|it| it.kind() == SyntaxKind::PARAM_LIST)?;
-    let written = format!(": {}", mauve_type(ty.text()));
-    let before = span(ty.text_range().start(), name.text_range().start())?;
+fn result_last(token: &SyntaxToken, ty: &str) -> Option<Rewrite> {
+    let name = next_significant(token)?;
+    let parameters = token.parent()?.parent()?.children().find(|it| it.kind() == SyntaxKind::PARAM_LIST)?;
+    let written = format!(": {ty}");
+    let before = TextRange::new(token.text_range().start(), name.text_range().start());
     let behind = TextRange::empty(parameters.text_range().end());
     Some((format!("Write `{written}`"), vec![(before, String::new()), (behind, written)]))
 }
@@ -610,112 +528,4 @@ fn commas(first: &SyntaxToken) -> Option<Rewrite> {
         (error.kind() == SyntaxKind::ERROR).then(|| (comma.text_range(), String::new()))
     });
     Some(("Remove the commas".to_owned(), commas.collect()))
-}
-
-/// `core C: S`, `core C extends S` → `core C(S)`
-fn core_header(token: &SyntaxToken) -> Option<Rewrite> {
-    let core = token.parent()?.parent()?;
-    let shell = core.children().find(|it| it.kind() == SyntaxKind::TYPE)?;
-    let name = previous_significant(token)?;
-    let range = span(name.text_range().end(), shell.text_range().end())?;
-    Some(writing(range, format!("({})", shell.text())))
-}
-
-/// `activity pilot: priority = 1, period = 100` → `activity pilot { priority = 1 period = 100 }`
-fn activity_body(colon: &SyntaxToken) -> Option<Rewrite> {
-    let activity = colon.parent_ancestors().find(|node| node.kind() == SyntaxKind::ACTIVITY)?;
-    let tokens = activity.descendants_with_tokens().filter_map(NodeOrToken::into_token);
-    let commas =
-        tokens.filter(|it| it.kind() == SyntaxKind::COMMA).map(|it| (it.text_range(), String::new()));
-    let mut edits = vec![
-        (colon.text_range(), " {".to_owned()),
-        (TextRange::empty(activity.text_range().end()), " }".to_owned()),
-    ];
-    edits.extend(commas);
-    Some(("Write the braces".to_owned(), edits))
-}
-
-/// `component Robot { shell S core C }` → `component Robot(S, C)`
-fn component(open: &SyntaxToken) -> Option<Rewrite> {
-    let body = open.parent().filter(|node| node.kind() == SyntaxKind::ERROR)?;
-    let words: Vec<SyntaxToken> = significant_tokens(&body).filter(|it| it.kind().is_word()).collect();
-    let [shell_keyword, shell, core_keyword, core] = words.as_slice() else { return None };
-    let fits = shell_keyword.kind() == SyntaxKind::SHELL_KW && core_keyword.kind() == SyntaxKind::CORE_KW;
-    let written = format!("({}, {})", shell.text(), core.text());
-    let name = previous_significant(open)?;
-    let range = span(name.text_range().end(), body.text_range().end())?;
-    fits.then(|| (format!("Write `{written}`"), vec![(range, written)]))
-}
-
-/// Names a transition after its target.
-fn transition_name(token: &SyntaxToken) -> Option<Rewrite> {
-    let transition = token.parent_ancestors().find_map(Transition::cast)?;
-    let target = transition.name_ref()?.syntax().text().to_string();
-    let state = transition.syntax().parent()?;
-    let others: Vec<String> = state
-        .children()
-        .filter_map(Transition::cast)
-        .take(MAX_NEIGHBOURS)
-        .filter_map(|it| Some(it.name()?.syntax().text().to_string()))
-        .collect();
-    let names = (1..=others.len() + 1).map(|number| match number {
-        1 => format!("to_{target}"),
-        _ => format!("to_{target}_{number}"),
-    });
-    let name = names.into_iter().find(|name| !others.contains(name))?;
-    let (range, text) = match token.text() {
-        "if" | "to" => (TextRange::empty(token.text_range().start()), format!("{name} ")),
-        "->" => (token.text_range(), format!("{name} to")),
-        _ => (token.text_range(), format!("{name} if")),
-    };
-    Some((format!("Name it `{name}`"), vec![(range, text)]))
-}
-
-/// Moves a guard before the `to` of its transition.
-fn guard_first(token: &SyntaxToken) -> Option<Rewrite> {
-    let transition = token.parent_ancestors().find_map(Transition::cast)?;
-    let guard = transition.guard()?.syntax().clone();
-    let target = transition.name_ref()?.syntax().text_range().end();
-    let to = significant_tokens(transition.syntax()).find(|it| it.kind() == SyntaxKind::TO_KW)?;
-    let moved = format!("{} ", guard.text());
-    let edits = vec![
-        (TextRange::empty(to.text_range().start()), moved),
-        (span(target, guard.text_range().end())?, String::new()),
-    ];
-    Some(("Move the guard before `to`".to_owned(), edits))
-}
-
-/// `int act(int n);` → `codel act(in n: int): int`
-fn prototype(token: &SyntaxToken) -> Option<Rewrite> {
-    let error = token.parent().filter(|it| it.kind() == SyntaxKind::ERROR && !in_core(token))?;
-    let all: Vec<SyntaxToken> = error
-        .descendants_with_tokens()
-        .filter_map(NodeOrToken::into_token)
-        .filter(|it| !it.kind().is_trivia())
-        .collect();
-    let all = match all.split_last()? {
-        (last, rest) if last.kind() == SyntaxKind::SEMICOLON => rest,
-        _ => all.as_slice(),
-    };
-    let [result, name, _, parameters @ .., close] = all else { return None };
-    if close.kind() != SyntaxKind::R_PAREN {
-        return None;
-    }
-    let is_comma = |token: &SyntaxToken| token.kind() == SyntaxKind::COMMA;
-    let parameter = |tokens: &[SyntaxToken]| match tokens {
-        [ty, name] if ty.kind().is_word() && name.kind().is_word() => {
-            Some(format!("in {}: {}", name.text(), mauve_type(ty.text())))
-        }
-        _ => None,
-    };
-    let parameters: Option<Vec<String>> = match parameters {
-        [] => Some(Vec::new()),
-        _ => parameters.split(is_comma).map(parameter).collect(),
-    };
-    let result = match result.text() {
-        "function" | "func" | "def" | "fn" => return None,
-        result => mauve_type(result),
-    };
-    let written = format!("codel {}({}): {result}", name.text(), parameters?.join(", "));
-    Some((format!("Write `{written}`"), vec![(error.text_range(), written)]))
 }

@@ -1,7 +1,7 @@
 //! # syntax-error
 //!
 //! The grammar does not allow the text. The message says what was expected there or, for a form of another language such
-//! as `and`, `while` or `n += 1`, how MAUVE writes it. The fix writes that where it is mechanical.
+//! as `and`, `while` or `n += 1`, how MAUVE writes it. The fix writes that for the common mistakes.
 //!
 //! ```mauve
 //! codel plan(in goal Pose): Path   // error
@@ -24,79 +24,139 @@
 //! that a program uses: until it is complete, a name that its own library lacks is not looked up in other libraries.
 //! Errors that follow from an incomplete declaration, such as unresolved names that it may declare, are not reported.
 
-use mauve_syntax::ast::{AstNode as _, BinaryExpr, Expr};
 use mauve_syntax::{
-    DEEPEST, Expected, Foreign, LONGEST_TEXT, List, NodeOrToken, Parse, SyntaxError, SyntaxErrorKind, SyntaxKind,
-    SyntaxNode, SyntaxToken, TextRange, TextSize, TokenError, next_significant, previous_significant, previous_token,
-    token_at,
+    DEEPEST, Expected, LONGEST_TEXT, List, NodeOrToken, Parse, SyntaxError, SyntaxErrorKind, SyntaxKind, SyntaxNode,
+    SyntaxToken, TextRange, TextSize, TokenError, next_significant, previous_significant, previous_token, token_at,
 };
 
 use super::*;
 use crate::lists::alternatives;
-use crate::foreign_syntax::{self, Rewrite};
+use crate::foreign_syntax::{self, Rewrite, Said};
 
 code!(SYNTAX_ERROR, Error, "syntax-error");
 
 pub(super) fn report<'db>(parse: &Parse, file: File, error: &SyntaxError, at: Location<'db>) -> Diagnostic<'db> {
-    let mut found = Diagnostic::new(&SYNTAX_ERROR, at, message(parse, error));
-    if let Some((title, edits)) = rewrite(parse, error) {
+    let (message, rewrite) = said(parse, error);
+    let mut found = Diagnostic::new(&SYNTAX_ERROR, at, message);
+    found.fixes.extend(rewrite.map(|(title, edits)| {
         let location = |range: TextRange| Location::Range(file, range.start().into(), range.end().into());
-        let edits = edits.into_iter().map(|(range, text)| (location(range), text)).collect();
-        found.fixes.push(Fix { title, edits });
-    }
+        Fix { title, edits: edits.into_iter().map(|(range, text)| (location(range), text)).collect() }
+    }));
     found
 }
 
-/// Returns the rewrite that corrects an error, if there is one.
-fn rewrite(parse: &Parse, error: &SyntaxError) -> Option<Rewrite> {
+/// Returns the message of the diagnostic.
+///
+/// ```
+/// let parse = mauve_syntax::parse("codel f(): int { }");
+/// let message = mauve_diagnostics::syntax_error_message(&parse, &parse.errors()[0]);
+/// assert!(message.ends_with("or `deployment`), found `{`"));
+/// ```
+pub fn message(parse: &Parse, error: &SyntaxError) -> String {
+    said(parse, error).0
+}
+
+/// Writes the tree of a text, a node or token a line, and its errors.
+pub fn tree_of(parse: &Parse, interrupt: &dyn Fn()) -> String {
+    let errors = parse.errors().iter().inspect(|_| interrupt());
+    let errors = errors.map(|error| format!("error {:?}: {}\n", error.range, message(parse, error)));
+    parse.debug_dump_interruptible(interrupt) + &errors.collect::<String>()
+}
+
+/// Returns the message of an error, and the rewrite that corrects it, if there is one.
+fn said(parse: &Parse, error: &SyntaxError) -> Said {
     let token = token_at(&parse.syntax(), error.range.start());
-    let rewrite = match error.kind {
-        SyntaxErrorKind::Foreign(form) => return foreign_syntax::rewrite(form, &token?),
-        SyntaxErrorKind::Token(error) => return token_rewrite(error, &token?),
-        SyntaxErrorKind::PathWithoutQuotes => return quoted_path(&token?),
-        SyntaxErrorKind::MessageField => port_call(&token?)?,
-        SyntaxErrorKind::WordAfterField => {
-            let number = previous_significant(token.as_ref()?)?;
-            let start = number.text_range().end().min(error.range.end());
-            (TextRange::new(start, error.range.end()), String::new())
-        }
-        SyntaxErrorKind::Expected { expected: Expected::Token(SyntaxKind::SEMICOLON), found: Some(SyntaxKind::R_PAREN), .. } => {
-            let title = "Remove `)`".to_owned();
-            return Some((title, vec![(error.range, String::new())]));
-        }
-        SyntaxErrorKind::ChainedComparison => {
-            let (end, middle) = chained(parse, error)?;
-            (TextRange::empty(end), format!(" && {middle}"))
-        }
-        _ => match single_equals(parse, error) {
-            Some(sign) => (sign, "==".to_owned()),
-            None => {
-                let (end, sign) = missing_type(parse, error).or_else(|| missing_token(parse, error))?;
-                (TextRange::empty(end), sign)
-            }
+    let message = match error.kind {
+        SyntaxErrorKind::Foreign(form) => match &token {
+            Some(token) => return foreign_syntax::said(form, token),
+            None => "this is not MAUVE",
         },
+        SyntaxErrorKind::Token(kind) => match &token {
+            Some(token) => return of_token(kind, token),
+            None => token_error(kind),
+        },
+        SyntaxErrorKind::Expected { expected, found, similar } => {
+            return missing(parse, error, expected, found, similar);
+        }
+        SyntaxErrorKind::MessageField => return message_field(token.as_ref()),
+        SyntaxErrorKind::PathWithoutQuotes => {
+            let message = "expected a path in quotes, as in `include \"file.mal\"`";
+            return (message.to_owned(), token.and_then(|token| quoted_path(&token)));
+        }
+        SyntaxErrorKind::WordAfterField => {
+            let message = "expected a field such as `period = 100`; times are in milliseconds, without a unit";
+            let number = token.as_ref().and_then(previous_significant);
+            let unit = number.map(|it| TextRange::new(it.text_range().end().min(error.range.end()), error.range.end()));
+            return (message.to_owned(), unit.map(|unit| removing("Remove the unit", unit)));
+        }
+        SyntaxErrorKind::LateInclude => "an `include` comes before all declarations of its file",
+        SyntaxErrorKind::ChainedComparison => "comparisons do not chain: write `a < b && b < c`",
+        SyntaxErrorKind::ArrayElement => "a program does not look into an array: a codel reads its elements",
+        SyntaxErrorKind::TooDeep => {
+            return (format!("this is nested more than {DEEPEST} levels deep, and is not read"), None);
+        }
+        SyntaxErrorKind::TooLong => {
+            return (format!("this file is longer than {LONGEST_TEXT} bytes, and is not read"), None);
+        }
     };
-    let title = match rewrite.1.trim() {
-        "" => "Remove the unit".to_owned(),
-        written => format!("Write `{written}`"),
+    (message.to_owned(), None)
+}
+
+fn removing(title: &str, range: TextRange) -> Rewrite {
+    (title.to_owned(), vec![(range, String::new())])
+}
+
+/// Returns the message for a token or a part that is missing, and the rewrite that adds it.
+fn missing(
+    parse: &Parse,
+    error: &SyntaxError,
+    expected: Expected,
+    found: Option<SyntaxKind>,
+    similar: Option<&str>,
+) -> Said {
+    let lacks_type = lacks_type(parse, error);
+    let message = match (expected, found) {
+        _ if let Some((_, declaration)) = &lacks_type => match declaration {
+            SyntaxKind::CODEL | SyntaxKind::OPERATION_DECLARATION => {
+                "expected `:` and the type of the result: `: void` if there is none".to_owned()
+            }
+            _ => "expected `:` and a type before the value, as in `n: int = 3`".to_owned(),
+        },
+        (Expected::Token(SyntaxKind::SEMICOLON), Some(SyntaxKind::R_PAREN)) => {
+            return ("this `)` closes nothing".to_owned(), Some(removing("Remove `)`", error.range)));
+        }
+        (Expected::Token(SyntaxKind::L_PAREN), _) => {
+            "expected `(`: a core names its shell, `core NAME(SHELL)`, a component both, `component NAME(SHELL, CORE)`".to_owned()
+        }
+        _ => {
+            let found = found.map(|kind| format!(", found {}", token(parse, error, kind)));
+            let similar = similar.map(|word| format!("; did you mean `{word}`?"));
+            format!("expected {}{}{}", what(expected), found.unwrap_or_default(), similar.unwrap_or_default())
+        }
     };
-    Some((title, vec![rewrite]))
+    let added = || {
+        let ty = lacks_type.and_then(|(name, declaration)| missing_type(&name, declaration));
+        let (end, sign) = ty.or_else(|| missing_token(parse, error, expected, found))?;
+        Some((TextRange::empty(end), sign))
+    };
+    let rewrite = match single_equals(parse, error, found) {
+        Some(sign) => Some((sign, "==".to_owned())),
+        None => added(),
+    };
+    (message, rewrite.map(|(range, sign)| (format!("Write `{}`", sign.trim()), vec![(range, sign)])))
 }
 
 /// Returns the type to insert behind the name of a variable or the parameters of a codel.
-fn missing_type(parse: &Parse, error: &SyntaxError) -> Option<(TextSize, String)> {
-    let declaration = lacks_type(parse, error)?;
-    let name = token_before_error(parse, error)?;
-    let end = name.text_range().end();
+fn missing_type(name: &SyntaxToken, declaration: SyntaxKind) -> Option<(TextSize, String)> {
     let written = match declaration {
         SyntaxKind::CODEL | SyntaxKind::OPERATION_DECLARATION => "void",
-        _ => foreign_syntax::type_of(&next_significant(&next_significant(&name)?)?)?,
+        _ => foreign_syntax::type_of(&next_significant(&next_significant(name)?)?)?,
     };
-    Some((end, format!(": {written}")))
+    Some((name.text_range().end(), format!(": {written}")))
 }
 
-/// Returns the kind of the declaration whose type is missing, with its colon.
-fn lacks_type(parse: &Parse, error: &SyntaxError) -> Option<SyntaxKind> {
+/// Returns the token behind which the type of a declaration is missing, with its colon, and the kind of the declaration.
+fn lacks_type(parse: &Parse, error: &SyntaxError) -> Option<(SyntaxToken, SyntaxKind)> {
     let SyntaxErrorKind::Expected { expected: Expected::Token(SyntaxKind::COLON), found, .. } = error.kind else {
         return None;
     };
@@ -112,7 +172,7 @@ fn lacks_type(parse: &Parse, error: &SyntaxError) -> Option<SyntaxKind> {
         }
         _ => found == Some(SyntaxKind::EQ),
     };
-    is_missing.then(|| declaration.kind())
+    is_missing.then(|| (before, declaration.kind()))
 }
 
 /// Does a type stand at the error, in the declaration that lacks the colon before it?
@@ -130,52 +190,39 @@ fn token_before_error(parse: &Parse, error: &SyntaxError) -> Option<SyntaxToken>
     }
 }
 
-/// Corrects a token: a comment, a string, a number with a unit.
-fn token_rewrite(error: TokenError, token: &SyntaxToken) -> Option<Rewrite> {
+/// Returns the message for a comment, a string, a number with a unit, and the token as MAUVE writes it.
+fn of_token(error: TokenError, token: &SyntaxToken) -> Said {
     let text = token.text();
-    let (title, written) = match error {
+    let writing = |written: String| (format!("Write `{written}`"), vec![(token.text_range(), written)]);
+    let message = token_error(error).to_owned();
+    match error {
+        TokenError::Hash if next_significant(token).is_some_and(|it| text == "#" && it.kind() == SyntaxKind::INCLUDE_KW) => {
+            ("`include` has no `#`".to_owned(), Some(removing("Remove `#`", token.text_range())))
+        }
         TokenError::Hash => {
-            let is_include = is_before_include(token);
-            let written = if is_include { String::new() } else { format!("//{}", text.trim_start_matches('#')) };
-            (if is_include { "Remove `#`" } else { "Write `//`" }.to_owned(), written)
+            let comment = format!("//{}", text.trim_start_matches('#'));
+            (message, Some(("Write `//`".to_owned(), vec![(token.text_range(), comment)])))
         }
         TokenError::SingleQuotes => {
-            let inner = text.strip_prefix('\'')?.strip_suffix('\'')?;
-            let written = format!("\"{inner}\"");
-            (!inner.contains(['"', '\\'])).then(|| (format!("Write `{written}`"), written))?
+            let inner = text.strip_prefix('\'').and_then(|text| text.strip_suffix('\''));
+            let inner = inner.filter(|inner| !inner.contains(['"', '\\']));
+            (message, inner.map(|inner| writing(format!("\"{inner}\""))))
         }
         TokenError::BadNumber => {
             let digits = text.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
-            let unit = text.get(digits.len()..)?;
+            let unit = text.get(digits.len()..).unwrap_or_default();
+            let is_number = digits.ends_with(|letter: char| letter.is_ascii_digit()) && !unit.is_empty() && digits != "0";
             let field = foreign_syntax::field_name(token);
-            let is_number = digits.ends_with(|letter: char| letter.is_ascii_digit()) && !unit.is_empty();
-            let written = foreign_syntax::without_unit(digits, unit, field.as_deref()).filter(|_| is_number && digits != "0")?;
-            (format!("Write `{written}`"), written)
-        }
-        TokenError::UnknownEscape => {
-            let written = with_escapes(text);
-            (format!("Write `{written}`"), written)
-        }
-        TokenError::UnterminatedString | TokenError::UnterminatedComment | TokenError::Characters => return None,
-    };
-    Some((title, vec![(token.text_range(), written)]))
-}
-
-/// Writes `\\` for each `\` of a string that begins no escape.
-fn with_escapes(string: &str) -> String {
-    let mut written = String::with_capacity(string.len() + 1);
-    let mut letters = string.chars();
-    while let Some(letter) = letters.next() {
-        written.push(letter);
-        if letter == '\\' {
-            let next = letters.next();
-            if !matches!(next, Some('"' | '\\' | 'n' | 't')) {
-                written.push('\\');
+            match foreign_syntax::without_unit(digits, unit, field.as_deref()).filter(|_| is_number) {
+                Some(written) => (foreign_syntax::no_unit(field.is_some()), Some(writing(written))),
+                None => (message, None),
             }
-            written.extend(next);
         }
+        TokenError::UnknownEscape
+        | TokenError::UnterminatedString
+        | TokenError::UnterminatedComment
+        | TokenError::Characters => (message, None),
     }
-    written
 }
 
 /// Writes the quotes of the path of an `include`.
@@ -204,107 +251,24 @@ fn port_call(dot: &SyntaxToken) -> Option<(TextRange, String)> {
     Some((range, format!("{}({}{comma}", method.text(), port.text())))
 }
 
-/// Returns the message of the diagnostic.
-///
-/// ```
-/// let parse = mauve_syntax::parse("codel f(): int { }");
-/// let message = mauve_diagnostics::syntax_error_message(&parse, &parse.errors()[0]);
-/// assert!(message.ends_with("or `deployment`), found `{`"));
-/// ```
-pub fn message(parse: &Parse, error: &SyntaxError) -> String {
-    match error.kind {
-        SyntaxErrorKind::Foreign(form) => match token_at(&parse.syntax(), error.range.start()) {
-            Some(token) => foreign_syntax::message(form, &token),
-            None => "this is not MAUVE".to_owned(),
-        },
-        SyntaxErrorKind::Expected { .. } if let Some(declaration) = lacks_type(parse, error) => match declaration {
-            SyntaxKind::CODEL | SyntaxKind::OPERATION_DECLARATION => {
-                "expected `:` and the type of the result: `: void` if there is none".to_owned()
-            }
-            _ => "expected `:` and a type before the value, as in `n: int = 3`".to_owned(),
-        },
-        SyntaxErrorKind::Expected { expected: Expected::Token(SyntaxKind::SEMICOLON), found: Some(SyntaxKind::R_PAREN), .. } => {
-            "this `)` closes nothing".to_owned()
-        }
-        SyntaxErrorKind::Expected { expected: Expected::Token(SyntaxKind::L_PAREN), .. } => {
-            "expected `(`: a core names its shell, `core NAME(SHELL)`, a component both, `component NAME(SHELL, CORE)`".to_owned()
-        }
-        SyntaxErrorKind::Expected { expected, found, similar } => {
-            let found = found.map(|kind| format!(", found {}", token(parse, error, kind)));
-            let similar = similar.map(|word| format!("; did you mean `{word}`?"));
-            format!(
-                "expected {}{}{}",
-                what(expected),
-                found.unwrap_or_default(),
-                similar.unwrap_or_default()
-            )
-        }
-        SyntaxErrorKind::Token(kind) => token_message(parse, error, kind),
-        SyntaxErrorKind::LateInclude => "an `include` comes before all declarations of its file".to_owned(),
-        SyntaxErrorKind::PathWithoutQuotes => {
-            "expected a path in quotes, as in `include \"file.mal\"`".to_owned()
-        }
-        SyntaxErrorKind::WordAfterField => {
-            "expected a field such as `period = 100`; times are in milliseconds, without a unit".to_owned()
-        }
-        SyntaxErrorKind::ChainedComparison => {
-            "comparisons do not chain: write `a < b && b < c`".to_owned()
-        }
-        SyntaxErrorKind::MessageField => message_field(parse, error),
-        SyntaxErrorKind::ArrayElement => {
-            "a program does not look into an array: a codel reads its elements".to_owned()
-        }
-        SyntaxErrorKind::TooDeep => {
-            format!("this is nested more than {DEEPEST} levels deep, and is not read")
-        }
-        SyntaxErrorKind::TooLong => {
-            format!("this file is longer than {LONGEST_TEXT} bytes, and is not read")
-        }
-    }
-}
-
 /// Says that messages are opaque, or how ports are read and written.
-fn message_field(parse: &Parse, error: &SyntaxError) -> String {
-    let dot = token_at(&parse.syntax(), error.range.start());
-    let call = dot.as_ref().and_then(port_call);
-    let name = dot.as_ref().and_then(previous_significant).map(|it| it.text().to_owned());
-    let behind = dot.as_ref().and_then(next_significant).and_then(|it| next_significant(&it));
-    match call {
-        Some((_, written)) => format!("a port has no methods: write `{written}…)`"),
-        None if behind.is_some_and(|it| it.kind() == SyntaxKind::L_PAREN) => {
+fn message_field(dot: Option<&SyntaxToken>) -> Said {
+    if let Some((range, written)) = dot.and_then(port_call) {
+        let message = format!("a port has no methods: write `{written}…)`");
+        return (message, Some((format!("Write `{}`", written.trim()), vec![(range, written)])));
+    }
+    let name = dot.and_then(previous_significant).map(|it| it.text().to_owned());
+    let behind = dot.and_then(next_significant).and_then(|it| next_significant(&it));
+    let message = match name.filter(|name| name != ")") {
+        _ if behind.is_some_and(|it| it.kind() == SyntaxKind::L_PAREN) => {
             "MAUVE has no methods: a program calls codels, as in `plan(goal)`".to_owned()
         }
-        None => match name.filter(|name| name != ")") {
-            Some(name) => format!(
-                "a program cannot read the fields of a message: write a codel that takes `{name}` and returns the value"
-            ),
-            None => "a program cannot read the fields of a message: write a codel that returns the value".to_owned(),
-        },
-    }
-}
-
-/// Writes the tree of a text, a node or token a line, and its errors.
-pub fn tree_of(parse: &Parse, interrupt: &dyn Fn()) -> String {
-    let errors = parse.errors().iter().inspect(|_| interrupt());
-    let errors = errors.map(|error| format!("error {:?}: {}\n", error.range, message(parse, error)));
-    parse.debug_dump_interruptible(interrupt) + &errors.collect::<String>()
-}
-
-/// Is this the `#` of `#include`?
-fn is_before_include(token: &SyntaxToken) -> bool {
-    token.text() == "#" && next_significant(token).is_some_and(|it| it.kind() == SyntaxKind::INCLUDE_KW)
-}
-
-fn token_message(parse: &Parse, error: &SyntaxError, kind: TokenError) -> String {
-    let token = token_at(&parse.syntax(), error.range.start());
-    if kind == TokenError::Hash && token.as_ref().is_some_and(is_before_include) {
-        return "`include` has no `#`".to_owned();
-    }
-    let unit = token.filter(|token| kind == TokenError::BadNumber && token_rewrite(kind, token).is_some());
-    match unit {
-        Some(number) => foreign_syntax::message(Foreign::Unit, &number),
-        None => token_error(kind).to_owned(),
-    }
+        Some(name) => format!(
+            "a program cannot read the fields of a message: write a codel that takes `{name}` and returns the value"
+        ),
+        None => "a program cannot read the fields of a message: write a codel that returns the value".to_owned(),
+    };
+    (message, None)
 }
 
 fn token_error(error: TokenError) -> &'static str {
@@ -379,10 +343,13 @@ fn token_kind(kind: SyntaxKind) -> String {
 /// Returns a missing symbol or keyword to insert, with its offset after the previous token.
 ///
 /// The parser continues as if the token existed, so that the insertion corrects the error.
-fn missing_token(parse: &Parse, error: &SyntaxError) -> Option<(TextSize, String)> {
-    let SyntaxErrorKind::Expected { expected: Expected::Token(kind), found, .. } = error.kind else {
-        return None;
-    };
+fn missing_token(
+    parse: &Parse,
+    error: &SyntaxError,
+    expected: Expected,
+    found: Option<SyntaxKind>,
+) -> Option<(TextSize, String)> {
+    let Expected::Token(kind) = expected else { return None };
     let (sign, is_found) = (kind.text()?, found.is_some());
     let root = parse.syntax();
     let next = match is_found {
@@ -433,10 +400,8 @@ fn missing_token(parse: &Parse, error: &SyntaxError) -> Option<(TextSize, String
 }
 
 /// Returns the `=` in a condition, to replace by `==`.
-fn single_equals(parse: &Parse, error: &SyntaxError) -> Option<TextRange> {
-    let SyntaxErrorKind::Expected { found: Some(SyntaxKind::EQ), .. } = error.kind else { return None };
-    let root = parse.syntax();
-    let sign = token_at(&root, error.range.start())?;
+fn single_equals(parse: &Parse, error: &SyntaxError, found: Option<SyntaxKind>) -> Option<TextRange> {
+    let sign = token_at(&parse.syntax(), error.range.start()).filter(|_| found == Some(SyntaxKind::EQ))?;
     let ends = [SyntaxKind::IF_KW, SyntaxKind::SEMICOLON, SyntaxKind::L_CURLY, SyntaxKind::R_CURLY];
     let end = tokens_before(&sign).find(|token| ends.contains(&token.kind()))?;
     (sign.kind() == SyntaxKind::EQ && end.kind() == SyntaxKind::IF_KW).then(|| sign.text_range())
@@ -472,16 +437,4 @@ fn indentation(node: &SyntaxNode) -> String {
     let line = before.find(|token| token.text().contains('\n'));
     let line = line.map(|token| token.text().rsplit('\n').next().unwrap_or_default().to_owned());
     line.filter(|line| line.trim().is_empty()).unwrap_or_default()
-}
-
-/// Returns, for `a < b < c`, the end of `a < b`, and `b`.
-fn chained(parse: &Parse, error: &SyntaxError) -> Option<(TextSize, String)> {
-    if error.kind != SyntaxErrorKind::ChainedComparison {
-        return None;
-    }
-    let operator = token_at(&parse.syntax(), error.range.start())?;
-    let outer = operator.parent_ancestors().find_map(BinaryExpr::cast)?;
-    let Some(Expr::BinaryExpr(inner)) = outer.lhs() else { return None };
-    let middle = inner.rhs()?;
-    Some((inner.syntax().text_range().end(), middle.syntax().text().to_string()))
 }
