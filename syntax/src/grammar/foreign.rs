@@ -7,6 +7,36 @@ use super::*;
 use crate::foreign::{Foreign, Word};
 use crate::parser::Checkpoint;
 
+/// Takes `tokens` tokens as one error.
+fn drop_as(p: &mut Parser<'_>, form: Foreign, tokens: u8) {
+    p.foreign(form);
+    p.drop_tokens(usize::from(tokens));
+}
+
+fn superfluous(p: &mut Parser<'_>, tokens: u8) {
+    drop_as(p, Foreign::Superfluous { tokens }, tokens);
+}
+
+/// Takes `tokens` tokens as the keyword that MAUVE writes there.
+fn keyword_as(p: &mut Parser<'_>, tokens: u8, keyword: SyntaxKind) {
+    p.foreign(Foreign::Spelling { tokens, written: keyword.text().unwrap_or_default() });
+    p.drop_tokens(usize::from(tokens) - 1);
+    p.bump_as(keyword);
+}
+
+/// Takes an item of this kind, whose keyword is written in another way.
+fn item_as(
+    p: &mut Parser<'_>,
+    (tokens, keyword): (u8, SyntaxKind),
+    kind: SyntaxKind,
+    rest: impl FnOnce(&mut Parser<'_>),
+) {
+    let m = p.start();
+    keyword_as(p, tokens, keyword);
+    rest(p);
+    m.complete(p, kind);
+}
+
 /// An operator of another language: the operator of MAUVE, and the number of tokens.
 pub(super) struct Operator {
     pub(super) kind: SyntaxKind,
@@ -76,8 +106,7 @@ pub(super) fn not(p: &mut Parser<'_>) {
 
 /// Takes `.5`.
 pub(super) fn point(p: &mut Parser<'_>) {
-    p.foreign(Foreign::Fraction);
-    p.drop_tokens(2);
+    drop_as(p, Foreign::Fraction, 2);
 }
 
 // test_err behind_an_operand
@@ -89,16 +118,14 @@ pub(super) fn point(p: &mut Parser<'_>) {
 /// Takes a unit or a decimal point after a number.
 pub(super) fn opt_behind_number(p: &mut Parser<'_>) {
     if p.at(DOT) && !p.begins_line() {
-        p.foreign(Foreign::Fraction);
-        let more = usize::from(p.nth(1) == INT_NUMBER && !p.nth_begins_line(1));
-        p.drop_tokens(1 + more);
+        let more = u8::from(p.nth(1) == INT_NUMBER && !p.nth_begins_line(1));
+        drop_as(p, Foreign::Fraction, 1 + more);
     } else if p.at(IDENT)
         && !p.begins_line()
         && !matches!(p.nth(1), EQ | COLON | L_PAREN | DOT)
         && p.nth_is_foreign(0, Word::Unit)
     {
-        p.foreign(Foreign::Unit);
-        p.drop_tokens(1);
+        drop_as(p, Foreign::Unit, 1);
     }
 }
 
@@ -136,7 +163,7 @@ pub(super) fn opt_statement(p: &mut Parser<'_>) -> bool {
         }
         (PLUS, PLUS, word) if word.is_word() => p.skip_foreign(Foreign::Increment, ends_statement),
         (word, PLUS, PLUS) if word.is_word() => p.skip_foreign(Foreign::Increment, ends_statement),
-        (IDENT, ..) if at_brace(p) => superfluous(p),
+        (IDENT, ..) if at_brace(p) => superfluous(p, 1),
         (IDENT, L_CURLY, _) if p.nth_foreign(0, section).is_some() => foreign_section(p),
         (IDENT, SEMICOLON | R_CURLY, _) if p.nth_is_foreign(0, Word::Jump) => {
             p.skip_foreign(Foreign::Loop, ends_statement);
@@ -152,12 +179,7 @@ pub(super) fn opt_statement(p: &mut Parser<'_>) -> bool {
                 && name.is_word()
                 && matches!(p.nth(3), EQ | SEMICOLON) =>
         {
-            let m = p.start();
-            p.foreign(Foreign::ConstantVariable);
-            p.drop_tokens(2);
-            super::name(p);
-            shell::opt_initializer(p);
-            m.complete(p, VAR);
+            variable_as(p, Foreign::ConstantVariable, 2);
         }
         (IDENT, next, behind) if next.is_word() && on_line => match behind {
             _ if p.nth_foreign(0, section).is_some() => foreign_section(p),
@@ -174,8 +196,7 @@ pub(super) fn opt_statement(p: &mut Parser<'_>) -> bool {
 fn assignment(p: &mut Parser<'_>, form: Foreign) {
     let m = p.start();
     any_word(p, NAME_REF);
-    p.foreign(form);
-    p.drop_tokens(2);
+    drop_as(p, form, 2);
     expression(p);
     m.complete(p, ASSIGN_STATEMENT);
     p.drop_until(ends_statement);
@@ -190,9 +211,14 @@ fn assignment(p: &mut Parser<'_>, form: Foreign) {
 // }
 /// Takes `int n = 3` or `let n = 3`: a variable of unknown type.
 pub(super) fn variable(p: &mut Parser<'_>) {
+    let is_untyped = p.nth_is_foreign(0, Word::Untyped);
+    variable_as(p, if is_untyped { Foreign::Untyped } else { Foreign::TypeFirst }, 1);
+}
+
+/// Takes a variable whose name is behind `before` tokens.
+fn variable_as(p: &mut Parser<'_>, form: Foreign, before: u8) {
     let m = p.start();
-    p.foreign(if p.nth_is_foreign(0, Word::Untyped) { Foreign::Untyped } else { Foreign::TypeFirst });
-    p.drop_tokens(1);
+    drop_as(p, form, before);
     name(p);
     shell::opt_initializer(p);
     m.complete(p, VAR);
@@ -234,12 +260,11 @@ pub(super) fn opt_whole_statement(p: &mut Parser<'_>, before: &Checkpoint) -> bo
         Word::Loop => foreign_section(p),
         Word::ElseIf => {
             let m = p.start();
-            p.foreign(Foreign::Spelling { tokens: 1, written: "else if" });
-            p.drop_tokens(1);
+            drop_as(p, Foreign::Spelling { tokens: 1, written: "else if" }, 1);
             statement::if_rest(p, true);
             m.complete(p, IF_STATEMENT);
         }
-        Word::Brace => superfluous(p),
+        Word::Brace => superfluous(p, 1),
         _ => p.skip_foreign(Foreign::Increment, ends_statement),
     }
     true
@@ -250,11 +275,6 @@ pub(super) fn at_brace(p: &Parser<'_>) -> bool {
     let next = p.nth(1);
     p.nth_is_foreign(0, Word::Brace)
         && (next.is_word() || matches!(next, SEMICOLON | L_CURLY | R_CURLY | EOF))
-}
-
-fn superfluous(p: &mut Parser<'_>) {
-    p.foreign(Foreign::Superfluous { tokens: 1 });
-    p.drop_tokens(1);
 }
 
 /// Returns whether a statement ends here: after its `;` or its block, or with its line.
@@ -284,28 +304,11 @@ fn ends_section(p: &Parser<'_>) -> bool {
 pub(super) fn opt_declaration(p: &mut Parser<'_>) -> bool {
     let on_line = !p.nth_begins_line(1);
     match (p.current(), p.nth(1), p.nth(2)) {
-        (IMPORT_KW, STRING, _) if on_line => {
-            let m = p.start();
-            p.foreign(Foreign::Spelling { tokens: 1, written: "include" });
-            p.bump_as(INCLUDE_KW);
-            p.bump();
-            m.complete(p, INCLUDE);
-        }
-        (IMPORT_KW, next, _) if next.is_word() && on_line => {
-            let m = p.start();
-            p.foreign(Foreign::Spelling { tokens: 1, written: "use" });
-            p.bump_as(USE_KW);
-            name_ref(p, Expected::PackageName);
-            m.complete(p, USE);
-        }
+        (IMPORT_KW, STRING, _) if on_line => item_as(p, (1, INCLUDE_KW), INCLUDE, |p| p.bump()),
+        (IMPORT_KW, next, _) if next.is_word() && on_line => item_as(p, (1, USE_KW), USE, package),
         (IDENT, ..) if on_line && p.nth_is_foreign(0, Word::Using) && p.nth(1).is_word() => {
-            let m = p.start();
             let has_namespace = u8::from(p.nth(2).is_word() && !p.nth_begins_line(2));
-            p.foreign(Foreign::Spelling { tokens: 1 + has_namespace, written: "use" });
-            p.drop_tokens(usize::from(has_namespace));
-            p.bump_as(USE_KW);
-            name_ref(p, Expected::PackageName);
-            m.complete(p, USE);
+            item_as(p, (1 + has_namespace, USE_KW), USE, package);
         }
         (IDENT, ..) if on_line && p.nth_is_foreign(0, Word::From) => {
             p.skip_foreign(Foreign::ImportFrom, |p| p.begins_line());
@@ -316,6 +319,10 @@ pub(super) fn opt_declaration(p: &mut Parser<'_>) -> bool {
         _ => return false,
     }
     true
+}
+
+fn package(p: &mut Parser<'_>) {
+    name_ref(p, Expected::PackageName);
 }
 
 fn ends_declaration(p: &Parser<'_>) -> bool {
@@ -340,8 +347,7 @@ pub(super) fn opt_shell_item(p: &mut Parser<'_>) -> bool {
     let is_on_line = |p: &Parser<'_>| p.nth(1).is_word() && !p.nth_begins_line(1);
     if p.at(OPERATION_KW) && is_on_line(p) && p.nth(2) == L_PAREN {
         let m = p.start();
-        p.foreign(Foreign::ShellOperation);
-        p.drop_tokens(1);
+        drop_as(p, Foreign::ShellOperation, 1);
         name(p);
         parameters(p);
         colon_type(p);
@@ -351,11 +357,7 @@ pub(super) fn opt_shell_item(p: &mut Parser<'_>) -> bool {
     if let Some(keyword) =
         p.nth_foreign(0, keyword).filter(|it| is_on_line(p) && matches!(it, PROPERTY_KW | CONSTANT_KW))
     {
-        let m = p.start();
-        p.foreign(Foreign::Spelling { tokens: 1, written: keyword.text().unwrap_or_default() });
-        p.bump_as(keyword);
-        shell::property_rest(p);
-        m.complete(p, PROPERTY);
+        item_as(p, (1, keyword), PROPERTY, shell::property_rest);
         return true;
     }
     let (keyword, before, behind) = match (p.current(), p.nth(1)) {
@@ -404,9 +406,7 @@ pub(super) fn opt_core_item(p: &mut Parser<'_>) -> bool {
     match p.nth(2) {
         EQ | SEMICOLON => variable(p),
         L_PAREN => p.skip_foreign(Foreign::Function, ends_section),
-        _ if p.nth_is_foreign(0, Word::Untyped) => {
-            superfluous(p);
-        }
+        _ if p.nth_is_foreign(0, Word::Untyped) => superfluous(p, 1),
         _ => return false,
     }
     true
@@ -429,11 +429,7 @@ pub(super) fn opt_architecture_item(p: &mut Parser<'_>) -> bool {
         (IDENT, next, DOT)
             if next.is_word() && on_line && p.nth_foreign(0, keyword) == Some(CONNECTION_KW) =>
         {
-            let m = p.start();
-            p.foreign(Foreign::Spelling { tokens: 1, written: "connection" });
-            p.bump_as(CONNECTION_KW);
-            architecture::connection_rest(p);
-            m.complete(p, CONNECTION);
+            item_as(p, (1, CONNECTION_KW), CONNECTION, architecture::connection_rest);
         }
         (word, DOT, feature) if word.is_word() && feature.is_word() => {
             let m = p.start();
@@ -488,12 +484,7 @@ pub(super) fn opt_second_reader(p: &mut Parser<'_>) {
 pub(super) fn opt_connection_operation(p: &mut Parser<'_>) -> bool {
     let is_operation = p.nth(1) == OPERATION_KW && p.nth(2).is_word() && p.nth(3) == DOT;
     if is_operation {
-        let m = p.start();
-        p.foreign(Foreign::Spelling { tokens: 2, written: "operation" });
-        p.drop_tokens(1);
-        p.bump();
-        architecture::operation_rest(p);
-        m.complete(p, OPERATION_CONNECTION);
+        item_as(p, (2, OPERATION_KW), OPERATION_CONNECTION, architecture::operation_rest);
     }
     is_operation
 }
@@ -552,8 +543,7 @@ pub(super) fn opt_behind_use(p: &mut Parser<'_>) {
             name_ref(p, Expected::PackageName);
         }
     } else if p.at(DOT) && p.nth_is_foreign(1, Word::FileEnding) {
-        p.foreign(Foreign::UsedFile);
-        p.drop_tokens(2);
+        drop_as(p, Foreign::UsedFile, 2);
     }
 }
 
@@ -598,12 +588,7 @@ pub(super) fn opt_instance_values(p: &mut Parser<'_>) {
 pub(super) fn opt_state_machine(p: &mut Parser<'_>) -> bool {
     let is_machine = p.at(STATE_KW) && p.nth_is_foreign(1, Word::Machine) && p.nth(2) == L_CURLY;
     if is_machine {
-        let m = p.start();
-        p.foreign(Foreign::Spelling { tokens: 2, written: "statemachine" });
-        p.drop_tokens(1);
-        p.bump_as(STATEMACHINE_KW);
-        list(p, List::StateMachine);
-        m.complete(p, STATE_MACHINE);
+        item_as(p, (2, STATEMACHINE_KW), STATE_MACHINE, |p| list(p, List::StateMachine));
     }
     is_machine
 }
@@ -616,8 +601,7 @@ pub(super) fn opt_state_machine(p: &mut Parser<'_>) -> bool {
 /// Takes `void` in `(void)`.
 pub(super) fn opt_no_parameters(p: &mut Parser<'_>) {
     if p.nth(1) == R_PAREN && p.nth_is_foreign(0, Word::NoParameters) {
-        p.foreign(Foreign::Superfluous { tokens: 1 });
-        p.drop_tokens(1);
+        superfluous(p, 1);
     }
 }
 
@@ -641,16 +625,14 @@ pub(super) fn opt_parameter(p: &mut Parser<'_>) -> bool {
 /// Takes `bool act(…)`: a signature with its result first.
 pub(super) fn result_first(p: &mut Parser<'_>) {
     let before = p.checkpoint();
-    p.foreign(Foreign::ResultFirst);
-    p.drop_tokens(1);
+    drop_as(p, Foreign::ResultFirst, 1);
     name(p);
     let parameters_begin = p.checkpoint();
     parameters(p);
     if p.has_failed_since(&parameters_begin) {
         // One message for the whole signature.
         p.rewind(&before);
-        p.foreign(Foreign::Signature);
-        p.drop_tokens(1);
+        drop_as(p, Foreign::Signature, 1);
         name(p);
         p.drop_until(|p| p.begins_line() || p.at_item() || matches!(p.current(), SEMICOLON | R_CURLY));
     }
@@ -661,8 +643,7 @@ pub(super) fn opt_cast(p: &mut Parser<'_>) {
     let is_value = p.nth(3) == L_PAREN || p.nth(3).is_word() || matches!(p.nth(3), INT_NUMBER | FLOAT_NUMBER);
     let is_operand = is_value && begins_operand(p.nth(3)) && !p.nth_begins_line(3);
     if p.at(L_PAREN) && p.nth_is_scalar(1) && p.nth(2) == R_PAREN && is_operand {
-        p.foreign(Foreign::Cast);
-        p.drop_tokens(3);
+        drop_as(p, Foreign::Cast, 3);
     }
 }
 
@@ -695,16 +676,14 @@ pub(super) fn opt_instead_of(p: &mut Parser<'_>, expected: SyntaxKind) -> bool {
         (COLON, ARROW, next) if next.is_word() => 1,
         _ => return false,
     };
-    p.foreign(Foreign::Spelling { tokens, written: expected.text().unwrap_or_default() });
-    p.drop_tokens(usize::from(tokens));
+    drop_as(p, Foreign::Spelling { tokens, written: expected.text().unwrap_or_default() }, tokens);
     true
 }
 
 /// Takes `()`.
 pub(super) fn opt_parentheses(p: &mut Parser<'_>) {
     if p.at(L_PAREN) && p.nth(1) == R_PAREN && !p.begins_line() {
-        p.foreign(Foreign::Superfluous { tokens: 2 });
-        p.drop_tokens(2);
+        superfluous(p, 2);
     }
 }
 
@@ -730,8 +709,7 @@ pub(super) fn opt_before_list(p: &mut Parser<'_>) {
         _ => return,
     };
     if !p.begins_line() {
-        p.foreign(Foreign::Superfluous { tokens });
-        p.drop_tokens(usize::from(tokens));
+        superfluous(p, tokens);
     }
 }
 
@@ -739,8 +717,7 @@ pub(super) fn opt_before_list(p: &mut Parser<'_>) {
 pub(super) fn opt_program_parentheses(p: &mut Parser<'_>) -> bool {
     let is_instead = p.at(L_PAREN) && p.nth(1) == R_PAREN && p.nth(2) == L_CURLY;
     if is_instead {
-        p.foreign(Foreign::Spelling { tokens: 2, written: "=" });
-        p.drop_tokens(2);
+        drop_as(p, Foreign::Spelling { tokens: 2, written: "=" }, 2);
     } else {
         opt_parentheses(p);
     }
@@ -755,8 +732,7 @@ pub(super) fn opt_program_parentheses(p: &mut Parser<'_>) -> bool {
 pub(super) fn opt_activity_body(p: &mut Parser<'_>) -> bool {
     let is_body = p.at(COLON) && p.nth(1).is_word() && !p.nth_begins_line(1);
     if is_body {
-        p.foreign(Foreign::ActivityBody);
-        p.drop_tokens(1);
+        drop_as(p, Foreign::ActivityBody, 1);
         while p.current().is_word() && !p.begins_line() {
             deployment::field(p);
             p.drop_until(|p| p.at(R_CURLY) || p.begins_line() || p.current().is_word());
@@ -771,8 +747,7 @@ pub(super) fn opt_core_header(p: &mut Parser<'_>) -> bool {
     let is_header =
         !p.begins_line() && p.nth(1).is_word() && (matches!(p.current(), COLON | EXTENDS_KW) || is_word);
     if is_header {
-        p.foreign(Foreign::CoreHeader);
-        p.drop_tokens(1);
+        drop_as(p, Foreign::CoreHeader, 1);
         type_(p, Expected::ShellName);
     }
     is_header
@@ -792,18 +767,8 @@ pub(super) fn opt_type_suffix(p: &mut Parser<'_>) {
         (LT, _) => {
             p.skip_foreign(Foreign::TypeSuffix, |p| p.previous() == GT || p.begins_line() || p.at(R_CURLY))
         }
-        (L_BRACK, R_BRACK) => {
-            p.foreign(Foreign::TypeSuffix);
-            p.drop_tokens(2);
-        }
-        (STAR, _) => {
-            p.foreign(Foreign::TypeSuffix);
-            p.drop_tokens(1);
-        }
-        _ if p.at_characters("&") => {
-            p.foreign(Foreign::TypeSuffix);
-            p.drop_tokens(1);
-        }
+        (L_BRACK, R_BRACK) => drop_as(p, Foreign::TypeSuffix, 2),
+        _ if p.at(STAR) || p.at_characters("&") => drop_as(p, Foreign::TypeSuffix, 1),
         _ => {}
     }
 }
