@@ -1,6 +1,6 @@
 //! Explains a response time: execution time, interference, and the iteration that exceeds the deadline.
 //!
-//! The facts are computed here, once. `explanation/text.rs` writes them for a terminal, `explanation/table.rs` in Markdown for a
+//! The rows are computed here, once. `explanation/text.rs` prints them for a terminal, `explanation/table.rs` in Markdown for a
 //! hover.
 
 mod table;
@@ -13,37 +13,34 @@ use std::collections::HashMap;
 
 use mauve_diagnostics::{cpu_names, times_of, timing_reason};
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Location, ModelDb, Project, config_of};
+use mauve_hir::{Location, ModelDb, config_of};
 use mauve_timing::task_set::Other;
 use mauve_timing::{CpuRule, Method, Status, THROTTLING, Time, Window, worst_trace};
 use mauve_wcrt::{
-    ActivityReport, Priority, Psm, Query, Reason, Report, Share, TableSet, Verdict, psm_of, worst_path,
+    ActivityReport, CallsReport, Priority, Psm, Query, Reason, Report, Share, TableSet, Verdict, psm_of,
+    worst_path,
 };
 use rustc_hash::FxHashSet;
 
 const SHOWN_PERIODS: usize = 12;
 
-/// Writes the explanation of an activity of a model.
+/// Prints the explanation of an activity of a model.
 fn with_facts<'db, R>(
     db: &'db dyn ModelDb,
     tables: TableSet<'db>,
     report: &Report<'db>,
     activity: usize,
     query: Query,
-    write: impl FnOnce(&Explanation<'_, 'db>) -> R,
+    print: impl FnOnce(&Explanation<'_, 'db>) -> R,
 ) -> Option<R> {
     let component = report.activities.get(activity).and_then(|activity| activity.component);
     let psm = component.and_then(|component| psm_of(db, tables, component, query.level).as_ref().ok());
     let path = |program: usize| {
         component.map_or_else(Vec::new, |of| worst_path(db, tables, of, query.level, program))
     };
-    let throttling = throttling_of(db, tables.project(db));
+    let throttling = config_of(db, tables.project(db).workspace(db)).rt_throttling;
     let origin = Origin { throttling, psm, worst_path: &path };
-    Some(write(&Explanation::new(db, report, activity, query, &origin)?))
-}
-
-fn throttling_of(db: &dyn ModelDb, project: Project<'_>) -> Option<bool> {
-    config_of(db, project.workspace(db)).rt_throttling
+    Some(print(&Explanation::new(db, report, activity, query, &origin)?))
 }
 
 struct Origin<'a> {
@@ -68,12 +65,29 @@ struct Explanation<'a, 'db> {
     overload: Option<Overload<'db>>,
     /// Which activities are counted, the assumptions about the platform, and the precision: a clause each.
     notes: Vec<String>,
-    sum: Option<Sum<'a, 'db>>,
-    own: Option<OwnTime>,
+    sum: Option<Sum<'db>>,
+    own: Option<OwnTime<'db>>,
     crossed: Option<Crossed>,
     /// The response time of the first job at the critical instant, if the first job of the activity may be released there.
     critical: Option<Time>,
-    trace: Option<Trace>,
+    trace: Option<Trace<'db>>,
+}
+
+/// A row: what takes time, how often, and how long.
+#[derive(Clone, Default)]
+struct Row<'db> {
+    /// An activity, other work on the platform, a program, a codel, or the states of a period.
+    name: Name,
+    /// The location of an activity.
+    at: Option<Location<'db>>,
+    priority: Option<u32>,
+    /// The number of jobs or periods.
+    count: u64,
+    /// The greatest time of one of them.
+    each: Option<Time>,
+    /// The time of all of them.
+    time: Time,
+    is_assumed: bool,
 }
 
 /// A reason, and where the reason is another activity, the reason of that.
@@ -92,48 +106,24 @@ struct Overload<'db> {
 
 /// What one activity contributes to the utilisation of an overloaded CPU.
 struct Load<'db> {
-    of: Interfering<'db>,
-    /// Its greatest execution time and its period.
-    per_period: Option<(Time, Time)>,
+    of: Row<'db>,
+    period: Option<Time>,
     share: Share,
 }
 
-/// An activity of higher or equal priority, or other work on the platform.
-#[derive(Clone, PartialEq)]
-struct Interfering<'db> {
-    name: Name,
-    /// The location of the activity; none of other work.
-    at: Option<Location<'db>>,
-    priority: Option<u32>,
-    /// The greatest execution time of a job.
-    greatest: Option<Time>,
-    is_assumed: bool,
-}
-
 /// The summands of a response time; without a bound, of the time until the first job ends.
-struct Sum<'a, 'db> {
-    /// The window that determines the response time; none without a bound.
-    window: Option<&'a Window>,
+struct Sum<'db> {
     /// The execution time of its own jobs. A job without demand counts as 1 ns.
     own: Time,
     /// The parts of `own`: a call or an overhead is in each job.
     overhead: Time,
-    calls: Vec<CallTime>,
-    interference: Vec<(Interfering<'db>, u64, Time)>,
-    /// The distance between the start of the window and the nominal release of the job.
-    release: Release,
-}
-
-/// What calls of an operation contribute to the jobs of a window.
-struct CallTime {
-    operation: Name,
-    client: Name,
-    calls: u64,
-    time: Time,
+    calls: Vec<CallsReport>,
+    interference: Vec<Row<'db>>,
+    released: Released,
 }
 
 /// The nominal release of the job whose response time is the greatest, relative to the start of the busy window.
-enum Release {
+enum Released {
     AtStart,
     /// The response time is less than the window by this.
     After(Time),
@@ -142,21 +132,16 @@ enum Release {
 }
 
 /// The greatest execution time of a period by programs and codels, without those that take no time.
-struct OwnTime {
+struct OwnTime<'db> {
     /// The time of the greatest period by the programs.
     of_programs: Time,
     /// The greater time of the component in the timing table, if that counts.
     of_component: Option<Time>,
     /// The states and the transition of the period.
     period: String,
-    programs: Vec<(String, Time, Vec<CodelTime>)>,
+    /// The programs with the codels that they call.
+    programs: Vec<(Row<'db>, Vec<Row<'db>>)>,
     overhead: Time,
-}
-
-struct CodelTime {
-    codel: String,
-    time: Time,
-    is_assumed: bool,
 }
 
 /// The first iteration of the busy window that exceeds the deadline.
@@ -169,10 +154,10 @@ struct Crossed {
 }
 
 /// The consecutive periods with the greatest total execution time.
-struct Trace {
+struct Trace<'db> {
     total: Option<Time>,
-    /// The states, the time, and how often the period repeats; without those that take no time.
-    periods: Vec<(String, Time, usize)>,
+    /// The periods with their states, without those that take no time.
+    periods: Vec<Row<'db>>,
 }
 
 impl<'a, 'db> Explanation<'a, 'db> {
@@ -221,6 +206,19 @@ impl<'a, 'db> Explanation<'a, 'db> {
             critical: activity.first_job.filter(|_| is_critical),
             trace: machine.and_then(Trace::new),
         })
+    }
+
+    /// Returns what is special about the busy window, in sentences.
+    fn busy_window(&self) -> impl Iterator<Item = String> {
+        let window = self.activity.window.as_ref();
+        let start = window.and_then(|window| window.start).map(|start| {
+            format!("the busy window begins {start} after the instant that the synchronised clocks share")
+        });
+        let job = window.filter(|window| window.job > 1).map(|Window { job, length, .. }| {
+            let ends = format!("it ends {length} after the start of the window");
+            format!("job {job} of the busy window has the largest response time: {ends}")
+        });
+        start.into_iter().chain(job)
     }
 
     /// Returns the method that gives the response time, otherwise the requested one.
@@ -297,53 +295,45 @@ impl<'db> Overload<'db> {
                 && it.cpus.is_some_and(|cpus| cpus & cpu != 0)
         };
         let of_activity = |it: &ActivityReport<'db>| {
-            let per_period = it.own.zip(it.period);
-            Some(Load { of: Interfering::activity(it), per_period, share: it.share? })
+            Some(Load { of: Row::activity(it), period: it.period, share: it.share? })
         };
         let of_other = |it: &Other| Load {
-            of: Interfering::other(it),
-            per_period: Some((it.time, it.period)),
+            of: Row::other(it),
+            period: Some(it.period),
             share: Share(it.time.as_nanos() as f64 / it.period.as_nanos() as f64),
         };
         let others = report.others.iter().filter(|it| it.priority >= priority && it.cpus & cpu != 0);
         let activities = report.activities.iter().filter(is_counted).filter_map(of_activity);
         let mut parts: Vec<Load<'db>> = activities.chain(others.map(of_other)).collect();
         if is_throttled {
-            let of = Interfering::throttling();
-            parts.push(Load { of, per_period: None, share: Share(0.05) });
+            parts.push(Load { of: Row::named(THROTTLING), period: None, share: Share(0.05) });
         }
         Some(Overload { cpu, priority, utilisation, parts })
     }
 }
 
-impl<'db> Interfering<'db> {
+impl<'db> Row<'db> {
+    fn named(name: &str) -> Self {
+        Row { name: name.into(), ..Row::default() }
+    }
+
     fn activity(it: &ActivityReport<'db>) -> Self {
         let priority = if let Priority::RealTime(priority) = it.priority { Some(priority) } else { None };
-        Interfering {
-            name: it.instance.clone(),
-            at: it.at.clone(),
-            priority,
-            greatest: it.own,
-            is_assumed: !it.assumed.is_empty(),
-        }
+        let (at, is_assumed) = (it.at.clone(), !it.assumed.is_empty());
+        Row { name: it.instance.clone(), at, priority, each: it.own, is_assumed, ..Row::default() }
     }
 
     fn other(it: &Other) -> Self {
-        let (name, priority) = (it.shown().as_str().into(), Some(it.priority));
-        Interfering { name, at: None, priority, greatest: Some(it.time), is_assumed: false }
-    }
-
-    fn throttling() -> Self {
-        Interfering { name: THROTTLING.into(), at: None, priority: None, greatest: None, is_assumed: false }
+        Row { priority: Some(it.priority), each: Some(it.time), ..Row::named(&it.shown()) }
     }
 }
 
-impl<'a, 'db> Sum<'a, 'db> {
+impl<'db> Sum<'db> {
     fn new(
         db: &'db dyn ModelDb,
-        report: &'a Report<'db>,
+        report: &Report<'db>,
         index: usize,
-        own_time: Option<&OwnTime>,
+        own_time: Option<&OwnTime<'_>>,
     ) -> Option<Self> {
         let activity = report.activities.get(index)?;
         let window = activity.window.as_ref();
@@ -351,33 +341,29 @@ impl<'a, 'db> Sum<'a, 'db> {
             return None;
         }
         let interrupt = || db.unwind_if_revision_cancelled();
-        let mut by_name: HashMap<Name, Interfering<'db>> = HashMap::default();
-        by_name.extend(report.others.iter().map(Interfering::other).map(|it| (it.name.clone(), it)));
-        let activities = report.activities.iter().map(Interfering::activity);
-        by_name.extend(activities.map(|it| (it.name.clone(), it)));
+        let rows = report.others.iter().map(Row::other).chain(report.activities.iter().map(Row::activity));
+        let by_name: HashMap<Name, Row<'db>> = rows.map(|row| (row.name.clone(), row)).collect();
         let interference = report.breakdown(&interrupt).of(index).into_iter().map(|it| {
-            let of = by_name.get(&it.instance).cloned();
-            let of = of.unwrap_or_else(|| Interfering { name: it.instance, ..Interfering::throttling() });
-            (of, it.jobs, it.time)
+            let of = by_name.get(&it.instance).cloned().unwrap_or_else(|| Row::named(&it.instance));
+            Row { count: it.jobs, time: it.time, ..of }
         });
         let jobs = window.map_or(1, |window| window.job);
         let own = window.map(|window| window.own).or(activity.own).unwrap_or_default();
         let own = own.max(Time::from_nanos(1));
         let calls = activity.calls.iter().map(|it| {
             let (calls, time) = (it.calls.checked_mul(jobs)?, it.time.checked_mul(jobs)?);
-            Some(CallTime { operation: it.operation.clone(), client: it.client.clone(), calls, time })
+            Some(CallsReport { calls, time, ..it.clone() })
         });
         Some(Sum {
-            window,
             own,
             // A declared time of the component has it.
             overhead: own_time
                 .filter(|it| it.of_component.is_none())
                 .and_then(|it| it.overhead.checked_mul(jobs))
                 .unwrap_or_default(),
-            calls: calls.collect::<Option<Vec<CallTime>>>().unwrap_or_default(),
+            calls: calls.collect::<Option<Vec<CallsReport>>>().unwrap_or_default(),
             interference: interference.collect(),
-            release: Release::new(activity),
+            released: Released::of(activity),
         })
     }
 
@@ -388,28 +374,28 @@ impl<'a, 'db> Sum<'a, 'db> {
     }
 
     /// Returns the greatest interferences, in the order of the deployment, and the number and the sum of the others.
-    fn greatest(&self, most: usize) -> (Vec<&(Interfering<'db>, u64, Time)>, usize, Time) {
+    fn greatest(&self, most: usize) -> (Vec<&Row<'db>>, usize, Time) {
         let mut by_time: Vec<usize> = (0..self.interference.len()).collect();
-        by_time.sort_by_key(|&place| std::cmp::Reverse(self.interference.get(place).map(|it| it.2)));
+        by_time.sort_by_key(|&place| std::cmp::Reverse(self.interference.get(place).map(|it| it.time)));
         let shown: FxHashSet<usize> = by_time.into_iter().take(most).collect();
         let is_shown = |(place, _): &(usize, _)| shown.contains(place);
         let (shown, others): (Vec<_>, Vec<_>) = self.interference.iter().enumerate().partition(is_shown);
-        let sum = others.iter().try_fold(Time::ZERO, |sum, (_, it)| sum.checked_add(it.2));
+        let sum = others.iter().try_fold(Time::ZERO, |sum, (_, it)| sum.checked_add(it.time));
         (shown.into_iter().map(|(_, it)| it).collect(), others.len(), sum.unwrap_or_default())
     }
 }
 
-impl Release {
-    fn new(activity: &ActivityReport<'_>) -> Release {
+impl Released {
+    fn of(activity: &ActivityReport<'_>) -> Released {
         let released = activity.window.as_ref().zip(activity.period).and_then(|(window, period)| {
             // The nominal release is at delay − J + (q − 1)·T.
             period.checked_mul(window.job - 1)?.checked_add(window.delay)
         });
-        let Some(released) = released else { return Release::AtStart };
+        let Some(released) = released else { return Released::AtStart };
         match (released.checked_sub(activity.jitter), activity.jitter.checked_sub(released)) {
-            (Some(Time::ZERO), _) | (None, None) => Release::AtStart,
-            (Some(after), _) => Release::After(after),
-            (None, Some(before)) => Release::Before(before),
+            (Some(Time::ZERO), _) | (None, None) => Released::AtStart,
+            (Some(after), _) => Released::After(after),
+            (None, Some(before)) => Released::Before(before),
         }
     }
 }
@@ -431,12 +417,8 @@ impl Crossed {
     }
 }
 
-impl OwnTime {
-    fn new(
-        psm: &Psm<'_>,
-        method: Method,
-        worst_path: &dyn Fn(usize) -> Vec<(String, Time)>,
-    ) -> Option<OwnTime> {
+impl OwnTime<'_> {
+    fn new(psm: &Psm<'_>, method: Method, worst_path: &dyn Fn(usize) -> Vec<(String, Time)>) -> Option<Self> {
         let greatest = psm.machine.greatest_edge();
         let (edge, described) = (psm.machine.edges().get(greatest)?, psm.edges.all.get(greatest)?);
         let (source, target) = (state_of(psm, edge.source), state_of(psm, edge.target));
@@ -446,14 +428,14 @@ impl OwnTime {
             None => format!("staying in {source}"),
         };
         let assumed: FxHashSet<&str> = psm.assumed.iter().map(|(codel, _)| codel.as_str()).collect();
-        let codel_time = |(codel, time): (String, Time)| {
-            let is_assumed = assumed.contains(codel.as_str());
-            (time > Time::ZERO).then_some(CodelTime { codel, time, is_assumed })
+        let row = |name: &str, time: Time| {
+            let is_assumed = assumed.contains(name);
+            (time > Time::ZERO).then(|| Row { time, is_assumed, ..Row::named(name) })
         };
         let programs = psm.edges.programs(described).filter_map(|index| {
-            let (program, time) = psm.programs.get(index).filter(|(_, time)| *time > Time::ZERO)?;
-            let codels = worst_path(index).into_iter().filter_map(codel_time).collect();
-            Some((program.to_string(), *time, codels))
+            let (program, time) = psm.programs.get(index)?;
+            let codels = worst_path(index).into_iter().filter_map(|(codel, time)| row(&codel, time));
+            Some((row(&program.to_string(), *time)?, codels.collect()))
         });
         let of_component = psm.component_time.filter(|_| method == Method::Classic);
         Some(OwnTime {
@@ -466,8 +448,8 @@ impl OwnTime {
     }
 }
 
-impl Trace {
-    fn new(psm: &Psm<'_>) -> Option<Trace> {
+impl Trace<'_> {
+    fn new(psm: &Psm<'_>) -> Option<Self> {
         let edges = worst_trace(&psm.machine, SHOWN_PERIODS)?;
         let edges: Vec<_> = edges.iter().filter_map(|&edge| psm.machine.edges().get(edge)).collect();
         let total = edges.iter().try_fold(Time::ZERO, |sum, edge| sum.checked_add(edge.cost));
@@ -475,7 +457,7 @@ impl Trace {
         let periods = same.filter_map(|same| {
             let edge = same.first().filter(|edge| edge.cost > Time::ZERO)?;
             let states = format!("{} → {}", state_of(psm, edge.source), state_of(psm, edge.target));
-            Some((states, edge.cost, same.len()))
+            Some(Row { count: same.len() as u64, time: edge.cost, ..Row::named(&states) })
         });
         Some(Trace { total, periods: periods.collect() })
     }

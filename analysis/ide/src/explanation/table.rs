@@ -1,4 +1,4 @@
-//! Writes the explanation of a response time in Markdown, for a hover: the verdict, a table whose rows sum to the response time,
+//! Prints the rows of an explanation in Markdown, for a hover: the verdict, a table whose rows sum to the response time,
 //! the costliest path through the state machine, and the details.
 //!
 //! ```text
@@ -11,13 +11,11 @@
 //! | **response time** |      |           | **53 ms** |                  |
 //! ```
 
-use std::fmt::Write as _;
-
 use mauve_hir::ModelDb;
 use mauve_timing::{Status, Time};
-use mauve_wcrt::{Priority, Query, Report, TableSet, Verdict};
+use mauve_wcrt::{Priority, Query, Report, Share, TableSet, Verdict};
 
-use super::{Explanation, Interfering, Overload, OwnTime, Release, SHOWN_PERIODS, Sum, Trace, with_facts};
+use super::{Explanation, Load, Overload, OwnTime, Released, Row, SHOWN_PERIODS, Sum, Trace, with_facts};
 use crate::markdown::{self, Links, bar, code, row};
 
 /// Columns of numbers beside each other, which editors set without a space: the priority is in the middle of its column.
@@ -35,36 +33,30 @@ pub(crate) fn explain_in_markdown<'db>(
     query: Query,
     links: Links<'_>,
 ) -> String {
-    let write = |facts: &Explanation<'_, 'db>| write(db, facts, links);
-    with_facts(db, tables, report, activity, query, write).unwrap_or_default()
+    with_facts(db, tables, report, activity, query, |facts| print(db, facts, links)).unwrap_or_default()
 }
 
-fn write(db: &dyn ModelDb, facts: &Explanation<'_, '_>, links: Links<'_>) -> String {
-    let mut out = verdict(facts);
+fn print(db: &dyn ModelDb, facts: &Explanation<'_, '_>, links: Links<'_>) -> String {
+    let verdict = verdict(facts);
     if facts.activity.verdict == Verdict::Background {
-        return out;
+        return verdict;
     }
-    if let (Some(sum), Some(response)) = (&facts.sum, facts.activity.response) {
-        out.push('\n');
-        out += &sum_table(db, facts, sum, response, links);
-    }
-    if let Some(overload) = &facts.overload {
-        out.push('\n');
-        out += &load_table(db, overload, links);
-    }
-    if let Some(own) = facts.own.as_ref().filter(|own| own.of_programs > Time::ZERO) {
-        out.push('\n');
-        out += &own_time(own);
-    }
-    if let Some(trace) = facts.trace.as_ref().filter(|trace| !trace.periods.is_empty()) {
-        out.push('\n');
-        out += &costliest_path(trace);
-    }
-    out += "\n---\n\n";
-    for detail in details(facts) {
-        let _ = writeln!(out, "- {detail}");
-    }
-    out
+    let sum = facts.sum.as_ref().zip(facts.activity.response);
+    let own = facts.own.as_ref().filter(|own| own.of_programs > Time::ZERO);
+    let trace = facts.trace.as_ref().filter(|trace| !trace.periods.is_empty());
+    let parts = [
+        Some(verdict),
+        sum.map(|(sum, response)| sum_table(db, facts, sum, response, links)),
+        facts.overload.as_ref().map(|overload| load_table(db, overload, links)),
+        own.map(own_time),
+        trace.map(costliest_path),
+        Some(format!("---\n\n{}", list(details(facts)))),
+    ];
+    parts.into_iter().flatten().collect::<Vec<_>>().join("\n")
+}
+
+fn list(lines: impl IntoIterator<Item = String>) -> String {
+    lines.into_iter().map(|line| format!("- {line}\n")).collect()
 }
 
 /// Returns the first line, and the reasons below it if there are several.
@@ -86,21 +78,16 @@ fn verdict(facts: &Explanation<'_, '_>) -> String {
         (Verdict::RealTime(_), _) => format!("**{}**", capitalised(&first)),
     };
     let assumed = if facts.is_assumed { ", with assumed times" } else { "" };
-    let mut out = match activity.verdict {
+    let first = match activity.verdict {
         // Most reasons do not depend on the level.
         Verdict::RealTime(Status::NotAnalysed) => format!("{said}{}\n", facts.of_which),
         _ => format!("{said} at {}{assumed}{}\n", facts.query.level, facts.of_which),
     };
-    let others = facts.reasons.iter().skip(1);
+    let others = facts.reasons.iter().skip(1).map(|why| inline(&why.text));
     let behind = facts.reasons.iter().filter_map(|why| why.behind.as_ref());
     let behind = behind.map(|(instance, text)| format!("{}: {}", code(instance), inline(text)));
-    let mut lines: Vec<String> = others.map(|why| inline(&why.text)).collect();
-    lines.extend(behind);
-    if !lines.is_empty() {
-        out.push('\n');
-        lines.iter().for_each(|line| out += &format!("- {line}\n"));
-    }
-    out
+    let more = list(others.chain(behind));
+    if more.is_empty() { first } else { format!("{first}\n{more}") }
 }
 
 /// Returns text with names in code; its other marks are no Markdown.
@@ -114,7 +101,7 @@ fn capitalised(text: &str) -> String {
 }
 
 /// Returns the name of an activity with its link and the mark of assumed times.
-fn named(db: &dyn ModelDb, of: &Interfering<'_>, links: Links<'_>) -> String {
+fn named(db: &dyn ModelDb, of: &Row<'_>, links: Links<'_>) -> String {
     let assumed = if of.is_assumed { " (with assumed times)" } else { "" };
     format!("{}{assumed}", markdown::link(db, links, &of.name, of.at.as_ref()))
 }
@@ -138,7 +125,7 @@ fn jobs_of(jobs: u64, greatest: Option<Time>, sum: Time) -> String {
 fn sum_table(
     db: &dyn ModelDb,
     facts: &Explanation<'_, '_>,
-    sum: &Sum<'_, '_>,
+    sum: &Sum<'_>,
     response: Time,
     links: Links<'_>,
 ) -> String {
@@ -150,7 +137,7 @@ fn sum_table(
     let mut line = |what: &str, priority: &str, jobs: &str, time: Time| {
         out += &row(&[what, priority, jobs, &time.to_string(), &bar_of(time)]);
     };
-    let jobs = sum.window.map_or(1, |window| window.job);
+    let jobs = facts.activity.window.as_ref().map_or(1, |window| window.job);
     let own_priority = priority(own_priority);
     match sum.programs() {
         Some(time) => {
@@ -172,21 +159,19 @@ fn sum_table(
         None => line("own time", &own_priority, &jobs.to_string(), sum.own),
     }
     let (shown, others, of_others) = sum.greatest(MOST_ROWS);
-    for (of, jobs, time) in shown {
-        line(&named(db, of, links), &priority(of.priority), &jobs_of(*jobs, of.greatest, *time), *time);
+    for it in shown {
+        line(&named(db, it, links), &priority(it.priority), &jobs_of(it.count, it.each, it.time), it.time);
     }
     if others > 0 {
         line(&format!("{others} more activities"), "", "", of_others);
     }
-    match sum.release {
-        Release::AtStart => {}
-        Release::After(by) => {
-            out += &row(&["start of the busy window until the release", "", "", &format!("−{by}"), ""]);
-        }
-        Release::Before(by) => {
-            let by = by.to_string();
-            out += &row(&["release until the start of the busy window", "", "", &by, ""]);
-        }
+    let (what, by) = match sum.released {
+        Released::AtStart => ("", String::new()),
+        Released::After(by) => ("start of the busy window until the release", format!("−{by}")),
+        Released::Before(by) => ("release until the start of the busy window", by.to_string()),
+    };
+    if !what.is_empty() {
+        out += &row(&[what, "", "", &by, ""]);
     }
     out + &row(&["**response time**", "", "", &format!("**{response}**"), ""])
 }
@@ -197,16 +182,10 @@ fn load_table(db: &dyn ModelDb, overload: &Overload<'_>, links: Links<'_>) -> St
     parts.sort_by(|a, b| b.share.0.total_cmp(&a.share.0));
     let percent = |share: f64| format!("{:.1} %", share * 100.0);
     let mut out = row(&["", "priority", "execution time", "utilisation", ""]) + &row(&ALIGNMENT);
-    for it in parts.iter().take(MOST_ROWS) {
-        let time = it.per_period.map_or_else(String::new, |(time, period)| format!("{time} per {period}"));
-        let (name, share) = (named(db, &it.of, links), it.share.0);
-        out += &row(&[
-            &name,
-            &priority(it.of.priority),
-            &time,
-            &percent(share),
-            &bar(share / overload.utilisation.0),
-        ]);
+    for Load { of, period, share: Share(share) } in parts.iter().take(MOST_ROWS) {
+        let time = of.each.zip(*period).map(|(time, period)| format!("{time} per {period}"));
+        let (name, bar) = (named(db, of, links), bar(share / overload.utilisation.0));
+        out += &row(&[&name, &priority(of.priority), &time.unwrap_or_default(), &percent(*share), &bar]);
     }
     if let Some(others) = parts.len().checked_sub(MOST_ROWS).filter(|others| *others > 0) {
         let share = parts.iter().skip(MOST_ROWS).map(|it| it.share.0).sum();
@@ -218,41 +197,34 @@ fn load_table(db: &dyn ModelDb, overload: &Overload<'_>, links: Links<'_>) -> St
 }
 
 /// Returns the greatest execution time of a period by programs and codels.
-fn own_time(own: &OwnTime) -> String {
+fn own_time(own: &OwnTime<'_>) -> String {
+    let programs = own.programs.iter().map(|(program, codels)| {
+        let codels = codels.iter().map(|it| {
+            let assumed = if it.is_assumed { " (assumed)" } else { "" };
+            format!("{} {}{assumed}", code(&it.name), it.time)
+        });
+        let codels = codels.collect::<Vec<_>>().join(", ");
+        let codels = if codels.is_empty() { codels } else { format!(": {codels}") };
+        format!("{} {}{codels}", code(&program.name), program.time)
+    });
+    let overhead = Some(own.overhead).filter(|overhead| *overhead > Time::ZERO);
+    let overhead = overhead.map(|time| format!("{time} per job for dispatch and context switches"));
     let period = code(&own.period);
-    let mut out = format!("costliest period: {}, {period}\n\n", own.of_programs);
-    for (program, time, codels) in &own.programs {
-        let codels: Vec<String> = codels
-            .iter()
-            .map(|it| {
-                let assumed = if it.is_assumed { " (assumed)" } else { "" };
-                format!("{} {}{assumed}", code(&it.codel), it.time)
-            })
-            .collect();
-        let codels = if codels.is_empty() { String::new() } else { format!(": {}", codels.join(", ")) };
-        let _ = writeln!(out, "- {} {time}{codels}", code(program));
-    }
-    if own.overhead > Time::ZERO {
-        let _ = writeln!(out, "- {} per job for dispatch and context switches", own.overhead);
-    }
-    out
+    format!("costliest period: {}, {period}\n\n{}", own.of_programs, list(programs.chain(overhead)))
 }
 
-fn costliest_path(trace: &Trace) -> String {
+fn costliest_path(trace: &Trace<'_>) -> String {
     let total = trace.total.map_or_else(String::new, |sum| format!(": {sum}"));
-    let mut out = format!("costliest {SHOWN_PERIODS} consecutive periods{total}\n\n");
     // Each kind of period once, as a cycle repeats them.
-    let mut kinds: Vec<(&str, Time, usize)> = Vec::new();
-    for (states, time, count) in &trace.periods {
-        match kinds.iter_mut().find(|(known, of_known, _)| known == states && of_known == time) {
-            Some((.., total)) => *total += count,
-            None => kinds.push((states, *time, *count)),
+    let mut kinds: Vec<Row<'_>> = Vec::new();
+    for it in &trace.periods {
+        match kinds.iter_mut().find(|known| known.name == it.name && known.time == it.time) {
+            Some(known) => known.count += it.count,
+            None => kinds.push(it.clone()),
         }
     }
-    for (states, time, count) in kinds {
-        let _ = writeln!(out, "- {} {count} × {time}", code(states));
-    }
-    out
+    let kinds = kinds.into_iter().map(|it| format!("{} {} × {}", code(&it.name), it.count, it.time));
+    format!("costliest {SHOWN_PERIODS} consecutive periods{total}\n\n{}", list(kinds))
 }
 
 fn details(facts: &Explanation<'_, '_>) -> Vec<String> {
@@ -266,19 +238,7 @@ fn details(facts: &Explanation<'_, '_>) -> Vec<String> {
     let first: Vec<String> = component.into_iter().chain(times).chain([method]).collect();
     let mut found = vec![first.join(", ")];
     found.extend(facts.notes.iter().map(|note| inline(note)));
-    if let Some(window) = &activity.window {
-        if let Some(start) = window.start {
-            found.push(format!(
-                "the busy window begins {start} after the instant that the synchronised clocks share"
-            ));
-        }
-        if window.job > 1 {
-            found.push(format!(
-                "job {} of the busy window has the largest response time: it ends {} after the start of the window",
-                window.job, window.length
-            ));
-        }
-    }
+    found.extend(facts.busy_window());
     if let Some(crossed) = &facts.crossed {
         found.push(format!(
             "fixed-point iteration {} exceeds the deadline, {} after the start of the busy window: {}",

@@ -1,13 +1,13 @@
-//! Writes the explanation of a response time as text, for a terminal.
+//! Prints the rows of an explanation as text, for a terminal.
 
-use std::fmt::Write as _;
+use std::fmt::{Display, Write as _};
 
 use mauve_hir::ModelDb;
+use mauve_timing::Time;
 use mauve_timing::task_set::TaskSet;
-use mauve_timing::{Time, Window};
 use mauve_wcrt::{Query, Report, TableSet, Verdict, psm_at};
 
-use super::{Crossed, Explanation, Origin, OwnTime, Release, SHOWN_PERIODS, Sum, Trace, with_facts};
+use super::{Explanation, Origin, OwnTime, Released, SHOWN_PERIODS, Sum, with_facts};
 
 const MOST_INTERFERENCE: usize = 100;
 
@@ -20,7 +20,7 @@ pub fn explain_response<'db>(
     activity: usize,
     query: Query,
 ) -> String {
-    with_facts(db, tables, report, activity, query, write).unwrap_or_default()
+    with_facts(db, tables, report, activity, query, print).unwrap_or_default()
 }
 
 /// [`explain_response`] for the report of a task set, which has programs but not the codels that they call.
@@ -36,60 +36,54 @@ pub fn explain_response_of<'db>(
     let throttling = set.rt_throttling;
     let origin = Origin { throttling, psm: psm.as_ref(), worst_path: &|_| Vec::new() };
     let facts = Explanation::new(db, report, activity, query, &origin);
-    facts.as_ref().map(write).unwrap_or_default()
+    facts.as_ref().map(print).unwrap_or_default()
 }
 
-fn write(facts: &Explanation<'_, '_>) -> String {
-    let mut out = String::new();
+fn print(facts: &Explanation<'_, '_>) -> String {
     let activity = facts.activity;
-    let time = |time: Option<Time>| time.map_or_else(|| "—".to_owned(), |time| time.to_string());
-    let _ = writeln!(
-        out,
-        "{} ({}) at {}, method {}{}",
-        activity.instance,
-        if activity.component_name.is_empty() { "component unknown" } else { &activity.component_name },
-        facts.query.level,
-        facts.method(),
-        facts.of_which
-    );
+    let component = &activity.component_name;
+    let component = if component.is_empty() { "component unknown" } else { component };
+    let (level, method, of_which) = (facts.query.level, facts.method(), &facts.of_which);
+    let mut out = format!("{} ({component}) at {level}, method {method}{of_which}\n", activity.instance);
     if activity.verdict == Verdict::Background {
         return out + "  background: not real-time, not analysed\n";
     }
-    let jitter = match activity.jitter {
-        Time::ZERO => String::new(),
-        jitter => format!(", jitter {jitter}"),
-    };
-    let _ = writeln!(
-        out,
-        "  {}: response time {}, deadline {}, period {}{jitter}",
-        activity.verdict.name(),
-        time(activity.response),
-        time(activity.deadline),
-        time(activity.period)
-    );
+    let time = |time: Option<Time>| time.map_or_else(|| "—".to_owned(), |time| time.to_string());
+    let (response, deadline) = (time(activity.response), time(activity.deadline));
+    let (verdict, period) = (activity.verdict.name(), time(activity.period));
+    let _ = write!(out, "  {verdict}: response time {response}, deadline {deadline}, period {period}");
+    if activity.jitter > Time::ZERO {
+        let _ = write!(out, ", jitter {}", activity.jitter);
+    }
+    out.push('\n');
     for why in &facts.reasons {
         let _ = writeln!(out, "  reason: {}", why.text);
         if let Some((instance, text)) = &why.behind {
             let _ = writeln!(out, "    {instance}: {text}");
         }
     }
-    for note in &facts.notes {
-        let _ = writeln!(out, "  {note}");
-    }
-    if let Some(window) = activity.window.as_ref() {
-        write_window(&mut out, window);
+    out.extend(facts.notes.iter().map(|note| format!("  {note}\n")));
+    out.extend(facts.busy_window().map(|sentence| format!("\n{sentence}\n")));
+    if let Some(window) = &activity.window {
+        let _ = match window.job {
+            1 => writeln!(out, "\nexecution time of its own job: {}", window.own),
+            job => writeln!(out, "execution time of its own {job} jobs: {}", window.own),
+        };
     }
     if let Some(sum) = &facts.sum {
-        write_interference(&mut out, sum);
-        write_release(&mut out, sum, activity.response);
+        out += &interference(facts, sum);
+        out += &release(facts, sum);
     }
     if let Some(crossed) = &facts.crossed {
-        write_crossed(&mut out, crossed);
+        let (iteration, deadline, shown) = (crossed.iteration, crossed.deadline, &crossed.shown);
+        let exceeds = format!("iteration {iteration} exceeds the deadline");
+        let after = format!("{deadline} after the start of the busy window");
+        let _ = writeln!(out, "\nfixed-point iterations: {exceeds} ({after})\n  {shown}");
     }
     if let Some(own) = &facts.own {
-        write_own(&mut out, own);
+        out += &own_time(own);
     }
-    write_calls(&mut out, facts);
+    out += &calls(facts);
     if let Some(first_job) = facts.critical {
         let _ = writeln!(out, "\nresponse time at the critical instant: {first_job}");
         if facts.query.horizon.is_some() {
@@ -98,128 +92,89 @@ fn write(facts: &Explanation<'_, '_>) -> String {
         }
     }
     if let Some(trace) = &facts.trace {
-        write_trace(&mut out, trace);
+        let total = trace.total.map_or_else(String::new, |sum| format!(", {sum} in total"));
+        let periods = format!("its {SHOWN_PERIODS} consecutive periods");
+        let _ = writeln!(out, "\n{periods} with the most interference for other activities{total}:");
+        out.extend(trace.periods.iter().map(|it| match it.count {
+            1 => row(it.time, &it.name),
+            count => row(it.time, format!("{}  {count} times", it.name)),
+        }));
     }
     out
 }
 
-fn write_window(out: &mut String, window: &Window) {
-    if let Some(start) = window.start {
-        let _ = writeln!(
-            out,
-            "\nthe busy window begins {start} after the instant that the synchronised clocks share"
-        );
-    }
-    let _ = match window.job {
-        1 => writeln!(out, "\nexecution time of its own job: {}", window.own),
-        job => writeln!(
-            out,
-            "\njob {job} of the busy window has the largest response time: it ends {} after the start of the window\n\
-             execution time of its own {job} jobs: {}",
-            window.length, window.own
-        ),
-    };
+fn row(time: Time, what: impl Display) -> String {
+    format!("  {:>12}  {what}\n", time.to_string())
 }
 
-fn write_interference(out: &mut String, sum: &Sum<'_, '_>) {
+fn interference(facts: &Explanation<'_, '_>, sum: &Sum<'_>) -> String {
     let (shown, others, of_others) = sum.greatest(MOST_INTERFERENCE);
     if shown.is_empty() {
-        return;
+        return String::new();
     }
-    *out += match sum.window {
-        Some(_) => "interference:\n",
-        None => "\ninterference until its first job ends:\n",
+    let mut out = match facts.activity.window {
+        Some(_) => "interference:\n".to_owned(),
+        None => "\ninterference until its first job ends:\n".to_owned(),
     };
-    for (of, jobs, time) in shown {
-        let counted = if *jobs == 1 { "job" } else { "jobs" };
-        let assumed = if of.is_assumed { "  (with assumed times)" } else { "" };
-        let time = time.to_string();
-        let _ = writeln!(out, "  {time:>12}  {jobs:>4} {counted:<4}  {}{assumed}", of.name);
-    }
+    out.extend(shown.into_iter().map(|it| {
+        let counted = if it.count == 1 { "job" } else { "jobs" };
+        let assumed = if it.is_assumed { "  (with assumed times)" } else { "" };
+        row(it.time, format!("{:>4} {counted:<4}  {}{assumed}", it.count, it.name))
+    }));
     if others > 0 {
-        let time = of_others.to_string();
-        let _ = writeln!(out, "  {time:>12}  of {others} more activities, none with more interference");
+        out += &row(of_others, format!("of {others} more activities, none with more interference"));
     }
+    out
 }
 
-/// Writes how the response time follows from the length of the window, where it is not that length.
-fn write_release(out: &mut String, sum: &Sum<'_, '_>, response: Option<Time>) {
-    let (Some(window), Some(response)) = (sum.window, response) else { return };
-    let (sign, between, when) = match sum.release {
-        Release::AtStart => return,
-        Release::After(between) => ('−', between, "after"),
-        Release::Before(between) => ('+', between, "before"),
+/// Prints how the response time follows from the length of the window, where it is not that length.
+fn release(facts: &Explanation<'_, '_>, sum: &Sum<'_>) -> String {
+    let (Some(window), Some(response)) = (&facts.activity.window, facts.activity.response) else {
+        return String::new();
     };
-    let job = match window.job {
-        1 => "its job".to_owned(),
-        job => format!("job {job}"),
+    let (sign, between, when) = match sum.released {
+        Released::AtStart => return String::new(),
+        Released::After(between) => ('−', between, "after"),
+        Released::Before(between) => ('+', between, "before"),
     };
-    let _ = writeln!(
-        out,
-        "\nresponse time {response} = {} {sign} {between}: {job} is nominally released {between} {when} the start of the window",
-        window.length
-    );
+    let job = if window.job == 1 { "its job".to_owned() } else { format!("job {}", window.job) };
+    let released = format!("{job} is nominally released {between} {when} the start of the window");
+    format!("\nresponse time {response} = {} {sign} {between}: {released}\n", window.length)
 }
 
-fn write_crossed(out: &mut String, Crossed { iteration, deadline, shown }: &Crossed) {
-    let _ = writeln!(
-        out,
-        "\nfixed-point iterations: iteration {iteration} exceeds the deadline ({deadline} after the start of the busy window)\n  \
-         {shown}"
-    );
-}
-
-/// Writes the greatest execution time of a period by programs and codels, or the timing table's time for the component.
-fn write_own(out: &mut String, own: &OwnTime) {
-    let OwnTime { of_programs, period, .. } = own;
-    let _ = match own.of_component {
-        Some(time) => writeln!(
-            out,
-            "\nexecution time {time}, from the timing table's entry for the component; sum of its codels {of_programs}: {period}"
-        ),
-        None => writeln!(out, "\nexecution time {of_programs}: {period}"),
+/// Prints the greatest execution time of a period by programs and codels, or the timing table's time for the component.
+fn own_time(own: &OwnTime<'_>) -> String {
+    let (of_programs, period) = (own.of_programs, &own.period);
+    let mut out = match own.of_component {
+        Some(time) => {
+            let origin = "from the timing table's entry for the component";
+            format!("\nexecution time {time}, {origin}; sum of its codels {of_programs}: {period}\n")
+        }
+        None => format!("\nexecution time {of_programs}: {period}\n"),
     };
-    for (program, time, codels) in &own.programs {
-        let _ = writeln!(out, "  {:>12}  {program}", time.to_string());
+    for (program, codels) in &own.programs {
+        out += &row(program.time, &program.name);
         for it in codels {
             let assumed = if it.is_assumed { "  (assumed: in no timing table)" } else { "" };
-            let _ = writeln!(out, "  {:>12}    {:>10}  {}{assumed}", "", it.time.to_string(), it.codel);
+            let _ = writeln!(out, "  {:>12}    {:>10}  {}{assumed}", "", it.time.to_string(), it.name);
         }
     }
     if own.overhead > Time::ZERO {
-        let _ = writeln!(out, "  {:>12}  dispatch and context switches", own.overhead.to_string());
+        out += &row(own.overhead, "dispatch and context switches");
     }
+    out
 }
 
-/// Writes the calls that each job executes for other activities.
-fn write_calls(out: &mut String, facts: &Explanation<'_, '_>) {
+/// Prints the calls that each job executes for other activities.
+fn calls(facts: &Explanation<'_, '_>) -> String {
     let calls = &facts.activity.calls;
     let total = calls.iter().try_fold(Time::ZERO, |sum, it| sum.checked_add(it.time));
-    if let Some(total) = total.filter(|total| *total > Time::ZERO) {
-        let _ = writeln!(out, "\nexecution time of calls in each period: {total}");
-    }
-    for it in calls {
+    let total = total.filter(|total| *total > Time::ZERO);
+    let mut out = total
+        .map_or_else(String::new, |total| format!("\nexecution time of calls in each period: {total}\n"));
+    out.extend(calls.iter().map(|it| {
         let counted = if it.calls == 1 { "call" } else { "calls" };
-        let _ = writeln!(
-            out,
-            "  {:>12}  {:>4} {counted:<5}  {} for {}",
-            it.time.to_string(),
-            it.calls,
-            it.operation,
-            it.client
-        );
-    }
-}
-
-/// Writes the consecutive periods with the greatest total execution time.
-fn write_trace(out: &mut String, trace: &Trace) {
-    let total = trace.total.map_or_else(String::new, |sum| format!(", {sum} in total"));
-    let _ = writeln!(
-        out,
-        "\nits {SHOWN_PERIODS} consecutive periods with the most interference for other activities{total}:"
-    );
-    for (states, time, count) in &trace.periods {
-        let times = if *count == 1 { String::new() } else { format!("  {count} times") };
-        let _ = writeln!(out, "  {:>12}  {states}{times}", time.to_string());
-    }
+        row(it.time, format!("{:>4} {counted:<5}  {} for {}", it.calls, it.operation, it.client))
+    }));
+    out
 }

@@ -10,7 +10,7 @@ use mauve_syntax::{TextSize, tokens_at};
 use mauve_timing::task_set::Other;
 use mauve_wcrt::{Priority, Query, ResolvedActivity, response_times, system_of};
 
-use super::format::Hover;
+use super::format::{Hover, and_more};
 use crate::project::each_once;
 
 /// Names at most this many activities of higher or equal priority.
@@ -80,34 +80,27 @@ fn priority(
     let Priority::RealTime(own) = activity.priority else { return None };
     let cpus = activity.cpus?;
     let others = others.iter().filter(|it| it.priority >= own && it.cpus & cpus != 0);
-    let others: Vec<(u32, String)> = others.map(|it| (it.priority, it.shown())).collect();
-    let mut above: Vec<(u32, &str)> =
-        others.iter().map(|(priority, name)| (*priority, name.as_str())).collect();
-    let mut unknown: Vec<&str> = Vec::new();
+    let mut above: Vec<(u32, String)> = others.map(|it| (it.priority, it.shown())).collect();
+    let mut unknown: Vec<String> = Vec::new();
     for other in activities.iter().filter(|it| it.cpus.is_none_or(|other| other & cpus != 0)) {
+        let name = other.instance.to_string();
         match other.priority {
             _ if other.at == activity.at => {}
-            Priority::RealTime(priority) if priority >= own => above.push((priority, &other.instance)),
-            Priority::Unknown => unknown.push(&other.instance),
+            Priority::RealTime(priority) if priority >= own => above.push((priority, name)),
+            Priority::Unknown => unknown.push(format!("{name} (unknown)")),
             Priority::RealTime(_) | Priority::Background => {}
         }
     }
     above.sort_by_key(|(priority, _)| std::cmp::Reverse(*priority));
     let cpus = cpu_names(cpus);
-    let mut names: Vec<String> = above
-        .iter()
-        .map(|(priority, name)| {
-            format!("{name} {priority}{}", if *priority == own { " (equal)" } else { "" })
-        })
-        .chain(unknown.iter().map(|name| format!("{name} (unknown)")))
-        .collect();
+    let above = above.into_iter().map(|(priority, name)| {
+        format!("{name} {priority}{}", if priority == own { " (equal)" } else { "" })
+    });
+    let names: Vec<String> = above.chain(unknown).collect();
     if names.is_empty() {
         return Some(format!("Highest priority on {cpus}.\n"));
     }
-    if let Some(more) = names.len().checked_sub(MOST_ACTIVITIES).filter(|more| *more > 0) {
-        names.truncate(MOST_ACTIVITIES);
-        names.push(format!("and {more} more"));
-    }
+    let names = and_more(names, MOST_ACTIVITIES);
     Some(format!("Higher or equal priority on {cpus}: {}.\n", names.join(", ")))
 }
 

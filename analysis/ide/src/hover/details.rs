@@ -7,14 +7,14 @@ use mauve_diagnostics::{timing_reason, type_name};
 use mauve_hir::item_tree::{Feature, HookKind, Kind, Name, NameRef, SourceId};
 use mauve_hir::{
     Decl, FeatureOf, Flat, FlatInstance, Location, ModelDb, ProgramId, Project, core, flat_of,
-    inference_of_core, line_of, names_of, shell, target_of, type_of, values_in_effect,
+    inference_of_core, line_of, names_of, shell, type_of, values_in_effect,
 };
 use mauve_syntax::TextSize;
 use mauve_timing::Time;
 use mauve_wcrt::{Query, TableSet, files_of, psm_of, table, table_files, table_sets};
 use rustc_hash::FxHashSet;
 
-use super::format::HoverFormat;
+use super::format::{HoverFormat, and_more};
 use super::summary::{self, by_tables};
 use crate::document_symbols::SymbolKind;
 use crate::inlay_hints::components_of;
@@ -70,11 +70,7 @@ fn block(mut lines: Vec<String>) -> String {
     if lines.is_empty() {
         return String::new();
     }
-    if let Some(more) = lines.len().checked_sub(MOST_LINES).filter(|more| *more > 0) {
-        lines.truncate(MOST_LINES);
-        lines.push(format!("and {more} more"));
-    }
-    markdown::block("text", &lines.join("\n"))
+    markdown::block("text", &and_more(lines, MOST_LINES).join("\n"))
 }
 
 /// Returns `from timing/robot.toml, line 3` for each table with a time of the codel; for tables of a deployment, with its name.
@@ -126,13 +122,11 @@ fn resolved_type(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, id: Sourc
 
 /// Returns the deployments, or without any the architectures, each with its instances and connections.
 fn deployed<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<(Decl<'db>, &'db Flat<'db>)> {
-    let names = names_of(db, project);
-    let deployments = names.of_kind(db, Kind::Deployment);
-    let targets = deployments.filter_map(|of| Some((of, flat_of(db, project, target_of(db, project, of)?))));
-    let found: Vec<_> = targets.collect();
+    let found = summary::deployments(db, project);
     if !found.is_empty() {
         return found;
     }
+    let names = names_of(db, project);
     names.of_kind(db, Kind::Architecture).map(|of| (of, flat_of(db, project, of))).collect()
 }
 
@@ -170,8 +164,7 @@ fn connections(db: &dyn ModelDb, project: Project<'_>, of: Decl<'_>, id: SourceI
             lines.push(format!("{instance}.{name} is not connected"));
         }
         for link in links {
-            let [(from, out), (to, into)] = [&link.source, &link.target];
-            let line = format!("{from}.{out} -> {to}.{into}");
+            let line = summary::connection(link);
             if !lines.contains(&line) {
                 lines.push(line);
             }

@@ -32,3 +32,12 @@ impl HoverFormat<'_> {
         }
     }
 }
+
+/// Truncates a list to its first lines, and the number of the others.
+pub(super) fn and_more(mut lines: Vec<String>, most: usize) -> Vec<String> {
+    if let Some(more) = lines.len().checked_sub(most).filter(|more| *more > 0) {
+        lines.truncate(most);
+        lines.push(format!("and {more} more"));
+    }
+    lines
+}

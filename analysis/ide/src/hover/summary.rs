@@ -4,13 +4,13 @@
 use mauve_diagnostics::{cpu_names, times_of, utilisation};
 use mauve_hir::item_tree::{Kind, Name, SourceId};
 use mauve_hir::{
-    Decl, Flat, FlatInstance, Location, ModelDb, Project, architecture, core_of, flat_of, names_of,
+    Decl, Flat, FlatInstance, Link, Location, ModelDb, Project, architecture, core_of, flat_of, names_of,
     resolve_type, shell_of, target_of,
 };
 use mauve_timing::Time;
 use mauve_wcrt::{ActivityReport, Deadlines, Query, TableSet, Verdict, psm_of, response_times, table_sets};
 
-use super::format::HoverFormat;
+use super::format::{HoverFormat, and_more};
 use crate::markdown::code;
 use crate::project::each_once;
 
@@ -42,12 +42,8 @@ fn list(lines: &[String]) -> String {
 }
 
 /// Returns `a, b, c`; of many, the number of the others.
-fn enumerated(mut names: Vec<String>) -> String {
-    if let Some(more) = names.len().checked_sub(MOST_NAMES).filter(|more| *more > 0) {
-        names.truncate(MOST_NAMES);
-        names.push(format!("and {more} more"));
-    }
-    names.join(", ")
+fn enumerated(names: Vec<String>) -> String {
+    and_more(names, MOST_NAMES).join(", ")
 }
 
 fn link_to(db: &dyn ModelDb, format: HoverFormat<'_>, decl: Decl<'_>) -> String {
@@ -119,7 +115,10 @@ fn verdict(it: &ActivityReport<'_>, is_assumed: bool) -> String {
 }
 
 /// Returns the deployments of a project with their architectures, flattened.
-fn deployments<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<(Decl<'db>, &'db Flat<'db>)> {
+pub(super) fn deployments<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+) -> Vec<(Decl<'db>, &'db Flat<'db>)> {
     let all = names_of(db, project).of_kind(db, Kind::Deployment);
     all.filter_map(|of| Some((of, flat_of(db, project, target_of(db, project, of)?)))).collect()
 }
@@ -216,11 +215,7 @@ pub(super) fn of_instance<'db>(
     let roots = if deployed.is_empty() { vec![(of, flat_of(db, project, of))] } else { deployed.clone() };
     let connections = roots.iter().map(|(root, flat)| {
         let links = flat.links.iter().filter(|link| link.source.0 == *name || link.target.0 == *name);
-        let line = |link: &mauve_hir::Link<'_>| {
-            let [(from, out), (to, into)] = [&link.source, &link.target];
-            format!("{from}.{out} -> {to}.{into}")
-        };
-        (*root, links.map(line).collect::<Vec<String>>())
+        (*root, links.map(connection).collect::<Vec<String>>())
     });
     let connections = where_they_differ(db, connections.collect());
     let query = Query::shown(db, project);
@@ -242,6 +237,12 @@ pub(super) fn of_instance<'db>(
         lines.push(format!("{}: {said}", format.link(db, deployment.name(db), &at)));
     }
     (connections, list(&lines))
+}
+
+/// `laser.scan -> map.scan`
+pub(super) fn connection(link: &Link<'_>) -> String {
+    let [(from, out), (to, into)] = [&link.source, &link.target];
+    format!("{from}.{out} -> {to}.{into}")
 }
 
 /// Returns the lines of several deployments or architectures once, with the names of those that have a line where not all have it.
