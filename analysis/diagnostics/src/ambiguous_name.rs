@@ -12,8 +12,6 @@
 
 use super::*;
 
-code!(AMBIGUOUS_NAME, Error, "ambiguous-name");
-
 pub(super) fn report<'db>(at: Location<'db>, kind: Kind, name: &str) -> Diagnostic<'db> {
     let advice = match kind {
         // Programs have no qualified names.

@@ -30,8 +30,6 @@ use super::*;
 use mauve_hir::Builtin;
 use mauve_hir::fact::Takes;
 
-code!(ARGUMENT_COUNT, Error, "argument-count");
-
 pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
     at: Location<'db>,

@@ -20,8 +20,6 @@
 use super::*;
 use mauve_hir::fact::ParameterName;
 
-code!(ARGUMENT_TYPE, Error, "argument-type");
-
 pub(super) fn report<'db>(at: Location<'db>, of: &str, parameter: &ParameterName, expected: &Type, found: &Type) -> Diagnostic<'db> {
     let (parameter, expected, found) = (shown(parameter), type_name(expected), type_name(found));
     let message = format!("`{parameter}` of `{of}` is of type {expected}, and this is {found}");

@@ -29,8 +29,6 @@
 
 use super::*;
 
-code!(ASSIGNMENT_TYPE, Error, "assignment-type");
-
 pub(super) fn report<'db>(at: Location<'db>, name: &str, expected: &Type, found: &Type) -> Diagnostic<'db> {
     let found = match found {
         Type::Void => "this gives nothing".to_owned(),

@@ -22,8 +22,6 @@
 use super::*;
 use mauve_hir::fact::SendInstead;
 
-code!(BLOCKING_CALL, Error, "blocking-call");
-
 pub(super) fn report<'db>(at: Location<'db>, name: &str, send: Option<&SendInstead>) -> Diagnostic<'db> {
     let message =
         format!("`{name}` is an operation of another component, and a direct call would wait for it: use `send` and `collect`");

@@ -17,8 +17,6 @@
 
 use super::*;
 
-code!(BUFFER_SIZE, Error, "buffer-size");
-
 pub(super) fn report<'db>(at: Location<'db>, size: &str) -> Diagnostic<'db> {
     let message = format!("buffer size {size} is invalid: use a size from 1 to 2147483647");
     let nearest = if size.trim_matches('0').is_empty() { 1 } else { i32::MAX };

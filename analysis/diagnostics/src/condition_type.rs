@@ -23,8 +23,6 @@
 
 use super::*;
 
-code!(CONDITION_TYPE, Error, "condition-type");
-
 pub(super) fn report<'db>(at: Location<'db>, found: &Type) -> Diagnostic<'db> {
     let comparison = match found {
         Type::PortStatus => Some("== new_data"),

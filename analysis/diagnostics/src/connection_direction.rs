@@ -23,8 +23,6 @@ use super::*;
 use mauve_hir::fact::EndKind;
 use mauve_syntax::SyntaxKind;
 
-code!(CONNECTION_DIRECTION, Error, "connection-direction");
-
 pub(super) fn swapped<'db>(
     db: &'db dyn ModelDb,
     at: Location<'db>,

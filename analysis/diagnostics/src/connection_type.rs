@@ -17,8 +17,6 @@
 
 use super::*;
 
-code!(CONNECTION_TYPE, Error, "connection-type");
-
 pub(super) fn report<'db>(at: Location<'db>, ends: &[(String, Type, Location<'db>); 2]) -> Diagnostic<'db> {
     let [(from, source, source_at), (to, target, target_at)] = ends;
     let (source, target) = (type_name(source), type_name(target));

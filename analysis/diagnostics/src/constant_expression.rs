@@ -19,8 +19,6 @@
 use super::*;
 use mauve_hir::fact::{NoValue, NotConstant};
 
-code!(CONSTANT_EXPRESSION, Error, "constant-expression");
-
 pub(super) fn no_value<'db>(at: Location<'db>, why: NoValue) -> Diagnostic<'db> {
     let message = match why {
         NoValue::DivisionByZero => "division by zero",

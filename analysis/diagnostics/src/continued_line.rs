@@ -19,8 +19,6 @@
 
 use super::*;
 
-code!(CONTINUED_LINE, Hint, "continued-line");
-
 /// `white`: the white space before the line, unless there is a comment.
 pub(super) fn report<'db>(at: Location<'db>, white: Option<SourceId>, name: &str) -> Diagnostic<'db> {
     let message = format!("this line continues the value of `{name}`: if it is a statement of its own, end `{name}` with `;`");

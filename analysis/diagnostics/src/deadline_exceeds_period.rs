@@ -20,8 +20,6 @@
 
 use super::*;
 
-code!(DEADLINE_EXCEEDS_PERIOD, Error, "deadline-exceeds-period");
-
 pub(super) fn report<'db>(
     at: Location<'db>,
     deadline: Time,

@@ -53,8 +53,6 @@ use super::*;
 use mauve_timing::THROTTLING;
 use mauve_wcrt::{Missed, Overload, Unbounded, file_name};
 
-code!(DEADLINE_MISSED, Error, "deadline-missed");
-
 pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
     at: Location<'db>,
@@ -111,7 +109,7 @@ pub(super) fn overloaded<'db>(
             format!("`{greatest}` contributes most{share}")
         }
     };
-    let cpu = timing_reasons::overloaded(overload.cpu, overload.priority, overload.utilisation);
+    let cpu = reasons::overloaded(overload.cpu, overload.priority, overload.utilisation);
     // The message has the period of the activity that overloads the CPU alone.
     let alone =
         |it: &Unbounded<'db>| it.alone.filter(|_| overload.alone.is_none() || it.instance != *greatest);

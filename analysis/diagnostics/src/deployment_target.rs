@@ -10,8 +10,6 @@
 
 use super::*;
 
-code!(DEPLOYMENT_TARGET, Error, "deployment-target");
-
 pub(super) fn none(at: Location<'_>) -> Diagnostic<'_> {
     let message = "the deployment names no architecture: add `architecture NAME`";
     Diagnostic::new(&DEPLOYMENT_TARGET, at, message)

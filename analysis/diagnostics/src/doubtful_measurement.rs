@@ -32,8 +32,6 @@
 
 use super::*;
 
-code!(DOUBTFUL_MEASUREMENT, Hint, "doubtful-measurement");
-
 pub(super) fn report<'db>(at: Location<'db>, key: &str, warnings: &[String]) -> Diagnostic<'db> {
     Diagnostic::new(&DOUBTFUL_MEASUREMENT, at, format!("the measured time of `{key}`: {}", warnings.join("; ")))
 }

@@ -18,8 +18,6 @@
 
 use super::*;
 
-code!(DUPLICATE_ACTIVITY, Error, "duplicate-activity");
-
 pub(super) fn report<'db>(at: Location<'db>, instance: &str, first: &Location<'db>) -> Diagnostic<'db> {
     Diagnostic::new(&DUPLICATE_ACTIVITY, at, message(instance)).related(first, "first activity")
 }

@@ -19,8 +19,6 @@
 use super::*;
 use mauve_hir::fact::Defined;
 
-code!(DUPLICATE_DEFINITION, Error, "duplicate-definition");
-
 pub(super) fn report<'db>(at: Location<'db>, what: Defined, name: &str, first: &Location<'db>) -> Diagnostic<'db> {
     let message = format!("{} `{name}` is defined twice: rename or remove one of them", shown(what));
     Diagnostic::new(&DUPLICATE_DEFINITION, at, message).related(first, "first definition")

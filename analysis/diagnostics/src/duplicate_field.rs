@@ -19,8 +19,6 @@
 use super::*;
 use mauve_wcrt::ActivityField;
 
-code!(DUPLICATE_FIELD, Error, "duplicate-field");
-
 pub(super) fn report<'db>(
     (of, id): (Decl<'db>, SourceId),
     field: ActivityField,

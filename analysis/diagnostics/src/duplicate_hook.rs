@@ -14,8 +14,6 @@
 
 use super::*;
 
-code!(DUPLICATE_HOOK, Error, "duplicate-hook");
-
 pub(super) fn report<'db>(at: Location<'db>, keyword: &str) -> Diagnostic<'db> {
     Diagnostic::new(&DUPLICATE_HOOK, at, format!("a second `{keyword}`: merge the two programs"))
 }

@@ -14,8 +14,6 @@
 use super::*;
 use mauve_hir::Value;
 
-code!(EMPTY_INTERVAL, Error, "empty-interval");
-
 pub(super) fn report<'db>(at: Location<'db>, [low, high]: &[Value; 2]) -> Diagnostic<'db> {
     let message = format!("empty interval: the lower bound {low} is greater than the upper bound {high}");
     let swapped = format!("[{}; {}]", high.text(), low.text());

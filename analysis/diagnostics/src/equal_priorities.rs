@@ -17,8 +17,6 @@
 
 use super::*;
 
-code!(EQUAL_PRIORITIES, Warning, "equal-priorities");
-
 /// One diagnostic for all activities with the priority.
 pub(super) fn report<'db>(
     at: Location<'db>,

@@ -142,7 +142,7 @@ pub fn findings_of<'db>(
             None => shown.push((start, finding)),
         }
     }
-    if let Some(severity) = severity(&unused_allow::UNUSED_ALLOW)
+    if let Some(severity) = severity(&UNUSED_ALLOW)
         && !models_not_included(db, workspace).contains(&file)
     {
         let allows = allow::allows(db, file).all.iter().enumerate();
@@ -343,7 +343,7 @@ fn config_diagnostics<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Di
         found.push(invalid_configuration::report(at(span), message).did_you_mean(near));
     }
     for (error, span) in &mauve_wcrt::table_files(db, workspace).errors {
-        found.push(invalid_configuration::report(at(span), timing_reasons::table_files_error(error)));
+        found.push(invalid_configuration::report(at(span), table_reasons::table_files_error(error)));
     }
     for (path, span) in &config.roots {
         if root_file(db, workspace, path).is_none() {

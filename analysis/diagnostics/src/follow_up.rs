@@ -52,7 +52,7 @@ fn block_before(
 #[salsa::tracked(returns(ref))]
 fn broken_lines(db: &dyn ModelDb, workspace: Workspace, file: File) -> FxHashSet<usize> {
     let found = file_diagnostics(db, workspace, file).iter();
-    let errors = found.filter(|it| *it.code == syntax_error::SYNTAX_ERROR);
+    let errors = found.filter(|it| *it.code == SYNTAX_ERROR);
     errors.map(|it| line_of(db, file, it.at.range(db).start())).collect()
 }
 
@@ -70,7 +70,7 @@ pub(super) fn remove_on_broken_lines<'db>(
     found.retain(|it| {
         let file = it.at.file(db);
         let broken = *files.entry(file).or_insert_with(|| broken_in(file));
-        *it.code == syntax_error::SYNTAX_ERROR
+        *it.code == SYNTAX_ERROR
             || broken.is_none_or(|broken| !broken.contains(&line_of(db, file, it.at.range(db).start())))
     });
 }

@@ -12,8 +12,6 @@
 
 use super::*;
 
-code!(HEADER_COLON, Hint, "header-colon");
-
 pub(super) fn report<'db>(at: Location<'db>) -> Diagnostic<'db> {
     let message = "the header of a core needs no colon".to_owned();
     Diagnostic::new(&HEADER_COLON, at.clone(), message).fix("Remove the colon", at, String::new())

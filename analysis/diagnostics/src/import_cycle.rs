@@ -10,8 +10,6 @@
 
 use super::*;
 
-code!(IMPORT_CYCLE, Error, "import-cycle");
-
 pub(super) fn report<'db>(at: Location<'db>, name: &str) -> Diagnostic<'db> {
     Diagnostic::new(&IMPORT_CYCLE, at, format!("this architecture imports `{name}` in turn: remove one of the imports"))
 }

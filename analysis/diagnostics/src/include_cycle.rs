@@ -11,8 +11,6 @@
 
 use super::*;
 
-code!(INCLUDE_CYCLE, Warning, "include-cycle");
-
 pub(super) fn report<'db>(at: Location<'db>, path: &str) -> Diagnostic<'db> {
     let message = format!("`{path}` includes this file in turn: leave out one of the includes");
     Diagnostic::new(&INCLUDE_CYCLE, at, message)

@@ -9,8 +9,6 @@
 
 use super::*;
 
-code!(INHERITANCE_CYCLE, Error, "inheritance-cycle");
-
 pub(super) fn report<'db>(at: Location<'db>, name: &str) -> Diagnostic<'db> {
     let message = format!("shell {name} extends itself: remove one of the `extends`");
     Diagnostic::new(&INHERITANCE_CYCLE, at, message)

@@ -19,8 +19,6 @@
 
 use super::*;
 
-code!(INITIAL_STATE, Error, "initial-state");
-
 pub(super) fn none<'db>(at: Location<'db>, first: Option<&(Name, SourceId)>) -> Diagnostic<'db> {
     let message = "no state of this machine is `initial`: write `initial` before the state in which it starts";
     let found = Diagnostic::new(&INITIAL_STATE, at.clone(), message);

@@ -17,8 +17,6 @@
 
 use super::*;
 
-code!(INVALID_CONFIGURATION, Error, "invalid-configuration");
-
 pub(crate) fn report<'db>(at: Location<'db>, message: String) -> Diagnostic<'db> {
     Diagnostic::new(&INVALID_CONFIGURATION, at, message)
 }

@@ -19,8 +19,6 @@
 use super::*;
 use mauve_wcrt::{ActivityField, Expected, NoSuchCpu, NoTime};
 
-code!(INVALID_FIELD, Error, "invalid-field");
-
 pub(super) fn report<'db>(at: Location<'db>, field: ActivityField, expected: &Expected) -> Diagnostic<'db> {
     let expected = match expected {
         Expected::Cpus => {
@@ -46,5 +44,5 @@ fn no_time(why: &NoTime) -> String {
 }
 
 pub(super) fn no_such_cpu(at: Location<'_>, missing: NoSuchCpu) -> Diagnostic<'_> {
-    Diagnostic::new(&INVALID_FIELD, at, timing_reasons::no_such_cpu(missing))
+    Diagnostic::new(&INVALID_FIELD, at, reasons::no_such_cpu(missing))
 }

@@ -21,15 +21,13 @@
 use super::*;
 use mauve_wcrt::TableFault;
 
-code!(INVALID_TABLE, Error, "invalid-table");
-
 pub(super) fn report<'db>(db: &'db dyn ModelDb, at: Location<'db>, fault: &TableFault) -> Diagnostic<'db> {
     let message = match fault {
         TableFault::NoProgramKey(_) => "the key of a program is `Component/update`, `Component/state.run`, \
                                         `Component/state.transition.guard`, `Component/state.transition.effect` \
                                         or `Component/operation`"
             .to_owned(),
-        fault => timing_reasons::table_fault(db, fault),
+        fault => table_reasons::table_fault(db, fault),
     };
     let correction = match fault {
         TableFault::Invalid(kind) => table_error::correction(kind),
@@ -48,6 +46,6 @@ pub(super) fn repeated<'db>(
     key: &str,
     first: &Location<'db>,
 ) -> Diagnostic<'db> {
-    let message = timing_reasons::repeated(db, key, first.file(db));
+    let message = table_reasons::repeated(db, key, first.file(db));
     Diagnostic::new(&INVALID_TABLE, at, message).related(first, "the first is here")
 }

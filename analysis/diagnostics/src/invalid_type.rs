@@ -15,8 +15,6 @@
 
 use super::*;
 
-code!(INVALID_TYPE, Error, "invalid-type");
-
 pub(super) fn void<'db>(at: Location<'db>) -> Diagnostic<'db> {
     Diagnostic::new(&INVALID_TYPE, at, "`void` is only a result type: a value needs another type")
 }

@@ -14,10 +14,10 @@ use rustc_hash::{FxHashMap, FxHashSet};
 pub use mauve_hir::Severity;
 use mauve_hir::item_tree::{FeatureKind, Kind, Name, NameRef, SourceId, TypeRef};
 use mauve_hir::{
-    Config, Decl, FeatureOf, File, Location, ModelDb, Names, Project, Type, Workspace, config_file,
-    config_of, declaration_facts, declarations, file_groups, file_outside, files_in_group,
-    include_candidates, include_rings, includes, is_model, line_of, names_of, not_checked, parse,
-    project_facts, project_files, projects, root_file, similar, unused_facts,
+    Config, Decl, FeatureOf, File, Location, ModelDb, Project, Type, Workspace, config_file, config_of,
+    declaration_facts, declarations, file_groups, file_outside, files_in_group, include_candidates,
+    include_rings, includes, is_model, line_of, names_of, not_checked, parse, project_facts, project_files,
+    projects, root_file, similar, unused_facts,
 };
 use mauve_wcrt::{
     Query, TimingFact, WhatIfField, facts_if, missing_time_facts, priority_facts, system_of, table_facts,
@@ -25,7 +25,7 @@ use mauve_wcrt::{
 };
 
 mod foreign_syntax;
-pub mod reasons;
+mod reasons;
 mod render;
 
 pub use configuration::time_error as time_error_message;
@@ -50,7 +50,7 @@ pub struct Code {
 impl Code {
     /// Returns whether it is an error in a text, instead of a missed deadline.
     pub fn is_of_text(&self) -> bool {
-        self.severity == Severity::Error && *self != deadline_missed::DEADLINE_MISSED
+        self.severity == Severity::Error && *self != DEADLINE_MISSED
     }
 }
 
@@ -120,31 +120,25 @@ impl<'db> Diagnostic<'db> {
         (kind, path): (Kind, &[Name]),
         near: Option<Name>,
     ) -> Diagnostic<'db> {
-        let names = names_of(db, project);
         let Some(name) = path.last() else { return self };
-        let library = of.library(db).as_ref();
-        let mut outside = None;
-        let advice = advice(db, names, library, kind, path).or_else(|| {
-            let file = file_outside(db, project, kind, name)?;
-            let shown = file.path(db).strip_prefix(project.workspace(db).folder(db)).unwrap_or(file.path(db));
-            outside = Some(file);
-            Some((format!("{} declares one, and is not included", shown.display()), None))
-        });
-        if let Some((advice, to_use)) = advice {
-            self.message += &format!("; {advice}");
-            let cause = match (&to_use, outside) {
-                (Some(used), _) => Some(Cause::NotUsed(of.library(db).clone(), used.clone())),
-                (None, outside) => outside.map(Cause::NotIncluded),
+        let has_one =
+            || names_of(db, project).anywhere(kind, name).iter().find_map(|it| it.library(db).as_ref());
+        if path.len() == 1
+            && of.library(db).is_some()
+            && let Some(library) = has_one()
+        {
+            self.message += &format!("; library `{library}` has one: add `use {library}`");
+            let found = self.caused_by(Some(Cause::NotUsed(of.library(db).clone(), library.clone())));
+            return match misspelt_name::misspelt_use(db, project, of, library) {
+                Some(at) => found.fix(format!("Change to `use {library}`"), at, library.to_string()),
+                None => found.add_use(of, library),
             };
-            self = self.caused_by(cause);
-            return match (to_use, outside) {
-                (Some(library), _) => match misspelt_name::misspelt_use(db, project, of, &library) {
-                    Some(at) => self.fix(format!("Change to `use {library}`"), at, library.to_string()),
-                    None => self.add_use(of, &library),
-                },
-                (None, Some(file)) => self.add_include(db, of.file(db), file),
-                (None, None) => self,
-            };
+        }
+        if let Some(file) = file_outside(db, project, kind, name) {
+            let path = file.path(db);
+            let shown = path.strip_prefix(project.workspace(db).folder(db)).unwrap_or(path);
+            self.message += &format!("; {} declares one, and is not included", shown.display());
+            return self.caused_by(Some(Cause::NotIncluded(file))).add_include(db, of.file(db), file);
         }
         self.did_you_mean(near)
     }
@@ -186,7 +180,6 @@ impl<'db> Diagnostic<'db> {
         self.fix(title, Location::Item(of, id), String::new())
     }
 
-    /// Suggests `near` instead of the marked name, with a fix.
     /// Offers to replace what is reported.
     fn writing(self, written: Option<&str>) -> Diagnostic<'db> {
         let Some(written) = written else { return self };
@@ -194,28 +187,12 @@ impl<'db> Diagnostic<'db> {
         self.fix(format!("Write `{written}`"), at, written.to_owned())
     }
 
+    /// Suggests `near` instead of the marked name, with a fix.
     fn did_you_mean(mut self, near: Option<Name>) -> Diagnostic<'db> {
         let Some(near) = near else { return self };
         self.message += &format!("; did you mean `{near}`?");
         let at = self.at.clone();
         self.fix(format!("Change to `{near}`"), at, near.to_string())
-    }
-}
-
-/// Returns the advice for an unresolved `path`, written in `library`: a library to use, with its name.
-fn advice<'db>(
-    db: &'db dyn ModelDb,
-    names: &Names<'db>,
-    library: Option<&Name>,
-    kind: Kind,
-    path: &[Name],
-) -> Option<(String, Option<Name>)> {
-    match path {
-        [name] => {
-            let of = names.anywhere(kind, name).iter().find_map(|decl| decl.library(db).as_ref())?;
-            library.map(|_| (format!("library `{of}` has one: add `use {of}`"), Some(of.clone())))
-        }
-        _ => None,
     }
 }
 
@@ -238,117 +215,119 @@ fn path_from(from: &Path, to: &Path) -> Option<String> {
     Some(components?.join("/"))
 }
 
-macro_rules! code {
-    ($name:ident, $severity:ident, $text:literal) => {
-        pub(super) static $name: Code = Code { name: $text, severity: Severity::$severity, unused: false };
-    };
-    ($name:ident, $severity:ident, $text:literal, Unused) => {
-        pub(super) static $name: Code = Code { name: $text, severity: Severity::$severity, unused: true };
-    };
-}
-
 macro_rules! codes {
-    ($($module:ident::$name:ident;)*) => {
-        $(pub(crate) mod $module;)*
+    (@is_unused) => { false };
+    (@is_unused unused) => { true };
+    ($($module:ident: $name:ident = $severity:ident $text:literal $($unused:ident)?;)*) => {
+        $(
+            pub(crate) mod $module;
+            static $name: Code = Code {
+                name: $text,
+                severity: Severity::$severity,
+                unused: codes!(@is_unused $($unused)?),
+            };
+        )*
 
         /// All codes, with the sources of their pages.
         static CODES: &[(&Code, &str)] =
-            &[$((&$module::$name, include_str!(concat!(stringify!($module), ".rs")))),*];
+            &[$((&$name, include_str!(concat!(stringify!($module), ".rs")))),*];
     };
 }
 
+// A file for each code, with its page and messages; the severity without an entry in `mauve.toml`; `unused` if the marked text is
+// unnecessary.
 codes! {
-    syntax_error::SYNTAX_ERROR;
-    unreadable_file::UNREADABLE_FILE;
-    unresolved_include::UNRESOLVED_INCLUDE;
-    include_cycle::INCLUDE_CYCLE;
-    not_included::NOT_INCLUDED;
-    unresolved_shell::UNRESOLVED_SHELL;
-    unresolved_core::UNRESOLVED_CORE;
-    unresolved_component::UNRESOLVED_COMPONENT;
-    unresolved_architecture::UNRESOLVED_ARCHITECTURE;
-    unresolved_instance::UNRESOLVED_INSTANCE;
-    unresolved_feature::UNRESOLVED_FEATURE;
-    connection_direction::CONNECTION_DIRECTION;
-    unresolved_codel::UNRESOLVED_CODEL;
-    unresolved_variable::UNRESOLVED_VARIABLE;
-    no_effect::NO_EFFECT;
-    unresolved_state::UNRESOLVED_STATE;
-    unreachable_state::UNREACHABLE_STATE;
-    never_taken::NEVER_TAKEN;
-    ambiguous_name::AMBIGUOUS_NAME;
-    duplicate_definition::DUPLICATE_DEFINITION;
-    duplicate_hook::DUPLICATE_HOOK;
-    duplicate_activity::DUPLICATE_ACTIVITY;
-    duplicate_field::DUPLICATE_FIELD;
-    initial_state::INITIAL_STATE;
-    update_or_statemachine::UPDATE_OR_STATEMACHINE;
-    wrong_shell::WRONG_SHELL;
-    undeclared_operation::UNDECLARED_OPERATION;
-    undefined_operation::UNDEFINED_OPERATION;
-    recursive_operation::RECURSIVE_OPERATION;
-    blocking_call::BLOCKING_CALL;
-    inheritance_cycle::INHERITANCE_CYCLE;
-    import_cycle::IMPORT_CYCLE;
-    too_large::TOO_LARGE;
-    deployment_target::DEPLOYMENT_TARGET;
-    missing_activity::MISSING_ACTIVITY;
-    missing_field::MISSING_FIELD;
-    unknown_field::UNKNOWN_FIELD;
-    invalid_field::INVALID_FIELD;
-    deadline_exceeds_period::DEADLINE_EXCEEDS_PERIOD;
-    unused_deadline::UNUSED_DEADLINE;
-    unused_jitter::UNUSED_JITTER;
-    unused_offset::UNUSED_OFFSET;
-    deadline_missed::DEADLINE_MISSED;
-    missing_time::MISSING_TIME;
-    not_analysed::NOT_ANALYSED;
-    invalid_configuration::INVALID_CONFIGURATION;
-    invalid_table::INVALID_TABLE;
-    unknown_timing_key::UNKNOWN_TIMING_KEY;
-    outdated_measurement::OUTDATED_MEASUREMENT;
-    doubtful_measurement::DOUBTFUL_MEASUREMENT;
-    unresolved_operation::UNRESOLVED_OPERATION;
-    argument_count::ARGUMENT_COUNT;
-    argument_type::ARGUMENT_TYPE;
-    out_argument::OUT_ARGUMENT;
-    assignment_type::ASSIGNMENT_TYPE;
-    return_type::RETURN_TYPE;
-    condition_type::CONDITION_TYPE;
-    operator_type::OPERATOR_TYPE;
-    invalid_type::INVALID_TYPE;
-    port_direction::PORT_DIRECTION;
-    not_assignable::NOT_ASSIGNABLE;
-    connection_type::CONNECTION_TYPE;
-    two_writers::TWO_WRITERS;
-    operation_signature::OPERATION_SIGNATURE;
-    buffer_size::BUFFER_SIZE;
-    operation_definition::OPERATION_DEFINITION;
-    missing_value::MISSING_VALUE;
-    outside_interval::OUTSIDE_INTERVAL;
-    empty_interval::EMPTY_INTERVAL;
-    constant_expression::CONSTANT_EXPRESSION;
-    read_before_assignment::READ_BEFORE_ASSIGNMENT;
-    not_strongly_connected::NOT_STRONGLY_CONNECTED;
-    lost_write::LOST_WRITE;
-    unconnected_operation::UNCONNECTED_OPERATION;
-    unconnected_input::UNCONNECTED_INPUT;
-    equal_priorities::EQUAL_PRIORITIES;
-    not_deadline_monotonic::NOT_DEADLINE_MONOTONIC;
-    stale_data::STALE_DATA;
-    unused_codel::UNUSED_CODEL;
-    unused_variable::UNUSED_VARIABLE;
-    unused_property::UNUSED_PROPERTY;
-    unused_declaration::UNUSED_DECLARATION;
-    unused_allow::UNUSED_ALLOW;
-    unreachable_code::UNREACHABLE_CODE;
-    reserved_name::RESERVED_NAME;
-    missing_else::MISSING_ELSE;
-    header_colon::HEADER_COLON;
-    continued_line::CONTINUED_LINE;
-    misspelt_name::MISSPELT_NAME;
-    unknown_type::UNKNOWN_TYPE;
-    unknown_package::UNKNOWN_PACKAGE;
+    syntax_error: SYNTAX_ERROR = Error "syntax-error";
+    unreadable_file: UNREADABLE_FILE = Error "unreadable-file";
+    unresolved_include: UNRESOLVED_INCLUDE = Error "unresolved-include";
+    include_cycle: INCLUDE_CYCLE = Warning "include-cycle";
+    not_included: NOT_INCLUDED = Warning "not-included";
+    unresolved_shell: UNRESOLVED_SHELL = Error "unresolved-shell";
+    unresolved_core: UNRESOLVED_CORE = Error "unresolved-core";
+    unresolved_component: UNRESOLVED_COMPONENT = Error "unresolved-component";
+    unresolved_architecture: UNRESOLVED_ARCHITECTURE = Error "unresolved-architecture";
+    unresolved_instance: UNRESOLVED_INSTANCE = Error "unresolved-instance";
+    unresolved_feature: UNRESOLVED_FEATURE = Error "unresolved-feature";
+    connection_direction: CONNECTION_DIRECTION = Error "connection-direction";
+    unresolved_codel: UNRESOLVED_CODEL = Error "unresolved-codel";
+    unresolved_variable: UNRESOLVED_VARIABLE = Error "unresolved-variable";
+    no_effect: NO_EFFECT = Error "no-effect";
+    unresolved_state: UNRESOLVED_STATE = Error "unresolved-state";
+    unreachable_state: UNREACHABLE_STATE = Warning "unreachable-state" unused;
+    never_taken: NEVER_TAKEN = Warning "never-taken" unused;
+    ambiguous_name: AMBIGUOUS_NAME = Error "ambiguous-name";
+    duplicate_definition: DUPLICATE_DEFINITION = Error "duplicate-definition";
+    duplicate_hook: DUPLICATE_HOOK = Error "duplicate-hook";
+    duplicate_activity: DUPLICATE_ACTIVITY = Error "duplicate-activity";
+    duplicate_field: DUPLICATE_FIELD = Error "duplicate-field";
+    initial_state: INITIAL_STATE = Error "initial-state";
+    update_or_statemachine: UPDATE_OR_STATEMACHINE = Error "update-or-statemachine";
+    wrong_shell: WRONG_SHELL = Error "wrong-shell";
+    undeclared_operation: UNDECLARED_OPERATION = Error "undeclared-operation";
+    undefined_operation: UNDEFINED_OPERATION = Error "undefined-operation";
+    recursive_operation: RECURSIVE_OPERATION = Error "recursive-operation";
+    blocking_call: BLOCKING_CALL = Error "blocking-call";
+    inheritance_cycle: INHERITANCE_CYCLE = Error "inheritance-cycle";
+    import_cycle: IMPORT_CYCLE = Error "import-cycle";
+    too_large: TOO_LARGE = Error "too-large";
+    deployment_target: DEPLOYMENT_TARGET = Error "deployment-target";
+    missing_activity: MISSING_ACTIVITY = Error "missing-activity";
+    missing_field: MISSING_FIELD = Error "missing-field";
+    unknown_field: UNKNOWN_FIELD = Error "unknown-field";
+    invalid_field: INVALID_FIELD = Error "invalid-field";
+    deadline_exceeds_period: DEADLINE_EXCEEDS_PERIOD = Error "deadline-exceeds-period";
+    unused_deadline: UNUSED_DEADLINE = Warning "unused-deadline";
+    unused_jitter: UNUSED_JITTER = Warning "unused-jitter";
+    unused_offset: UNUSED_OFFSET = Warning "unused-offset";
+    deadline_missed: DEADLINE_MISSED = Error "deadline-missed";
+    missing_time: MISSING_TIME = Warning "missing-time";
+    not_analysed: NOT_ANALYSED = Warning "not-analysed";
+    invalid_configuration: INVALID_CONFIGURATION = Error "invalid-configuration";
+    invalid_table: INVALID_TABLE = Error "invalid-table";
+    unknown_timing_key: UNKNOWN_TIMING_KEY = Warning "unknown-timing-key";
+    outdated_measurement: OUTDATED_MEASUREMENT = Hint "outdated-measurement";
+    doubtful_measurement: DOUBTFUL_MEASUREMENT = Hint "doubtful-measurement";
+    unresolved_operation: UNRESOLVED_OPERATION = Error "unresolved-operation";
+    argument_count: ARGUMENT_COUNT = Error "argument-count";
+    argument_type: ARGUMENT_TYPE = Error "argument-type";
+    out_argument: OUT_ARGUMENT = Error "out-argument";
+    assignment_type: ASSIGNMENT_TYPE = Error "assignment-type";
+    return_type: RETURN_TYPE = Error "return-type";
+    condition_type: CONDITION_TYPE = Error "condition-type";
+    operator_type: OPERATOR_TYPE = Error "operator-type";
+    invalid_type: INVALID_TYPE = Error "invalid-type";
+    port_direction: PORT_DIRECTION = Error "port-direction";
+    not_assignable: NOT_ASSIGNABLE = Error "not-assignable";
+    connection_type: CONNECTION_TYPE = Error "connection-type";
+    two_writers: TWO_WRITERS = Error "two-writers";
+    operation_signature: OPERATION_SIGNATURE = Error "operation-signature";
+    buffer_size: BUFFER_SIZE = Error "buffer-size";
+    operation_definition: OPERATION_DEFINITION = Error "operation-definition";
+    missing_value: MISSING_VALUE = Error "missing-value";
+    outside_interval: OUTSIDE_INTERVAL = Error "outside-interval";
+    empty_interval: EMPTY_INTERVAL = Error "empty-interval";
+    constant_expression: CONSTANT_EXPRESSION = Error "constant-expression";
+    read_before_assignment: READ_BEFORE_ASSIGNMENT = Warning "read-before-assignment";
+    not_strongly_connected: NOT_STRONGLY_CONNECTED = Warning "not-strongly-connected";
+    lost_write: LOST_WRITE = Warning "lost-write";
+    unconnected_operation: UNCONNECTED_OPERATION = Warning "unconnected-operation";
+    unconnected_input: UNCONNECTED_INPUT = Hint "unconnected-input";
+    equal_priorities: EQUAL_PRIORITIES = Warning "equal-priorities";
+    not_deadline_monotonic: NOT_DEADLINE_MONOTONIC = Warning "not-deadline-monotonic";
+    stale_data: STALE_DATA = Hint "stale-data";
+    unused_codel: UNUSED_CODEL = Hint "unused-codel" unused;
+    unused_variable: UNUSED_VARIABLE = Hint "unused-variable" unused;
+    unused_property: UNUSED_PROPERTY = Hint "unused-property" unused;
+    unused_declaration: UNUSED_DECLARATION = Hint "unused-declaration" unused;
+    unused_allow: UNUSED_ALLOW = Warning "unused-allow";
+    unreachable_code: UNREACHABLE_CODE = Hint "unreachable-code" unused;
+    reserved_name: RESERVED_NAME = Hint "reserved-name";
+    missing_else: MISSING_ELSE = Hint "missing-else";
+    header_colon: HEADER_COLON = Hint "header-colon";
+    continued_line: CONTINUED_LINE = Hint "continued-line";
+    misspelt_name: MISSPELT_NAME = Warning "misspelt-name";
+    unknown_type: UNKNOWN_TYPE = Hint "unknown-type";
+    unknown_package: UNKNOWN_PACKAGE = Hint "unknown-package";
 }
 
 mod allow;
@@ -361,12 +340,11 @@ mod lists;
 mod mechanical;
 mod other_kind;
 mod proof;
-mod short_reasons;
 mod statement;
 mod table_error;
+mod table_reasons;
 mod task_set_error;
 mod timing_facts;
-mod timing_reasons;
 mod types;
 
 use cause::Cause;
@@ -374,11 +352,11 @@ pub use findings::{
     Extent, Finding, Findings, Suppression, checked_files, errors_of, errors_of_text, extent_of,
     file_findings, findings_of, project_diagnostics, workspace_diagnostics, workspace_findings,
 };
-pub use lists::cpu_names;
 use lists::enumerated;
-pub use short_reasons::short_reason;
+pub use lists::{cpu_names, utilisation};
+pub use reasons::{PROSE, model_reason, reasons_of, short_reason, timing_reason};
+pub use table_reasons::{times_of, unusable_time};
 use timing_facts::timing_diagnostic;
-pub use timing_reasons::{PROSE, reasons_of, times_of, timing_reason, unusable_time, utilisation};
 pub use types::type_name;
 
 /// Codes that were renamed, each with its present name. `[lints]`, `--deny` and `mauve explain` accept the old names.

@@ -1,4 +1,6 @@
-//! Lists in messages.
+//! Lists and CPUs in messages.
+
+use mauve_timing::CpuLoad;
 
 /// Returns the CPUs in a mask for a user, numbered from 1 (bit 0).
 ///
@@ -13,6 +15,15 @@ pub fn cpu_names(mask: u64) -> String {
         [one] => format!("CPU {one}"),
         [rest @ .., last] => format!("CPUs {} and {last}", rest.join(", ")),
         [] => "no CPU".to_owned(),
+    }
+}
+
+/// Returns the utilisation of a CPU: `62.0 %`. That of several CPUs together: `131.0 % of 200 %`.
+pub fn utilisation(load: &CpuLoad) -> String {
+    let percent = format!("{:.1} %", load.utilisation.as_f64() * 100.0);
+    match load.mask.count_ones() {
+        0 | 1 => percent,
+        cpus => format!("{percent} of {cpus}00 %"),
     }
 }
 

@@ -22,8 +22,6 @@
 
 use super::*;
 
-code!(LOST_WRITE, Warning, "lost-write");
-
 pub(super) fn report<'db>(at: Location<'db>, port: &str) -> Diagnostic<'db> {
     let message =
         format!("the value written to `{port}` here is overwritten later in the same period, on every path");

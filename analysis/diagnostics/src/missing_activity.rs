@@ -20,8 +20,6 @@
 use super::*;
 use mauve_wcrt::missing_activities;
 
-code!(MISSING_ACTIVITY, Error, "missing-activity");
-
 pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,

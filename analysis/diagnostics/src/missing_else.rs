@@ -18,8 +18,6 @@
 
 use super::*;
 
-code!(MISSING_ELSE, Hint, "missing-else");
-
 pub(super) fn report<'db>(at: Location<'db>, end: SourceId) -> Diagnostic<'db> {
     let end = beside(&at, end);
     let message = "this `if` has no `else`".to_owned();

@@ -26,8 +26,6 @@
 
 use super::*;
 
-code!(MISSING_FIELD, Error, "missing-field");
-
 pub(super) fn priority<'db>(
     of: Decl<'db>,
     activity: &(Name, SourceId),

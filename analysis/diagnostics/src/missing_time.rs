@@ -30,8 +30,6 @@ use mauve_timing::Level;
 use super::*;
 use mauve_wcrt::{Budget, MissingTime, TableLevels, TableSet};
 
-code!(MISSING_TIME, Warning, "missing-time");
-
 pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
     at: Location<'db>,
@@ -71,7 +69,7 @@ pub(super) fn no_level<'db>(
 ) -> Diagnostic<'db> {
     let message = format!(
         "no times at {level}: {}; set `[timing] significance` to one of them",
-        timing_reasons::table_levels(db, table)
+        table_reasons::table_levels(db, table)
     );
     Diagnostic::new(&MISSING_TIME, at, message)
 }

@@ -17,8 +17,6 @@
 
 use super::*;
 
-code!(MISSING_VALUE, Error, "missing-value");
-
 pub(super) fn report<'db>(at: Location<'db>, instance: &str, kind: FeatureKind, name: &str, declared: &Location<'db>) -> Diagnostic<'db> {
     let what = if kind == FeatureKind::Constant { "constant" } else { "property" };
     let message = format!("{what} `{name}` of `{instance}` has no value: add `{what} {instance}.{name} = …`");

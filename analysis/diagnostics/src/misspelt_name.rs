@@ -30,8 +30,6 @@
 use super::*;
 use mauve_hir::{C_TYPES, LANGUAGE_TYPES, catalogue, data, external_types, message_of, package, used_packages};
 
-code!(MISSPELT_NAME, Warning, "misspelt-name");
-
 /// Reports the unknown type `ty`, which may be a misspelling of `near`.
 pub(super) fn of_type<'db>(
     db: &'db dyn ModelDb,

@@ -20,8 +20,6 @@
 
 use super::*;
 
-code!(NEVER_TAKEN, Warning, "never-taken", Unused);
-
 pub(super) fn report<'db>(at: Location<'db>, (name, first): (&Name, &Name), first_at: &Location<'db>) -> Diagnostic<'db> {
     let message = format!("transition `{name}` is never taken: `{first}` before it has no guard and always fires");
     Diagnostic::new(&NEVER_TAKEN, at, message).related(first_at, "this transition always fires")

@@ -18,8 +18,6 @@
 
 use super::*;
 
-code!(NO_EFFECT, Error, "no-effect");
-
 pub(super) fn report<'db>(db: &'db dyn ModelDb, at: Location<'db>) -> Diagnostic<'db> {
     let message = "this statement has no effect: call a codel, or assign a variable";
     let found = Diagnostic::new(&NO_EFFECT, at.clone(), message);

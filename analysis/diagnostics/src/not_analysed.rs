@@ -31,8 +31,6 @@
 use super::*;
 use mauve_wcrt::Refusal;
 
-code!(NOT_ANALYSED, Warning, "not-analysed");
-
 pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
     at: Location<'db>,

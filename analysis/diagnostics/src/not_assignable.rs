@@ -21,8 +21,6 @@
 
 use super::*;
 
-code!(NOT_ASSIGNABLE, Error, "not-assignable");
-
 pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
     at: Location<'db>,

@@ -24,8 +24,6 @@
 use super::*;
 use mauve_wcrt::DeadlineAndPriority;
 
-code!(NOT_DEADLINE_MONOTONIC, Warning, "not-deadline-monotonic");
-
 pub(super) fn report<'db>(
     at: Location<'db>,
     activity: &DeadlineAndPriority,

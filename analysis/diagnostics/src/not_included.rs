@@ -13,8 +13,6 @@
 
 use super::*;
 
-code!(NOT_INCLUDED, Warning, "not-included");
-
 pub(super) fn report<'db>(file: File) -> Diagnostic<'db> {
     let message = "no root includes this file, so it is not checked";
     Diagnostic::new(&NOT_INCLUDED, Location::Range(file, 0, 0), message.to_owned())

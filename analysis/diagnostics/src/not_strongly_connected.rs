@@ -23,8 +23,6 @@
 
 use super::*;
 
-code!(NOT_STRONGLY_CONNECTED, Warning, "not-strongly-connected");
-
 pub(super) fn report<'db>(at: Location<'db>, initial: &str, states: &[(Name, Location<'db>)]) -> Diagnostic<'db> {
     let names: Vec<&str> = states.iter().map(|(name, _)| name.as_str()).collect();
     let message = format!(

@@ -17,8 +17,6 @@
 
 use super::*;
 
-code!(OPERATION_DEFINITION, Error, "operation-definition");
-
 pub(super) fn report<'db>(
     at: Location<'db>,
     [declared, defined]: &[String; 2],

@@ -20,8 +20,6 @@
 
 use super::*;
 
-code!(OPERATION_SIGNATURE, Error, "operation-signature");
-
 pub(super) fn report<'db>(at: Location<'db>, [provided, required]: &[String; 2]) -> Diagnostic<'db> {
     let message = format!("different signatures: provided `{provided}`, required `{required}`");
     Diagnostic::new(&OPERATION_SIGNATURE, at, message)

@@ -21,8 +21,6 @@
 use super::*;
 use mauve_hir::item_tree::{BinaryOperator, UnaryOperator};
 
-code!(OPERATOR_TYPE, Error, "operator-type");
-
 pub(super) fn unary<'db>(at: Location<'db>, operator: UnaryOperator, operand: &Type) -> Diagnostic<'db> {
     let takes = match operator {
         UnaryOperator::Not => "a condition",

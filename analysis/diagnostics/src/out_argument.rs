@@ -19,8 +19,6 @@
 use super::*;
 use mauve_hir::fact::ParameterName;
 
-code!(OUT_ARGUMENT, Error, "out-argument");
-
 pub(super) fn report<'db>(at: Location<'db>, of: &str, parameter: &ParameterName) -> Diagnostic<'db> {
     let parameter = argument_type::shown(parameter);
     let message = format!("`{of}` returns a value in `{parameter}`, so its argument must be a variable");

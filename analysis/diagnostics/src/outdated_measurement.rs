@@ -34,8 +34,6 @@
 use super::*;
 use mauve_wcrt::ChangedOrigin;
 
-code!(OUTDATED_MEASUREMENT, Hint, "outdated-measurement");
-
 pub(super) fn report<'db>(at: Location<'db>, key: &str, changed: &ChangedOrigin) -> Diagnostic<'db> {
     let message = match changed {
         ChangedOrigin::Samples(files) => format!(

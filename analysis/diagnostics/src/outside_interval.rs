@@ -18,8 +18,6 @@
 use super::*;
 use mauve_hir::Value;
 
-code!(OUTSIDE_INTERVAL, Error, "outside-interval");
-
 pub(super) fn report<'db>(at: Location<'db>, name: &str, value: &Value, [low, high]: &[Value; 2], declared: Option<&Location<'db>>) -> Diagnostic<'db> {
     let message = format!("{value} is outside the interval [{low}; {high}] of `{name}`");
     let is_low = value.number() < low.number();

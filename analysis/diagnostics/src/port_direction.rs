@@ -19,8 +19,6 @@
 use super::*;
 use mauve_hir::Builtin;
 
-code!(PORT_DIRECTION, Error, "port-direction");
-
 pub(super) fn report<'db>(at: Location<'db>, function: Builtin, port: &str, is: FeatureKind) -> Diagnostic<'db> {
     let message = match is {
         FeatureKind::Output => format!("`{port}` is an output port, but `{function}` needs an input port"),

@@ -5,9 +5,6 @@ use mauve_timing::Status;
 use mauve_wcrt::{ActivityReport, Missed, Reason, Timed, TimingFactKind, UnusableTime, Verdict};
 
 use super::*;
-use crate::deadline_missed::DEADLINE_MISSED;
-use crate::missing_time::MISSING_TIME;
-use crate::not_analysed::NOT_ANALYSED;
 
 /// Returns the code that reports why the deadline of an activity is not proved; `None` if it is proved, or there is none.
 ///

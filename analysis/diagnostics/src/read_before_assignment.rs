@@ -26,8 +26,6 @@
 
 use super::*;
 
-code!(READ_BEFORE_ASSIGNMENT, Warning, "read-before-assignment");
-
 pub(super) fn report<'db>(at: Location<'db>, name: &str, declared: &Location<'db>) -> Diagnostic<'db> {
     let message = format!("`{name}` is read before any assignment: give it an initial value");
     Diagnostic::new(&READ_BEFORE_ASSIGNMENT, at, message).related(declared, "declared here without a value")

@@ -1,22 +1,164 @@
-//! The messages of the reasons why a core or an architecture is not analysed.
+//! The reasons why a core, an activity or a deployment is not analysed or has no response time, in words: one table.
+//!
+//! A reason has a message, for diagnostics, explanations and exported files, and a short form for hints.
 
-use mauve_hir::fact::{CorePart, CoreReason, Incomplete, MayHide, Reason};
-use mauve_hir::{ModelDb, Names};
+use mauve_hir::fact::{self, CorePart, CoreReason, Incomplete, MayHide};
+use mauve_hir::item_tree::Name;
+use mauve_hir::{Decl, File, ModelDb, Names, Project, features_of, names_of};
+use mauve_timing::{MachineError, NoBoundReason};
+use mauve_wcrt::{
+    ActivityReport, CallsReason, IncompleteTable, NoSuchCpu, Prose, Reason, Share, TooLong, UnknownPriority,
+    UnusableTime, file_name,
+};
 
-use super::render;
+use super::lists::{cpu_names, enumerated};
+use super::table_reasons::{table_fault, table_levels, unusable_time};
+use super::{duplicate_activity, duplicate_field, render, unknown_field};
+
+/// The messages of reasons in exported files.
+pub const PROSE: Prose = Prose { reason: timing_reason, unknown_priority };
+
+/// A reason in words.
+struct Words {
+    message: String,
+    /// About 18 characters, and more where names are longer.
+    short: String,
+}
+
+fn words(message: impl Into<String>, short: impl Into<String>) -> Words {
+    Words { message: message.into(), short: short.into() }
+}
 
 /// Returns the message of a reason.
-pub fn reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String {
-    match reason {
-        Reason::Error(project, fact) => render(db, *project, fact).message,
-        Reason::Core { core, why } => format!("core {}: {}", core.name(db), core_reason(why)),
-        Reason::SyntaxErrorIn(architecture) => {
-            let name = architecture.name(db);
-            format!("architecture {name} has a syntax error: an instance may be missing in it")
+pub fn timing_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String {
+    in_words(db, reason).message
+}
+
+/// Returns a reason in a few words, such as `no time for plan`.
+pub fn short_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String {
+    in_words(db, reason).short
+}
+
+/// Returns the message of the reason why a core or an architecture is not analysed.
+pub fn model_reason<'db>(db: &'db dyn ModelDb, reason: &fact::Reason<'db>) -> String {
+    of_model(db, reason).message
+}
+
+/// Returns the reasons why an activity has no response time, each once: an error may have several locations.
+pub fn reasons_of<'db>(db: &'db dyn ModelDb, activity: &ActivityReport<'db>) -> Vec<String> {
+    let mut reasons: Vec<String> = Vec::new();
+    for reason in activity.reasons.iter().map(|it| timing_reason(db, &it.reason)) {
+        if !reasons.contains(&reason) {
+            reasons.push(reason);
         }
-        Reason::TooLarge => "the project is too large".to_owned(),
-        Reason::UnknownImport { architecture, import } => {
-            format!("architecture {} imports `{import}`, which is unknown", architecture.name(db))
+    }
+    reasons
+}
+
+fn in_words<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> Words {
+    let of = |it: &Decl<'db>, predicate: &str| format!("{} {} {predicate}", it.kind(db), it.name(db));
+    let unknown = |project: &Project<'db>, part: &str, of: &str, name: &str| {
+        let message = unknown(names_of(db, *project), &format!("the {part} of {of} {name}"));
+        words(message, format!("{part} unknown"))
+    };
+    match reason {
+        Reason::Model(reason) => of_model(db, reason),
+        Reason::ErrorIn(it, reason) => {
+            let (name, why) = (it.name(db), of_model(db, reason).message);
+            words(format!("error in {} {name}: {why}", it.kind(db)), format!("error in {name}"))
+        }
+        Reason::Stated(text) => words(text, text),
+
+        Reason::DamagedDeployment(it) => {
+            words(of(it, "has a syntax error: an activity may be missing in it"), "syntax error")
+        }
+        Reason::DeclaredTwice(it) => {
+            words(of(it, "is declared twice"), format!("{} is repeated", it.name(db)))
+        }
+        Reason::NoArchitecture(it) => {
+            words(format!("the architecture of deployment {} is unknown", it.name(db)), "no architecture")
+        }
+        Reason::ImportsItself(it) => words(of(it, "imports itself"), "import cycle"),
+        Reason::DamagedFile { file, problem } => damaged_file(db, *file, problem.as_deref()),
+        Reason::IncompleteTables(IncompleteTable { file, error }) => {
+            damaged_file(db, *file, Some(&table_fault(db, error)))
+        }
+
+        Reason::NoSuchInstance { architecture, instance } => words(
+            of(architecture, &format!("has no instance `{instance}`: one may be missing in it")),
+            format!("no instance {instance}"),
+        ),
+        Reason::SecondActivity(instance) => words(duplicate_activity::message(instance), "two activities"),
+        Reason::NoActivity => words("it has no activity", "no activity"),
+        Reason::UnknownInstance => words("its instance is unknown", "instance unknown"),
+        Reason::SeveralInstances => words("several instances have its name", "repeated instance"),
+        Reason::UnknownShell { project, component: it } => {
+            unknown(project, "shell", "component", it.name(db))
+        }
+        Reason::UnknownCore { project, component: it } => unknown(project, "core", "component", it.name(db)),
+        Reason::UnknownComponent { project, instance } => unknown(project, "component", "instance", instance),
+        Reason::DamagedActivity => words("its activity has a syntax error", "syntax error"),
+        Reason::UnknownField(name) => words(unknown_field::message(name), format!("unknown {name}")),
+        Reason::SecondField { field, instance } => {
+            words(duplicate_field::message(*field, instance), format!("repeated {}", field.keyword()))
+        }
+        Reason::NoField(it) => words(format!("it has no {}", it.keyword()), format!("no {}", it.keyword())),
+        Reason::DamagedField(it) => words(format!("its {} has a syntax error", it.keyword()), "syntax error"),
+        Reason::UnusableField(it) => {
+            words(format!("its {} cannot be used", it.keyword()), format!("invalid {}", it.keyword()))
+        }
+        Reason::NoSuchCpu(missing) => words(no_such_cpu(*missing), "no such CPU"),
+        Reason::Calls(why) => calls(why),
+        Reason::MayServe => {
+            words("it provides operations, and which connections call them is not known", "calls unknown")
+        }
+
+        Reason::Damaged(it) => words(of(it, "has a syntax error"), "syntax error"),
+        Reason::CoreOfOtherShell(it) => words(
+            format!("the core of component {} is for another shell", it.name(db)),
+            "core of other shell",
+        ),
+        Reason::IncompleteShell { project, shell } => {
+            let why = incomplete(features_of(db, *project, *shell).incomplete(names_of(db, *project)));
+            words(of(shell, &why), format!("error in {}", shell.name(db)))
+        }
+        Reason::NoTime(it) => {
+            words(format!("no time for codel `{}`", it.qualified(db)), format!("no time for {}", it.name(db)))
+        }
+        Reason::Table(it) => unusable(db, it),
+        Reason::ComponentTime(it) => words(unusable_time(db, it), "time unusable"),
+        Reason::NoOverhead { level, table } => {
+            words(format!("no overhead at {level}: {}", table_levels(db, table)), "overhead unknown")
+        }
+        Reason::TooLong(what) => words(format!("{} exceeds 584 years", long(what)), "a time is too long"),
+        Reason::NoMachine(error) => words(machine_error(*error), "no state machine"),
+
+        Reason::DelayedBy { instances, unknown_priority, .. } => delayed_by(instances, unknown_priority),
+        Reason::Overloaded { cpu, priority, utilisation } => overload(*cpu, *priority, *utilisation),
+        Reason::NoBound(why) => no_bound(*why),
+    }
+}
+
+fn of_model<'db>(db: &'db dyn ModelDb, reason: &fact::Reason<'db>) -> Words {
+    match reason {
+        fact::Reason::Error(project, fact) => words(render(db, *project, fact).message, "error in the model"),
+        fact::Reason::Core { core, why } => {
+            let short = match why {
+                CoreReason::SyntaxError(_) => "syntax error".to_owned(),
+                CoreReason::CodelNotFound(name, _) => format!("no codel {name}"),
+                _ => format!("error in {}", core.name(db)),
+            };
+            words(format!("core {}: {}", core.name(db), core_reason(why)), short)
+        }
+        fact::Reason::SyntaxErrorIn(architecture) => {
+            let name = architecture.name(db);
+            let message = format!("architecture {name} has a syntax error: an instance may be missing in it");
+            words(message, "syntax error")
+        }
+        fact::Reason::TooLarge => words("the project is too large", "project too large"),
+        fact::Reason::UnknownImport { architecture, import } => {
+            let name = architecture.name(db);
+            words(format!("architecture {name} imports `{import}`, which is unknown"), "import unknown")
         }
     }
 }
@@ -47,6 +189,147 @@ fn core_reason(why: &CoreReason) -> String {
         }
         CoreReason::UnknownShell => "its shell is unknown".to_owned(),
     }
+}
+
+/// Returns the words for a file that cannot be read for this problem, or has a syntax error.
+fn damaged_file(db: &dyn ModelDb, file: File, problem: Option<&str>) -> Words {
+    let name = file_name(db, file);
+    match problem {
+        Some(problem) => words(format!("{name}: {problem}"), format!("{name}: error")),
+        None => {
+            let problem = "has a syntax error between its declarations: one of them may be missing";
+            words(format!("{name} {problem}"), "syntax error")
+        }
+    }
+}
+
+/// Returns the words for an activity that executes operations whose number of calls is unknown or unbounded.
+fn calls(why: &CallsReason) -> Words {
+    let (executed, rest, short) = match why {
+        CallsReason::NotAnalysed { operation, client } => {
+            ((operation, client), "which is not analysed: the number of calls is unknown", "calls unknown")
+        }
+        CallsReason::ClientWithoutPeriod { operation, client } => {
+            ((operation, client), "which has no period: the number of calls has no bound", "calls unbounded")
+        }
+        CallsReason::NoResponse { operation, client } => (
+            (operation, client),
+            "and one of the two has no bound on its response time: the number of calls has none",
+            "calls unbounded",
+        ),
+        CallsReason::Ring(operation) => {
+            let why = "is executed again by a call that it sends: the number of calls has no bound";
+            return words(format!("its operation `{operation}` {why}"), "calls unbounded");
+        }
+        CallsReason::ManyChains => {
+            let why =
+                "operations send calls to other operations in more than 4096 ways: simplify the connections";
+            return words(why, why);
+        }
+    };
+    let (operation, client) = executed;
+    words(format!("it executes the operation `{operation}` for `{client}`, {rest}"), short)
+}
+
+fn unusable<'db>(db: &'db dyn ModelDb, time: &UnusableTime<'db>) -> Words {
+    let short = match time {
+        UnusableTime::OtherLevels(_, level, _) => format!("no time at {level}"),
+        _ => "time unusable".to_owned(),
+    };
+    words(unusable_time(db, time), short)
+}
+
+fn long(what: &TooLong) -> String {
+    match what {
+        TooLong::Overhead => "the overhead".to_owned(),
+        TooLong::Edge(program) => format!("the time of `{program}`"),
+        TooLong::Program => "the time of a program".to_owned(),
+    }
+}
+
+/// Returns the words for activities that may delay this one and are not analysed.
+fn delayed_by(instances: &[Name], unknown: &Option<UnknownPriority>) -> Words {
+    let names: Vec<String> = instances.iter().map(|name| format!("`{name}`")).collect();
+    let verb = if names.len() == 1 { "is" } else { "are" };
+    let unknown = unknown.as_ref().map_or_else(String::new, |it| format!(", {},", unknown_priority(it)));
+    let short = instances.first().map_or_else(|| "others are not".to_owned(), |first| format!("see {first}"));
+    words(format!("{}{unknown} may preempt it and {verb} not analysed", enumerated(&names)), short)
+}
+
+fn overload(cpu: u64, priority: u32, utilisation: Share) -> Words {
+    let short = format!("{} overloaded ({})", cpu_names(cpu), percent(utilisation, "> 100 %"));
+    words(overloaded(cpu, priority, utilisation), short)
+}
+
+/// Returns the message for a CPU that the activities of this priority or a higher one overload.
+pub(super) fn overloaded(cpu: u64, priority: u32, utilisation: Share) -> String {
+    format!(
+        "{} overloaded ({} at priority ≥ {priority})",
+        cpu_names(cpu),
+        percent(utilisation, "more than 100 %")
+    )
+}
+
+/// Returns an overload in percent: a slight one would round to 100.0.
+fn percent(Share(share): Share, slight: &str) -> String {
+    let percent = share * 100.0;
+    match (100.0..100.05).contains(&percent) {
+        true => slight.to_owned(),
+        false => format!("{percent:.1} %"),
+    }
+}
+
+/// Returns why edges make no state machine.
+pub(super) fn machine_error(error: MachineError) -> String {
+    match error {
+        MachineError::NoState => "a state machine has at least one state".to_owned(),
+        MachineError::NoSuchState { edge } => {
+            format!("edge {edge} starts or ends at a state that is not there")
+        }
+        MachineError::DeadEnd { state } => format!("state {state} has no outgoing edge"),
+        MachineError::TooLarge => "the state machine is too large, or its times are too long".to_owned(),
+    }
+}
+
+fn no_bound(why: NoBoundReason) -> Words {
+    let (why, short) = match why {
+        NoBoundReason::Budget => {
+            ("the search was given up: the utilisation of the CPU is too close to 100 %", "search given up")
+        }
+        NoBoundReason::Overflow => ("a time exceeds 584 years", "exceeds 584 years"),
+        NoBoundReason::FullyLoaded => ("the utilisation of the CPU is exactly 100 %", "CPU fully used"),
+        NoBoundReason::SeveralCpus => (
+            "on each of its CPUs, the activities of higher or equal priority that may run there have a utilisation of more \
+             than 100 %; set `affinity` to fewer CPUs",
+            "CPUs overloaded",
+        ),
+    };
+    words(format!("no bound found: {why}"), short)
+}
+
+/// Returns why a priority is unknown, as a clause after a name.
+fn unknown_priority(why: &UnknownPriority) -> String {
+    match why {
+        UnknownPriority::TwoActivities => "which has two activities",
+        UnknownPriority::SeveralInstances => "whose name several instances have",
+        UnknownPriority::PriorityAsPeriod => "whose priority may be intended as its period",
+        UnknownPriority::AffinityAsPriority => "whose affinity may be intended as its priority",
+        UnknownPriority::NoSuchCpu => "whose affinity is invalid and which may therefore run on this CPU",
+        UnknownPriority::Stated(text) => text,
+        UnknownPriority::One => "whose priority is unknown",
+        UnknownPriority::Several => "whose priorities are unknown",
+        UnknownPriority::SeveralOrCpus => "whose priorities or CPUs are unknown",
+    }
+    .to_owned()
+}
+
+/// Returns the message for an affinity with missing CPUs.
+pub(super) fn no_such_cpu(missing: NoSuchCpu) -> String {
+    format!(
+        "affinity names {}, and mauve.toml has {}",
+        cpu_names(missing.named),
+        cpu_names(missing.available)
+    )
 }
 
 /// Returns why an operation may be missing, as a predicate of `shell X` or `its shell`.

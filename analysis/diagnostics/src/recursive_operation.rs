@@ -12,8 +12,6 @@
 
 use super::*;
 
-code!(RECURSIVE_OPERATION, Error, "recursive-operation");
-
 pub(super) fn report<'db>(at: Location<'db>, name: &str) -> Diagnostic<'db> {
     let message = format!("`{name}` calls itself: its execution time has no bound");
     Diagnostic::new(&RECURSIVE_OPERATION, at, message)

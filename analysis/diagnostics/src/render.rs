@@ -162,10 +162,10 @@ fn unresolved_type<'db>(
     ty: &TypeRef,
 ) -> Diagnostic<'db> {
     let code = match kind {
-        Kind::Core => &unresolved_core::UNRESOLVED_CORE,
-        Kind::Component => &unresolved_component::UNRESOLVED_COMPONENT,
-        Kind::Architecture => &unresolved_architecture::UNRESOLVED_ARCHITECTURE,
-        _ => &unresolved_shell::UNRESOLVED_SHELL,
+        Kind::Core => &UNRESOLVED_CORE,
+        Kind::Component => &UNRESOLVED_COMPONENT,
+        Kind::Architecture => &UNRESOLVED_ARCHITECTURE,
+        _ => &UNRESOLVED_SHELL,
     };
     let found = Diagnostic::new(code, at, format!("no {kind} `{ty}`"));
     if let Some((other, near)) = other_kind::of_another_kind(db, project, of, kind, &ty.path) {

@@ -16,8 +16,6 @@
 use super::*;
 use mauve_hir::fact::Reserved;
 
-code!(RESERVED_NAME, Hint, "reserved-name");
-
 pub(super) fn report<'db>(at: Location<'db>, name: &str, is: Reserved) -> Diagnostic<'db> {
     let of = match is {
         Reserved::Cpp => "a keyword of C++",

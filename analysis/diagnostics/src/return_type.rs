@@ -20,8 +20,6 @@
 use super::*;
 use mauve_hir::fact::ProgramName;
 
-code!(RETURN_TYPE, Error, "return-type");
-
 pub(super) fn report<'db>(at: Location<'db>, of: &ProgramName, expected: &Type, found: &Type) -> Diagnostic<'db> {
     let what = match of {
         ProgramName::Hook(kind) => format!("`{}`", kind.keyword()),

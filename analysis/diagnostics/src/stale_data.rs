@@ -18,8 +18,6 @@
 
 use super::*;
 
-code!(STALE_DATA, Hint, "stale-data");
-
 pub(super) fn report<'db>(at: Location<'db>, [reader, writer]: [&Name; 2], port: &str, other: &Location<'db>) -> Diagnostic<'db> {
     let message =
         format!("`{reader}` reads `{port}` before `{writer}` writes it in each period: the data is one period old");

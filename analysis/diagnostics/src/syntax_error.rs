@@ -1,7 +1,7 @@
 //! # syntax-error
 //!
 //! The grammar does not allow the text. The message says what was expected there or, for a form of another language such
-//! as `and`, `while` or `n += 1`, how MAUVE writes it. The fix writes that for the common mistakes.
+//! as `and`, `while` or `n += 1`, how MAUVE writes it. The fix writes that where it is mechanical.
 //!
 //! ```mauve
 //! codel plan(in goal Pose): Path   // error
@@ -32,8 +32,6 @@ use mauve_syntax::{
 use super::*;
 use crate::lists::alternatives;
 use crate::foreign_syntax::{self, Rewrite, Said};
-
-code!(SYNTAX_ERROR, Error, "syntax-error");
 
 pub(super) fn report<'db>(parse: &Parse, file: File, error: &SyntaxError, at: Location<'db>) -> Diagnostic<'db> {
     let (message, rewrite) = said(parse, error);

@@ -3,7 +3,7 @@
 use mauve_timing::task_set::{FORMAT, MOST_ACTIVITIES, MOST_OPERATIONS, TaskSetError, Times, Unknown};
 use mauve_timing::{Level, MOST_LEVELS};
 
-use crate::timing_reasons::machine_error;
+use crate::reasons::machine_error;
 
 /// Returns why a file is no task set. Control characters, which a terminal obeys, are replaced: a message quotes the file.
 ///

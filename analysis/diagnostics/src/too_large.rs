@@ -8,8 +8,6 @@
 
 use super::*;
 
-code!(TOO_LARGE, Error, "too-large");
-
 pub(super) fn report<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Diagnostic<'db> {
     let message = format!(
         "{} `{}` makes the project too large to analyse: divide it with `[project] roots` in `mauve.toml`",

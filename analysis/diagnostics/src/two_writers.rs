@@ -22,8 +22,6 @@
 use super::*;
 use mauve_hir::Link;
 
-code!(TWO_WRITERS, Error, "two-writers");
-
 /// `of` or its imports contain `second`.
 pub(super) fn report<'db>(at: Location<'db>, of: Decl<'db>, first: &Link<'db>, second: &Link<'db>) -> Diagnostic<'db> {
     let (instance, port) = &second.target;

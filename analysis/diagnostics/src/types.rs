@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use mauve_hir::item_tree::Direction;
+use mauve_hir::item_tree::{Direction, FeatureKind};
 use mauve_hir::{Signature, Type};
 
 /// Returns a type for messages: its name in models, or a description.
@@ -15,6 +15,18 @@ pub fn type_name(ty: &Type) -> Cow<'_, str> {
         ty => return ty.written().unwrap_or(Cow::Borrowed("an unknown type")),
     };
     Cow::Borrowed(words)
+}
+
+/// Returns what a feature is, with its article.
+pub(super) fn feature_kind(kind: FeatureKind) -> &'static str {
+    match kind {
+        FeatureKind::Input => "an input port",
+        FeatureKind::Output => "an output port",
+        FeatureKind::Required => "a required operation",
+        FeatureKind::Provided => "a provided operation",
+        FeatureKind::Constant => "a constant",
+        FeatureKind::Property => "a property",
+    }
 }
 
 /// Returns the signature of the operation `name` for messages: `f(a: int, out b: bool): void`.

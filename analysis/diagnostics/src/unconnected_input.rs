@@ -17,8 +17,6 @@
 
 use super::*;
 
-code!(UNCONNECTED_INPUT, Hint, "unconnected-input");
-
 pub(super) fn report<'db>(at: Location<'db>, instance: &str, ports: &[Name]) -> Diagnostic<'db> {
     let names: Vec<String> = ports.iter().map(|port| format!("`{port}`")).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();

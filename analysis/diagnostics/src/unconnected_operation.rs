@@ -21,8 +21,6 @@
 
 use super::*;
 
-code!(UNCONNECTED_OPERATION, Warning, "unconnected-operation");
-
 pub(super) fn report<'db>(at: Location<'db>, instance: &str, name: &str, declared: &Location<'db>) -> Diagnostic<'db> {
     let message = format!(
         "required operation `{name}` of `{instance}` is not connected: add `operation ….… -> {instance}.{name}`"

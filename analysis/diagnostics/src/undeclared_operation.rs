@@ -14,8 +14,6 @@
 
 use super::*;
 
-code!(UNDECLARED_OPERATION, Error, "undeclared-operation");
-
 pub(super) fn report<'db>(at: Location<'db>, name: &str) -> Diagnostic<'db> {
     let message = format!("the shell does not provide `{name}`: declare it there, or rename this operation");
     Diagnostic::new(&UNDECLARED_OPERATION, at, message)

@@ -20,8 +20,6 @@
 use super::*;
 use mauve_hir::operation_skeleton;
 
-code!(UNDEFINED_OPERATION, Error, "undefined-operation");
-
 pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
     at: Location<'db>,

@@ -18,8 +18,6 @@
 use super::*;
 use mauve_wcrt::ActivityField;
 
-code!(UNKNOWN_FIELD, Error, "unknown-field");
-
 pub(super) fn report<'db>(at: Location<'db>, name: &str) -> Diagnostic<'db> {
     let found = Diagnostic::new(&UNKNOWN_FIELD, at.clone(), message(name));
     match similar_field(name) {

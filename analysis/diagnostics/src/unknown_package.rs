@@ -16,8 +16,6 @@
 
 use super::*;
 
-code!(UNKNOWN_PACKAGE, Hint, "unknown-package");
-
 pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,

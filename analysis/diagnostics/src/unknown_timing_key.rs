@@ -25,8 +25,6 @@
 use super::*;
 use mauve_wcrt::WrongProgram;
 
-code!(UNKNOWN_TIMING_KEY, Warning, "unknown-timing-key");
-
 /// `fixed`: the corrected key, for a fix that replaces this one.
 pub(super) fn report<'db>(
     at: Location<'db>,
@@ -46,7 +44,7 @@ pub(super) fn of_program<'db>(
     near: Option<&Name>,
     fixed: Option<&str>,
 ) -> Diagnostic<'db> {
-    unknown(at, &timing_reasons::wrong_program(db, wrong), near, fixed)
+    unknown(at, &table_reasons::wrong_program(db, wrong), near, fixed)
 }
 
 fn unknown<'db>(at: Location<'db>, what: &str, near: Option<&Name>, fixed: Option<&str>) -> Diagnostic<'db> {

@@ -19,8 +19,6 @@
 use super::*;
 use mauve_hir::{catalogue, package};
 
-code!(UNKNOWN_TYPE, Hint, "unknown-type");
-
 pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,

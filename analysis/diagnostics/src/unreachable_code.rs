@@ -24,8 +24,6 @@
 use super::*;
 use mauve_hir::fact::Unreachable;
 
-code!(UNREACHABLE_CODE, Hint, "unreachable-code", Unused);
-
 pub(super) fn report<'db>(at: Location<'db>, why: &Unreachable) -> Diagnostic<'db> {
     let why = match why {
         Unreachable::BehindReturn => "every path to it ends with `return`".to_owned(),

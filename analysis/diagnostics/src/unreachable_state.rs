@@ -17,8 +17,6 @@
 
 use super::*;
 
-code!(UNREACHABLE_STATE, Warning, "unreachable-state", Unused);
-
 pub(super) fn report<'db>(at: Location<'db>, name: &str) -> Diagnostic<'db> {
     let message =
         format!("state `{name}` cannot be reached from the initial state: the analysis ignores it");

@@ -7,8 +7,6 @@
 
 use super::*;
 
-code!(UNREADABLE_FILE, Error, "unreadable-file");
-
 pub(super) fn report<'db>(at: Location<'db>, problem: &str) -> Diagnostic<'db> {
     Diagnostic::new(&UNREADABLE_FILE, at, problem.to_owned())
 }

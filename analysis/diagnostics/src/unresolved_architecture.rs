@@ -10,7 +10,3 @@
 //!
 //! A name is looked up in its own library, then in the libraries that this library uses (`use nav`). Declarations outside
 //! libraries see all libraries.
-
-use super::*;
-
-code!(UNRESOLVED_ARCHITECTURE, Error, "unresolved-architecture");

@@ -21,8 +21,6 @@ use super::*;
 use mauve_hir::fact::Hidden;
 use mauve_hir::{Builtin, codel, core};
 
-code!(UNRESOLVED_CODEL, Error, "unresolved-codel");
-
 pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
@@ -92,15 +90,7 @@ pub(super) fn built_in<'db>(
     let Some((name, is)) = first else {
         return new(format!("the first argument of `{function}` is {takes}: write `{form}`"));
     };
-    let is = match is {
-        None => "a variable",
-        Some(FeatureKind::Input) => "an input port",
-        Some(FeatureKind::Output) => "an output port",
-        Some(FeatureKind::Required) => "a required operation",
-        Some(FeatureKind::Provided) => "a provided operation",
-        Some(FeatureKind::Constant) => "a constant",
-        Some(FeatureKind::Property) => "a property",
-    };
+    let is = is.map_or("a variable", types::feature_kind);
     let found = new(format!("`{function}` takes {takes}, and `{name}` is {is}"));
     let Some(instead) = instead else { return found };
     let found = Diagnostic { message: format!("{}; did you mean `{}`?", found.message, instead.name), ..found };

@@ -11,7 +11,3 @@
 //!
 //! A name is looked up in its own library, then in the libraries that this library uses (`use nav`). Declarations outside
 //! libraries see all libraries.
-
-use super::*;
-
-code!(UNRESOLVED_CORE, Error, "unresolved-core");

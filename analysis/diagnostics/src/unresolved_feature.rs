@@ -23,8 +23,6 @@
 use super::*;
 use mauve_hir::fact::EndKind;
 
-code!(UNRESOLVED_FEATURE, Error, "unresolved-feature");
-
 pub(super) fn report<'db>(
     at: Location<'db>,
     expected: EndKind,
@@ -45,13 +43,12 @@ pub(super) fn another_kind<'db>(
     instance: &str,
     (found, shell): (FeatureKind, &str),
 ) -> Diagnostic<'db> {
-    let (is, write) = match found {
-        FeatureKind::Input => ("an input port", "`connection a.output -> b.input`"),
-        FeatureKind::Output => ("an output port", "`connection a.output -> b.input`"),
-        FeatureKind::Required => ("a required operation", "`operation a.provided -> b.required`"),
-        FeatureKind::Provided => ("a provided operation", "`operation a.provided -> b.required`"),
-        FeatureKind::Constant => ("a constant", "`constant a.name = value`"),
-        FeatureKind::Property => ("a property", "`property a.name = value`"),
+    let is = types::feature_kind(found);
+    let write = match found {
+        FeatureKind::Input | FeatureKind::Output => "`connection a.output -> b.input`",
+        FeatureKind::Required | FeatureKind::Provided => "`operation a.provided -> b.required`",
+        FeatureKind::Constant => "`constant a.name = value`",
+        FeatureKind::Property => "`property a.name = value`",
     };
     let article = if expected == EndKind::Operation { "an" } else { "a" };
     let what = shown(expected);

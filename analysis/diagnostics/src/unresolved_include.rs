@@ -13,8 +13,6 @@
 
 use super::*;
 
-code!(UNRESOLVED_INCLUDE, Error, "unresolved-include");
-
 pub(super) fn report<'db>(at: Location<'db>, path: &str, candidates: &[String], near: Option<Name>) -> Diagnostic<'db> {
     let message = format!("no file `{path}`: looked for {}", candidates.join(", "));
     let diagnostic = Diagnostic::new(&UNRESOLVED_INCLUDE, at, message);

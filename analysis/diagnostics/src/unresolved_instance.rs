@@ -34,8 +34,6 @@
 
 use super::*;
 
-code!(UNRESOLVED_INSTANCE, Error, "unresolved-instance");
-
 pub(super) fn report<'db>(at: Location<'db>, name: &str, architecture: &str, near: Option<Name>) -> Diagnostic<'db> {
     let message = format!("no instance `{name}` in `{architecture}`");
     let found = Diagnostic::new(&UNRESOLVED_INSTANCE, at, message).did_you_mean(near);

@@ -15,8 +15,6 @@
 
 use super::*;
 
-code!(UNRESOLVED_OPERATION, Error, "unresolved-operation");
-
 pub(super) fn report<'db>(at: Location<'db>, name: &str, shell: &str, near: Option<Name>) -> Diagnostic<'db> {
     let message = format!("no required operation `{name}` in {shell}: a handler is for one");
     Diagnostic::new(&UNRESOLVED_OPERATION, at, message).did_you_mean(near)

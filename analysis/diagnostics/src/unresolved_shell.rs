@@ -24,8 +24,6 @@
 use super::*;
 use mauve_hir::component;
 
-code!(UNRESOLVED_SHELL, Error, "unresolved-shell");
-
 /// Reports `component C(core, shell)`.
 pub(super) fn swapped<'db>(db: &'db dyn ModelDb, at: Location<'db>, first: &TypeRef) -> Diagnostic<'db> {
     let message = format!("`{first}` is a core: the shell comes first, then the core");

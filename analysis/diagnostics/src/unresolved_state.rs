@@ -14,8 +14,6 @@
 
 use super::*;
 
-code!(UNRESOLVED_STATE, Error, "unresolved-state");
-
 pub(super) fn report<'db>(at: Location<'db>, name: &str, near: Option<Name>) -> Diagnostic<'db> {
     let message = format!("no state `{name}` in this state machine");
     Diagnostic::new(&UNRESOLVED_STATE, at, message).did_you_mean(near)

@@ -22,8 +22,6 @@
 use super::*;
 use mauve_hir::{Builtin, Operand};
 
-code!(UNRESOLVED_VARIABLE, Error, "unresolved-variable");
-
 pub(super) fn report<'db>(at: Location<'db>, name: &str, near: Option<Name>) -> Diagnostic<'db> {
     if let Some((message, written)) = foreign_syntax::value(name) {
         return Diagnostic::new(&UNRESOLVED_VARIABLE, at, message).writing(written);

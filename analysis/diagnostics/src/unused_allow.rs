@@ -25,8 +25,6 @@
 use super::*;
 use crate::allow::Allow;
 
-code!(UNUSED_ALLOW, Warning, "unused-allow");
-
 pub(super) fn report<'db>(file: File, allow: &Allow) -> Diagnostic<'db> {
     let Allow { code, reason, .. } = allow;
     let at = |span: &std::ops::Range<usize>| Location::Range(file, span.start as u32, span.end as u32);

@@ -13,8 +13,6 @@
 
 use super::*;
 
-code!(UNUSED_CODEL, Hint, "unused-codel", Unused);
-
 pub(super) fn report<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Diagnostic<'db> {
     let name = of.name(db);
     let found = Diagnostic::new(&UNUSED_CODEL, Location::name_of(of), format!("codel `{name}` is never called"));

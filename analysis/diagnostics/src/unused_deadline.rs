@@ -18,8 +18,6 @@
 
 use super::*;
 
-code!(UNUSED_DEADLINE, Warning, "unused-deadline");
-
 pub(super) fn report<'db>(of: Decl<'db>, id: SourceId, instance: &str) -> Diagnostic<'db> {
     let message = format!(
         "the analysis ignores the deadline of `{instance}`: its priority is `background`; for a deadline, write a priority \

@@ -13,8 +13,6 @@
 
 use super::*;
 
-code!(UNUSED_DECLARATION, Hint, "unused-declaration", Unused);
-
 pub(super) fn report<'db>(at: Location<'db>, kind: Kind, name: &str) -> Diagnostic<'db> {
     Diagnostic::new(&UNUSED_DECLARATION, at, format!("no deployment uses {kind} `{name}`"))
 }

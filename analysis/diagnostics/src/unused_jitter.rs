@@ -18,8 +18,6 @@
 
 use super::*;
 
-code!(UNUSED_JITTER, Warning, "unused-jitter");
-
 pub(super) fn report<'db>(of: Decl<'db>, id: SourceId, instance: &str) -> Diagnostic<'db> {
     let message = format!(
         "the analysis ignores the jitter of `{instance}`: its priority is `background`; for a real-time activity, write a \

@@ -22,8 +22,6 @@
 
 use super::*;
 
-code!(UNUSED_OFFSET, Warning, "unused-offset");
-
 pub(super) fn not_synchronised<'db>(of: Decl<'db>, id: SourceId, instance: &str) -> Diagnostic<'db> {
     let message = format!(
         "the analysis ignores the offset of `{instance}`: its clock is not synchronised; add `{instance}` to `[clocks] \

@@ -13,8 +13,6 @@
 
 use super::*;
 
-code!(UNUSED_PROPERTY, Hint, "unused-property", Unused);
-
 pub(super) fn report<'db>(at: Location<'db>, kind: FeatureKind, name: &str) -> Diagnostic<'db> {
     let what = if kind == FeatureKind::Constant { "constant" } else { "property" };
     Diagnostic::new(&UNUSED_PROPERTY, at, format!("{what} `{name}` is never read"))

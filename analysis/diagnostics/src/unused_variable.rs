@@ -17,8 +17,6 @@
 
 use super::*;
 
-code!(UNUSED_VARIABLE, Hint, "unused-variable", Unused);
-
 pub(super) fn report<'db>(at: Location<'db>, is_handler: bool, name: &str, is_removable: bool) -> Diagnostic<'db> {
     let what = if is_handler { "handler" } else { "variable" };
     let message = match is_handler {

@@ -14,8 +14,6 @@
 
 use super::*;
 
-code!(UPDATE_OR_STATEMACHINE, Error, "update-or-statemachine");
-
 pub(super) fn neither<'db>(at: Location<'db>) -> Diagnostic<'db> {
     let message = "this core has no program for its periods: write `update = { … }` or `statemachine { … }`";
     Diagnostic::new(&UPDATE_OR_STATEMACHINE, at, message)

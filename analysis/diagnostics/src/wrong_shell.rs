@@ -16,8 +16,6 @@
 use super::*;
 use mauve_hir::{component, shell_of};
 
-code!(WRONG_SHELL, Error, "wrong-shell");
-
 pub(super) fn report<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,

@@ -2,8 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use mauve_diagnostics::reasons::reason;
-use mauve_diagnostics::times_of;
+use mauve_diagnostics::{model_reason, times_of};
 use mauve_hir::item_tree::{FeatureKind, Kind, Name};
 use mauve_hir::{
     Decl, File, FlatInstance, Location, ModelDb, Project, Workspace, architecture, declaration_at,
@@ -162,7 +161,8 @@ pub fn graph<'db>(
         let place = file_and_line(db, project.workspace(db), &link.at);
         Some(GraphEdge { source, target, operation: link.operation, at: link.at.clone(), place })
     });
-    let mut missing: Vec<String> = flat.refusals.iter().map(|refusal| reason(db, &refusal.reason)).collect();
+    let mut missing: Vec<String> =
+        flat.refusals.iter().map(|refusal| model_reason(db, &refusal.reason)).collect();
     if flat.link_completeness.is_incomplete() {
         missing.push("a connection has an error".to_owned());
     }

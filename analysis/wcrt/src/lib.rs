@@ -74,8 +74,9 @@ pub use new_activity::{NewActivity, missing_activities, new_activities};
 pub use priorities::priority_facts;
 pub use psm::{Psm, psm_of, worst_path};
 pub use reason::{
-    ActivityField, IncompleteTable, NoSuchCpu, PatternError, Prose, Reason, Refusal, Share, StrayEntry,
-    TableFault, TableFilesError, TableLevels, Timed, TooLong, UnknownPriority, UnusableTime, WrongProgram,
+    ActivityField, CallsReason, IncompleteTable, NoSuchCpu, PatternError, Prose, Reason, Refusal, Share,
+    StrayEntry, TableFault, TableFilesError, TableLevels, Timed, TooLong, UnknownPriority, UnusableTime,
+    WrongProgram,
 };
 pub use report::{
     ActivityReport, CallsReport, Deadlines, Query, Report, ReportBreakdown, Verdict, level_shown,

@@ -83,18 +83,8 @@ pub enum Reason<'db> {
     UnusableField(ActivityField),
     /// An affinity names a CPU that `mauve.toml` does not have.
     NoSuchCpu(NoSuchCpu),
-    /// An activity executes an operation for a client whose calls are not known, as it is not analysed.
-    UnknownCalls { operation: Name, client: Name },
-    /// An activity executes an operation for a client that is in the background or has no period: it may send any number of
-    /// calls.
-    ClientWithoutPeriod { operation: Name, client: Name },
-    /// An activity executes an operation whose number of calls depends on response times without a bound: that of the client, or
-    /// its own.
-    NoResponse { operation: Name, client: Name },
-    /// An operation sends calls, over others or directly, that execute it again.
-    OperationRing(Name),
-    /// Operations that send calls to others: too many chains of calls.
-    ManyOperations,
+    /// The calls of operations that an activity executes are not known, or have no bound.
+    Calls(CallsReason),
     /// An activity provides operations, and the connections are unknown.
     MayServe,
 
@@ -131,16 +121,24 @@ impl Reason<'_> {
     pub(crate) fn is_reported(&self) -> bool {
         !matches!(
             self,
-            Reason::ComponentTime(_)
-                | Reason::NoMachine(_)
-                | Reason::ClientWithoutPeriod { .. }
-                | Reason::ManyOperations
-                | Reason::NoResponse { .. }
-                | Reason::OperationRing(_)
-                | Reason::UnknownCalls { .. }
-                | Reason::TooLong(_)
+            Reason::ComponentTime(_) | Reason::NoMachine(_) | Reason::Calls(_) | Reason::TooLong(_)
         )
     }
+}
+
+/// Why the calls of operations that an activity executes are not known, or have no bound.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum CallsReason {
+    /// The client is not analysed.
+    NotAnalysed { operation: Name, client: Name },
+    /// The client is in the background or has no period: it may send any number of calls.
+    ClientWithoutPeriod { operation: Name, client: Name },
+    /// Their number depends on response times without a bound: that of the client, or its own.
+    NoResponse { operation: Name, client: Name },
+    /// An operation sends calls, over others or directly, that execute it again.
+    Ring(Name),
+    /// Operations that send calls to others: too many chains of calls.
+    ManyChains,
 }
 
 /// A share of a CPU, for a message: the analysis itself compares exactly.

@@ -6,7 +6,7 @@ use rustc_hash::FxHashSet;
 
 use crate::fact::TimingFact;
 use crate::priorities::priority_facts;
-use crate::reason::{Reason, Refusal, Share, UnknownPriority};
+use crate::reason::{CallsReason, Reason, Refusal, Share, UnknownPriority};
 use crate::report::{ActivityReport, CallsReport, Query, Report, Verdict};
 use crate::system::{Priority, read, system_of};
 use crate::table_set::tables_of;
@@ -152,7 +152,7 @@ impl<'db> Deployed<'db> {
         });
         let refusal = |((operation, name), _): ((&Operation, &Name), _)| {
             let client = self.reports.get(operation.client)?.instance.clone();
-            let reason = Reason::NoResponse { operation: name.clone(), client };
+            let reason = Reason::Calls(CallsReason::NoResponse { operation: name.clone(), client });
             Some(Refusal { reason, at: self.reports.get(index)?.at.clone() })
         };
         unknown.filter_map(refusal).collect()

@@ -8,7 +8,7 @@ use mauve_timing::{Level, Operation, Time};
 use rustc_hash::FxHashMap;
 
 use crate::psm::{OtherTimes, is_readable, operation_with};
-use crate::reason::{Reason, Refusal};
+use crate::reason::{CallsReason, Reason, Refusal};
 use crate::sends::sends_of;
 use crate::system::{Connected, Priority, System};
 use crate::table_set::TableSet;
@@ -89,7 +89,7 @@ pub(crate) fn served_in<'db>(
         visited += 1;
         if visited > MOST_OPERATIONS {
             for connected in &system.connected {
-                found.refuse(system, connected.provider, Reason::ManyOperations);
+                found.refuse(system, connected.provider, Reason::Calls(CallsReason::ManyChains));
             }
             return found;
         }
@@ -113,7 +113,7 @@ pub(crate) fn served_in<'db>(
         if chain.contains(&link) {
             // All that take part: each of them may be called without end.
             for (provider, _) in chain {
-                found.refuse(system, provider, Reason::OperationRing(operation.clone()));
+                found.refuse(system, provider, Reason::Calls(CallsReason::Ring(operation.clone())));
             }
             continue;
         }
@@ -121,12 +121,14 @@ pub(crate) fn served_in<'db>(
         let sends = match (sends, executed.time) {
             (None, _) => {
                 let client = client.instance.clone();
-                found.refuse(system, connected.provider, Reason::UnknownCalls { operation, client });
+                let why = CallsReason::NotAnalysed { operation, client };
+                found.refuse(system, connected.provider, Reason::Calls(why));
                 None
             }
             _ if client.priority == Priority::Background || client.period.is_none() => {
                 let client = client.instance.clone();
-                found.refuse(system, connected.provider, Reason::ClientWithoutPeriod { operation, client });
+                let why = CallsReason::ClientWithoutPeriod { operation, client };
+                found.refuse(system, connected.provider, Reason::Calls(why));
                 None
             }
             (Some(_), Err(refusals)) => {

@@ -1,0 +1,139 @@
+//! The messages of the reasons why timing tables, or entries of them, cannot be used.
+
+use mauve_hir::{File, ModelDb, toml_key};
+use mauve_timing::Level;
+use mauve_wcrt::{
+    LONGEST_PATTERN, PatternError, StrayEntry, TableFault, TableFilesError, TableLevels, Timed, UnusableTime,
+    WrongProgram, file_name, table,
+};
+
+use super::configuration::mistake;
+use super::table_error::table_error_message;
+
+/// Returns why an entry of a timing table is unusable.
+pub fn unusable_time<'db>(db: &'db dyn ModelDb, unusable: &UnusableTime<'db>) -> String {
+    match unusable {
+        UnusableTime::Stray(entry, of) => {
+            format!(
+                "{}: the unknown key `{}` may be that of {}",
+                line_of(db, entry),
+                entry.key,
+                timed(db, of)
+            )
+        }
+        UnusableTime::AmbiguousKey(entry) => {
+            format!("{}: the key `{}` is ambiguous", line_of(db, entry), entry.key)
+        }
+        UnusableTime::WrongProgram(entry, program) => {
+            format!("{}: {}", line_of(db, entry), wrong_program(db, program))
+        }
+        UnusableTime::TwoTimes(of, [first, second]) => {
+            let (first, second) = (file_name(db, *first), file_name(db, *second));
+            format!("{} has two times, in {first} and {second}", timed(db, of))
+        }
+        UnusableTime::Damaged(of, table) => {
+            format!("the time of {} in {} has an error", timed(db, of), file_name(db, *table))
+        }
+        UnusableTime::OtherLevels(of, level, table) => {
+            format!("no time for {} at {level}: {}", timed(db, of), table_levels(db, table))
+        }
+    }
+}
+
+/// Returns the table and the line of an entry: `times.toml:4`.
+fn line_of(db: &dyn ModelDb, entry: &StrayEntry) -> String {
+    let name = file_name(db, entry.table);
+    let table = table(db, entry.table);
+    let mut entries = table.codels.iter().chain(&table.programs).chain(&table.components);
+    let found = entries.find(|it| it.key == entry.key);
+    let before = found.and_then(|it| entry.table.text(db).get(..it.key_span.start));
+    match before {
+        Some(before) => format!("{name}:{}", before.matches('\n').count() + 1),
+        None => name,
+    }
+}
+
+fn timed<'db>(db: &'db dyn ModelDb, of: &Timed<'db>) -> String {
+    match of {
+        Timed::Codel(codel) => format!("codel `{}`", codel.qualified(db)),
+        Timed::Program(component, key) => format!("`{}/{key}`", component.name(db)),
+        Timed::Component(component) => format!("component `{}`", component.name(db)),
+    }
+}
+
+/// Returns the message for a component without a program, or with several programs, of a key.
+pub(super) fn wrong_program<'db>(db: &'db dyn ModelDb, wrong: &WrongProgram<'db>) -> String {
+    let what = if wrong.is_repeated { "several programs" } else { "no program" };
+    format!("{} has {what} `{}`", wrong.component.name(db), wrong.program)
+}
+
+/// Returns the message with the levels of a table.
+pub(super) fn table_levels(db: &dyn ModelDb, table: &TableLevels) -> String {
+    let levels: Vec<String> = table.levels.iter().map(Level::to_string).collect();
+    format!("{} has the levels {}", file_name(db, table.table), levels.join(", "))
+}
+
+/// Returns the message of an error in a table.
+pub(super) fn table_fault(db: &dyn ModelDb, fault: &TableFault) -> String {
+    match fault {
+        TableFault::Configuration(kind) => mistake(kind),
+        TableFault::Unreadable(problem) => problem.clone(),
+        TableFault::Invalid(kind) => table_error_message(kind),
+        TableFault::Files(error) => table_files_error(error),
+        TableFault::UnknownDeployment(name) => {
+            format!("`[timing.deployment.{}]` names no deployment, and may be for this one", toml_key(name))
+        }
+        TableFault::AmbiguousDeployment(name) => {
+            format!("`[timing.deployment.{}]` names several deployments", toml_key(name))
+        }
+        TableFault::SecondOverhead(first) => {
+            format!("a second [overhead]: the first is in {}", file_name(db, *first))
+        }
+        TableFault::NoProgramKey(key) => format!("`{key}` is not the key of a program"),
+        TableFault::Repeated(key, first) => repeated(db, key, *first),
+        TableFault::ManyUnknownKeys(keys) => {
+            format!("{keys} unknown keys: this may be a table of another project")
+        }
+        TableFault::OfOverhead(key) => format!("move `{key}` to [overhead]"),
+    }
+}
+
+/// Returns the message for a key that another table has too.
+pub(super) fn repeated(db: &dyn ModelDb, key: &str, first: File) -> String {
+    format!("a second time for `{key}`: the first is in {}", file_name(db, first))
+}
+
+/// Returns the words for the timing tables that figures are from, to be appended: `, times of Sea`; empty for those of `[timing]
+/// tables`.
+///
+/// ```
+/// assert_eq!(mauve_diagnostics::times_of(Some("Sea")), ", times of Sea");
+/// assert_eq!(mauve_diagnostics::times_of(None), "");
+/// ```
+pub fn times_of(section: Option<&str>) -> String {
+    section.map_or_else(String::new, |section| format!(", times of {section}"))
+}
+
+/// Returns the message of an error in a list of tables.
+pub(super) fn table_files_error(error: &TableFilesError) -> String {
+    match error {
+        TableFilesError::Pattern(pattern, error) => {
+            let why = match error {
+                PatternError::Choice => {
+                    "`{` and `[` select between names, and a file may be missing: write a pattern for each name"
+                        .to_owned()
+                }
+                PatternError::TooLong => format!("a pattern has at most {LONGEST_PATTERN} bytes"),
+                PatternError::Invalid(error) => format!("this is not a pattern of paths: {error}"),
+            };
+            // A long pattern is truncated.
+            match pattern.char_indices().nth(80) {
+                Some((end, _)) => format!("`{}…`: {why}", pattern.get(..end).unwrap_or_default()),
+                None => format!("`{pattern}`: {why}"),
+            }
+        }
+        TableFilesError::NoSuchFile(pattern) => format!("no file matches `{pattern}`"),
+        TableFilesError::Unreadable(problem) => problem.clone(),
+        TableFilesError::NotAllKnown(why) => format!("not all timing tables are known: {why}"),
+    }
+}
