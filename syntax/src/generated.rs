@@ -47,11 +47,12 @@ macro_rules! keyword_set {
             /// All of them, in the order of the grammar.
             pub const ALL: [$set; [$($word),*].len()] = [$($set::$keyword),*];
 
+            /// Their keywords, in the same order.
+            pub const KEYWORDS: [&'static str; [$($word),*].len()] = [$($word),*];
+
             /// Returns the keyword.
             pub fn keyword(self) -> &'static str {
-                match self {
-                    $($set::$keyword => $word,)*
-                }
+                Self::KEYWORDS[self as usize]
             }
 
             /// Returns the one with `keyword`.

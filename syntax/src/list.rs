@@ -1,7 +1,7 @@
 //! The lists of items in a file.
 
 use crate::SyntaxKind::{self, *};
-use crate::keywords::{ARCHITECTURE_ITEMS, DEPLOYMENT_ITEMS};
+use crate::keywords::{ARCHITECTURE_ITEMS, ActivityField, DECLARATIONS, DEPLOYMENT_ITEMS};
 
 /// The kinds of list. The first tokens of an item determine its list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,17 +40,7 @@ impl List {
     /// Returns the keywords that begin an item, in the order of the message; none if items begin without a keyword.
     pub fn item_keywords(self) -> &'static [&'static str] {
         match self {
-            List::File | List::Library => &[
-                "include",
-                "library",
-                "use",
-                "codel",
-                "shell",
-                "core",
-                "component",
-                "architecture",
-                "deployment",
-            ],
+            List::File | List::Library => &DECLARATIONS,
             List::Shell => &["constant", "property", "input port", "output port", "require", "provide"],
             List::Core => &[
                 "var",
@@ -67,7 +57,7 @@ impl List {
             List::State => &["entry", "run", "handle", "exit", "transition"],
             List::Architecture => &ARCHITECTURE_ITEMS,
             List::Deployment => &DEPLOYMENT_ITEMS,
-            List::Activity => &["affinity", "priority", "period", "deadline", "jitter", "offset"],
+            List::Activity => &ActivityField::KEYWORDS,
             List::Block => &[],
         }
     }

@@ -5,6 +5,7 @@ use rowan::{TextRange, TextSize};
 use crate::SyntaxKind::{self, *};
 use crate::error::{Expected, SyntaxError, SyntaxErrorKind, TokenError};
 use crate::foreign::{self, Foreign};
+use crate::keywords::ActivityField;
 use crate::lexer::{self, Lexed};
 use crate::list::List;
 
@@ -216,13 +217,7 @@ impl<'a> Parser<'a> {
                 PROPERTY_KW | CONSTANT_KW => named(&[DOT]),
                 _ => false,
             },
-            List::Activity => {
-                let is_field = matches!(
-                    self.current(),
-                    AFFINITY_KW | PRIORITY_KW | PERIOD_KW | DEADLINE_KW | JITTER_KW | OFFSET_KW
-                );
-                is_field && next == EQ
-            }
+            List::Activity => ActivityField::from_kind(self.current()).is_some() && next == EQ,
             List::Block => match self.current() {
                 VAR_KW => named(&[COLON]),
                 RETURN_KW => next.is_word() || matches!(next, SEMICOLON | INT_NUMBER | FLOAT_NUMBER | STRING),

@@ -17,17 +17,14 @@
 //! ```
 
 use super::*;
-use mauve_wcrt::{ActivityField, Expected, NoSuchCpu, NoTime};
+use mauve_hir::{FieldKind, InvalidValue, NoTime};
+use mauve_wcrt::{ActivityField, NoSuchCpu};
 
-pub(super) fn report<'db>(at: Location<'db>, field: ActivityField, expected: &Expected) -> Diagnostic<'db> {
-    let expected = match expected {
-        Expected::Cpus => {
-            "a bit mask of CPUs: 1 is CPU 1, 2 is CPU 2, 3 is both".to_owned()
-        }
-        Expected::Priority => "a whole number from 1 to 99, or `background`".to_owned(),
-        Expected::PositiveTime => "a time in milliseconds greater than 0".to_owned(),
-        Expected::Below(period) => format!("a time less than the period of {period}"),
-        Expected::Time(why) => format!("a time in milliseconds ({})", no_time(why)),
+pub(super) fn report<'db>(at: Location<'db>, field: ActivityField, why: &InvalidValue) -> Diagnostic<'db> {
+    let expected = match why {
+        InvalidValue::OtherKind(kind) => kind.expected().to_owned(),
+        InvalidValue::NotBelow(period) => format!("a time less than the period of {period}"),
+        InvalidValue::NoTime(why) => format!("{} ({})", FieldKind::Time.expected(), no_time(why)),
     };
     let message = format!("invalid {}: expected {expected}", field.keyword());
     Diagnostic::new(&INVALID_FIELD, at, message)

@@ -25,6 +25,8 @@
 //! period of 100 ms.
 
 use super::*;
+use mauve_hir::field_entry;
+use mauve_wcrt::ActivityField;
 
 pub(super) fn priority<'db>(
     of: Decl<'db>,
@@ -32,7 +34,7 @@ pub(super) fn priority<'db>(
     free: u32,
     period: Option<SourceId>,
 ) -> Diagnostic<'db> {
-    let found = report(of, activity, "priority", "priority = 10");
+    let found = report(of, activity, ActivityField::Priority);
     let field = format!("priority = {free}");
     let title = format!("Write `{field}`, to be changed");
     match period {
@@ -46,12 +48,13 @@ pub(super) fn period<'db>(
     activity: &(Name, SourceId),
     priority: Option<SourceId>,
 ) -> Diagnostic<'db> {
-    let found = report(of, activity, "period", "period = 100");
+    let found = report(of, activity, ActivityField::Period);
     let location = priority.map_or(Location::Inside(of, activity.1), |priority| Location::Behind(of, priority));
     found.fix("Write `period = 100`, to be changed", location, " period = 100".to_owned())
 }
 
-fn report<'db>(of: Decl<'db>, (name, id): &(Name, SourceId), field: &str, example: &str) -> Diagnostic<'db> {
-    let message = format!("activity `{name}` has no {field}: write, for example, `{example}`");
+fn report<'db>(of: Decl<'db>, (name, id): &(Name, SourceId), field: ActivityField) -> Diagnostic<'db> {
+    let (field, example) = (field.keyword(), field_entry(field).example);
+    let message = format!("activity `{name}` has no {field}: write, for example, `{field} = {example}`");
     Diagnostic::new(&MISSING_FIELD, Location::Source(of, *id), message)
 }

@@ -27,14 +27,8 @@ pub(super) fn timing_diagnostic<'db>(
         }
         Fact::MissingPeriod { of, activity, priority } => missing_field::period(*of, activity, *priority),
         Fact::InvalidField(field, expected) => invalid_field::report(at, *field, expected),
-        Fact::BackgroundField { of, id, field: ActivityField::Jitter, instance } => {
-            unused_jitter::report(*of, *id, instance)
-        }
-        Fact::BackgroundField { of, id, field: ActivityField::Offset, instance } => {
-            unused_offset::of_background(*of, *id, instance)
-        }
+        Fact::BackgroundField { of, id, field, instance } => background_field(*of, *id, *field, instance),
         Fact::NotSynchronised { of, id, instance } => unused_offset::not_synchronised(*of, *id, instance),
-        Fact::BackgroundField { of, id, instance, .. } => unused_deadline::report(*of, *id, instance),
         Fact::NoSuchCpu(missing) => invalid_field::no_such_cpu(at, *missing),
         Fact::DeadlineExceedsPeriod { deadline, period, written, period_at } => {
             deadline_exceeds_period::report(at, *deadline, (*period, written, period_at))
@@ -79,4 +73,25 @@ pub(super) fn timing_diagnostic<'db>(
         }
         Fact::NotAnalysed { instance, reasons } => not_analysed::report(db, at, instance, reasons),
     }
+}
+
+/// A background activity has a field that has an effect on real-time activities only.
+fn background_field<'db>(
+    of: Decl<'db>,
+    id: SourceId,
+    field: ActivityField,
+    instance: &str,
+) -> Diagnostic<'db> {
+    let (code, wanted) = match field {
+        ActivityField::Jitter => (&UNUSED_JITTER, "real-time activity"),
+        ActivityField::Offset => (&UNUSED_OFFSET, "real-time activity"),
+        _ => (&UNUSED_DEADLINE, "deadline"),
+    };
+    let field = field.keyword();
+    let message = format!(
+        "the analysis ignores the {field} of `{instance}`: its priority is `background`; for a {wanted}, write a priority \
+         from 1 to 99"
+    );
+    let found = Diagnostic::new(code, Location::Source(of, id), message);
+    found.remove(format!("Remove the {field}"), of, id)
 }

@@ -1,7 +1,6 @@
 //! # unknown-field
 //!
-//! The fields of an activity are `affinity`, `priority`, `period`, `deadline`, `jitter` and `offset`. Another name may be a
-//! misspelt one of these, and the activity is not analysed.
+//! An activity has a field that does not exist. It may be a misspelt one, and the activity is not analysed.
 //!
 //! ```mauve
 //! shell S { }
@@ -16,30 +15,22 @@
 //! ```
 
 use super::*;
+use crate::lists::alternatives;
+use mauve_hir::similar_field;
 use mauve_wcrt::ActivityField;
 
 pub(super) fn report<'db>(at: Location<'db>, name: &str) -> Diagnostic<'db> {
     let found = Diagnostic::new(&UNKNOWN_FIELD, at.clone(), message(name));
     match similar_field(name) {
-        Some(near) => found.fix(format!("Change to `{near}`"), at, near.to_owned()),
+        Some(near) => {
+            found.fix(format!("Change to `{}`", near.keyword()), at, near.keyword().to_owned())
+        }
         None => found,
     }
 }
 
 pub(super) fn message(name: &str) -> String {
-    let near = similar_field(name).map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-    format!("unknown field `{name}`: expected affinity, priority, period, deadline, jitter or offset{near}")
-}
-
-fn similar_field(name: &str) -> Option<&'static str> {
-    let other = match name {
-        "prio" => Some(ActivityField::Priority),
-        "cpu" | "cpus" | "core" | "cores" | "mask" => Some(ActivityField::Affinity),
-        "dl" => Some(ActivityField::Deadline),
-        _ => None,
-    };
-    if let Some(field) = other {
-        return Some(field.keyword());
-    }
-    mauve_syntax::similar(name, ActivityField::ALL.map(ActivityField::keyword))
+    let near = similar_field(name);
+    let near = near.map_or_else(String::new, |near| format!("; did you mean `{}`?", near.keyword()));
+    format!("unknown field `{name}`: expected {}{near}", alternatives(&ActivityField::KEYWORDS))
 }

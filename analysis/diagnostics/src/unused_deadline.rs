@@ -15,14 +15,3 @@
 //! ```
 //!
 //! Fix: remove the deadline. If the deadline must be met, give the activity a priority from 1 to 99 and a period.
-
-use super::*;
-
-pub(super) fn report<'db>(of: Decl<'db>, id: SourceId, instance: &str) -> Diagnostic<'db> {
-    let message = format!(
-        "the analysis ignores the deadline of `{instance}`: its priority is `background`; for a deadline, write a priority \
-         from 1 to 99"
-    );
-    let found = Diagnostic::new(&UNUSED_DEADLINE, Location::Source(of, id), message);
-    found.remove("Remove the deadline".to_owned(), of, id)
-}

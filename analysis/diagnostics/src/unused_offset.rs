@@ -27,18 +27,6 @@ pub(super) fn not_synchronised<'db>(of: Decl<'db>, id: SourceId, instance: &str)
         "the analysis ignores the offset of `{instance}`: its clock is not synchronised; add `{instance}` to `[clocks] \
          synchronised` in mauve.toml, or remove the offset"
     );
-    report(of, id, message)
-}
-
-pub(super) fn of_background<'db>(of: Decl<'db>, id: SourceId, instance: &str) -> Diagnostic<'db> {
-    let message = format!(
-        "the analysis ignores the offset of `{instance}`: its priority is `background`; for a real-time activity, write a \
-         priority from 1 to 99"
-    );
-    report(of, id, message)
-}
-
-fn report<'db>(of: Decl<'db>, id: SourceId, message: String) -> Diagnostic<'db> {
     let found = Diagnostic::new(&UNUSED_OFFSET, Location::Source(of, id), message);
     found.remove("Remove the offset".to_owned(), of, id)
 }

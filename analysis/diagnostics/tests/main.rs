@@ -23,6 +23,7 @@
 //! | [`size`] | models that are too large |
 //! | [`spans`] | a damaged span never makes a figure lower that rests on an error |
 //! | [`spec`] | the language reference in `tests/spec` |
+//! | [`tables`] | the highlighters and the reference list the fields of an activity and the keys of TOML files |
 //! | [`verdicts`] | which activities of a deployment are analysed |
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
@@ -49,4 +50,5 @@ mod single_tokens;
 mod size;
 mod spans;
 mod spec;
+mod tables;
 mod verdicts;

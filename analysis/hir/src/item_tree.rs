@@ -11,7 +11,7 @@ use std::ops::Deref;
 use std::sync::Arc;
 
 use mauve_syntax::SyntaxKind;
-pub use mauve_syntax::keywords::{CallStatus, Direction, HookKind, MethodKind, PortStatus};
+pub use mauve_syntax::keywords::{ActivityField, CallStatus, Direction, HookKind, MethodKind, PortStatus};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::completeness::Completeness;
@@ -775,6 +775,13 @@ pub struct Activity {
     pub fields: Vec<Field>,
     /// Whether all its fields are known.
     pub completeness: Completeness,
+}
+
+impl Activity {
+    /// Returns the value of a field: the first one.
+    pub fn field(&self, field: ActivityField) -> Option<&Field> {
+        self.fields.iter().find(|it| it.name.name == field.keyword())
+    }
 }
 
 /// `period = 100`

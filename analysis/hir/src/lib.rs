@@ -17,6 +17,7 @@
 //! | `source.rs`, `lines.rs` | declarations, their data, and [`Location`]s; line numbers |
 //! | `project.rs` | roots, includes |
 //! | `config.rs`, `config/` | `mauve.toml`: its content, its keys, its reader |
+//! | `activity_field.rs` | the fields of an activity: their values, defaults and meanings |
 //! | `completeness.rs` | whether a list of items, or a program, is complete |
 //! | `names.rs`, `features.rs` | resolution of the names of declarations; the features of a shell |
 //! | `body.rs` | the bodies of a core: the units of inference |
@@ -43,6 +44,7 @@
 //!
 //! This crate depends on no execution times, messages, editors or file systems.
 
+mod activity_field;
 mod behaviour;
 mod body;
 mod builtin;
@@ -82,6 +84,10 @@ mod types;
 mod values;
 mod wiring;
 
+pub use activity_field::{
+    ACTIVITY_FIELDS, FieldEntry, FieldKind, FieldValue, InvalidValue, NoTime, field_entry, mask, number,
+    similar_field,
+};
 pub use behaviour::{Behaviour, Edge, Edges, TimedProgram, behaviour_of};
 pub use body::{Code, ProgramIn, statements};
 pub use builtin::{Builtin, Operand};

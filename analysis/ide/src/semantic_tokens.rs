@@ -32,7 +32,7 @@ pub enum TokenKind {
     Name(SymbolKind),
     /// `read`, `write`, `status`, `send`, `collect`.
     Function,
-    /// `affinity`, `priority`, `period`, `deadline`, `jitter`, `offset`.
+    /// A field of an activity, such as `period`.
     Field,
     /// `new_data`, `success`, …
     Status,

@@ -5,11 +5,11 @@ use std::collections::BTreeSet;
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
     Decl, FeatureOf, Flat, FlatInstance, Integer, Location, ModelDb, Type, Value, ValueInEffect,
-    core as core_data, core_of, deployment, file_and_line, values_in_effect,
+    core as core_data, core_of, deployment, file_and_line, mask, values_in_effect,
 };
 use mauve_syntax::keywords::ActivityField;
 use mauve_timing::Time;
-use mauve_wcrt::{Priority, ResolvedActivity, mask, system_of};
+use mauve_wcrt::{Priority, ResolvedActivity, system_of};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::component::{is_set_from_text, ports_of_introspection};
@@ -265,8 +265,7 @@ impl<'db> Activities<'db> {
         let data = deployment(db, of);
         let mut affinities = FxHashMap::default();
         for activity in data.into_iter().flat_map(|data| &data.activities) {
-            let is_affinity = |name: &Name| *name == ActivityField::Affinity.keyword();
-            if let Some(field) = activity.fields.iter().find(|field| is_affinity(&field.name.name)) {
+            if let Some(field) = activity.field(ActivityField::Affinity) {
                 affinities.entry(&activity.instance.name).or_insert_with(|| mask(&field.value));
             }
         }

@@ -7,10 +7,9 @@ use mauve_hir::item_tree::{Direction, Kind, Name, Parameter, TypeRef};
 use mauve_hir::{
     Callee, Config, Decl, FeatureOf, Location, ModelDb, Project, Type, Workspace, catalogue, codel,
     component, config_file, config_of, core, core_of, deployed, deployment, external_types, features_of,
-    inference_of_core, names_of, shell_of, type_of,
+    inference_of_core, mask, names_of, shell_of, type_of,
 };
 use mauve_syntax::keywords::ActivityField;
-use mauve_wcrt::mask;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::cpp_name::{CppNames, file_name};
@@ -310,8 +309,7 @@ impl<'db> Reader<'db> {
     /// Reports affinities with CPUs above 32: Orocos has 32 bits for the CPUs of a thread.
     fn check_affinities(&mut self, of: Decl<'db>) {
         for activity in deployment(self.db, of).into_iter().flat_map(|data| &data.activities) {
-            for field in
-                activity.fields.iter().filter(|field| field.name.name == ActivityField::Affinity.keyword())
+            for field in activity.fields.iter().filter(|it| it.name.name == ActivityField::Affinity.keyword())
             {
                 if let Some(mask) = mask(&field.value).filter(|mask| u32::try_from(*mask).is_err()) {
                     self.report(ProblemKind::UnsupportedCpus(mask), Location::Source(of, field.value_id));

@@ -22,10 +22,10 @@ use mauve_timing::{Status, Time};
 use crate::priorities::inverted;
 use crate::report::{ActivityReport, Deadlines, Query, Report, Verdict};
 use crate::response::{response_times, response_times_if};
-use crate::system::{Priority, ResolvedActivity, System, number, system_of, written_field};
+use crate::system::{Priority, ResolvedActivity, System, system_of, written_field};
 use crate::what_if::WhatIfField;
 use mauve_hir::item_tree::{Field, Name};
-use mauve_hir::{Decl, ModelDb, Project};
+use mauve_hir::{Decl, ModelDb, Project, number};
 use mauve_syntax::keywords::ActivityField;
 
 /// So many activities are analysed in one search, those of each analysis counted. The limit is a number of steps and no

@@ -3,13 +3,13 @@
 
 #![allow(missing_docs, reason = "the documentation of an item says what its fields are")]
 
-use mauve_timing::{Level, Time, TimeError};
+use mauve_timing::{Level, Time};
 
 use crate::reason::{ActivityField, NoSuchCpu, Refusal, Share, TableFault, TableLevels, WrongProgram};
 use crate::table_set::TableSet;
 use mauve_hir::fact::FactKind;
 use mauve_hir::item_tree::{Kind, Name, SourceId};
-use mauve_hir::{Decl, File, Location};
+use mauve_hir::{Decl, File, InvalidValue, Location};
 
 /// A fact, with its location.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
@@ -55,8 +55,8 @@ pub enum TimingFactKind<'db> {
     /// An activity has no period. With the location of the value of its priority.
     MissingPeriod { of: Decl<'db>, activity: (Name, SourceId), priority: Option<SourceId> },
     /// A field has an invalid value.
-    InvalidField(ActivityField, Expected),
-    /// A background activity has a deadline, a jitter or an offset, which the analysis ignores. With the location of the field's name.
+    InvalidField(ActivityField, InvalidValue),
+    /// A background activity has a field that has an effect on real-time activities only. With the location of the field's name.
     BackgroundField { of: Decl<'db>, id: SourceId, field: ActivityField, instance: Name },
     /// An activity has an offset, and its clock is not synchronised. With the location of the field's name.
     NotSynchronised { of: Decl<'db>, id: SourceId, instance: Name },
@@ -119,36 +119,6 @@ pub struct DeadlineAndPriority {
     pub instance: Name,
     pub priority: u32,
     pub deadline: Time,
-}
-
-/// The values of a field.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Expected {
-    /// A bit for each CPU.
-    Cpus,
-    /// 1 to 99, or `background`.
-    Priority,
-    /// A time greater than 0.
-    PositiveTime,
-    /// A time less than this period.
-    Below(Time),
-    /// A time: why the value is invalid.
-    Time(NoTime),
-}
-
-/// The reason why a value is not a time in milliseconds.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum NoTime {
-    /// An integer that exceeds INT.
-    TooLarge(Name),
-    /// It is in hexadecimal.
-    Hexadecimal,
-    /// It is negative.
-    Negative,
-    /// It is an expression.
-    NotALiteral,
-    /// It cannot be read.
-    Unreadable(TimeError),
 }
 
 /// A section of a timing table.

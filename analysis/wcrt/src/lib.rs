@@ -66,8 +66,8 @@ pub use component_tables::{first_tables, tables_for};
 pub use execution_times::{ExecutionTimes, execution_times};
 pub use exported::{exported_component, psm_at, task_set_of};
 pub use fact::{
-    Budget, ChangedOrigin, DeadlineAndPriority, Expected, InterferenceReport, Missed, MissingTime, NoTime,
-    Overload, TableSection, TimingFact, TimingFactKind, Unbounded,
+    Budget, ChangedOrigin, DeadlineAndPriority, InterferenceReport, Missed, MissingTime, Overload,
+    TableSection, TimingFact, TimingFactKind, Unbounded,
 };
 pub use missing_times::{budgets, missing_time_facts};
 pub use new_activity::{NewActivity, missing_activities, new_activities};
@@ -87,7 +87,7 @@ pub use sensitivity::{
     time_sensitivity,
 };
 pub use simulated::{EdgeNames, Simulated, simulated, simulated_of};
-pub use system::{Priority, ResolvedActivity, System, field_of, mask, system_of};
+pub use system::{Priority, ResolvedActivity, System, system_of};
 pub use table_set::{TableSet, table_sets, tables_of};
 pub use timetable::{
     LONGEST_PATTERN, Lookup, TableFiles, Timetable, file_name, files_of, levels_of_tables, pattern_of_path,

@@ -9,7 +9,7 @@ use rustc_hash::FxHashMap;
 use crate::reason::{ActivityField, Reason};
 use crate::report::Query;
 use crate::response::response_times;
-use crate::system::{Priority, ResolvedActivity, System, field_of, system_of};
+use crate::system::{Priority, ResolvedActivity, System, system_of};
 
 /// The period where no activity of the deployment has one.
 const DEFAULT_PERIOD: Time = Time::from_nanos(100_000_000);
@@ -62,7 +62,7 @@ pub fn new_activities<'db>(
     let system = system_of(db, project, of);
     let data = deployment(db, of);
     let has_affinity =
-        data.is_some_and(|it| it.activities.iter().any(|it| field_of(it, ActivityField::Affinity).is_some()));
+        data.is_some_and(|it| it.activities.iter().any(|it| it.field(ActivityField::Affinity).is_some()));
     // Without an affinity, an activity may run on all CPUs, which is not analysed.
     let is_written = has_affinity || system.cpus.count_ones() > 1;
     let mut cpus = cpus_of(db, project, of, system);

@@ -5,7 +5,7 @@ use std::cmp::Reverse;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::fact::{DeadlineAndPriority, TimingFact, TimingFactKind};
-use crate::system::{Priority, ResolvedActivity, activities_of, field_of};
+use crate::system::{Priority, ResolvedActivity, activities_of};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, Location, ModelDb, Project, deployed};
 use mauve_syntax::keywords::ActivityField;
@@ -24,7 +24,7 @@ pub fn priority_facts<'db>(
     let ranked: Vec<Ranked<'_, 'db>> = ranked.collect();
     let declared = activities_of(db, of);
     let priority_at = |instance: &Name| {
-        let field = field_of(declared.get(instance)?, ActivityField::Priority)?;
+        let field = declared.get(instance)?.field(ActivityField::Priority)?;
         Some(Location::Source(of, field.value_id))
     };
     let mut by_priority: FxHashMap<u32, Vec<usize>> = FxHashMap::default();

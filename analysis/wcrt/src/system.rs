@@ -4,22 +4,21 @@ use std::sync::Arc;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use mauve_timing::Time;
 pub use mauve_timing::task_set::Priority;
-use mauve_timing::{Rounding, Time, Unit};
 
-use crate::fact::{Expected, NoTime, TimingFact, TimingFactKind};
+use crate::fact::{TimingFact, TimingFactKind};
 use crate::reason::{ActivityField, MOST_REASONS, NoSuchCpu, Reason, Refusal, UnknownPriority};
 use crate::table_set::tables_of;
 use crate::timetable::incomplete_tables;
 use mauve_hir::fact::{self, Fact, FactKind, unresolved_type};
 use mauve_hir::item_tree::{
-    Activity, Deployment, Endpoint, Expr, FeatureKind, Field, Kind, Literal, Name, NameRef, SourceId,
-    UnaryOperator,
+    Activity, Deployment, Endpoint, Expr, FeatureKind, Field, Kind, Name, NameRef, SourceId,
 };
 use mauve_hir::{
-    Decl, Features, FlatInstance, Link, Location, ModelDb, Project, Unresolved, architecture, declarations,
-    deployment, errors_in, flat_of, incomplete_file, platform_of, resolve_path, resolve_type, similar,
-    too_large, whole_number as whole_number_of,
+    ACTIVITY_FIELDS, Decl, Features, FieldEntry, FieldValue, FlatInstance, InvalidValue, Link, Location,
+    ModelDb, Project, Unresolved, architecture, declarations, deployment, errors_in, field_entry, flat_of,
+    incomplete_file, mask, number, platform_of, resolve_path, resolve_type, similar, too_large,
 };
 
 /// The activities of a deployment.
@@ -100,6 +99,32 @@ impl<'db> ResolvedActivity<'db> {
 
     fn refuse(&mut self, reason: Reason<'db>, at: Location<'db>) {
         self.refusals.push(Refusal::new(reason, at));
+    }
+
+    /// Enters the value of a field.
+    fn set(&mut self, field: ActivityField, value: FieldValue) {
+        match (field, value) {
+            (_, FieldValue::Cpus(cpus)) => self.cpus = Some(cpus),
+            (_, FieldValue::Priority(priority)) => self.priority = Priority::RealTime(priority),
+            (_, FieldValue::Background) => self.priority = Priority::Background,
+            (ActivityField::Period, FieldValue::Time(period)) => self.period = Some(period),
+            (ActivityField::Deadline, FieldValue::Time(deadline)) => self.deadline = Some(deadline),
+            (ActivityField::Jitter, FieldValue::Time(jitter)) => self.jitter = jitter,
+            (ActivityField::Offset, FieldValue::Time(offset)) => self.offset = Some(offset),
+            (ActivityField::Affinity | ActivityField::Priority, FieldValue::Time(_)) => {}
+        }
+    }
+
+    /// Makes the value of a field unknown.
+    fn forget(&mut self, field: ActivityField) {
+        match field {
+            ActivityField::Affinity => self.cpus = None,
+            ActivityField::Priority => self.priority = Priority::Unknown,
+            ActivityField::Period => self.period = None,
+            ActivityField::Deadline => self.deadline = None,
+            // The refusal is enough: nothing else is derived from them.
+            ActivityField::Jitter | ActivityField::Offset => {}
+        }
     }
 
     /// Makes the priority and the CPUs unknown. Keeps the reason where a priority is written.
@@ -348,7 +373,7 @@ impl<'db> Reader<'db> {
         }
         let has_wrong_field = found.refusals.len() > of_instance;
         if found.priority == Priority::Background && !has_wrong_field {
-            for field in [ActivityField::Deadline, ActivityField::Jitter, ActivityField::Offset] {
+            for &FieldEntry { field, .. } in ACTIVITY_FIELDS.iter().filter(|it| it.only_real_time) {
                 let Some(written) = fields.written.get(&field) else { continue };
                 let (of, id, instance) = (self.of, written.name.id, found.instance.clone());
                 self.report(self.at(id), TimingFactKind::BackgroundField { of, id, field, instance });
@@ -402,11 +427,11 @@ impl<'db> Reader<'db> {
     fn missing_field(&self, activity: &Activity, field: ActivityField) -> TimingFactKind<'db> {
         let (of, name) = (self.of, (activity.instance.name.clone(), activity.instance.id));
         if field == ActivityField::Period {
-            let priority = field_of(activity, ActivityField::Priority).map(|priority| priority.value_id);
+            let priority = activity.field(ActivityField::Priority).map(|priority| priority.value_id);
             return TimingFactKind::MissingPeriod { of, activity: name, priority };
         }
         let free = self.free_priority(activity);
-        let period = field_of(activity, ActivityField::Period).map(|period| period.name.id);
+        let period = activity.field(ActivityField::Period).map(|period| period.name.id);
         TimingFactKind::MissingPriority { of, activity: name, free, period }
     }
 
@@ -445,7 +470,10 @@ impl<'db> Reader<'db> {
             found.offset = None;
             let at = self.at(written.value_id);
             found.refuse(Reason::UnusableField(ActivityField::Offset), at.clone());
-            self.report(at, TimingFactKind::InvalidField(ActivityField::Offset, Expected::Below(period)));
+            self.report(
+                at,
+                TimingFactKind::InvalidField(ActivityField::Offset, InvalidValue::NotBelow(period)),
+            );
         }
         let is_reported = found.priority == Priority::Background || !found.refusals.is_empty();
         if !found.synchronised && !is_reported && platform.is_complete {
@@ -476,26 +504,22 @@ impl<'db> Reader<'db> {
         };
         if let Some((reason, at)) = refusal {
             found.refuse(reason, at);
-            match field {
-                ActivityField::Affinity => found.cpus = None,
-                ActivityField::Priority => found.priority = Priority::Unknown,
-                ActivityField::Period => found.period = None,
-                ActivityField::Deadline => found.deadline = None,
-                // The refusal is enough: nothing else is derived from them.
-                ActivityField::Jitter | ActivityField::Offset => {}
-            }
+            found.forget(field);
             return;
         }
-        if let Err(expected) = read_field(found, field, &written.value) {
-            fields.has_misplaced |= matches!(field, ActivityField::Affinity | ActivityField::Priority);
-            found.refuse(Reason::UnusableField(field), value.clone());
-            self.report(value, TimingFactKind::InvalidField(field, expected));
+        match field_entry(field).kind.read(&written.value) {
+            Ok(read) => found.set(field, read),
+            Err(why) => {
+                fields.has_misplaced |= matches!(field, ActivityField::Affinity | ActivityField::Priority);
+                found.refuse(Reason::UnusableField(field), value.clone());
+                self.report(value, TimingFactKind::InvalidField(field, why));
+            }
         }
     }
 
     /// A priority below those of all other activities that may run where `activity` does; 1, where one has that already.
     fn free_priority(&self, activity: &Activity) -> u32 {
-        let value = |of: &Activity, field: ActivityField| mask(&field_of(of, field)?.value);
+        let value = |of: &Activity, field: ActivityField| mask(&of.field(field)?.value);
         let cpus =
             |of: &Activity| value(of, ActivityField::Affinity).filter(|cpus| *cpus != 0).unwrap_or(u64::MAX);
         let others = deployment(self.db, self.of).into_iter().flat_map(|data| &data.activities);
@@ -550,7 +574,7 @@ impl<'db> Reader<'db> {
             let at = resolved.at.clone();
             if cpus & !all != 0 {
                 let missing = NoSuchCpu { named: cpus, available: all };
-                let affinity = activities.get(index).and_then(|it| field_of(it, ActivityField::Affinity));
+                let affinity = activities.get(index).and_then(|it| it.field(ActivityField::Affinity));
                 let value = affinity.map_or(at.clone(), |it| Location::Source(self.of, it.value_id));
                 self.found.facts.push(TimingFact::new(value, TimingFactKind::NoSuchCpu(missing)));
                 resolved.refuse(Reason::NoSuchCpu(missing), at);
@@ -674,11 +698,6 @@ struct Fields<'a> {
     has_misplaced: bool,
 }
 
-/// Returns the first field of this name.
-pub fn field_of(activity: &Activity, field: ActivityField) -> Option<&Field> {
-    activity.fields.iter().find(|it| it.name.name == field.keyword())
-}
-
 /// Returns the first activity of each instance that a deployment has an activity for.
 pub(crate) fn activities_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> FxHashMap<&'db Name, &'db Activity> {
     let all = deployment(db, of).map_or(&[] as &[Arc<Activity>], |data| &data.activities);
@@ -692,68 +711,5 @@ pub(crate) fn written_field<'db>(
     field: ActivityField,
 ) -> Option<&'db Field> {
     let activities = &mauve_hir::deployment(db, deployment)?.activities;
-    field_of(activities.iter().find(|it| it.instance.name == *instance)?, field)
-}
-
-/// Enters the value of a field; returns which values it takes where this one is invalid.
-fn read_field(found: &mut ResolvedActivity<'_>, field: ActivityField, value: &Expr) -> Result<(), Expected> {
-    match field {
-        ActivityField::Affinity => found.cpus = Some(mask(value).ok_or(Expected::Cpus)?),
-        ActivityField::Priority => {
-            found.priority = match (value, whole_number(value)) {
-                (Expr::Name(it), _) if it.name == "background" => Priority::Background,
-                (_, Some(priority @ 1..=99)) => Priority::RealTime(priority),
-                _ => return Err(Expected::Priority),
-            }
-        }
-        ActivityField::Period => found.period = Some(positive(value)?),
-        ActivityField::Deadline => found.deadline = Some(positive(value)?),
-        ActivityField::Jitter => found.jitter = milliseconds(value).map_err(Expected::Time)?,
-        ActivityField::Offset => found.offset = Some(milliseconds(value).map_err(Expected::Time)?),
-    }
-    Ok(())
-}
-
-/// Returns the CPUs that an affinity names, a bit each; `None` where `value` is not a literal of at most 64 bits, more than
-/// other integers have.
-pub fn mask(value: &Expr) -> Option<u64> {
-    let Expr::Literal(Literal::Int(text), _) = value else { return None };
-    match text.strip_prefix("0x").or(text.strip_prefix("0X")) {
-        Some(digits) => u64::from_str_radix(digits, 16).ok(),
-        None => text.parse().ok(),
-    }
-}
-
-pub(crate) fn number(value: &Expr) -> Option<&Name> {
-    match value {
-        Expr::Literal(Literal::Int(text) | Literal::Float(text), _) => Some(text),
-        _ => None,
-    }
-}
-
-fn whole_number(value: &Expr) -> Option<u32> {
-    let Expr::Literal(Literal::Int(text), _) = value else { return None };
-    u32::try_from(whole_number_of(text)?).ok()
-}
-
-fn positive(value: &Expr) -> Result<Time, Expected> {
-    let time = milliseconds(value).map_err(Expected::Time)?;
-    if time > Time::ZERO { Ok(time) } else { Err(Expected::PositiveTime) }
-}
-
-fn milliseconds(value: &Expr) -> Result<Time, NoTime> {
-    if let Expr::Literal(Literal::Int(text), _) = value {
-        if whole_number(value).is_none() {
-            return Err(NoTime::TooLarge(text.clone()));
-        }
-        if text.starts_with("0x") || text.starts_with("0X") {
-            return Err(NoTime::Hexadecimal);
-        }
-    }
-    let not_a_number = match value {
-        Expr::Unary(UnaryOperator::Minus, ..) => NoTime::Negative,
-        _ => NoTime::NotALiteral,
-    };
-    let text = number(value).ok_or(not_a_number)?;
-    Time::parse(text, Unit::Milliseconds, Rounding::Exact).map_err(NoTime::Unreadable)
+    activities.iter().find(|it| it.instance.name == *instance)?.field(field)
 }

@@ -1,4 +1,4 @@
-//! Sorts the fields of an activity: affinity, priority, period, deadline, jitter, offset.
+//! Sorts the fields of an activity in the order of the grammar.
 
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;

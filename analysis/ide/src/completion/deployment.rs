@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use mauve_diagnostics::cpu_names;
 use mauve_hir::item_tree::{FeatureKind, Kind, Name};
-use mauve_hir::{Decl, Type, deployment, likely_declaration};
+use mauve_hir::{ACTIVITY_FIELDS, Decl, FieldEntry, Type, deployment, likely_declaration};
 use mauve_syntax::SyntaxKind::{self, *};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::keywords::{ActivityField, BACKGROUND};
@@ -12,16 +12,6 @@ use mauve_syntax::keywords::{ActivityField, BACKGROUND};
 use mauve_wcrt::{NewActivity, new_activities, system_of};
 
 use super::{Completer, Completion, CompletionKind, Subject};
-
-/// The fields of an activity: the required ones first, then the affinity, which projects with several CPUs require.
-const FIELDS: [(ActivityField, &str); 6] = [
-    (ActivityField::Priority, "1 to 99, the highest is 99; or background"),
-    (ActivityField::Period, "in milliseconds"),
-    (ActivityField::Affinity, "the CPUs as a mask: 1 is CPU 1, 2 is CPU 2, 3 is both"),
-    (ActivityField::Deadline, "in milliseconds; by default the period"),
-    (ActivityField::Jitter, "in milliseconds; by default 0"),
-    (ActivityField::Offset, "in milliseconds, less than the period; only with a synchronised clock"),
-];
 
 impl<'db> Completer<'_, 'db> {
     pub(super) fn deployment_item(&mut self, kinds: &[SyntaxKind], path: &[&str]) {
@@ -148,12 +138,21 @@ impl<'db> Completer<'_, 'db> {
         }
     }
 
+    /// Offers the fields that the activity does not have: the required ones first, then the affinity, which projects with
+    /// several CPUs require.
     fn fields(&mut self) {
         let fields = self.at.list.children().filter_map(ast::Field::cast);
         let known = self.others(fields.filter_map(|field| field.name_ref()));
-        for (rank, (field, note)) in FIELDS.into_iter().enumerate() {
+        let (required, optional): (Vec<_>, Vec<_>) =
+            ACTIVITY_FIELDS.iter().partition(|it| it.default.is_none());
+        for (rank, entry) in required.into_iter().chain(optional).enumerate() {
+            let FieldEntry { field, values, default, .. } = entry;
             let name = field.keyword();
             if !known.iter().any(|known| known == name) {
+                let note = match default {
+                    Some(default) => format!("{values}; by default {default}"),
+                    None => (*values).to_owned(),
+                };
                 let item = Completion::new(CompletionKind::Property, name).note(note).rank(rank as u8);
                 self.add(item.completed(self.at.right == EQ, format!("{name} = $1")));
             }
@@ -224,7 +223,7 @@ deployment D {{
             "activity two { priority = 2 $0 }",
             expect![[r#"
                 1 period (in milliseconds) ⇒ "period = $1"
-                2 affinity (the CPUs as a mask: 1 is CPU 1, 2 is CPU 2, 3 is both) ⇒ "affinity = $1"
+                2 affinity (the CPUs as a mask: 1 is CPU 1, 2 is CPU 2, 3 is both; by default any CPU) ⇒ "affinity = $1"
                 3 deadline (in milliseconds; by default the period) ⇒ "deadline = $1"
             "#]],
         );

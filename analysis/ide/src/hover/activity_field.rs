@@ -39,10 +39,7 @@ pub(super) fn of_field(
                 let report = response_times(db, project, deployment, Query::shown(db, project));
                 priority(activity, activities, &report.others)
             }
-            ActivityField::Period
-            | ActivityField::Deadline
-            | ActivityField::Jitter
-            | ActivityField::Offset => None,
+            _ => None,
         }
     });
     let markdown = each_once(texts).concat();

@@ -1,7 +1,7 @@
 //! Hovers over words that no model declares: built-in functions, status values, the programs of cores and states, the fields of
 //! an activity, and the buffer of a connection.
 
-use mauve_hir::{File, ModelDb, is_model, parse};
+use mauve_hir::{File, ModelDb, field_entry, is_model, parse};
 use mauve_syntax::SyntaxKind::{self, *};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::keywords::{ActivityField, BACKGROUND};
@@ -72,38 +72,6 @@ const PROGRAMS: [(SyntaxKind, &str); 9] = [
     (EXIT_KW, "Executed when a transition leaves the state, before the program of the transition."),
 ];
 
-const FIELDS: [(ActivityField, &str); 6] = [
-    (
-        ActivityField::Affinity,
-        "The CPUs on which the activity may run, as a bit mask: 1 is CPU 1, 2 is CPU 2, 3 is both, 4 is CPU 3. With 0, or \
-         without affinity: any CPU.",
-    ),
-    (
-        ActivityField::Priority,
-        "The priority of the activity, from 1 (lowest) to 99 (highest), or `background`. An activity preempts all activities of \
-         lower priority on its CPU.",
-    ),
-    (
-        ActivityField::Period,
-        "The period of the activity in milliseconds, such as `100` or `2.5`: the time between two releases.",
-    ),
-    (
-        ActivityField::Deadline,
-        "The deadline of the activity in milliseconds after its release. Not greater than the period; without a deadline, the \
-         period is the deadline.",
-    ),
-    (
-        ActivityField::Jitter,
-        "The release jitter of the activity in milliseconds: a release may be late by as much. The response time counts from \
-         the nominal release. Without jitter: 0.",
-    ),
-    (
-        ActivityField::Offset,
-        "The offset of the activity in milliseconds, less than the period: the distance of its releases from the multiples of \
-         the period. Has an effect only if `[clocks] synchronised` in mauve.toml names the instance. Without offset: 0.",
-    ),
-];
-
 const OF_BACKGROUND: &str =
     "The activity is not real-time: it runs only when no real-time activity does, and needs no period.";
 
@@ -138,8 +106,8 @@ fn meaning(token: &SyntaxToken) -> Option<String> {
             Some(format!("```mauve\n{shape}\n```\n\n{meaning}\n"))
         }
         (NAME_REF, Some(FIELD)) => {
-            let (_, meaning) = FIELDS.iter().find(|(field, _)| field.keyword() == text)?;
-            Some(format!("`{text}`: {meaning}\n"))
+            let entry = field_entry(ActivityField::from_keyword(text)?);
+            Some(format!("`{text}`: {}\n", entry.meaning))
         }
         (NAME_REF, Some(NAME_EXPR)) if text == BACKGROUND => {
             let field = token.parent_ancestors().find_map(ast::Field::cast)?;

@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use mauve_diagnostics::{Diagnostic, render};
+use mauve_hir::config_keys::section_named;
 use mauve_hir::fact::Fact;
 use mauve_hir::item_tree::{Data, Endpoint, Kind, NameRef};
 use mauve_hir::{
@@ -13,6 +14,7 @@ use mauve_hir::{
     target_of,
 };
 use mauve_syntax::{SyntaxKind, TextRange, TextSize, next_significant, tokens_at};
+use mauve_timing::table_keys::{KEYS, kind_of};
 use mauve_wcrt::table;
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -95,7 +97,7 @@ impl<'db> Renaming<'_, 'db> {
             if is_cut || !is_here || known.contains(&range) {
                 continue;
             }
-            let may_be = if is_model { self.may_refer(file, range) } else { in_key(text, start) };
+            let may_be = if is_model { self.may_refer(file, range) } else { in_key(&text[..start], word) };
             if may_be && !all_known {
                 all_known = true;
                 for project in projects_with(db, self.workspaces, file) {
@@ -411,14 +413,12 @@ fn applied(
     (scratch, pairs)
 }
 
-fn in_key(text: &str, start: usize) -> bool {
-    const WORDS: [&str; 10] =
-        ["codel", "program", "component", "overhead", "clocks", "chains", "project", "timing", "ms", "us"];
-    let before = text.get(..start).unwrap_or_default();
+/// Returns whether a word of `mauve.toml` or of a timing table may be a name of the model: it is not in a comment, and not the
+/// header of a section.
+fn in_key(before: &str, word: &str) -> bool {
     let line = before.rsplit('\n').next().unwrap_or_default();
-    let rest = text.get(start..).unwrap_or_default();
-    let is_header = line.trim_start() == "[" && WORDS.iter().any(|word| rest.starts_with(word));
-    !line.contains('#') && !is_header
+    let is_section = section_named(word).is_some() || kind_of(word, &KEYS).is_some();
+    !line.contains('#') && !(line.trim_start() == "[" && is_section)
 }
 
 #[cfg(test)]

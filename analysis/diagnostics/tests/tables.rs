@@ -1,0 +1,128 @@
+//! The highlighters and the reference list the fields of an activity, and the keys of `mauve.toml` and of timing tables, as
+//! the tables of `mauve-hir` and `mauve-timing` do.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use expect_test::expect_file;
+use mauve_hir::ACTIVITY_FIELDS;
+use mauve_hir::config_keys::{Entries, Key, Kind, SECTIONS};
+use mauve_syntax::keywords::ActivityField;
+use mauve_timing::table_keys;
+
+/// `UPDATE_EXPECT=1 cargo test -p mauve-diagnostics --test main tables::` writes the lists.
+#[test]
+fn highlighters_list_the_fields() {
+    check_list("editors/emacs/mauve.el", "\"", " ");
+    check_list("editors/nvim/syntax/mauve.vim", "", " ");
+    check_list("editors/tree-sitter/queries/highlights.scm", "\"", " ");
+    check_list("editors/tree-sitter/queries/helix/highlights.scm", "\"", " ");
+    check_list("editors/vscode/syntaxes/mauve.tmLanguage.json", "", "|");
+}
+
+/// `UPDATE_EXPECT=1 cargo test -p mauve-diagnostics --test main tables::` writes the table and the rule of the grammar.
+#[test]
+fn the_reference_has_the_table_of_fields() {
+    const FILE: &str = "tests/spec/09-deployments.md";
+    const HEADER: &str = "| field | meaning | default |\n|---|---|---|\n";
+    let (path, text) = read(FILE);
+    let (before, table) = text.split_once(HEADER).expect("the reference has the table");
+    let (_, after) = table.split_once("\n\n").expect("a paragraph follows");
+    let mut rows = String::new();
+    for it in &ACTIVITY_FIELDS {
+        let default = it.default.unwrap_or("none: required");
+        writeln!(rows, "| `{}` | {} | {default} |", it.field.keyword(), it.meaning).unwrap();
+    }
+    expect_file![path].assert_eq(&format!("{before}{HEADER}{rows}\n{after}"));
+    check_list(FILE, "\"", " | ");
+}
+
+#[test]
+fn the_reference_has_every_key() {
+    let (_, text) = read("tests/spec/10-configuration-and-tables.md");
+    let table = |header: &str| {
+        let (_, behind) = text.split_once(&format!("\n{header}\n")).expect("the reference has the table");
+        behind.split_once("\n\n").expect("a paragraph follows").0
+    };
+    // A row without a section continues that of the row above.
+    let mut documented: Vec<String> = Vec::new();
+    for row in table("| section | key | value | default |").lines().skip(1) {
+        let cells: Vec<&str> = row.trim_matches('|').split(" | ").map(str::trim).collect();
+        let above = documented.last().and_then(|line| line.split(' ').next()).unwrap_or_default().to_owned();
+        let section = quoted(cells[0]).next().unwrap_or(&above).to_owned();
+        documented.extend(quoted(cells[1]).map(|key| format!("{section} {key}")));
+    }
+    let mut keys: Vec<String> = Vec::new();
+    let mut others: Vec<&str> = Vec::new();
+    for section in &SECTIONS {
+        let name = section.name;
+        match &section.entries {
+            Entries::Keys(of_section) => {
+                for key in *of_section {
+                    match &key.kind {
+                        Kind::Others(_, below, _) => {
+                            others = names(below);
+                            keys.extend(others.iter().map(|it| format!("[[{name}.{}]] {it}", key.name)));
+                        }
+                        Kind::DeploymentTables(_, below, _) => {
+                            keys.extend(
+                                names(below).iter().map(|it| format!("[{name}.{}.NAME] {it}", key.name)),
+                            );
+                        }
+                        _ => keys.push(format!("[{name}] {}", key.name)),
+                    }
+                }
+            }
+            Entries::Types(below) => keys.extend(names(below).iter().map(|it| format!("[{name}.NAME] {it}"))),
+            Entries::Deployments(below) => {
+                keys.extend(names(below).iter().map(|it| format!("[{name}.NAME] {it}")));
+            }
+            Entries::Chains => keys.push(format!("[{name}] NAME")),
+            Entries::Lints => keys.push(format!("[{name}] CODE")),
+        }
+    }
+    assert_eq!(documented, keys);
+    let first_of = |header: &str| -> Vec<String> {
+        table(header).lines().skip(1).filter_map(|row| quoted(row).next().map(str::to_owned)).collect()
+    };
+    assert_eq!(first_of("| key | value | default |"), others);
+    let of_table = table_keys::KEYS.iter().map(|key| match key.is_section() {
+        true => format!("[{}]", key.name),
+        false => key.name.to_owned(),
+    });
+    assert_eq!(first_of("| key of a table | |"), of_table.collect::<Vec<_>>());
+}
+
+fn names<T>(keys: &[Key<T>]) -> Vec<&'static str> {
+    keys.iter().map(|key| key.name).collect()
+}
+
+/// Returns the words in backticks.
+fn quoted(text: &str) -> impl Iterator<Item = &str> {
+    text.split('`').skip(1).step_by(2)
+}
+
+/// Checks the list of fields in a file: the words, each in `quote`, that begin with the first field.
+fn check_list(file: &str, quote: &str, separator: &str) {
+    let words = ActivityField::KEYWORDS.map(|word| format!("{quote}{word}{quote}"));
+    let (path, text) = read(file);
+    let start = text.find(&format!("{}{separator}", words[0])).expect("the file lists the fields");
+    let mut rest = behind_word(&text[start..], quote).expect("it was found");
+    while let Some(next) = rest.strip_prefix(separator).and_then(|rest| behind_word(rest, quote)) {
+        rest = next;
+    }
+    expect_file![path].assert_eq(&format!("{}{}{rest}", &text[..start], words.join(separator)));
+}
+
+/// Returns the text behind a word in `quote`.
+fn behind_word<'t>(text: &'t str, quote: &str) -> Option<&'t str> {
+    let word = text.strip_prefix(quote)?;
+    word.trim_start_matches(|letter: char| letter.is_ascii_lowercase()).strip_prefix(quote)
+}
+
+fn read(file: &str) -> (PathBuf, String) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(file);
+    let text = fs::read_to_string(&path).expect("a file of this project");
+    (path, text)
+}
