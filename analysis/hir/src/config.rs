@@ -160,59 +160,8 @@ pub enum MistakeKind {
     RepeatedName { name: String, section: String },
     /// An entry names these CPUs, a bit each, and `[platform] cpus` has this many.
     NoSuchCpu { named: u64, cpus: u32 },
-    /// The value of a key is invalid; with the valid values.
-    WrongValue { key: String, expected: ExpectedValue },
-}
-
-/// The valid values of a key of `mauve.toml`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ExpectedValue {
-    /// A path, or a list of paths.
-    Paths,
-    /// A list of paths with wildcards.
-    PathPatterns,
-    /// A list of instances.
-    Instances,
-    /// A significance level.
-    Level,
-    /// A time with its unit; with the error of an invalid time.
-    Time(Option<TimeError>),
-    /// A time greater than 0 with its unit; with the error of an invalid time.
-    Period(Option<TimeError>),
-    /// A list of CPUs, numbered from 1 to 64.
-    Cpus,
-    /// A list of tables, with the header of one.
-    Tables,
-    /// A name on one line, without a space in front.
-    Name,
-    /// An integer between two bounds, inclusive.
-    Integer(u32, u32),
-    /// `true` or `false`.
-    Boolean,
-    /// The path of a folder.
-    Folder,
-    /// A string.
-    Text,
-    /// A type in C++.
-    CppType,
-    /// A header, as in an `#include`.
-    Header,
-    /// The name and the address of a maintainer.
-    Maintainer,
-    /// The name of a licence.
-    License,
-    /// A section that declares a type.
-    TypeSection,
-    /// A section of a deployment.
-    DeploymentSection,
-    /// A section with the tables of a deployment.
-    DeploymentTables,
-    /// A table of instances, each with a reason.
-    Reasons,
-    /// A list of ports, for a chain.
-    Ports,
-    /// A severity, for a diagnostic.
-    Severity,
+    /// The value of a key is invalid; with the valid values as a predicate, and the error of an invalid time.
+    WrongValue { key: String, expected: String, error: Option<TimeError> },
 }
 
 /// `scan-to-wheels = ["hokuyo.scan", "guidance.command"]`
@@ -373,8 +322,8 @@ mod tests {
             "{found:?}"
         );
         let text = "[platform]\ncpus = 0\n";
-        let kind =
-            MistakeKind::WrongValue { key: "cpus".to_owned(), expected: ExpectedValue::Integer(1, 64) };
+        let expected = "is a whole number from 1 to 64".to_owned();
+        let kind = MistakeKind::WrongValue { key: "cpus".to_owned(), expected, error: None };
         assert_eq!(mistakes(text), (vec![kind], true));
         assert_eq!(&text[read(text).errors[0].span.clone()], "0");
         let (found, is_incomplete) = mistakes("[timing\ntables = []\n");

@@ -94,8 +94,8 @@ pub use builtin::{Builtin, Operand};
 pub use check::{declaration_facts, errors_in, not_checked, project_facts};
 pub use completeness::Completeness;
 pub use config::{
-    Acceptance, Chain, Config, DeploymentConfig, DeploymentTables, ExpectedValue, ExternalType, Maintainer,
-    Mistake, MistakeKind, keys as config_keys, toml_key,
+    Acceptance, Chain, Config, DeploymentConfig, DeploymentTables, ExternalType, Maintainer, Mistake,
+    MistakeKind, keys as config_keys, toml_key,
 };
 pub use configured::{
     OwnerOfTables, accepted, check as check_configuration, owner_of_tables, section_with_tables,

@@ -8,8 +8,8 @@ use mauve_timing::{Level, Time};
 
 use super::cpp::is_cpp_type;
 use super::{
-    Acceptance, Config, DeploymentConfig, DeploymentTables, ExpectedValue, ExternalType, OtherConfig,
-    is_header, maintainer_of,
+    Acceptance, Config, DeploymentConfig, DeploymentTables, ExternalType, OtherConfig, is_header,
+    maintainer_of,
 };
 use crate::severity::Severity;
 
@@ -88,8 +88,8 @@ pub enum Kind<T> {
     Text {
         /// Stores a string; `None` if it does not have the format.
         store: fn(&mut T, &str) -> Option<()>,
-        /// The expected value, for the error.
-        expected: ExpectedValue,
+        /// The valid values, as a predicate of the key.
+        expected: &'static str,
         /// A regular expression for the schema, which may match more.
         pattern: &'static str,
         /// The suggestions of completion.
@@ -132,12 +132,12 @@ pub static SECTIONS: [Section; 10] = [
     Section { name: "types", summary: "types that no message package declares", entries: Entries::Types(&[
         Key { name: "cpp", kind: Kind::Text {
                 store: |it, text| is_cpp_type(text).then(|| text.clone_into(&mut it.cpp)),
-                expected: ExpectedValue::CppType,
+                expected: r#"is a C++ type, such as "ArRobot*""#,
                 pattern: "^[A-Za-z_:][A-Za-z0-9_:<>, *]*$", usual: &[],
             }, default: None, examples: r#"["ArRobot*"]"#, documentation: "The type in C++, and nothing else." },
         Key { name: "header", kind: Kind::Text {
                 store: |it, text| is_header(text).then(|| it.header = Some(text.to_owned())),
-                expected: ExpectedValue::Header,
+                expected: "is the relative path of a C++ header, such as \"Aria/Aria.h\"; no part of it begins with `.` or `-`",
                 pattern: "^[A-Za-z0-9_+][A-Za-z0-9_+.-]*(/[A-Za-z0-9_+][A-Za-z0-9_+.-]*)*$", usual: &[],
             }, default: None, examples: r#"["Aria/Aria.h"]"#,
             documentation: "The header that declares it, as an #include names it." },
@@ -153,14 +153,14 @@ pub static SECTIONS: [Section; 10] = [
             documentation: "Have components ports that show their state and their execution times? When left out, they have." },
         Key { name: "maintainer", kind: Kind::Text {
                 store: |it, text| maintainer_of(text).map(|maintainer| it.maintainer = Some(maintainer)),
-                expected: ExpectedValue::Maintainer,
+                expected: r#"is a name and an address, such as "Ada Lovelace <ada@example.org>""#,
                 pattern: r"^\s*[^<]*[^<\s][^<]*<\s*[A-Za-z0-9_%+.-]+@[A-Za-z0-9.-]*[.][A-Za-z0-9]{2,}\s*>\s*$",
                 usual: &["Name <name@example.org>"],
             }, default: None, examples: r#"["Ada Lovelace <ada@example.org>"]"#,
             documentation: "Whom the packages name as their maintainer." },
         Key { name: "license", kind: Kind::Text {
                 store: |it, text| (!text.trim().is_empty()).then(|| it.license = Some(text.to_owned())),
-                expected: ExpectedValue::License,
+                expected: r#"names a licence, such as "BSD""#,
                 pattern: r"\S", usual: &["Apache-2.0", "BSD-3-Clause", "MIT"],
             }, default: None, examples: r#"["BSD-3-Clause"]"#, documentation: "The licence that the packages name." },
     ]), documentation: "Generated sources: `mauve generate`." },
@@ -206,7 +206,7 @@ pub const REQUIRED_OF_OTHER: [&str; 4] = ["name", "priority", "period", "time"];
 static OTHER: [Key<OtherConfig>; 6] = [
     Key { name: "name", kind: Kind::Text {
             store: |it, text| is_name(text).then(|| it.name = Some(text.to_owned())),
-            expected: ExpectedValue::Name,
+            expected: r#"is a name on one line, such as "network interrupt""#,
             pattern: r"^[^\u0000-\u0020\u007f-\u00a0][^\u0000-\u001f\u007f-\u009f]*$", usual: &["network interrupt"],
         }, default: None, examples: r#"["network interrupt"]"#, documentation: "Its name in reports. No two have the same." },
     Key { name: "priority", kind: Kind::Integer(1, 99, |it| &mut it.priority), default: None, examples: "[50]",
@@ -233,48 +233,145 @@ fn is_name(text: &str) -> bool {
     !text.is_empty() && !text.starts_with([' ', '\u{a0}']) && !text.contains(char::is_control)
 }
 
-/// Returns the keys of a list of tables by the name in its headers, such as `platform.other`.
-pub fn keys_in_list(header: &str) -> Option<&'static [Key<OtherConfig>]> {
-    let (section, name) = header.split_once('.')?;
-    let Entries::Keys(keys) = section_named(section)?.entries else { return None };
-    match keys.iter().find(|key| key.name == name)?.kind {
-        Kind::Others(_, keys, _) => Some(keys),
-        _ => None,
+impl Entries {
+    /// Returns the valid values of an entry of `section`, as a predicate of its `key`.
+    pub(super) fn expected(&self, section: &str, key: &str) -> String {
+        let with = |keys: &str| format!("is a section: `[{section}.{key}]` with {keys}");
+        match self {
+            Entries::Keys(_) | Entries::Types(_) => with("`cpp` and `header`"),
+            Entries::Deployments(_) => with("`accept`"),
+            Entries::Chains => {
+                r#"is a list of ports, such as ["hokuyo.scan", "guidance.command"]"#.to_owned()
+            }
+            Entries::Lints => {
+                r#"has an invalid severity: expected "allow", "hint", "warn" or "error""#.to_owned()
+            }
+        }
     }
 }
 
-/// Returns the names in the headers of lists of tables, such as `platform.other`, each with the note of completion.
-pub fn lists_of_tables() -> impl Iterator<Item = (String, &'static str)> {
-    SECTIONS.iter().flat_map(|section| {
-        let keys = if let Entries::Keys(keys) = section.entries { keys } else { &[] };
-        keys.iter().filter_map(|key| match key.kind {
-            Kind::Others(_, _, note) => Some((format!("{}.{}", section.name, key.name), note)),
-            _ => None,
-        })
-    })
-}
+impl<T> Kind<T> {
+    /// Returns the valid values, as a predicate of the `key`.
+    pub(super) fn expected(&self, key: &str) -> String {
+        let text = match self {
+            Kind::Models(_) => "is a path, or a list of paths",
+            Kind::Tables(_) => "is a list of paths, which may have `*`",
+            Kind::Instances(_) => "is a list of instances",
+            Kind::Reasons(_) => {
+                "is a table of instances, each with a reason that is not empty, such as { planner = \"measured by hand\" }"
+            }
+            Kind::Level(_) => "is a number between 0 and 1, such as 1e-4",
+            Kind::Time(_) => "is a time with its unit, such as \"5 ms\"",
+            Kind::Period(_) => "is a time greater than 0 with its unit, such as \"10 ms\"",
+            Kind::Cpus(_) => "is a list of CPUs, numbered from 1 to 64, such as [1, 2]",
+            Kind::Others(..) => return format!("is a list of sections, such as `[[platform.{key}]]`"),
+            Kind::DeploymentTables(..) => {
+                "is a section of a deployment, such as `[timing.deployment.Sea]` with `tables`"
+            }
+            Kind::Integer(from, to, _) => return format!("is a whole number from {from} to {to}"),
+            Kind::Boolean(_) => "is true or false",
+            Kind::Folder(_) => "is the path of a folder",
+            Kind::Text { expected, .. } => expected,
+        };
+        text.to_owned()
+    }
 
-/// Returns the keys of a section for one deployment by its header, such as `timing.deployment.Sea`.
-pub fn keys_of_deployment(header: &str) -> Option<&'static [Key<DeploymentTables>]> {
-    let (section, rest) = header.split_once('.')?;
-    let (name, _) = rest.split_once('.')?;
-    let Entries::Keys(keys) = section_named(section)?.entries else { return None };
-    match keys.iter().find(|key| key.name == name)?.kind {
-        Kind::DeploymentTables(_, keys, _) => Some(keys),
-        _ => None,
+    /// Returns what completion offers as its value.
+    fn suggestions(&self) -> Suggestions {
+        match self {
+            Kind::Models(_) => Suggestions::Models,
+            Kind::Tables(_) => Suggestions::Tables,
+            Kind::Instances(_) => Suggestions::Instances,
+            Kind::Level(_) => Suggestions::Levels,
+            Kind::Boolean(_) => Suggestions::Words(&["true", "false"]),
+            Kind::Time(_) => Suggestions::Strings(&["5 ms"]),
+            Kind::Period(_) => Suggestions::Strings(&["10 ms"]),
+            Kind::Folder(_) => Suggestions::Strings(&["generated"]),
+            Kind::Text { usual, .. } => Suggestions::Strings(usual),
+            Kind::Integer(..)
+            | Kind::Reasons(_)
+            | Kind::Cpus(_)
+            | Kind::Others(..)
+            | Kind::DeploymentTables(..) => Suggestions::Words(&[]),
+        }
     }
 }
 
-/// Returns the names in the headers of sections for one deployment without its name, such as `timing.deployment`, each with
-/// the note of completion.
-pub fn sections_of_deployments() -> impl Iterator<Item = (String, &'static str)> {
-    SECTIONS.iter().flat_map(|section| {
+/// What completion offers as the value of a key.
+#[derive(Debug, Clone, Copy)]
+pub enum Suggestions {
+    /// The models of the project.
+    Models,
+    /// Its other files.
+    Tables,
+    /// The instances of its architectures.
+    Instances,
+    /// The significance levels of its tables.
+    Levels,
+    /// These words.
+    Words(&'static [&'static str]),
+    /// These words in quotes.
+    Strings(&'static [&'static str]),
+}
+
+/// A header that completion offers.
+#[derive(Debug)]
+pub struct Header {
+    /// With its brackets, such as `[[platform.other]]`.
+    pub label: String,
+    /// What stands there.
+    pub summary: &'static str,
+    /// The name of a section that a file has only once.
+    pub only_once: Option<&'static str>,
+}
+
+/// Returns the headers: of the sections, of the lists in them, and of the deployments in them.
+pub fn headers() -> Vec<Header> {
+    let section = |it: &Section| {
+        let is_named = matches!(it.entries, Entries::Types(_) | Entries::Deployments(_));
+        let label = if is_named { format!("[{}.Name]", it.name) } else { format!("[{}]", it.name) };
+        Header { label, summary: it.summary, only_once: Some(it.name).filter(|_| !is_named) }
+    };
+    let mut headers: Vec<Header> = SECTIONS.iter().map(section).collect();
+    let all = SECTIONS.iter().flat_map(|section| {
         let keys = if let Entries::Keys(keys) = section.entries { keys } else { &[] };
-        keys.iter().filter_map(|key| match key.kind {
-            Kind::DeploymentTables(_, _, note) => Some((format!("{}.{}", section.name, key.name), note)),
-            _ => None,
-        })
-    })
+        keys.iter().map(move |key| (format!("{}.{}", section.name, key.name), &key.kind))
+    });
+    let mut in_sections: Vec<(String, &str)> = Vec::new();
+    for (name, kind) in all {
+        match kind {
+            Kind::Others(_, _, summary) => in_sections.insert(0, (format!("[[{name}]]"), summary)),
+            Kind::DeploymentTables(_, _, summary) => in_sections.push((format!("[{name}.Name]"), summary)),
+            _ => {}
+        }
+    }
+    let in_sections = in_sections.into_iter();
+    headers.extend(in_sections.map(|(label, summary)| Header { label, summary, only_once: None }));
+    headers
+}
+
+/// Returns the keys below a header, such as `platform.other` or `types.ArRobotPtr`, with what completion offers as their values.
+pub fn keys_below(header: &str) -> Vec<(&'static str, Suggestions)> {
+    fn all<T>(keys: &'static [Key<T>]) -> Vec<(&'static str, Suggestions)> {
+        keys.iter().map(|key| (key.name, key.kind.suggestions())).collect()
+    }
+    let (section, rest) = header.split_once('.').unwrap_or((header, ""));
+    let (name, below) = rest.split_once('.').unwrap_or((rest, ""));
+    match section_named(section).map(|it| &it.entries) {
+        Some(Entries::Keys(keys)) if rest.is_empty() => {
+            // The sections of deployments have headers of their own.
+            let keys = keys.iter().filter(|it| !matches!(it.kind, Kind::DeploymentTables(..)));
+            keys.map(|key| (key.name, key.kind.suggestions())).collect()
+        }
+        Some(Entries::Keys(keys)) => match keys.iter().find(|it| it.name == name).map(|it| &it.kind) {
+            Some(Kind::Others(_, keys, _)) if below.is_empty() => all(keys),
+            Some(Kind::DeploymentTables(_, keys, _)) if !below.is_empty() => all(keys),
+            _ => Vec::new(),
+        },
+        Some(Entries::Types(keys)) if !rest.is_empty() => all(keys),
+        Some(Entries::Deployments(keys)) if !rest.is_empty() && !rest.ends_with(".accept") => all(keys),
+        _ => Vec::new(),
+    }
 }
 
 /// Returns the section of that name.

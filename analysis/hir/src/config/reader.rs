@@ -3,17 +3,15 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use mauve_timing::{Level, Rounding, Time};
+use mauve_timing::{Level, Rounding, Time, TimeError};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::keys::{self, Entries, Key, Kind, REQUIRED_OF_OTHER, SECTIONS, SEVERITIES, Section};
-use super::{
-    Acceptance, Chain, Config, DeploymentConfig, DeploymentTables, ExpectedValue, ExternalType, Mistake,
-    MistakeKind, OtherConfig, toml_key,
-};
+use super::keys::{self, Entries, Key, Kind, Located, REQUIRED_OF_OTHER, SECTIONS, SEVERITIES, Section};
+use super::{Acceptance, Chain, Config, DeploymentTables, Mistake, MistakeKind, OtherConfig, toml_key};
 use crate::completeness::Completeness;
 use crate::item_tree::Name;
+use crate::severity::Severity;
 
 /// Reads a `mauve.toml`. An error does not affect the other keys.
 pub(crate) fn read(text: &str) -> Config {
@@ -66,8 +64,9 @@ impl Reader<'_> {
     }
 
     /// Reports an invalid value of a key that response times may depend on.
-    fn wrong_value(&mut self, key: &TomlKey<'_>, value: &Value<'_>, expected: ExpectedValue) {
-        self.incomplete(MistakeKind::WrongValue { key: key.get_ref().to_string(), expected }, value.span());
+    fn wrong_value(&mut self, key: &TomlKey<'_>, value: &Value<'_>, expected: String) {
+        let key = key.get_ref().to_string();
+        self.incomplete(MistakeKind::WrongValue { key, expected, error: None }, value.span());
     }
 
     /// Reports an unknown key or section, not in `expected`.
@@ -101,12 +100,33 @@ impl Reader<'_> {
         if let Some(at) = self.multiline_string(value) {
             return self.incomplete(MistakeKind::SeveralLines(key.get_ref().to_string()), at);
         }
-        match &section.entries {
-            Entries::Keys(keys) => self.key(config, section.name, keys, key, value),
-            Entries::Types(keys) => self.ty(config, keys, key, value),
-            Entries::Deployments(keys) => self.deployment(config, keys, key, value),
-            Entries::Chains => self.chain(config, key, value),
-            Entries::Lints => self.lint(config, key, value),
+        let name = key.get_ref();
+        let header = || format!("{}.{}", section.name, toml_key(name));
+        let read = match (&section.entries, value.get_ref().as_table()) {
+            (Entries::Keys(keys), _) => Some(self.key(config, section.name, keys, key, value)),
+            (Entries::Types(keys), Some(entries)) => {
+                let ty = config.types.entry(name.as_ref().into()).or_default();
+                Some(self.keys(ty, &header(), keys, entries))
+            }
+            (Entries::Deployments(keys), Some(entries)) => {
+                let deployment = config.deployments.entry(name.to_string()).or_default();
+                deployment.span = key.span();
+                Some(self.keys(deployment, &header(), keys, entries))
+            }
+            (Entries::Types(_) | Entries::Deployments(_), None) => None,
+            (Entries::Chains, _) => chain(key, value).map(|chain| config.chains.push(chain)),
+            (Entries::Lints, _) => severity(value)
+                .map(|severity| _ = config.lints.insert(name.to_string(), (severity, key.span()))),
+        };
+        if read.is_none() {
+            self.wrong_value(key, value, section.entries.expected(section.name, name));
+        }
+    }
+
+    /// Reads the keys of a section.
+    fn keys<T>(&mut self, into: &mut T, section: &str, keys: &[Key<T>], entries: &DeTable<'_>) {
+        for (key, value) in entries {
+            self.key(into, section, keys, key, value);
         }
     }
 
@@ -119,64 +139,74 @@ impl Reader<'_> {
             let kind = MistakeKind::UnknownKey { key: name.to_string(), section, expected };
             return self.unknown(key, known(), kind);
         };
-        if let Kind::Others(field, keys, _) = &found.kind {
-            return self.others(field(into), &format!("{section}.{name}"), keys, (key, value));
+        let header = format!("{section}.{name}");
+        match (&found.kind, value.get_ref()) {
+            (Kind::Others(field, keys, _), DeValue::Array(entries)) => {
+                for entry in entries.iter() {
+                    match entry.get_ref().as_table() {
+                        Some(values) => self.other(field(into), &header, keys, entry.span(), values),
+                        None => self.wrong_value(key, entry, found.kind.expected(name)),
+                    }
+                }
+                return;
+            }
+            (Kind::DeploymentTables(field, keys, _), DeValue::Table(deployments)) => {
+                for (name, value) in deployments {
+                    match value.get_ref().as_table() {
+                        Some(values) => self.deployment_tables(field(into), &header, keys, name, values),
+                        None => self.wrong_value(name, value, found.kind.expected(name.get_ref())),
+                    }
+                }
+                return;
+            }
+            _ => {}
         }
-        if let Kind::DeploymentTables(field, keys, _) = &found.kind {
-            return self.deployment_tables(field(into), &format!("{section}.{name}"), keys, (key, value));
-        }
-        if let Err(expected) = found.kind.read(into, value) {
+        if let Err(error) = found.kind.read(into, value) {
             // No response time depends on a string in a wrong format, nor on a missing root.
             self.completeness &= Completeness::of(match found.kind {
                 Kind::Models(_) => true,
                 Kind::Text { .. } => value.get_ref().is_str(),
                 _ => false,
             });
-            self.error(MistakeKind::WrongValue { key: name.to_string(), expected }, value.span());
+            let expected = match (&found.kind, error) {
+                (Kind::Text { .. }, _) if !value.get_ref().is_str() => "is a string".to_owned(),
+                (Kind::Time(_), Some(_)) => "is a time such as \"5 ms\"".to_owned(),
+                (Kind::Period(_), Some(_)) => "is a time such as \"10 ms\"".to_owned(),
+                (kind, _) => kind.expected(name),
+            };
+            self.error(MistakeKind::WrongValue { key: name.to_string(), expected, error }, value.span());
         }
     }
 
-    /// `[[platform.other]]`: every error leaves an unknown interference.
-    fn others(
+    /// An entry of `[[platform.other]]`: every error leaves an unknown interference.
+    fn other(
         &mut self,
         into: &mut Vec<OtherConfig>,
         section: &str,
         keys: &[Key<OtherConfig>],
-        (key, value): (&TomlKey<'_>, &Value<'_>),
+        span: Range<usize>,
+        values: &DeTable<'_>,
     ) {
-        let Some(entries) = value.get_ref().as_array() else {
-            return self.wrong_value(key, value, ExpectedValue::Tables);
-        };
-        for entry in entries.iter() {
-            let Some(values) = entry.get_ref().as_table() else {
-                self.wrong_value(key, entry, ExpectedValue::Tables);
-                continue;
-            };
-            let mut other = OtherConfig::default();
-            let errors = self.errors.len();
-            for (key, value) in values {
-                self.key(&mut other, section, keys, key, value);
-            }
-            // An unknown key may be a misspelt one.
-            if self.errors.len() == errors
-                && let Some(missing) = REQUIRED_OF_OTHER.into_iter().find(|&name| !values.contains_key(name))
-            {
-                let at = values.iter().next().map_or(entry.span(), |(key, _)| key.span());
-                self.errors.push(Mistake {
-                    kind: MistakeKind::MissingKey { key: missing, header: format!("[[{section}]]") },
-                    span: at,
-                    near: None,
-                });
-            }
-            if let Some((name, at)) = other.name.as_ref().zip(values.get("name"))
-                && into.iter().any(|known| known.name.as_ref() == Some(name))
-            {
-                let (name, section) = (name.clone(), section.to_owned());
-                self.error(MistakeKind::RepeatedName { name, section }, at.span());
-            }
-            self.completeness &= Completeness::of(self.errors.len() == errors);
-            into.push(other);
+        let mut other = OtherConfig::default();
+        let errors = self.errors.len();
+        self.keys(&mut other, section, keys, values);
+        // An unknown key may be a misspelt one.
+        if self.errors.len() == errors
+            && let Some(missing) = REQUIRED_OF_OTHER.into_iter().find(|&name| !values.contains_key(name))
+        {
+            let at = values.iter().next().map_or(span, |(key, _)| key.span());
+            let header = format!("[[{section}]]");
+            let kind = MistakeKind::MissingKey { key: missing, header };
+            self.errors.push(Mistake { kind, span: at, near: None });
         }
+        if let Some((name, at)) = other.name.as_ref().zip(values.get("name"))
+            && into.iter().any(|known| known.name.as_ref() == Some(name))
+        {
+            let (name, section) = (name.clone(), section.to_owned());
+            self.error(MistakeKind::RepeatedName { name, section }, at.span());
+        }
+        self.completeness &= Completeness::of(self.errors.len() == errors);
+        into.push(other);
     }
 
     /// `[timing.deployment.Sea]`: every error leaves the tables of a deployment unknown.
@@ -185,29 +215,19 @@ impl Reader<'_> {
         into: &mut BTreeMap<String, DeploymentTables>,
         section: &str,
         keys: &[Key<DeploymentTables>],
-        (key, value): (&TomlKey<'_>, &Value<'_>),
+        name: &TomlKey<'_>,
+        values: &DeTable<'_>,
     ) {
-        let Some(deployments) = value.get_ref().as_table() else {
-            return self.wrong_value(key, value, ExpectedValue::DeploymentTables);
-        };
-        for (name, value) in deployments {
-            let section = format!("{section}.{}", toml_key(name.get_ref()));
-            let Some(values) = value.get_ref().as_table() else {
-                self.wrong_value(name, value, ExpectedValue::DeploymentTables);
-                continue;
-            };
-            let mut found = DeploymentTables { span: name.span(), ..DeploymentTables::default() };
-            let errors = self.errors.len();
-            for (key, value) in values {
-                self.key(&mut found, &section, keys, key, value);
-            }
-            // An unknown key may be a misspelt one.
-            if self.errors.len() == errors && !values.contains_key("tables") {
-                let header = format!("[{section}]");
-                self.incomplete(MistakeKind::MissingKey { key: "tables", header }, name.span());
-            }
-            into.insert(name.get_ref().to_string(), found);
+        let section = format!("{section}.{}", toml_key(name.get_ref()));
+        let mut found = DeploymentTables { span: name.span(), ..DeploymentTables::default() };
+        let errors = self.errors.len();
+        self.keys(&mut found, &section, keys, values);
+        // An unknown key may be a misspelt one.
+        if self.errors.len() == errors && !values.contains_key("tables") {
+            let header = format!("[{section}]");
+            self.incomplete(MistakeKind::MissingKey { key: "tables", header }, name.span());
         }
+        into.insert(name.get_ref().to_string(), found);
     }
 
     /// Reports CPUs of `[[platform.other]]` that `[platform] cpus` does not have.
@@ -219,119 +239,78 @@ impl Reader<'_> {
             }
         }
     }
+}
 
-    /// `scan-to-wheels = ["hokuyo.scan", "guidance.command"]`
-    fn chain(&mut self, config: &mut Config, key: &TomlKey<'_>, value: &Value<'_>) {
-        let name = key.get_ref();
-        let is_end = |(end, _): &(String, Range<usize>)| {
-            let mut names = end.split('.');
-            names.by_ref().take(2).all(|name| !name.is_empty()) && end.contains('.') && names.next().is_none()
-        };
-        // `tables = ["t.toml"]` has the form of a chain.
-        let may_be_chain = value.get_ref().is_array() && keys::list_keys().all(|key| key != name);
-        let ends = strings(value).filter(|ends| may_be_chain && ends.iter().all(is_end));
-        match ends {
-            Some(ends) => config.chains.push(Chain { name: name.to_string(), span: key.span(), ends }),
-            None => self.wrong_value(key, value, ExpectedValue::Ports),
-        }
-    }
+/// `scan-to-wheels = ["hokuyo.scan", "guidance.command"]`
+fn chain(key: &TomlKey<'_>, value: &Value<'_>) -> Option<Chain> {
+    let name = key.get_ref();
+    let is_end = |(end, _): &Located| {
+        let mut names = end.split('.');
+        names.by_ref().take(2).all(|name| !name.is_empty()) && end.contains('.') && names.next().is_none()
+    };
+    // `tables = ["t.toml"]` has the form of a chain.
+    let may_be_chain = value.get_ref().is_array() && keys::list_keys().all(|key| key != name);
+    let ends = strings(value).filter(|ends| may_be_chain && ends.iter().all(is_end))?;
+    Some(Chain { name: name.to_string(), span: key.span(), ends })
+}
 
-    /// `ArRobotPtr = { cpp = "ArRobot*", header = "Aria.h" }`
-    fn ty(&mut self, config: &mut Config, keys: &[Key<ExternalType>], key: &TomlKey<'_>, value: &Value<'_>) {
-        let name = key.get_ref();
-        let Some(entries) = value.get_ref().as_table() else {
-            return self.wrong_value(key, value, ExpectedValue::TypeSection);
-        };
-        let ty = config.types.entry(name.as_ref().into()).or_default();
-        for (key, value) in entries {
-            self.key(ty, &format!("types.{}", toml_key(name)), keys, key, value);
-        }
-    }
-
-    /// `Sea.accept = { planner = "measured by hand" }`
-    fn deployment(
-        &mut self,
-        config: &mut Config,
-        keys: &[Key<DeploymentConfig>],
-        key: &TomlKey<'_>,
-        value: &Value<'_>,
-    ) {
-        let name = key.get_ref();
-        let Some(entries) = value.get_ref().as_table() else {
-            return self.wrong_value(key, value, ExpectedValue::DeploymentSection);
-        };
-        let deployment = config.deployments.entry(name.to_string()).or_default();
-        deployment.span = key.span();
-        for (key, value) in entries {
-            self.key(deployment, &format!("deployment.{}", toml_key(name)), keys, key, value);
-        }
-    }
-
-    /// `lost-write = "warn"`
-    fn lint(&mut self, config: &mut Config, key: &TomlKey<'_>, value: &Value<'_>) {
-        let name = key.get_ref();
-        let severity = value.get_ref().as_str().and_then(|text| SEVERITIES.iter().find(|it| it.0 == text));
-        let Some((_, severity)) = severity else {
-            return self.wrong_value(key, value, ExpectedValue::Severity);
-        };
-        config.lints.insert(name.to_string(), (*severity, key.span()));
-    }
+/// `"warn"`
+fn severity(value: &Value<'_>) -> Option<Option<Severity>> {
+    let text = value.get_ref().as_str()?;
+    SEVERITIES.iter().find(|(name, _)| *name == text).map(|(_, severity)| *severity)
 }
 
 impl<T> Kind<T> {
-    /// Stores a value, or returns the valid values.
-    fn read(&self, into: &mut T, value: &Value<'_>) -> Result<(), ExpectedValue> {
+    /// Stores a value.
+    ///
+    /// # Errors
+    ///
+    /// The value is invalid. With the error of a time that cannot be read.
+    fn read(&self, into: &mut T, value: &Value<'_>) -> Result<(), Option<TimeError>> {
         let found = value.get_ref();
         let text = found.as_str();
         match self {
-            Kind::Models(field) => field(into).extend(strings(value).ok_or(ExpectedValue::Paths)?),
-            Kind::Tables(field) => field(into).extend(strings(value).ok_or(ExpectedValue::PathPatterns)?),
-            Kind::Instances(field) => field(into).extend(strings(value).ok_or(ExpectedValue::Instances)?),
+            Kind::Models(field) | Kind::Tables(field) | Kind::Instances(field) => {
+                field(into).extend(strings(value).ok_or(None)?);
+            }
             Kind::Reasons(field) => {
-                let reasons = found.as_table().ok_or(ExpectedValue::Reasons)?;
+                let reasons = found.as_table().ok_or(None)?;
                 for (instance, reason) in reasons {
                     let text = reason.get_ref().as_str().map(str::trim).filter(|text| !text.is_empty());
                     field(into).push(Acceptance {
                         instance: instance.get_ref().to_string(),
                         span: instance.span(),
-                        reason: text.ok_or(ExpectedValue::Reasons)?.to_owned(),
+                        reason: text.ok_or(None)?.to_owned(),
                     });
                 }
             }
             Kind::Level(store) => {
                 let level = number(found).and_then(Level::from_f64);
-                store(into, level.ok_or(ExpectedValue::Level)?, value.span());
+                store(into, level.ok_or(None)?, value.span());
             }
             Kind::Time(field) => {
-                let text = text.ok_or(ExpectedValue::Time(None))?;
-                let time = Time::parse_with_unit(text, Rounding::Up);
-                *field(into) = Some(time.map_err(|error| ExpectedValue::Time(Some(error)))?);
+                let text = text.ok_or(None)?;
+                *field(into) = Some(Time::parse_with_unit(text, Rounding::Up)?);
             }
             Kind::Period(field) => {
-                let text = text.ok_or(ExpectedValue::Period(None))?;
-                let time = Time::parse_with_unit(text, Rounding::Exact);
-                let time = time.map_err(|error| ExpectedValue::Period(Some(error)))?;
+                let text = text.ok_or(None)?;
+                let time = Time::parse_with_unit(text, Rounding::Exact)?;
                 *field(into) = Some(time).filter(|time| *time > Time::ZERO);
-                field(into).ok_or(ExpectedValue::Period(None))?;
+                field(into).ok_or(None)?;
             }
             Kind::Cpus(field) => {
-                let cpus = cpus(found).ok_or(ExpectedValue::Cpus)?;
+                let cpus = cpus(found).ok_or(None)?;
                 *field(into) = Some((cpus, value.span()));
             }
-            // The reader reports the errors in these one by one.
-            Kind::Others(..) => return Err(ExpectedValue::Tables),
-            Kind::DeploymentTables(..) => return Err(ExpectedValue::DeploymentTables),
+            // The reader reads the entries of these one by one.
+            Kind::Others(..) | Kind::DeploymentTables(..) => return Err(None),
             Kind::Integer(from, to, field) => {
                 let number = integer(found).filter(|it| (from..=to).contains(&it));
-                *field(into) = Some(number.ok_or(ExpectedValue::Integer(*from, *to))?);
+                *field(into) = Some(number.ok_or(None)?);
             }
-            Kind::Boolean(field) => *field(into) = Some(found.as_bool().ok_or(ExpectedValue::Boolean)?),
-            Kind::Folder(field) => {
-                *field(into) = Some((text.ok_or(ExpectedValue::Folder)?.to_owned(), value.span()));
-            }
-            Kind::Text { store, expected, .. } => {
-                store(into, text.ok_or(ExpectedValue::Text)?).ok_or(*expected)?;
-            }
+            Kind::Boolean(field) => *field(into) = Some(found.as_bool().ok_or(None)?),
+            Kind::Folder(field) => *field(into) = Some((text.ok_or(None)?.to_owned(), value.span())),
+            Kind::Text { store, .. } => store(into, text.ok_or(None)?).ok_or(None)?,
         }
         Ok(())
     }

@@ -4,10 +4,7 @@
 use std::collections::{BTreeSet, HashSet};
 
 use mauve_diagnostics::codes;
-use mauve_hir::config_keys::{
-    Entries, Key as ConfigKey, Kind as ValueKind, SECTIONS, SEVERITIES, Section, keys_in_list,
-    keys_of_deployment, lists_of_tables, section_named, sections_of_deployments,
-};
+use mauve_hir::config_keys::{Entries, Header, SEVERITIES, Suggestions, headers, keys_below, section_named};
 use mauve_hir::item_tree::{FeatureKind, Kind, Name};
 use mauve_hir::{
     Decl, File, ModelDb, ProgramKey, Project, Workspace, behaviour_of, codels_in, config_file, core_of,
@@ -59,28 +56,11 @@ pub(super) fn completions(
         }
     }
     if matches!(place.what, What::Header | What::Key) && !place.is_quoted && !place.has_value {
-        let is_named = |it: &Section| matches!(it.entries, Entries::Types(_) | Entries::Deployments(_));
-        let sections: Vec<_> = match is_config {
-            true => SECTIONS.iter().map(|it| (it.name, it.summary, is_named(it))).collect(),
-            false => {
-                KEYS.iter().filter(|it| it.is_section()).map(|it| (it.name, it.summary, false)).collect()
-            }
-        };
-        let lists = lists_of_tables().filter(|_| is_config);
-        let of_deployments = sections_of_deployments().filter(|_| is_config);
+        let headers = if is_config { headers() } else { headers_of_table() };
         let rank = if matches!(place.what, What::Header) { 0 } else { 2 };
-        for (name, summary, is_named) in sections {
-            if is_named || !place.sections.contains(name) {
-                let label = if is_named { format!("[{name}.Name]") } else { format!("[{name}]") };
-                items.push(Completion::new(CompletionKind::Key, label).note(summary).rank(rank));
-            }
-        }
-        items.extend(lists.map(|(name, summary)| {
-            Completion::new(CompletionKind::Key, format!("[[{name}]]")).note(summary).rank(rank)
-        }));
-        items.extend(of_deployments.map(|(name, summary)| {
-            Completion::new(CompletionKind::Key, format!("[{name}.Name]")).note(summary).rank(rank)
-        }));
+        let new = headers.into_iter().filter(|it| it.only_once.is_none_or(|it| !place.sections.contains(it)));
+        items
+            .extend(new.map(|it| Completion::new(CompletionKind::Key, it.label).note(it.summary).rank(rank)));
     }
     items.sort_by_key(|item| item.rank);
     let replaced = TextRange::new((place.start as u32).into(), (place.end as u32).into());
@@ -247,69 +227,32 @@ struct Toml<'a, 'db> {
 
 impl Toml<'_, '_> {
     fn config_keys(&self, section: &str) -> Vec<Completion> {
-        let kind = section.split('.').next().unwrap_or_default();
         let item = |key| Completion::new(CompletionKind::Key, key);
-        if let Some(keys) = keys_in_list(section) {
-            return keys.iter().map(|key| item(key.name).rank(0)).collect();
-        }
-        if let Some(keys) = keys_of_deployment(section) {
-            return keys.iter().map(|key| item(key.name).rank(0)).collect();
-        }
-        match section_named(kind).map(|it| &it.entries) {
-            Some(Entries::Keys(keys)) => {
-                // These are sections.
-                let keys = keys.iter().filter(|key| !matches!(key.kind, ValueKind::DeploymentTables(..)));
-                keys.map(|key| item(key.name).rank(0)).collect()
-            }
-            Some(Entries::Types(keys)) if section != kind => {
-                keys.iter().map(|key| item(key.name).rank(0)).collect()
-            }
-            Some(Entries::Deployments(keys)) if section != kind && !section.ends_with(".accept") => {
-                keys.iter().map(|key| item(key.name).rank(0)).collect()
-            }
+        match section_named(section).map(|it| &it.entries) {
             Some(Entries::Lints) => codes().map(|code| item(code.name)).collect(),
-            _ => Vec::new(),
+            _ => keys_below(section).into_iter().map(|(key, _)| item(key).rank(0)).collect(),
         }
     }
 
     fn config_values(&self, section: &str, key: &str) -> Vec<Completion> {
-        if let Some(keys) = keys_in_list(section) {
-            return self.values(keys, key);
-        }
-        if let Some(keys) = keys_of_deployment(section) {
-            return self.values(keys, key);
-        }
         match section_named(section).map(|it| &it.entries) {
-            Some(Entries::Keys(keys)) => self.values(keys, key),
-            Some(Entries::Lints) => SEVERITIES.map(|(name, _)| text(name)).into(),
-            Some(Entries::Chains) => self.instances(true),
-            Some(Entries::Types(_) | Entries::Deployments(_)) | None => Vec::new(),
+            Some(Entries::Lints) => return SEVERITIES.map(|(name, _)| text(name)).into(),
+            Some(Entries::Chains) => return self.instances(true),
+            _ => {}
         }
-    }
-
-    fn values<T>(&self, keys: &[ConfigKey<T>], key: &str) -> Vec<Completion> {
-        match keys.iter().find(|it| it.name == key).map(|it| &it.kind) {
-            Some(ValueKind::Models(_)) => self.files(true),
-            Some(ValueKind::Tables(_)) => self.files(false),
-            Some(ValueKind::Instances(_)) => self.instances(false),
-            Some(ValueKind::Level(_)) => {
+        let found = keys_below(section).into_iter().find(|(name, _)| *name == key);
+        match found.map(|(_, suggestions)| suggestions) {
+            Some(Suggestions::Models) => self.files(true),
+            Some(Suggestions::Tables) => self.files(false),
+            Some(Suggestions::Instances) => self.instances(false),
+            Some(Suggestions::Levels) => {
                 let levels = self.projects.iter().flat_map(|&it| levels_of_tables(self.db, it));
                 let levels: BTreeSet<String> = levels.map(|level| level.to_string()).collect();
-                levels.into_iter().map(|level| Completion::new(CompletionKind::Value, level)).collect()
+                levels.iter().map(|level| value(level)).collect()
             }
-            Some(ValueKind::Boolean(_)) => ["true", "false"].map(value).into(),
-            Some(ValueKind::Time(_)) => vec![text("5 ms")],
-            Some(ValueKind::Folder(_)) => vec![text("generated")],
-            Some(ValueKind::Text { usual, .. }) => usual.iter().map(|word| text(word)).collect(),
-            Some(ValueKind::Period(_)) => vec![text("10 ms")],
-            Some(
-                ValueKind::Integer(..)
-                | ValueKind::Reasons(_)
-                | ValueKind::Cpus(_)
-                | ValueKind::Others(..)
-                | ValueKind::DeploymentTables(..),
-            )
-            | None => Vec::new(),
+            Some(Suggestions::Words(words)) => words.iter().map(|word| value(word)).collect(),
+            Some(Suggestions::Strings(words)) => words.iter().map(|word| text(word)).collect(),
+            None => Vec::new(),
         }
     }
 
@@ -400,6 +343,16 @@ impl Toml<'_, '_> {
         }
         found.iter().map(|name| text(name)).collect()
     }
+}
+
+fn headers_of_table() -> Vec<Header> {
+    let sections = KEYS.iter().filter(|it| it.is_section());
+    let header = |it: &TableKey| Header {
+        label: format!("[{}]", it.name),
+        summary: it.summary,
+        only_once: Some(it.name),
+    };
+    sections.map(header).collect()
 }
 
 /// Returns the codels that components execute in their periods, and that have no time in the tables of some deployment.
