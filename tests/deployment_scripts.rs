@@ -1,4 +1,4 @@
-//! Executes the scripts and launch files of deployments with Lua, roslaunch and xmllint.
+//! Executes the script of a deployment with Lua, and launch files with roslaunch and xmllint.
 //!
 //! Orocos is not required. Required Debian packages: lua5.1, python3-roslaunch and libxml2-utils.
 
@@ -8,8 +8,8 @@ use std::process::{Command, Output};
 
 use mauve_hir::{Database, Workspace, projects};
 use mauve_orocos::{Package, packages};
-use mauve_tests::ops::{Call, Literal, run};
-use mauve_tests::{models, random_model, scratch, texts_in, write};
+use mauve_tests::deployer::run;
+use mauve_tests::{models, scratch, texts_in, write};
 
 fn generated(folder: PathBuf, texts: Vec<(PathBuf, String)>) -> Vec<Package> {
     let db = Database::default();
@@ -28,97 +28,46 @@ fn arm() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../analysis/orocos/tests/arm")
 }
 
-/// The scripts of the deployments in some packages: that for the deployer, and that in Lua.
-fn scripts(packages: &[Package]) -> Vec<[String; 2]> {
-    let files: Vec<_> = packages.iter().flat_map(|package| &package.files).collect();
-    let ops = files.iter().filter_map(|file| Some((file.path.strip_suffix(".ops")?, &file.text)));
-    let both = ops.map(|(path, ops)| {
-        let lua = files.iter().find(|file| file.path == format!("{path}.lua")).expect(path);
-        [ops.clone(), lua.text.clone()]
-    });
-    both.collect()
+/// The script of the only deployment in some packages.
+fn script(packages: &[Package]) -> &str {
+    let files = packages.iter().flat_map(|package| &package.files);
+    let scripts: Vec<_> = files.filter(|file| file.path.starts_with("scripts/")).collect();
+    let [script] = scripts[..] else { panic!("{scripts:?}") };
+    &script.text
 }
 
 fn output(command: &mut Command) -> Output {
     command.output().unwrap_or_else(|error| panic!("{command:?} does not run: {error}"))
 }
 
-/// Returns the calls of a Lua script to the substitute for RTT, and the message of its error.
-fn run_lua(folder: &Path, script: &str, failing: &str) -> (Vec<Call>, Option<String>) {
-    write(folder, &[("script.lua", script)]);
-    let checked = output(Command::new("luac5.1").arg("-p").arg(folder.join("script.lua")));
-    assert!(checked.status.success(), "{}\n{script}", String::from_utf8_lossy(&checked.stderr));
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/deployer/?.lua");
-    let mut command = Command::new("lua5.1");
-    let done =
-        output(command.arg("script.lua").current_dir(folder).env("LUA_PATH", path).env("FAILING", failing));
-    let said = String::from_utf8(done.stderr).unwrap();
-    let calls = String::from_utf8(done.stdout).unwrap().lines().map(call).collect();
-    (calls, (!done.status.success()).then_some(said))
-}
-
-fn call(line: &str) -> Call {
-    let mut fields = line.split('\t');
-    let function = fields.next().unwrap().to_owned();
-    let of = |field: &str| match field.split_at(1) {
-        ("t", text) => {
-            let byte = |pair: &[u8]| u8::from_str_radix(std::str::from_utf8(pair).unwrap(), 16).unwrap();
-            Literal::Text(String::from_utf8(text.as_bytes().chunks(2).map(byte).collect()).unwrap())
-        }
-        ("n", number) => Literal::Double(number.parse().unwrap()),
-        ("b", value) => Literal::Bool(value == "true"),
-        _ => panic!("{line}"),
-    };
-    Call { function, arguments: fields.map(of).collect() }
-}
-
-/// Returns the calls of a deployer script, with all numbers formatted as in Lua.
-fn run_ops(script: &str, failing: &str) -> Vec<Call> {
-    let fails = |call: &Call| format!("{} {}", call.function, call.text(0)) == failing;
-    let mut calls = run(script, fails).unwrap_or_else(|why| panic!("{why}\n{script}"));
-    for argument in calls.iter_mut().flat_map(|call| &mut call.arguments) {
-        if let Literal::Int(number) = argument {
-            *argument = Literal::Double((*number).into());
-        }
-    }
-    calls
-}
-
 #[test]
-fn orocos_lua_does_what_the_deployer_does() {
-    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "deployment_lua");
-    let mut packages = vec![generated_from(&arm()), generated_from(&models().join("p3dx"))];
-    packages.extend((0..30).map(|seed| generated("/".into(), random_model(seed).texts())));
-    for [ops, lua] in packages.iter().flat_map(|packages| scripts(packages)) {
-        let calls = run_ops(&ops, "");
-        assert_eq!(run_lua(&folder, &lua, ""), (calls.clone(), None), "{ops}\n{lua}");
-        let last = calls.iter().rfind(|call| call.function == "configure").unwrap().text(0);
-        let failing = format!("configure {last}");
-        let (calls, said) = run_lua(&folder, &lua, &failing);
-        // Nothing starts, and who reads that is told why.
-        for calls in [calls, run_ops(&ops, &failing)] {
-            assert!(!calls.iter().any(|call| call.function == "start"), "{calls:?}");
-        }
-        assert!(said.is_some_and(|said| said.contains(&format!("Cannot configure {last}\nNothing runs."))));
+fn orocos_scripts_say_what_failed() {
+    let packages = generated_from(&arm());
+    let script = script(&packages);
+    for (failing, says) in [
+        ("import arm", "Cannot import package arm: build it, and source its workspace\nNothing runs."),
+        ("load last_3", "Cannot load last_3, a arm::Gripper: rebuild its package\nNothing runs."),
+        ("getProperty arm.start_", "arm has no start_"),
+        ("set arm", "failed to assign"),
+        ("connect arm.done_", "Cannot connect arm.done_ and mal_true_hand.told\nNothing runs."),
+        (
+            "connectOperations mal_true_hand.grip",
+            "Cannot connect mal_true_hand.grip and last_3.grip\nNothing runs.",
+        ),
+        ("setActivity arm", "Cannot create the activity of arm\nNothing runs."),
+        ("setCpuAffinity arm", "Cannot set the CPU affinity of arm: do these CPUs exist?\nNothing runs."),
+        ("mauve_runs_as arm", "Cannot start arm\nNothing runs."),
+        ("stream arm.goal", "Cannot create topic arm/goal: is roscore running?\nNothing runs."),
+        ("configure arm", "Cannot configure arm\nNothing runs."),
+        ("start last_3", "Cannot start last_3\nNothing runs."),
+    ] {
+        let (calls, error) = run(script, failing);
+        assert!(error.as_ref().is_some_and(|error| error.contains(says)), "{failing}: {error:?}");
+        // Components that have started are stopped again.
+        let count = |function: &str| calls.iter().filter(|call| call.function == function).count();
+        let is_started = failing.starts_with("start");
+        assert_eq!((count("start"), count("stop")), if is_started { (2, 1) } else { (0, 0) }, "{failing}");
     }
-}
-
-#[test]
-fn orocos_lua_stops_where_something_fails() {
-    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "deployment_lua_fails");
-    let [[ops, lua]] = scripts(&generated_from(&arm())).try_into().unwrap();
-    let mut seen = 0;
-    for call in run_ops(&ops, "") {
-        if call.function == "set" {
-            continue;
-        }
-        let (calls, said) = run_lua(&folder, &lua, &format!("{} {}", call.function, call.text(0)));
-        assert!(said.is_some(), "{call:?}");
-        let started: Vec<_> = calls.iter().filter(|it| it.function == "start").collect();
-        assert!(call.function == "start" || started.is_empty(), "{started:?}");
-        seen += 1;
-    }
-    assert!(seen > 15, "{seen}");
 }
 
 /// A folder with packages, and a substitute for `rtt_ros` whose launch file has the arguments of the real one.
@@ -175,7 +124,7 @@ fn orocos_launch_files_start_the_deployer_with_the_script() {
         assert_eq!(files.lines().map(str::to_owned).collect::<BTreeSet<_>>(), read);
         assert_eq!(roslaunch(&folder, &["--nodes", launch]), "/deployer\n");
         let started = roslaunch(&folder, &["--args", "/deployer", launch]);
-        let script = here(&format!("{package}/scripts/{deployment}.ops"));
+        let script = here(&format!("{package}/scripts/{deployment}.lua"));
         let expected = format!("{} -l info -s {script} -- __name:=deployer", here("rtt_ros/deployer"));
         assert!(started.contains(&expected), "{started}");
         // The deployer receives the arguments of the launch line; topics are in the namespace.
@@ -210,7 +159,5 @@ fn orocos_nothing_of_a_model_is_substituted_in_a_launch_file() {
     assert!(!roslaunch(&folder, &["--args", "/deployer", launch]).contains("evil"));
     let checked = output(Command::new("xmllint").args(["--noout", launch]));
     assert!(checked.status.success(), "{}\n{text}", String::from_utf8_lossy(&checked.stderr));
-    for [ops, lua] in scripts(&packages) {
-        assert_eq!(run_lua(&folder, &lua, ""), (run_ops(&ops, ""), None));
-    }
+    assert_eq!(run(script(&packages), "").1, None);
 }

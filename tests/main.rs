@@ -3,7 +3,7 @@
 //! | module | what it tests |
 //! |---|---|
 //! | [`cli`] | the command line |
-//! | [`deployment_scripts`] | scripts and launch files, executed by Lua, roslaunch and xmllint |
+//! | [`deployment_scripts`] | a script and launch files, executed by Lua, roslaunch and xmllint |
 //! | [`documents`] | the README and the tutorial, followed in an empty home folder |
 //! | [`editors`] | real Neovim, Helix, Emacs and VS Code |
 //! | [`generate`] | `mauve generate` on real folders |

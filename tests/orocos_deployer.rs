@@ -1,5 +1,5 @@
-//! Runs a deployment in the deployer of a real Orocos, with both of its script languages: the output of its components
-//! is that of the model. Then with faults: no component starts, and the log has the reason.
+//! Runs a deployment in the deployer of a real Orocos: the output of its components is that of the model. Then with faults: no
+//! component starts, and the log has the reason.
 //!
 //! What all generated components have in common is looked at with the runtime for Linux, too. Orocos is in no package registry:
 //! the others run where `MAUVE_RTT_PREFIX` names a folder with RTT and OCL, and `tests/run` says
@@ -86,7 +86,7 @@ impl Run {
 /// How the deployer is started.
 struct Deployer<'a> {
     folder: &'a Path,
-    script: &'a str,
+    program: &'a str,
     environment: &'a [(&'a str, &'a str)],
     /// Before the deployer, such as what takes its rights.
     wrapper: &'a [&'a str],
@@ -95,26 +95,21 @@ struct Deployer<'a> {
 }
 
 impl<'a> Deployer<'a> {
-    fn new(folder: &'a Path, script: &'a str) -> Deployer<'a> {
-        Deployer { folder, script, environment: &[], wrapper: &[], directory: folder.join("prefix") }
+    fn new(folder: &'a Path) -> Deployer<'a> {
+        let directory = folder.join("prefix");
+        Deployer { folder, program: DEPLOYER, environment: &[], wrapper: &[], directory }
     }
 
     /// Runs it until `done`, or for some seconds; then it is interrupted, as a person would.
     fn run(&self, done: &dyn Fn(&str) -> bool) -> Run {
         let output = self.folder.join("output");
         let file = std::fs::File::create(&output).unwrap();
-        let is_lua = self.script.ends_with("rttlua");
-        let script = self.folder.join("prefix/share/deploy/scripts");
-        let program = if is_lua { "rttlua-gnulinux" } else { "deployer-gnulinux" };
+        let is_deployer = self.program == DEPLOYER;
         let mut words: Vec<String> = self.wrapper.iter().map(|&it| it.to_owned()).collect();
-        words.push(rtt().join("bin").join(program).display().to_string());
-        match is_lua {
-            true => words.extend(["-i".to_owned(), script.join("Real.lua").display().to_string()]),
-            false => {
-                words.extend(["-l", "warning", "-s"].map(str::to_owned));
-                words.push(script.join(self.script).display().to_string());
-            }
-        }
+        words.push(rtt().join("bin").join(self.program).display().to_string());
+        let options: &[&str] = if is_deployer { &["-l", "warning", "-s"] } else { &["-i"] };
+        words.extend(options.iter().map(|&it| it.to_owned()));
+        words.push(script(self.folder).display().to_string());
         let mut command = Command::new(&words[0]);
         command.args(&words[1..]).current_dir(&self.directory);
         command.stdin(Stdio::piped()).stdout(file.try_clone().unwrap()).stderr(file);
@@ -142,7 +137,7 @@ impl<'a> Deployer<'a> {
         std::thread::sleep(Duration::from_millis(500));
         // Lua's prompt ends with its input.
         drop(deployer.stdin.take());
-        if !is_lua && deployer.try_wait().unwrap().is_none() {
+        if is_deployer && deployer.try_wait().unwrap().is_none() {
             run(Command::new("kill").args(["-INT", &deployer.id().to_string()]));
         }
         let begin = Instant::now();
@@ -164,6 +159,15 @@ impl<'a> Deployer<'a> {
         }
         Run { said: by_name, log, code }
     }
+}
+
+/// The programs of OCL that execute a script.
+const DEPLOYER: &str = "deployer-gnulinux";
+const LUA: &str = "rttlua-gnulinux";
+
+/// The script of the deployment in a folder.
+fn script(folder: &Path) -> PathBuf {
+    folder.join("prefix/share/deploy/scripts/Real.lua")
 }
 
 /// Returns whether a component has written a number of lines.
@@ -216,13 +220,16 @@ fn orocos_deployer_runs_what_the_model_says() {
     }
     for compiler in COMPILERS {
         let folder = if compiler == COMPILERS[0] { gcc().to_owned() } else { installed(compiler) };
-        for script in ["Real.ops", "Real.lua", "rttlua"] {
-            let run = Deployer::new(&folder, script).run(&many("giver", 100));
+        for program in [DEPLOYER, LUA] {
+            let run = Deployer { program, ..Deployer::new(&folder) }.run(&many("giver", 100));
             assert_as_the_model(&run);
             assert!(run.count("giver") >= 100 && run.count("taker") > 10, "{}", run.log);
             assert_eq!(run.code, Some(0), "{}", run.log);
             assert!(!run.log.to_lowercase().contains("error"), "{}", run.log);
-            println!("{compiler}, {script}: {} lines as the model says", run.said.values().flatten().count());
+            println!(
+                "{compiler}, {program}: {} lines as the model says",
+                run.said.values().flatten().count()
+            );
         }
     }
 }
@@ -243,45 +250,43 @@ fn orocos_deployer_starts_nothing_that_is_not_as_analysed() {
         return;
     }
     let over = |log: &str| log.contains("Nothing runs.");
-    for script in ["Real.ops", "Real.lua"] {
-        let deployer = Deployer::new(gcc(), script);
-        let says = ["giver is not scheduled as analysed: ", "SCHED_FIFO", "Nothing runs."];
+    let deployer = Deployer::new(gcc());
+    let says = ["giver is not scheduled as analysed: ", "SCHED_FIFO", "Nothing runs."];
 
-        // Without rights.
-        let nobody =
-            ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", "--bounding-set", "-sys_nice"];
-        let without = Deployer { wrapper: &nobody, ..Deployer::new(gcc(), script) };
-        assert_refused(&without.run(&over), &says);
+    // Without rights.
+    let nobody =
+        ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", "--bounding-set", "-sys_nice"];
+    let without = Deployer { wrapper: &nobody, ..Deployer::new(gcc()) };
+    assert_refused(&without.run(&over), &says);
 
-        // Unless that is allowed: then it is said again when they run.
-        let allowed = [("MAUVE_ALLOW_NON_REALTIME", "true")];
-        let run = Deployer { environment: &allowed, ..without }.run(&many("giver", 50));
-        assert_as_the_model(&run);
-        let warnings = run.log.matches("giver is not scheduled as it was analysed").count();
-        assert!(warnings >= 2 && run.log.contains("Nothing is proved"), "{}", run.log);
+    // Unless that is allowed: then it is said again when they run.
+    let allowed = [("MAUVE_ALLOW_NON_REALTIME", "true")];
+    let run = Deployer { environment: &allowed, ..without }.run(&many("giver", 50));
+    assert_as_the_model(&run);
+    let warnings = run.log.matches("giver is not scheduled as it was analysed").count();
+    assert!(warnings >= 2 && run.log.contains("Nothing is proved"), "{}", run.log);
 
-        // A CPU that is not there, and a priority that RTT lowers.
-        let path = gcc().join("prefix/share/deploy/scripts").join(script);
-        let text = std::fs::read_to_string(&path).unwrap();
-        for (from, to, says) in [
-            (
-                "setCpuAffinity(1)",
-                "setCpuAffinity(1073741824)",
-                "Cannot set the CPU affinity of giver: do these CPUs exist?",
-            ),
-            (" 20, ", " 120, ", "giver is not scheduled as analysed: its priority is 99 instead of 120"),
-            ("(20, ", "(120, ", "giver is not scheduled as analysed: its priority is 20 instead of 120"),
-        ] {
-            let mut changed = text.replace(from, to);
-            if to == " 120, " {
-                changed = changed.replace("(20, ", "(120, ");
-            }
-            assert_ne!(changed, text, "no {from}");
-            std::fs::write(&path, changed).unwrap();
-            let run = deployer.run(&over);
-            std::fs::write(&path, &text).unwrap();
-            assert_refused(&run, &[says]);
+    // A CPU that is not there, and a priority that RTT lowers.
+    let path = script(gcc());
+    let text = std::fs::read_to_string(&path).unwrap();
+    for (from, to, says) in [
+        (
+            "setCpuAffinity(1)",
+            "setCpuAffinity(1073741824)",
+            "Cannot set the CPU affinity of giver: do these CPUs exist?",
+        ),
+        (" 20, ", " 120, ", "giver is not scheduled as analysed: its priority is 99 instead of 120"),
+        ("(20, ", "(120, ", "giver is not scheduled as analysed: its priority is 20 instead of 120"),
+    ] {
+        let mut changed = text.replace(from, to);
+        if to == " 120, " {
+            changed = changed.replace("(20, ", "(120, ");
         }
+        assert_ne!(changed, text, "no {from}");
+        std::fs::write(&path, changed).unwrap();
+        let run = deployer.run(&over);
+        std::fs::write(&path, &text).unwrap();
+        assert_refused(&run, &[says]);
     }
 }
 
@@ -291,48 +296,46 @@ fn orocos_deployer_says_what_is_missing() {
         return;
     }
     let over = |log: &str| log.contains("Nothing runs.") && log.contains("rror");
-    for script in ["Real.ops", "Real.lua"] {
-        let deployer = Deployer::new(gcc(), script);
-        // A package that is not there, an operation that is not there, what refuses to be configured or to start.
-        let library = gcc().join("prefix/lib/orocos/gnulinux/yard");
-        let away = gcc().join("prefix/yard-away");
-        std::fs::rename(&library, &away).unwrap();
-        let run = deployer.run(&over);
-        std::fs::rename(&away, &library).unwrap();
-        assert_refused(&run, &["Cannot import package yard: build it, and source its workspace"]);
+    let deployer = Deployer::new(gcc());
+    // A package that is not there, an operation that is not there, what refuses to be configured or to start.
+    let library = gcc().join("prefix/lib/orocos/gnulinux/yard");
+    let away = gcc().join("prefix/yard-away");
+    std::fs::rename(&library, &away).unwrap();
+    let run = deployer.run(&over);
+    std::fs::rename(&away, &library).unwrap();
+    assert_refused(&run, &["Cannot import package yard: build it, and source its workspace"]);
 
-        let path = gcc().join("prefix/share/deploy/scripts").join(script);
-        let text = std::fs::read_to_string(&path).unwrap();
-        for (from, to, says) in [
-            ("\"giver.add\"", "\"giver.ad\"", "Cannot connect mal_true_taker.add and giver.add"),
-            ("\"giver.class\"", "\"giver.klass\"", "Cannot connect giver.class and "),
-            ("yard::Giver", "yard::Givers", "Cannot load giver, a yard::Givers: rebuild its package"),
-        ] {
-            let changed = text.replace(from, to);
-            assert_ne!(changed, text, "no {from}");
-            std::fs::write(&path, changed).unwrap();
-            let run = deployer.run(&over);
-            std::fs::write(&path, &text).unwrap();
-            assert_refused(&run, &[says, "Nothing runs."]);
-        }
-        for (refuses, says) in [("configure", "Cannot configure giver"), ("start", "Cannot start giver")] {
-            let environment = [("YARD_REFUSES", refuses)];
-            let run = Deployer { environment: &environment, ..Deployer::new(gcc(), script) }.run(&over);
-            assert!(run.log.contains(says) && run.log.contains("Nothing runs."), "{}", run.log);
-            assert_eq!((run.code, run.count("taker")), (Some(255), 0), "{}", run.log);
-            // Components that have started are stopped again.
-            assert!(run.count("watcher") < 5, "{}", run.log);
-            assert!(!run.said["giver"].iter().any(|line| line.starts_with("tick")), "{}", run.log);
-        }
+    let path = script(gcc());
+    let text = std::fs::read_to_string(&path).unwrap();
+    for (from, to, says) in [
+        ("\"giver.add\"", "\"giver.ad\"", "Cannot connect mal_true_taker.add and giver.add"),
+        ("\"giver.class\"", "\"giver.klass\"", "Cannot connect giver.class and "),
+        ("yard::Giver", "yard::Givers", "Cannot load giver, a yard::Givers: rebuild its package"),
+    ] {
+        let changed = text.replace(from, to);
+        assert_ne!(changed, text, "no {from}");
+        std::fs::write(&path, changed).unwrap();
+        let run = deployer.run(&over);
+        std::fs::write(&path, &text).unwrap();
+        assert_refused(&run, &[says, "Nothing runs."]);
+    }
+    for (refuses, says) in [("configure", "Cannot configure giver"), ("start", "Cannot start giver")] {
+        let environment = [("YARD_REFUSES", refuses)];
+        let run = Deployer { environment: &environment, ..Deployer::new(gcc()) }.run(&over);
+        assert!(run.log.contains(says) && run.log.contains("Nothing runs."), "{}", run.log);
+        assert_eq!((run.code, run.count("taker")), (Some(255), 0), "{}", run.log);
+        // Components that have started are stopped again.
+        assert!(run.count("watcher") < 5, "{}", run.log);
+        assert!(!run.said["giver"].iter().any(|line| line.starts_with("tick")), "{}", run.log);
     }
     // Beside the folder of the package, which RTT takes for what is installed of it.
-    let beside = Deployer { directory: gcc().to_owned(), ..Deployer::new(gcc(), "Real.ops") };
+    let beside = Deployer { directory: gcc().to_owned(), ..Deployer::new(gcc()) };
     let run = beside.run(&many("giver", 50));
     assert_as_the_model(&run);
     assert_eq!(run.code, Some(0), "{}", run.log);
     // It can be configured only.
     let environment = [("MAUVE_START", "false")];
-    let only = Deployer { environment: &environment, ..Deployer::new(gcc(), "Real.ops") };
+    let only = Deployer { environment: &environment, ..Deployer::new(gcc()) };
     let begin = Instant::now();
     let run = only.run(&|_| begin.elapsed() > Duration::from_secs(3));
     assert_eq!((run.code, run.said["giver"][0].as_str()), (Some(0), "configure 4"), "{}", run.log);
@@ -344,30 +347,28 @@ fn orocos_deployer_survives_a_codel_that_throws() {
     if !is_real() {
         return;
     }
-    for script in ["Real.ops", "Real.lua"] {
-        // In an operation: who called it gets `failure` and goes on, its owner is in its exception state.
-        let environment = [("YARD_THROWS", "operation")];
-        let deployer = Deployer { environment: &environment, ..Deployer::new(gcc(), script) };
-        let run = deployer.run(&|log| log.matches("@ taker failure").count() > 20);
-        assert!(run.log.contains("on purpose"), "{}", run.log);
-        assert_eq!(run.said["add"], ["a \"b\" \\ c 1", "a \"b\" \\ c 2"], "{}", run.log);
-        let failures = run.said["taker"].iter().filter(|line| line.starts_with("failure -1")).count();
-        assert!(failures > 20, "{}", run.log);
-        assert!(run.said["giver"].contains(&"stop 4".to_owned()), "{}", run.log);
-        assert_eq!(run.code, Some(0), "{}", run.log);
+    // In an operation: who called it gets `failure` and goes on, its owner is in its exception state.
+    let environment = [("YARD_THROWS", "operation")];
+    let deployer = Deployer { environment: &environment, ..Deployer::new(gcc()) };
+    let run = deployer.run(&|log| log.matches("@ taker failure").count() > 20);
+    assert!(run.log.contains("on purpose"), "{}", run.log);
+    assert_eq!(run.said["add"], ["a \"b\" \\ c 1", "a \"b\" \\ c 2"], "{}", run.log);
+    let failures = run.said["taker"].iter().filter(|line| line.starts_with("failure -1")).count();
+    assert!(failures > 20, "{}", run.log);
+    assert!(run.said["giver"].contains(&"stop 4".to_owned()), "{}", run.log);
+    assert_eq!(run.code, Some(0), "{}", run.log);
 
-        // In a period: the same for its owner.
-        let environment = [("YARD_THROWS", "update")];
-        let deployer = Deployer { environment: &environment, ..Deployer::new(gcc(), script) };
-        let run = deployer.run(&|log| log.matches("@ taker failure").count() > 20);
-        assert_eq!(
-            run.said["giver"],
-            ["configure 4", "start 4", "tick 1", "tick 2", "stop 4", "cleanup 4"],
-            "{}",
-            run.log
-        );
-        assert_eq!(run.code, Some(0), "{}", run.log);
-    }
+    // In a period: the same for its owner.
+    let environment = [("YARD_THROWS", "update")];
+    let deployer = Deployer { environment: &environment, ..Deployer::new(gcc()) };
+    let run = deployer.run(&|log| log.matches("@ taker failure").count() > 20);
+    assert_eq!(
+        run.said["giver"],
+        ["configure 4", "start 4", "tick 1", "tick 2", "stop 4", "cleanup 4"],
+        "{}",
+        run.log
+    );
+    assert_eq!(run.code, Some(0), "{}", run.log);
 }
 
 /// Checks threads, permitted callers, values that scripts cannot set, and displayed values.

@@ -1,7 +1,8 @@
 -- A stand-in for the Lua of Orocos, which only writes down what a script asks of it: a line for each call, its arguments
 -- behind tabs, texts in hexadecimal. Whatever a script must not do is an error.
 --
--- The variable FAILING names a call that fails, such as `configure arm`.
+-- The variable FAILING names a call that fails, such as `configure arm`, or a property that is missing, such as
+-- `getProperty arm.reach`.
 
 local failing = os.getenv("FAILING") or ""
 local imported, tasks = {}, {}
@@ -50,8 +51,20 @@ local function new_task(name)
     mauve_runs_as = function(_, ...) check(2, ...) return done("mauve_runs_as", name, ...) end,
     mauve_set = function(_, ...) check(2, ...) return done("mauve_set", name, ...) end,
     setCpuAffinity = function(_, ...) check(1, ...) return done("setCpuAffinity", name, ...) end,
-    getProperty = function(_, property)
-      return closed({ set = function(_, ...) check(1, ...) done("set", name, property, ...) end })
+    getProperty = function(_, ...)
+      check(1, ...)
+      local property = ...
+      if failing == "getProperty " .. name .. "." .. property then
+        return nil
+      end
+      return closed({
+        set = function(_, ...)
+          check(1, ...)
+          if not done("set", name, property, ...) then
+            error("failed to assign")
+          end
+        end,
+      })
     end,
   })
 end

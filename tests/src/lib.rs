@@ -8,12 +8,12 @@
 pub mod axes;
 mod client;
 mod command;
+pub mod deployer;
 #[cfg(unix)]
 mod lttng;
 pub mod machines;
 pub mod methods;
 pub mod model;
-pub mod ops;
 pub mod orocos;
 mod random_model;
 pub mod sources;

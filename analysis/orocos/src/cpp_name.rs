@@ -1,4 +1,5 @@
-//! Names for C++, RTT and its scripts: the names of the model unless they are reserved.
+//! Names for C++, RTT and its scripts: the names of the model unless they are reserved. Users write scripts of their own, and
+//! lines at the prompt of the deployer.
 
 use std::sync::LazyLock;
 
@@ -31,9 +32,8 @@ static STATEMENT_PREFIXES: Words = LazyLock::new(|| {
     words("true false done yield nothing program function export RootMachine StateMachine SubMachine")
 });
 
-/// Global services of scripts, which a task of the same name would hide, and variables of generated scripts.
-static GLOBAL_SERVICES: Words =
-    LazyLock::new(|| words("ros print os worked imported loaded values ready starts stopped all_is_well"));
+/// Global services of scripts, which a task of the same name would hide.
+static GLOBAL_SERVICES: Words = LazyLock::new(|| words("ros print os"));
 
 /// Devices of Windows: no file or folder there can have such a name, whatever its extension and its case.
 static DEVICES: Words = LazyLock::new(|| {

@@ -1,4 +1,4 @@
-//! A deployment with all names and values resolved, from which `ops.rs`, `lua.rs` and `launch.rs` generate scripts.
+//! A deployment with all names and values resolved, from which `script.rs`, `launch.rs` and `standalone/program.rs` generate.
 
 use std::collections::BTreeSet;
 
@@ -14,9 +14,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::component::{is_set_from_text, ports_of_introspection};
 use crate::cpp_name::{file_name, script_name, task_name};
-use crate::generated_file::generated_from;
 use crate::library::{Model, topological_order};
-use crate::origin::comment_lines;
 
 /// The period of a background activity without a period.
 ///
@@ -80,112 +78,27 @@ pub(crate) struct Activity {
     pub(crate) affinity: Option<u32>,
 }
 
-pub(crate) const ROS: &str = "Imports ROS and the types of the messages.";
-pub(crate) const LOADED: &str = "Creates the instances; a provider of operations comes before the instances \
-    that call it. The deployer stops them in reverse order.";
+/// Comments that a script and a main have in common.
+pub(crate) const PROVIDERS_FIRST: &str =
+    "Creates the instances; a provider of operations comes before the instances that call it.";
 pub(crate) const SET: &str = "Sets values of the model, and values that depend on them.";
 pub(crate) const CONNECTIONS: &str =
     "Connects outputs to inputs. An input keeps the last value, or as many values as its buffer has.";
-pub(crate) const ACTIVITIES: &str = "Creates the activities: period in seconds, priority, scheduler, and \
-    CPUs, one bit for each. Each component then checks its thread.";
-pub(crate) const CONFIGURED: &str = "If all steps succeeded, configures the instances.";
-pub(crate) const STARTED: &str = "Starts the instances, providers of operations first, unless MAUVE_START is \
-    false. If one fails to start, all are stopped again.";
-pub(crate) const VALUES: &str = "Reads property values of this launch: NAME.cpf in the folder MAUVE_VALUES, for each \
-    instance with properties.";
-pub(crate) const NOTHING_STARTS: &str = "Nothing runs.";
-pub(crate) const TOPICS: &str =
-    "Topics need rtt_ros_integration. Without them: `[generate] ros_streams = false` in mauve.toml.";
-
-pub(crate) fn reading(name: &str) -> String {
-    format!("use the values in {name}.cpf")
-}
-
-pub(crate) fn connecting(one: &str, other: &str) -> String {
-    format!("connect {one} and {other}")
-}
-
-pub(crate) fn scheduling(name: &str) -> String {
-    format!("create the activity of {name}")
-}
-
-pub(crate) fn pinning(name: &str) -> String {
-    format!("set the CPU affinity of {name}: do these CPUs exist?")
-}
-
-pub(crate) fn streaming(topic: &str) -> String {
-    format!("create topic {topic}: is roscore running?")
-}
-
-pub(crate) struct Script {
-    pub(crate) text: String,
-    /// The comment marker.
-    mark: &'static str,
-}
-
-impl Script {
-    pub(crate) fn new(deployed: &Deployed, mark: &'static str, prelude: &str) -> Script {
-        let mut script = Script { text: String::new(), mark };
-        script.comment(&generated_from(&deployed.package));
-        script.comment(&deployed.description);
-        script.text += prelude;
-        script
-    }
-
-    pub(crate) fn line(&mut self, line: &str) {
-        self.text += line;
-        self.text.push('\n');
-    }
-
-    pub(crate) fn comment(&mut self, text: &str) {
-        comment_lines(text).iter().for_each(|line| self.line(&format!("{} {line}", self.mark)));
-    }
-
-    /// Writes an empty line and a comment about the next lines.
-    pub(crate) fn section(&mut self, about: &str) {
-        self.text.push('\n');
-        self.comment(about);
-    }
-
-    pub(crate) fn left_out(&mut self, streams: &Streams) {
-        for port in &streams.left_out {
-            self.comment(&format!("{port} is not streamed: its type is not a message."));
-        }
-    }
-}
+pub(crate) const OPERATIONS: &str = "Connects the operations: required operation, provided operation.";
 
 impl Deployed {
     /// The instances, in the order in which they are loaded, configured and started.
     pub(crate) fn in_order(&self) -> impl DoubleEndedIterator<Item = &Task> {
         self.order.iter().filter_map(|&number| self.tasks.get(number))
     }
-
-    /// The instances with properties, in that order.
-    pub(crate) fn with_values(&self) -> Vec<&str> {
-        self.in_order().filter(|task| task.has_values).map(|task| task.name.as_str()).collect()
-    }
-
-    pub(crate) fn ros_packages(&self) -> Vec<&str> {
-        let Some(streams) = &self.streams else { return Vec::new() };
-        let packages = streams.packages.iter().map(String::as_str);
-        ["rtt_ros", "rtt_rosnode", "rtt_roscomm"].into_iter().chain(packages).collect()
-    }
 }
 
 impl Activity {
-    /// Returns the priority and the scheduler as RTT names them.
-    pub(crate) fn scheduling(&self) -> (u32, &'static str) {
-        self.priority.map_or((0, "ORO_SCHED_OTHER"), |priority| (priority, "ORO_SCHED_RT"))
-    }
-
     /// Returns the period in seconds, as scripts write it.
     pub(crate) fn seconds(&self) -> String {
         seconds(self.period)
     }
 }
-
-pub(crate) const STREAMS: &str = "Streams outputs, and inputs without a connection, to topics. On a connected \
-    input, a topic would be a second writer.";
 
 /// Ports that are streamed to ROS topics: outputs, and inputs without a connection.
 ///
@@ -356,8 +269,7 @@ fn activity(activities: &Activities<'_>, resolved: &ResolvedActivity<'_>) -> Act
     }
 }
 
-/// Returns seconds, such as `0.1` for 100 ms: exact, and always with a point, so that all scripts parse a
-/// floating-point number.
+/// Returns seconds, such as `0.1` for 100 ms: exact, and always with a point.
 fn seconds(time: Time) -> String {
     let nanos = time.as_nanos();
     let text = format!("{}.{:09}", nanos / 1_000_000_000, nanos % 1_000_000_000);

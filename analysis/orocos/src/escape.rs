@@ -17,24 +17,6 @@ pub(crate) fn cpp_string(text: &str) -> String {
     out + "\""
 }
 
-/// Returns a text as a literal of RTT scripts. Their numeric escapes end only at a character that is not a digit, and
-/// cannot express bytes above 127, so characters without a named escape are written unescaped.
-pub(crate) fn ops_string(text: &str) -> String {
-    let mut out = String::from("\"");
-    for c in text.chars() {
-        match c {
-            '"' | '\\' => out.extend(['\\', c]),
-            '\n' => out += "\\n",
-            '\t' => out += "\\t",
-            '\r' => out += "\\r",
-            '\u{8}' => out += "\\b",
-            '\u{c}' => out += "\\f",
-            c => out.push(c),
-        }
-    }
-    out + "\""
-}
-
 /// Returns a text as a literal of Lua 5.1: characters that are not printable ASCII become decimal escapes of three
 /// digits.
 pub(crate) fn lua_string(text: &str) -> String {
@@ -91,7 +73,6 @@ mod tests {
     fn nothing_breaks_out_of_a_literal() {
         let hostile = "a\"; evil(\"\\\n\r\0??/é1";
         assert_eq!(cpp_string(hostile), r#""a\"; evil(\"\\\n\015\000\077\077/\303\2511""#);
-        assert_eq!(ops_string(hostile), "\"a\\\"; evil(\\\"\\\\\\n\\r\0??/é1\"");
         assert_eq!(lua_string(hostile), r#""a\"; evil(\"\\\010\013\000??/\195\1691""#);
         assert_eq!(xml("<a b='\"'>&\u{1}\n"), "&lt;a b=&apos;&quot;&apos;&gt;&amp;\u{fffd}&#10;");
         assert_eq!(comment("a\n*/ --> b \\ \\"), "a * / - -> b");

@@ -8,7 +8,7 @@ use crate::origin::comment_lines;
 pub(crate) fn launch_file(deployed: &Deployed) -> String {
     let package = &deployed.package;
     // Names contain no substitutions of roslaunch: the only `$(find …)` and `$(arg …)` are those below.
-    let script = xml(&format!("-s $(find {package})/scripts/{}.ops", deployed.name));
+    let script = xml(&format!("-s $(find {package})/scripts/{}.lua", deployed.name));
     let description: Vec<String> =
         comment_lines(&deployed.description).iter().map(|line| xml(line)).collect();
     let description = description.join("\n     ");

@@ -18,7 +18,7 @@
 //! | `codels.rs` | the headers of types and codels, and the stubs that the user completes |
 //! | `build.rs` | `package.xml`, `CMakeLists.txt`, and what the components of a library have in common |
 //! | `deployment.rs` | a deployment with all names and values resolved |
-//! | `ops.rs`, `lua.rs`, `launch.rs` | its scripts and its launch file |
+//! | `script.rs`, `launch.rs` | its script and its launch file |
 //! | `standalone.rs`, `standalone/` | programs of the deployments, which need no Orocos |
 //! | `runtime.rs` | the files of the runtime that these programs use in place of Orocos |
 //! | `stubs.rs` | packages that run before their codels are written |
@@ -44,14 +44,13 @@ mod export;
 mod generated_file;
 mod launch;
 mod library;
-mod lua;
 mod manifest;
-mod ops;
 mod origin;
 mod package;
 mod plan;
 mod prototype;
 mod runtime;
+mod script;
 mod standalone;
 mod stubs;
 mod task;

@@ -609,11 +609,11 @@ mod tests {
         {
             text(path);
         }
-        for path in ["m/scripts/prn_.lua", "m/models/prn_.json", "con_/include/con_/con_-codels.hpp"] {
+        for path in ["m/models/prn_.json", "con_/include/con_/con_-codels.hpp"] {
             text(path);
         }
-        assert!(text("m/launch/prn_.launch").contains("/scripts/prn_.ops"));
-        assert!(text("m/scripts/prn_.ops").contains("\"con_::nul_\""));
+        assert!(text("m/launch/prn_.launch").contains("/scripts/prn_.lua"));
+        assert!(text("m/scripts/prn_.lua").contains("\"con_::nul_\""));
         assert!(text("con_/CMakeLists.txt").contains("src/codels/aux_.cpp"));
     }
 }

@@ -12,7 +12,7 @@ use crate::library::{Model, Problem, models};
 use crate::standalone::is_standalone_path;
 use crate::task::task_files;
 use crate::trace::trace_files;
-use crate::{launch, lua, ops};
+use crate::{launch, script};
 
 /// Returns whether a path has the form of a generated file of this package. A manifest that lists other paths is
 /// invalid.
@@ -40,7 +40,8 @@ pub(crate) fn is_generated_path(package: &str, path: &str) -> bool {
                 || match folder {
                     "src" => ends(file, &["-components.cpp"]),
                     "tracing" => ends(file, &["-tp.c", "-tp.h"]),
-                    "scripts" => ends(file, &[".ops", ".lua"]),
+                    // Earlier versions wrote a second script, which an update removes.
+                    "scripts" => ends(file, &[".lua", ".ops"]),
                     "launch" => ends(file, &[".launch"]),
                     "models" => ends(file, &[".psm.json", ".json"]),
                     _ => false,
@@ -90,8 +91,7 @@ fn deployment_files(model: Model<'_, '_>) -> Vec<GeneratedFile> {
         let Some(deployed) = deployed(model, decl) else { continue };
         let name = &deployed.name;
         let texts = [
-            (format!("scripts/{name}.ops"), ops::script(&deployed)),
-            (format!("scripts/{name}.lua"), lua::script(&deployed)),
+            (format!("scripts/{name}.lua"), script::script(&deployed)),
             (format!("launch/{name}.launch"), launch::launch_file(&deployed)),
         ];
         files.extend(texts.map(|(path, text)| GeneratedFile::generated(path, text)));
@@ -163,7 +163,6 @@ mod tests {
             "-tp.h",
             "-component.hpp",
             "-component.cpp",
-            ".ops",
             ".lua",
             ".launch",
             ".psm.json",
@@ -180,6 +179,9 @@ mod tests {
             "src/src-component.hpp",
             "models/C.psm.json",
             "scripts/scripts-component.cpp",
+            "scripts/a.lua",
+            // A script that earlier versions generated: it is removed.
+            "scripts/a.ops",
         ] {
             assert!(is_generated_path("p", path) && !is_generated_path(STANDALONE, path), "{path}");
         }

@@ -415,8 +415,8 @@ mod tests {
 
     const A: &str = "launch/a.launch";
     const B: &str = "launch/b.launch";
-    const C: &str = "scripts/c.ops";
-    const D: &str = "scripts/d.ops";
+    const C: &str = "scripts/c.lua";
+    const D: &str = "scripts/d.lua";
 
     const F: &str = "p/src/codels/f.cpp";
     const NEW: &str = "p/src/codels/f.cpp.new";
@@ -427,13 +427,13 @@ mod tests {
         let first = package(vec![generated(A, "a 1\n"), generated(C, "c 1\n"), codel("f", "int f()")]);
         assert_eq!(
             folder.generate(&first),
-            "+ p/launch/a.launch a 1\n+ p/scripts/c.ops c 1\n+ p/src/codels/f.cpp int f() { }\n"
+            "+ p/launch/a.launch a 1\n+ p/scripts/c.lua c 1\n+ p/src/codels/f.cpp int f() { }\n"
         );
         assert!(folder.plan(&first).is_settled());
         let second = package(vec![generated(A, "a 2\n"), generated(D, "d 1\n"), codel("f", "int f()")]);
         assert_eq!(
             folder.generate(&second),
-            "~ p/launch/a.launch a 2\n- p/scripts/c.ops\n+ p/scripts/d.ops d 1\n"
+            "~ p/launch/a.launch a 2\n- p/scripts/c.lua\n+ p/scripts/d.lua d 1\n"
         );
         assert!(folder.plan(&second).is_settled());
         // What was taken away comes again.
@@ -485,7 +485,7 @@ mod tests {
         assert_eq!((folder.generate(&first), &folder), (String::new(), &checkout));
         assert!(folder.plan(&first).is_settled());
         let second = package(vec![generated(A, "a 2\n"), codel("f", "int f()")]);
-        assert_eq!(folder.generate(&second), "~ p/launch/a.launch a 2\n- p/scripts/c.ops\n");
+        assert_eq!(folder.generate(&second), "~ p/launch/a.launch a 2\n- p/scripts/c.lua\n");
     }
 
     #[test]

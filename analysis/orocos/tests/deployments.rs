@@ -1,4 +1,4 @@
-//! Deployments of random models: their scripts are read by a strict reader, and say what the models say.
+//! Deployments of random models: their scripts, executed by Lua, do what the models say.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -7,8 +7,8 @@ use expect_test::expect_file;
 use mauve_hir::item_tree::BinaryOperator;
 use mauve_hir::{Database, Value, Workspace, projects};
 use mauve_orocos::{Package, ProblemKind, packages};
+use mauve_tests::deployer::{Argument, Call, run};
 use mauve_tests::model::{Architecture, Declaration, Deployment, Expr, Form, Model, Shell};
-use mauve_tests::ops::{Call, Literal, run};
 use mauve_tests::{Random, models, plain, random_model, texts_in};
 
 /// The packages of a model that has nothing wrong.
@@ -26,7 +26,14 @@ fn text(packages: &[Package], path: &str) -> String {
 }
 
 fn script(model: &Model) -> String {
-    text(&generated("/".into(), model.texts()), "scripts/Deployed.ops")
+    text(&generated("/".into(), model.texts()), "scripts/Deployed.lua")
+}
+
+/// The calls of a script that succeeds.
+fn calls(script: &str) -> Vec<Call> {
+    let (calls, error) = run(script, "");
+    assert_eq!(error, None, "{script}");
+    calls
 }
 
 /// What a model says of its deployment.
@@ -97,10 +104,10 @@ impl<'a> System<'a> {
     /// What must be executed, by function, in any order.
     fn calls(&self) -> BTreeSet<String> {
         let mut calls = BTreeSet::new();
-        let mut add = |function: &str, arguments: &[Literal]| {
+        let mut add = |function: &str, arguments: &[Argument]| {
             calls.insert(format!("{function} {arguments:?}"));
         };
-        let text = |text: &str| Literal::Text(text.to_owned());
+        let text = |text: &str| Argument::Text(text.to_owned());
         let architectures = self.architectures();
         let instances = architectures.iter().flat_map(|it| &it.instances);
         for (name, component) in instances {
@@ -118,24 +125,24 @@ impl<'a> System<'a> {
             for (feature, ty, value) in self.values(name, &shells) {
                 // Scripts know no other whole numbers than two.
                 match &value {
-                    Literal::Int(number) if !["int", "uint32"].contains(&ty.as_str()) => {
+                    Value::Int(number) if !["int", "uint32"].contains(&ty.as_str()) => {
                         add(
                             "mauve_set",
                             &[text(&called(name)), text(&called(&feature)), text(&number.to_string())],
                         );
                     }
-                    _ => add("set", &[text(&called(name)), text(&called(&feature)), value]),
+                    _ => add("set", &[text(&called(name)), text(&called(&feature)), argument(value)]),
                 }
             }
             add("configure", &[text(&called(name))]);
             add("start", &[text(&called(name))]);
         }
         for link in architectures.iter().flat_map(|it| &it.connections) {
-            let size = link.buffer.as_ref().map_or(0, |size| size.parse().unwrap());
-            let ty = if size == 0 { "DATA" } else { "CIRCULAR_BUFFER" };
+            let size = link.buffer.as_ref().map_or(0.0, |size| size.parse().unwrap());
+            let ty = if size == 0.0 { "DATA" } else { "CIRCULAR_BUFFER" };
             add(
                 "connect",
-                &[text(&end(&link.source)), text(&end(&link.target)), text(ty), Literal::Int(size)],
+                &[text(&end(&link.source)), text(&end(&link.target)), text(ty), Argument::Number(size)],
             );
         }
         for link in architectures.iter().flat_map(|it| &it.operations) {
@@ -151,7 +158,12 @@ impl<'a> System<'a> {
             let name = text(&called(&activity.instance));
             add(
                 "setActivity",
-                &[name.clone(), Literal::Double(seconds), Literal::Int(priority), text(scheduler)],
+                &[
+                    name.clone(),
+                    Argument::Number(seconds),
+                    Argument::Number(priority.into()),
+                    text(scheduler),
+                ],
             );
             if priority == 0 {
                 add("setWaitPeriodPolicy", &[name.clone(), text("ORO_WAIT_REL")]);
@@ -169,15 +181,15 @@ impl<'a> System<'a> {
                 None => named.max(1),
             };
             if mask != 0 {
-                add("setCpuAffinity", &[name.clone(), Literal::Int(mask)]);
+                add("setCpuAffinity", &[name.clone(), Argument::Number(mask.into())]);
             }
-            add("mauve_runs_as", &[name, Literal::Int(priority), Literal::Int(mask)]);
+            add("mauve_runs_as", &[name, Argument::Number(priority.into()), Argument::Number(mask.into())]);
         }
         calls
     }
 
     /// The values that are not those of the class: what is set, and what rests on that.
-    fn values(&self, instance: &str, shells: &[&'a Shell]) -> Vec<(String, String, Literal)> {
+    fn values(&self, instance: &str, shells: &[&'a Shell]) -> Vec<(String, String, Value)> {
         let mut set: BTreeMap<&str, &Expr> = BTreeMap::new();
         let architectures = self.architectures();
         let settings =
@@ -233,16 +245,26 @@ fn end((instance, feature): &(String, String)) -> String {
     format!("{}.{}", called(instance), called(feature))
 }
 
-fn as_kept(value: Literal, ty: &str) -> Literal {
+/// A value as Lua passes it on.
+fn argument(value: Value) -> Argument {
+    match value {
+        Value::Bool(value) => Argument::Bool(value),
+        Value::Int(value) => Argument::Number(value.into()),
+        Value::Double(value) => Argument::Number(value),
+        Value::String(text) => Argument::Text(text),
+    }
+}
+
+fn as_kept(value: Value, ty: &str) -> Value {
     match (value, ty) {
-        (Literal::Int(value), "double" | "float") => Literal::Double(value.into()),
+        (Value::Int(value), "double" | "float") => Value::Double(value.into()),
         (value, _) => value,
     }
 }
 
 /// The value of an expression; none where the model does not work it out.
-fn literal(expr: &Expr) -> Option<Literal> {
-    use Literal::{Bool, Double, Int, Text};
+fn literal(expr: &Expr) -> Option<Value> {
+    use Value::{Bool, Double, Int, String as Text};
     Some(match &expr.form {
         Form::Literal(text) if text.starts_with('"') => {
             let inner = &text[1..text.len() - 1];
@@ -298,30 +320,27 @@ fn shown(call: &Call) -> String {
 #[test]
 fn scripts_as_people_read_them() {
     let arm = generated(folder("arm"), texts_in(&folder("arm")));
-    for path in ["scripts/D.ops", "scripts/D.lua", "launch/D.launch"] {
+    for path in ["scripts/D.lua", "launch/D.launch"] {
         expect_file![format!("arm/{path}")].assert_eq(&text(&arm, path));
     }
     let p3dx = generated(models().join("p3dx"), texts_in(&models().join("p3dx")));
-    for path in ["scripts/P3dxDeployment.ops", "scripts/P3dxDeployment.lua", "launch/P3dxDeployment.launch"] {
+    for path in ["scripts/P3dxDeployment.lua", "launch/P3dxDeployment.launch"] {
         expect_file![format!("p3dx/{path}")].assert_eq(&text(&p3dx, path));
-    }
-    for (packages, path) in [(&arm, "scripts/D.ops"), (&p3dx, "scripts/P3dxDeployment.ops")] {
-        run(&text(packages, path), |_| false).unwrap();
     }
 }
 
 #[test]
-fn without_ros_nothing_of_it_is_there() {
+fn orocos_without_ros_nothing_of_it_is_there() {
     let with_streams = texts_in(&folder("arm"));
     let mut without = with_streams.clone();
     let config = without.iter_mut().find(|(path, _)| path.ends_with("mauve.toml")).unwrap();
     config.1 += "[generate]\nros_streams = false\n";
-    let script = text(&generated(folder("arm"), without), "scripts/D.ops");
+    let script = text(&generated(folder("arm"), without), "scripts/D.lua");
     assert!(!script.contains("ros"), "{script}");
-    let script_with = text(&generated(folder("arm"), with_streams), "scripts/D.ops");
-    let others = run(&script_with, |_| false).unwrap().into_iter();
+    let script_with = text(&generated(folder("arm"), with_streams), "scripts/D.lua");
+    let others = calls(&script_with).into_iter();
     let others = others.filter(|call| call.function != "stream" && !call.text(0).starts_with("rtt_"));
-    assert_eq!(run(&script, |_| false).unwrap(), others.collect::<Vec<_>>());
+    assert_eq!(calls(&script), others.collect::<Vec<_>>());
 }
 
 #[test]
@@ -338,12 +357,12 @@ fn folder(name: &str) -> PathBuf {
 const MODELS: u64 = 300;
 
 #[test]
-fn scripts_say_what_their_models_say() {
+fn orocos_scripts_do_what_their_models_say() {
     let mut seen: BTreeMap<String, usize> = BTreeMap::new();
     for seed in 0..MODELS {
         let model = random_model(seed);
         let script = script(&model);
-        let calls = run(&script, |_| false).unwrap_or_else(|why| panic!("seed {seed}: {why}\n{script}"));
+        let calls = calls(&script);
         for call in &calls {
             *seen.entry(call.function.clone()).or_default() += 1;
         }
@@ -369,30 +388,28 @@ fn scripts_say_what_their_models_say() {
 }
 
 #[test]
-fn nothing_starts_where_something_failed() {
+fn orocos_a_script_ends_where_something_fails() {
     let mut random = Random(7);
     for seed in 0..MODELS / 3 {
         let script = script(&random_model(seed));
-        let calls = run(&script, |_| false).unwrap();
-        let failing: Vec<&Call> = calls
-            .iter()
-            .filter(|call| !["set", "load", "start", "import"].contains(&call.function.as_str()))
-            .collect();
-        let failing = *random.of(&failing);
-        let calls_then = run(&script, |call| call == failing).unwrap();
-        let is = |functions: &[&str], call: &&Call| functions.contains(&call.function.as_str());
-        assert!(!calls_then.iter().any(|call| is(&["start"], &call)), "seed {seed}: {failing:?} failed");
-        assert_eq!(calls_then.last().unwrap().function, "failed", "seed {seed}: the deployer is not told");
-        // The others are tried, so that all that is wrong is seen at once; but not what rests on all of them, or would crash.
-        let late = ["connectOperations", "stream", "configure", "start", "stop", "failed"];
-        let early =
-            |calls: &[Call]| -> Vec<Call> { calls.iter().filter(|it| !is(&late, it)).cloned().collect() };
-        assert_eq!(early(&calls_then), early(&calls), "seed {seed}");
+        let calls = calls(&script);
+        let failing = random.of(&calls).key();
+        let (executed, error) = run(&script, &failing);
+        let error =
+            error.unwrap_or_else(|| panic!("seed {seed}: nobody says that {failing} failed\n{script}"));
+        assert!(error.contains("Cannot ") || failing.starts_with("set "), "seed {seed}: {error}");
+        let end = calls.iter().position(|call| call.key() == failing).unwrap();
+        let (before, after) = executed.split_at(end + 1);
+        assert_eq!(before, &calls[..=end], "seed {seed}: {failing}");
+        // What was started is stopped, where another one does not start.
+        let started = calls[..end].iter().rev().filter(|call| call.function == "start");
+        let stopped: Vec<String> = started.map(|call| format!("stop {}", call.text(0))).collect();
+        assert_eq!(after.iter().map(Call::key).collect::<Vec<_>>(), stopped, "seed {seed}: {failing}");
     }
 }
 
 #[test]
-fn who_provides_is_configured_and_started_first() {
+fn orocos_who_provides_is_configured_and_started_first() {
     let mut links = 0;
     for seed in 0..MODELS {
         let mut model = random_model(seed);
@@ -404,7 +421,7 @@ fn who_provides_is_configured_and_started_first() {
                 }
             }
         }
-        let calls = run(&script(&model), |_| false).unwrap();
+        let calls = calls(&script(&model));
         let place = |function: &str, task: &str| {
             let found = calls.iter().position(|call| call.function == function && call.text(0) == task);
             found.expect(task)
@@ -439,38 +456,16 @@ fn a_thread_has_cpus_1_to_32() {
         let workspace = Workspace::of_texts(&db, "/".into(), [("/robot.mal".into(), model)]);
         let made = packages(&db, projects(&db, workspace)[0], None);
         made.map_err(|problems| problems[0].kind.clone()).map(|packages| {
-            let files = packages.iter().flat_map(|package| &package.files);
-            let scripts = files.filter(|file| file.path.ends_with("D.ops") || file.path.ends_with("D.lua"));
-            let lines =
-                scripts.flat_map(|file| file.text.lines()).filter(|line| line.contains("setCpuAffinity"));
+            let script = text(&packages, "scripts/D.lua");
+            let lines = script.lines().filter(|line| line.contains("setCpuAffinity"));
             lines.map(str::to_owned).collect::<Vec<_>>()
         })
     };
-    let set = |ops: &str, lua: &str| {
+    let set = |cpus: &str| {
         let what = "\"set the CPU affinity of c: do these CPUs exist?\")";
-        Ok(vec![
-            format!("ready = worked(c.setCpuAffinity({ops}), {what} && ready"),
-            format!("worked(task(\"c\"):setCpuAffinity({lua}), {what}"),
-        ])
+        Ok(vec![format!("worked(task(\"c\"):setCpuAffinity({cpus}), {what}")])
     };
-    assert_eq!(robot("2"), set("2", "2"));
-    assert_eq!(robot("0x80000000"), set("2147483648u", "2147483648"));
+    assert_eq!(robot("2"), set("2"));
+    assert_eq!(robot("0x80000000"), set("2147483648"));
     assert_eq!(robot("0x100000000"), Err(ProblemKind::UnsupportedCpus(1 << 32)));
-}
-
-#[test]
-fn all_are_stopped_where_one_does_not_start() {
-    for seed in 0..MODELS / 3 {
-        let script = script(&random_model(seed));
-        let calls = run(&script, |_| false).unwrap();
-        let started: Vec<&str> =
-            calls.iter().filter(|call| call.function == "start").map(|call| call.text(0)).collect();
-        let last = started.last().unwrap();
-        let calls = run(&script, |call| call.function == "start" && call.text(0) == *last).unwrap();
-        let mut stopped: Vec<&str> =
-            calls.iter().filter(|call| call.function == "stop").map(|call| call.text(0)).collect();
-        stopped.reverse();
-        assert_eq!(stopped, started);
-        assert_eq!(calls.last().unwrap().function, "failed");
-    }
 }

@@ -2,7 +2,7 @@
 //!
 //! | module | what it tests |
 //! |---|---|
-//! | [`deployments`] | the scripts of random deployments, read by a strict reader |
+//! | [`deployments`] | the scripts of random deployments, executed by Lua |
 //! | [`fuzz`] | the properties of folders of packages, on some hundred texts |
 //! | [`growth`] | the size of generated files |
 //! | [`spec`] | the reference of generated code in `tests/spec` |

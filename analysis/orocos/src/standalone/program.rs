@@ -13,7 +13,7 @@ use mauve_wcrt::{Query, execution_times, response_times};
 use rustc_hash::FxHashMap;
 
 use crate::cpp_name::task_name;
-use crate::deployment::{BACKGROUND, CONNECTIONS, Deployed, SET, Task};
+use crate::deployment::{BACKGROUND, CONNECTIONS, Deployed, OPERATIONS, PROVIDERS_FIRST, SET, Task};
 use crate::escape::cpp_string;
 use crate::generated_file::generated_from;
 use crate::library::Model;
@@ -59,7 +59,7 @@ impl Main {
 }
 
 fn connected_instances(main: &mut Main, deployed: &Deployed) {
-    main.section("Creates the instances; a provider of operations comes before the instances that call it.");
+    main.section(PROVIDERS_FIRST);
     for Task { name, class, .. } in deployed.in_order() {
         let package = class.split("::").next().unwrap_or_default();
         main.call("robot.instance", &[name, package, class].map(cpp_string));
@@ -80,7 +80,7 @@ fn connected_instances(main: &mut Main, deployed: &Deployed) {
         main.call("robot.connect", &ends.chain(buffer.map(|size| size.to_string())).collect::<Vec<_>>());
     }
     if !deployed.operations.is_empty() {
-        main.section("Connects the operations: required operation, provided operation.");
+        main.section(OPERATIONS);
     }
     for operations in &deployed.operations {
         main.call("robot.operation", &operations.each_ref().map(|end| cpp_string(end)));
