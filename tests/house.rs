@@ -56,7 +56,6 @@ const WITHOUT_PROSE: [(&str, &[&str]); 6] = [
     (
         "analysis/orocos",
         &[
-            "build",
             "codels",
             "component::header",
             "component::obvious",
@@ -64,14 +63,11 @@ const WITHOUT_PROSE: [(&str, &[&str]); 6] = [
             "cpp_name",
             "deployment",
             "generated_file",
-            "launch",
             "runtime",
             "script",
-            "standalone",
             "standalone::messages",
             "standalone::program",
             "stubs",
-            "task",
         ],
     ),
 ];

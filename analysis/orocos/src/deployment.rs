@@ -78,14 +78,6 @@ pub(crate) struct Activity {
     pub(crate) affinity: Option<u32>,
 }
 
-/// Comments that a script and a main have in common.
-pub(crate) const PROVIDERS_FIRST: &str =
-    "Creates the instances; a provider of operations comes before the instances that call it.";
-pub(crate) const SET: &str = "Sets values of the model, and values that depend on them.";
-pub(crate) const CONNECTIONS: &str =
-    "Connects outputs to inputs. An input keeps the last value, or as many values as its buffer has.";
-pub(crate) const OPERATIONS: &str = "Connects the operations: required operation, provided operation.";
-
 impl Deployed {
     /// The instances, in the order in which they are loaded, configured and started.
     pub(crate) fn in_order(&self) -> impl DoubleEndedIterator<Item = &Task> {
@@ -114,6 +106,13 @@ pub(crate) struct Streams {
     pub(crate) shown: Vec<[String; 2]>,
     /// Ports whose types are not messages.
     pub(crate) left_out: Vec<String>,
+}
+
+impl Streams {
+    /// Port and topic, of all ports that are streamed.
+    pub(crate) fn all_topics(&self) -> impl Iterator<Item = &[String; 2]> {
+        self.topics.iter().chain(&self.shown)
+    }
 }
 
 /// Resolves a deployment of a library; `None` if its architecture is incomplete.

@@ -2,6 +2,8 @@
 
 use mauve_timing::task_set::{Exported, is_sealed};
 
+use crate::template::filled;
+
 /// A package that can be built.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Package {
@@ -30,8 +32,8 @@ impl GeneratedFile {
 
     /// A file of the generator from a template, with the name of the library in place of `{lib}`.
     pub(crate) fn from_template(package: &str, path: &str, template: &str) -> GeneratedFile {
-        let text = template.replace("{generated}", &generated_from(package));
-        GeneratedFile::generated(path.replace("{lib}", package), text.replace("{lib}", package))
+        let values = [("lib", package.to_owned()), ("generated", generated_from(package))];
+        GeneratedFile::generated(filled(path, &values), filled(template, &values))
     }
 }
 

@@ -15,6 +15,7 @@
 //! | `task.rs` | what all components of a package have in common |
 //! | `trace.rs` | the tracing of what components execute, by LTTng-UST |
 //! | `origin.rs` | what generated comments say of the model |
+//! | `template.rs`, `../templates` | the files that differ little from package to package |
 //! | `codels.rs` | the headers of types and codels, and the stubs that the user completes |
 //! | `build.rs` | `package.xml`, `CMakeLists.txt`, and what the components of a library have in common |
 //! | `deployment.rs` | a deployment with all names and values resolved |
@@ -54,6 +55,7 @@ mod script;
 mod standalone;
 mod stubs;
 mod task;
+mod template;
 mod trace;
 
 pub use generated_file::{GeneratedFile, Owner, Package, STANDALONE};

@@ -12,216 +12,120 @@
 
 use mauve_hir::Value;
 
-use crate::deployment::{
-    Activity, BACKGROUND, CONNECTIONS, Deployed, OPERATIONS, PROVIDERS_FIRST, SET, Task,
-};
+use crate::deployment::{BACKGROUND, Deployed, Streams, Task};
 use crate::escape::lua_string;
 use crate::generated_file::generated_from;
 use crate::origin::comment_lines;
-
-const PRELUDE: &str = r#"
-require("rttlib")
-
-local deployer = rtt.getTC()
-if deployer:getName() ~= "Deployer" then
-  deployer = assert(deployer:getPeer("Deployer"), "there is no Deployer")
-end
-
-local function worked(has_worked, what)
-  if not has_worked then
-    error("Cannot " .. what .. "\nNothing runs.", 0)
-  end
-end
-
--- Next to the source folder of a package, the deployer takes that folder for the installed package:
--- the second path names the installed one.
-local function import(package)
-  local is_there = deployer:import(package) or deployer:import("gnulinux/" .. package)
-  worked(is_there, "import package " .. package .. ": build it, and source its workspace")
-end
-
-local function load(name, class)
-  local is_loaded = deployer:loadComponent(name, class)
-  worked(is_loaded, "load " .. name .. ", a " .. class .. ": rebuild its package")
-end
-
-local function task(name)
-  return assert(deployer:getPeer(name), "there is no " .. name)
-end
-
-local function set(name, property, value)
-  local found = assert(task(name):getProperty(property), name .. " has no " .. property)
-  found:set(value)
-end
-"#;
+use crate::template::{filled, flag, lines};
 
 pub(crate) fn script(deployed: &Deployed) -> String {
-    let mut script = Script { text: String::new() };
-    script.comment(&generated_from(&deployed.package));
-    script.comment(&deployed.description);
-    script.text += PRELUDE;
-    instances(&mut script, deployed);
-    values(&mut script, deployed);
-    connections(&mut script, deployed);
-    activities(&mut script, deployed);
-    streams(&mut script, deployed);
-    start(&mut script, deployed);
-    script.text
+    let streams = deployed.streams.as_ref();
+    let with_values = deployed.in_order().filter(|task| task.has_values);
+    let operations = deployed.operations.iter().map(|[required, provided]| {
+        let call = format!("deployer:connectOperations({}, {})", lua_string(required), lua_string(provided));
+        step(&call, &connecting(required, provided))
+    });
+    let configured = deployed.in_order().map(|Task { name, .. }| {
+        step(&format!("task({}):configure()", lua_string(name)), &format!("configure {name}"))
+    });
+    let instances = deployed.in_order();
+    let instances = instances
+        .map(|Task { name, class, .. }| format!("load({}, {})", lua_string(name), lua_string(class)));
+    let values = [
+        ("generated", generated_from(&deployed.package)),
+        ("description", comment(&deployed.description)),
+        ("ros", streams.map_or_else(String::new, ros_packages)),
+        ("packages", lines(deployed.packages.iter().map(|it| import(it)))),
+        ("instances", lines(instances)),
+        ("set", lines(deployed.tasks.iter().flat_map(set_values))),
+        ("read", lines(with_values.map(|task| format!("read({})", lua_string(&task.name))))),
+        ("connections", connections(deployed)),
+        ("operations", lines(operations)),
+        ("activities", lines(deployed.tasks.iter().flat_map(activity))),
+        ("topics", flag(streams.is_some_and(|it| it.all_topics().next().is_some()))),
+        ("streams", streams.map_or_else(String::new, streamed)),
+        ("configured", lines(configured)),
+        ("order", lines(deployed.in_order().map(|task| format!("  {},", lua_string(&task.name))))),
+    ];
+    filled(include_str!("../templates/deployment.lua"), &values)
 }
 
-struct Script {
-    text: String,
+/// Returns a step, with the message if it fails.
+fn step(call: &str, what: &str) -> String {
+    format!("worked({call}, {})", lua_string(what))
 }
 
-impl Script {
-    fn line(&mut self, line: &str) {
-        self.text += line;
-        self.text.push('\n');
-    }
-
-    fn comment(&mut self, text: &str) {
-        comment_lines(text).iter().for_each(|line| self.line(&format!("-- {line}")));
-    }
-
-    /// Writes an empty line and a comment about the next lines.
-    fn section(&mut self, about: &str) {
-        self.text.push('\n');
-        self.comment(about);
-    }
-
-    /// Writes a step, and the message if it fails.
-    fn step(&mut self, call: &str, what: &str) {
-        self.line(&format!("worked({call}, {})", lua_string(what)));
-    }
+fn comment(text: &str) -> String {
+    lines(comment_lines(text).iter().map(|line| format!("-- {line}")))
 }
 
-fn instances(script: &mut Script, deployed: &Deployed) {
-    if let Some(streams) = &deployed.streams {
-        script.section("Imports ROS and the types of the messages.");
-        script.comment(
-            "Topics need rtt_ros_integration. Without them: `[generate] ros_streams = false` in mauve.toml.",
-        );
-        let packages = streams.packages.iter().map(String::as_str);
-        let packages = ["rtt_ros", "rtt_rosnode", "rtt_roscomm"].into_iter().chain(packages);
-        packages.for_each(|it| script.line(&format!("import({})", lua_string(it))));
-    }
-    script.section("Creates the components.");
-    deployed.packages.iter().for_each(|it| script.line(&format!("import({})", lua_string(it))));
-    script.section(&format!("{PROVIDERS_FIRST} The deployer stops them in reverse order."));
-    for Task { name, class, .. } in deployed.in_order() {
-        script.line(&format!("load({}, {})", lua_string(name), lua_string(class)));
-    }
+fn import(package: &str) -> String {
+    format!("import({})", lua_string(package))
 }
 
-fn values(script: &mut Script, deployed: &Deployed) {
-    if deployed.tasks.iter().any(|task| !task.values.is_empty()) {
-        script.section(SET);
-    }
-    for task in &deployed.tasks {
-        let name = lua_string(&task.name);
-        for (property, value, from_text) in &task.values {
-            let known = lua_string(property);
-            if *from_text {
-                let call = format!("task({name}):mauve_set({known}, {})", lua_string(&value.text()));
-                script.step(&call, &format!("set {property} of {}", task.name));
-            } else {
-                script.line(&format!("set({name}, {known}, {})", literal(value)));
-            }
+fn connecting(one: &str, other: &str) -> String {
+    format!("connect {one} and {other}")
+}
+
+/// Returns the imports of ROS and of the types of messages.
+fn ros_packages(streams: &Streams) -> String {
+    let packages = streams.packages.iter().map(String::as_str);
+    lines(["rtt_ros", "rtt_rosnode", "rtt_roscomm"].into_iter().chain(packages).map(import))
+}
+
+fn set_values(task: &Task) -> impl Iterator<Item = String> {
+    task.values.iter().map(|(property, value, from_text)| {
+        let (name, known) = (lua_string(&task.name), lua_string(property));
+        if !from_text {
+            return format!("set({name}, {known}, {})", literal(value));
         }
-    }
-    let mut with_values = deployed.in_order().filter(|task| task.has_values).peekable();
-    if with_values.peek().is_some() {
-        script.section(
-            "Reads property values of this launch: NAME.cpf in the folder MAUVE_VALUES, for each instance with \
-             properties.",
-        );
-        script.text += READ;
-    }
-    with_values.for_each(|task| script.line(&format!("read({})", lua_string(&task.name))));
+        let call = format!("task({name}):mauve_set({known}, {})", lua_string(&value.text()));
+        step(&call, &format!("set {property} of {}", task.name))
+    })
 }
 
-fn connections(script: &mut Script, deployed: &Deployed) {
-    let connecting = |one: &str, other: &str| format!("connect {one} and {other}");
-    if !deployed.connections.is_empty() {
-        script.section(CONNECTIONS);
-        script.text += CONNECT;
-    }
-    for ([from, to], buffer) in &deployed.connections {
+fn connections(deployed: &Deployed) -> String {
+    lines(deployed.connections.iter().map(|([from, to], buffer)| {
         let size = buffer.map_or("nil".to_owned(), |size| size.to_string());
         let [from, to, what] = [from, to, &connecting(from, to)].map(|it| lua_string(it));
-        script.line(&format!("connect({from}, {to}, {size}, {what})"));
-    }
-    if !deployed.operations.is_empty() {
-        script.section(OPERATIONS);
-    }
-    for [required, provided] in &deployed.operations {
-        let call = format!("deployer:connectOperations({}, {})", lua_string(required), lua_string(provided));
-        script.step(&call, &connecting(required, provided));
-    }
+        format!("connect({from}, {to}, {size}, {what})")
+    }))
 }
 
-fn activities(script: &mut Script, deployed: &Deployed) {
-    script.section(
-        "Creates the activities: period in seconds, priority, scheduler, and CPUs, one bit for each. Each \
-         component then checks its thread.",
-    );
-    for Task { name, activity, .. } in &deployed.tasks {
-        let Activity { assumed, affinity, .. } = activity;
-        if *assumed {
-            script.comment(BACKGROUND);
-        }
-        let scheduler = if activity.priority.is_some() { "ORO_SCHED_RT" } else { "ORO_SCHED_OTHER" };
-        let (period, priority) = (activity.seconds(), activity.priority.unwrap_or_default());
-        let (quoted, what) = (lua_string(name), format!("create the activity of {name}"));
-        let arguments = format!("{quoted}, {period}, {priority}, rtt.globals.{scheduler}");
-        script.step(&format!("deployer:setActivity({arguments})"), &what);
-        if activity.priority.is_none() {
-            let arguments = format!("{quoted}, rtt.globals.ORO_WAIT_REL");
-            script.step(&format!("deployer:setWaitPeriodPolicy({arguments})"), &what);
-        }
-        let mask = affinity.unwrap_or_default();
-        if affinity.is_some() {
-            let what = format!("set the CPU affinity of {name}: do these CPUs exist?");
-            script.step(&format!("task({quoted}):setCpuAffinity({mask})"), &what);
-        }
-        script.step(&format!("task({quoted}):mauve_runs_as({priority}, {mask})"), &format!("start {name}"));
+/// Returns the steps that give an instance its thread.
+fn activity(Task { name, activity, .. }: &Task) -> Vec<String> {
+    let mut all = Vec::new();
+    if activity.assumed {
+        all.push(comment(BACKGROUND));
     }
+    let scheduler = if activity.priority.is_some() { "ORO_SCHED_RT" } else { "ORO_SCHED_OTHER" };
+    let (period, priority) = (activity.seconds(), activity.priority.unwrap_or_default());
+    let (quoted, what) = (lua_string(name), format!("create the activity of {name}"));
+    let arguments = format!("{quoted}, {period}, {priority}, rtt.globals.{scheduler}");
+    all.push(step(&format!("deployer:setActivity({arguments})"), &what));
+    if activity.priority.is_none() {
+        let call = format!("deployer:setWaitPeriodPolicy({quoted}, rtt.globals.ORO_WAIT_REL)");
+        all.push(step(&call, &what));
+    }
+    if let Some(mask) = activity.affinity {
+        let what = format!("set the CPU affinity of {name}: do these CPUs exist?");
+        all.push(step(&format!("task({quoted}):setCpuAffinity({mask})"), &what));
+    }
+    let mask = activity.affinity.unwrap_or_default();
+    all.push(step(&format!("task({quoted}):mauve_runs_as({priority}, {mask})"), &format!("start {name}")));
+    all
 }
 
-fn streams(script: &mut Script, deployed: &Deployed) {
-    let Some(streams) = &deployed.streams else { return };
-    let mut topics = streams.topics.iter().chain(&streams.shown).peekable();
-    if topics.peek().is_some() || !streams.left_out.is_empty() {
-        script.section(
-            "Streams outputs, and inputs without a connection, to topics. On a connected input, a topic would \
-             be a second writer.",
-        );
-    }
-    if topics.peek().is_some() {
-        script.line("local ros = rtt.provides(\"ros\"):provides(\"comm\")");
-    }
-    for [port, topic] in topics {
+/// Returns the topics of ports, and comments about the ports that have none.
+fn streamed(streams: &Streams) -> String {
+    let topics = streams.all_topics().map(|[port, topic]| {
         let call = format!("deployer:stream({}, ros:topic({}))", lua_string(port), lua_string(topic));
-        script.step(&call, &format!("create topic {topic}: is roscore running?"));
-    }
-    for port in &streams.left_out {
-        script.comment(&format!("{port} is not streamed: its type is not a message."));
-    }
-}
-
-fn start(script: &mut Script, deployed: &Deployed) {
-    script.section("If all steps succeeded, configures the instances.");
-    for Task { name, .. } in deployed.in_order() {
-        script.step(&format!("task({}):configure()", lua_string(name)), &format!("configure {name}"));
-    }
-    script.section(
-        "Starts the instances, providers of operations first, unless MAUVE_START is false. If one fails to \
-         start, all are stopped again.",
-    );
-    script.line("local order = {");
-    deployed.in_order().for_each(|task| script.line(&format!("  {},", lua_string(&task.name))));
-    script.line("}");
-    script.text += START;
+        step(&call, &format!("create topic {topic}: is roscore running?"))
+    });
+    let left_out = streams.left_out.iter();
+    let left_out =
+        left_out.map(|port| comment(&format!("{port} is not streamed: its type is not a message.")));
+    lines(topics.chain(left_out))
 }
 
 fn literal(value: &Value) -> String {
@@ -230,46 +134,3 @@ fn literal(value: &Value) -> String {
         other => other.text(),
     }
 }
-
-const READ: &str = r#"local values = os.getenv("MAUVE_VALUES") or ""
-
-local function read(name)
-  local what = "use the values in " .. name .. ".cpf"
-  worked(deployer:loadService(name, "marshalling"), what)
-  if values ~= "" then
-    local marshalling = task(name):provides("marshalling")
-    worked(marshalling:updateProperties(values .. "/" .. name .. ".cpf"), what)
-  end
-end
-
-"#;
-
-const CONNECT: &str = r#"local function connect(from, to, size, what)
-  local policy = rtt.Variable("ConnPolicy")
-  if size then
-    policy.type = rtt.globals.CIRCULAR_BUFFER
-    policy.size = size
-  else
-    policy.type = rtt.globals.DATA
-  end
-  worked(deployer:connect(from, to, policy), what)
-end
-
-"#;
-
-const START: &str = r#"
-local function stop(last)
-  for index = last, 1, -1 do
-    task(order[index]):stop()
-  end
-end
-
-if os.getenv("MAUVE_START") ~= "false" then
-  for index, name in ipairs(order) do
-    if not task(name):start() then
-      stop(index - 1)
-      worked(false, "start " .. name)
-    end
-  end
-end
-"#;

@@ -19,6 +19,7 @@ use crate::deployment::{Deployed, deployed};
 use crate::generated_file::{GeneratedFile, Package, STANDALONE, STANDALONE_MARK, ends, is_name};
 use crate::library::{Model, Problem, models};
 use crate::runtime::{is_runtime_path, runtime_files};
+use crate::template::{filled, lines};
 use messages::Messages;
 
 /// Returns the folder of standalone programs: those of a deployment, or of all deployments of a project. It is a package in
@@ -86,71 +87,23 @@ fn cmake_lists(
     messages: &Messages<'_>,
     programs: &[(String, Vec<String>)],
 ) -> String {
-    let mut out = format!("# {STANDALONE_MARK}: change the model, not this file.\n");
-    if let Some((program, _)) = programs.first() {
-        out += &format!(
-            "#\n# Builds a program for each deployment, without Orocos:\n#\n\
-             #   cmake -S {STANDALONE} -B build && cmake --build build && build/{program}\n"
-        );
-    }
-    out += BEGIN;
-    out += &messages.cmake();
     let has_targets =
         |model: &&Model<'_, '_>| !model.library.codels.is_empty() || !model.library.components.is_empty();
     let packages = models.iter().filter(has_targets).map(|model| model.library.package.as_str());
-    let packages: Vec<&str> = packages.collect();
-    if !packages.is_empty() {
-        out += &format!(
-            "\n# The packages; those that others call come first.\nforeach(package {})\n  \
-             add_subdirectory(\"${{MAUVE_PACKAGES}}/${{package}}\" \"packages/${{package}}\")\nendforeach()\n",
-            packages.join(" ")
-        );
-    }
-    if !programs.is_empty() {
-        out += PROGRAM;
-    }
-    for (program, packages) in programs {
-        out += &format!("add_program({program}");
-        packages.iter().for_each(|package| out += &format!(" {package}-components"));
-        out += ")\n";
-    }
-    out
+    let added = programs.iter().map(|(program, packages)| {
+        let libraries: String = packages.iter().map(|package| format!(" {package}-components")).collect();
+        format!("add_program({program}{libraries})")
+    });
+    let values = [
+        ("mark", STANDALONE_MARK.to_owned()),
+        ("first_program", programs.first().map_or_else(String::new, |(program, _)| program.clone())),
+        ("headers", lines(messages.headers().map(|header| format!("  {header}")))),
+        ("message_packages", messages.packages().join(" ")),
+        ("packages", packages.collect::<Vec<_>>().join(" ")),
+        ("programs", lines(added)),
+    ];
+    filled(include_str!("../templates/standalone.cmake"), &values)
 }
-
-const BEGIN: &str = r#"
-cmake_minimum_required(VERSION 3.10...3.25)
-project(standalone LANGUAGES C CXX)
-
-if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
-  set(CMAKE_BUILD_TYPE RelWithDebInfo CACHE STRING "The build type" FORCE)
-endif()
-if(NOT CMAKE_CXX_STANDARD)
-  set(CMAKE_CXX_STANDARD 14)
-endif()
-set(CMAKE_CXX_STANDARD_REQUIRED ON)
-set(CMAKE_CXX_EXTENSIONS OFF)
-
-set(MAUVE_PACKAGES "${CMAKE_CURRENT_SOURCE_DIR}/.." CACHE PATH "The folder of the packages")
-
-# The packages find the runtime in place of Orocos.
-set(ORO_USE_CATKIN OFF)
-set(OROCOS_TARGET gnulinux)
-add_subdirectory(runtime)
-set(OROCOS-RTT_DIR "${CMAKE_CURRENT_SOURCE_DIR}/runtime/lib/cmake/orocos-rtt")
-"#;
-
-const PROGRAM: &str = r#"
-# A program loads its components by their names, so it is linked with them although it calls none of them.
-function(add_program program)
-  add_executable(${program} ${program}.cpp)
-  target_link_libraries(${program} PRIVATE mauve-rtt ${ARGN})
-  set_target_properties(${program} PROPERTIES
-    LINK_FLAGS "-Wl,--no-as-needed"
-    RUNTIME_OUTPUT_DIRECTORY "$<1:${CMAKE_BINARY_DIR}>"
-  )
-endfunction()
-
-"#;
 
 #[cfg(test)]
 mod tests {

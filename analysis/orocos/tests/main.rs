@@ -2,6 +2,7 @@
 //!
 //! | module | what it tests |
 //! |---|---|
+//! | [`build`] | the build files of packages |
 //! | [`deployments`] | the scripts of random deployments, executed by Lua |
 //! | [`fuzz`] | the properties of folders of packages, on some hundred texts |
 //! | [`growth`] | the size of generated files |
@@ -10,6 +11,7 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+mod build;
 mod deployments;
 mod fuzz;
 mod growth;

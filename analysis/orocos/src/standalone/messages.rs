@@ -6,7 +6,8 @@
 //! messages/geometry_msgs/geometry_msgsConfig.cmake    what find_package(geometry_msgs) finds
 //! ```
 //!
-//! The build file uses the headers of ROS instead if all of them are installed, and never some of both.
+//! The build file (`templates/standalone.cmake`) uses the headers of ROS instead if all of them are installed, and never some
+//! of both. It does not use ROS's own packages for CMake: they execute Python programs of catkin.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -71,7 +72,10 @@ impl<'db> Messages<'db> {
             texts.insert(format!("messages/{of}/{of}Config.cmake"), config(of));
         }
         if uses_time {
-            texts.insert(format!("messages/include/{TIME_HEADER}"), format!("{}{TIME}", heading("//")));
+            texts.insert(
+                format!("messages/include/{TIME_HEADER}"),
+                heading("//") + include_str!("../../templates/time.h"),
+            );
         }
         texts.into_iter().map(|(path, text)| GeneratedFile::generated(path, text)).collect()
     }
@@ -112,81 +116,20 @@ impl<'db> Messages<'db> {
         out + &format!("}};\n\n}}  // namespace {of}\n")
     }
 
-    /// Returns the part of the build file that chooses between the headers of ROS and these.
-    pub(super) fn cmake(&self) -> String {
-        if self.all.is_empty() {
-            return String::new();
-        }
-        let packages: BTreeSet<&str> = self.all.keys().map(|(of, _)| of.as_str()).collect();
-        let packages: Vec<&str> = packages.into_iter().collect();
-        let headers: String = self.all.keys().map(|(of, name)| format!("  {of}/{name}.h\n")).collect();
-        CMAKE.replace("{packages}", &packages.join(" ")).replace("{headers}", &headers)
+    /// Returns the paths of all headers.
+    pub(super) fn headers(&self) -> impl Iterator<Item = String> {
+        self.all.keys().map(|(of, name)| format!("{of}/{name}.h"))
+    }
+
+    /// Returns the packages of all messages.
+    pub(super) fn packages(&self) -> Vec<&str> {
+        let mut packages: Vec<&str> = self.all.keys().map(|(of, _)| of.as_str()).collect();
+        packages.dedup();
+        packages
     }
 }
 
-/// ROS's own packages for CMake are not used: they execute Python programs of catkin.
-const CMAKE: &str = r#"
-# The messages: the headers of ROS 1 if all of them are installed; otherwise those in the folder `messages`.
-option(MAUVE_ROS_MESSAGES "Use the messages of ROS 1 if they are installed" ON)
-set(ros_include_dirs)
-set(ros_libraries)
-set(has_ros ${MAUVE_ROS_MESSAGES})
-foreach(header
-  ros/serialization.h
-{headers})
-  get_filename_component(package ${header} DIRECTORY)
-  find_path(MAUVE_INCLUDE_${package} ${header})
-  mark_as_advanced(MAUVE_INCLUDE_${package})
-  list(APPEND ros_include_dirs ${MAUVE_INCLUDE_${package}})
-  if(NOT EXISTS "${MAUVE_INCLUDE_${package}}/${header}")
-    set(has_ros OFF)
-  endif()
-endforeach()
-foreach(package {packages})
-  set(${package}_DIR "${CMAKE_CURRENT_SOURCE_DIR}/messages/${package}")
-endforeach()
-foreach(library roscpp_serialization rostime)
-  find_library(MAUVE_LIBRARY_${library} ${library})
-  mark_as_advanced(MAUVE_LIBRARY_${library})
-  list(APPEND ros_libraries ${MAUVE_LIBRARY_${library}})
-  if(NOT MAUVE_LIBRARY_${library})
-    set(has_ros OFF)
-  endif()
-endforeach()
-if(has_ros)
-  list(REMOVE_DUPLICATES ros_include_dirs)
-  message(STATUS "Messages of ROS: ${ros_include_dirs}")
-else()
-  # An installed package cannot refer to this folder.
-  set(ros_include_dirs "$<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/messages/include>")
-  set(ros_libraries)
-  message(STATUS "Messages without ROS: ${CMAKE_CURRENT_SOURCE_DIR}/messages")
-endif()
-"#;
-
 const TIME_HEADER: &str = "ros/time.h";
-
-const TIME: &str = "//
-// An instant and a duration, with the fields of ROS 1.
-
-#pragma once
-
-#include <cstdint>
-
-namespace ros {
-
-struct Time {
-  std::uint32_t sec = 0;
-  std::uint32_t nsec = 0;
-};
-
-struct Duration {
-  std::int32_t sec = 0;
-  std::int32_t nsec = 0;
-};
-
-}  // namespace ros
-";
 
 fn heading(mark: &str) -> String {
     format!("{mark} {STANDALONE_MARK}: do not change this file.\n")

@@ -9,82 +9,84 @@
 
 use mauve_hir::{Decl, Value};
 use mauve_timing::Time;
-use mauve_wcrt::{Query, execution_times, response_times};
+use mauve_wcrt::{ExecutionTimes, Query, execution_times, response_times};
 use rustc_hash::FxHashMap;
 
 use crate::cpp_name::task_name;
-use crate::deployment::{BACKGROUND, CONNECTIONS, Deployed, OPERATIONS, PROVIDERS_FIRST, SET, Task};
+use crate::deployment::{BACKGROUND, Deployed, Task};
 use crate::escape::cpp_string;
 use crate::generated_file::generated_from;
 use crate::library::Model;
 use crate::origin::comment_lines;
+use crate::template::{filled, lines};
 use crate::trace::{codel_key, program_key};
 
 /// Returns the main of a deployment.
 pub(super) fn main_file<'db>(model: Model<'_, 'db>, of: Decl<'db>, deployed: &Deployed) -> String {
-    let mut main = Main { text: String::new() };
+    let Model { db, project, .. } = model;
+    let report = response_times(db, project, of, Query::shown(db, project));
+    let bounds: FxHashMap<String, Option<Time>> =
+        report.activities.iter().rev().map(|it| (task_name(&it.instance), it.response)).collect();
+    let level = Query::shown(db, project).level;
+    let times = execution_times(db, project, of, level);
+    let unknown = times.codels.iter().filter(|(_, time)| time.is_none());
+    let unknown: Vec<String> = unknown.map(|(codel, _)| codel.qualified(db)).collect();
     let about = deployed.description.trim_end_matches('.');
-    main.text += &format!("// {}\n//\n", generated_from(&deployed.package));
-    comment_lines(&format!("{about}, without Orocos."))
-        .iter()
-        .for_each(|line| main.text += &format!("// {line}\n"));
-    main.text += "\n#include <mauve/robot.hpp>\n\nint main(int argc, char** argv) {\n";
-    main.call("mauve::Robot robot", &[cpp_string(&deployed.qualified)]);
-    connected_instances(&mut main, deployed);
-    activities(&mut main, model, of, deployed);
-    times(&mut main, model, of);
-    main.text += "\n  return robot.run(argc, argv);\n}\n";
-    main.text
-}
-
-/// The text of a main.
-struct Main {
-    text: String,
-}
-
-impl Main {
-    /// Writes an empty line and a comment about the next lines.
-    fn section(&mut self, about: &str) {
-        self.text.push('\n');
-        self.comment(about);
-    }
-
-    fn comment(&mut self, text: &str) {
-        comment_lines(text).iter().for_each(|line| self.text += &format!("  // {line}\n"));
-    }
-
-    fn call(&mut self, function: &str, arguments: &[String]) {
-        self.text += &format!("  {function}({});\n", arguments.join(", "));
-    }
-}
-
-fn connected_instances(main: &mut Main, deployed: &Deployed) {
-    main.section(PROVIDERS_FIRST);
-    for Task { name, class, .. } in deployed.in_order() {
+    let instances = deployed.in_order().map(|Task { name, class, .. }| {
         let package = class.split("::").next().unwrap_or_default();
-        main.call("robot.instance", &[name, package, class].map(cpp_string));
-    }
-    if deployed.tasks.iter().any(|task| !task.values.is_empty()) {
-        main.section(SET);
-    }
-    for task in &deployed.tasks {
-        for (property, value, _) in &task.values {
-            main.call("robot.value", &[cpp_string(&task.name), cpp_string(property), value_text(value)]);
-        }
-    }
-    if !deployed.connections.is_empty() {
-        main.section(CONNECTIONS);
-    }
-    for ([from, to], buffer) in &deployed.connections {
+        call("instance", &[name, package, class].map(cpp_string))
+    });
+    let values = deployed.tasks.iter().flat_map(|task| {
+        task.values.iter().map(|(property, value, _)| {
+            call("value", &[cpp_string(&task.name), cpp_string(property), value_text(value)])
+        })
+    });
+    let connections = deployed.connections.iter().map(|([from, to], buffer)| {
         let ends = [from, to].map(|end| cpp_string(end)).into_iter();
-        main.call("robot.connect", &ends.chain(buffer.map(|size| size.to_string())).collect::<Vec<_>>());
-    }
-    if !deployed.operations.is_empty() {
-        main.section(OPERATIONS);
-    }
-    for operations in &deployed.operations {
-        main.call("robot.operation", &operations.each_ref().map(|end| cpp_string(end)));
-    }
+        call("connect", &ends.chain(buffer.map(|size| size.to_string())).collect::<Vec<_>>())
+    });
+    let operations = deployed.operations.iter();
+    let operations = operations.map(|both| call("operation", &both.each_ref().map(|end| cpp_string(end))));
+    let activities = deployed.tasks.iter().flat_map(|task| activity(task, bounds.get(&task.name).copied()));
+    let others = report.others.iter().map(|other| {
+        let [period, time] = [other.period, other.time].map(|it| it.as_nanos().to_string());
+        let arguments =
+            [cpp_string(&other.name), period, time, other.priority.to_string(), format!("{:#x}", other.cpus)];
+        call("other_work", &arguments)
+    });
+    let about_times = format!(
+        "Execution times in ns at the significance level {level}, for the virtual clock and for stubs."
+    );
+    let filled_in = [
+        ("generated", generated_from(&deployed.package)),
+        ("description", comment("", &format!("{about}, without Orocos."))),
+        ("deployment", cpp_string(&deployed.qualified)),
+        ("instances", lines(instances)),
+        ("values", lines(values)),
+        ("connections", lines(connections)),
+        ("operations", lines(operations)),
+        ("activities", lines(activities)),
+        ("others", lines(others)),
+        ("level", comment("  ", &about_times)),
+        ("times", known_times(model, &times)),
+        (
+            "unknown",
+            match unknown.as_slice() {
+                [] => String::new(),
+                all => comment("  ", &format!("These codels have no execution time: {}.", all.join(", "))),
+            },
+        ),
+    ];
+    filled(include_str!("../../templates/main.cpp"), &filled_in)
+}
+
+fn comment(indent: &str, text: &str) -> String {
+    lines(comment_lines(text).iter().map(|line| format!("{indent}// {line}")))
+}
+
+/// Returns a call of the runtime.
+fn call(function: &str, arguments: &[String]) -> String {
+    format!("  robot.{function}({});", arguments.join(", "))
 }
 
 /// Returns a value as the runtime reads it: a number as C++ writes it, `true` or `false`, or a string as it is.
@@ -98,73 +100,32 @@ fn value_text(value: &Value) -> String {
     }
 }
 
-fn activities<'db>(main: &mut Main, model: Model<'_, 'db>, of: Decl<'db>, deployed: &Deployed) {
-    let Model { db, project, .. } = model;
-    let report = response_times(db, project, of, Query::shown(db, project));
-    let bounds: FxHashMap<String, Option<Time>> =
-        report.activities.iter().rev().map(|it| (task_name(&it.instance), it.response)).collect();
-    main.section(
-        "Creates the activities: period in ns, priority (0: background), CPUs (one bit for each; 0: any), offset, \
-         deadline and response time in ns.",
-    );
+fn activity(Task { name, activity, .. }: &Task, bound: Option<Option<Time>>) -> Vec<String> {
     let nanoseconds =
         |time: Option<Time>| time.map_or("mauve::no_bound".to_owned(), |it| it.as_nanos().to_string());
-    for Task { name, activity, .. } in &deployed.tasks {
-        if activity.assumed {
-            main.comment(BACKGROUND);
-        }
-        let arguments = [
-            cpp_string(name),
-            activity.period.as_nanos().to_string(),
-            activity.priority.unwrap_or_default().to_string(),
-            activity.affinity.map_or("0".to_owned(), |cpus| format!("{cpus:#x}")),
-            activity.offset.as_nanos().to_string(),
-            nanoseconds(activity.deadline),
-            nanoseconds(bounds.get(name).copied().flatten()),
-        ];
-        main.call("robot.activity", &arguments);
-    }
-    if !report.others.is_empty() {
-        main.section(
-            "Real-time work that is not in the model: period and execution time in ns, priority, CPUs.",
-        );
-    }
-    for other in &report.others {
-        let arguments = [
-            cpp_string(&other.name),
-            other.period.as_nanos().to_string(),
-            other.time.as_nanos().to_string(),
-            other.priority.to_string(),
-            format!("{:#x}", other.cpus),
-        ];
-        main.call("robot.other_work", &arguments);
-    }
+    let arguments = [
+        cpp_string(name),
+        activity.period.as_nanos().to_string(),
+        activity.priority.unwrap_or_default().to_string(),
+        activity.affinity.map_or("0".to_owned(), |cpus| format!("{cpus:#x}")),
+        activity.offset.as_nanos().to_string(),
+        nanoseconds(activity.deadline),
+        nanoseconds(bound.flatten()),
+    ];
+    let about = activity.assumed.then(|| comment("  ", BACKGROUND));
+    about.into_iter().chain([call("activity", &arguments)]).collect()
 }
 
-fn times<'db>(main: &mut Main, model: Model<'_, 'db>, of: Decl<'db>) {
-    let Model { db, project, .. } = model;
-    let level = Query::shown(db, project).level;
-    let times = execution_times(db, project, of, level);
-    let codels: Vec<(Decl<'db>, Time)> =
-        times.codels.iter().filter_map(|(codel, time)| Some((*codel, (*time)?))).collect();
-    if !codels.is_empty() || !times.programs.is_empty() || times.overhead > Time::ZERO {
-        main.section(&format!(
-            "Execution times in ns at the significance level {level}, for the virtual clock and for stubs."
-        ));
-    }
-    for (codel, time) in codels {
-        main.call("robot.codel_time", &[codel_key(db, codel), time.as_nanos().to_string()]);
-    }
-    for (component, program, time) in &times.programs {
-        let key = program_key(db, *component, program);
-        main.call("robot.program_time", &[key, time.as_nanos().to_string()]);
-    }
-    if times.overhead > Time::ZERO {
-        main.call("robot.overhead", &[times.overhead.as_nanos().to_string()]);
-    }
-    let unknown = times.codels.iter().filter(|(_, time)| time.is_none());
-    let unknown: Vec<String> = unknown.map(|(codel, _)| codel.qualified(db)).collect();
-    if !unknown.is_empty() {
-        main.section(&format!("These codels have no execution time: {}.", unknown.join(", ")));
-    }
+/// Returns the execution times that are known.
+fn known_times<'db>(model: Model<'_, 'db>, times: &ExecutionTimes<'db>) -> String {
+    let codels = times.codels.iter().filter_map(|(codel, time)| {
+        Some(call("codel_time", &[codel_key(model.db, *codel), (*time)?.as_nanos().to_string()]))
+    });
+    let programs = times.programs.iter().map(|(component, program, time)| {
+        let key = program_key(model.db, *component, program);
+        call("program_time", &[key, time.as_nanos().to_string()])
+    });
+    let overhead =
+        (times.overhead > Time::ZERO).then(|| call("overhead", &[times.overhead.as_nanos().to_string()]));
+    lines(codels.chain(programs).chain(overhead))
 }

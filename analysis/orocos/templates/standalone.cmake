@@ -1,0 +1,88 @@
+# {mark}: change the model, not this file.
+@if programs
+#
+# Builds a program for each deployment, without Orocos:
+#
+#   cmake -S standalone -B build && cmake --build build && build/{first_program}
+@end
+
+cmake_minimum_required(VERSION 3.10...3.25)
+project(standalone LANGUAGES C CXX)
+
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE RelWithDebInfo CACHE STRING "The build type" FORCE)
+endif()
+if(NOT CMAKE_CXX_STANDARD)
+  set(CMAKE_CXX_STANDARD 14)
+endif()
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+
+set(MAUVE_PACKAGES "${CMAKE_CURRENT_SOURCE_DIR}/.." CACHE PATH "The folder of the packages")
+
+# The packages find the runtime in place of Orocos.
+set(ORO_USE_CATKIN OFF)
+set(OROCOS_TARGET gnulinux)
+add_subdirectory(runtime)
+set(OROCOS-RTT_DIR "${CMAKE_CURRENT_SOURCE_DIR}/runtime/lib/cmake/orocos-rtt")
+@if headers
+
+# The messages: the headers of ROS 1 if all of them are installed; otherwise those in the folder `messages`.
+option(MAUVE_ROS_MESSAGES "Use the messages of ROS 1 if they are installed" ON)
+set(ros_include_dirs)
+set(ros_libraries)
+set(has_ros ${MAUVE_ROS_MESSAGES})
+foreach(header
+  ros/serialization.h
+{headers}
+)
+  get_filename_component(package ${header} DIRECTORY)
+  find_path(MAUVE_INCLUDE_${package} ${header})
+  mark_as_advanced(MAUVE_INCLUDE_${package})
+  list(APPEND ros_include_dirs ${MAUVE_INCLUDE_${package}})
+  if(NOT EXISTS "${MAUVE_INCLUDE_${package}}/${header}")
+    set(has_ros OFF)
+  endif()
+endforeach()
+foreach(package {message_packages})
+  set(${package}_DIR "${CMAKE_CURRENT_SOURCE_DIR}/messages/${package}")
+endforeach()
+foreach(library roscpp_serialization rostime)
+  find_library(MAUVE_LIBRARY_${library} ${library})
+  mark_as_advanced(MAUVE_LIBRARY_${library})
+  list(APPEND ros_libraries ${MAUVE_LIBRARY_${library}})
+  if(NOT MAUVE_LIBRARY_${library})
+    set(has_ros OFF)
+  endif()
+endforeach()
+if(has_ros)
+  list(REMOVE_DUPLICATES ros_include_dirs)
+  message(STATUS "Messages of ROS: ${ros_include_dirs}")
+else()
+  # An installed package cannot refer to this folder.
+  set(ros_include_dirs "$<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/messages/include>")
+  set(ros_libraries)
+  message(STATUS "Messages without ROS: ${CMAKE_CURRENT_SOURCE_DIR}/messages")
+endif()
+@end
+@if packages
+
+# The packages; those that others call come first.
+foreach(package {packages})
+  add_subdirectory("${MAUVE_PACKAGES}/${package}" "packages/${package}")
+endforeach()
+@end
+@if programs
+
+# A program loads its components by their names, so it is linked with them although it calls none of them.
+function(add_program program)
+  add_executable(${program} ${program}.cpp)
+  target_link_libraries(${program} PRIVATE mauve-rtt ${ARGN})
+  set_target_properties(${program} PROPERTIES
+    LINK_FLAGS "-Wl,--no-as-needed"
+    RUNTIME_OUTPUT_DIRECTORY "$<1:${CMAKE_BINARY_DIR}>"
+  )
+endfunction()
+
+{programs}
+@end

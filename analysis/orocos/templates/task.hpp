@@ -1,0 +1,307 @@
+// {generated}
+//
+// The base class of all components of this package.
+
+#pragma once
+
+#include <pthread.h>
+#include <sched.h>
+#include <time.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdlib>
+#include <exception>
+#include <limits>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <rtt/Logger.hpp>
+#include <rtt/OperationCaller.hpp>
+#include <rtt/OutputPort.hpp>
+#include <rtt/SendHandle.hpp>
+#include <rtt/SendStatus.hpp>
+#include <rtt/TaskContext.hpp>
+
+#ifdef MAUVE_RUNTIME
+#include <mauve/clock.hpp>
+#endif
+
+namespace {lib} {
+
+class MauveTask : public RTT::TaskContext {
+ public:
+  explicit MauveTask(const std::string& name) : RTT::TaskContext(name, PreOperational), period_(2) {
+    addOperation("mauve_runs_as", &MauveTask::mauve_runs_as, this, RTT::OwnThread)
+        .doc("Checks the scheduling of the component's thread. If it differs, the component does not start.")
+        .arg("priority", "the expected SCHED_FIFO priority; 0 for SCHED_OTHER")
+        .arg("cpus", "the expected CPUs, one bit for each; 0 for any");
+  }
+
+  // Executed by the component's own thread.
+  bool mauve_runs_as(int priority, unsigned int cpus) {
+    is_known_ = true;
+    priority_ = priority;
+    cpus_ = cpus;
+    is_scheduled_ = mauve_is_scheduled();
+    return is_scheduled_;
+  }
+
+ protected:
+  // A call of an operation by another component. It is refused while this component is not running:
+  // the caller gets `failure`. During the call, the deployer's thread executes no hook.
+  class MauveCall {
+   public:
+    explicit MauveCall(MauveTask& task) : task_(task) {
+      Gate expected = Open;
+      const bool refuses = !task.isRunning() || !task.gate_.compare_exchange_strong(expected, Busy);
+      task.refuses_in_ = refuses ? std::this_thread::get_id() : std::thread::id();
+      if (refuses) throw Refusal();
+      task.executes_in_ = std::this_thread::get_id();
+    }
+    ~MauveCall() { task_.gate_ = Open; }
+    MauveCall(const MauveCall&) = delete;
+    MauveCall& operator=(const MauveCall&) = delete;
+
+   private:
+    MauveTask& task_;
+  };
+
+  // Called by the constructor: adds a port that publishes each change of the machine's state, and
+  // reserves space for names of this length.
+  void mauve_add_state_port(const char* name, std::size_t longest) {
+    state_.assign(longest, ' ');
+    state_port_.setDataSample(state_);
+    addPort(name, state_port_).doc("The state of the machine, written when it changes.");
+  }
+
+  // Called by the constructor: adds a port that publishes the CPU time of each period.
+  void mauve_add_period_port(const char* name) {
+    has_period_port_ = true;
+    period_port_.setDataSample(period_);
+    addPort(name, period_port_)
+        .doc("CPU time of the period in s; number of periods so far that ended after the next release.");
+  }
+
+  // `name` must stay valid: the pointer is kept.
+  void mauve_show_state(const char* name) {
+    if (name == shown_) return;
+    shown_ = name;
+    state_.assign(name);
+    state_port_.write(state_);
+  }
+
+  // Called at the end of `startHook`.
+  void mauve_started() {
+    is_first_period_ = true;
+    overruns_ = 0;
+    gate_ = Open;
+  }
+
+  // Called at the beginning of `stopHook`: waits until a running call has ended.
+  void mauve_stopping() {
+    Gate expected = Open;
+    while (!gate_.compare_exchange_weak(expected, Closed) && expected != Closed) {
+      expected = Open;
+      const timespec moment = {0, 100000};
+      nanosleep(&moment, nullptr);
+    }
+  }
+
+  // Called at the beginning of `startHook`.
+  bool mauve_may_start() {
+    if (is_known_ && !is_scheduled_) {
+      RTT::log(RTT::Error) << getName() << " does not start: it is not scheduled as analysed"
+                           << RTT::endlog();
+      return false;
+    }
+    return true;
+  }
+
+  // Called at the beginning of a period. Returns false in the first period if the thread is not
+  // scheduled as analysed: then the component enters its exception state and executes no period.
+  bool mauve_begin() {
+    // This load makes the writes of `startHook`, in another thread, visible.
+    if (gate_.load() == Closed) return false;
+    refuses_in_ = std::thread::id();
+    executes_in_ = std::this_thread::get_id();
+    if (is_first_period_ && is_known_ && !mauve_is_scheduled()) {
+      exception();
+      return false;
+    }
+    if (has_period_port_) {
+      begin_ = mauve_now(CLOCK_THREAD_CPUTIME_ID);
+      // A late start does not move the next release. A background activity has no fixed releases:
+      // its next period is counted from this one.
+      const double now = mauve_now(CLOCK_MONOTONIC);
+      const bool is_new = is_first_period_ || (is_known_ && priority_ == 0);
+      release_ = is_new ? now : std::min(release_ + getPeriod(), now);
+    }
+    is_first_period_ = false;
+    return true;
+  }
+
+  // Called at the end of a period.
+  void mauve_end() {
+    const double period = getPeriod();
+    if (period > 0 && mauve_now(CLOCK_MONOTONIC) > release_ + period) ++overruns_;
+    period_[0] = mauve_now(CLOCK_THREAD_CPUTIME_ID) - begin_;
+    period_[1] = overruns_;
+    period_port_.write(period_);
+  }
+
+  // Sends a call. A call that cannot be sent has failed.
+  template <class Signature, class... Arguments>
+  static RTT::SendHandle<Signature> mauve_send(RTT::OperationCaller<Signature>& operation,
+                                               Arguments&&... arguments) {
+    try {
+      return operation.send(std::forward<Arguments>(arguments)...);
+    } catch (const std::exception& thrown) {
+      RTT::log(RTT::Error) << operation.getName() << ": " << thrown.what() << RTT::endlog();
+      return RTT::SendHandle<Signature>();
+    }
+  }
+
+  // Collects a call. A call whose operation throws has failed. RTT would throw again at each collect,
+  // so the handle is replaced by an empty one, which reports failure without throwing.
+  template <class Handle, class... Results>
+  static RTT::SendStatus mauve_collect(Handle& handle, Results&... results) {
+    try {
+      return handle.collectIfDone(results...);
+    } catch (const std::exception&) {
+      handle = Handle();
+      return RTT::SendFailure;
+    }
+  }
+
+  // Returns true the first time only: later, another component may be reading the connections
+  // during `configureHook`.
+  bool mauve_makes_room() {
+    const bool is_first = !has_room_;
+    has_room_ = true;
+    return is_first;
+  }
+
+  // Parses a whole number. Leaves the value unchanged if the text is not a number of this type.
+  template <class Number>
+  static bool mauve_parse(const std::string& text, Number& value) {
+    std::istringstream in(text);
+    const bool is_negative = !text.empty() && text[0] == '-';
+    long long below = 0;
+    unsigned long long above = 0;
+    if (!(is_negative ? in >> below : in >> above) || !in.eof()) return false;
+    typedef std::numeric_limits<Number> Limits;
+    if (is_negative) {
+      if (below < static_cast<long long>(Limits::min())) return false;
+      value = static_cast<Number>(below);
+    } else {
+      if (above > static_cast<unsigned long long>(Limits::max())) return false;
+      value = static_cast<Number>(above);
+    }
+    return true;
+  }
+
+  // RTT calls this when an operation of the component throws. A refused call is not an error of
+  // this component; and while the deployer stops it, the deployer executes the same hooks.
+  void exception() override {
+    const std::thread::id self = std::this_thread::get_id();
+    if (refuses_in_.load() == self) {
+      refuses_in_ = std::thread::id();
+      return;
+    }
+    if (executes_in_.load() == self && isRunning() && getTargetState() == Stopped) return;
+    gate_ = Closed;
+    RTT::TaskContext::exception();
+  }
+
+ private:
+  enum Gate { Closed, Open, Busy };
+
+  struct Refusal : std::exception {
+    const char* what() const noexcept override { return "the component is not running: it refuses the call"; }
+  };
+
+  static double mauve_now(clockid_t clock) {
+#ifdef MAUVE_RUNTIME
+    // The clock of this runtime may be a virtual one.
+    return 1e-9 * static_cast<double>(clock == CLOCK_MONOTONIC ? ::mauve::now() : ::mauve::cpu_time());
+#else
+    timespec now = {};
+    clock_gettime(clock, &now);
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+#endif
+  }
+
+  // Logs the differences from the analysed scheduling. MAUVE_ALLOW_NON_REALTIME=true accepts them.
+  bool mauve_is_scheduled() const {
+    const std::string difference = mauve_difference();
+    if (difference.empty()) return true;
+    const char* const allowed = std::getenv("MAUVE_ALLOW_NON_REALTIME");
+    const bool is_allowed = allowed != nullptr && std::string(allowed) == "true";
+    RTT::log(is_allowed ? RTT::Warning : RTT::Error)
+        << getName() << " is not scheduled as analysed: " << difference
+        << (is_allowed ? ". The response times do not hold (MAUVE_ALLOW_NON_REALTIME)" : "") << RTT::endlog();
+    return is_allowed;
+  }
+
+  std::string mauve_difference() const {
+    // Asks the kernel: pthread_getschedparam only returns what was set before.
+    sched_param has = {};
+    const int said = sched_getscheduler(0);
+    if (said < 0 || sched_getparam(0, &has) != 0) return "the scheduler of its thread is unknown";
+    const int policy = said & ~SCHED_RESET_ON_FORK;
+    std::ostringstream out;
+    if (priority_ == 0 && policy != SCHED_OTHER) {
+      out << "it runs with a real-time scheduler, but is analysed as a background activity; ";
+    } else if (priority_ > 0 && policy != SCHED_FIFO) {
+      out << "its scheduler is not SCHED_FIFO (is the user permitted to use it? `ulimit -r` shows "
+          << "the highest permitted priority, and " << priority_ << " is needed); ";
+    } else if (priority_ > 0 && has.sched_priority != priority_) {
+      out << "its priority is " << has.sched_priority << " instead of " << priority_ << "; ";
+    }
+    cpu_set_t cpus;
+    CPU_ZERO(&cpus);
+    unsigned int may = 0;
+    bool has_others = pthread_getaffinity_np(pthread_self(), sizeof cpus, &cpus) != 0;
+    for (unsigned int cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
+      if (!CPU_ISSET(cpu, &cpus)) continue;
+      if (cpu < 32) {
+        may |= 1u << cpu;
+      } else {
+        has_others = true;
+      }
+    }
+    if (cpus_ != 0 && (may != cpus_ || has_others)) {
+      out << "its CPU affinity is 0x" << std::hex << may << " instead of 0x" << cpus_
+          << " (do these CPUs exist?); ";
+    }
+    const std::string text = out.str();
+    return text.empty() ? text : text.substr(0, text.size() - 2);
+  }
+
+  std::atomic<Gate> gate_{Closed};
+  // The thread that last refused a call, and the thread that executes periods and calls.
+  std::atomic<std::thread::id> refuses_in_{std::thread::id()};
+  std::atomic<std::thread::id> executes_in_{std::thread::id()};
+  bool has_room_ = false;
+  // The scheduling that was analysed; unknown until `mauve_runs_as` is called.
+  bool is_known_ = false;
+  bool is_scheduled_ = false;
+  int priority_ = 0;
+  unsigned int cpus_ = 0;
+  bool is_first_period_ = false;
+  double begin_ = 0;
+  double release_ = 0;
+  double overruns_ = 0;
+  bool has_period_port_ = false;
+  std::vector<double> period_;
+  RTT::OutputPort<std::vector<double>> period_port_;
+  const char* shown_ = nullptr;
+  std::string state_;
+  RTT::OutputPort<std::string> state_port_;
+};
+
+}  // namespace {lib}

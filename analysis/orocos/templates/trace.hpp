@@ -1,0 +1,138 @@
+// {generated}
+//
+// Spans of components, programs and codels, recorded by LTTng-UST if MAUVE_TRACING is defined.
+// Without Orocos, MAUVE's own runtime (MAUVE_RUNTIME) measures programs and codels, too.
+// Otherwise the macros expand to nothing.
+
+#pragma once
+
+#ifdef MAUVE_RUNTIME
+
+#include <mauve/execution.hpp>
+
+#define MAUVE_EXECUTE_PROGRAM(component, state, transition, program) \
+  const ::mauve::ProgramExecution mauve_program_execution(component, state, transition, program)
+#define MAUVE_EXECUTE_CODEL(codel, ...) \
+  ::mauve::execute_codel(codel, [&] { return __VA_ARGS__; })
+
+#else
+
+#define MAUVE_EXECUTE_PROGRAM(component, state, transition, program) static_cast<void>(0)
+#define MAUVE_EXECUTE_CODEL(codel, ...) (__VA_ARGS__)
+
+#endif
+
+#ifdef MAUVE_TRACING
+
+#include <string>
+
+extern "C" {
+// Each records the begin (phase 0) or the end (phase 1) of a span. Returns false if no session
+// records this event.
+bool mauve_{lib}_component(const char* instance, int phase);
+bool mauve_{lib}_program(
+    const char* instance, const char* component, const char* state, const char* transition,
+    const char* program, int phase);
+bool mauve_{lib}_codel(const char* instance, const char* codel, int phase);
+}
+
+namespace {lib} {
+namespace trace {
+
+// A span begins with its constructor and ends with its destructor, also when an exception is thrown.
+// Its end is recorded only if its begin was.
+
+class ComponentSpan {
+ public:
+  explicit ComponentSpan(const std::string& instance) : instance_(instance.c_str()) {
+    is_recorded_ = mauve_{lib}_component(instance_, 0);
+  }
+  ~ComponentSpan() {
+    if (is_recorded_) mauve_{lib}_component(instance_, 1);
+  }
+  ComponentSpan(const ComponentSpan&) = delete;
+  ComponentSpan& operator=(const ComponentSpan&) = delete;
+
+ private:
+  const char* instance_;
+  bool is_recorded_;
+};
+
+class ProgramSpan {
+ public:
+  ProgramSpan(const std::string& instance, const char* component, const char* state,
+              const char* transition, const char* program)
+      : instance_(instance.c_str()),
+        component_(component),
+        state_(state),
+        transition_(transition),
+        program_(program) {
+    is_recorded_ = record(0);
+  }
+  ~ProgramSpan() {
+    if (is_recorded_) record(1);
+  }
+  ProgramSpan(const ProgramSpan&) = delete;
+  ProgramSpan& operator=(const ProgramSpan&) = delete;
+
+ private:
+  bool record(int phase) const {
+    return mauve_{lib}_program(instance_, component_, state_, transition_, program_, phase);
+  }
+
+  const char* instance_;
+  const char* component_;
+  const char* state_;
+  const char* transition_;
+  const char* program_;
+  bool is_recorded_;
+};
+
+class CodelSpan {
+ public:
+  CodelSpan(const std::string& instance, const char* codel)
+      : instance_(instance.c_str()), codel_(codel) {
+    is_recorded_ = mauve_{lib}_codel(instance_, codel_, 0);
+  }
+  ~CodelSpan() {
+    if (is_recorded_) mauve_{lib}_codel(instance_, codel_, 1);
+  }
+  CodelSpan(const CodelSpan&) = delete;
+  CodelSpan& operator=(const CodelSpan&) = delete;
+
+ private:
+  const char* instance_;
+  const char* codel_;
+  bool is_recorded_;
+};
+
+// Returns the result of a call, in a span.
+template <typename Call>
+auto traced(const std::string& instance, const char* codel, Call call) -> decltype(call()) {
+  const CodelSpan span(instance, codel);
+  return call();
+}
+
+}  // namespace trace
+}  // namespace {lib}
+
+// Macros use this alias, since a macro parameter could have the name of the package.
+namespace mauve_trace = ::{lib}::trace;
+
+#define MAUVE_TRACE_COMPONENT(instance) \
+  const ::mauve_trace::ComponentSpan mauve_component_span(instance)
+#define MAUVE_TRACE_PROGRAM(instance, component, state, transition, program) \
+  const ::mauve_trace::ProgramSpan mauve_program_span( \
+      instance, component, state, transition, program); \
+  MAUVE_EXECUTE_PROGRAM(component, state, transition, program)
+#define MAUVE_TRACE_CODEL(instance, codel, ...) \
+  ::mauve_trace::traced(instance, codel, [&] { return MAUVE_EXECUTE_CODEL(codel, __VA_ARGS__); })
+
+#else
+
+#define MAUVE_TRACE_COMPONENT(instance) static_cast<void>(0)
+#define MAUVE_TRACE_PROGRAM(instance, component, state, transition, program) \
+  MAUVE_EXECUTE_PROGRAM(component, state, transition, program)
+#define MAUVE_TRACE_CODEL(instance, codel, ...) MAUVE_EXECUTE_CODEL(codel, __VA_ARGS__)
+
+#endif
