@@ -3,6 +3,7 @@
 //! | module | what it tests |
 //! |---|---|
 //! | [`build`] | the build files of packages |
+//! | [`component`] | the classes of components |
 //! | [`deployments`] | the scripts of random deployments, executed by Lua |
 //! | [`fuzz`] | the properties of folders of packages, on some hundred texts |
 //! | [`growth`] | the size of generated files |
@@ -12,6 +13,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod build;
+mod component;
 mod deployments;
 mod fuzz;
 mod growth;
