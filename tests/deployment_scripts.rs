@@ -47,8 +47,8 @@ fn orocos_scripts_say_what_failed() {
     for (failing, says) in [
         ("import arm", "Cannot import package arm: build it, and source its workspace\nNothing runs."),
         ("load last_3", "Cannot load last_3, a arm::Gripper: rebuild its package\nNothing runs."),
-        ("getProperty arm.start_", "arm has no start_"),
-        ("set arm", "failed to assign"),
+        ("getProperty arm.start_", "Cannot set start_ of arm: "),
+        ("set arm", "Cannot set label of arm: "),
         ("connect arm.done_", "Cannot connect arm.done_ and mal_true_hand.told\nNothing runs."),
         (
             "connectOperations mal_true_hand.grip",

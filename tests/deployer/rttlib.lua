@@ -55,7 +55,7 @@ local function new_task(name)
       check(1, ...)
       local property = ...
       if failing == "getProperty " .. name .. "." .. property then
-        return nil
+        error("No such property")
       end
       return closed({
         set = function(_, ...)

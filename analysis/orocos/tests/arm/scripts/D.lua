@@ -31,8 +31,8 @@ local function task(name)
 end
 
 local function set(name, property, value)
-  local found = assert(task(name):getProperty(property), name .. " has no " .. property)
-  found:set(value)
+  local is_set, why = pcall(function() task(name):getProperty(property):set(value) end)
+  worked(is_set, "set " .. property .. " of " .. name .. ": " .. tostring(why))
 end
 
 -- Imports ROS and the types of the messages.
