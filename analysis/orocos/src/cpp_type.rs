@@ -5,6 +5,8 @@ use std::collections::BTreeSet;
 use mauve_hir::item_tree::{Direction, Name};
 use mauve_hir::{Integer, ModelDb, Type, Workspace, external_types};
 
+use crate::template::lines;
+
 /// Returns a type in C++, valid in any namespace; `None` if its C++ type is unknown: see [`crate::problems`].
 pub(crate) fn cpp_type(db: &dyn ModelDb, workspace: Workspace, ty: &Type) -> Option<String> {
     Some(match ty {
@@ -94,4 +96,12 @@ impl Headers {
         };
         self.paths.insert(path);
     }
+}
+
+/// Returns the lines that include headers: those of the standard library, which have neither a folder nor an extension, and
+/// the others.
+pub(crate) fn included(paths: &BTreeSet<String>) -> [String; 2] {
+    let (own, standard): (Vec<&String>, Vec<&String>) =
+        paths.iter().partition(|path| path.contains(['/', '.']));
+    [standard, own].map(|paths| lines(paths.iter().map(|path| format!("#include <{path}>"))))
 }

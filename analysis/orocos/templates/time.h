@@ -1,3 +1,4 @@
+// {mark}: do not change this file.
 //
 // An instant and a duration, with the fields of ROS 1.
 

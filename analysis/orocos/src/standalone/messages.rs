@@ -15,8 +15,10 @@ use mauve_hir::item_tree::Name;
 use mauve_hir::{Message, MessageConstant, MessageField, ModelDb, Workspace, package};
 
 use crate::cpp_name::field_name;
+use crate::cpp_type::included;
 use crate::escape::{comment, cpp_string};
 use crate::generated_file::{GeneratedFile, STANDALONE_MARK, is_name};
+use crate::template::{filled, lines};
 
 /// The messages of a project.
 pub(super) struct Messages<'db> {
@@ -63,19 +65,22 @@ impl<'db> Messages<'db> {
     }
 
     pub(super) fn files(&self) -> Vec<GeneratedFile> {
+        let mark = || ("mark", STANDALONE_MARK.to_owned());
         let mut texts: BTreeMap<String, String> = BTreeMap::new();
         let mut uses_time = false;
         for (key @ (of, name), message) in &self.all {
             let text = self.header(key, message);
             uses_time |= text.contains(TIME_HEADER);
             texts.insert(format!("messages/include/{of}/{name}.h"), text);
-            texts.insert(format!("messages/{of}/{of}Config.cmake"), config(of));
+            let package = filled(
+                include_str!("../../templates/message_package.cmake"),
+                &[mark(), ("of", of.to_string())],
+            );
+            texts.insert(format!("messages/{of}/{of}Config.cmake"), package);
         }
         if uses_time {
-            texts.insert(
-                format!("messages/include/{TIME_HEADER}"),
-                heading("//") + include_str!("../../templates/time.h"),
-            );
+            let text = filled(include_str!("../../templates/time.h"), &[mark()]);
+            texts.insert(format!("messages/include/{TIME_HEADER}"), text);
         }
         texts.into_iter().map(|(path, text)| GeneratedFile::generated(path, text)).collect()
     }
@@ -98,22 +103,18 @@ impl<'db> Messages<'db> {
             headers.extend(found.headers);
             body.push(format!("{} {}{};", found.cpp, field_name(&field.name, name), found.initial));
         }
-        let mut out = heading("//");
-        out += &format!(
-            "//\n// The message {of}/{name}, with the fields of the header of ROS 1.\n\n#pragma once\n"
-        );
-        let (own, standard): (Vec<&String>, Vec<&String>) =
-            headers.iter().partition(|path| path.contains('/'));
-        for block in [standard, own].into_iter().filter(|block| !block.is_empty()) {
-            out.push('\n');
-            block.iter().for_each(|path| out += &format!("#include <{path}>\n"));
-        }
-        out += &format!("\nnamespace {of} {{\n\nstruct {name} {{");
-        out += if body.is_empty() { "" } else { "\n" };
-        let lines =
-            body.iter().map(|line| if line.is_empty() { "\n".to_owned() } else { format!("  {line}\n") });
-        out.extend(lines);
-        out + &format!("}};\n\n}}  // namespace {of}\n")
+        let indented =
+            body.iter().map(|line| if line.is_empty() { String::new() } else { format!("  {line}") });
+        let [standard, own] = included(&headers);
+        let values = [
+            ("mark", STANDALONE_MARK.to_owned()),
+            ("of", of.to_string()),
+            ("name", name.to_string()),
+            ("standard", standard),
+            ("own", own),
+            ("body", lines(indented)),
+        ];
+        filled(include_str!("../../templates/message.h"), &values)
     }
 
     /// Returns the paths of all headers.
@@ -130,18 +131,6 @@ impl<'db> Messages<'db> {
 }
 
 const TIME_HEADER: &str = "ros/time.h";
-
-fn heading(mark: &str) -> String {
-    format!("{mark} {STANDALONE_MARK}: do not change this file.\n")
-}
-
-fn config(package: &str) -> String {
-    format!(
-        "{}\nset({package}_INCLUDE_DIRS ${{ros_include_dirs}})\nset({package}_LIBRARIES ${{ros_libraries}})\n\
-         set({package}_EXPORTED_TARGETS)\n",
-        heading("#")
-    )
-}
 
 /// Returns the type of a field of a message in `package`; `None` if it has no form of ROS.
 fn field_type(package: &Name, field: &MessageField) -> Option<FieldType> {
