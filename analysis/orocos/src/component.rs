@@ -34,7 +34,9 @@ use std::cell::Cell;
 use mauve_hir::item_tree::{
     Core, Direction, Expr, Feature, Machine, Name, Parameter, Program, SourceId, Variable,
 };
-use mauve_hir::{Binding, CoreInference, Decl, Integer, Location, ProgramId, Type, Value, VariableId};
+use mauve_hir::{
+    Binding, CoreInference, Decl, FeatureOf, Integer, Location, ProgramId, Type, Value, VariableId,
+};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::cpp_name::CppNames;
@@ -57,13 +59,13 @@ struct Class<'a, 'db> {
     /// The features, those of extended shells first.
     members: Vec<Member<'db>>,
     /// The numbers of the features in `members`, by their place in the model, and of the first one of each name.
-    by_feature: FxHashMap<(Decl<'db>, usize), usize>,
+    by_feature: FxHashMap<FeatureOf<'db>, usize>,
     by_name: FxHashMap<&'db Name, usize>,
     /// The names of the variables and handlers of the core and of its machine.
     variables: FxHashMap<VariableId, String>,
     sent: Vec<SentOperation<'db>>,
     /// The numbers of these, by the handler and the operation.
-    sent_numbers: FxHashMap<(Option<VariableId>, Decl<'db>, usize), usize>,
+    sent_numbers: FxHashMap<(Option<VariableId>, FeatureOf<'db>), usize>,
     programs: Vec<Routine<'db>>,
     by_id: FxHashMap<ProgramId, usize>,
     machine: Option<StateMachine<'db>>,
@@ -83,8 +85,7 @@ struct Class<'a, 'db> {
 
 /// A feature of the shell.
 struct Member<'db> {
-    shell: Decl<'db>,
-    index: usize,
+    feature: FeatureOf<'db>,
     data: &'db Feature,
     name: String,
     /// The type of its value; for an operation, the type of the result.
@@ -109,8 +110,7 @@ impl Member<'_> {
 struct SentOperation<'db> {
     /// `None` if the result is discarded.
     handler: Option<VariableId>,
-    shell: Decl<'db>,
-    index: usize,
+    feature: FeatureOf<'db>,
     /// The variables that the owner of the operation writes its `out` and `inout` parameters to, with the numbers of these
     /// parameters. They live as long as a call may be running.
     ///
@@ -175,25 +175,24 @@ enum Body<'db> {
 
 impl<'db> Class<'_, 'db> {
     /// Returns the feature that the first argument of a built-in function names.
-    fn feature_in(&self, arguments: &[Expr]) -> Option<(Decl<'db>, usize)> {
+    fn feature_in(&self, arguments: &[Expr]) -> Option<FeatureOf<'db>> {
         match self.inference.binding(arguments.first()?.id()?)? {
-            Binding::Feature(feature) => Some((feature.shell, feature.index as usize)),
+            Binding::Feature(feature) => Some(feature),
             Binding::Variable(_) => None,
         }
     }
 
     fn member_in(&self, arguments: &[Expr]) -> Option<&Member<'db>> {
-        let (shell, index) = self.feature_in(arguments)?;
-        self.member(shell, index)
+        self.member(self.feature_in(arguments)?)
     }
 
-    fn member(&self, shell: Decl<'db>, index: usize) -> Option<&Member<'db>> {
-        self.members.get(*self.by_feature.get(&(shell, index))?)
+    fn member(&self, feature: FeatureOf<'db>) -> Option<&Member<'db>> {
+        self.members.get(*self.by_feature.get(&feature)?)
     }
 
     /// Returns what a `send` of an operation needs, with this handler or without any.
     fn sent_by(&self, handler: Option<VariableId>, operation: &Member<'db>) -> Option<&SentOperation<'db>> {
-        self.sent.get(*self.sent_numbers.get(&(handler, operation.shell, operation.index))?)
+        self.sent.get(*self.sent_numbers.get(&(handler, operation.feature))?)
     }
 
     fn named_member(&self, name: &Name) -> Option<&Member<'db>> {

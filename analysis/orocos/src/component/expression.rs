@@ -13,8 +13,7 @@ use mauve_hir::item_tree::{
     BinaryOperator, CallStatus, Direction, Expr, Literal, NameRef, PortStatus, SourceId, UnaryOperator,
 };
 use mauve_hir::{
-    Binding, Builtin, Callee, Decl, FeatureOf, Integer, ProgramId, Type, Value, VariableId, VariableKind,
-    codel,
+    Binding, Builtin, Callee, FeatureOf, Integer, ProgramId, Type, Value, VariableId, VariableKind, codel,
 };
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -40,7 +39,7 @@ struct Effects<'db> {
     /// Any variable of the core may change.
     all: bool,
     variables: FxHashSet<VariableId>,
-    statuses: FxHashSet<(Decl<'db>, usize)>,
+    statuses: FxHashSet<FeatureOf<'db>>,
 }
 
 impl<'db> Effects<'db> {
@@ -225,8 +224,8 @@ impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
             Some(Binding::Variable(id)) => {
                 Code::primary(self.variable_name(id), self.class.type_of_variable(id))
             }
-            Some(Binding::Feature(FeatureOf { shell, index, .. })) => {
-                let member = self.class.member(shell, index as usize);
+            Some(Binding::Feature(feature)) => {
+                let member = self.class.member(feature);
                 member.map_or_else(Code::unknown, |it| Code::primary(&it.name, it.ty.clone()))
             }
             None => Code::unknown(),

@@ -76,17 +76,20 @@ fn rtt_headers(class: &Class<'_, '_>) -> BTreeSet<&'static str> {
 }
 
 fn shells(class: &Class<'_, '_>, text: &mut Text) {
-    for members in class.members.chunk_by(|one, other| one.shell == other.shell) {
+    for members in class.members.chunk_by(|one, other| one.feature.shell == other.feature.shell) {
         let mut shown = members.iter().filter(|it| it.data.kind != FeatureKind::Provided).peekable();
         let Some(first) = shown.peek() else { continue };
-        text.line(1, format!("// {}", class.declared(first.shell)));
+        text.line(1, format!("// {}", class.declared(first.feature.shell)));
         shown.for_each(|member| feature(class, member, text));
         text.gap();
     }
 }
 
 fn feature(class: &Class<'_, '_>, member: &Member<'_>, text: &mut Text) {
-    text.line(1, format!("// {}: {}", class.shown(member), class.at(member.shell, member.data.name.id)));
+    text.line(
+        1,
+        format!("// {}: {}", class.shown(member), class.at(member.feature.shell, member.data.name.id)),
+    );
     let (cpp, name) = (class.cpp(&member.ty), &member.name);
     match member.data.kind {
         FeatureKind::Property | FeatureKind::Constant => {
@@ -217,7 +220,7 @@ impl<'db> Class<'_, 'db> {
     /// The last calls of required operations, and these operations.
     pub(super) fn last_calls(&self) -> impl Iterator<Item = (&LastCall, &Member<'db>)> {
         let calls = self.sent.iter();
-        calls.filter_map(|it| Some((it.last_call.as_ref()?, self.member(it.shell, it.index)?)))
+        calls.filter_map(|it| Some((it.last_call.as_ref()?, self.member(it.feature)?)))
     }
 
     pub(super) fn written_by(&self) -> String {
@@ -243,7 +246,7 @@ impl<'db> Class<'_, 'db> {
         let parameters =
             if data.kind.is_operation() { format!("({})", parameters.join(", ")) } else { String::new() };
         let ty = data.ty.as_ref().map_or_else(String::new, |ty| format!(": {ty}"));
-        let interval = data.interval.as_ref().map(|it| self.source(member.shell, it.id));
+        let interval = data.interval.as_ref().map(|it| self.source(member.feature.shell, it.id));
         let interval = interval.map_or_else(String::new, |interval| format!(" {interval}"));
         format!("{word} {}{parameters}{ty}{interval}", data.name.name)
     }

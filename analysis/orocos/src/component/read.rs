@@ -4,8 +4,8 @@ use std::cell::Cell;
 
 use mauve_hir::item_tree::{Direction, Expr, FeatureKind, HookKind, SourceId, Statement};
 use mauve_hir::{
-    Binding, Builtin, Callee, Decl, ProgramId, Type, VariableId, VariableKind, core, core_of, external_types,
-    inference_of_core, shell_of, values_of_shell,
+    Binding, Builtin, Callee, Decl, FeatureOf, ProgramId, Type, VariableId, VariableKind, core, core_of,
+    external_types, inference_of_core, shell_of, values_of_shell,
 };
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -68,11 +68,10 @@ impl<'a, 'db> Class<'a, 'db> {
         for feature in self.model.features(self.component) {
             let Some(data) = feature.data(db) else { continue };
             let number = self.members.len();
-            self.by_feature.entry((feature.shell, feature.index as usize)).or_insert(number);
+            self.by_feature.entry(*feature).or_insert(number);
             self.by_name.entry(&data.name.name).or_insert(number);
             self.members.push(Member {
-                shell: feature.shell,
-                index: feature.index as usize,
+                feature: *feature,
                 data,
                 name: self.names.declare(&data.name.name),
                 ty: self.model.type_of(feature.shell, data.ty.as_ref()),
@@ -114,9 +113,9 @@ impl<'a, 'db> Class<'a, 'db> {
             }
         }
         let statuses = self.calls_of(Builtin::Status).filter_map(|it| self.feature_in(it));
-        let statuses: FxHashSet<(Decl<'db>, usize)> = statuses.collect();
+        let statuses: FxHashSet<FeatureOf<'db>> = statuses.collect();
         for member in &mut self.members {
-            if statuses.contains(&(member.shell, member.index)) {
+            if statuses.contains(&member.feature) {
                 member.status = Some(self.names.declare(&format!("{}_status", member.data.name.name)));
             }
         }
@@ -154,7 +153,7 @@ impl<'a, 'db> Class<'a, 'db> {
     fn sent_operations(&mut self) {
         let mut handlers: FxHashSet<VariableId> = FxHashSet::default();
         let mut dropped: Vec<&Member<'db>> = Vec::new();
-        let mut seen: FxHashSet<(Decl<'db>, usize)> = FxHashSet::default();
+        let mut seen: FxHashSet<FeatureOf<'db>> = FxHashSet::default();
         for statement in self.data.statements() {
             match statement {
                 Statement::Assign(target, value) if self.arguments_of(Builtin::Send, value).is_some() => {
@@ -163,7 +162,7 @@ impl<'a, 'db> Class<'a, 'db> {
                 Statement::Expr(value) => {
                     let arguments = self.arguments_of(Builtin::Send, value);
                     let member = arguments.and_then(|it| self.member_in(it));
-                    dropped.extend(member.filter(|it| seen.insert((it.shell, it.index))));
+                    dropped.extend(member.filter(|it| seen.insert(it.feature)));
                 }
                 _ => {}
             }
@@ -182,8 +181,7 @@ impl<'a, 'db> Class<'a, 'db> {
                 handle: names.declare(&format!("{name}_last_call")),
                 is_under_way: names.declare(&format!("is_{name}_under_way")),
             });
-            let (shell, index) = (member.shell, member.index);
-            let operation = SentOperation { handler, shell, index, slots: Vec::new(), last_call };
+            let operation = SentOperation { handler, feature: member.feature, slots: Vec::new(), last_call };
             sent.push((operation, member, name));
         }
         for (operation, member, name) in &mut sent {
@@ -195,7 +193,7 @@ impl<'a, 'db> Class<'a, 'db> {
         }
         self.sent = sent.into_iter().map(|(operation, ..)| operation).collect();
         let numbers = self.sent.iter().enumerate().rev();
-        self.sent_numbers = numbers.map(|(number, it)| ((it.handler, it.shell, it.index), number)).collect();
+        self.sent_numbers = numbers.map(|(number, it)| ((it.handler, it.feature), number)).collect();
         self.names = names;
     }
 

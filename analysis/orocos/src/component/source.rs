@@ -271,7 +271,7 @@ fn interval_check<'db>(class: &Class<'_, 'db>, member: &Member<'db>, text: &mut 
     let kind = if member.property.is_some() { "constant" } else { "property" };
     let what = cpp_string(&format!(": {kind} {} is ", member.data.name.name));
     let (shown, low, high) = (streamed(value), end(&low), end(&high));
-    text.line(1, format!("// {}: {}", class.shown(member), class.at(member.shell, interval.id)));
+    text.line(1, format!("// {}: {}", class.shown(member), class.at(member.feature.shell, interval.id)));
     text.line(1, format!("if (!({})) {{", checks.join(" && ")));
     refuse(2, &format!("{what} << {shown} << \", and must be in [{low}; {high}]\""), text);
     text.line(1, "}");
