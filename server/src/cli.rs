@@ -2,7 +2,6 @@
 
 mod analysis_stats;
 mod check;
-mod diff;
 mod editor;
 mod explain;
 mod fmt;

@@ -50,18 +50,18 @@ impl Encoding {
     }
 
     /// Returns the offset of a column in the first line of `text`, clamped to the end of the line and to the beginning of a
-    /// character, and the column of that offset.
-    pub(crate) fn offset_in_line(self, text: &str, column: usize) -> (usize, usize) {
+    /// character.
+    fn offset_in_line(self, text: &str, column: usize) -> usize {
         let mut left = column;
         for (offset, letter) in text.char_indices() {
             let is_end = letter == '\n' || text[offset..].starts_with("\r\n");
             let width = self.width_of(letter);
             if is_end || left < width {
-                return (offset, column - left);
+                return offset;
             }
             left -= width;
         }
-        (text.len(), column - left)
+        text.len()
     }
 }
 
@@ -92,7 +92,7 @@ impl LineIndex<'_> {
         let text = line.and_then(|line| self.text.get(std::ops::Range::<usize>::from(line)));
         match (line, text) {
             (Some(line), Some(text)) => {
-                let (offset, _) = self.encoding.offset_in_line(text, position.character as usize);
+                let offset = self.encoding.offset_in_line(text, position.character as usize);
                 line.start() + TextSize::new(offset as u32)
             }
             _ => TextSize::of(self.text),

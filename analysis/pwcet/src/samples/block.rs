@@ -73,10 +73,10 @@ pub(super) fn read_head(file: &mut impl BufRead) -> io::Result<Result<Block, Dam
     if !read_all(file, &mut head)? || !read_all(file, &mut checksum)? {
         return Ok(Err(Damage::Truncated));
     }
-    let mut crc = Crc::default();
-    crc.add(&prefix);
-    crc.add(&head);
-    if crc.value() != u32::from_le_bytes(checksum) || body > LONGEST_BODY {
+    let mut crc = crc32fast::Hasher::new();
+    crc.update(&prefix);
+    crc.update(&head);
+    if crc.finalize() != u32::from_le_bytes(checksum) || body > LONGEST_BODY {
         return Ok(Err(Damage::Checksum));
     }
     let Some(kind) = Kind::of(kind) else { return Ok(Err(Damage::Content)) };
@@ -90,9 +90,8 @@ pub(super) fn read_body(file: &mut impl Read, length: usize) -> io::Result<Resul
     if !read_all(file, &mut body)? || !read_all(file, &mut checksum)? {
         return Ok(Err(Damage::Truncated));
     }
-    let mut crc = Crc::default();
-    crc.add(&body);
-    Ok(if crc.value() == u32::from_le_bytes(checksum) { Ok(body) } else { Err(Damage::Checksum) })
+    let is_valid = crc32fast::hash(&body) == u32::from_le_bytes(checksum);
+    Ok(if is_valid { Ok(body) } else { Err(Damage::Checksum) })
 }
 
 /// Writes a block; returns its length.
@@ -108,14 +107,10 @@ pub(super) fn write(
     bytes.extend(head_length.to_le_bytes());
     bytes.extend(body_length.to_le_bytes());
     bytes.extend(head);
-    let mut crc = Crc::default();
-    crc.add(&bytes);
-    bytes.extend(crc.value().to_le_bytes());
+    bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
     if !body.is_empty() {
-        let mut crc = Crc::default();
-        crc.add(body);
         bytes.extend(body);
-        bytes.extend(crc.value().to_le_bytes());
+        bytes.extend(crc32fast::hash(body).to_le_bytes());
     }
     file.write_all(&bytes).map_err(SamplesError::Io)?;
     Ok(bytes.len() as u64)
@@ -130,53 +125,13 @@ fn read_all(file: &mut impl Read, to: &mut [u8]) -> io::Result<bool> {
     }
 }
 
-/// CRC-32 as in zlib.
-struct Crc(u32);
-
-impl Default for Crc {
-    fn default() -> Crc {
-        Crc(!0)
-    }
-}
-
-impl Crc {
-    const TABLE: [u32; 256] = {
-        let mut table = [0; 256];
-        let mut index = 0;
-        while index < 256 {
-            let mut value = index as u32;
-            let mut bit = 0;
-            while bit < 8 {
-                value = if value & 1 == 1 { 0xedb8_8320 ^ (value >> 1) } else { value >> 1 };
-                bit += 1;
-            }
-            table[index] = value;
-            index += 1;
-        }
-        table
-    };
-
-    fn add(&mut self, bytes: &[u8]) {
-        for byte in bytes {
-            let index = (self.0 as u8 ^ byte) as usize;
-            self.0 = Crc::TABLE.get(index).copied().unwrap_or(0) ^ (self.0 >> 8);
-        }
-    }
-
-    fn value(&self) -> u32 {
-        !self.0
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn the_checksum_is_that_of_zlib() {
-        let mut crc = Crc::default();
-        crc.add(b"123456789");
-        assert_eq!(crc.value(), 0xcbf4_3926);
+        assert_eq!(crc32fast::hash(b"123456789"), 0xcbf4_3926);
     }
 
     #[test]

@@ -11,8 +11,8 @@ use std::sync::Arc;
 use mauve_diagnostics::{errors_of_text, workspace_diagnostics};
 use mauve_hir::{Database, File, Workspace};
 use mauve_ide::Change;
+use similar::TextDiff;
 
-use super::super::diff;
 use crate::cli::text::shown;
 use crate::disk::text_of;
 use crate::harmless::harmless;
@@ -73,7 +73,11 @@ pub(super) fn fix(db: &mut Database, workspaces: &[Workspace], paths: &[PathBuf]
 impl Fixed {
     /// Returns the changes as a unified diff.
     pub(super) fn diff(&self, here: &Path) -> String {
-        self.files.iter().map(|(path, old, new)| diff::unified(&shown(path, here), old, new)).collect()
+        let diff = |(path, old, new): &(PathBuf, Arc<str>, Arc<str>)| {
+            let name = shown(path, here);
+            TextDiff::from_lines(&**old, &**new).unified_diff().header(&name, &name).to_string()
+        };
+        self.files.iter().map(diff).collect()
     }
 
     /// Writes the changed files. Returns the paths of those that were written, and whether all were.
