@@ -76,7 +76,7 @@ use tokio::sync::{mpsc as channel, oneshot, watch};
 use tower_lsp::LspService;
 
 use backend::Backend;
-use frame::{Frame, Frames};
+use frame::Frame;
 use main_loop::MainLoop;
 pub(crate) use main_loop::Options;
 use mirror::{Mirror, Side};
@@ -87,7 +87,9 @@ use publisher::Publisher;
 use trace::Trace;
 use transport::{Streams, serve};
 
+/// So many messages of the client are read ahead, and so many bytes.
 const READ_AHEAD: usize = 1024;
+const READ_BUFFER: usize = 1 << 16;
 
 /// So many jobs run at once; more than there are processors, since one may wait for what another computes.
 const WORKERS: usize = 16;
@@ -138,7 +140,6 @@ pub(crate) fn run(
         }),
     )?;
     let said = mirror.clone();
-    let input = Frames::new(input).map_err(failed)?;
     spawn("reader", Box::new(move || read(input, &frames, said.as_ref())))?;
     let written = Arc::clone(&backlog);
     let (farewell, last_words) = mpsc::channel();
@@ -171,11 +172,12 @@ pub(crate) fn run(
     Ok(code)
 }
 
-fn read(mut input: Frames, frames: &channel::Sender<Frame>, mirror: Option<&Mirror>) {
+fn read(input: impl std::io::Read, frames: &channel::Sender<Frame>, mirror: Option<&Mirror>) {
+    let mut input = std::io::BufReader::with_capacity(READ_BUFFER, input);
     loop {
-        match input.next() {
+        match frame::read(&mut input) {
             Ok(Some(frame)) => {
-                if let (Some(mirror), Frame::Message(message)) = (mirror, &frame) {
+                if let (Some(mirror), Ok(message)) = (mirror, &frame) {
                     mirror.record(Side::Client, message);
                 }
                 if frames.blocking_send(frame).is_err() {

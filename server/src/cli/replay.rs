@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::io::{PipeReader, PipeWriter};
+use std::io::{BufReader, PipeReader, PipeWriter};
 use std::path::PathBuf;
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use crate::disk::read;
-use crate::lsp::frame::{self, Frame, Frames};
+use crate::lsp::frame;
 use crate::lsp::mirror::{Line, Side};
 use crate::lsp::{Options, run};
 use crate::output::Output;
@@ -222,9 +222,9 @@ impl Session {
 }
 
 fn listen(output: PipeReader, sender: &mpsc::Sender<Value>) {
-    let Ok(mut output) = Frames::new(output) else { return };
-    while let Ok(Some(frame)) = output.next() {
-        if let Frame::Message(message) = frame
+    let mut output = BufReader::new(output);
+    while let Ok(Some(frame)) = frame::read(&mut output) {
+        if let Ok(message) = frame
             && sender.send(message).is_err()
         {
             return;

@@ -19,7 +19,6 @@ use tower_lsp::{Client, LanguageServer, LspServiceBuilder};
 use super::answering::REQUEST;
 use super::capabilities::Capabilities;
 use super::event::{Event, Job};
-use super::frame::Lost;
 use super::handlers::diagnostic::{Diagnosed, ask_again};
 use super::handlers::execute_command::Command;
 use super::handlers::generate::{GenerateDocument, GenerateParams, Messages};
@@ -77,6 +76,11 @@ const LOST_FOLDERS: &str = "mauve could not understand all of the editor's messa
 
 const LOST_MESSAGE: &str = "mauve could not understand a message of the editor, so the texts of open files \
     are unknown: save them. If you have just opened a file, close it and open it again.";
+
+/// Returns the URI of the document that a message is about.
+fn uri_in(params: Option<&Value>) -> Option<Value> {
+    params?.pointer("/textDocument/uri").cloned()
+}
 
 /// Declares methods that are not part of the protocol, each with its handler.
 macro_rules! own_methods {
@@ -154,18 +158,18 @@ impl Backend {
     /// Handles a message before tower-lsp does, and returns it if tower-lsp is to handle it as well.
     ///
     /// tower-lsp drops a notification whose parameters it does not understand. Notifications about documents are
-    /// therefore deserialized here, and their events sent. If one is malformed, or is sent as a request, the texts
-    /// that it may have changed, `lost`, become unknown.
-    pub(crate) fn preprocess(&self, request: Request, lost: &Lost) -> Option<Request> {
+    /// therefore deserialized here, and their events sent. If one is malformed, or is sent as a request, the text
+    /// that it may have changed becomes unknown.
+    pub(crate) fn preprocess(&self, request: Request) -> Option<Request> {
         if matches!(
             request.method(),
             "textDocument/didOpen" | "textDocument/didChange" | "textDocument/didClose"
         ) {
             if request.id().is_none() {
-                self.document_notification(request, lost);
+                self.document_notification(request);
                 return None;
             }
-            self.lost(lost);
+            self.text_unknown(uri_in(request.params()));
         }
         if request.method() == "$/setTrace" && self.session.get().is_some() {
             self.trace.set(request.params().and_then(|params| params.get("value")).unwrap_or(&Value::Null));
@@ -175,8 +179,9 @@ impl Backend {
         Some(request)
     }
 
-    fn document_notification(&self, request: Request, lost: &Lost) {
+    fn document_notification(&self, request: Request) {
         let (method, _, params) = request.into_parts();
+        let uri = uri_in(params.as_ref());
         let params = params.unwrap_or_default();
         let event = match &*method {
             "textDocument/didOpen" => {
@@ -196,7 +201,7 @@ impl Backend {
             }
             Err(error) => {
                 tracing::error!("the parameters of {method} are invalid: {error}");
-                self.lost(lost);
+                self.text_unknown(uri);
             }
         }
     }
@@ -229,14 +234,18 @@ impl Backend {
         }
     }
 
-    /// Marks the texts as unknown that an invalid message may have changed.
-    pub(crate) fn lost(&self, lost: &Lost) {
-        let known: Vec<Url> = lost.addresses.iter().filter_map(|it| Url::parse(it).ok()).collect();
-        if lost.all || known.len() < lost.addresses.len() {
-            self.send(Event::TextUnknown(None));
-            self.warn(LOST_MESSAGE);
+    /// Marks the text of a document as unknown after an invalid message about it; all texts, if the message does not name one.
+    fn text_unknown(&self, uri: Option<Value>) {
+        match uri.and_then(|uri| from_value(uri).ok()) {
+            Some(uri) => self.send(Event::TextUnknown(Some(uri))),
+            None => self.texts_unknown(),
         }
-        known.into_iter().for_each(|address| self.send(Event::TextUnknown(Some(address))));
+    }
+
+    /// Marks the texts of all open documents as unknown: an invalid message may have been about any of them.
+    pub(crate) fn texts_unknown(&self) {
+        self.send(Event::TextUnknown(None));
+        self.warn(LOST_MESSAGE);
     }
 
     /// Shows a warning, once.

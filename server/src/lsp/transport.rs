@@ -21,7 +21,7 @@ use tower_lsp::{ClientSocket, LspService};
 
 use super::answering::{Answering, REQUEST};
 use super::backend::Backend;
-use super::frame::{Frame, Lost, lost_by};
+use super::frame::Frame;
 use super::outbox::Outbox;
 use super::outgoing::{Backlog, MOST_WAITING, Outgoing};
 use super::trace::{Trace, milliseconds};
@@ -40,11 +40,6 @@ pub(crate) struct Streams {
     /// Receives why the main loop has ended.
     pub(crate) main_loop: oneshot::Receiver<String>,
 }
-
-/// The warning for a client whose `Content-Length` is wrong.
-const MISCOUNTED: &str = "The `Content-Length` of the editor's messages is not their length in bytes. mauve reads them all the \
-                          same, and treats texts as unknown where bytes may be missing; please report this to the authors \
-                          of the editor or its plugin.";
 
 /// The interval for checking whether the client's process exists.
 const HEARTBEAT: Duration = Duration::from_secs(1);
@@ -70,13 +65,13 @@ pub(crate) async fn serve(
             frame = streams.incoming.recv(), if waiting(&streams) + tasks.len() < MOST_WAITING => {
                 let Some(frame) = frame else { return code(is_shut_down) };
                 let received = received(service.inner(), &streams, &mut from_client, frame).await;
-                let Some((request, lost)) = received else { continue };
+                let Some(request) = received else { continue };
                 match request.method() {
                     "exit" => return code(is_shut_down),
                     "initialize" => client = client.or_else(|| process_of(&request)),
                     _ => {}
                 }
-                let Some(request) = service.inner().preprocess(request, &lost) else { continue };
+                let Some(request) = service.inner().preprocess(request) else { continue };
                 let is_shutdown = request.method() == "shutdown";
                 let trace = initial_trace(&request);
                 let mut answer = Box::pin(answer(&mut service, request));
@@ -144,47 +139,42 @@ fn last_words(why: &str) -> String {
     serde_json::json!({"jsonrpc": "2.0", "method": "window/showMessage", "params": params}).to_string()
 }
 
-/// Returns the request or notification of a frame, and the texts that it may change if it is not understood. Handles all other
-/// frames.
+/// Returns the request or notification of a frame. Handles all other frames.
 async fn received(
     backend: &Backend,
     streams: &Streams,
     responses: &mut (impl Sink<Response> + Unpin),
     frame: Frame,
-) -> Option<(Request, Lost)> {
-    let (lost, refusal) = match frame {
-        Frame::Message(message) => {
-            let lost = lost_by(&message);
-            match understood(message) {
-                Ok(Message::Request(request)) => match request.id() {
-                    // tower-lsp does not answer these.
-                    Some(id) if request.method().starts_with("$/") => {
-                        (lost, Response::from_error(id.clone(), Error::method_not_found()))
-                    }
-                    _ => return Some((request, lost)),
-                },
-                Ok(Message::Response(response)) => {
-                    // A response without a request is ignored.
-                    let answered = AssertUnwindSafe(responses.send(response)).catch_unwind().await;
-                    if !matches!(answered, Ok(Ok(()))) {
-                        tracing::warn!("an answer to an unknown request");
-                    }
-                    return None;
-                }
-                Err(refusal) => (lost, refusal),
+) -> Option<Request> {
+    let refusal = match frame.map(understood) {
+        Ok(Ok(Message::Request(request))) => match request.id() {
+            // tower-lsp does not answer these.
+            Some(id) if request.method().starts_with("$/") => {
+                Response::from_error(id.clone(), Error::method_not_found())
             }
-        }
-        Frame::Miscounted => {
-            backend.warn(MISCOUNTED);
+            _ => return Some(request),
+        },
+        Ok(Ok(Message::Response(response))) => {
+            // A response without a request is ignored.
+            let answered = AssertUnwindSafe(responses.send(response)).catch_unwind().await;
+            if !matches!(answered, Ok(Ok(()))) {
+                tracing::warn!("an answer to an unknown request");
+            }
             return None;
         }
-        Frame::Invalid { why, lost } => {
-            tracing::warn!("an invalid message: {why}");
-            let error = Error { message: why.into(), ..Error::parse_error() };
-            (lost, Response::from_error(Id::Null, error))
+        Ok(Err(Refusal { response, is_answer })) => {
+            if !is_answer {
+                backend.texts_unknown();
+            }
+            response
+        }
+        Err(why) => {
+            tracing::warn!("an invalid message: not JSON: {why}");
+            backend.texts_unknown();
+            let error = Error { message: format!("not JSON: {why}").into(), ..Error::parse_error() };
+            Response::from_error(Id::Null, error)
         }
     };
-    backend.lost(&lost);
     send(streams, &refusal);
     None
 }
@@ -302,8 +292,16 @@ enum Message {
     Response(Response),
 }
 
-/// Parses a JSON value as a message; returns an error response if it is not one.
-fn understood(mut message: Value) -> Result<Message, Response> {
+/// What a message that is none is answered with.
+struct Refusal {
+    response: Response,
+    /// Whether it can only be an answer, which changes no text. JavaScript omits `undefined` values: an answer may have only
+    /// its id.
+    is_answer: bool,
+}
+
+/// Parses a JSON value as a message.
+fn understood(mut message: Value) -> Result<Message, Refusal> {
     // Some clients send `null` for missing parameters or methods.
     let takes_none = message["method"].as_str().is_some_and(|it| WITHOUT_PARAMS.contains(&it));
     if message.get("params").is_some_and(|params| params.is_null() || takes_none)
@@ -313,6 +311,7 @@ fn understood(mut message: Value) -> Result<Message, Response> {
     }
     let id = message.get("id").and_then(|id| serde_json::from_value(id.clone()).ok()).unwrap_or(Id::Null);
     let is_request = message.get("method").is_some();
+    let is_answer = !is_request && message.get("id").is_some() && message.get("params").is_none();
     let understood = match is_request {
         true => serde_json::from_value(message).map(Message::Request),
         false => serde_json::from_value(message).map(Message::Response),
@@ -320,7 +319,7 @@ fn understood(mut message: Value) -> Result<Message, Response> {
     understood.map_err(|error| {
         let message = format!("neither a request nor an answer: {error}");
         let error = Error { code: ErrorCode::InvalidRequest, message: message.into(), data: None };
-        Response::from_error(if is_request { id } else { Id::Null }, error)
+        Refusal { response: Response::from_error(if is_request { id } else { Id::Null }, error), is_answer }
     })
 }
 
@@ -330,15 +329,8 @@ fn process_of(initialize: &Request) -> Option<u32> {
     u32::try_from(process).ok().filter(|&process| is_alive(process))
 }
 
-#[cfg(unix)]
 fn is_alive(process: u32) -> bool {
     let process = i32::try_from(process).ok().and_then(rustix::process::Pid::from_raw);
     // A process that may not be signalled exists as well.
     process.is_some_and(|process| rustix::process::test_kill_process(process) != Err(rustix::io::Errno::SRCH))
-}
-
-/// Without process checks, the end of the input ends the session.
-#[cfg(not(unix))]
-fn is_alive(_: u32) -> bool {
-    true
 }

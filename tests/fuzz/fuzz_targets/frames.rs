@@ -13,13 +13,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     }
 });
 
-fn messages(bytes: &[u8]) -> Vec<serde_json::Value> {
-    let mut frames = frame::Frames::new(std::io::Cursor::new(bytes.to_vec())).expect("a thread");
-    let mut found = Vec::new();
-    while let Ok(Some(frame)) = frames.next() {
-        if let frame::Frame::Message(message) = frame {
-            found.push(message);
-        }
-    }
-    found
+fn messages(mut bytes: &[u8]) -> Vec<serde_json::Value> {
+    let frames = std::iter::from_fn(|| frame::read(&mut bytes).ok().flatten());
+    frames.filter_map(Result::ok).collect()
 }
