@@ -5,12 +5,10 @@ mod bad_input;
 mod clocks;
 mod command_line;
 mod deployment_tables;
-#[cfg(unix)]
 mod editor;
 mod first_steps;
 mod fixes;
 mod graph;
-#[cfg(unix)]
 mod hostile;
 mod pwcet;
 mod release;

@@ -3,10 +3,8 @@
 mod code_actions;
 mod completion;
 mod diagnostics;
-#[cfg(unix)]
 mod disk;
 mod generate;
-#[cfg(unix)]
 mod histories;
 mod language_server;
 mod measured;

@@ -30,12 +30,9 @@
 
 mod cli;
 mod deployment_scripts;
-#[cfg(unix)]
 mod documents;
 mod editors;
-#[cfg(unix)]
 mod generate;
-#[cfg(unix)]
 mod generate_races;
 mod generated_code;
 mod generated_machines;
@@ -48,7 +45,6 @@ mod protocol;
 mod rtt_conformance;
 #[cfg(target_os = "linux")]
 mod runtime;
-#[cfg(unix)]
 mod soak;
 #[cfg(target_os = "linux")]
 mod standalone;

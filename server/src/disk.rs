@@ -5,6 +5,7 @@
 use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{self, Read as _};
+use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 
 /// The maximum size of a file, in bytes: an analysis needs about a hundred times as much memory.
@@ -82,18 +83,9 @@ impl Boundary {
 /// another user could create a repository that encloses all projects below.
 fn is_repository(above: &Path, folder: &Path) -> bool {
     let Ok(data) = above.join(".git").symlink_metadata() else { return false };
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::MetadataExt as _;
-        let owner = folder.metadata().map(|data| data.uid());
-        let trusted = [Some(0), Some(rustix::process::geteuid().as_raw()), owner.ok()];
-        trusted.contains(&Some(data.uid()))
-    }
-    #[cfg(not(unix))]
-    {
-        let _ = (data, folder);
-        true
-    }
+    let owner = folder.metadata().map(|data| data.uid());
+    let trusted = [Some(0), Some(rustix::process::geteuid().as_raw()), owner.ok()];
+    trusted.contains(&Some(data.uid()))
 }
 
 /// Is something on this path hidden, such as `.git`?

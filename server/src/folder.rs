@@ -7,7 +7,6 @@ use std::fs::{File, Permissions};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-#[cfg(unix)]
 use {
     rustix::fs::{
         AtFlags, Dir, FileType, Mode, OFlags, RawMode, fstat, linkat, mkdirat, open, openat, renameat,
@@ -23,7 +22,6 @@ use {
 /// An open folder. Names in it are single path components.
 #[derive(Debug, Clone)]
 pub(crate) struct Folder {
-    #[cfg(unix)]
     handle: Arc<OwnedFd>,
     /// The path with links resolved when the folder was opened.
     path: PathBuf,
@@ -189,7 +187,6 @@ fn no_file() -> io::Error {
 }
 
 /// The flags for opening folders. With `O_PATH`, folders need not be readable.
-#[cfg(unix)]
 fn as_folder() -> OFlags {
     #[cfg(target_os = "linux")]
     let access = OFlags::PATH;
@@ -198,7 +195,6 @@ fn as_folder() -> OFlags {
     access | OFlags::DIRECTORY | OFlags::NOFOLLOW | OFlags::CLOEXEC
 }
 
-#[cfg(unix)]
 impl Folder {
     /// Opens the root of the file system of a path.
     pub(crate) fn top(path: &Path) -> io::Result<Folder> {
@@ -337,93 +333,7 @@ impl Folder {
     }
 }
 
-/// An implementation without handles: refuses links when it finds them.
-#[cfg(not(unix))]
-impl Folder {
-    pub(crate) fn top(path: &Path) -> io::Result<Folder> {
-        Ok(Folder { path: top_of(path) })
-    }
-
-    pub(crate) fn folder(&self, name: &OsStr) -> io::Result<Folder> {
-        match self.kind(name)? {
-            Kind::Folder => Ok(Folder { path: self.path.join(name) }),
-            _ => Err(no_folder(&self.path.join(name))),
-        }
-    }
-
-    pub(crate) fn make_folder(&self, name: &OsStr) -> io::Result<bool> {
-        match std::fs::create_dir(self.path.join(name)) {
-            Ok(()) => Ok(true),
-            Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(false),
-            Err(error) => Err(error),
-        }
-    }
-
-    pub(crate) fn create_new(&self, name: &OsStr, like: Option<&Permissions>) -> io::Result<File> {
-        let file = File::create_new(self.path.join(name))?;
-        like.map_or(Ok(()), |like| file.set_permissions(like.clone()))?;
-        Ok(file)
-    }
-
-    pub(crate) fn kind(&self, name: &OsStr) -> io::Result<Kind> {
-        let kind = self.path.join(name).symlink_metadata()?.file_type();
-        Ok(match kind {
-            _ if kind.is_file() => Kind::File,
-            _ if kind.is_dir() => Kind::Folder,
-            _ if kind.is_symlink() => Kind::Link,
-            _ => Kind::Other,
-        })
-    }
-
-    pub(crate) fn open_read(&self, name: &OsStr) -> io::Result<File> {
-        if self.kind(name)? == Kind::File { File::open(self.path.join(name)) } else { Err(no_file()) }
-    }
-
-    pub(crate) fn writable(&self, name: &OsStr) -> io::Result<Permissions> {
-        if self.kind(name)? != Kind::File {
-            return Err(no_file());
-        }
-        let file = std::fs::OpenOptions::new().write(true).open(self.path.join(name))?;
-        Ok(file.metadata()?.permissions())
-    }
-
-    pub(crate) fn rename(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
-        std::fs::rename(self.path.join(from), to.path.join(name))
-    }
-
-    pub(crate) fn hard_link(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
-        std::fs::hard_link(self.path.join(from), to.path.join(name))
-    }
-
-    fn rename_new(&self, from: &OsStr, to: &Folder, name: &OsStr) -> io::Result<()> {
-        self.rename_to_free(from, to, name)
-    }
-
-    pub(crate) fn remove_file(&self, name: &OsStr) -> io::Result<()> {
-        std::fs::remove_file(self.path.join(name))
-    }
-
-    pub(crate) fn remove_folder(&self, name: &OsStr) -> io::Result<()> {
-        std::fs::remove_dir(self.path.join(name))
-    }
-
-    pub(crate) fn names(&self) -> io::Result<Vec<OsString>> {
-        std::fs::read_dir(&self.path)?.map(|entry| Ok(entry?.file_name())).collect()
-    }
-
-    /// Folders cannot be locked on this system: two concurrent runs may write each other's files; the next run
-    /// corrects them.
-    pub(crate) fn as_file(&self) -> io::Result<File> {
-        Err(ErrorKind::Unsupported.into())
-    }
-
-    pub(crate) fn is(&self, _: &Folder) -> bool {
-        true
-    }
-}
-
 #[cfg(test)]
-#[cfg(unix)]
 mod tests {
     use std::fs;
     use std::os::unix::fs::{MetadataExt as _, symlink};

@@ -2,8 +2,7 @@
 
 use std::fs::OpenOptions;
 
-/// Where it makes a file, only the user reads it, from the first moment on. One that is there keeps its permissions.
-#[cfg(unix)]
+/// Options with which a new file is readable by the user only, from the first moment on. One that is there keeps its permissions.
 pub(crate) fn private() -> OpenOptions {
     use std::os::unix::fs::OpenOptionsExt as _;
     let mut options = OpenOptions::new();
@@ -11,14 +10,7 @@ pub(crate) fn private() -> OpenOptions {
     options
 }
 
-/// Here a new file has the permissions of its folder.
-#[cfg(not(unix))]
-pub(crate) fn private() -> OpenOptions {
-    OpenOptions::new()
-}
-
 #[cfg(test)]
-#[cfg(unix)]
 mod tests {
     use std::fs;
     use std::os::unix::fs::PermissionsExt as _;

@@ -314,7 +314,6 @@ fn nothing_is_proved_while_there_is_an_error() {
 
 /// What stands in a folder is read, or said not to be.
 #[test]
-#[cfg(unix)]
 fn nothing_that_stands_in_a_folder_is_passed_over() {
     let text = LATE[0].1;
     // A comment of another language is no other language.
@@ -669,7 +668,6 @@ fn fmt_leaves_alone_what_it_cannot_read_or_write() {
     }
 }
 
-#[cfg(unix)]
 #[test]
 fn fmt_keeps_permissions_and_links() {
     use std::os::unix::fs::{PermissionsExt, symlink};

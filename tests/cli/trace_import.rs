@@ -143,7 +143,6 @@ fn a_growing_file_is_followed_to_its_end() {
     assert_eq!(import(&folder, &["run"]).code, 2);
 }
 
-#[cfg(unix)]
 #[test]
 fn an_interrupted_watch_keeps_the_complete_lines() {
     let text = format!("{HEADER}f,1000,a,1100,5000\nf,20");

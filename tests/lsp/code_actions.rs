@@ -180,7 +180,6 @@ fn what_is_done_when_a_file_is_saved() {
 
 /// The time of the actions grows in proportion to the errors of a file: the server may run for some seconds only, in which
 /// nothing quadratic ends.
-#[cfg(unix)]
 #[test]
 fn actions_of_a_file_with_thousands_of_errors() {
     use std::os::unix::fs::PermissionsExt as _;

@@ -406,7 +406,6 @@ fn a_recorded_session_can_be_said_again() {
     assert_eq!(client.shut_down(), Some(0));
     assert!(std::fs::read_to_string(&log).unwrap().contains("workspaces loaded"));
     // They have the texts of the models.
-    #[cfg(unix)]
     for path in [&mirror, &log] {
         use std::os::unix::fs::PermissionsExt as _;
         assert_eq!(

@@ -9,7 +9,6 @@ pub mod axes;
 mod client;
 mod command;
 pub mod deployer;
-#[cfg(unix)]
 mod lttng;
 pub mod machines;
 pub mod methods;
@@ -25,7 +24,6 @@ use std::path::{Path, PathBuf};
 
 pub use client::{Client, Columns, Text, address, is_answer, is_publication, wait_for_watcher, whole_text};
 pub use command::{Run, copy, mauve, own_scratch, scratch, test_name, write};
-#[cfg(unix)]
 pub use lttng::{Event, Recorder, Span, spans};
 pub use random_model::{Options, plain, random_model, random_model_of};
 pub use times::Times;

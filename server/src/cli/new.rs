@@ -48,7 +48,6 @@ fn written(folder: &Path) -> Result<String, String> {
 }
 
 #[cfg(test)]
-#[cfg(unix)]
 mod tests {
     use std::fs;
     use std::os::unix::fs::symlink;

@@ -176,7 +176,6 @@ pub(super) fn leads_nowhere(path: &Path) -> String {
 }
 
 #[cfg(test)]
-#[cfg(unix)]
 mod tests {
     use std::fs;
     use std::os::unix::fs::symlink;

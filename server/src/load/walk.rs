@@ -362,16 +362,10 @@ impl Models<'_> {
     }
 }
 
-/// Returns the number of the file system of a folder, where the system has one.
-#[cfg(unix)]
+/// Returns the number of the file system of a folder.
 fn device_of(folder: &Path) -> Option<u64> {
     use std::os::unix::fs::MetadataExt as _;
     folder.symlink_metadata().ok().map(|data| data.dev())
-}
-
-#[cfg(not(unix))]
-fn device_of(_: &Path) -> Option<u64> {
-    None
 }
 
 fn tables(

@@ -125,7 +125,6 @@ impl WatchSet {
 }
 
 #[cfg(test)]
-#[cfg(unix)]
 mod tests {
     use super::*;
 

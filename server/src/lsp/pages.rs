@@ -47,7 +47,6 @@ fn write(path: &Path, page: &str) -> io::Result<()> {
 }
 
 #[cfg(test)]
-#[cfg(unix)]
 mod tests {
     use std::fs;
     use std::os::unix::fs::symlink;

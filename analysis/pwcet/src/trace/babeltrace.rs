@@ -64,7 +64,6 @@ impl Babeltrace {
             .stdout(Stdio::piped())
             .stderr(writer);
         // Ctrl-C ends the recording, and not the reader of what was recorded.
-        #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
         let mut child = command.spawn().map_err(|error| match error.kind() {
             std::io::ErrorKind::NotFound => TraceError::NoBabeltrace,
@@ -166,7 +165,6 @@ fn temporary() -> std::io::Result<(File, File)> {
     let path = std::env::temp_dir().join(format!("mauve-trace-{}-{number}.txt", std::process::id()));
     let mut writer = OpenOptions::new();
     writer.append(true).create_new(true);
-    #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::mode(&mut writer, 0o600);
     let writer = match writer.open(&path) {
         // Of an earlier process with the same number.

@@ -161,7 +161,6 @@ fn show_progress(doing: &str) {
 }
 
 /// Creates a folder that only the user can read and write. An existing one must be the user's.
-#[cfg(unix)]
 fn make_private(folder: &Path) -> io::Result<()> {
     use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _, PermissionsExt as _};
     fs::DirBuilder::new().recursive(true).mode(0o700).create(folder)?;
@@ -175,9 +174,4 @@ fn make_private(folder: &Path) -> io::Result<()> {
         0 => Ok(()),
         _ => fs::set_permissions(folder, fs::Permissions::from_mode(0o700)),
     }
-}
-
-#[cfg(not(unix))]
-fn make_private(folder: &Path) -> io::Result<()> {
-    fs::create_dir_all(folder)
 }

@@ -119,7 +119,6 @@ fn stop_on_signal(stop: Arc<AtomicBool>) -> Result<(), String> {
     let (ready, is_ready) = std::sync::mpsc::channel();
     std::thread::spawn(move || {
         runtime.block_on(async {
-            #[cfg(unix)]
             let mut terminate = {
                 use tokio::signal::unix::{SignalKind, signal};
                 match (signal(SignalKind::terminate()), signal(SignalKind::interrupt())) {
@@ -133,15 +132,9 @@ fn stop_on_signal(stop: Arc<AtomicBool>) -> Result<(), String> {
                     }
                 }
             };
-            #[cfg(unix)]
             tokio::select! {
                 _ = terminate.0.recv() => {}
                 _ = terminate.1.recv() => {}
-            }
-            #[cfg(not(unix))]
-            {
-                let _ = ready.send(Ok(()));
-                let _ = tokio::signal::ctrl_c().await;
             }
             stop.store(true, Ordering::Relaxed);
         });
