@@ -1,37 +1,54 @@
-//! Replaces files of the user as a whole: a reader gets the old text or the new one, and never a part.
+//! Writes files of the user as a whole: a reader gets the old text or the new one, and never a part. Links are not followed.
 
-use std::io::Write as _;
+use std::ffi::{OsStr, OsString};
+use std::fs::Permissions;
+use std::io::{self, Write as _};
 use std::path::Path;
 
-use crate::folder::Folder;
+use crate::folder::{Folder, Folders};
 
 /// Replaces a file by a new one with this text and the permissions of the old one. `path` has no links.
 ///
 /// # Errors
 ///
 /// The file cannot be written, or the path leads through a link by now.
-pub(crate) fn replace(path: &Path, text: &str) -> std::io::Result<()> {
-    let name = path.file_name().unwrap_or_default();
+pub(crate) fn replace(path: &Path, text: &str) -> io::Result<()> {
     // The folder stays open: the path may lead to another one before the text is written.
-    let folder = Folder::open(path.parent().unwrap_or(path))?;
+    let (folder, name) = Folders::below(Folder::top(path)?).above(path)?;
     // Write permission for the folder does not permit to replace a read-only file.
     let permissions = folder.writable(name)?;
-    let mut beside = std::ffi::OsString::from(".");
+    write_beside(&folder, name, Some(&permissions), text, |new| folder.rename(new, &folder, name))
+}
+
+/// Creates a file, and the missing folders above it. `path` has no links.
+///
+/// # Errors
+///
+/// The file exists, even if another process creates it at the same time; it cannot be written.
+pub(crate) fn create(path: &Path, text: &str) -> io::Result<()> {
+    let (folder, name) = Folders::below(Folder::top(path)?).make_above(path, &mut Vec::new())?;
+    write_beside(&folder, name, None, text, |new| folder.put_new(new, &folder, name))
+}
+
+/// Writes the text to a new file beside `name`, which `put` gives that name.
+fn write_beside(
+    folder: &Folder,
+    name: &OsStr,
+    permissions: Option<&Permissions>,
+    text: &str,
+    put: impl FnOnce(&OsStr) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut beside = OsString::from(".");
     beside.push(name);
     beside.push(format!(".{}.tmp", std::process::id()));
-    let mut file = folder.create_new(&beside, Some(&permissions))?;
-    let written = file
-        .write_all(text.as_bytes())
-        .and_then(|()| file.sync_all())
-        .and_then(|()| folder.rename(&beside, &folder, name));
-    if written.is_err() {
-        let _ = folder.remove_file(&beside);
-    }
+    let mut file = folder.create_new(&beside, permissions)?;
+    let written = file.write_all(text.as_bytes()).and_then(|()| file.sync_all()).and_then(|()| put(&beside));
+    // Where the file system has hard links, a new file has two names.
+    let _ = folder.remove_file(&beside);
     written
 }
 
 #[cfg(test)]
-#[cfg(unix)]
 mod tests {
     use std::fs;
     use std::os::unix::fs::{PermissionsExt as _, symlink};
@@ -44,7 +61,7 @@ mod tests {
         let path = folder.join("a.mal");
         for mode in [0o600, 0o640, 0o644] {
             fs::write(&path, "old").unwrap();
-            fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
+            fs::set_permissions(&path, Permissions::from_mode(mode)).unwrap();
             replace(&path, "new").unwrap();
             assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, mode);
             assert_eq!(fs::read_to_string(&path).unwrap(), "new");

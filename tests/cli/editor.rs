@@ -184,7 +184,8 @@ fn files_of_the_user_are_refused() {
     .unwrap();
     assert_eq!(home.run(&["install", "nvim"]).code, 0);
 
-    fs::write(home.path(&file), "edited").unwrap();
+    let edited = home.text(&file) + "-- Mine.\n";
+    fs::write(home.path(&file), &edited).unwrap();
     let refused = home.run(&["install", "nvim"]);
     assert!(refused.code == 1 && refused.out.contains("was edited since its installation"), "{refused:?}");
     let kept = home.run(&["uninstall", "nvim"]);
@@ -192,7 +193,7 @@ fn files_of_the_user_are_refused() {
         kept.code == 1 && kept.out.contains(&format!("kept: `{}`", home.path(&file).display())),
         "{kept:?}"
     );
-    assert_eq!(home.text(&file), "edited");
+    assert_eq!(home.text(&file), edited);
     assert_eq!(files_in(&home.path(".local/share/nvim")), [home.path(&file)]);
     let removed = home.run(&["uninstall", "nvim", "--force"]);
     assert!(removed.code == 0 && !home.path(&file).exists(), "{removed:?}");
@@ -208,25 +209,32 @@ fn files_of_an_earlier_version_are_updated() {
     let home = Home::new(&[]);
     assert_eq!(home.run(&["install", "nvim"]).code, 0);
     let (file, left) = (format!("{PLUGIN}/plugin/mauve.lua"), format!("{PLUGIN}/plugin/left.lua"));
-    let manifest = ".local/share/mauve/editors/nvim.json";
     let new = home.text(&file);
-    let mut known: serde_json::Value = serde_json::from_str(&home.text(manifest)).unwrap();
-    // The digest of `old`.
-    let old = serde_json::json!(["cba06b5736faf67e54b07b561eae94395e774c517a7d910a54369e1263ccfbd4"]);
+    // Another text, with its mark.
     for path in [&file, &left] {
-        fs::write(home.path(path), "old").unwrap();
-        known["files"][home.path(path).to_str().unwrap()] = old.clone();
+        fs::copy(home.path(PLUGIN).join("lua/mauve/figures.lua"), home.path(path)).unwrap();
     }
-    fs::write(home.path(manifest), known.to_string()).unwrap();
+    let mine = home.path(PLUGIN).join("plugin/mine.lua");
+    fs::write(&mine, "-- Mine.\n").unwrap();
     let done = home.run(&["install", "nvim"]);
     assert_eq!(done.code, 0, "{done:?}");
     assert!(done.out.contains(&format!("changed {}\n", home.path(&file).display())), "{}", done.out);
     assert!(done.out.contains(&format!("removed {}\n", home.path(&left).display())), "{}", done.out);
     assert_eq!((home.text(&file), home.path(&left).exists()), (new, false));
+    assert_eq!(home.run(&["uninstall", "nvim"]).code, 0);
+    assert_eq!(files_in(&home.0), [mine]);
+}
 
-    fs::write(home.path(manifest), "{").unwrap();
-    let damaged = home.run(&["install", "nvim"]);
-    assert!(damaged.code == 2 && damaged.err.contains("nvim.json` is damaged"), "{damaged:?}");
+/// `:helptags ALL` writes the index of the help file again.
+#[test]
+fn an_index_that_the_editor_wrote_is_ours() {
+    let home = Home::new(&[]);
+    assert_eq!(home.run(&["install", "nvim"]).code, 0);
+    fs::write(home.path(PLUGIN).join("doc/tags"), "mauve\tmauve.txt\t/*mauve*\n").unwrap();
+    let again = home.run(&["install", "nvim"]);
+    assert!(again.code == 0 && again.out.contains("changed "), "{again:?}");
+    assert_eq!(home.run(&["uninstall", "nvim"]).code, 0);
+    assert_eq!(files_in(&home.0), [] as [PathBuf; 0]);
 }
 
 #[test]
@@ -297,10 +305,10 @@ fn settings_of_helix_are_kept() {
         ("theme = \"x\"\n[editor]\nmouse = false", "mouse = false\n\n# mauve: begin\n[editor.lsp]\n"),
         (
             "[editor.lsp]\nenable = true\n\n[keys]\n",
-            "[editor.lsp]\n# mauve: begin\ndisplay-inlay-hints = true\n# mauve: end\nenable",
+            "[editor.lsp]\n# mauve: begin\ndisplay-inlay-hints = true\n# mauve: end ",
         ),
         ("[editor.lsp] # mine\r\nenable = true\r\n", "[editor.lsp] # mine\r\n# mauve: begin\ndisplay"),
-        ("[editor.lsp]", "[editor.lsp]\n\n# mauve: begin\ndisplay-inlay-hints = true\n# mauve: end"),
+        ("[editor.lsp]", "[editor.lsp]\n\n# mauve: begin\ndisplay-inlay-hints = true\n# mauve: end "),
         ("[editor.lsp]\ndisplay-inlay-hints = true\n", "[editor.lsp]\ndisplay-inlay-hints = true\n"),
     ] {
         let home =

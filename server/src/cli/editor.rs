@@ -2,7 +2,7 @@
 //!
 //! The files are in the binary (`embedded.rs`); only the package for VS Code, which is built by npm, is beside it. Each editor
 //! has a file that says what it needs; `installation.rs` compares that with the disk and changes it. Nothing of the user's is
-//! overwritten: a manifest has the digests of all files that were installed.
+//! overwritten: what was installed is marked, with a digest (`mark.rs`, `block.rs`).
 
 mod block;
 mod emacs;
@@ -10,12 +10,13 @@ mod embedded;
 mod helix;
 mod home;
 mod installation;
+mod mark;
 mod nvim;
 mod options;
 mod vscode;
 mod zed;
 
-use clap::{Subcommand, ValueEnum as _};
+use clap::Subcommand;
 
 use crate::output::Output;
 use home::Home;
@@ -54,17 +55,13 @@ impl Editor {
             return Err("--vsix and --program are for vscode only".to_owned());
         }
         let home = Home::find()?;
-        let name = options.editor.to_possible_value();
-        let name = name.as_ref().map_or("", |name| name.get_name());
-        let installation = Installation::open(&home, name, options.force, options.dry_run)?;
-        if !is_install {
-            return installation.uninstall();
-        }
-        installation.install(match options.editor {
+        let wanted = match options.editor {
             Name::Nvim => nvim::wanted(&home),
-            Name::Helix => helix::wanted(&home),
+            Name::Helix => helix::wanted(&home, is_install),
             Name::Emacs => emacs::wanted(&home),
             Name::Zed | Name::Vscode => zed::wanted(&home),
-        }?)
+        }?;
+        let installation = Installation { home: &home, force: options.force, dry_run: options.dry_run };
+        if is_install { installation.install(wanted) } else { installation.uninstall(wanted) }
     }
 }

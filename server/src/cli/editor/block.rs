@@ -1,4 +1,7 @@
-//! Lines in a configuration file of the user, between two marks. Without them, the file is as it was, to the byte.
+//! Lines in a configuration file of the user, between two marks, the second one with a digest of the lines. Without them, the
+//! file is as it was, to the byte.
+
+use mauve_timing::digest_of;
 
 const BEGIN: &str = "# mauve: begin\n";
 const END: &str = "# mauve: end";
@@ -8,8 +11,8 @@ const END: &str = "# mauve: end";
 pub(super) struct Split {
     /// The text without the block.
     pub(super) rest: String,
-    /// The lines between the marks, if the text has marks.
-    pub(super) block: Option<String>,
+    /// Whether the lines between the marks were edited, if the text has marks.
+    pub(super) is_edited: Option<bool>,
 }
 
 /// Splits a text at its marks.
@@ -20,7 +23,7 @@ pub(super) struct Split {
 pub(super) fn split(text: &str) -> Result<Split, String> {
     let is_line = |at: usize| at == 0 || text.as_bytes().get(at - 1) == Some(&b'\n');
     let Some(begin) = text.match_indices(BEGIN).map(|(at, _)| at).find(|&at| is_line(at)) else {
-        return Ok(Split { rest: text.to_owned(), block: None });
+        return Ok(Split { rest: text.to_owned(), is_edited: None });
     };
     let (mut before, after) = text.split_at(begin);
     let body = after.strip_prefix(BEGIN).unwrap_or_default();
@@ -28,19 +31,17 @@ pub(super) fn split(text: &str) -> Result<Split, String> {
     let end = end.ok_or_else(|| format!("has the line `{}` without `{END}`", BEGIN.trim_end()))?;
     let (body, after) = body.split_at(end);
     let after = after.strip_prefix(END).unwrap_or_default();
+    let (digest, after) = after.split_at(after.find('\n').unwrap_or(after.len()));
+    let is_edited = digest.trim() != digest_of(body.as_bytes());
     // The blank line before the block, and the line break that the last line did not have.
     if before.ends_with("\n\n") {
         before = before.strip_suffix('\n').unwrap_or(before);
     }
-    let after = match after.strip_prefix('\n') {
-        Some(after) => after,
-        None if after.is_empty() => {
-            before = before.strip_suffix('\n').unwrap_or(before);
-            after
-        }
-        None => after,
-    };
-    Ok(Split { rest: format!("{before}{after}"), block: Some(body.to_owned()) })
+    let after = after.strip_prefix('\n').unwrap_or_else(|| {
+        before = before.strip_suffix('\n').unwrap_or(before);
+        after
+    });
+    Ok(Split { rest: format!("{before}{after}"), is_edited: Some(is_edited) })
 }
 
 /// Inserts lines at an offset: at the end, or behind a line that is not blank. [`split`] returns both again.
@@ -54,9 +55,7 @@ pub(super) fn insert(text: &str, at: usize, lines: &str) -> String {
     if after.is_empty() && !before.is_empty() {
         out.push('\n');
     }
-    out += BEGIN;
-    out += lines;
-    out += END;
+    out += &format!("{BEGIN}{lines}{END} {}", digest_of(lines.as_bytes()));
     if is_complete {
         out.push('\n');
     }
@@ -69,20 +68,28 @@ mod tests {
 
     use super::*;
 
+    /// The digest of `a` and a line break.
+    const DIGEST: &str = "089bdc07b544e7b2";
+
     #[test]
     fn a_block_ends_a_file() {
-        assert_eq!(insert("", 0, "a\n"), "# mauve: begin\na\n# mauve: end\n");
-        assert_eq!(insert("x\n", 2, "a\n"), "x\n\n# mauve: begin\na\n# mauve: end\n");
-        assert_eq!(insert("x", 1, "a\n"), "x\n\n# mauve: begin\na\n# mauve: end");
-        assert_eq!(insert("x\ny", 2, "a\n"), "x\n# mauve: begin\na\n# mauve: end\ny");
+        let block = format!("# mauve: begin\na\n# mauve: end {DIGEST}");
+        assert_eq!(insert("", 0, "a\n"), format!("{block}\n"));
+        assert_eq!(insert("x\n", 2, "a\n"), format!("x\n\n{block}\n"));
+        assert_eq!(insert("x", 1, "a\n"), format!("x\n\n{block}"));
+        assert_eq!(insert("x\ny", 2, "a\n"), format!("x\n{block}\ny"));
     }
 
     #[test]
     fn text_around_a_block_may_change() {
         let text = insert("x\n", 2, "a\n").replace("x\n", "x\ny\n") + "z\n";
-        assert_eq!(split(&text), Ok(Split { rest: "x\ny\nz\n".to_owned(), block: Some("a\n".to_owned()) }));
+        let rest = || "x\ny\nz\n".to_owned();
+        assert_eq!(split(&text), Ok(Split { rest: rest(), is_edited: Some(false) }));
+        for edited in [text.replace("a\n", "b\n"), text.replace(DIGEST, "")] {
+            assert_eq!(split(&edited), Ok(Split { rest: rest(), is_edited: Some(true) }));
+        }
         assert!(split("# mauve: begin\na\n").is_err());
-        assert_eq!(split("x # mauve: begin\n").map(|it| it.block), Ok(None));
+        assert_eq!(split("x # mauve: begin\n").map(|it| it.is_edited), Ok(None));
     }
 
     proptest! {
@@ -93,8 +100,7 @@ mod tests {
                 Some((*at, line))
             }).filter(|(_, line)| !line.trim().is_empty()).map(|(at, _)| at).chain([text.len()]).collect();
             let at = lines[line % lines.len()];
-            let block = Some("k = 1\n".to_owned());
-            prop_assert_eq!(split(&insert(&text, at, "k = 1\n")), Ok(Split { rest: text, block }));
+            prop_assert_eq!(split(&insert(&text, at, "k = 1\n")), Ok(Split { rest: text, is_edited: Some(false) }));
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::generate::behind_links;
 pub(super) fn wanted(home: &Home) -> Result<Wanted, String> {
     let emacs = user_directory(home);
     let folder = behind_links(&emacs.join("elpa"))?.join("mauve");
-    let mut wanted = Wanted::default();
+    let mut wanted = Wanted { folders: vec![folder.clone()], ..Wanted::default() };
     for (path, text) in EMACS {
         let mut text = (*text).to_owned();
         if let Some(program) = home.program_elsewhere().filter(|_| *path == AUTOLOADS) {

@@ -1,5 +1,7 @@
 //! Helix: the language and its server in `languages.toml`, inlay hints in `config.toml`, and files for its runtime.
 
+use std::path::Path;
+
 use toml_edit::{Document, Item};
 
 use super::embedded::{GRAMMAR, HELIX, HELIX_QUERIES, text};
@@ -9,21 +11,40 @@ use crate::generate::behind_links;
 
 const PROGRAM: &str = "command = \"mauve\"";
 
-pub(super) fn wanted(home: &Home) -> Result<Wanted, String> {
+/// Returns the files, and the settings: with our lines if they are to be installed.
+pub(super) fn wanted(home: &Home, is_install: bool) -> Result<Wanted, String> {
     let folder = behind_links(&home.config.join("helix"))?;
-    let mut wanted = Wanted::default();
+    let grammar = behind_links(&home.data.join("mauve/tree-sitter"))?;
+    let queries = ["mauve", "mauve-toml"].map(|name| folder.join("runtime/queries").join(name));
+    let mut wanted =
+        Wanted { folders: [grammar.clone()].into_iter().chain(queries).collect(), ..Wanted::default() };
     for (path, text) in HELIX.iter().filter(|(path, _)| path.starts_with("runtime/")) {
         wanted.add(&folder, path, *text);
     }
     for (path, text) in HELIX_QUERIES {
         wanted.add(&folder, &format!("runtime/queries/mauve/{path}"), *text);
     }
-    let grammar = behind_links(&home.data.join("mauve/tree-sitter"))?;
     for (path, text) in GRAMMAR {
         wanted.add(&grammar, path, *text);
     }
     let mut languages = Settings::read(&folder.join("languages.toml"))?;
-    let document = parsed(&languages)?;
+    let mut config = Settings::read(&folder.join("config.toml"))?;
+    if is_install {
+        put_languages(&mut wanted, home, &grammar, &mut languages)?;
+        put_hints(&mut wanted, &mut config)?;
+    }
+    wanted.settings = vec![languages, config];
+    Ok(wanted)
+}
+
+/// Puts the language and its server into `languages.toml`.
+fn put_languages(
+    wanted: &mut Wanted,
+    home: &Home,
+    grammar: &Path,
+    languages: &mut Settings,
+) -> Result<(), String> {
+    let document = parsed(languages)?;
     let mut lines = text(HELIX, "languages.toml").to_owned();
     if let Some(program) = home.program_elsewhere() {
         lines = lines.replace(PROGRAM, &format!("command = {}", quoted(program)));
@@ -48,10 +69,12 @@ pub(super) fn wanted(home: &Home) -> Result<Wanted, String> {
             ));
         }
     }
-    wanted.settings.push(languages);
+    Ok(())
+}
 
-    let mut config = Settings::read(&folder.join("config.toml"))?;
-    let document = parsed(&config)?;
+/// Puts the switch of inlay hints into `config.toml`.
+fn put_hints(wanted: &mut Wanted, config: &mut Settings) -> Result<(), String> {
+    let document = parsed(config)?;
     let lsp = document.get("editor").and_then(|editor| editor.get("lsp"));
     if let Some(set) = lsp.and_then(|lsp| lsp.get("display-inlay-hints")) {
         if set.as_bool() != Some(true) {
@@ -76,8 +99,7 @@ pub(super) fn wanted(home: &Home) -> Result<Wanted, String> {
             ));
         }
     }
-    wanted.settings.push(config);
-    Ok(wanted)
+    Ok(())
 }
 
 fn parsed(settings: &Settings) -> Result<Document<String>, String> {

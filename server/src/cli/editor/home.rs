@@ -21,9 +21,6 @@ impl Home {
     ///
     /// There is no home folder, a folder cannot be read, or the path of this program cannot be written into a file.
     pub(super) fn find() -> Result<Home, String> {
-        if cfg!(windows) {
-            return Err("not supported on Windows: README.md describes how to set up each editor".to_owned());
-        }
         // Not the entry of the user in the system's database: a static binary cannot read every database.
         let home = env::var_os("HOME").map(PathBuf::from).filter(|it| it.is_absolute());
         let home = behind_links(&home.ok_or("no home folder: set HOME to an absolute path")?)?;
@@ -34,6 +31,11 @@ impl Home {
         let (config, data) =
             (folder("XDG_CONFIG_HOME", ".config")?, folder("XDG_DATA_HOME", ".local/share")?);
         Ok(Home { config, data, program: program()?, home })
+    }
+
+    /// Returns whether a folder is one of these folders, or in one, and not the home folder itself.
+    pub(super) fn has(&self, folder: &Path) -> bool {
+        folder != self.home && [&self.home, &self.config, &self.data].iter().any(|it| folder.starts_with(it))
     }
 
     /// Returns the absolute path of this program if editors would not find it as `mauve`.
@@ -66,15 +68,9 @@ pub(super) fn on_path(name: &str) -> Option<PathBuf> {
     programs.into_iter().find(|path| is_executable(path))
 }
 
-#[cfg(unix)]
 fn is_executable(path: &Path) -> bool {
     use std::os::unix::fs::PermissionsExt as _;
     path.metadata().is_ok_and(|data| data.is_file() && data.permissions().mode() & 0o111 != 0)
-}
-
-#[cfg(not(unix))]
-fn is_executable(path: &Path) -> bool {
-    path.is_file()
 }
 
 /// Returns a string literal, in TOML, Lua and Emacs Lisp alike. The text has no control characters.

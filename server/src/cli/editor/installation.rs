@@ -1,30 +1,28 @@
 //! Compares the files that an editor needs with the disk, and writes or removes them.
 //!
-//! A manifest in `~/.local/share/mauve/editors` has the digests of the installed files, the marked lines in files of the user,
-//! and the folders that were created. It is written before the first file and removed after the last one, so a run that was
-//! interrupted can be repeated. Files that have another digest are the user's.
+//! Our files have a marked line, and our lines in files of the user stand between marked lines. The marks have digests: what was
+//! edited since is the user's, and stays without `--force`. Nothing else says what is installed, so a run that was interrupted
+//! can be repeated.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::File;
-use std::io::{self, ErrorKind, Write as _};
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-use serde::{Deserialize, Serialize};
-use sha2::{Digest as _, Sha256};
-
-use super::block;
 use super::home::Home;
+use super::{block, mark};
 use crate::disk::{LONGEST, bytes_of};
 use crate::folder::{Folder, Folders, Kind};
 use crate::generate::behind_links;
 use crate::output::Output;
-use crate::replace::replace;
+use crate::replace::{create, replace};
 
 /// The files that an editor needs.
 #[derive(Default)]
 pub(super) struct Wanted {
-    /// Files of our own. Links in the folders above are resolved.
+    /// Files of our own, without their marks. Links in the folders above are resolved.
     pub(super) files: BTreeMap<PathBuf, String>,
+    /// Folders that have only files for this editor: marked files of an earlier version may be there.
+    pub(super) folders: Vec<PathBuf>,
     /// Files of the user, with our lines in them.
     pub(super) settings: Vec<Settings>,
     /// Settings of the user that cannot be combined with ours: nothing is installed.
@@ -47,7 +45,8 @@ pub(super) struct Settings {
     old: Option<String>,
     /// The text without our lines.
     pub(super) rest: String,
-    found: Option<String>,
+    /// Whether our lines were edited, if the text has them.
+    is_edited: Option<bool>,
     /// Our lines, and the offset in `rest` where they go.
     lines: Option<(usize, String)>,
 }
@@ -69,7 +68,7 @@ impl Settings {
         };
         let split = block::split(old.as_deref().unwrap_or_default())
             .map_err(|why| format!("`{}` {why}: correct it first; nothing was written", path.display()))?;
-        Ok(Settings { path, old, rest: split.rest, found: split.block, lines: None })
+        Ok(Settings { path, old, rest: split.rest, is_edited: split.is_edited, lines: None })
     }
 
     /// Puts our lines at an offset of `rest`: its end, or the end of a line that is not blank.
@@ -91,24 +90,6 @@ impl Settings {
     }
 }
 
-/// The manifest, as JSON.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
-struct Manifest {
-    /// Created folders.
-    folders: BTreeSet<PathBuf>,
-    /// The digests that a file may have: two while it is updated.
-    files: BTreeMap<PathBuf, BTreeSet<String>>,
-    /// The same for lines in files of the user.
-    settings: BTreeMap<PathBuf, Lines>,
-}
-
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
-struct Lines {
-    digests: BTreeSet<String>,
-    /// Whether the file was created for these lines.
-    created: bool,
-}
-
 /// The state of a path.
 enum State {
     Missing,
@@ -122,136 +103,98 @@ enum Step {
     Remove(PathBuf),
 }
 
-/// The installation for one editor.
-pub(super) struct Installation {
-    manifest_path: PathBuf,
-    manifest: Manifest,
-    force: bool,
-    dry_run: bool,
+/// How to install, or to uninstall.
+pub(super) struct Installation<'a> {
+    pub(super) home: &'a Home,
+    pub(super) force: bool,
+    pub(super) dry_run: bool,
 }
 
-impl Installation {
-    /// # Errors
-    ///
-    /// The manifest cannot be read.
-    pub(super) fn open(
-        home: &Home,
-        editor: &str,
-        force: bool,
-        dry_run: bool,
-    ) -> Result<Installation, String> {
-        let folder = behind_links(&home.data.join("mauve/editors"))?;
-        let manifest_path = folder.join(editor).with_extension("json");
-        let manifest = read_manifest(&manifest_path)?.unwrap_or_default();
-        Ok(Installation { manifest_path, manifest, force, dry_run })
-    }
-
+impl Installation<'_> {
     /// Writes the files that differ, and removes those that an earlier version needed.
-    pub(super) fn install(mut self, wanted: Wanted) -> Result<Output, String> {
+    pub(super) fn install(&self, wanted: Wanted) -> Result<Output, String> {
         let mut report = Report { dry_run: self.dry_run, ..Report::default() };
-        let (mut steps, mut refused) = (Vec::new(), wanted.refused);
-        let mut next = Manifest::default();
-        for (path, text) in wanted.files {
-            let digest = digest(text.as_bytes());
-            let known = self.manifest.files.get(&path);
-            match state(&path)? {
-                State::Missing => {
-                    steps.push(Step::Write { path: path.clone(), text, replaces: false });
+        let (mut steps, mut refused, mut code) = (Vec::new(), wanted.refused, 0);
+        for (path, text) in &wanted.files {
+            let new = mark::marked(path, text);
+            let replaces = match state(path)? {
+                State::Missing => false,
+                State::File(old) if old == new.as_bytes() => continue,
+                State::File(old) => {
+                    match mark::is_edited(path, &old) {
+                        _ if self.force || old == text.as_bytes() => {}
+                        Some(false) => {}
+                        found => refused.push(in_the_way(path, found.is_some())),
+                    }
+                    true
                 }
-                State::File(old) if old == text.as_bytes() => {}
-                State::File(old) if self.may_change(known, &old) => {
-                    steps.push(Step::Write { path: path.clone(), text, replaces: true });
-                }
-                State::File(_) => refused.push(in_the_way(&path, known.is_some())),
                 State::Other(kind) => {
                     refused.push(format!("`{}` is {kind}: remove or rename it", path.display()));
+                    continue;
                 }
-            }
-            next.files.insert(path, BTreeSet::from([digest]));
+            };
+            steps.push(Step::Write { path: path.clone(), text: new, replaces });
         }
         for settings in wanted.settings {
-            self.settle_settings(settings, &mut next, &mut steps, &mut refused);
+            let text = settings.text();
+            if settings.old.as_deref().unwrap_or_default() == text {
+                continue;
+            }
+            if settings.is_edited == Some(true) && !self.force {
+                refused.push(format!(
+                    "the lines between `# mauve: begin` and `# mauve: end` in `{}` were edited: remove them, or use --force",
+                    settings.path.display()
+                ));
+            }
+            steps.push(Step::Write { path: settings.path, text, replaces: settings.old.is_some() });
         }
         if !refused.is_empty() {
             refused.iter().for_each(|why| report.line("refused", why));
             return Ok(report.finish("nothing was changed", 1));
         }
-        let mut code = 0;
-        for (path, digests) in &self.manifest.files {
-            if !next.files.contains_key(path) {
-                code |= self.remove(path, digests, &mut steps, &mut next, &mut report)?;
+        for (path, is_edited) in installed(&wanted.folders, BTreeMap::new())? {
+            if !wanted.files.contains_key(&path) {
+                code |= self.remove(path, is_edited, &mut steps, &mut report);
             }
         }
-        let writes = steps.iter().filter_map(|step| match step {
-            Step::Write { path, .. } => Some(path.as_path()),
-            Step::Remove(_) => None,
-        });
-        next.folders = self.manifest.folders.clone();
-        next.folders.extend(self.new_folders(writes.chain([self.manifest_path.as_path()]))?);
-        if steps.is_empty() && next == self.manifest {
-            wanted.notes.iter().for_each(|note| report.note(note));
-            return Ok(report.finish("up to date: nothing was changed", code));
-        }
-        // An interrupted run leaves files with the old digests and files with the new ones.
-        let old = std::mem::take(&mut self.manifest);
-        self.manifest = next.clone();
-        for (path, digests) in old.files {
-            self.manifest.files.entry(path).or_default().extend(digests);
-        }
-        for (path, lines) in old.settings {
-            self.manifest.settings.entry(path).or_default().digests.extend(lines.digests);
-        }
-        self.write_manifest()?;
         self.apply(&steps, &mut report)?;
-        self.manifest = next;
-        self.write_manifest()?;
-        wanted.notes.iter().for_each(|note| report.note(note));
-        Ok(report.finish("", code))
+        wanted.notes.iter().for_each(|note| report.line("note", note));
+        Ok(report.finish(if steps.is_empty() { "up to date: nothing was changed" } else { "" }, code))
     }
 
-    /// Removes the files that have not been edited since, and the folders that were created for them.
-    pub(super) fn uninstall(mut self) -> Result<Output, String> {
+    /// Removes the files and lines that have not been edited since, and the folders that are empty then.
+    pub(super) fn uninstall(&self, wanted: Wanted) -> Result<Output, String> {
         let mut report = Report { dry_run: self.dry_run, ..Report::default() };
-        let (mut steps, mut next, mut code) = (Vec::new(), Manifest::default(), 0);
-        for (path, digests) in &self.manifest.files {
-            code |= self.remove(path, digests, &mut steps, &mut next, &mut report)?;
+        let (mut steps, mut code) = (Vec::new(), 0);
+        for (path, is_edited) in installed(&wanted.folders, wanted.files)? {
+            code |= self.remove(path, is_edited, &mut steps, &mut report);
         }
-        for (path, lines) in &self.manifest.settings {
-            let settings = Settings::read(path)?;
-            let Some(found) = &settings.found else { continue };
-            if !self.may_change(Some(&lines.digests), found.as_bytes()) {
-                report.line("kept", &format!("the lines of MAUVE in `{}`: {EDITED}", path.display()));
-                next.settings.insert(path.clone(), lines.clone());
-                code = 1;
-            } else if lines.created && settings.rest.is_empty() {
-                steps.push(Step::Remove(path.clone()));
-            } else {
-                let text = settings.rest;
-                steps.push(Step::Write { path: settings.path, text, replaces: true });
+        for settings in wanted.settings {
+            match settings.is_edited {
+                None => {}
+                Some(true) if !self.force => {
+                    let path = settings.path.display();
+                    report.line("kept", &format!("the lines of MAUVE in `{path}`: {EDITED}"));
+                    code = 1;
+                }
+                Some(_) if settings.rest.is_empty() => steps.push(Step::Remove(settings.path)),
+                Some(_) => {
+                    steps.push(Step::Write { path: settings.path, text: settings.rest, replaces: true });
+                }
             }
         }
-        if self.manifest == Manifest::default() {
+        if steps.is_empty() && code == 0 {
             return Ok(report.finish("not installed: nothing was changed", 0));
         }
         self.apply(&steps, &mut report)?;
-        next.folders = self.manifest.folders.clone();
-        let is_empty = next.files.is_empty() && next.settings.is_empty();
-        self.manifest = next;
-        if is_empty {
-            if !self.dry_run {
-                remove_file(&self.manifest_path)?;
-            }
-        } else {
-            self.write_manifest()?;
-        }
         let removed = steps.iter().filter_map(|step| match step {
             Step::Remove(path) => Some(path.as_path()),
             Step::Write { .. } => None,
         });
         let mut removed: BTreeSet<&Path> = removed.collect();
-        removed.extend(is_empty.then_some(self.manifest_path.as_path()));
+        let above: BTreeSet<&Path> = removed.iter().flat_map(|path| path.ancestors().skip(1)).collect();
         // The inner folders first.
-        for folder in self.manifest.folders.iter().rev() {
+        for folder in above.into_iter().rev().filter(|folder| self.home.has(folder)) {
             let is_removed = match self.dry_run {
                 true => has_only(folder, &removed),
                 false => remove_folder(folder),
@@ -264,89 +207,14 @@ impl Installation {
         Ok(report.finish("", code))
     }
 
-    /// Adds the step for a file that is not needed any longer. Returns 1 if it was edited, and stays.
-    fn remove(
-        &self,
-        path: &Path,
-        digests: &BTreeSet<String>,
-        steps: &mut Vec<Step>,
-        next: &mut Manifest,
-        report: &mut Report,
-    ) -> Result<u8, String> {
-        match state(path)? {
-            State::Missing => {}
-            State::File(old) if self.may_change(Some(digests), &old) => {
-                steps.push(Step::Remove(path.to_owned()));
-            }
-            State::File(_) => {
-                report.line("kept", &format!("`{}`: {EDITED}", path.display()));
-                next.files.insert(path.to_owned(), digests.clone());
-                return Ok(1);
-            }
-            State::Other(kind) => {
-                report.line("kept", &format!("`{}`, which is {kind} now", path.display()));
-                return Ok(1);
-            }
+    /// Adds the step for an installed file that is to go. Returns 1 if it was edited, and stays.
+    fn remove(&self, path: PathBuf, is_edited: bool, steps: &mut Vec<Step>, report: &mut Report) -> u8 {
+        if is_edited && !self.force {
+            report.line("kept", &format!("`{}`: {EDITED}", path.display()));
+            return 1;
         }
-        Ok(0)
-    }
-
-    fn settle_settings(
-        &self,
-        settings: Settings,
-        next: &mut Manifest,
-        steps: &mut Vec<Step>,
-        refused: &mut Vec<String>,
-    ) {
-        let known = self.manifest.settings.get(&settings.path);
-        let text = settings.text();
-        if let Some(found) = &settings.found
-            && settings.old.as_ref() != Some(&text)
-            && !self.may_change(known.map(|it| &it.digests), found.as_bytes())
-        {
-            let path = settings.path.display();
-            refused.push(format!(
-                "the lines between `# mauve: begin` and `# mauve: end` in `{path}` were edited: remove them, \
-                 or use --force"
-            ));
-        }
-        if let Some((_, lines)) = &settings.lines {
-            let created = known.map_or(settings.old.is_none(), |it| it.created);
-            let lines = Lines { digests: BTreeSet::from([digest(lines.as_bytes())]), created };
-            next.settings.insert(settings.path.clone(), lines);
-        }
-        let replaces = settings.old.is_some();
-        if settings.old.unwrap_or_default() != text {
-            steps.push(Step::Write { path: settings.path, text, replaces });
-        }
-    }
-
-    fn may_change(&self, known: Option<&BTreeSet<String>>, old: &[u8]) -> bool {
-        self.force || known.is_some_and(|known| known.contains(&digest(old)))
-    }
-
-    /// Returns the folders above these files that do not exist, or that an installation for another editor created.
-    fn new_folders<'a>(&self, files: impl Iterator<Item = &'a Path>) -> Result<BTreeSet<PathBuf>, String> {
-        let mut created = BTreeSet::new();
-        let beside = self.manifest_path.parent().and_then(|it| std::fs::read_dir(it).ok());
-        for entry in beside.into_iter().flatten().flatten() {
-            if entry.path().extension().is_some_and(|it| it == "json") {
-                created.extend(read_manifest(&entry.path())?.unwrap_or_default().folders);
-            }
-        }
-        let above: BTreeSet<&Path> = files.flat_map(|path| path.ancestors().skip(1)).collect();
-        let is_new = |folder: &Path| created.contains(folder) || folder.symlink_metadata().is_err();
-        Ok(above.into_iter().filter(|folder| is_new(folder)).map(Path::to_owned).collect())
-    }
-
-    fn write_manifest(&self) -> Result<(), String> {
-        if self.dry_run {
-            return Ok(());
-        }
-        let text = serde_json::to_string_pretty(&self.manifest)
-            .map_err(|error| format!("cannot write `{}`: {error}", self.manifest_path.display()))?;
-        let replaces = matches!(state(&self.manifest_path)?, State::File(_));
-        write(&self.manifest_path, &(text + "\n"), replaces)
+        steps.push(Step::Remove(path));
+        0
     }
 
     fn apply(&self, steps: &[Step], report: &mut Report) -> Result<(), String> {
@@ -358,7 +226,10 @@ impl Installation {
             };
             if !self.dry_run {
                 match step {
-                    Step::Write { text, replaces, .. } => write(path, text, *replaces)?,
+                    Step::Write { text, replaces, .. } => {
+                        let write = if *replaces { replace } else { create };
+                        write(path, text).map_err(failed("write", path))?;
+                    }
                     Step::Remove(_) => remove_file(path)?,
                 }
             }
@@ -402,20 +273,12 @@ impl Report {
         self.text += &format!("{label}: {text}\n");
     }
 
-    fn note(&mut self, note: &str) {
-        self.text += &format!("note: {note}\n");
-    }
-
     fn finish(mut self, last: &str, code: u8) -> Output {
         if !last.is_empty() {
             self.text += &format!("{last}\n");
         }
         Output::escaped(self.text, code)
     }
-}
-
-fn digest(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn failed(doing: &str, path: &Path) -> impl Fn(io::Error) -> String {
@@ -444,37 +307,32 @@ fn state(path: &Path) -> Result<State, String> {
     })
 }
 
-/// Reads a manifest; none if there is no file.
-fn read_manifest(path: &Path) -> Result<Option<Manifest>, String> {
-    match state(path)? {
-        State::Missing => Ok(None),
-        State::File(bytes) => serde_json::from_slice(&bytes).map(Some).map_err(|error| {
-            format!("`{}` is damaged ({error}): remove it, then install with --force", path.display())
-        }),
-        State::Other(kind) => Err(format!("`{}` is {kind}: remove it", path.display())),
+/// Returns those of `files`, and of the files in these folders, that have a mark, and whether they were edited. Follows no links.
+fn installed(
+    folders: &[PathBuf],
+    files: BTreeMap<PathBuf, String>,
+) -> Result<BTreeMap<PathBuf, bool>, String> {
+    let mut paths: BTreeSet<PathBuf> = files.into_keys().collect();
+    let mut open = folders.to_vec();
+    while let Some(folder) = open.pop() {
+        let is_folder = |path: &Path| path.symlink_metadata().is_ok_and(|it| it.is_dir());
+        if !is_folder(&folder) {
+            continue;
+        }
+        for entry in std::fs::read_dir(&folder).map_err(failed("read", &folder))? {
+            let path = entry.map_err(failed("read", &folder))?.path();
+            if is_folder(&path) {
+                open.push(path);
+            } else {
+                paths.insert(path);
+            }
+        }
     }
-}
-
-/// Writes a file as a whole. A new file never replaces one that another process creates at the same time.
-fn write(path: &Path, text: &str, replaces: bool) -> Result<(), String> {
-    let written = match replaces {
-        true => replace(path, text),
-        false => create(path, text),
+    let is_edited = |path: PathBuf| match state(&path).ok()? {
+        State::File(bytes) => mark::is_edited(&path, &bytes).map(|is_edited| (path, is_edited)),
+        State::Missing | State::Other(_) => None,
     };
-    written.map_err(failed("write", path))
-}
-
-fn create(path: &Path, text: &str) -> io::Result<()> {
-    let mut folders = Folders::below(Folder::top(path)?);
-    let (folder, name) = folders.make_above(path, &mut Vec::new())?;
-    let mut beside = std::ffi::OsString::from(".");
-    beside.push(name);
-    beside.push(format!(".{}.tmp", std::process::id()));
-    let mut file: File = folder.create_new(&beside, None)?;
-    let written = file.write_all(text.as_bytes()).and_then(|()| folder.put_new(&beside, &folder, name));
-    // Where the file system has hard links, the file has two names.
-    let _ = folder.remove_file(&beside);
-    written
+    Ok(paths.into_iter().filter_map(is_edited).collect())
 }
 
 fn remove_file(path: &Path) -> Result<(), String> {

@@ -13,7 +13,7 @@ pub(super) fn wanted(home: &Home) -> Result<Wanted, String> {
     let data = home.data.join(app);
     // The last folder is ours: if it is a link, as to a clone of the repository, files behind it are not changed.
     let folder = behind_links(&data.join("site/pack/mauve/start"))?.join("mauve");
-    let mut wanted = Wanted::default();
+    let mut wanted = Wanted { folders: vec![folder.clone()], ..Wanted::default() };
     for (path, text) in NVIM {
         wanted.add(&folder, path, *text);
     }

@@ -1,7 +1,6 @@
 //! Writes the estimates into a timing table.
 
 use std::fs::File;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use mauve_diagnostics::table_error_message;
@@ -12,7 +11,7 @@ use mauve_timing::{Kept, Measured as Record, Table, Time, Times, UpdateError, di
 use super::date::today;
 use super::estimates::{Estimates, Measured};
 use crate::disk;
-use crate::replace::replace;
+use crate::replace::{create, replace};
 
 /// What was written.
 pub(super) struct Written {
@@ -32,8 +31,7 @@ pub(super) fn write(
 ) -> Result<Written, String> {
     let shown = path.display();
     // Another run that writes this table waits; a file system without locks has none.
-    let folder = path.parent().filter(|it| !it.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let _lock = File::open(folder).and_then(|folder| folder.lock().map(|()| folder));
+    let _lock = File::open(folder_of(path)).and_then(|folder| folder.lock().map(|()| folder));
     let old = match path.try_exists() {
         Ok(true) => Some(read(path).map_err(|error| format!("cannot read `{shown}`: {error}"))?),
         Ok(false) => None,
@@ -147,20 +145,15 @@ pub(super) fn put(path: &Path, text: &str) -> Result<(), String> {
     let written = match path.canonicalize() {
         Ok(real) => replace(&real, text),
         Err(_) => {
-            let mut partial = path.as_os_str().to_owned();
-            partial.push(format!(".{}.tmp", std::process::id()));
-            let write = |mut file: File| {
-                let written = file.write_all(text.as_bytes()).and_then(|()| file.sync_all());
-                written.and_then(|()| {
-                    std::fs::hard_link(&partial, path).or_else(|_| std::fs::rename(&partial, path))
-                })
-            };
-            let written = File::create_new(&partial).and_then(write);
-            let _ = std::fs::remove_file(&partial);
-            written
+            let folder = folder_of(path).canonicalize();
+            folder.and_then(|folder| create(&folder.join(path.file_name().unwrap_or_default()), text))
         }
     };
     written.map_err(|error| format!("cannot write `{}`: {error}", path.display()))
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|it| !it.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// Where all times come from.
