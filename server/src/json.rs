@@ -32,6 +32,14 @@ pub(crate) fn text(document: &impl Serialize) -> Result<String, String> {
     Ok(text + "\n")
 }
 
+/// Returns the only document as text, or the list of all.
+pub(crate) fn one_or_all(documents: impl Iterator<Item = impl Serialize>) -> Result<String, String> {
+    match documents.collect::<Vec<_>>().as_slice() {
+        [one] => text(one),
+        all => text(&all),
+    }
+}
+
 /// Collects the values of a key that is left out if there are none.
 pub(crate) fn non_empty<T>(values: impl IntoIterator<Item = T>) -> Option<Vec<T>> {
     let values: Vec<T> = values.into_iter().collect();

@@ -59,11 +59,11 @@ mod likelihood_region;
 mod measurement;
 mod order;
 mod random;
-#[cfg(test)]
-mod reference;
 pub mod samples;
 mod simplex;
 mod tail;
+#[cfg(test)]
+mod tests;
 pub mod trace;
 
 pub use checks::{Check, CheckKind};

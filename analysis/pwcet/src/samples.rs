@@ -212,18 +212,14 @@ impl Samples {
     ///
     /// The file cannot be read, or is damaged.
     pub fn executions(&mut self, series: SeriesId) -> Result<Vec<Execution>, SamplesError> {
-        let mut all = Vec::new();
-        self.each(series, |execution| all.push(execution))?;
-        Ok(all)
-    }
-
-    fn each(&mut self, series: SeriesId, mut take: impl FnMut(Execution)) -> Result<(), SamplesError> {
         let parts = self.index.parts.get(series.0 as usize).ok_or(SamplesError::UnknownSeries)?;
-        let take = &mut |it| {
-            take(it);
+        let mut all = Vec::new();
+        let take = &mut |execution| {
+            all.push(execution);
             ControlFlow::Continue(())
         };
-        parts.iter().try_for_each(|part| part.read(&mut self.file, take))
+        parts.iter().try_for_each(|part| part.read(&mut self.file, take))?;
+        Ok(all)
     }
 }
 
@@ -434,21 +430,8 @@ fn find_mark(reader: &mut BufReader<&mut File>, mut offset: u64) -> io::Result<O
     }
 }
 
-fn put_summary(head: &mut Vec<u8>, it: &Summary) {
-    let counts = [
-        it.events,
-        it.foreign,
-        it.spans,
-        it.cut_at_start,
-        it.cut_at_end,
-        it.unbalanced,
-        it.lost_events,
-        it.losses,
-        it.dropped,
-        it.clock_errors,
-        it.suspicious,
-    ];
-    counts.into_iter().for_each(|count| put(head, count));
+fn put_summary(head: &mut Vec<u8>, mut it: Summary) {
+    it.counts().into_iter().for_each(|count| put(head, *count));
     for time in [it.first, it.last] {
         put(head, u64::from(time.is_some()));
         put(head, time.unwrap_or(0));
@@ -456,20 +439,10 @@ fn put_summary(head: &mut Vec<u8>, it: &Summary) {
 }
 
 fn read_summary(head: &mut Bytes<'_>) -> Option<Summary> {
-    let mut summary = Summary {
-        events: head.number()?,
-        foreign: head.number()?,
-        spans: head.number()?,
-        cut_at_start: head.number()?,
-        cut_at_end: head.number()?,
-        unbalanced: head.number()?,
-        lost_events: head.number()?,
-        losses: head.number()?,
-        dropped: head.number()?,
-        clock_errors: head.number()?,
-        suspicious: head.number()?,
-        ..Summary::default()
-    };
+    let mut summary = Summary::default();
+    for count in summary.counts() {
+        *count = head.number()?;
+    }
     for time in [&mut summary.first, &mut summary.last] {
         let is_known = head.number()? == 1;
         *time = Some(head.number()?).filter(|_| is_known);

@@ -105,22 +105,28 @@ pub struct Summary {
 }
 
 impl Summary {
+    /// Returns all counts, in the order in which sample files have them.
+    pub(crate) fn counts(&mut self) -> [&mut u64; 11] {
+        [
+            &mut self.events,
+            &mut self.foreign,
+            &mut self.spans,
+            &mut self.cut_at_start,
+            &mut self.cut_at_end,
+            &mut self.unbalanced,
+            &mut self.lost_events,
+            &mut self.losses,
+            &mut self.dropped,
+            &mut self.clock_errors,
+            &mut self.suspicious,
+        ]
+    }
+
     /// Adds what a later part of the same trace had.
     pub fn add(&mut self, later: &Summary) {
-        for (sum, count) in [
-            (&mut self.events, later.events),
-            (&mut self.foreign, later.foreign),
-            (&mut self.spans, later.spans),
-            (&mut self.cut_at_start, later.cut_at_start),
-            (&mut self.cut_at_end, later.cut_at_end),
-            (&mut self.unbalanced, later.unbalanced),
-            (&mut self.lost_events, later.lost_events),
-            (&mut self.losses, later.losses),
-            (&mut self.dropped, later.dropped),
-            (&mut self.clock_errors, later.clock_errors),
-            (&mut self.suspicious, later.suspicious),
-        ] {
-            *sum = sum.saturating_add(count);
+        let mut later = *later;
+        for (sum, count) in self.counts().into_iter().zip(later.counts()) {
+            *sum = sum.saturating_add(*count);
         }
         self.is_from_tables |= later.is_from_tables;
         self.first = self.first.or(later.first);

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use serde::Deserialize;
+
 use crate::{StateMachine, Time, Utilisation};
 
 /// The priority of an activity.
@@ -83,7 +85,8 @@ impl Task {
 }
 
 /// How the demand of several jobs is bounded.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Method {
     /// R⁻ of the paper: the demand of n jobs is n times the greatest one.
     Classic,

@@ -49,10 +49,7 @@ fn line(stage: &str, start: Instant, result: &str) -> String {
 fn stages(db: &Database, workspaces: &[Workspace]) -> String {
     let projects: Vec<Project<'_>> =
         workspaces.iter().flat_map(|&workspace| projects(db, workspace)).copied().collect();
-    let mut files: Vec<File> =
-        projects.iter().flat_map(|&project| project_files(db, project)).copied().collect();
-    files.sort_by_key(|file| file.path(db).clone());
-    files.dedup();
+    let files = models(db, workspaces);
     let names = || projects.iter().flat_map(|&it| names_of(db, it).all.iter().map(move |&decl| (it, decl)));
     let of_kind = |kind| names().filter(move |(_, decl)| decl.kind(db) == kind);
     let measured = |stage: &str, run: &dyn Fn() -> String| {
@@ -106,4 +103,13 @@ fn stages(db: &Database, workspaces: &[Workspace]) -> String {
         }),
     ]
     .concat()
+}
+
+/// Returns the files of all projects, each once.
+fn models(db: &Database, workspaces: &[Workspace]) -> Vec<File> {
+    let projects = workspaces.iter().flat_map(|&workspace| projects(db, workspace));
+    let mut files: Vec<File> = projects.flat_map(|&project| project_files(db, project)).copied().collect();
+    files.sort_by_key(|file| file.path(db).clone());
+    files.dedup();
+    files
 }

@@ -6,11 +6,10 @@ use mauve_diagnostics::errors_of;
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, Project, Workspace, names_of, projects, target_of};
 use mauve_ide::{Drawing, draw_graph, graph};
-use mauve_timing::Level;
 use mauve_wcrt::Query;
 
-use super::wcrt::with_errors;
-use crate::cli::options::{Outside, Paths};
+use super::wcrt::say_errors;
+use crate::cli::options::{Outside, Paths, level};
 use crate::graph_document::graph_document;
 use crate::load::load;
 use crate::output::{Output, say};
@@ -49,12 +48,7 @@ enum Format {
 
 impl Graph {
     pub(crate) fn run(self) -> Result<Output, String> {
-        let level = match self.significance {
-            Some(level) => Some(
-                Level::from_f64(level).ok_or("the significance is a number between 0 and 1, such as 1e-4")?,
-            ),
-            None => None,
-        };
+        let level = level(self.significance)?;
         let mut db = Database::default();
         let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
         let (project, of) = self.selected(&db, &workspaces)?;
@@ -72,9 +66,7 @@ impl Graph {
             Format::Json => crate::json::text(&graph_document(&db, (project, of), query, &graph))?,
         };
         let errors = errors_of(&db, project);
-        if errors > 0 {
-            say(&with_errors(errors));
-        }
+        say_errors(errors);
         let code = u8::from(errors > 0 || !graph.missing.is_empty());
         Ok(match self.format {
             Format::Text => Output::escaped(text, code),

@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
+use mauve_diagnostics::time_error_message;
+use mauve_timing::{Level, Rounding, Time};
 
 /// The paths that most commands take.
 #[derive(Debug, clap::Args)]
@@ -19,6 +21,29 @@ pub(super) struct Outside {
     /// for projects that you trust: messages may quote such files.
     #[arg(long)]
     pub(super) allow_outside: bool,
+}
+
+/// Returns the significance level of an option.
+///
+/// # Errors
+///
+/// It is not between 0 and 1.
+pub(super) fn level(significance: Option<f64>) -> Result<Option<Level>, String> {
+    let Some(level) = significance else { return Ok(None) };
+    let level = Level::from_f64(level).ok_or("the significance is a number between 0 and 1, such as 1e-4")?;
+    Ok(Some(level))
+}
+
+/// Returns the time of an option such as `--for`.
+///
+/// # Errors
+///
+/// It is not a time with its unit, such as `example`, or not greater than 0.
+pub(super) fn time(option: &str, example: &str, text: Option<&str>) -> Result<Option<Time>, String> {
+    let Some(text) = text else { return Ok(None) };
+    let time = Time::parse_with_unit(text, Rounding::Exact)
+        .map_err(|error| format!("{option} is a time such as {example}: {}", time_error_message(error)))?;
+    if time == Time::ZERO { Err(format!("{option} is greater than 0")) } else { Ok(Some(time)) }
 }
 
 /// How the analysis bounds the demand of several jobs of one activity.

@@ -13,7 +13,7 @@ use mauve_wcrt::{Refusal, TableSet, first_tables, psm_of, tables_for, tables_of}
 use serde_json::{Value, json};
 
 use crate::analysis_document::{deployments, deployments_of, milliseconds};
-use crate::cli::options::Outside;
+use crate::cli::options::{Outside, level};
 use crate::cli::text::columns;
 use crate::load::load;
 use crate::output::{Output, say};
@@ -63,12 +63,7 @@ impl Psm {
         };
         let mut db = Database::default();
         let workspaces = load(&mut db, &[PathBuf::from(path)], self.outside.allow_outside)?;
-        let level = match self.significance {
-            Some(level) => Some(
-                Level::from_f64(level).ok_or("the significance is a number between 0 and 1, such as 1e-4")?,
-            ),
-            None => None,
-        };
+        let level = level(self.significance)?;
         let only = self.deployment.as_deref();
         let of_deployments = match only {
             Some(_) => deployments(&db, &workspaces, only)?,

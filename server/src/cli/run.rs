@@ -8,14 +8,12 @@ mod build;
 
 use std::path::{Path, PathBuf};
 
-use mauve_diagnostics::time_error_message;
 use mauve_hir::{Database, Decl, Project, Workspace};
 use mauve_orocos::{GeneratedFile, Package, packages_with_stubs, problems, standalone};
-use mauve_timing::{Rounding, Time};
 
 use super::generate::{refusal_text, warn_of_deadlines};
 use crate::analysis_document::deployments;
-use crate::cli::options::Outside;
+use crate::cli::options::{Outside, time};
 use crate::generate::{GenerateRequest, Out, Refusal, Selected, generate, read};
 use crate::load::load;
 use crate::output::{Output, say};
@@ -79,13 +77,8 @@ impl Run {
     /// Returns the arguments of the program.
     fn arguments(&self) -> Result<Vec<String>, String> {
         let mut arguments = Vec::new();
-        if let Some(text) = &self.length {
-            let time = Time::parse_with_unit(text, Rounding::Exact);
-            let time =
-                time.map_err(|error| format!("--for is a time such as 10s: {}", time_error_message(error)))?;
-            let time = Some(time).filter(|time| *time > Time::ZERO).ok_or("--for is greater than 0")?;
-            arguments.push(format!("--for={}ns", time.as_nanos()));
-        }
+        let length = time("--for", "10s", self.length.as_deref())?;
+        arguments.extend(length.map(|length| format!("--for={}ns", length.as_nanos())));
         for parameter in &self.param {
             let name = parameter.split_once('=').and_then(|(name, _)| name.split_once('.'));
             if name.is_none_or(|(instance, property)| instance.is_empty() || property.is_empty()) {
@@ -206,15 +199,8 @@ fn program_in(packages: &[Package]) -> Option<String> {
 }
 
 /// Replaces this process by the program. Returns why it does not.
-#[cfg(unix)]
 fn execute(program: &Path, arguments: &[String]) -> String {
     use std::os::unix::process::CommandExt as _;
     let error = std::process::Command::new(program).args(arguments).exec();
     format!("cannot run `{}`: {error}", program.display())
-}
-
-/// The runtime needs Linux: [`check_tools`] has refused other systems.
-#[cfg(not(unix))]
-fn execute(program: &Path, _: &[String]) -> String {
-    format!("cannot run `{}` on this system", program.display())
 }

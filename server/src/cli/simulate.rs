@@ -8,20 +8,18 @@ mod trace_events;
 use std::fmt::Write as _;
 
 use clap::ValueEnum;
-use mauve_diagnostics::{errors_of, errors_of_text, reasons_of, time_error_message, times_of, timing_reason};
+use mauve_diagnostics::{errors_of, errors_of_text, reasons_of, times_of, timing_reason};
 use mauve_hir::{Database, Decl, Project};
 use mauve_ide::{Drawing, WorstOf, draw_schedule, no_worst_case};
-use mauve_timing::{
-    LeftOut, Level, Method, NoWorstCase, Rounding, SimulationOptions, Statistics, Time, Unit,
-};
+use mauve_timing::{LeftOut, Level, Method, NoWorstCase, SimulationOptions, Statistics, Time, Unit};
 use mauve_wcrt::{
     Query, Report, Simulated, response_times, response_times_of, simulated, simulated_of, system_of,
 };
 
 use self::simulation::{Row, Simulation};
-use super::wcrt::{cpu_numbers, priority, shown_tables, task_set, with_errors};
+use super::wcrt::{cpu_numbers, priority, say_errors, shown_tables, task_set, with_errors};
 use crate::analysis_document::deployments;
-use crate::cli::options::{Outside, Paths};
+use crate::cli::options::{Outside, Paths, level, time};
 use crate::cli::text::{columns, counted, number};
 use crate::json;
 use crate::load::load;
@@ -96,21 +94,8 @@ impl Format {
 
 impl Simulate {
     pub(crate) fn run(self) -> Result<Output, String> {
-        let length = match &self.length {
-            Some(text) => {
-                let time = Time::parse_with_unit(text, Rounding::Exact);
-                let time = time
-                    .map_err(|error| format!("--for is a time such as 10s: {}", time_error_message(error)))?;
-                Some(time).filter(|time| *time > Time::ZERO).map(Some).ok_or("--for is greater than 0")?
-            }
-            None => None,
-        };
-        let level = match self.significance {
-            Some(level) => Some(
-                Level::from_f64(level).ok_or("the significance is a number between 0 and 1, such as 1e-4")?,
-            ),
-            None => None,
-        };
+        let length = time("--for", "10s", self.length.as_deref())?;
+        let level = level(self.significance)?;
         let mut db = Database::default();
         if self.paths.paths.iter().any(|path| path.extension().is_some_and(|extension| extension == "json")) {
             let all = self.of_task_sets(&db, level, length)?;
@@ -233,13 +218,7 @@ impl Simulate {
                 let tables: Vec<String> = all.iter().map(table).collect();
                 shown_tables(&tables).join("\n")
             }
-            Format::Json => {
-                let documents: Vec<_> = all.iter().map(document::document).collect();
-                match documents.as_slice() {
-                    [one] => json::text(one)?,
-                    several => json::text(&several)?,
-                }
-            }
+            Format::Json => json::one_or_all(all.iter().map(document::document))?,
             Format::Svg | Format::Text => {
                 let it = only(all)?;
                 let what = it.worst_case();
@@ -251,9 +230,7 @@ impl Simulate {
             }
             Format::Perfetto => trace_events::text(only(all)?)?,
         };
-        if errors > 0 {
-            say(&with_errors(errors));
-        }
+        say_errors(errors);
         for it in all.iter().filter(|it| it.schedule.statistics.iter().all(Option::is_none)) {
             say(&format!("no activity of {} can be simulated", it.name));
         }

@@ -7,14 +7,13 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use mauve_diagnostics::{
-    cpu_names, errors_of_text, reasons_of, task_set_error_message, time_error_message, times_of,
-    timing_reason, utilisation,
+    cpu_names, errors_of_text, reasons_of, task_set_error_message, times_of, timing_reason, utilisation,
 };
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Database, Decl, Location, Project, Workspace};
 use mauve_ide::{counted_cpus, explain_response, explain_response_of};
 use mauve_timing::task_set::{Exported, Parsed, TaskSet};
-use mauve_timing::{Level, Rounding, Status, Time};
+use mauve_timing::{Level, Status, Time};
 use mauve_wcrt::{
     ActivityReport, Priority, Query, Refusal, Report, Verdict, response_times_of, sensitivity, tables_of,
     timetable_of,
@@ -25,7 +24,7 @@ use crate::analysis_document::{
     Deployed, Origin, Significance, analysis_document, deployments, levels, real_time_priority,
 };
 use crate::cli::lines::Lines;
-use crate::cli::options::{Method, Outside, Paths};
+use crate::cli::options::{Method, Outside, Paths, time};
 use crate::cli::text::{columns, counted, number, quoted, shown};
 use crate::disk::{LONGEST, read};
 use crate::harmless::harmless;
@@ -76,16 +75,7 @@ enum Format {
 
 impl Wcrt {
     pub(crate) fn run(self) -> Result<Output, String> {
-        let horizon = match &self.horizon {
-            Some(text) => {
-                let time = Time::parse_with_unit(text, Rounding::Exact);
-                let time = time.map_err(|error| {
-                    format!("--horizon is a time such as 1000ms: {}", time_error_message(error))
-                })?;
-                Some(time).filter(|time| *time > Time::ZERO).map(Some).ok_or("--horizon is greater than 0")?
-            }
-            None => None,
-        };
+        let horizon = time("--horizon", "1000ms", self.horizon.as_deref())?;
         let query = |level| Query { level, method: self.method.into(), horizon };
         let mut db = Database::default();
         let is_task_set = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "json");
@@ -131,9 +121,7 @@ impl Wcrt {
         };
         let all: Vec<Deployed<'_>> = found.into_iter().map(deployed).collect();
         let text = self.text(&all)?;
-        if errors > 0 {
-            say(&with_errors(errors));
-        }
+        say_errors(errors);
         let proved = all.iter().all(Deployed::schedulable);
         Ok(Output::verbatim(text, u8::from(!proved || errors > 0)))
     }
@@ -198,13 +186,7 @@ impl Wcrt {
             }
             (None, Format::Csv) if self.sensitivity => sensitivity_csv(all, &root),
             (None, Format::Csv) => csv(all),
-            (None, Format::Json) => {
-                let documents: Vec<_> = all.iter().map(analysis_document).collect();
-                match documents.as_slice() {
-                    [one] => json::text(one)?,
-                    several => json::text(&several)?,
-                }
-            }
+            (None, Format::Json) => json::one_or_all(all.iter().map(analysis_document))?,
         })
     }
 }
@@ -232,6 +214,13 @@ pub(super) fn task_set(path: &Path) -> Result<(PathBuf, TaskSet, bool), String> 
              same folder",
             component.name
         )),
+    }
+}
+
+/// Says that a project has errors, if it has.
+pub(super) fn say_errors(errors: usize) {
+    if errors > 0 {
+        say(&with_errors(errors));
     }
 }
 

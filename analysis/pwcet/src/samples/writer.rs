@@ -279,7 +279,7 @@ impl Writer {
         let mut head = END_MARK.to_vec();
         head.extend(fingerprint);
         put(&mut head, run.executions);
-        put_summary(&mut head, summary);
+        put_summary(&mut head, *summary);
         // What the end makes valid must be on the disk before it.
         self.sync()?;
         block::write(&mut self.file, Kind::End, &head, b"")?;

@@ -210,6 +210,57 @@ impl Scratch {
     }
 }
 
+/// What a line says.
+#[derive(Debug, Default)]
+struct Values<'a> {
+    /// None of a period.
+    key: &'a [u8],
+    instance: &'a [u8],
+    execution: u64,
+    elapsed: Option<u64>,
+    end: Option<u64>,
+    release: Option<u64>,
+    scheduling: Option<Scheduling>,
+    cpu: Option<u32>,
+}
+
+impl<'a> Values<'a> {
+    fn of_execution(scratch: &'a Scratch) -> Result<Values<'a>, CsvProblem> {
+        Ok(Values {
+            key: text(scratch, Column::Codel)?,
+            execution: required(scratch, Column::Execution)?,
+            instance: scratch.field(Column::Instance).unwrap_or_default().trim_ascii(),
+            elapsed: time(scratch, Column::Elapsed)?,
+            end: time(scratch, Column::Time)?,
+            ..Values::default()
+        })
+    }
+
+    fn of_period(scratch: &'a Scratch) -> Result<Values<'a>, CsvProblem> {
+        let execution = required(scratch, Column::Execution)?;
+        let instance = text(scratch, Column::Instance)?;
+        let (begun, end) = (required(scratch, Column::Begin)?, required(scratch, Column::End)?);
+        let not_after_end = |first| CsvProblem::Order { first, second: Column::End };
+        let elapsed = end.checked_sub(begun).ok_or(not_after_end(Column::Begin))?;
+        let release = time(scratch, Column::Release)?;
+        if release.is_some_and(|release| release > end) {
+            return Err(not_after_end(Column::Release));
+        }
+        let cpus = time(scratch, Column::Cpus)?.unwrap_or_default();
+        let priority = small(scratch, Column::Priority)?;
+        Ok(Values {
+            key: b"",
+            instance,
+            execution,
+            elapsed: Some(elapsed),
+            end: Some(end),
+            release,
+            scheduling: priority.map(|priority| Scheduling { priority, cpus }),
+            cpu: small(scratch, Column::Cpu)?,
+        })
+    }
+}
+
 impl Csv {
     fn of_header(line: &[u8], kind: FileKind) -> Result<Csv, CsvProblem> {
         let line = line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line);
@@ -252,68 +303,15 @@ impl Csv {
         let file = self.kind;
         let problem = |problem| TraceError::Csv { file, line: number, problem };
         self.split(line, scratch).map_err(problem)?;
-        let is_period = file == FileKind::Periods;
-        let key = if is_period { b"" } else { scratch.field(Column::Codel).unwrap_or_default().trim_ascii() };
-        if key.is_empty() && !is_period {
-            return Err(problem(CsvProblem::Missing(Column::Codel)));
-        }
-        let time = |column| time(scratch, column).map_err(problem);
-        let required = |column| time(column)?.ok_or_else(|| problem(CsvProblem::Missing(column)));
-        let execution = required(Column::Execution)?;
-        let instance = scratch.field(Column::Instance).unwrap_or_default().trim_ascii();
-        let (mut end, elapsed, release, scheduling, cpu);
-        if is_period {
-            if instance.is_empty() {
-                return Err(problem(CsvProblem::Missing(Column::Instance)));
-            }
-            let (begun, ended) = (required(Column::Begin)?, required(Column::End)?);
-            elapsed = ended.checked_sub(begun);
-            if elapsed.is_none() {
-                return Err(problem(CsvProblem::Order { first: Column::Begin, second: Column::End }));
-            }
-            end = Some(ended);
-            release = time(Column::Release)?;
-            if release.is_some_and(|release| release > ended) {
-                return Err(problem(CsvProblem::Order { first: Column::Release, second: Column::End }));
-            }
-            let small = |column| match time(column)?.map(u32::try_from) {
-                None => Ok(None),
-                Some(Ok(number)) => Ok(Some(number)),
-                Some(Err(_)) => {
-                    let text = String::from_utf8_lossy(scratch.field(column).unwrap_or_default());
-                    Err(problem(CsvProblem::Number(column, text.into_owned())))
-                }
-            };
-            let cpus = time(Column::Cpus)?.unwrap_or_default();
-            scheduling = small(Column::Priority)?.map(|priority| Scheduling { priority, cpus });
-            cpu = small(Column::Cpu)?;
-        } else {
-            (elapsed, end) = (time(Column::Elapsed)?, time(Column::Time)?);
-            (release, scheduling, cpu) = (None, None, None);
-        }
-        let order = time(Column::Order)?;
-
-        let mut text = std::mem::take(&mut self.name);
-        text.clear();
-        text.extend_from_slice(key);
-        // No text in UTF-8 has this byte.
-        text.push(0xff);
-        text.extend_from_slice(instance);
-        let name = names.of_text(&text, || {
-            let utf8 =
-                |bytes: &[u8]| String::from_utf8(bytes.to_vec()).map_err(|_| problem(CsvProblem::NotUtf8));
-            let kind = match is_period {
-                true => SpanKind::Period,
-                false if key.contains(&b'/') => SpanKind::Program,
-                false => SpanKind::Codel,
-            };
-            Ok(Name { kind, key: utf8(key)?, instance: utf8(instance)? })
-        });
-        self.name = text;
-        let name = name?;
-        if let Some(time) = end
-            && self.runs_back(name, time)
-        {
+        let values = match file {
+            FileKind::Executions => Values::of_execution(scratch),
+            FileKind::Periods => Values::of_period(scratch),
+        };
+        let Values { key, instance, execution, elapsed, mut end, release, scheduling, cpu } =
+            values.map_err(problem)?;
+        let line_order = time(scratch, Column::Order).map_err(problem)?;
+        let name = self.name(key, instance, names, problem)?;
+        if end.is_some_and(|end| self.runs_back(name, end)) {
             // The execution counts, and its place in time is unknown.
             summary.clock_errors += 1;
             end = None;
@@ -333,13 +331,36 @@ impl Csv {
             RowKind::FromTables => summary.is_from_tables = true,
         }
         summary.at(end);
-        let line_order = order;
         let order = self.order;
         self.order += 1;
         let begin = end.zip(elapsed).and_then(|(end, elapsed)| end.checked_sub(elapsed));
         let thread = None;
         let span = Span { name, order, thread, cpu, begin, end, elapsed, execution, release, scheduling };
         Ok(Some(Row { span, order: line_order, kind }))
+    }
+
+    fn name(
+        &mut self,
+        key: &[u8],
+        instance: &[u8],
+        names: &mut Names,
+        problem: impl Fn(CsvProblem) -> TraceError,
+    ) -> Result<NameId, TraceError> {
+        self.name.clear();
+        self.name.extend_from_slice(key);
+        // No text in UTF-8 has this byte.
+        self.name.push(0xff);
+        self.name.extend_from_slice(instance);
+        names.of_text(&self.name, || {
+            let utf8 =
+                |bytes: &[u8]| String::from_utf8(bytes.to_vec()).map_err(|_| problem(CsvProblem::NotUtf8));
+            let kind = match self.kind {
+                FileKind::Periods => SpanKind::Period,
+                FileKind::Executions if key.contains(&b'/') => SpanKind::Program,
+                FileKind::Executions => SpanKind::Codel,
+            };
+            Ok(Name { kind, key: utf8(key)?, instance: utf8(instance)? })
+        })
     }
 
     /// Returns whether the last execution of this name ended later. If two in a row did, in their order, the last one was wrong.
@@ -377,6 +398,24 @@ impl Csv {
             false => Err(CsvProblem::Fields { expected: self.fields, found: index }),
         }
     }
+}
+
+/// Reads a name, which may not be empty.
+fn text(scratch: &Scratch, column: Column) -> Result<&[u8], CsvProblem> {
+    let text = scratch.field(column).unwrap_or_default().trim_ascii();
+    if text.is_empty() { Err(CsvProblem::Missing(column)) } else { Ok(text) }
+}
+
+/// Reads a time that may not be missing.
+fn required(scratch: &Scratch, column: Column) -> Result<u64, CsvProblem> {
+    time(scratch, column)?.ok_or(CsvProblem::Missing(column))
+}
+
+/// Reads a number of 32 bits.
+fn small(scratch: &Scratch, column: Column) -> Result<Option<u32>, CsvProblem> {
+    let Some(number) = time(scratch, column)? else { return Ok(None) };
+    let small = u32::try_from(number).map_err(|_| CsvProblem::Number(column, number.to_string()))?;
+    Ok(Some(small))
 }
 
 /// Reads a time in nanoseconds; none if the field is empty or missing.

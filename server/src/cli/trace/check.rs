@@ -19,8 +19,8 @@ use mauve_wcrt::{Query, Report, response_times};
 use self::checked::Checked;
 use super::import::messages::{still_recording, trace_error};
 use crate::analysis_document::deployments;
-use crate::cli::options::Outside;
-use crate::cli::wcrt::with_errors;
+use crate::cli::options::{Outside, level};
+use crate::cli::wcrt::say_errors;
 use crate::json;
 use crate::load::load;
 use crate::output::{Output, say};
@@ -83,17 +83,9 @@ impl Check {
             Format::Table => table::text(&checked),
             Format::Json => json::text(&document::document(&checked))?,
         };
-        if errors > 0 {
-            say(&with_errors(errors));
-        }
+        say_errors(errors);
         Ok(Output::escaped(text, u8::from(!checked.is_fine() || errors > 0)))
     }
-}
-
-pub(super) fn level(significance: Option<f64>) -> Result<Option<Level>, String> {
-    let Some(level) = significance else { return Ok(None) };
-    let level = Level::from_f64(level).ok_or("the significance is a number between 0 and 1, such as 1e-4")?;
-    Ok(Some(level))
 }
 
 /// Splits the paths of the command: the last one is a model if it cannot be a recording.

@@ -14,9 +14,9 @@ use mauve_timing::task_set::Priority;
 use mauve_wcrt::observed::{Expected, LatestReleases};
 use serde_json::{Value, json};
 
-use super::check::{level, model_of, only, read, traces_and_model};
+use super::check::{model_of, only, read, traces_and_model};
 use crate::analysis_document::deployments;
-use crate::cli::options::Outside;
+use crate::cli::options::{Outside, level};
 use crate::cli::own_output::check_own;
 use crate::cli::trace_events::{line, process, thread};
 use crate::load::load;

@@ -27,7 +27,7 @@ pub(crate) struct AnalysisParams {
     text_document: Option<TextDocumentIdentifier>,
     deployment: Option<String>,
     significance: Option<Levels>,
-    method: Option<AskedMethod>,
+    method: Option<Method>,
 }
 
 #[derive(Debug, Clone, Deserialize)]
@@ -42,16 +42,6 @@ enum Levels {
 #[serde(rename_all = "lowercase")]
 enum All {
     All,
-}
-
-#[derive(Debug, Clone, Copy, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum AskedMethod {
-    Classic,
-    Psm,
-    Ibf,
-    Exact,
-    Best,
 }
 
 /// Returns the requested response times.
@@ -71,13 +61,7 @@ pub(crate) fn analysis(snapshot: &Snapshot, params: &AnalysisParams) -> Result<V
             Some(Significance::These(levels.iter().map(|it| read_level(*it)).collect::<Result<_>>()?))
         }
     };
-    let method = match params.method {
-        Some(AskedMethod::Classic) => Method::Classic,
-        Some(AskedMethod::Psm) => Method::Psm,
-        Some(AskedMethod::Ibf) => Method::Ibf,
-        Some(AskedMethod::Exact) => Method::Exact,
-        Some(AskedMethod::Best) | None => Method::Best,
-    };
+    let method = params.method.unwrap_or(Method::Best);
     let file = params.text_document.as_ref().map(|document| snapshot.file(document)).transpose()?;
     let found = deployments(db, &snapshot.workspaces, params.deployment.as_deref());
     let mut found = found.map_err(Error::invalid_params)?;
