@@ -30,10 +30,7 @@
 use super::*;
 
 pub(super) fn report<'db>(at: Location<'db>, name: &str, expected: &Type, found: &Type) -> Diagnostic<'db> {
-    let found = match found {
-        Type::Void => "this gives nothing".to_owned(),
-        found => format!("this is {}", type_name(found)),
-    };
+    let found = types::found(found);
     let expected = type_name(expected);
     Diagnostic::new(&ASSIGNMENT_TYPE, at, format!("`{name}` is of type {expected}, and {found}"))
 }

@@ -30,10 +30,7 @@ pub(super) fn report<'db>(at: Location<'db>, found: &Type) -> Diagnostic<'db> {
         found if found.is_number() => Some("!= 0"),
         _ => None,
     };
-    let is = match found {
-        Type::Void => "this gives nothing".to_owned(),
-        found => format!("this is {}", type_name(found)),
-    };
+    let is = types::found(found);
     let advice = comparison.map_or_else(String::new, |it| format!(": compare it, as in `{it}`"));
     let message = format!("a condition is true or false, and {is}{advice}");
     let report = Diagnostic::new(&CONDITION_TYPE, at.clone(), message);

@@ -4,7 +4,7 @@
 //! with `// error` (or `warning`, `hint`) have that diagnostic.
 
 use std::ffi::{OsStr, OsString};
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use mauve_syntax::TextSize;
@@ -17,7 +17,7 @@ use mauve_hir::{
     Config, Decl, FeatureOf, File, Location, ModelDb, Project, Type, Workspace, config_file, config_of,
     declaration_facts, declarations, file_groups, file_outside, files_in_group, include_candidates,
     include_rings, includes, is_model, line_of, names_of, not_checked, parse, project_facts, project_files,
-    projects, root_file, similar, unused_facts,
+    projects, relative_path, root_file, similar, unused_facts,
 };
 use mauve_wcrt::{
     Query, TimingFact, WhatIfField, facts_if, missing_time_facts, priority_facts, system_of, table_facts,
@@ -45,9 +45,27 @@ pub struct Code {
     pub severity: Severity,
     /// Whether the marked text is unnecessary, so that an editor may fade it.
     pub unused: bool,
+    /// Whether its only fix writes what the text means already, or corrects a name to the only similar one.
+    ///
+    /// Fixes that invent a value (`missing-field`), choose between two texts (`operation-definition`) or delete declarations
+    /// (`unused-variable`) are left to the user. So are all in `mauve.toml` and in tables: a corrected entry may accept a missed
+    /// deadline, or hide a diagnostic.
+    mechanical: bool,
 }
 
 impl Code {
+    const fn new(name: &'static str, severity: Severity) -> Code {
+        Code { name, severity, unused: false, mechanical: false }
+    }
+
+    const fn unused(self) -> Code {
+        Code { unused: true, ..self }
+    }
+
+    const fn mechanical(self) -> Code {
+        Code { mechanical: true, ..self }
+    }
+
     /// Returns whether it is an error in a text, instead of a missed deadline.
     pub fn is_of_text(&self) -> bool {
         self.severity == Severity::Error && *self != DEADLINE_MISSED
@@ -206,26 +224,16 @@ fn beside<'db>(at: &Location<'db>, id: SourceId) -> Location<'db> {
 
 /// Returns the path of a file relative to the folder of the file `from`.
 fn path_from(from: &Path, to: &Path) -> Option<String> {
-    let (from, to): (Vec<Component<'_>>, Vec<Component<'_>>) =
-        (from.parent()?.components().collect(), to.components().collect());
-    let same = from.iter().zip(&to).take_while(|(from, to)| from == to).count();
-    let up = from.iter().skip(same).map(|_| Some(".."));
-    let down = to.iter().skip(same).map(|component| component.as_os_str().to_str());
-    let components: Option<Vec<&str>> = up.chain(down).collect();
-    Some(components?.join("/"))
+    let path = relative_path(from.parent()?, to);
+    let parts: Option<Vec<&str>> = path.components().map(|part| part.as_os_str().to_str()).collect();
+    Some(parts?.join("/"))
 }
 
 macro_rules! codes {
-    (@is_unused) => { false };
-    (@is_unused unused) => { true };
-    ($($module:ident: $name:ident = $severity:ident $text:literal $($unused:ident)?;)*) => {
+    ($($module:ident: $name:ident = $severity:ident $text:literal $($flag:ident)*;)*) => {
         $(
             pub(crate) mod $module;
-            static $name: Code = Code {
-                name: $text,
-                severity: Severity::$severity,
-                unused: codes!(@is_unused $($unused)?),
-            };
+            static $name: Code = Code::new($text, Severity::$severity)$(.$flag())*;
         )*
 
         /// All codes, with the sources of their pages.
@@ -234,25 +242,24 @@ macro_rules! codes {
     };
 }
 
-// A file for each code, with its page and messages; the severity without an entry in `mauve.toml`; `unused` if the marked text is
-// unnecessary.
+// A file for each code, with its page and messages; the code with its severity, unless `mauve.toml` sets another one.
 codes! {
-    syntax_error: SYNTAX_ERROR = Error "syntax-error";
+    syntax_error: SYNTAX_ERROR = Error "syntax-error" mechanical;
     unreadable_file: UNREADABLE_FILE = Error "unreadable-file";
-    unresolved_include: UNRESOLVED_INCLUDE = Error "unresolved-include";
+    unresolved_include: UNRESOLVED_INCLUDE = Error "unresolved-include" mechanical;
     include_cycle: INCLUDE_CYCLE = Warning "include-cycle";
     not_included: NOT_INCLUDED = Warning "not-included";
-    unresolved_shell: UNRESOLVED_SHELL = Error "unresolved-shell";
-    unresolved_core: UNRESOLVED_CORE = Error "unresolved-core";
-    unresolved_component: UNRESOLVED_COMPONENT = Error "unresolved-component";
-    unresolved_architecture: UNRESOLVED_ARCHITECTURE = Error "unresolved-architecture";
-    unresolved_instance: UNRESOLVED_INSTANCE = Error "unresolved-instance";
-    unresolved_feature: UNRESOLVED_FEATURE = Error "unresolved-feature";
-    connection_direction: CONNECTION_DIRECTION = Error "connection-direction";
-    unresolved_codel: UNRESOLVED_CODEL = Error "unresolved-codel";
-    unresolved_variable: UNRESOLVED_VARIABLE = Error "unresolved-variable";
+    unresolved_shell: UNRESOLVED_SHELL = Error "unresolved-shell" mechanical;
+    unresolved_core: UNRESOLVED_CORE = Error "unresolved-core" mechanical;
+    unresolved_component: UNRESOLVED_COMPONENT = Error "unresolved-component" mechanical;
+    unresolved_architecture: UNRESOLVED_ARCHITECTURE = Error "unresolved-architecture" mechanical;
+    unresolved_instance: UNRESOLVED_INSTANCE = Error "unresolved-instance" mechanical;
+    unresolved_feature: UNRESOLVED_FEATURE = Error "unresolved-feature" mechanical;
+    connection_direction: CONNECTION_DIRECTION = Error "connection-direction" mechanical;
+    unresolved_codel: UNRESOLVED_CODEL = Error "unresolved-codel" mechanical;
+    unresolved_variable: UNRESOLVED_VARIABLE = Error "unresolved-variable" mechanical;
     no_effect: NO_EFFECT = Error "no-effect";
-    unresolved_state: UNRESOLVED_STATE = Error "unresolved-state";
+    unresolved_state: UNRESOLVED_STATE = Error "unresolved-state" mechanical;
     unreachable_state: UNREACHABLE_STATE = Warning "unreachable-state" unused;
     never_taken: NEVER_TAKEN = Warning "never-taken" unused;
     ambiguous_name: AMBIGUOUS_NAME = Error "ambiguous-name";
@@ -273,7 +280,7 @@ codes! {
     deployment_target: DEPLOYMENT_TARGET = Error "deployment-target";
     missing_activity: MISSING_ACTIVITY = Error "missing-activity";
     missing_field: MISSING_FIELD = Error "missing-field";
-    unknown_field: UNKNOWN_FIELD = Error "unknown-field";
+    unknown_field: UNKNOWN_FIELD = Error "unknown-field" mechanical;
     invalid_field: INVALID_FIELD = Error "invalid-field";
     deadline_exceeds_period: DEADLINE_EXCEEDS_PERIOD = Error "deadline-exceeds-period";
     unused_deadline: UNUSED_DEADLINE = Warning "unused-deadline";
@@ -287,7 +294,7 @@ codes! {
     unknown_timing_key: UNKNOWN_TIMING_KEY = Warning "unknown-timing-key";
     outdated_measurement: OUTDATED_MEASUREMENT = Hint "outdated-measurement";
     doubtful_measurement: DOUBTFUL_MEASUREMENT = Hint "doubtful-measurement";
-    unresolved_operation: UNRESOLVED_OPERATION = Error "unresolved-operation";
+    unresolved_operation: UNRESOLVED_OPERATION = Error "unresolved-operation" mechanical;
     argument_count: ARGUMENT_COUNT = Error "argument-count";
     argument_type: ARGUMENT_TYPE = Error "argument-type";
     out_argument: OUT_ARGUMENT = Error "out-argument";
@@ -322,11 +329,11 @@ codes! {
     unused_allow: UNUSED_ALLOW = Warning "unused-allow";
     unreachable_code: UNREACHABLE_CODE = Hint "unreachable-code" unused;
     reserved_name: RESERVED_NAME = Hint "reserved-name";
-    missing_else: MISSING_ELSE = Hint "missing-else";
-    header_colon: HEADER_COLON = Hint "header-colon";
-    continued_line: CONTINUED_LINE = Hint "continued-line";
-    misspelt_name: MISSPELT_NAME = Warning "misspelt-name";
-    unknown_type: UNKNOWN_TYPE = Hint "unknown-type";
+    missing_else: MISSING_ELSE = Hint "missing-else" mechanical;
+    header_colon: HEADER_COLON = Hint "header-colon" mechanical;
+    continued_line: CONTINUED_LINE = Hint "continued-line" mechanical;
+    misspelt_name: MISSPELT_NAME = Warning "misspelt-name" mechanical;
+    unknown_type: UNKNOWN_TYPE = Hint "unknown-type" mechanical;
     unknown_package: UNKNOWN_PACKAGE = Hint "unknown-package";
 }
 

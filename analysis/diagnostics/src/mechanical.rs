@@ -7,41 +7,13 @@ use mauve_syntax::{SyntaxKind, is_nearest};
 
 use crate::{Diagnostic, Fix};
 
-/// The codes whose only fix writes what the text means already, or corrects a name to the only similar one.
-///
-/// Fixes that invent a value (`missing-field`), choose between two texts (`operation-definition`) or delete declarations
-/// (`unused-variable`) are left to the user. So are all in `mauve.toml` and in tables: a corrected entry may accept a missed
-/// deadline, or hide a diagnostic.
-const MECHANICAL: &[&str] = &[
-    "connection-direction",
-    "continued-line",
-    "header-colon",
-    "misspelt-name",
-    "missing-else",
-    "syntax-error",
-    "unknown-field",
-    "unknown-type",
-    "unresolved-architecture",
-    "unresolved-codel",
-    "unresolved-component",
-    "unresolved-core",
-    "unresolved-feature",
-    "unresolved-include",
-    "unresolved-instance",
-    "unresolved-operation",
-    "unresolved-shell",
-    "unresolved-state",
-    "unresolved-variable",
-];
-
 impl<'db> Diagnostic<'db> {
     /// Returns the fix that can be applied without asking: it is the only one, its code allows it, and a corrected name has no
     /// second candidate among the names of the workspace.
     pub fn mechanical_fix(&self, db: &'db dyn ModelDb, workspace: Workspace) -> Option<&Fix<'db>> {
         let [fix] = self.fixes.as_slice() else { return None };
         let is_in_model = is_model(self.at.file(db).path(db));
-        let is_mechanical =
-            is_in_model && MECHANICAL.contains(&self.code.name) && !self.is_guess(db, workspace, fix);
+        let is_mechanical = is_in_model && self.code.mechanical && !self.is_guess(db, workspace, fix);
         is_mechanical.then_some(fix)
     }
 

@@ -17,6 +17,14 @@ pub fn type_name(ty: &Type) -> Cow<'_, str> {
     Cow::Borrowed(words)
 }
 
+/// Returns what a value is, as a sentence.
+pub(super) fn found(ty: &Type) -> String {
+    match ty {
+        Type::Void => "this gives nothing".to_owned(),
+        ty => format!("this is {}", type_name(ty)),
+    }
+}
+
 /// Returns what a feature is, with its article.
 pub(super) fn feature_kind(kind: FeatureKind) -> &'static str {
     match kind {

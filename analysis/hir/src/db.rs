@@ -370,6 +370,18 @@ impl Database {
     }
 }
 
+/// Returns the relative path from a folder to a path, by their texts.
+///
+/// ```
+/// let path = mauve_hir::relative_path("/a/b".as_ref(), "/a/c/d.mal".as_ref());
+/// assert_eq!(path, std::path::Path::new("../c/d.mal"));
+/// ```
+pub fn relative_path(folder: &Path, path: &Path) -> PathBuf {
+    let common = folder.components().zip(path.components()).take_while(|(one, other)| one == other).count();
+    let up = folder.components().skip(common).map(|_| Component::ParentDir);
+    up.chain(path.components().skip(common)).collect()
+}
+
 /// Returns `path` without `.` and `..`. Symbolic links are not followed.
 ///
 /// ```

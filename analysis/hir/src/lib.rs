@@ -101,7 +101,7 @@ pub use configured::{
     OwnerOfTables, accepted, check as check_configuration, owner_of_tables, section_with_tables,
 };
 pub use cost::{Cost, codels_in, operations_in, sends_in};
-pub use db::{Database, File, Log, ModelDb, OnDisk, Problem, Trees, Workspace, normalised};
+pub use db::{Database, File, Log, ModelDb, OnDisk, Problem, Trees, Workspace, normalised, relative_path};
 pub use declared::unused_facts;
 pub use features::{
     FeatureOf, Features, Implementation, bases_of, core_of, features_of, is_core_for, shell_of,

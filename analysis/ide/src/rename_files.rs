@@ -1,12 +1,12 @@
 //! Updates the paths of renamed files: `include` lines, and the roots, tables and generated packages of `mauve.toml`.
 
 use std::ops::Range;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use mauve_hir::{
     CONFIG_FILE, File, ModelDb, Workspace, config_file, config_of, include_candidates, includes, is_model,
-    normalised, source_map,
+    normalised, relative_path, source_map,
 };
 use mauve_syntax::format::Replacement;
 use mauve_wcrt::{pattern_of_path, table_pattern};
@@ -225,15 +225,8 @@ fn listed(text: &str, span: &Range<usize>, patterns: &[String]) -> String {
     }
 }
 
-/// Returns the relative path from a folder to a path, by their texts.
-pub(crate) fn way(folder: &Path, path: &Path) -> PathBuf {
-    let common = folder.components().zip(path.components()).take_while(|(one, other)| one == other).count();
-    let up = folder.components().skip(common).map(|_| Component::ParentDir);
-    up.chain(path.components().skip(common)).collect()
-}
-
 fn relative(folder: &Path, path: &Path) -> String {
-    slashed(&way(folder, path))
+    slashed(&relative_path(folder, path))
 }
 
 fn slashed(path: &Path) -> String {

@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use mauve_hir::{File, ModelDb, Project, includes, is_model};
+use mauve_hir::{File, ModelDb, Project, includes, is_model, relative_path};
 use mauve_syntax::SyntaxKind::*;
 use mauve_syntax::{SyntaxNode, TextRange, TextSize, tokens_at};
 
 use super::{Completion, CompletionKind, Completions};
 use crate::position::before;
-use crate::rename_files::way;
 
 pub(super) fn paths(
     db: &dyn ModelDb,
@@ -28,7 +27,7 @@ pub(super) fn paths(
             let is_near = path.starts_with(workspace.folder(db));
             let shown = match by_model_path.filter(|_| !is_near) {
                 Some(path) => path.to_path_buf(),
-                None => way(folder, path),
+                None => relative_path(folder, path),
             };
             let shown = shown.display().to_string();
             if other == file || found.items.iter().any(|item| item.label == shown) {
@@ -103,7 +102,7 @@ mod tests {
             ("/a/b", "/a/c/d.mal", "../c/d.mal"),
             ("/", "/x.mal", "x.mal"),
         ] {
-            assert_eq!(way(Path::new(folder), Path::new(file)), Path::new(expected));
+            assert_eq!(relative_path(Path::new(folder), Path::new(file)), Path::new(expected));
         }
     }
 }
