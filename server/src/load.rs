@@ -1,5 +1,7 @@
 //! Loads workspaces into the database. Only this module reads models from the disk.
 
+mod other_language;
+mod outdated;
 mod packages;
 mod walk;
 mod watch_set;
@@ -11,18 +13,17 @@ use std::sync::Arc;
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
     CONFIG_FILE, Database, File, ModelDb, OnDisk, Package, Problem, Workspace, config_file, config_of,
-    include_candidates, includes, is_model, named_packages, normalised,
+    include_candidates, is_model, named_packages, normalised,
 };
-use mauve_syntax::keywords::DECLARATIONS;
 use mauve_timing::{Level, digest_of};
 use mauve_wcrt::{table, table_files, table_pattern};
 use salsa::{Durability, Setter};
 
 use crate::disk::{self, Boundary, LONGEST, is_hidden, text_of};
+pub(crate) use other_language::is_of_another_language;
+pub(crate) use outdated::is_outdated;
 use packages::Places;
-use walk::LONGEST_TOGETHER;
-use walk::Text;
-use walk::Walks;
+use walk::{LONGEST_TOGETHER, Text, Walks};
 pub(crate) use walk::{Left, Walk, Walked};
 use watch_set::WatchSet;
 
@@ -746,106 +747,10 @@ fn measured_files(db: &dyn ModelDb, file: File) -> BTreeSet<(PathBuf, bool)> {
     samples.chain(sources).map(|(path, is_source)| (normalised(&folder.join(path)), is_source)).collect()
 }
 
-/// Returns whether the files of this workspace must be searched again after a change of a text: a model includes a
-/// file or names a message package that was not read, or no longer includes a file that was. `is_open` returns
-/// whether an editor has a file open.
-pub(crate) fn is_outdated(db: &dyn ModelDb, workspace: Workspace, is_open: &dyn Fn(&Path) -> bool) -> bool {
-    let is_read = |name: &Name| workspace.packages(db).contains_key(name);
-    let mut unread = named_packages(db, workspace).iter().filter(|name| !is_read(name));
-    if unread.any(|name| !Places::of_environment().folders(name).is_empty()) {
-        return true;
-    }
-    // A text without a file has no folder, so its includes resolve to no file.
-    if workspace.folder(db).as_os_str().is_empty() {
-        return false;
-    }
-    has_left(db, workspace) || nearer(db, workspace).iter().any(|path| path.is_file() || is_open(path))
-}
-
-/// Returns whether a file was read for an include that no longer exists.
-#[salsa::tracked(returns(copy))]
-fn has_left(db: &dyn ModelDb, workspace: Workspace) -> bool {
-    let (known, included) = (workspace.files(db), workspace.included(db));
-    if included.is_empty() {
-        return false;
-    }
-    let own = known.iter().filter(|(path, file)| !included.contains(*path) && is_model(file.path(db)));
-    let mut open: Vec<File> = own.map(|(_, file)| *file).collect();
-    let mut seen: HashSet<File> = open.iter().copied().collect();
-    while let Some(file) = open.pop() {
-        let new = includes(db, workspace, file).iter().flatten().filter(|file| seen.insert(**file));
-        open.extend(new.copied().collect::<Vec<_>>());
-    }
-    included.iter().any(|path| known.get(path).is_some_and(|file| !seen.contains(file)))
-}
-
-/// Returns the paths that would take precedence over the included files of a workspace if files existed there.
-#[salsa::tracked(returns(ref))]
-fn nearer(db: &dyn ModelDb, workspace: Workspace) -> Vec<PathBuf> {
-    let known = workspace.files(db);
-    let files = known.values().filter(|file| file.path(db).extension().is_none_or(|it| it != "toml"));
-    let includes =
-        files.flat_map(|&file| file.outline(db).includes.iter().flatten().map(move |it| (file, it)));
-    let nearer = includes.flat_map(|(file, include)| {
-        let candidates = include_candidates(db, workspace, file, include);
-        candidates.into_iter().take_while(|path| !known.contains_key(path))
-    });
-    nearer.collect()
-}
-
 /// Returns whether a file is in the Meta Attack Language. Memoised, since each load of a workspace needs it.
 #[salsa::tracked(returns(copy))]
 fn is_foreign(db: &dyn ModelDb, file: File) -> bool {
     is_of_another_language(file.text(db))
-}
-
-/// Returns whether a `.mal` text is in the Meta Attack Language: after comments and includes, it begins with `#id:
-/// "…"`, `category X {` or `associations {`, and no line begins a MAUVE declaration, which would be ignored.
-pub(crate) fn is_of_another_language(text: &str) -> bool {
-    let is_declaration = |line: &str| {
-        let mut words = line.split_whitespace();
-        // The Meta Attack Language has includes too.
-        let is_ours = |word: &str| DECLARATIONS.contains(&word) && word != "include";
-        words.next().is_some_and(is_ours) && words.next().is_some()
-    };
-    if text.lines().any(is_declaration) {
-        return false;
-    }
-    let lexed = mauve_syntax::lex(text);
-    let tokens = (0..lexed.len()).filter(|&index| !lexed.kind(index).is_trivia());
-    let tokens: Vec<&str> = tokens.filter_map(|index| text.get(lexed.range(index))).collect();
-    // Also after a brace, and after a line break that editors do not recognise.
-    let is_word = |token: &str| token.starts_with(|letter: char| letter.is_alphabetic() || letter == '_');
-    let declares = |pair: &[&str]| match pair {
-        [keyword, name] => DECLARATIONS.contains(keyword) && *keyword != "include" && is_word(name),
-        _ => false,
-    };
-    if tokens.windows(2).any(declares) {
-        return false;
-    }
-    let mut tokens = tokens.into_iter().peekable();
-    while tokens.next_if_eq(&"include").is_some() {
-        tokens.next_if(|path| path.starts_with('"'));
-    }
-    let is_name = |word: &str| word.starts_with(char::is_alphabetic);
-    match (tokens.next(), tokens.next(), tokens.next()) {
-        (Some(define), ..) if define.starts_with('#') => is_define(define),
-        (Some("category"), Some(name), Some("{")) => is_name(name),
-        (Some("associations"), Some("{"), _) => true,
-        _ => false,
-    }
-}
-
-/// Returns whether a token from `#` to the end of its line is a definition of the Meta Attack Language, such as
-/// `#id: "org.example.lang"`, with at most a comment after it.
-fn is_define(token: &str) -> bool {
-    let parts = token.strip_prefix('#').and_then(|rest| rest.split_once(':'));
-    let Some((name, value)) = parts else { return false };
-    let value = value.trim_start().strip_prefix('"').and_then(|value| value.split_once('"'));
-    let ends = |rest: &str| rest.is_empty() || rest.starts_with("//");
-    name.trim().chars().all(char::is_alphanumeric)
-        && !name.trim().is_empty()
-        && value.is_some_and(|(_, rest)| ends(rest.trim_start_matches([' ', '\t'])))
 }
 
 fn model_path() -> Vec<PathBuf> {
@@ -912,36 +817,6 @@ pub(crate) fn canonical_path(path: &Path) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_other_language_of_this_extension_is_known_by_its_beginning() {
-        for text in [
-            "#id: \"org.example.lang\"\n#version: \"1.0.0\"\ncategory System { asset Host { } }",
-            "// a comment\ninclude \"core.mal\"\n#version: \"1.0.0\"\n",
-            "category System {",
-            "/* c */ associations { Host [a] * <-- }",
-        ] {
-            assert!(is_of_another_language(text), "{text}");
-        }
-        for text in [
-            "",
-            "include \"a.mal\"",
-            "library a { }",
-            "# a comment of another kind\ncodel f(): int",
-            "category",
-            "codel category(): int",
-            "category Drivers",
-            "# TODO: shorten",
-            "# TODO: say \"a\" here",
-            "#id: \"a\" deployment D { architecture A }",
-            "#id: \"a\"\ndeployment D { architecture A }",
-            "category System { }\n  component K(S, C)",
-            "category X { } deployment D { architecture A }",
-            "#id: \"a\"\rdeployment D { architecture A }\r",
-        ] {
-            assert!(!is_of_another_language(text), "{text}");
-        }
-    }
 
     #[test]
     fn a_text_that_changes_after_it_was_read_ahead_is_read_again() {

@@ -21,7 +21,7 @@
 //! | `tree.rs` | builds rowan's tree from events and tokens, with white space |
 //! | `reparse.rs` | reparses an edited text |
 //! | `ast.rs` | the typed view |
-//! | `format.rs` | formats white space |
+//! | `format.rs`, `format/` | formats white space |
 //! | `comment.rs` | where a block comment ends |
 //! | `trivia.rs` | white space and comments between tokens, and the comment above a declaration |
 //! | `spelling.rs` | finds the intended word of a misspelling |

@@ -22,7 +22,7 @@
 //! | `names.rs`, `features.rs` | resolution of the names of declarations; the features of a shell |
 //! | `body.rs` | the bodies of a core: the units of inference |
 //! | `resolve.rs`, `builtin.rs` | resolution of the names and the calls in programs, and nowhere else |
-//! | `infer.rs` | bindings, callees and types of each body |
+//! | `infer.rs`, `infer/` | bindings, callees and types of each body |
 //! | `semantics.rs` | resolution at a position of a text, for editors |
 //! | `structure.rs` | a core without its programs: what an edit of a program does not change |
 //! | `cost.rs`, `behaviour.rs` | the demand of programs, as calls of codels; the states and edges of a core |

@@ -11,11 +11,14 @@
 //! All sizes and positions are in one unit: pixels for SVG, cells of characters for text. The result depends on nothing but the
 //! arguments.
 
+mod columns;
+mod order;
+mod turns;
+
 use std::collections::{BTreeMap, BTreeSet};
 
-use dagre::graph::{Graph, GraphOptions};
-use dagre::layout::types::LabelPos;
-use dagre::{EdgeLabel, LayoutOptions, NodeLabel, RankDir};
+use order::order_of;
+use turns::Gap;
 
 /// A diagram without positions.
 #[derive(Debug, Clone, Default)]
@@ -124,9 +127,6 @@ pub(crate) struct PlacedLine {
 /// With more boxes and places where lines pass a column, `dagre` takes too long for an editor: its time grows with the square. Such a
 /// diagram is drawn in a simpler way, with more crossings.
 const MANY_ITEMS: usize = 600;
-/// More turns than this between two columns are not ordered.
-const MANY_TURNS: usize = 300;
-
 /// Places a diagram. Lines whose boxes or ports do not exist have no points.
 pub(crate) fn place(diagram: &Diagram, spacing: Spacing) -> Placement {
     let exists =
@@ -228,152 +228,6 @@ impl<'a> Layout<'a> {
             }
         }
         lines
-    }
-
-    /// The rank of each box: greater than those to the left of its lines. There is a rank for labels between two ranks of boxes.
-    fn ranks(&self) -> Vec<usize> {
-        let outgoing = self.lines_by(|(left, _)| left);
-        let mut boxes: Vec<usize> = (0..self.diagram.boxes.len()).collect();
-        boxes.sort_by_key(|&number| self.order.get(number).copied());
-        let mut ranks = vec![0; self.diagram.boxes.len()];
-        for left in boxes {
-            let rank: usize = ranks.get(left).copied().unwrap_or_default();
-            for &line in outgoing.get(left).into_iter().flatten() {
-                if let Some(other) = ranks.get_mut(self.ends_of(line).1) {
-                    *other = (*other).max(rank + 2);
-                }
-            }
-        }
-        ranks
-    }
-
-    /// The ranks between the ends of a line.
-    fn span(&self, line: usize, ranks: &[usize]) -> std::ops::Range<usize> {
-        let (left, right) = self.ends_of(line);
-        let rank = |number: usize| ranks.get(number).copied().unwrap_or_default();
-        rank(left) + 1..rank(right)
-    }
-
-    /// The content of a column where a line passes, and its height.
-    fn passing(&self, line: usize, has_label: bool) -> (Content, f64) {
-        match self.line(line).label {
-            Some((_, height)) if has_label => {
-                (Content::Label(line), height + self.spacing.label + self.spacing.line)
-            }
-            _ => (Content::Line(line), self.spacing.line),
-        }
-    }
-
-    /// Fills `columns` as `dagre` proposes.
-    fn assign_by_dagre(&mut self) {
-        let mut graph: Graph<NodeLabel, EdgeLabel> =
-            Graph::with_options(GraphOptions { directed: true, multigraph: true, compound: false });
-        for number in 0..self.diagram.boxes.len() {
-            let (width, height) = self.outer_size(number);
-            graph.set_node(box_key(number), Some(NodeLabel { width, height, ..NodeLabel::default() }));
-        }
-        for &line in &self.lines {
-            let (left, right) = self.ends_of(line);
-            let (width, height) = match self.line(line).label {
-                Some((width, _)) => (width, self.passing(line, true).1),
-                None => (0.0, 0.0),
-            };
-            let edge = EdgeLabel { width, height, labelpos: LabelPos::Center, ..EdgeLabel::default() };
-            graph.set_edge(box_key(left), box_key(right), Some(edge), Some(&line_key(line)));
-        }
-        let options = LayoutOptions {
-            rankdir: RankDir::LR,
-            nodesep: self.spacing.boxes,
-            edgesep: self.spacing.lines,
-            ranksep: 10.0,
-            ..LayoutOptions::default()
-        };
-        dagre::layout(&mut graph, Some(options));
-        // Items by the horizontal position of their middle, which all items of a rank share.
-        let mut ranks: BTreeMap<i64, Vec<Item>> = BTreeMap::new();
-        let rank = |x: f64| (x * 8.0).round() as i64;
-        let mut rank_of = vec![0; self.diagram.boxes.len()];
-        for (number, rank_of) in rank_of.iter_mut().enumerate() {
-            let node = graph.node(&box_key(number));
-            let (x, y) = node.and_then(|node| Some((node.x?, node.y?))).unwrap_or_default();
-            let (_, height) = self.outer_size(number);
-            *rank_of = rank(x);
-            let item = Item { content: Content::Box(number), top: y - height / 2.0, height };
-            ranks.entry(rank(x)).or_default().push(item);
-        }
-        for &line in &self.lines {
-            let (left, right) = self.ends_of(line);
-            let Some(edge) = graph.edge(&box_key(left), &box_key(right), Some(&line_key(line))) else {
-                continue;
-            };
-            let label_at = edge.x.map(rank);
-            let rank_of = |number: usize| rank_of.get(number).copied().unwrap_or_default();
-            for point in &edge.points {
-                let at = rank(point.x);
-                // The first and the last one are on the borders of the boxes.
-                let is_known = ranks.get(&at).is_some_and(|items| has_line(items, line));
-                if at > rank_of(left) && at < rank_of(right) && !is_known {
-                    let (content, height) = self.passing(line, label_at == Some(at));
-                    ranks.entry(at).or_default().push(Item { content, top: point.y - height / 2.0, height });
-                }
-            }
-        }
-        self.columns = ranks.into_values().collect();
-    }
-
-    /// Fills `columns` by rank, each item near those that its lines come from.
-    fn assign_simply(&mut self, ranks: &[usize]) {
-        let mut columns: Vec<Vec<Item>> = vec![Vec::new(); ranks.iter().max().map_or(0, |most| most + 1)];
-        for (number, &rank) in ranks.iter().enumerate() {
-            let (_, height) = self.outer_size(number);
-            if let Some(items) = columns.get_mut(rank) {
-                items.push(Item { content: Content::Box(number), top: 0.0, height });
-            }
-        }
-        for &line in &self.lines {
-            let span = self.span(line, ranks);
-            for rank in span.clone() {
-                let (content, height) = self.passing(line, rank == span.start);
-                if let Some(items) = columns.get_mut(rank) {
-                    items.push(Item { content, top: 0.0, height });
-                }
-            }
-        }
-        let (outgoing, incoming) = (self.lines_by(|(left, _)| left), self.lines_by(|(_, right)| right));
-        // The last height of each line, from the left.
-        let mut height_of: BTreeMap<usize, f64> = BTreeMap::new();
-        for items in &mut columns {
-            for item in items.iter_mut() {
-                item.top = match item.content {
-                    Content::Line(line) | Content::Label(line) => {
-                        height_of.get(&line).copied().unwrap_or_default()
-                    }
-                    Content::Box(number) => {
-                        let lines = incoming.get(number).into_iter().flatten();
-                        let heights: Vec<f64> =
-                            lines.filter_map(|line| height_of.get(line).copied()).collect();
-                        heights.iter().sum::<f64>() / heights.len().max(1) as f64
-                    }
-                };
-            }
-            items.sort_by(|a, b| a.top.total_cmp(&b.top));
-            let mut free = 0.0;
-            for item in items.iter_mut() {
-                item.top = free;
-                free += item.height + self.spacing.boxes;
-                if let Content::Line(line) | Content::Label(line) = item.content {
-                    height_of.insert(line, item.top);
-                }
-            }
-            for item in items.iter() {
-                if let Content::Box(number) = item.content {
-                    for &line in outgoing.get(number).into_iter().flatten() {
-                        height_of.insert(line, item.top + item.height / 2.0);
-                    }
-                }
-            }
-        }
-        self.columns = columns;
     }
 
     /// Drops columns that have lines only, orders the others, and fills `column_of`.
@@ -691,12 +545,8 @@ impl<'a> Layout<'a> {
     }
 
     fn points(&self, line: usize, stops: &[Stop], gaps: &[Gap], ends: &[(f64, f64)]) -> Vec<(f64, f64)> {
-        let ends_of_line = self.line(line);
-        let (source_side, _) = self.sides(ends_of_line);
-        let (left, right) = match source_side {
-            Side::Right => (ends_of_line.source.0, ends_of_line.target.0),
-            Side::Left => (ends_of_line.target.0, ends_of_line.source.0),
-        };
+        let (source_side, _) = self.sides(self.line(line));
+        let (left, right) = self.ends_of(line);
         let area = |number: usize| self.boxes.get(number).map(|it| it.area).unwrap_or_default();
         let mut points: Vec<(f64, f64)> = Vec::new();
         if let Some(first) = stops.first() {
@@ -779,186 +629,10 @@ impl<'a> Layout<'a> {
         });
         placed.collect()
     }
-
-    /// Decides where lines turn between the column `right` and the one before.
-    fn turns_before(&self, right: usize, stops: &[Vec<Stop>]) -> Gap {
-        let mut nets: BTreeMap<NetKey, Net> = BTreeMap::new();
-        for (&line, stops) in self.lines.iter().zip(stops) {
-            let Some(pair) = stops.windows(2).find(|pair| matches!(pair, [_, to] if to.column == right))
-            else {
-                continue;
-            };
-            let [from, to] = pair else { continue };
-            let ends = self.line(line);
-            let (side, _) = self.sides(ends);
-            // Lines from one port share their turn next to it.
-            let at_source = match side {
-                Side::Right => stops.first().is_some_and(|first| first.column == from.column),
-                Side::Left => stops.last().is_some_and(|last| last.column == right),
-            };
-            let key = if at_source { NetKey::Port(ends.source, side) } else { NetKey::Line(line) };
-            let net = nets.entry(key).or_default();
-            net.lines.push(line);
-            net.left.push(from.y);
-            net.right.push(to.y);
-        }
-        Gap::new(nets.into_values().filter(|net| net.span().0 < net.span().1).collect(), self.spacing)
-    }
-}
-
-/// Lines that share a turn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum NetKey {
-    Port((usize, usize), Side),
-    Line(usize),
-}
-
-/// Lines that turn at the same horizontal position.
-#[derive(Debug, Clone, Default)]
-struct Net {
-    lines: Vec<usize>,
-    /// Where they come from on the left, and where they go to on the right.
-    left: Vec<f64>,
-    right: Vec<f64>,
-}
-
-impl Net {
-    fn span(&self) -> (f64, f64) {
-        let all = || self.left.iter().chain(&self.right).copied();
-        (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max))
-    }
-
-    /// How much is to be said against `self` to the left of `other`: crossings, and lines on top of each other.
-    fn cost_before(&self, other: &Net) -> usize {
-        let crosses =
-            |ys: &[f64], (top, bottom): (f64, f64)| ys.iter().filter(|&&y| y > top && y < bottom).count();
-        let same =
-            self.right.iter().flat_map(|a| other.left.iter().filter(move |&b| (a - b).abs() < 1.0)).count();
-        crosses(&self.right, other.span()) + crosses(&other.left, self.span()) + 1000 * same
-    }
-}
-
-/// The space between two columns.
-#[derive(Debug, Clone)]
-struct Gap {
-    /// The turn of each line, from the left.
-    turns: BTreeMap<usize, usize>,
-    count: usize,
-}
-
-impl Gap {
-    fn new(mut nets: Vec<Net>, spacing: Spacing) -> Gap {
-        nets.sort_by(|a, b| a.span().0.total_cmp(&b.span().0));
-        if nets.len() <= MANY_TURNS {
-            for _ in 0..nets.len() {
-                let mut is_ordered = true;
-                for index in 1..nets.len() {
-                    if let [a, b] = &nets[index - 1..=index]
-                        && b.cost_before(a) < a.cost_before(b)
-                    {
-                        nets.swap(index - 1, index);
-                        is_ordered = false;
-                    }
-                }
-                if is_ordered {
-                    break;
-                }
-            }
-        }
-        // Nets that are apart vertically share a turn.
-        let mut placed: Vec<((f64, f64), usize)> = Vec::new();
-        let mut turns = BTreeMap::new();
-        for net in &nets {
-            let (top, bottom) = net.span();
-            let is_near = |&&((a, b), _): &&((f64, f64), usize)| {
-                top <= b + spacing.lines && bottom + spacing.lines >= a
-            };
-            let turn = placed.iter().filter(is_near).map(|(_, turn)| turn + 1).max().unwrap_or_default();
-            placed.push(((top, bottom), turn));
-            turns.extend(net.lines.iter().map(|&line| (line, turn)));
-        }
-        let count = placed.iter().map(|(_, turn)| turn + 1).max().unwrap_or_default();
-        Gap { turns, count }
-    }
-
-    fn turn_of(&self, line: usize) -> Option<usize> {
-        self.turns.get(&line).copied()
-    }
-
-    fn width(&self, spacing: Spacing) -> f64 {
-        2.0 * spacing.ends + self.count.saturating_sub(1) as f64 * spacing.turns
-    }
-}
-
-/// Returns the position of each box in an order that as many lines as possible follow from their source to their target: the
-/// heuristic of Eades, Lin and Smyth (A fast and effective heuristic for the feedback arc set problem, 1993).
-fn order_of(count: usize, lines: &[(usize, usize)]) -> Vec<usize> {
-    let (mut sources, mut targets) = (vec![Vec::new(); count], vec![Vec::new(); count]);
-    for &(source, target) in lines {
-        if let (Some(of_target), Some(of_source)) = (sources.get_mut(target), targets.get_mut(source)) {
-            of_target.push(source);
-            of_source.push(target);
-        }
-    }
-    // Lines to and from boxes that are left.
-    let degrees = |lists: &[Vec<usize>]| lists.iter().map(Vec::len).collect::<Vec<usize>>();
-    let (mut incoming, mut outgoing) = (degrees(&sources), degrees(&targets));
-    let mut left: BTreeSet<usize> = (0..count).collect();
-    let (mut start, mut end) = (Vec::new(), Vec::new());
-    let degree = |degrees: &[usize], number: usize| degrees.get(number).copied().unwrap_or_default();
-    while !left.is_empty() {
-        let source = left.iter().copied().find(|&number| degree(&incoming, number) == 0);
-        let sink = left.iter().rev().copied().find(|&number| degree(&outgoing, number) == 0);
-        let chosen = match (source, sink) {
-            (Some(source), _) => source,
-            (None, Some(sink)) => sink,
-            // The first of those with the most lines out and the fewest in.
-            (None, None) => {
-                let gain =
-                    |&number: &usize| degree(&outgoing, number) as isize - degree(&incoming, number) as isize;
-                left.iter().copied().rev().max_by_key(gain).unwrap_or_default()
-            }
-        };
-        match source.is_none() && sink.is_some() {
-            true => end.push(chosen),
-            false => start.push(chosen),
-        }
-        left.remove(&chosen);
-        for &other in targets.get(chosen).into_iter().flatten() {
-            if let Some(degree) = incoming.get_mut(other) {
-                *degree = degree.saturating_sub(1);
-            }
-        }
-        for &other in sources.get(chosen).into_iter().flatten() {
-            if let Some(degree) = outgoing.get_mut(other) {
-                *degree = degree.saturating_sub(1);
-            }
-        }
-    }
-    let mut order = vec![0; count];
-    for (position, number) in start.into_iter().chain(end.into_iter().rev()).enumerate() {
-        if let Some(it) = order.get_mut(number) {
-            *it = position;
-        }
-    }
-    order
 }
 
 fn is_of_line(content: Content, line: usize) -> bool {
     content == Content::Line(line) || content == Content::Label(line)
-}
-
-fn has_line(items: &[Item], line: usize) -> bool {
-    items.iter().any(|item| is_of_line(item.content, line))
-}
-
-/// Names that sort like their numbers.
-fn box_key(number: usize) -> String {
-    format!("{number:09}")
-}
-
-fn line_key(line: usize) -> String {
-    format!("{line:09}")
 }
 
 #[cfg(test)]
@@ -1105,18 +779,6 @@ mod tests {
         let placement = place(&Diagram { boxes, lines: vec![line(2, 0), line(0, 1)] }, CELLS);
         let x: Vec<f64> = placement.boxes.iter().map(|it| it.area.x).collect();
         assert!(x[2] < x[0] && x[0] < x[1], "{x:?}");
-    }
-
-    #[test]
-    fn few_lines_go_back() {
-        // A pipeline with one way back, whatever the order of its boxes.
-        for first in 0..5 {
-            let lines: Vec<(usize, usize)> =
-                (0..5).map(|it| ((it + first) % 5, (it + 1 + first) % 5)).collect();
-            let order = order_of(5, &lines);
-            assert_eq!(lines.iter().filter(|(a, b)| order[*a] > order[*b]).count(), 1, "{order:?}");
-        }
-        assert_eq!(order_of(3, &[(2, 1), (1, 0)]), [2, 1, 0]);
     }
 
     #[test]

@@ -16,7 +16,9 @@ use mauve_ide::EarlierFigures;
 use salsa::Database as _;
 use tokio::runtime::Handle;
 use tokio::sync::watch;
-use tower_lsp::lsp_types::{DidChangeTextDocumentParams, Url, VersionedTextDocumentIdentifier};
+use tower_lsp::lsp_types::{
+    DidChangeTextDocumentParams, TextDocumentItem, Url, VersionedTextDocumentIdentifier,
+};
 
 use super::capabilities::Capabilities;
 use super::check::{Checked, Compared, check, compare};
@@ -194,31 +196,13 @@ impl MainLoop {
         self.changing = event.document().cloned();
         self.causes.extend(event.cause());
         match event {
-            Event::Initialize { capabilities, folders } => {
-                self.capabilities = capabilities;
-                if capabilities.pull_diagnostics {
-                    self.publisher.pull();
-                }
-                self.folders = paths(folders).collect();
-                self.staleness.outdate_workspaces();
-            }
+            Event::Initialize { capabilities, folders } => self.initialize(capabilities, folders),
             Event::Initialized => {
                 self.staleness.allow_checks();
                 self.staleness.request_check();
             }
-            Event::Opened(document) => {
-                // Not every client sends `initialized`.
-                self.staleness.allow_checks();
-                let uri = document.uri.clone();
-                self.documents.open(document);
-                self.touched(&uri);
-            }
-            Event::Changed(params) => {
-                let DidChangeTextDocumentParams { text_document, content_changes } = params;
-                let VersionedTextDocumentIdentifier { uri, version } = text_document;
-                self.documents.change(&uri, version, content_changes, self.capabilities.encoding);
-                self.touched(&uri);
-            }
+            Event::Opened(document) => self.opened(document),
+            Event::Changed(params) => self.changed(params),
             Event::TextUnknown(uri) => self.text_unknown(uri),
             Event::Warn(message) => self.publisher.warn(&message),
             Event::Saved(params) => {
@@ -227,12 +211,7 @@ impl MainLoop {
             }
             Event::Closed(uri) => self.closed(&self.documents.address(&uri).unwrap_or(uri)),
             Event::Disk { paths, missed } => self.disk(&paths, missed),
-            Event::Folders { added, removed } => {
-                let removed: BTreeSet<PathBuf> = paths(removed).collect();
-                self.folders.retain(|folder| !removed.contains(folder));
-                self.folders.extend(paths(added));
-                self.staleness.restart_load();
-            }
+            Event::Folders { added, removed } => self.folders_changed(added, removed),
             Event::Significance(level) => {
                 if self.loader.set_significance(&mut self.db, level) {
                     self.staleness.bump_generation();
@@ -279,6 +258,37 @@ impl MainLoop {
             }
         }
         self.changing = None;
+    }
+
+    fn initialize(&mut self, capabilities: Capabilities, folders: Vec<Url>) {
+        self.capabilities = capabilities;
+        if capabilities.pull_diagnostics {
+            self.publisher.pull();
+        }
+        self.folders = paths(folders).collect();
+        self.staleness.outdate_workspaces();
+    }
+
+    fn folders_changed(&mut self, added: Vec<Url>, removed: Vec<Url>) {
+        let removed: BTreeSet<PathBuf> = paths(removed).collect();
+        self.folders.retain(|folder| !removed.contains(folder));
+        self.folders.extend(paths(added));
+        self.staleness.restart_load();
+    }
+
+    fn opened(&mut self, document: TextDocumentItem) {
+        // Not every client sends `initialized`.
+        self.staleness.allow_checks();
+        let uri = document.uri.clone();
+        self.documents.open(document);
+        self.touched(&uri);
+    }
+
+    fn changed(&mut self, params: DidChangeTextDocumentParams) {
+        let DidChangeTextDocumentParams { text_document, content_changes } = params;
+        let VersionedTextDocumentIdentifier { uri, version } = text_document;
+        self.documents.change(&uri, version, content_changes, self.capabilities.encoding);
+        self.touched(&uri);
     }
 
     fn text_unknown(&mut self, uri: Option<Url>) {

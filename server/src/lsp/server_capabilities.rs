@@ -67,10 +67,7 @@ impl Capabilities {
             }),
             folding_range_provider: Some(FoldingRangeProviderCapability::Simple(true)),
             selection_range_provider: Some(SelectionRangeProviderCapability::Simple(true)),
-            semantic_tokens_provider: self
-                .tokens
-                .options()
-                .map(SemanticTokensServerCapabilities::SemanticTokensOptions),
+            semantic_tokens_provider: self.tokens.options().map(Into::into),
             diagnostic_provider: self.pull_diagnostics.then(|| {
                 DiagnosticServerCapabilities::Options(DiagnosticOptions {
                     identifier: Some("mauve".to_owned()),

@@ -1,0 +1,117 @@
+//! Decides where lines turn between two columns.
+
+use super::*;
+
+/// More turns than this between two columns are not ordered.
+const MANY_TURNS: usize = 300;
+
+/// Lines that share a turn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum NetKey {
+    Port((usize, usize), Side),
+    Line(usize),
+}
+
+/// Lines that turn at the same horizontal position.
+#[derive(Debug, Clone, Default)]
+struct Net {
+    lines: Vec<usize>,
+    /// Where they come from on the left, and where they go to on the right.
+    left: Vec<f64>,
+    right: Vec<f64>,
+}
+
+impl Net {
+    fn span(&self) -> (f64, f64) {
+        let all = || self.left.iter().chain(&self.right).copied();
+        (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max))
+    }
+
+    /// How much is to be said against `self` to the left of `other`: crossings, and lines on top of each other.
+    fn cost_before(&self, other: &Net) -> usize {
+        let crosses =
+            |ys: &[f64], (top, bottom): (f64, f64)| ys.iter().filter(|&&y| y > top && y < bottom).count();
+        let same =
+            self.right.iter().flat_map(|a| other.left.iter().filter(move |&b| (a - b).abs() < 1.0)).count();
+        crosses(&self.right, other.span()) + crosses(&other.left, self.span()) + 1000 * same
+    }
+}
+
+/// The space between two columns.
+#[derive(Debug, Clone)]
+pub(super) struct Gap {
+    /// The turn of each line, from the left.
+    turns: BTreeMap<usize, usize>,
+    count: usize,
+}
+
+impl Gap {
+    fn new(mut nets: Vec<Net>, spacing: Spacing) -> Gap {
+        nets.sort_by(|a, b| a.span().0.total_cmp(&b.span().0));
+        if nets.len() <= MANY_TURNS {
+            for _ in 0..nets.len() {
+                let mut is_ordered = true;
+                for index in 1..nets.len() {
+                    if let [a, b] = &nets[index - 1..=index]
+                        && b.cost_before(a) < a.cost_before(b)
+                    {
+                        nets.swap(index - 1, index);
+                        is_ordered = false;
+                    }
+                }
+                if is_ordered {
+                    break;
+                }
+            }
+        }
+        // Nets that are apart vertically share a turn.
+        let mut placed: Vec<((f64, f64), usize)> = Vec::new();
+        let mut turns = BTreeMap::new();
+        for net in &nets {
+            let (top, bottom) = net.span();
+            let is_near = |&&((a, b), _): &&((f64, f64), usize)| {
+                top <= b + spacing.lines && bottom + spacing.lines >= a
+            };
+            let turn = placed.iter().filter(is_near).map(|(_, turn)| turn + 1).max().unwrap_or_default();
+            placed.push(((top, bottom), turn));
+            turns.extend(net.lines.iter().map(|&line| (line, turn)));
+        }
+        let count = placed.iter().map(|(_, turn)| turn + 1).max().unwrap_or_default();
+        Gap { turns, count }
+    }
+
+    pub(super) fn turn_of(&self, line: usize) -> Option<usize> {
+        self.turns.get(&line).copied()
+    }
+
+    pub(super) fn width(&self, spacing: Spacing) -> f64 {
+        2.0 * spacing.ends + self.count.saturating_sub(1) as f64 * spacing.turns
+    }
+}
+
+impl Layout<'_> {
+    /// Decides where lines turn between the column `right` and the one before.
+    pub(super) fn turns_before(&self, right: usize, stops: &[Vec<Stop>]) -> Gap {
+        let mut nets: BTreeMap<NetKey, Net> = BTreeMap::new();
+        for (&line, stops) in self.lines.iter().zip(stops) {
+            let Some(pair) = stops.windows(2).find(|pair| matches!(pair, [_, to] if to.column == right))
+            else {
+                continue;
+            };
+            let [from, to] = pair else { continue };
+            let ends = self.line(line);
+            let (side, _) = self.sides(ends);
+            // Lines from one port share their turn next to it.
+            let at_source = match side {
+                Side::Right => stops.first().is_some_and(|first| first.column == from.column),
+                Side::Left => stops.last().is_some_and(|last| last.column == right),
+            };
+            let key = if at_source { NetKey::Port(ends.source, side) } else { NetKey::Line(line) };
+            let net = nets.entry(key).or_default();
+            net.lines.push(line);
+            net.left.push(from.y);
+            net.right.push(to.y);
+        }
+        Gap::new(nets.into_values().filter(|net| net.span().0 < net.span().1).collect(), self.spacing)
+    }
+}
