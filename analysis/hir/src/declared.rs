@@ -1,8 +1,5 @@
 //! Checks of declared names and types: reserved names, unknown and invalid types, unused declarations.
 
-use std::borrow::Cow;
-use std::sync::Arc;
-
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
@@ -130,12 +127,12 @@ pub(crate) struct DeclaredInCore<'db> {
     structure: &'db Structure,
     scope: &'db CoreScope,
     /// The variables that its programs declare, by group of bodies.
-    local: Vec<Cow<'db, Arc<[Variable]>>>,
+    local: Vec<&'db [Variable]>,
 }
 
 impl DeclaredInCore<'_> {
     fn variables(&self) -> impl Iterator<Item = &Variable> {
-        self.structure.shared_variables().chain(self.local.iter().flat_map(|group| group.iter()))
+        self.structure.shared_variables().chain(self.local.iter().copied().flatten())
     }
 }
 
