@@ -230,32 +230,8 @@ pub fn estimate(executions: &[u64], options: &Options) -> Result<Estimate, Refus
         return Err(Refusal::InfiniteMean { shape: tail.model.shape });
     }
     let block_maxima = block_maxima(&times);
-    let mut greatest_bound = 0.0_f64;
-    let mut levels = vec![None; options.levels.len()];
-    // At a stricter level, a time is never shorter.
-    let mut order: Vec<usize> = (0..levels.len()).collect();
-    order.sort_by(|&a, &b| options.levels[b].total_cmp(&options.levels[a]));
-    for index in order {
-        let level = options.levels[index];
-        let depth = level * count as f64;
-        // A bound that fewer than one execution should exceed is not below one that was seen.
-        let seen = if depth < 1.0 { greatest as f64 } else { 0.0 };
-        let upper = tail.upper_bound(&times, level).max(seen) + resolution as f64;
-        greatest_bound = greatest_bound.max(upper);
-        if greatest_bound.is_nan() || greatest_bound > LONGEST_BOUND {
-            return Err(Refusal::NoBound { level });
-        }
-        levels[index] = Some(LevelEstimate {
-            level,
-            point: tail.exceeded_with(&times, level),
-            upper: greatest_bound,
-            is_extrapolated: tail.is_extrapolated(level),
-            depth,
-            ratio: greatest_bound / greatest as f64,
-            block_maxima: block_maxima.as_ref().map(|it| it.exceeded_with(level)),
-        });
-    }
-    let levels: Vec<LevelEstimate> = levels.into_iter().flatten().collect();
+    let seen = Seen { count, greatest, resolution };
+    let levels = level_estimates(&options.levels, &times, &tail, block_maxima.as_ref(), seen)?;
     let strictest = options.levels.iter().copied().fold(1e-9, f64::min);
     let curve = curve(&times, &tail, strictest);
     let hold_out = hold_out(&times, options.model);
@@ -284,6 +260,51 @@ pub fn estimate(executions: &[u64], options: &Options) -> Result<Estimate, Refus
     };
     estimate.warnings = warnings(&estimate, options.model);
     Ok(estimate)
+}
+
+/// What was measured, as far as the bounds depend on it.
+#[derive(Clone, Copy)]
+struct Seen {
+    count: usize,
+    greatest: u64,
+    resolution: u64,
+}
+
+/// Returns the estimates of the levels.
+fn level_estimates(
+    all: &[f64],
+    times: &Times,
+    tail: &Tail,
+    block_maxima: Option<&BlockMaxima>,
+    Seen { count, greatest, resolution }: Seen,
+) -> Result<Vec<LevelEstimate>, Refusal> {
+    let greatest = greatest as f64;
+    let mut greatest_bound = 0.0_f64;
+    let mut levels = vec![None; all.len()];
+    // At a stricter level, a time is never shorter.
+    let mut order: Vec<usize> = (0..levels.len()).collect();
+    order.sort_by(|&a, &b| all[b].total_cmp(&all[a]));
+    for index in order {
+        let level = all[index];
+        let depth = level * count as f64;
+        // A bound that fewer than one execution should exceed is not below one that was seen.
+        let seen = if depth < 1.0 { greatest } else { 0.0 };
+        let upper = tail.upper_bound(times, level).max(seen) + resolution as f64;
+        greatest_bound = greatest_bound.max(upper);
+        if greatest_bound.is_nan() || greatest_bound > LONGEST_BOUND {
+            return Err(Refusal::NoBound { level });
+        }
+        levels[index] = Some(LevelEstimate {
+            level,
+            point: tail.exceeded_with(times, level),
+            upper: greatest_bound,
+            is_extrapolated: tail.is_extrapolated(level),
+            depth,
+            ratio: greatest_bound / greatest,
+            block_maxima: block_maxima.map(|it| it.exceeded_with(level)),
+        });
+    }
+    Ok(levels.into_iter().flatten().collect())
 }
 
 /// Returns the tail from its threshold to a probability, with four points for each power of ten.

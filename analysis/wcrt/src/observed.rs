@@ -111,6 +111,28 @@ struct Instance {
     first_cpu: BTreeMap<u32, Option<u64>>,
 }
 
+impl Instance {
+    /// Compares the programs of a period that began at `begin` with the edges of its state machine.
+    fn follow(&mut self, machine: &ExpectedMachine, begin: u64, was_interrupted: bool, is_first: bool) {
+        let Some(path) = &mut self.path else { return };
+        if was_interrupted {
+            path.forget();
+        }
+        if !self.has_programs || is_first {
+            return;
+        }
+        let in_period = self.programs.iter().filter(|(at, _)| at.is_none_or(|at| at >= begin));
+        let executed: Vec<u32> = in_period.map(|(_, program)| *program).collect();
+        let Some(unknown) = path.period(machine, &executed) else { return };
+        let known = self.paths.iter_mut().find(|(path, ..)| *path == unknown);
+        if let Some((_, count, _)) = known {
+            *count += 1;
+        } else if self.paths.len() < MOST_PATHS {
+            self.paths.push((unknown, 1, Some(begin)));
+        }
+    }
+}
+
 /// Where a response time comes from.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 struct Cause {
@@ -278,38 +300,13 @@ impl Observer {
                 releases.job(job, &mut cause);
             }
         }
-        let mut programs = std::mem::take(&mut instance.programs);
         let was_interrupted = std::mem::take(&mut instance.is_interrupted) || has_gap;
-        if let (Some(path), Some(machine)) = (&mut instance.path, &expected.machine) {
-            if was_interrupted {
-                path.forget();
-            }
+        if let Some(machine) = &expected.machine {
             // The first period of a recording may lack programs: LTTng enables one event after the other.
-            let is_first = observed.periods == 1 && span.thread.is_some();
-            let executed: Vec<u32> = programs
-                .iter()
-                .filter(|(at, _)| at.is_none_or(|at| at >= begin))
-                .map(|(_, program)| *program)
-                .collect();
-            if instance.has_programs
-                && !is_first
-                && let Some(unknown) = path.period(machine, &executed)
-            {
-                match instance.paths.iter().position(|(path, ..)| *path == unknown) {
-                    Some(place) => {
-                        if let Some((_, count, _)) = instance.paths.get_mut(place) {
-                            *count += 1;
-                        }
-                    }
-                    None if instance.paths.len() < MOST_PATHS => {
-                        instance.paths.push((unknown, 1, Some(begin)));
-                    }
-                    None => {}
-                }
-            }
+            let is_first = instance.observed.periods == 1 && span.thread.is_some();
+            instance.follow(machine, begin, was_interrupted, is_first);
         }
-        programs.clear();
-        instance.programs = programs;
+        instance.programs.clear();
 
         let recent = Recent { instance: index, begin, end, execution: span.execution };
         match self.recent.get_mut(self.next_recent) {

@@ -44,6 +44,20 @@ impl<'db> Served<'db> {
         self.add(provider, Refusal::new(reason, at));
     }
 
+    /// Refuses all providers.
+    fn refuse_all(&mut self, system: &System<'db>, reason: &Reason<'db>) {
+        for connected in &system.connected {
+            self.refuse(system, connected.provider, reason.clone());
+        }
+    }
+
+    /// Refuses the providers of a ring of calls: each of them may be called without end.
+    fn refuse_ring(&mut self, system: &System<'db>, chain: Vec<(usize, Name)>, operation: &Name) {
+        for (provider, _) in chain {
+            self.refuse(system, provider, Reason::Calls(CallsReason::Ring(operation.clone())));
+        }
+    }
+
     fn add(&mut self, provider: usize, refusal: Refusal<'db>) {
         let known = self.refusals.entry(provider).or_default();
         if !known.contains(&refusal) {
@@ -54,6 +68,27 @@ impl<'db> Served<'db> {
 
 /// The maximum number of operations, counted for each chain of calls by which one is executed.
 const MOST_OPERATIONS: usize = 4096;
+
+/// Returns the calls that the jobs of clients send, the last connection first.
+fn sent_by_jobs<'a, 'db>(
+    db: &'db dyn ModelDb,
+    tables: TableSet<'db>,
+    system: &'a System<'db>,
+) -> Vec<Sent<'a>> {
+    let project = tables.project(db);
+    let mut sent = Vec::new();
+    for connected in system.connected.iter().rev() {
+        let component = system.activities.get(connected.client).and_then(|client| client.component);
+        // In the background too: there, it only has no period.
+        let component = component.filter(|&component| *is_readable(db, project, component));
+        let sends =
+            component.map(|it| sends_of(db, project, it).get(&connected.required).copied().unwrap_or(0));
+        if sends != Some(0) {
+            sent.push(Sent { connected, sends, during: None, chain: Vec::new() });
+        }
+    }
+    sent
+}
 
 /// Returns the operations that are executed in a deployment. `what_if` replaces times of the tables.
 pub(crate) fn served_in<'db>(
@@ -67,30 +102,17 @@ pub(crate) fn served_in<'db>(
     if system.connected.is_empty() {
         return found;
     }
-    let project = tables.project(db);
     let mut by_client: FxHashMap<usize, Vec<&Connected>> = FxHashMap::default();
     for connected in &system.connected {
         by_client.entry(connected.client).or_default().push(connected);
     }
     // The calls that are sent; those of every client first, in the order of the connections.
-    let mut open: Vec<Sent<'_>> = Vec::new();
-    for connected in system.connected.iter().rev() {
-        let component = system.activities.get(connected.client).and_then(|client| client.component);
-        // In the background too: there, it only has no period.
-        let component = component.filter(|&component| *is_readable(db, project, component));
-        let sends =
-            component.map(|it| sends_of(db, project, it).get(&connected.required).copied().unwrap_or(0));
-        if sends != Some(0) {
-            open.push(Sent { connected, sends, during: None, chain: Vec::new() });
-        }
-    }
+    let mut open = sent_by_jobs(db, tables, system);
     let mut visited = 0;
     while let Some(Sent { connected, sends, during, mut chain }) = open.pop() {
         visited += 1;
         if visited > MOST_OPERATIONS {
-            for connected in &system.connected {
-                found.refuse(system, connected.provider, Reason::Calls(CallsReason::ManyChains));
-            }
+            found.refuse_all(system, &Reason::Calls(CallsReason::ManyChains));
             return found;
         }
         let Some(provider) = system.activities.get(connected.provider) else { continue };
@@ -111,14 +133,11 @@ pub(crate) fn served_in<'db>(
         }
         let link = (connected.provider, operation.clone());
         if chain.contains(&link) {
-            // All that take part: each of them may be called without end.
-            for (provider, _) in chain {
-                found.refuse(system, provider, Reason::Calls(CallsReason::Ring(operation.clone())));
-            }
+            found.refuse_ring(system, chain, &operation);
             continue;
         }
         chain.push(link);
-        let sends = match (sends, executed.time) {
+        let index = match (sends, executed.time) {
             (None, _) => {
                 let client = client.instance.clone();
                 let why = CallsReason::NotAnalysed { operation, client };
@@ -135,14 +154,13 @@ pub(crate) fn served_in<'db>(
                 refusals.into_iter().for_each(|refusal| found.add(connected.provider, refusal));
                 None
             }
-            (Some(sends), Ok(time)) => Some((sends, time)),
+            (Some(sends), Ok(time)) => {
+                found.connections.push(connected.clone());
+                let (provider, client) = (connected.provider, connected.client);
+                found.operations.push(Operation { provider, client, sends, time, during });
+                Some(found.operations.len() - 1)
+            }
         };
-        let index = sends.map(|(sends, time)| {
-            found.connections.push(connected.clone());
-            let (provider, client) = (connected.provider, connected.client);
-            found.operations.push(Operation { provider, client, sends, time, during });
-            found.operations.len() - 1
-        });
         // What an unknown number of executions sends is unknown.
         open.extend(sent.into_iter().map(|(connected, sends)| Sent {
             connected,

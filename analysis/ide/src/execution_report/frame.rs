@@ -12,9 +12,11 @@ pub(super) struct Figure {
     /// HTML.
     pub(super) note: String,
     pub(super) svg: String,
-    /// The mark of each entry, as SVG of 28 × 14, and its text.
-    pub(super) legend: Vec<(&'static str, String)>,
+    pub(super) legend: Legend,
 }
+
+/// The mark of each entry, as SVG of 28 × 14, and its text.
+pub(super) type Legend = Vec<(&'static str, String)>;
 
 impl Figure {
     pub(super) fn html(&self) -> String {

@@ -3,13 +3,14 @@
 
 use std::fmt::Write as _;
 
-use mauve_pwcet::{Estimate, Options};
+use mauve_pwcet::{CurvePoint, Estimate, Options};
 
 use super::axis::Axis;
 use super::figures::{self, TimeUnit};
 use super::frame::{
-    BAND, BARS, BLOCKS, BOUND, BUDGET, DOTS, FIT, Figure, Frame, HIGH_WATER, IDENTITY, LETTER, MEAN, RANGE,
-    RECORD, RUNS, THRESHOLD, begin, count_ticks, diamond, dots, line, square, time_ticks, triangle,
+    BAND, BARS, BLOCKS, BOUND, BUDGET, DOTS, FIT, Figure, Frame, HIGH_WATER, IDENTITY, LETTER, Legend, MEAN,
+    RANGE, RECORD, RUNS, THRESHOLD, Ticks, begin, count_ticks, diamond, dots, line, square, time_ticks,
+    triangle,
 };
 use super::samples::{histogram, parts, ranks};
 
@@ -44,25 +45,7 @@ pub(super) fn recording(of: &Plotted<'_>) -> Figure {
         (&format!("time in {}", of.unit.name), &time_ticks(&y, 5, &of.unit)),
     );
     let mut legend = Vec::new();
-    let starts: Vec<usize> = of.runs.iter().copied().filter(|&start| 0 < start && start < count).collect();
-    let runs = starts.len() + 1;
-    if (2..=MOST_RUNS).contains(&runs) {
-        let edge = |index: usize| match index.checked_sub(1) {
-            Some(index) => starts.get(index).copied().unwrap_or(count),
-            None => 0,
-        };
-        for run in (1..runs).step_by(2) {
-            let (from, to) = (x.at(edge(run) as f64 + 0.5), x.at(edge(run + 1) as f64 + 0.5));
-            let _ = writeln!(
-                out,
-                "<rect class=\"run\" x=\"{from:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\"/>",
-                frame.top,
-                to - from,
-                frame.bottom - frame.top
-            );
-        }
-        legend.push((RUNS, format!("every second of {runs} runs")));
-    }
+    shade_runs(&mut out, &mut legend, of, &frame, &x);
     let found = parts(of.executions, PARTS);
     let at = |index: usize| x.at(index as f64 + 1.0);
     let records: Vec<(f64, f64)> =
@@ -118,6 +101,31 @@ pub(super) fn recording(of: &Plotted<'_>) -> Figure {
 
 /// More runs are too narrow for a drawing.
 const MOST_RUNS: usize = 40;
+
+/// Shades every second run.
+fn shade_runs(out: &mut String, legend: &mut Legend, of: &Plotted<'_>, frame: &Frame, x: &Axis) {
+    let count = of.executions.len();
+    let starts: Vec<usize> = of.runs.iter().copied().filter(|&start| 0 < start && start < count).collect();
+    let runs = starts.len() + 1;
+    if !(2..=MOST_RUNS).contains(&runs) {
+        return;
+    }
+    let edge = |index: usize| match index.checked_sub(1) {
+        Some(index) => starts.get(index).copied().unwrap_or(count),
+        None => 0,
+    };
+    for run in (1..runs).step_by(2) {
+        let (from, to) = (x.at(edge(run) as f64 + 0.5), x.at(edge(run + 1) as f64 + 0.5));
+        let _ = writeln!(
+            out,
+            "<rect class=\"run\" x=\"{from:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\"/>",
+            frame.top,
+            to - from,
+            frame.bottom - frame.top
+        );
+    }
+    legend.push((RUNS, format!("every second of {runs} runs")));
+}
 
 fn ends(ascending: &[u64]) -> (f64, f64) {
     let end = |time: Option<&u64>| time.copied().unwrap_or_default() as f64;
@@ -195,25 +203,9 @@ pub(super) fn tail(of: &Plotted<'_>, estimate: &Estimate, budgets: &[Option<u64>
     let lowest = 10_f64.powf((strictest.log10() - 0.35).max(-300.0));
     let y = Axis::logarithmic((lowest, 1.0), frame.vertical());
     let curve: Vec<_> = estimate.curve.iter().filter(|it| it.probability >= strictest * 0.99).collect();
-    let bounds = estimate.levels.iter().map(|it| it.upper).chain(curve.iter().map(|it| it.upper));
     let greatest = estimate.greatest as f64;
-    let mut high = bounds.filter(|it| it.is_finite()).fold(greatest, f64::max);
-    // A much longer budget would leave no room for the tail.
-    let budget = budgets.iter().flatten().map(|&it| it as f64).filter(|it| *it <= 1.5 * high);
-    high = budget.fold(high, f64::max);
-    let least = estimate.least as f64;
-    let x = if high > 8.0 * greatest {
-        Axis::logarithmic((least.max(1.0), high * 1.05), frame.horizontal())
-    } else {
-        Axis::linear((least, high), 0.02, frame.horizontal())
-    };
+    let x = times_of_tail(estimate, &curve, budgets, &frame);
     let scale = if x.is_logarithmic() { ", logarithmic" } else { "" };
-    let every = (-lowest.log10() / 12.0).ceil().max(1.0) as i32;
-    let powers = (0..=-(lowest.log10().ceil() as i32)).step_by(every as usize);
-    let y_ticks = powers.map(|power| {
-        let label = if power == 0 { "1".to_owned() } else { format!("1e-{power}") };
-        (y.at(10_f64.powi(-power)), label)
-    });
     let title = format!(
         "Exceedance probabilities of {}: observed executions, the fitted tail, and the bounds of the levels",
         of.name
@@ -222,7 +214,7 @@ pub(super) fn tail(of: &Plotted<'_>, estimate: &Estimate, budgets: &[Option<u64>
         &frame,
         &title,
         (&format!("execution time in {}{scale}", of.unit.name), &time_ticks(&x, 6, &of.unit)),
-        ("exceedance probability", &y_ticks.collect()),
+        ("exceedance probability", &powers_of_ten(&y, lowest)),
     );
     let mut legend = vec![(DOTS, "observed".to_owned())];
     let at = |time: f64, probability: f64| (x.at(time), y.at(probability));
@@ -252,17 +244,18 @@ pub(super) fn tail(of: &Plotted<'_>, estimate: &Estimate, budgets: &[Option<u64>
     let blocks = estimate.levels.iter().filter_map(|it| Some((it.block_maxima?.0, it.level)));
     let blocks: String =
         blocks.filter(|(time, _)| x.has(*time)).map(|(time, level)| square(at(time, level))).collect();
-    if !blocks.is_empty() {
-        let _ = writeln!(out, "<path class=\"blocks\" d=\"{blocks}\"/>");
-        legend.push((BLOCKS, "estimate from block maxima".to_owned()));
-    }
     let budgets =
         estimate.levels.iter().zip(budgets).filter_map(|(it, budget)| Some(((*budget)? as f64, it.level)));
     let budgets: String =
         budgets.filter(|(time, _)| x.has(*time)).map(|(time, level)| triangle(at(time, level))).collect();
-    if !budgets.is_empty() {
-        let _ = writeln!(out, "<path class=\"budget\" d=\"{budgets}\"/>");
-        legend.push((BUDGET, "budget".to_owned()));
+    for (class, marks, entry) in [
+        ("blocks", blocks, (BLOCKS, "estimate from block maxima".to_owned())),
+        ("budget", budgets, (BUDGET, "budget".to_owned())),
+    ] {
+        if !marks.is_empty() {
+            let _ = writeln!(out, "<path class=\"{class}\" d=\"{marks}\"/>");
+            legend.push(entry);
+        }
     }
     level_marks(&mut out, &frame, of, estimate, at);
     legend.push((BOUND, "95\u{a0}% upper bound of a level".to_owned()));
@@ -276,6 +269,32 @@ pub(super) fn tail(of: &Plotted<'_>, estimate: &Estimate, budgets: &[Option<u64>
         ),
         svg: out + "</svg>\n",
         legend,
+    }
+}
+
+/// Returns the marks of an axis of probabilities from 1 to the lowest one.
+fn powers_of_ten(y: &Axis, lowest: f64) -> Ticks {
+    let every = (-lowest.log10() / 12.0).ceil().max(1.0) as i32;
+    let powers = (0..=-(lowest.log10().ceil() as i32)).step_by(every as usize);
+    let tick = |power: i32| {
+        let label = if power == 0 { "1".to_owned() } else { format!("1e-{power}") };
+        (y.at(10_f64.powi(-power)), label)
+    };
+    powers.map(tick).collect()
+}
+
+/// Returns the axis of times: logarithmic where the bounds are far beyond what was observed.
+fn times_of_tail(estimate: &Estimate, curve: &[&CurvePoint], budgets: &[Option<u64>], frame: &Frame) -> Axis {
+    let bounds = estimate.levels.iter().map(|it| it.upper).chain(curve.iter().map(|it| it.upper));
+    let (least, greatest) = (estimate.least as f64, estimate.greatest as f64);
+    let mut high = bounds.filter(|it| it.is_finite()).fold(greatest, f64::max);
+    // A much longer budget would leave no room for the tail.
+    let budget = budgets.iter().flatten().map(|&it| it as f64).filter(|it| *it <= 1.5 * high);
+    high = budget.fold(high, f64::max);
+    if high > 8.0 * greatest {
+        Axis::logarithmic((least.max(1.0), high * 1.05), frame.horizontal())
+    } else {
+        Axis::linear((least, high), 0.02, frame.horizontal())
     }
 }
 
@@ -374,15 +393,8 @@ pub(super) fn convergence(of: &Plotted<'_>, estimate: &Estimate, options: &Optio
     if estimate.convergence.is_empty() {
         return None;
     }
-    let levels = &options.levels;
-    let order = |index: &usize| levels.get(*index).copied().unwrap_or(1.0);
-    let usual = (0..levels.len()).min_by(|a, b| {
-        let distance = |index| (order(index) / 1e-4).ln().abs();
-        distance(a).total_cmp(&distance(b))
-    })?;
-    let strictest = (0..levels.len()).min_by(|a, b| order(a).total_cmp(&order(b)))?;
-    let mut shown = vec![usual];
-    shown.extend(Some(strictest).filter(|it| *it != usual));
+    let order = |index: &usize| options.levels.get(*index).copied().unwrap_or(1.0);
+    let shown = usual_and_strictest(options.levels.len(), order)?;
     let series = |index: usize| -> Vec<(f64, f64, f64)> {
         let parts = estimate.convergence.iter().filter_map(|it| {
             let &(point, upper) = it.levels.get(index)?;
@@ -451,6 +463,16 @@ pub(super) fn convergence(of: &Plotted<'_>, estimate: &Estimate, options: &Optio
         svg: out + "</svg>\n",
         legend,
     })
+}
+
+/// Returns the indices of the level next to 1e-4 and of the strictest one, if that is another.
+fn usual_and_strictest(count: usize, level: impl Fn(&usize) -> f64) -> Option<Vec<usize>> {
+    let usual = (0..count).min_by(|a, b| {
+        let distance = |index| (level(index) / 1e-4).ln().abs();
+        distance(a).total_cmp(&distance(b))
+    })?;
+    let strictest = (0..count).min_by(|a, b| level(a).total_cmp(&level(b)))?;
+    Some([usual].into_iter().chain(Some(strictest).filter(|it| *it != usual)).collect())
 }
 
 /// The class of each level in the plot of the convergence, and its entry in the legend.

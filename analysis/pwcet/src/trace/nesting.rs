@@ -123,27 +123,63 @@ impl Nesting {
             return None;
         }
         if !event.is_end {
-            // No period begins within another span.
-            if (event.kind == SpanKind::Period && !state.open.is_empty()) || state.open.len() >= DEEPEST {
-                summary.unbalanced += state.drop();
-            }
-            if event.kind == SpanKind::Period {
-                state.missing = Missing::Nothing;
-            }
-            let order = self.begins;
+            state.begin(event, name, self.begins, summary);
             self.begins += 1;
-            state.open.push(Open {
-                name,
-                kind: event.kind,
-                order,
-                cpu: event.cpu,
-                time: event.time,
-                cpu_ns: event.cpu_ns,
-                scheduling: event.scheduling,
-            });
             return None;
         }
-        match state.open.pop() {
+        state.end(event, thread, name, summary)
+    }
+
+    /// Ends the trace: open spans are cut.
+    pub(super) fn finish(&mut self, summary: &mut Summary) {
+        summary.cut_at_end += self.threads.drain().map(|(_, state)| state.open.len() as u64).sum::<u64>();
+    }
+    /// Begins the gaps up to a time.
+    fn enter_gaps(&mut self, time: u64, summary: &mut Summary) {
+        while let Some(gap) = self.gaps.front().copied().filter(|gap| gap.begin <= time) {
+            self.gaps.pop_front();
+            self.drop_all(summary);
+            self.lossy_until = self.lossy_until.max(Some(gap.end));
+        }
+    }
+
+    fn drop_all(&mut self, summary: &mut Summary) {
+        for state in self.threads.values_mut() {
+            summary.dropped += state.drop();
+        }
+    }
+}
+
+impl State {
+    /// Opens a span.
+    fn begin(&mut self, event: &Event<'_>, name: NameId, order: u64, summary: &mut Summary) {
+        // No period begins within another span.
+        if (event.kind == SpanKind::Period && !self.open.is_empty()) || self.open.len() >= DEEPEST {
+            summary.unbalanced += self.drop();
+        }
+        if event.kind == SpanKind::Period {
+            self.missing = Missing::Nothing;
+        }
+        self.open.push(Open {
+            name,
+            kind: event.kind,
+            order,
+            cpu: event.cpu,
+            time: event.time,
+            cpu_ns: event.cpu_ns,
+            scheduling: event.scheduling,
+        });
+    }
+
+    /// Closes the innermost span, if the event is its end. Returns the span.
+    fn end(
+        &mut self,
+        event: &Event<'_>,
+        thread: Thread,
+        name: NameId,
+        summary: &mut Summary,
+    ) -> Option<Span> {
+        match self.open.pop() {
             Some(begin) if begin.name == name && begin.kind == event.kind => {
                 let (execution, elapsed) = (event.cpu_ns - begin.cpu_ns, event.time - begin.time);
                 if is_suspicious(execution, elapsed) {
@@ -164,12 +200,12 @@ impl Nesting {
             }
             // The begin of this end, or the end of that begin, is missing: which of both is unknown.
             Some(begin) => {
-                state.open.push(begin);
-                summary.unbalanced += state.drop();
+                self.open.push(begin);
+                summary.unbalanced += self.drop();
                 None
             }
             None => {
-                match state.missing {
+                match self.missing {
                     Missing::Nothing => summary.unbalanced += 1,
                     Missing::Start => summary.cut_at_start += 1,
                     Missing::Dropped => {}
@@ -179,28 +215,6 @@ impl Nesting {
         }
     }
 
-    /// Ends the trace: open spans are cut.
-    pub(super) fn finish(&mut self, summary: &mut Summary) {
-        summary.cut_at_end += self.threads.drain().map(|(_, state)| state.open.len() as u64).sum::<u64>();
-    }
-
-    /// Begins the gaps up to a time.
-    fn enter_gaps(&mut self, time: u64, summary: &mut Summary) {
-        while let Some(gap) = self.gaps.front().copied().filter(|gap| gap.begin <= time) {
-            self.gaps.pop_front();
-            self.drop_all(summary);
-            self.lossy_until = self.lossy_until.max(Some(gap.end));
-        }
-    }
-
-    fn drop_all(&mut self, summary: &mut Summary) {
-        for state in self.threads.values_mut() {
-            summary.dropped += state.drop();
-        }
-    }
-}
-
-impl State {
     /// Drops what is open; returns the number of spans.
     fn drop(&mut self) -> u64 {
         let count = self.open.len() as u64;

@@ -95,8 +95,14 @@ pub fn update(
         levels.iter().for_each(|level| array.push_formatted(number(&level.to_string())));
         set(document.as_table_mut(), &["levels"], Item::Value(Value::Array(array)));
     }
-    let unit = unit_of(&document);
-    for (record, found) in &written {
+    write_entries(&mut document, &written);
+    Ok(Updated { text: as_before(document.to_string(), text), kept })
+}
+
+/// Writes the times of records, each instead of the entry that was found for it; then their places in `[measured]`.
+fn write_entries(document: &mut DocumentMut, written: &[(&Measured, Option<&Entry>)]) {
+    let unit = unit_of(document);
+    for (record, found) in written {
         let section = if record.key.contains('/') { "program" } else { "codel" };
         let mut value = times(&record.times, unit);
         let whole = [record.key.as_str()];
@@ -117,7 +123,7 @@ pub fn update(
         set(document.as_table_mut(), &path, Item::Value(value));
     }
     // After all entries, so that the sections of a new table are in this order.
-    for (record, found) in &written {
+    for (record, found) in written {
         for key in [&record.key].into_iter().chain(found.map(|entry| &entry.key)) {
             if let Some(measured) = document.get_mut("measured").and_then(Item::as_table_like_mut)
                 && (*key != record.key || !measured.contains_key(key))
@@ -127,7 +133,6 @@ pub fn update(
         }
         set(document.as_table_mut(), &["measured", &record.key], Item::Table(fields(record, unit)));
     }
-    Ok(Updated { text: as_before(document.to_string(), text), kept })
 }
 
 /// Returns a new text with the byte order mark and the line ends of the old one.

@@ -70,17 +70,7 @@ pub(super) fn message(it: &Checked<'_>, finding: &Finding) -> String {
         FindingKind::UnknownProgram { key } => format!(
             "`{instance}` executed `{key}`{first}, which the model does not have: the recording is of another version of the model"
         ),
-        FindingKind::UnknownCodel { key, .. } if instance.is_empty() => {
-            format!("the recording has the codel `{key}`{first}, and no component of the deployment calls it")
-        }
-        FindingKind::UnknownCodel { key, is_known } => {
-            let component = if *is_known { "its component" } else { "no component of the deployment" };
-            let calls = if *is_known { "does not call" } else { "calls" };
-            format!(
-                "`{instance}` executed the codel `{key}`{first}, and {component} {calls} it in the model: the recording is of \
-                 another version of the model"
-            )
-        }
+        FindingKind::UnknownCodel { key, is_known } => codel_message(instance, key, *is_known, &first),
         FindingKind::UnknownInstance { instance } => {
             format!("the recording has `{instance}`{first}, which is not an instance of {}", it.name)
         }
@@ -118,6 +108,20 @@ pub(super) fn message(it: &Checked<'_>, finding: &Finding) -> String {
 /// Returns the instance that a finding is about.
 pub(super) fn instance<'a>(it: &'a Checked<'_>, finding: &Finding) -> Option<&'a str> {
     Some(it.expected.instances.get(finding.instance?)?.instance.as_str())
+}
+
+fn codel_message(instance: &str, key: &str, is_known: bool, first: &str) -> String {
+    if instance.is_empty() {
+        return format!(
+            "the recording has the codel `{key}`{first}, and no component of the deployment calls it"
+        );
+    }
+    let component = if is_known { "its component" } else { "no component of the deployment" };
+    let calls = if is_known { "does not call" } else { "calls" };
+    format!(
+        "`{instance}` executed the codel `{key}`{first}, and {component} {calls} it in the model: the recording is of another \
+         version of the model"
+    )
 }
 
 fn path_message(instance: &str, path: &UnknownPath, periods: &str, first: &str) -> String {
