@@ -78,7 +78,6 @@ use tower_lsp::LspService;
 use backend::Backend;
 use frame::Frame;
 use main_loop::MainLoop;
-pub(crate) use main_loop::Options;
 use mirror::{Mirror, Side};
 use outbox::{Outbox, Refresh};
 use outgoing::{Backlog, Outgoing};
@@ -100,12 +99,13 @@ const WRITERS: usize = 2;
 /// How long to wait until the client has read the last messages.
 const FAREWELL: Duration = Duration::from_secs(1);
 
-/// Serves one client on these streams until it is done; gives the exit code, see [`transport::serve`].
+/// Serves one client on these streams until it is done; gives the exit code, see [`transport::serve`]. If it
+/// `allows_outside`, projects may read files outside their folders.
 pub(crate) fn run(
     input: impl std::io::Read + Send + 'static,
     output: impl Write + Send + 'static,
     mirror: Option<Mirror>,
-    options: Options,
+    allows_outside: bool,
 ) -> Result<u8, String> {
     let failed = |error: std::io::Error| format!("the server cannot start: {error}");
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -125,8 +125,8 @@ pub(crate) fn run(
     let shown = Shown::default();
     let trace = Arc::new(Trace::new(outgoing.downgrade(), Arc::clone(&backlog)));
     let publisher = Publisher::new(Arc::clone(&outbox));
-    let main_loop =
-        MainLoop::new(events.clone(), runtime.handle().clone(), publisher, work, Arc::clone(&trace), options);
+    let (sender, workers) = (events.clone(), runtime.handle().clone());
+    let main_loop = MainLoop::new(sender, workers, publisher, work, Arc::clone(&trace), allows_outside);
     let spawn = |name: &str, thread: Box<dyn FnOnce() + Send>| {
         std::thread::Builder::new().name(name.to_owned()).spawn(thread).map_err(failed)
     };

@@ -220,7 +220,7 @@ fn traces_are_sent_while_the_client_wants_them() {
         found.and_then(|(_, details)| details.clone()).unwrap_or_default()
     };
     assert!(details("textDocument/hover").starts_with("request "), "{found:?}");
-    assert!(details("a check begins").ends_with(", after didChange"), "{found:?}");
+    assert!(details("a check begins").starts_with("generation "), "{found:?}");
     client.notify("$/setTrace", json!({"value": "off"}));
     ask(&mut client, &text);
     assert_eq!(traces(&mut client), []);
@@ -238,7 +238,7 @@ fn traces_may_be_wanted_from_the_beginning() {
 }
 
 #[test]
-fn a_status_has_the_memory_and_the_queries() {
+fn a_status_has_the_memory() {
     let folder = models().join("p3dx");
     let (mut client, _) = start(&folder, &json!({}));
     client.open_file(&folder.join("deployment.mal"));
@@ -247,21 +247,4 @@ fn a_status_has_the_memory_and_the_queries() {
     if cfg!(target_os = "linux") {
         assert!(status["memory"].as_u64().unwrap() > 1_000_000, "{status}");
     }
-    // Counting takes time, so that it is done only where somebody wants to know.
-    assert_eq!(status["queries"], Value::Null);
-    let log = scratch(env!("CARGO_TARGET_TMPDIR"), "lsp_counts").join("log");
-    let mut client = Client::start(MAUVE, &["--log", log.to_str().unwrap()]);
-    client.initialize(Some(&folder), &json!({}));
-    let mut text = client.open_file(&folder.join("deployment.mal"));
-    client.codes(&text);
-    client.idle();
-    let queries = client.call("mauve/status", Value::Null).unwrap()["queries"].clone();
-    let before = queries["executed"].as_u64().unwrap();
-    assert!(queries["most"].as_array().unwrap().iter().any(|it| it["name"] == "parse"), "{queries}");
-    client.edit(&mut text, "deadline = 1000", "deadline = 999");
-    client.codes(&text);
-    client.idle();
-    let queries = client.call("mauve/status", Value::Null).unwrap()["queries"].clone();
-    let [executed, since] = ["executed", "sinceChange"].map(|it| queries[it].as_u64().unwrap());
-    assert!(0 < since && since < before && executed >= before + since, "{queries}, before {before}");
 }

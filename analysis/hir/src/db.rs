@@ -14,7 +14,6 @@ use salsa::{Database as _, DatabaseKeyIndex, Durability, Setter as _};
 use crate::item_tree::{ItemTree, Name, Outline};
 use crate::lower::{LoweredNodes, lower};
 use crate::msg::Package;
-use crate::query_counts::QueryCounts;
 use crate::ranges::SourceMap;
 
 /// A text file: a model, a timing table or a `mauve.toml`.
@@ -255,7 +254,6 @@ impl Trees {
 pub struct Database {
     storage: salsa::Storage<Self>,
     log: Option<Arc<Mutex<Keys>>>,
-    counts: Option<Arc<QueryCounts>>,
     trees: Trees,
 }
 
@@ -337,24 +335,7 @@ impl Database {
                 _ => {}
             }
         })));
-        Database { storage, log: Some(kept), counts: None, trees: Trees::default() }
-    }
-
-    /// Returns a database that counts the queries that it executes.
-    pub fn with_counts() -> Database {
-        let counts: Arc<QueryCounts> = Arc::default();
-        let counted = counts.clone();
-        let storage = salsa::Storage::new(Some(Box::new(move |event: salsa::Event| {
-            if let salsa::EventKind::WillExecute { database_key } = event.kind {
-                counted.note_execution(database_key);
-            }
-        })));
-        Database { storage, log: None, counts: Some(counts), trees: Trees::default() }
-    }
-
-    /// Returns the numbers of executed queries, of a database [`Database::with_counts`].
-    pub fn query_counts(&self) -> Option<&QueryCounts> {
-        self.counts.as_deref()
+        Database { storage, log: Some(kept), trees: Trees::default() }
     }
 
     /// Returns the log since the last call; empty without [`Database::with_log`].

@@ -36,7 +36,6 @@
 //! | `check.rs`, `fact.rs`, `severity.rs` | the facts of a declaration: errors, warnings and hints |
 //! | `size.rs` | the limit on the size of a project |
 //! | `skeleton.rs` | the skeleton of a missing operation definition |
-//! | `query_counts.rs` | how often each query was executed |
 //! | `graph.rs` | reachability and topological order |
 //!
 //! A core with an error (a syntax error in a program, an unresolved name, a missing argument) is *not analysed*;
@@ -70,7 +69,6 @@ mod msg;
 mod names;
 mod program_id;
 mod project;
-mod query_counts;
 mod ranges;
 mod resolve;
 mod semantics;
@@ -121,7 +119,6 @@ pub use project::{
     file_groups, files_in_group, include_candidates, include_rings, includes, is_model, platform_of,
     project_files, projects, root_file,
 };
-pub use query_counts::{QueryCount, QueryCounts};
 pub use ranges::{DeclarationMap, SourceMap};
 pub use resolve::{Binding, Callee, VariableId};
 pub use semantics::{

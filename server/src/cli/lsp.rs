@@ -9,7 +9,7 @@ use tracing_subscriber::filter::Targets;
 use tracing_subscriber::prelude::*;
 
 use crate::cli::options::Outside;
-use crate::lsp::{Options, mirror::Mirror, run};
+use crate::lsp::{mirror::Mirror, run};
 use crate::output::{Output, say};
 use crate::private::private;
 
@@ -49,9 +49,8 @@ impl Lsp {
             let mirror = Mirror::create(&path);
             mirror.map_err(|error| format!("cannot record the session in `{}`: {error}", path.display()))
         });
-        let options =
-            Options { allows_outside: self.outside.allow_outside, counts_queries: self.log.is_some() };
-        let code = run(std::io::stdin(), std::io::stdout(), mirror.transpose()?, options)?;
+        let allows_outside = self.outside.allow_outside;
+        let code = run(std::io::stdin(), std::io::stdout(), mirror.transpose()?, allows_outside)?;
         Ok(Output::verbatim("", code))
     }
 }

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use crate::disk::read;
 use crate::lsp::frame;
 use crate::lsp::mirror::{Line, Side};
-use crate::lsp::{Options, run};
+use crate::lsp::run;
 use crate::output::Output;
 
 #[derive(Debug, clap::Args)]
@@ -127,7 +127,7 @@ impl Session {
     fn begin() -> Result<Session, String> {
         let pipe = || std::io::pipe().map_err(|error| format!("no pipe to the server: {error}"));
         let ((server_input, input), (output, server_output)) = (pipe()?, pipe()?);
-        std::thread::spawn(move || run(server_input, server_output, None, Options::default()));
+        std::thread::spawn(move || run(server_input, server_output, None, false));
         let (sender, said) = mpsc::channel();
         std::thread::spawn(move || listen(output, &sender));
         Ok(Session { input: Some(input), said, heard: Vec::new(), missing: Vec::new() })

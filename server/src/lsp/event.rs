@@ -92,26 +92,6 @@ impl Event {
         )
     }
 
-    /// What causes a check, for its trace.
-    pub(crate) fn cause(&self) -> Option<&'static str> {
-        Some(match self {
-            Event::Initialized => "initialized",
-            Event::Opened(_) => "didOpen",
-            Event::Changed(_) => "didChange",
-            Event::Saved(_) => "didSave",
-            Event::Closed(_) => "didClose",
-            Event::TextUnknown(_) => "an invalid message",
-            Event::Walked(..) => "a search for models",
-            Event::Disk { .. } => "files on the disk",
-            Event::Folders { .. } => "workspace folders",
-            Event::Significance(_) => "the significance level",
-            Event::Configured(..) => "settings",
-            Event::Reload => "a reload",
-            Event::Stop => "a cancelled progress",
-            _ => return None,
-        })
-    }
-
     /// The document whose text it changes.
     pub(crate) fn document(&self) -> Option<&Url> {
         match self {

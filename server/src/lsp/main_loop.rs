@@ -43,15 +43,6 @@ const MOST_REFRESHED: usize = 20;
 /// How long a walk may take before requests are answered without its result.
 const LONG_WALK: Duration = Duration::from_secs(1);
 
-/// What a server may do.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Options {
-    /// Whether projects may read files that are none of theirs.
-    pub(crate) allows_outside: bool,
-    /// Whether `mauve/status` has the numbers of executed queries.
-    pub(crate) counts_queries: bool,
-}
-
 /// The state of the server.
 pub(crate) struct MainLoop {
     db: Database,
@@ -85,8 +76,6 @@ pub(crate) struct MainLoop {
     /// What may take long, for the progress report.
     work: watch::Sender<Work>,
     trace: Arc<Trace>,
-    /// The kinds of event since the last check, for its trace.
-    causes: BTreeSet<&'static str>,
     /// The beginning of the last check.
     check_began: Instant,
 }
@@ -100,11 +89,11 @@ impl MainLoop {
         publisher: Publisher,
         work: watch::Sender<Work>,
         trace: Arc<Trace>,
-        options: Options,
+        allows_outside: bool,
     ) -> MainLoop {
         MainLoop {
-            db: new_database(options.counts_queries),
-            loader: Loader::deferred(options.allows_outside),
+            db: Database::default(),
+            loader: Loader::deferred(allows_outside),
             documents: Documents::default(),
             changing: None,
             folders: Vec::new(),
@@ -126,7 +115,6 @@ impl MainLoop {
             running: Arc::default(),
             work,
             trace,
-            causes: BTreeSet::new(),
             check_began: Instant::now(),
         }
     }
@@ -189,12 +177,8 @@ impl MainLoop {
     fn handle(&mut self, event: Event) {
         if event.is_change() {
             self.staleness.note_change();
-            if let Some(counts) = self.db.query_counts() {
-                counts.note_change();
-            }
         }
         self.changing = event.document().cloned();
-        self.causes.extend(event.cause());
         match event {
             Event::Initialize { capabilities, folders } => self.initialize(capabilities, folders),
             Event::Initialized => {
@@ -659,11 +643,7 @@ impl MainLoop {
         let (generation, snapshot, sender) =
             (self.staleness.generation(), self.snapshot(), self.sender.clone());
         self.check_began = Instant::now();
-        let causes: Vec<&str> = std::mem::take(&mut self.causes).into_iter().collect();
-        self.trace.log(
-            || "a check begins".to_owned(),
-            |_| format!("generation {generation}, after {}", causes.join(", ")),
-        );
+        self.trace.log(|| "a check begins".to_owned(), |_| format!("generation {generation}"));
         self.spawn(move || {
             let checked = attempt(|| check(&snapshot));
             let is_published = checked.as_ref().is_ok_and(|checked| !checked.is_outdated);
@@ -771,10 +751,6 @@ impl MainLoop {
         self.publisher.panicked(open.collect(), message);
         self.refresh_hints();
     }
-}
-
-fn new_database(counts_queries: bool) -> Database {
-    if counts_queries { Database::with_counts() } else { Database::default() }
 }
 
 /// Returns whether a document is in another language with the extension of models: then it is part of no workspace, unless a

@@ -6,13 +6,12 @@
 //! | `documents` | the number of open documents |
 //! | `levels` | the significance levels of the tables, from the most probable down: arguments of `mauve.setSignificance` |
 //! | `memory` | the resident set of the server in bytes; null on a system that does not tell |
-//! | `queries` | with `mauve lsp --log FILE`, the executed queries: how many since the start, since the last change, and the most frequent ones; otherwise null |
 //! | `jobs` | the number of running jobs, this request not counted |
 //! | `settled` | when the server has nothing left to do: the number of diagnostics and refresh requests that it has sent. A client that has received as many has received everything. Null while files are read, projects are checked, or messages wait |
 
 use std::sync::atomic::Ordering;
 
-use mauve_hir::{QueryCount, projects};
+use mauve_hir::projects;
 use mauve_timing::Level;
 use mauve_wcrt::level_shown;
 use serde_json::{Value, json};
@@ -41,20 +40,7 @@ pub(crate) fn status(snapshot: &Snapshot) -> Result<Value> {
         "documents": snapshot.documents.len(),
         "levels": levels.into_iter().map(Level::as_f64).collect::<Vec<_>>(),
         "memory": resident(),
-        "queries": db.query_counts().map(|counts| queries(&counts.all())),
         "jobs": jobs,
         "settled": snapshot.outbox.sent().filter(|_| snapshot.is_settled && jobs == 0),
     }))
-}
-
-/// The number of queries that are listed.
-const MOST_QUERIES: usize = 20;
-
-fn queries(all: &[QueryCount]) -> Value {
-    let shown = |count: &QueryCount| json!({"name": count.name, "executed": count.executed, "sinceChange": count.since_change});
-    json!({
-        "executed": all.iter().map(|count| count.executed).sum::<u64>(),
-        "sinceChange": all.iter().map(|count| count.since_change).sum::<u64>(),
-        "most": all.iter().take(MOST_QUERIES).map(shown).collect::<Vec<_>>(),
-    })
 }

@@ -8,8 +8,7 @@ impl MainLoop {
     pub(super) fn reload(&mut self) {
         let loader = self.loader.emptied();
         let watcher = Watcher::new(self.sender.clone());
-        let empty = new_database(self.db.query_counts().is_some());
-        let mut db = std::mem::replace(&mut self.db, empty);
+        let mut db = std::mem::take(&mut self.db);
         let rest =
             (std::mem::replace(&mut self.loader, loader), std::mem::replace(&mut self.watcher, watcher));
         // This waits for all workers that read the old database, and frees much memory.
