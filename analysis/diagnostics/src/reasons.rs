@@ -63,10 +63,7 @@ fn in_words<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> Words {
     };
     match reason {
         Reason::Model(reason) => of_model(db, reason),
-        Reason::ErrorIn(it, reason) => {
-            let (name, why) = (it.name(db), of_model(db, reason).message);
-            words(format!("error in {} {name}: {why}", it.kind(db)), format!("error in {name}"))
-        }
+        Reason::ErrorIn(it, reason) => error_in(db, *it, &of_model(db, reason).message),
         Reason::Stated(text) => words(text, text),
 
         Reason::DamagedDeployment(it) => {
@@ -118,10 +115,7 @@ fn in_words<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> Words {
             format!("the core of component {} is for another shell", it.name(db)),
             "core of other shell",
         ),
-        Reason::IncompleteShell { project, shell } => {
-            let why = incomplete(features_of(db, *project, *shell).incomplete(names_of(db, *project)));
-            words(of(shell, &why), format!("error in {}", shell.name(db)))
-        }
+        Reason::IncompleteShell { project, shell } => incomplete_shell(db, *project, *shell),
         Reason::NoTime(it) => {
             words(format!("no time for codel `{}`", it.qualified(db)), format!("no time for {}", it.name(db)))
         }
@@ -137,6 +131,17 @@ fn in_words<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> Words {
         Reason::Overloaded { cpu, priority, utilisation } => overload(*cpu, *priority, *utilisation),
         Reason::NoBound(why) => no_bound(*why),
     }
+}
+
+fn error_in<'db>(db: &'db dyn ModelDb, of: Decl<'db>, why: &str) -> Words {
+    let name = of.name(db);
+    words(format!("error in {} {name}: {why}", of.kind(db)), format!("error in {name}"))
+}
+
+fn incomplete_shell<'db>(db: &'db dyn ModelDb, project: Project<'db>, shell: Decl<'db>) -> Words {
+    let why = incomplete(features_of(db, project, shell).incomplete(names_of(db, project)));
+    let name = shell.name(db);
+    words(format!("{} {name} {why}", shell.kind(db)), format!("error in {name}"))
 }
 
 fn of_model<'db>(db: &'db dyn ModelDb, reason: &fact::Reason<'db>) -> Words {

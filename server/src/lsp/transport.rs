@@ -77,16 +77,12 @@ pub(crate) async fn serve(
                 let mut answer = Box::pin(answer(&mut service, request));
                 match futures::poll!(&mut answer) {
                     std::task::Poll::Ready(answered) => {
-                        let is_refused = answered.is_refused();
                         // A request before `initialize` is refused, and the session continues.
-                        is_shut_down |= is_shutdown && !is_refused;
+                        let is_accepted = !answered.is_refused();
+                        is_shut_down |= is_shutdown && is_accepted;
                         answered.send(&streams, service.inner().trace());
-                        if is_shut_down {
-                            service.inner().trace().set(&"off".into());
-                        }
-                        if let Some(trace) = trace.filter(|_| !is_refused) {
-                            service.inner().trace().set(&trace);
-                        }
+                        let trace = if is_shut_down { Some("off".into()) } else { trace };
+                        trace.filter(|_| is_accepted).iter().for_each(|it| service.inner().trace().set(it));
                     }
                     std::task::Poll::Pending => {
                         tasks.spawn(answer);
@@ -94,9 +90,7 @@ pub(crate) async fn serve(
                 }
             }
             Some(answered) = tasks.join_next() => {
-                if let Ok(answered) = answered {
-                    answered.send(&streams, service.inner().trace());
-                }
+                answered.into_iter().for_each(|it| it.send(&streams, service.inner().trace()));
             }
             Some(request) = to_client.next(), if writing.is_none() => {
                 // After `shutdown`, requests that a refresh causes would be refused.
