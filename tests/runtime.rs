@@ -10,10 +10,8 @@ use std::process::{Command, Stdio};
 
 use mauve_tests::orocos::{COMPILERS, build, run, runtime_sources};
 use mauve_tests::scratch;
-use mauve_timing::task_set::Priority;
 use mauve_timing::{
-    Activity, ActivitySet, Bound, Demand, Edge, Method, Options, Random, Response, SimulationOptions,
-    StateMachine, Time,
+    Bound, Edge, Method, Options, Random, Response, SimulationOptions, StateMachine, Tasks, Time,
 };
 
 /// Components in a ring, and the periods of each: a million in total.
@@ -97,8 +95,8 @@ fn tasks(random: &mut Random, cpus: u64, shares_cpus: bool) -> Vec<Task> {
 }
 
 /// The tasks as the analysis reads them.
-fn activities(tasks: &[Task]) -> ActivitySet {
-    let activity = |(number, task): (usize, &Task)| {
+fn activities(tasks: &[Task]) -> Tasks {
+    let activity = |task: &Task| {
         let count = task.times.len() as u32;
         let edges = task.times.iter().zip(0..).map(|(time, source)| Edge {
             source,
@@ -106,18 +104,15 @@ fn activities(tasks: &[Task]) -> ActivitySet {
             cost: Time::from_nanos(*time),
         });
         let machine = StateMachine::new(count, edges.collect()).unwrap();
-        Activity {
-            name: number.to_string(),
-            priority: Priority::RealTime(task.priority),
-            period: Some(Time::from_nanos(task.period)),
-            deadline: Some(Time::from_nanos(task.period)),
-            jitter: Time::ZERO,
-            offset: Some(Time::from_nanos(task.offset)),
+        let offset = Some(Time::from_nanos(task.offset));
+        let period = Time::from_nanos(task.period);
+        mauve_timing::Task {
+            offset,
             cpus: Some(task.cpus),
-            demand: Demand::Machine { machine, whole: None },
+            ..mauve_timing::Task::new(task.priority, period, machine)
         }
     };
-    ActivitySet { activities: tasks.iter().enumerate().map(activity).collect(), ..ActivitySet::default() }
+    Tasks::new(tasks.iter().map(activity).collect())
 }
 
 /// The greatest response time of each task on the virtual clock.
@@ -160,10 +155,7 @@ fn orocos_virtual_clock_schedules_as_the_simulation_and_keeps_the_bounds() {
         let set = activities(&tasks);
         let options = Options { method: Method::Exact, horizon: None, is_brief: false };
         let analysis = set.response_times(&options, &|| {});
-        let bound = |it: &Option<Response>| match it.as_ref().map(|it| &it.bound) {
-            Some(Bound::Response(time)) => Some(*time),
-            _ => None,
-        };
+        let bound = |it: &Response| if let Bound::Response(time) = it.bound { Some(time) } else { None };
         // Without bounds, late jobs may queue for ever.
         let bounds: Option<Vec<Time>> = analysis.responses.iter().map(bound).collect();
         let Some(bounds) = bounds else { continue };

@@ -7,11 +7,11 @@ use std::path::Path;
 use mauve_diagnostics::{errors_of, missing_proof, reasons_of, timing_reason};
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Database, Decl, ModelDb, Project, Workspace, accepted, config_of, names_of, projects};
-use mauve_timing::task_set::{Other, TaskSet};
-use mauve_timing::{CpuLoad, CpuRule, Level, Time, Unit};
+use mauve_timing::task_set::TaskSet;
+use mauve_timing::{CpuLoad, CpuRule, Level, Task, Time, Unit};
 use mauve_wcrt::{
-    ActivityReport, InterferenceReport, Limit, Priority, Query, Report, Sensitivity, TableSet,
-    response_times, tables_of, timetable_of,
+    ActivityReport, InterferenceReport, Limit, Query, Report, Sensitivity, TableSet, response_times,
+    tables_of, timetable_of,
 };
 use salsa::Database as _;
 use serde::Serialize;
@@ -160,7 +160,7 @@ pub(crate) fn analysis_document(it: &Deployed<'_>) -> impl Serialize + use<> {
             [sensitivity]: it.sensitivities.get(index).map(|found| sensitivity_document(it.db, found)),
         }
     });
-    let others = it.reports.first().into_iter().flat_map(|(_, report)| &report.others);
+    let others = it.reports.first().into_iter().flat_map(|(_, report)| report.others());
     object! {
         deployment: it.name.to_owned(),
         // The root of its project, or the file that it comes from.
@@ -184,14 +184,14 @@ pub(crate) fn analysis_document(it: &Deployed<'_>) -> impl Serialize + use<> {
     }
 }
 
-fn other_document(other: &Other) -> impl Serialize + use<> {
+fn other_document(other: &Task) -> impl Serialize + use<> {
     object! {
-        name: other.name.clone(),
+        name: other.name.to_string(),
         affinity: other.cpus,
-        priority: other.priority,
-        period: milliseconds(other.period),
+        priority: other.priority.real_time(),
+        period: other.period.map(milliseconds),
         jitter: milliseconds(other.jitter),
-        time: milliseconds(other.time),
+        time: other.greatest_cost().map(milliseconds),
     }
 }
 
@@ -230,7 +230,7 @@ fn activity_document(
         instance: activity.instance.to_string(),
         component: activity.component_name.to_string(),
         affinity: activity.cpus,
-        priority: real_time_priority(activity.priority),
+        priority: activity.priority.real_time(),
         period: activity.period.map(milliseconds),
         deadline: activity.deadline.map(milliseconds),
         // The greatest delay of a release, if there is any.
@@ -302,10 +302,6 @@ fn sensitivity_document(db: &Database, found: &Sensitivity<'_>) -> impl Serializ
 /// Returns by which factor a time grows from `now` to `then`; none where it is 0 now.
 pub(crate) fn factor(now: Time, then: Time) -> Option<f64> {
     (now > Time::ZERO).then(|| then.as_f64(Unit::Nanoseconds) / now.as_f64(Unit::Nanoseconds))
-}
-
-pub(crate) fn real_time_priority(priority: Priority) -> Option<u32> {
-    if let Priority::RealTime(priority) = priority { Some(priority) } else { None }
 }
 
 /// The significance levels of an analysis.

@@ -4,7 +4,7 @@
 use mauve_diagnostics::timing_reason;
 use mauve_hir::{Database, Decl, Project};
 use mauve_ide::{Graph, GraphEdge, GraphNode};
-use mauve_wcrt::{Priority, Query};
+use mauve_wcrt::Query;
 use serde_json::{Value, json};
 
 use crate::analysis_document::{cpu_document, milliseconds};
@@ -18,16 +18,12 @@ pub(crate) fn graph_document<'db>(
 ) -> Value {
     let node = |node: &GraphNode<'db>| {
         let activity = node.activity;
-        let priority = activity.and_then(|it| match it.priority {
-            Priority::RealTime(priority) => Some(priority),
-            _ => None,
-        });
         json!({
             "instance": node.instance.to_string(),
             "component": node.component.to_string(),
             "load": node.load,
             "affinity": activity.and_then(|it| it.cpus),
-            "priority": priority,
+            "priority": activity.and_then(|it| it.priority.real_time()),
             "period": activity.and_then(|it| it.period).map(milliseconds),
             "deadline": activity.and_then(|it| it.deadline).map(milliseconds),
             "own": activity.and_then(|it| it.own).map(milliseconds),

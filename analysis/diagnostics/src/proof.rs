@@ -2,7 +2,7 @@
 
 use mauve_hir::accepted;
 use mauve_timing::Status;
-use mauve_wcrt::{ActivityReport, Missed, Reason, Timed, TimingFactKind, UnusableTime, Verdict};
+use mauve_wcrt::{ActivityReport, Missed, Reason, Timed, TimingFactKind, UnusableTime};
 
 use super::*;
 
@@ -18,14 +18,12 @@ pub fn missing_proof(activity: &ActivityReport<'_>) -> Option<&'static Code> {
     };
     let own = || activity.reasons.iter().filter(|it| !matches!(it.reason, Reason::DelayedBy { .. }));
     match activity.verdict {
-        Verdict::Background | Verdict::RealTime(Status::Met) => None,
-        Verdict::RealTime(Status::Missed | Status::Unbounded | Status::NoBound) => Some(&DEADLINE_MISSED),
-        Verdict::RealTime(Status::NotAnalysed)
-            if own().count() > 0 && own().all(|it| is_missing_time(&it.reason)) =>
-        {
+        Status::Background | Status::Met => None,
+        Status::Missed | Status::Unbounded | Status::NoBound => Some(&DEADLINE_MISSED),
+        Status::NotAnalysed if own().count() > 0 && own().all(|it| is_missing_time(&it.reason)) => {
             Some(&MISSING_TIME)
         }
-        Verdict::RealTime(Status::NotAnalysed) => Some(&NOT_ANALYSED),
+        Status::NotAnalysed => Some(&NOT_ANALYSED),
     }
 }
 

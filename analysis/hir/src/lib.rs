@@ -115,9 +115,9 @@ pub use names::{
 };
 pub use program_id::{ProgramId, ProgramKey};
 pub use project::{
-    CONFIG_FILE, OtherWork, Platform, Project, all_roots, config_file, config_of, external_types,
-    file_groups, files_in_group, include_candidates, include_rings, includes, is_model, platform_of,
-    project_files, projects, root_file,
+    CONFIG_FILE, Platform, Project, all_roots, config_file, config_of, external_types, file_groups,
+    files_in_group, include_candidates, include_rings, includes, is_model, platform_of, project_files,
+    projects, root_file,
 };
 pub use ranges::{DeclarationMap, SourceMap};
 pub use resolve::{Binding, Callee, VariableId};

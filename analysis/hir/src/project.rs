@@ -5,7 +5,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use mauve_timing::Time;
+use mauve_timing::{StateMachine, Task};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::completeness::Completeness;
@@ -49,24 +49,11 @@ pub fn external_types(db: &dyn ModelDb, workspace: Workspace) -> BTreeMap<Name, 
     config_of(db, workspace).types.clone()
 }
 
-/// Real-time work that is not in the model, such as an interrupt thread.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[allow(missing_docs, reason = "see `OtherConfig`")]
-pub struct OtherWork {
-    pub name: String,
-    pub priority: u32,
-    pub period: Time,
-    pub time: Time,
-    pub jitter: Time,
-    /// The CPUs that it may run on, a bit each; `None` for all.
-    pub cpus: Option<u64>,
-}
-
 /// The configuration that response times depend on, without ranges: a comment does not change it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Platform {
-    /// `[[platform.other]]`: the complete entries. If one is incomplete, nothing is analysed.
-    pub others: Vec<OtherWork>,
+    /// `[[platform.other]]`: the tasks of the complete entries. If one is incomplete, nothing is analysed.
+    pub others: Vec<Task>,
     pub cpus: Option<u32>,
     pub rt_throttling: Option<bool>,
     pub synchronised: BTreeSet<String>,
@@ -78,13 +65,11 @@ pub struct Platform {
 pub fn platform_of(db: &dyn ModelDb, workspace: Workspace) -> Platform {
     let Config { cpus, rt_throttling, synchronised, completeness, others, .. } = config_of(db, workspace);
     let other = |it: &OtherConfig| {
-        Some(OtherWork {
-            name: it.name.clone()?,
-            priority: it.priority?,
-            period: it.period?,
-            time: it.time?,
+        Some(Task {
+            name: it.name.as_deref()?.into(),
             jitter: it.jitter.unwrap_or_default(),
             cpus: it.cpus.as_ref().map(|(cpus, _)| *cpus),
+            ..Task::new(it.priority?, it.period?, StateMachine::single(it.time?))
         })
     };
     Platform {

@@ -5,9 +5,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use mauve_hir::item_tree::{FeatureKind, Name};
-use mauve_timing::task_set::Priority;
 use mauve_timing::{Status, Time, Unit};
-use mauve_wcrt::Verdict;
 
 use crate::drawing::{Drawing, dot_text, fitted, moved, number, svg_head, svg_path, svg_text, text_width};
 use crate::graph::{Graph, GraphNode};
@@ -46,20 +44,15 @@ impl Figures {
         let activity = node.activity?;
         let deadline = activity.deadline.map(Time::number).unwrap_or_default();
         let (status, verdict) = match (activity.verdict, activity.response) {
-            (Verdict::RealTime(Status::Met), Some(response)) => {
-                ("met", format!("✓ {} ≤ {deadline} ms", response.number()))
-            }
-            (Verdict::RealTime(Status::Missed), Some(response)) => {
+            (Status::Met, Some(response)) => ("met", format!("✓ {} ≤ {deadline} ms", response.number())),
+            (Status::Missed, Some(response)) => {
                 ("missed", format!("✗ {} > {deadline} ms", response.number()))
             }
-            (Verdict::RealTime(Status::NotAnalysed), _) => ("unknown", "? not analysed".to_owned()),
-            (Verdict::RealTime(status), _) => ("missed", format!("✗ {}", status.name().replace('-', " "))),
-            (Verdict::Background, _) => ("", "background".to_owned()),
+            (Status::NotAnalysed, _) => ("unknown", "? not analysed".to_owned()),
+            (Status::Background, _) => ("", "background".to_owned()),
+            (status, _) => ("missed", format!("✗ {}", status.name().replace('-', " "))),
         };
-        let priority = match activity.priority {
-            Priority::RealTime(priority) => Some(format!("priority {priority}")),
-            Priority::Background | Priority::Unknown => None,
-        };
+        let priority = activity.priority.real_time().map(|priority| format!("priority {priority}"));
         let period = activity.period.map(|period| format!("{} ms", period.number()));
         let cpus = activity.cpus.filter(|cpus| *cpus != 0).map(mauve_diagnostics::cpu_names);
         let settings: Vec<String> = priority.into_iter().chain(period).chain(cpus).collect();
@@ -72,7 +65,7 @@ impl Figures {
             verdict,
             load: node.load.map(percentage).unwrap_or_default(),
             settings: settings.join(" · "),
-            part: part.filter(|_| matches!(activity.verdict, Verdict::RealTime(_))),
+            part: part.filter(|_| activity.verdict != Status::Background),
         })
     }
 

@@ -14,11 +14,9 @@ use std::collections::HashMap;
 use mauve_diagnostics::{cpu_names, times_of, timing_reason};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Location, ModelDb, config_of};
-use mauve_timing::task_set::Other;
-use mauve_timing::{CpuRule, Method, Status, THROTTLING, Time, Window, worst_trace};
+use mauve_timing::{CpuRule, Method, Status, THROTTLING, Task, Time, Window, name_of_other, worst_trace};
 use mauve_wcrt::{
-    ActivityReport, CallsReport, Priority, Psm, Query, Reason, Report, Share, TableSet, Verdict, psm_of,
-    worst_path,
+    ActivityReport, CallsReport, Priority, Psm, Query, Reason, Report, Share, TableSet, psm_of, worst_path,
 };
 use rustc_hash::FxHashSet;
 
@@ -169,7 +167,7 @@ impl<'a, 'db> Explanation<'a, 'db> {
         origin: &Origin<'_>,
     ) -> Option<Self> {
         let activity = report.activities.get(index)?;
-        let is_background = activity.verdict == Verdict::Background;
+        let is_background = activity.verdict == Status::Background;
         let with_assumptions = report.with_assumptions();
         let own = origin.psm.and_then(|psm| OwnTime::new(psm, query.method, origin.worst_path));
         let sum = if is_background { None } else { Sum::new(db, report, index, own.as_ref()) };
@@ -181,7 +179,7 @@ impl<'a, 'db> Explanation<'a, 'db> {
             );
         }
         notes.extend(counted_cpus(report, activity));
-        let is_analysed = activity.verdict != Verdict::RealTime(Status::NotAnalysed);
+        let is_analysed = activity.verdict != Status::NotAnalysed;
         if is_analysed && origin.throttling.is_none() {
             notes.push("assumes real-time throttling off".to_owned());
         }
@@ -229,10 +227,8 @@ impl<'a, 'db> Explanation<'a, 'db> {
 
 /// Returns whether `activity` may delay `other`.
 fn delays(activity: &ActivityReport<'_>, other: &ActivityReport<'_>) -> bool {
-    let is_not_higher = match (activity.priority, other.priority) {
-        (Priority::RealTime(own), Priority::RealTime(other)) => own >= other,
-        _ => false,
-    };
+    let priorities = activity.priority.real_time().zip(other.priority.real_time());
+    let is_not_higher = priorities.is_some_and(|(own, other)| own >= other);
     let (own, others) = (activity.cpus.unwrap_or(u64::MAX), other.cpus.unwrap_or(u64::MAX));
     !std::ptr::eq(other, activity) && is_not_higher && own & others != 0
 }
@@ -263,12 +259,7 @@ fn reasons<'db>(db: &'db dyn ModelDb, report: &Report<'db>, activity: &ActivityR
 pub fn counted_cpus(report: &Report<'_>, activity: &ActivityReport<'_>) -> Option<String> {
     let several = |it: &ActivityReport<'_>, mask: u64| {
         let may_leave = it.cpus.is_some_and(|cpus| cpus & mask != 0 && cpus.count_ones() > 1);
-        let is_counted = match (it.priority, activity.priority) {
-            (Priority::RealTime(other), Priority::RealTime(own)) => other >= own,
-            (Priority::Background, _) => false,
-            (Priority::Unknown, _) | (Priority::RealTime(_), _) => true,
-        };
-        is_counted && may_leave
+        it.priority != Priority::Background && it.priority >= activity.priority && may_leave
     };
     match activity.rule? {
         rule @ CpuRule::Cpu(_) if report.activities.iter().any(|it| several(it, rule.mask())) => {
@@ -291,20 +282,21 @@ impl<'db> Overload<'db> {
             _ => None,
         })?;
         let is_counted = |it: &&ActivityReport<'db>| {
-            matches!(it.priority, Priority::RealTime(own) if own >= priority)
-                && it.cpus.is_some_and(|cpus| cpus & cpu != 0)
+            it.priority.real_time() >= Some(priority) && it.cpus.is_some_and(|cpus| cpus & cpu != 0)
         };
         let of_activity = |it: &ActivityReport<'db>| {
             Some(Load { of: Row::activity(it), period: it.period, share: it.share? })
         };
-        let of_other = |it: &Other| Load {
-            of: Row::other(it),
-            period: Some(it.period),
-            share: Share(it.time.as_nanos() as f64 / it.period.as_nanos() as f64),
+        let of_other = |it: &Task| {
+            let (time, period) = it.greatest_cost().zip(it.period)?;
+            let share = Share(time.as_nanos() as f64 / period.as_nanos() as f64);
+            Some(Load { of: Row::other(it), period: it.period, share })
         };
-        let others = report.others.iter().filter(|it| it.priority >= priority && it.cpus & cpu != 0);
+        let others = report.others().iter().filter(|it| {
+            it.priority.real_time() >= Some(priority) && it.cpus.is_some_and(|cpus| cpus & cpu != 0)
+        });
         let activities = report.activities.iter().filter(is_counted).filter_map(of_activity);
-        let mut parts: Vec<Load<'db>> = activities.chain(others.map(of_other)).collect();
+        let mut parts: Vec<Load<'db>> = activities.chain(others.filter_map(of_other)).collect();
         if is_throttled {
             parts.push(Load { of: Row::named(THROTTLING), period: None, share: Share(0.05) });
         }
@@ -318,13 +310,14 @@ impl<'db> Row<'db> {
     }
 
     fn activity(it: &ActivityReport<'db>) -> Self {
-        let priority = if let Priority::RealTime(priority) = it.priority { Some(priority) } else { None };
         let (at, is_assumed) = (it.at.clone(), !it.assumed.is_empty());
+        let priority = it.priority.real_time();
         Row { name: it.instance.clone(), at, priority, each: it.own, is_assumed, ..Row::default() }
     }
 
-    fn other(it: &Other) -> Self {
-        Row { priority: Some(it.priority), each: Some(it.time), ..Row::named(&it.shown()) }
+    fn other(it: &Task) -> Self {
+        let priority = it.priority.real_time();
+        Row { priority, each: it.greatest_cost(), ..Row::named(&name_of_other(&it.name)) }
     }
 }
 
@@ -341,7 +334,8 @@ impl<'db> Sum<'db> {
             return None;
         }
         let interrupt = || db.unwind_if_revision_cancelled();
-        let rows = report.others.iter().map(Row::other).chain(report.activities.iter().map(Row::activity));
+        let others = report.others().iter().map(Row::other);
+        let rows = others.chain(report.activities.iter().map(Row::activity));
         let by_name: HashMap<Name, Row<'db>> = rows.map(|row| (row.name.clone(), row)).collect();
         let interference = report.breakdown(&interrupt).of(index).into_iter().map(|it| {
             let of = by_name.get(&it.instance).cloned().unwrap_or_else(|| Row::named(&it.instance));

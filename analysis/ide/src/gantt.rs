@@ -4,16 +4,20 @@ use std::cmp::Reverse;
 use std::fmt::Write as _;
 
 use mauve_diagnostics::cpu_names;
-use mauve_timing::task_set::Priority;
 use mauve_timing::{Job, LeftOut, Schedule, Slice, Time, Unit};
-use mauve_wcrt::Simulated;
+use mauve_wcrt::DeployedTasks;
 
 use crate::drawing::{Drawing, svg_head, svg_text};
 use crate::text_canvas::cells;
 
 /// Draws a schedule. The lanes are in the order of CPUs, then of priorities. A slice has the name of the state that it
 /// executes where that fits, and a title with its job, its path and its times; `data-activity` holds the index of its activity.
-pub fn draw_schedule(title: &str, deployment: &Simulated, schedule: &Schedule, drawing: Drawing) -> String {
+pub fn draw_schedule(
+    title: &str,
+    deployment: &DeployedTasks<'_>,
+    schedule: &Schedule,
+    drawing: Drawing,
+) -> String {
     let lanes = lanes(deployment, schedule);
     let chart = Chart::new(&lanes, deployment, schedule);
     match drawing {
@@ -24,7 +28,7 @@ pub fn draw_schedule(title: &str, deployment: &Simulated, schedule: &Schedule, d
 
 /// A row of the chart.
 struct Lane<'a> {
-    /// The index of the activity, or a number after those of all activities: see [`Slice::activity`].
+    /// The index of the task: see [`Slice::activity`].
     activity: usize,
     name: String,
     /// None for throttling.
@@ -34,32 +38,24 @@ struct Lane<'a> {
     slices: Vec<&'a Slice>,
 }
 
-fn lanes<'a>(deployment: &Simulated, schedule: &'a Schedule) -> Vec<Lane<'a>> {
-    let lane = |activity, name: &str, priority, cpus| Lane {
-        activity,
-        name: name.to_owned(),
-        priority,
-        cpus,
-        jobs: Vec::new(),
-        slices: Vec::new(),
+fn lanes<'a>(deployment: &DeployedTasks<'_>, schedule: &'a Schedule) -> Vec<Lane<'a>> {
+    let tasks = &deployment.tasks;
+    // Other work and throttling have no statistics.
+    let is_simulated = |index: usize| match schedule.statistics.get(index) {
+        Some(statistics) => statistics.is_some(),
+        None => schedule.slices.iter().any(|slice| slice.activity == index),
     };
-    let activities = deployment.set.activities.iter().zip(&schedule.statistics).enumerate();
-    let simulated = activities.filter(|(_, (_, statistics))| statistics.is_some());
+    let simulated = tasks.all().iter().enumerate().filter(|(index, _)| is_simulated(*index));
     let mut lanes: Vec<Lane<'_>> = simulated
-        .map(|(index, (activity, _))| {
-            let Priority::RealTime(priority) = activity.priority else { return lane(index, "", None, 0) };
-            lane(index, &activity.name, Some(priority), activity.cpus.unwrap_or_default())
+        .map(|(activity, task)| Lane {
+            activity,
+            name: tasks.name(activity),
+            priority: task.priority.real_time(),
+            cpus: task.cpus.unwrap_or_default(),
+            jobs: Vec::new(),
+            slices: Vec::new(),
         })
         .collect();
-    // Other work and throttling are no activities. The slices of throttling show its CPUs.
-    let count = deployment.set.activities.len();
-    for slice in schedule.slices.iter().filter(|slice| slice.activity >= count) {
-        if !lanes.iter().any(|lane| lane.activity == slice.activity) {
-            let other = deployment.set.other(slice.activity);
-            let (priority, cpus) = (other.map(|it| it.priority), other.map_or(1 << slice.cpu, |it| it.cpus));
-            lanes.push(lane(slice.activity, &deployment.set.name(slice.activity), priority, cpus));
-        }
-    }
     lanes.sort_by_key(|lane| {
         let priority = lane.priority.unwrap_or(u32::MAX);
         (lane.cpus.trailing_zeros(), lane.cpus, Reverse(priority), lane.activity)
@@ -102,9 +98,9 @@ fn colour(cpu: u32) -> String {
     format!("cpu{}", cpu % COLOURS)
 }
 
-struct Chart<'a> {
+struct Chart<'a, 'db> {
     lanes: &'a [Lane<'a>],
-    deployment: &'a Simulated,
+    deployment: &'a DeployedTasks<'db>,
     schedule: &'a Schedule,
     /// The height of a lane, and the size of its texts.
     lane: f64,
@@ -113,8 +109,12 @@ struct Chart<'a> {
     left: f64,
 }
 
-impl<'a> Chart<'a> {
-    fn new(lanes: &'a [Lane<'a>], deployment: &'a Simulated, schedule: &'a Schedule) -> Chart<'a> {
+impl<'a, 'db> Chart<'a, 'db> {
+    fn new(
+        lanes: &'a [Lane<'a>],
+        deployment: &'a DeployedTasks<'db>,
+        schedule: &'a Schedule,
+    ) -> Chart<'a, 'db> {
         let (lane, font) = match lanes.len() {
             ..=16 => (36.0, 13.0),
             17..=40 => (26.0, 12.0),
@@ -233,8 +233,8 @@ impl<'a> Chart<'a> {
     fn left_out(&self) -> String {
         let names = |reason: LeftOut| {
             let of_reason = self.schedule.left_out.iter().filter(|(_, why)| *why == reason);
-            let names = of_reason.filter_map(|(index, _)| self.deployment.set.activities.get(*index));
-            names.map(|activity| activity.name.as_str()).collect::<Vec<_>>()
+            let names = of_reason.filter_map(|(index, _)| self.deployment.tasks.activities().get(*index));
+            names.map(|activity| &*activity.name).collect::<Vec<_>>()
         };
         let listed = |what: &str, names: Vec<&str>| {
             let left = names.len().saturating_sub(MOST_NAMES);
@@ -400,7 +400,7 @@ impl<'a> Chart<'a> {
     /// The name of the state that a slice executes.
     fn label(&self, slice: &Slice) -> String {
         match (self.deployment.edge(slice), self.deployment.call(slice)) {
-            (Some(edge), _) => edge.source.to_string(),
+            (Some((psm, edge)), _) => psm.state(edge.source).to_owned(),
             (None, Some((operation, client))) => format!("{operation} for {client}"),
             (None, None) => String::new(),
         }
@@ -411,14 +411,16 @@ impl<'a> Chart<'a> {
         let (name, job) = (&lane.name, slice.job);
         let cpu = cpu_names(1 << slice.cpu);
         let times = format!("{} to {}", slice.start.number(), slice.end);
-        let Some(edge) = self.deployment.edge(slice) else {
+        let Some((psm, edge)) = self.deployment.edge(slice) else {
             return match self.deployment.call(slice) {
                 Some((operation, client)) => format!("{name}, {operation} for {client} on {cpu}, {times}"),
                 None => format!("{name} on {cpu}, {times}"),
             };
         };
-        let transition = edge.transition.map_or_else(String::new, |transition| format!(" ({transition})"));
-        format!("{name}, job {job} on {cpu}, {times}: {} → {}{transition}", edge.source, edge.target)
+        let transition =
+            edge.transition.as_ref().map_or_else(String::new, |transition| format!(" ({transition})"));
+        let (source, target) = (psm.state(edge.source), psm.state(edge.target));
+        format!("{name}, job {job} on {cpu}, {times}: {source} → {target}{transition}")
     }
 
     fn legend(&self, out: &mut String, y: f64) {
@@ -490,8 +492,7 @@ mod tests {
     use expect_test::expect;
     use mauve_hir::item_tree::Kind;
     use mauve_hir::{names_of, projects};
-    use mauve_timing::{Level, SimulationOptions};
-    use mauve_wcrt::simulated;
+    use mauve_timing::{Level, SimulationOptions, Tasks};
 
     const MODEL: &str = r#"
 codel plan(): int
@@ -520,29 +521,29 @@ codel = "1.5 ms"
 rt_throttling = false
 "#;
 
-    fn drawn() -> (Simulated, Schedule) {
+    fn check(drawn: impl FnOnce(DeployedTasks<'_>, &Schedule)) {
         let Fixture { db, workspace, .. } = Fixture::new(MODEL);
         let project = projects(&db, workspace)[0];
         let deployment = names_of(&db, project).anywhere(Kind::Deployment, "D")[0];
-        let deployment = simulated(&db, project, deployment, Level::TEN_TO_MINUS_FOUR);
+        let deployment = DeployedTasks::simulated(&db, project, deployment, Level::TEN_TO_MINUS_FOUR);
         let options = SimulationOptions {
             initial_states: deployment.initial_states(),
             simultaneous: true,
             least_time: 100,
             ..SimulationOptions::new(4, Time::from_nanos(20_000_000))
         };
-        let schedule = deployment.set.simulate(&options, &|| ());
-        (deployment, schedule)
+        let schedule = deployment.tasks.simulate(&options, &|| ());
+        drawn(deployment, &schedule);
     }
 
     #[test]
     fn lanes_have_the_order_of_priorities_and_slices_their_paths() {
-        let (deployment, schedule) = drawn();
-        let svg = draw_schedule("D", &deployment, &schedule, Drawing::Svg);
-        assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
-        let titles = svg.split("<title>").skip(1).filter_map(|rest| rest.split("</title>").next());
-        let titles: String = titles.map(|title| format!("{title}\n")).collect();
-        expect![[r#"
+        check(|deployment, schedule| {
+            let svg = draw_schedule("D", &deployment, schedule, Drawing::Svg);
+            assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
+            let titles = svg.split("<title>").skip(1).filter_map(|rest| rest.split("</title>").next());
+            let titles: String = titles.map(|title| format!("{title}\n")).collect();
+            expect![[r#"
             laser
             laser, job 1 on CPU 1, 0 to 1.5 ms: update → update
             laser, job 2 on CPU 1, 5 to 6.5 ms: update → update
@@ -552,21 +553,21 @@ rt_throttling = false
             pilot, job 1 on CPU 1, 1.5 to 3 ms: Waiting → Moving (go)
             pilot, job 2 on CPU 1, 11.5 to 14.5 ms: Moving → Waiting (done)
         "#]]
-        .assert_eq(&titles);
-        for label in [
-            ">D; times in ms<",
-            ">Moving<",
-            ">after the deadline<",
-            ">not simulated, and may delay others: spare; not simulated, in the background: logger<",
-        ] {
-            assert!(svg.contains(label), "{label} in {svg}");
-        }
+            .assert_eq(&titles);
+            for label in [
+                ">D; times in ms<",
+                ">Moving<",
+                ">after the deadline<",
+                ">not simulated, and may delay others: spare; not simulated, in the background: logger<",
+            ] {
+                assert!(svg.contains(label), "{label} in {svg}");
+            }
+        });
     }
 
     #[test]
     fn in_characters() {
-        let (deployment, schedule) = drawn();
-        expect![[r#"
+        let expected = expect![[r#"
             D; times in ms
                        │0        │2        │4        │6        │8        │10       │12       │14       │16       │18       │20
             CPU 1
@@ -574,21 +575,28 @@ rt_throttling = false
               pilot  1 ·······████████                                   ·······█████████████!!
             █ executes  · waits  ! after its deadline; the number is the priority
             not simulated, and may delay others: spare; not simulated, in the background: logger
-        "#]].assert_eq(&draw_schedule("D", &deployment, &schedule, Drawing::Text));
+        "#]];
+        check(|deployment, schedule| {
+            expected.assert_eq(&draw_schedule("D", &deployment, schedule, Drawing::Text));
+        });
     }
 
     #[test]
     fn names_are_escaped_and_an_empty_schedule_is_drawn() {
-        let (mut deployment, schedule) = drawn();
-        for activity in &mut deployment.set.activities {
-            activity.name = format!("<&\"{}", "x".repeat(40));
-        }
-        let svg = draw_schedule("<D>", &deployment, &schedule, Drawing::Svg);
-        assert!(svg.contains("&lt;&amp;&quot;xxx") && svg.contains("x…x") && !svg.contains("<&"), "{svg}");
-        deployment.set.activities.clear();
-        let empty = deployment.set.simulate(&SimulationOptions::new(1, Time::ZERO), &|| ());
-        let svg = draw_schedule("", &deployment, &empty, Drawing::Svg);
-        assert!(svg.ends_with("</svg>\n") && !svg.contains("NaN"), "{svg}");
+        check(|mut deployment, schedule| {
+            for activity in deployment.tasks.activities_mut() {
+                activity.name = format!("<&\"{}", "x".repeat(40)).into();
+            }
+            let svg = draw_schedule("<D>", &deployment, schedule, Drawing::Svg);
+            assert!(
+                svg.contains("&lt;&amp;&quot;xxx") && svg.contains("x…x") && !svg.contains("<&"),
+                "{svg}"
+            );
+            deployment.tasks = Tasks::default();
+            let empty = deployment.tasks.simulate(&SimulationOptions::new(1, Time::ZERO), &|| ());
+            let svg = draw_schedule("", &deployment, &empty, Drawing::Svg);
+            assert!(svg.ends_with("</svg>\n") && !svg.contains("NaN"), "{svg}");
+        });
     }
 
     #[test]

@@ -9,8 +9,8 @@ use mauve_hir::{
     declarations, file_and_line, flat_of, is_model, names_of, target_of,
 };
 use mauve_syntax::{TextRange, TextSize};
-use mauve_timing::Utilisation;
-use mauve_wcrt::{ActivityReport, Query, Report, Verdict, psm_of, response_times, tables_of};
+use mauve_timing::{Status, Utilisation};
+use mauve_wcrt::{ActivityReport, Query, Report, psm_of, response_times, tables_of};
 
 use crate::project::projects_with;
 
@@ -192,7 +192,7 @@ fn node<'db>(
     let component = instance.component.map(|component| component.name(db).clone());
     let activity = report
         .and_then(|report| report.activities.iter().find(|activity| activity.instance == instance.name));
-    let load = activity.filter(|activity| activity.verdict != Verdict::Background).and_then(|activity| {
+    let load = activity.filter(|activity| activity.verdict != Status::Background).and_then(|activity| {
         let psm = psm_of(db, tables_of(db, project, of), instance.component?, query.level).as_ref().ok()?;
         let mean = psm.machine.greatest_cycle_mean();
         Some(Utilisation::new([(mean, activity.period?)]).as_f64())

@@ -1,7 +1,7 @@
 //! The schedule behind the response time of an activity: the releases and the paths that its analysis found.
 
 use mauve_timing::{NoWorstCase, Schedule, SimulationOptions, Time, WorstCase};
-use mauve_wcrt::{Query, Simulated};
+use mauve_wcrt::{DeployedTasks, Query};
 
 /// The worst case of one activity.
 #[derive(Debug, Clone)]
@@ -19,17 +19,22 @@ impl WorstOf {
     ///
     /// Why no schedule is known, as [`no_worst_case`] says it.
     pub fn of(
-        deployment: &Simulated,
+        deployment: &DeployedTasks<'_>,
         activity: usize,
         query: Query,
         interrupt: &dyn Fn(),
     ) -> Result<WorstOf, NoWorstCase> {
-        let case = deployment.set.worst_case(activity, &query.options(false), interrupt)?;
+        let case = deployment.tasks.worst_case(activity, &query.options(false), interrupt)?;
         Ok(WorstOf { activity, case })
     }
 
     /// Simulates its schedule, with at most `most_events` events.
-    pub fn schedule(&self, deployment: &Simulated, most_events: u64, interrupt: &dyn Fn()) -> Schedule {
+    pub fn schedule(
+        &self,
+        deployment: &DeployedTasks<'_>,
+        most_events: u64,
+        interrupt: &dyn Fn(),
+    ) -> Schedule {
         let options = SimulationOptions {
             initial_states: deployment.initial_states(),
             least_time: 100,
@@ -38,7 +43,7 @@ impl WorstOf {
             script: Some(self.case.script.clone()),
             ..SimulationOptions::new(1, self.case.length)
         };
-        deployment.set.simulate(&options, interrupt)
+        deployment.tasks.simulate(&options, interrupt)
     }
 
     /// Returns the response time of its late job in a schedule, if that ended.
@@ -49,9 +54,9 @@ impl WorstOf {
     }
 
     /// Says what the schedule shows: `job 1 of pilot responds in 19 ms, which is its bound`.
-    pub fn description(&self, deployment: &Simulated, schedule: &Schedule) -> String {
+    pub fn description(&self, deployment: &DeployedTasks<'_>, schedule: &Schedule) -> String {
         let WorstCase { job, bound, .. } = &self.case;
-        let instance = deployment.set.name(self.activity);
+        let instance = deployment.tasks.name(self.activity);
         match self.response(schedule) {
             Some(time) if time == *bound => {
                 format!("job {job} of {instance} responds in {time}, which is its bound")

@@ -254,14 +254,11 @@ fn activity(activities: &Activities<'_>, resolved: &ResolvedActivity<'_>) -> Act
     let affinity =
         if resolved.priority == Priority::Background { affinity } else { resolved.cpus.or(affinity) };
     let affinity = affinity.and_then(|mask| u32::try_from(mask).ok()).filter(|mask| *mask != 0);
-    let priority = match resolved.priority {
-        Priority::RealTime(priority) => Some(priority),
-        Priority::Background | Priority::Unknown => None,
-    };
+    let priority = resolved.priority.real_time();
     Activity {
         period: resolved.period.unwrap_or(BACKGROUND_PERIOD),
         assumed: resolved.period.is_none(),
-        offset: resolved.phase().unwrap_or_default(),
+        offset: resolved.offset.unwrap_or_default(),
         deadline: priority.and(resolved.deadline),
         priority,
         affinity,

@@ -7,7 +7,8 @@ use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use mauve_timing::{
-    Analysis, Bound, Demand, Edge, Method, Options, StateMachine, Status, Task, Time, response_times,
+    Analysis, Bound, Demand, Edge, Method, Options, Priority, StateMachine, Status, Task, Time,
+    response_times,
 };
 use response_time_analysis::arrival::Periodic;
 use response_time_analysis::demand::RBF;
@@ -87,21 +88,12 @@ fn system(seed: u64, tasks: usize, states: u32, periods: Periods) -> Vec<Task> {
             1 => StateMachine::single(Time::from_nanos((utilisation * period as f64) as u64)),
             _ => machine(&mut random, states, utilisation * period as f64),
         };
-        system.push(Task {
-            name: format!("task {index}"),
-            priority: 0,
-            period: Time::from_nanos(period),
-            deadline: Time::from_nanos(period),
-            jitter: Time::ZERO,
-            offset: None,
-            cpus: 1,
-            demand: Demand::Machine { machine, whole: None },
-        });
+        system.push(Task::new(0, Time::from_nanos(period), machine));
     }
     let mut by_period: Vec<usize> = (0..tasks).collect();
     by_period.sort_by_key(|&task| std::cmp::Reverse(system[task].period));
     for (priority, task) in by_period.into_iter().enumerate() {
-        system[task].priority = priority as u32;
+        system[task].priority = Priority::RealTime(priority as u32);
     }
     system
 }
@@ -157,7 +149,10 @@ fn classical(criterion: &mut Criterion) {
             .map(|task| {
                 let Demand::Machine { machine, .. } = &task.demand else { unreachable!() };
                 let cost = their::Service::from(machine.greatest_cost().as_nanos());
-                RBF::new(Periodic::new(their::Duration::from(task.period.as_nanos())), Scalar::new(cost))
+                RBF::new(
+                    Periodic::new(their::Duration::from(task.period.unwrap().as_nanos())),
+                    Scalar::new(cost),
+                )
             })
             .collect();
         let theirs = || -> Vec<Option<u64>> {

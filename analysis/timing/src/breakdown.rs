@@ -1,9 +1,9 @@
 //! The interference in the window of a response time, by task. It is computed on request: the lists of all tasks together
 //! grow with the square of their number.
 
-use crate::lane::{BusyJob, Lane, Member, Members};
+use crate::lane::{BusyJob, Lane};
 use crate::paths::{self, Path};
-use crate::response_time::{members, members_of_all};
+use crate::response_time::Lanes;
 use crate::{CpuRule, Interference, Method, Options, Task, Time, Window};
 
 /// Lists the interference of tasks.
@@ -14,17 +14,10 @@ use crate::{CpuRule, Interference, Method, Options, Task, Time, Window};
 /// ```
 /// use mauve_timing::*;
 ///
-/// let task = |name: &str, priority, period, cost| Task {
-///     name: name.to_owned(),
-///     priority,
-///     period: Time::from_nanos(period),
-///     deadline: Time::from_nanos(period),
-///     jitter: Time::ZERO,
-///     offset: None,
-///     cpus: 1,
-///     demand: Demand::Machine { machine: StateMachine::single(Time::from_nanos(cost)), whole: None },
+/// let task = |priority, period, cost| {
+///     Task::new(priority, Time::from_nanos(period), StateMachine::single(Time::from_nanos(cost)))
 /// };
-/// let tasks = [task("laser", 2, 10, 4), task("pilot", 1, 30, 11)];
+/// let tasks = [task(2, 10, 4), task(1, 30, 11)];
 /// let options = Options { method: Method::Exact, horizon: None, is_brief: false };
 /// let pilot = &response_times(&tasks, &options, &|| ()).responses[1];
 /// let mut breakdown = Breakdown::new(&tasks, &options, &|| ());
@@ -33,18 +26,13 @@ use crate::{CpuRule, Interference, Method, Options, Task, Time, Window};
 /// ```
 pub struct Breakdown<'a> {
     options: &'a Options,
-    interrupt: &'a dyn Fn(),
-    members: Vec<Member<'a>>,
-    tasks: &'a [Task],
-    /// See [`Lane::members_of_all`], from its first use on.
-    members_of_all: Option<u64>,
+    lanes: Lanes<'a>,
 }
 
 impl<'a> Breakdown<'a> {
     /// Creates a breakdown of the response times of `tasks`, analysed with `options`. To cancel, `interrupt` unwinds.
     pub fn new(tasks: &'a [Task], options: &'a Options, interrupt: &'a dyn Fn()) -> Breakdown<'a> {
-        let members = members(tasks, options, interrupt);
-        Breakdown { options, interrupt, members, tasks, members_of_all: None }
+        Breakdown { options, lanes: Lanes::new(tasks, options, interrupt) }
     }
 
     /// Returns the interference of each task of hp(`of`), in the order of the tasks, in the window of its response time;
@@ -133,27 +121,10 @@ impl<'a> Breakdown<'a> {
         window: Option<&Window>,
         list: impl FnOnce(&mut Lane<'_, 'a>, usize) -> R,
     ) -> Option<R> {
-        (self.interrupt)();
-        let task = self.members.iter().find(|member| member.index == of)?.task;
         // All members of the lane: its budget depends on their number.
-        let is_in = |other: &Task| {
-            let is_counted = matches!(rule, CpuRule::Cpu(_)) || other.priority >= task.priority;
-            other.cpus & rule.mask() != 0 && is_counted
-        };
-        let places: Vec<usize> = (0..self.members.len()).filter(|&it| is_in(self.members[it].task)).collect();
-        let place = places.iter().position(|&it| self.members[it].index == of)?;
-        let members_of_all =
-            *self.members_of_all.get_or_insert_with(|| members_of_all(self.tasks, &self.members));
-        let mut lane = Lane {
-            rule,
-            members: Members { all: &mut self.members, places: &places },
-            options: self.options,
-            interrupt: self.interrupt,
-            members_of_all,
-            start: None,
-            starts: 1,
-            lists_interference: true,
-        };
+        let (plan, place) = self.lanes.find(of, rule)?;
+        let mut lane = Lane { lists_interference: true, ..self.lanes.lane(plan) };
+        (lane.interrupt)();
         if let Some(start) = window.and_then(|window| window.start) {
             lane.begin_at_again(start.as_nanos(), place);
         }

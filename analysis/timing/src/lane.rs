@@ -6,7 +6,8 @@ use crate::execution_bound::{Execution, ExecutionBound};
 use crate::paths::{Paths, Requests};
 use crate::utilisation::Share;
 use crate::{
-    CpuRule, CycleMean, Demand, Method, NoBoundReason, Options, StateMachine, Task, Time, TraceBound,
+    CpuRule, CycleMean, Demand, Method, NoBoundReason, Options, Priority, StateMachine, Task, Time,
+    TraceBound,
 };
 
 /// A task of known demand, with what it may ask for. The lanes share it.
@@ -72,11 +73,11 @@ impl<'a> Member<'a> {
         Some(Member {
             index,
             task,
-            period: task.period.as_nanos(),
+            period: task.period?.as_nanos(),
             jitter: task.jitter.as_nanos(),
             delay: 0,
             machine,
-            share: Share::new(mean, task.period),
+            share: Share::new(mean, task.period?),
             curve,
             execution: None,
             paths: None,
@@ -316,7 +317,7 @@ pub(crate) struct Lane<'l, 'a> {
 }
 
 impl Lane<'_, '_> {
-    pub(crate) fn priority(&self, place: usize) -> u32 {
+    pub(crate) fn priority(&self, place: usize) -> Priority {
         self.members.get(place).task.priority
     }
 }

@@ -182,7 +182,7 @@ impl<'a> Lane<'_, 'a> {
         for group in places.chunk_by(|&a, &b| self.priority(a) == self.priority(b)) {
             for &place in group {
                 utilisation.push(share(place));
-                several_cpus |= !self.members.get(place).task.cpus.is_power_of_two();
+                several_cpus |= !self.members.get(place).task.mask().is_power_of_two();
             }
             let all = compare(&utilisation, None, &mut exact_left);
             // The whole group or none: the order within the group must not matter.
@@ -424,7 +424,7 @@ impl<'a> Lane<'_, 'a> {
         if matches!(found.response.bound, Bound::Response(known) if known <= time) {
             return;
         }
-        let has_iterations = time > deadline && method != Method::Exact;
+        let has_iterations = Some(time) > deadline && method != Method::Exact;
         let iterations = if has_iterations { self.iterations(place, own, method, None) } else { None };
         found.response.bound = Bound::Response(time);
         found.response.window = Some(Window {
@@ -506,9 +506,9 @@ fn no_bound(reason: NoBoundReason, load: Option<Ordering>) -> Bound {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lane::Members;
+    use crate::response_time::Lanes;
     use crate::testing::{machine, simple, task};
-    use crate::{Options, StateMachine, Task, response_times};
+    use crate::{Options, Priority, StateMachine, Task, response_times};
 
     fn analyse(tasks: &[Task], method: Method) -> Vec<Response> {
         response_times(tasks, &Options { method, horizon: None, is_brief: false }, &|| ()).responses
@@ -544,28 +544,18 @@ mod tests {
         tasks[0].jitter = Time::from_nanos(2);
         let last_job = |tasks: &[Task]| {
             let options = Options { method: Method::Psm, horizon: None, is_brief: false };
-            let mut all = crate::response_time::members(tasks, &options, &|| ());
-            let mut lane = Lane {
-                rule: CpuRule::Cpu(0),
-                members: Members { all: &mut all, places: &[0, 1, 2] },
-                options: &options,
-                interrupt: &|| (),
-                members_of_all: 3,
-                start: None,
-                starts: 1,
-                lists_interference: false,
-            };
-            lane.last_job(0)
+            let mut lanes = Lanes::new(tasks, &options, &|| ());
+            lanes.lane(0).last_job(0)
         };
         // Job 2942 of the task is released at 14705 or later, and job 4901 of the other at 14700; the lap is 15.
         assert_eq!(last_job(&tasks), Some(2942 + 3));
         // The same machine for the task itself: its job 4901, and a lap of 15.
         tasks.swap(0, 1);
-        (tasks[0].priority, tasks[1].priority) = (1, 2);
+        (tasks[0].priority, tasks[1].priority) = (Priority::RealTime(1), Priority::RealTime(2));
         assert_eq!(last_job(&tasks), Some(4901 + 5));
         // Periods whose common multiple does not fit.
-        tasks[0].period = Time::from_nanos(u64::MAX);
-        tasks[1].period = Time::from_nanos(u64::MAX - 1);
+        tasks[0].period = Some(Time::from_nanos(u64::MAX));
+        tasks[1].period = Some(Time::from_nanos(u64::MAX - 1));
         assert_eq!(last_job(&tasks), None);
     }
 
@@ -584,7 +574,7 @@ mod tests {
     fn the_best_method_depends_on_the_number_of_tasks() {
         let hp = machine(3, &[(0, 1, 2), (1, 1, 1), (1, 2, 1), (2, 0, 4), (2, 2, 2)]);
         let mut tasks = vec![task(2, 3, hp), simple(1, 5, 1)];
-        let elsewhere = || Task { cpus: 2, ..simple(1, 1000, 1) };
+        let elsewhere = || Task { cpus: Some(2), ..simple(1, 1000, 1) };
         tasks.resize_with(256, elsewhere);
         let found = analyse(&tasks, Method::Best).swap_remove(1);
         assert_eq!((found.bound, found.method, found.is_exhausted), (response(8), Method::Exact, false));

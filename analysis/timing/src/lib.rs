@@ -33,18 +33,17 @@
 //! | `lane_analysis.rs` | the analysis of one CPU |
 //! | `synchronised.rs` | the windows that begin at the releases of synchronised clocks |
 //! | `operations.rs` | the calls of operations that jobs execute for others |
-//! | `activities.rs` | [`ActivitySet`]: what a deployment runs at one level |
+//! | `tasks.rs` | [`Tasks`]: what a deployment runs at one level |
 //! | `set_analysis.rs` | [`SetAnalysis`]: its response times |
 //! | `response_time.rs` | [`response_times`]: the analysis |
-//! | `simulation.rs` | [`ActivitySet::simulate`]: one of the possible schedules, at random |
-//! | `worst_case.rs` | [`ActivitySet::worst_case`]: the schedule behind a response time |
+//! | `simulation.rs` | [`Tasks::simulate`]: one of the possible schedules, at random |
+//! | `worst_case.rs` | [`Tasks::worst_case`]: the schedule behind a response time |
 //! | `breakdown.rs` | [`Breakdown`]: the interference in a response time, by task |
 //!
 //! The tests compare each of these with its definition on small random inputs. Beside them, `tests/reachability/` runs
 //! small systems in every possible way and finds nothing above a bound, `tests/literature.rs` compares with an
 //! independent implementation, and `tests/robot.rs` has the figures of the paper. `benches/` measures.
 
-mod activities;
 mod breakdown;
 mod cycle_mean;
 mod exact;
@@ -62,6 +61,7 @@ mod synchronised;
 mod table;
 mod task;
 pub mod task_set;
+mod tasks;
 #[cfg(test)]
 mod testing;
 mod time;
@@ -69,7 +69,6 @@ mod trace_bound;
 mod utilisation;
 mod worst_case;
 
-pub use activities::{Activity, ActivitySet, Operation, SetTasks, THROTTLING};
 pub use breakdown::Breakdown;
 pub use cycle_mean::CycleMean;
 pub use level::{Level, MOST_LEVELS};
@@ -85,9 +84,10 @@ pub use table::measured::digest_of;
 pub use table::update::{Kept, UpdateError, Updated, update as update_table};
 pub use table::{Entry, KeyPart, Measured, Overhead, Table, Times, keys as table_keys};
 pub use task::{
-    Analysis, Bound, CpuLoad, CpuRule, Demand, Interference, Method, NoBoundReason, Options, Response,
-    Status, Task, Window,
+    Analysis, Bound, CpuLoad, CpuRule, Demand, Interference, Method, NoBoundReason, Options, Priority,
+    Response, Status, Task, Window,
 };
+pub use tasks::{Operation, THROTTLING, TaskKind, Tasks, name_of_other};
 pub use time::{Rounding, Time, TimeError, Unit};
 pub use trace_bound::{TraceBound, worst_trace};
 pub use utilisation::Utilisation;

@@ -1,9 +1,12 @@
 //! The operations that tasks execute for others: how many calls a job of the provider counts, and what it takes for them.
 
-use crate::activities::SetTasks;
-use crate::{Activity, Analysis, Bound, Demand, Method, Operation, Options, Task, Time, response_times};
+use crate::{Bound, Demand, Method, Options, Priority, Task, Tasks, Time, response_times};
 
-/// The calls of operations, and the response times that follow from them.
+/// The maximum number of iterations, before and after the providers whose numbers of calls still grow count as unknown.
+const MOST_ROUNDS: u32 = 32;
+
+/// Returns the tasks, each with the calls that it executes, and for each operation the number of calls that each job of its
+/// provider counts; `None` where it is unknown.
 ///
 /// The provider executes a call in its own thread, and always in the same way: at the start of its next job, or at once when it is
 /// idle. Each job of the provider counts k · ⌈(Tp + Rp + Rc)/Tc⌉ calls, with k the greatest number that one job of the client
@@ -15,68 +18,51 @@ use crate::{Activity, Analysis, Bound, Demand, Method, Operation, Options, Task,
 /// The response times R depend on the numbers of calls, and these on R. Every fixed point is sound: suppose that all jobs up to
 /// some instant keep to R; then the calls of that time are counted, and the next job keeps to R too. The least fixed point is
 /// found by iteration from R = 0. Where a response time has no bound, the demand of the provider is unknown.
-pub(crate) struct Calls {
-    /// For each operation, the number of calls that each job of its provider counts; `None` where it is unknown.
-    pub(crate) counts: Vec<Option<u64>>,
-    /// The tasks, each with the calls that it executes.
-    pub(crate) tasks: Vec<Task>,
-}
-
-/// The maximum number of iterations, before and after the providers whose numbers of calls still grow count as unknown.
-const MOST_ROUNDS: u32 = 32;
-
-impl Calls {
-    /// Counts the calls of `operations` between `activities`, whose tasks are `set`.
-    pub(crate) fn new(
-        operations: &[Operation],
-        activities: &[Activity],
-        set: &SetTasks,
-        options: &Options,
-        interrupt: &dyn Fn(),
-    ) -> Calls {
-        let method = options.method.min(Method::Psm);
-        let options = Options { method, horizon: None, ..*options };
-        // In the background, an activity may respond arbitrarily late.
-        let mut responses: Vec<Option<Time>> =
-            (0..activities.len()).map(|activity| set.task(activity).map(|_| Time::ZERO)).collect();
-        let mut counts = counts(operations, activities, &responses);
-        let mut rounds = 0;
-        loop {
-            let tasks = with_calls(operations, &mut counts, set);
-            let Analysis { responses: found, .. } = response_times(&tasks, &options, interrupt);
-            for (task, response) in found.iter().enumerate() {
-                let Some(known) = responses.get_mut(set.activity(task)) else { continue };
-                // What has no bound once stays unknown, and what is counted never falls: so the iteration ends.
-                *known = match response.bound {
-                    Bound::Response(time) => known.map(|known| known.max(time)),
-                    _ => None,
-                };
-            }
-            let mut next = self::counts(operations, activities, &responses);
-            if next == counts {
-                return Calls { counts, tasks };
-            }
-            rounds += 1;
-            if rounds >= MOST_ROUNDS {
-                let changes = next.iter_mut().zip(&counts).filter(|(next, before)| next != before);
-                changes.for_each(|(next, _)| *next = None);
-                for (operation, _) in operations.iter().zip(&next).filter(|(_, count)| count.is_none()) {
-                    if let Some(known) = responses.get_mut(operation.provider) {
-                        *known = None;
-                    }
+pub(crate) fn with_calls(
+    set: &Tasks,
+    options: &Options,
+    interrupt: &dyn Fn(),
+) -> (Vec<Task>, Vec<Option<u64>>) {
+    let options = Options { method: options.method.min(Method::Psm), horizon: None, ..*options };
+    // In the background, an activity may respond arbitrarily late.
+    let first = |task: &Task| (task.priority != Priority::Background).then_some(Time::ZERO);
+    let mut responses: Vec<Option<Time>> = set.all.iter().map(first).collect();
+    let mut counts = counts(set, &responses);
+    let mut rounds = 0;
+    loop {
+        let tasks = executing(set, &mut counts);
+        for (known, found) in responses.iter_mut().zip(response_times(&tasks, &options, interrupt).responses)
+        {
+            // What has no bound once stays unknown, and what is counted never falls: so the iteration ends.
+            *known = match found.bound {
+                Bound::Response(time) => known.map(|known| known.max(time)),
+                _ => None,
+            };
+        }
+        let mut next = self::counts(set, &responses);
+        if next == counts {
+            return (tasks, counts);
+        }
+        rounds += 1;
+        if rounds >= MOST_ROUNDS {
+            let changes = next.iter_mut().zip(&counts).filter(|(next, before)| next != before);
+            changes.for_each(|(next, _)| *next = None);
+            for (operation, _) in set.operations.iter().zip(&next).filter(|(_, count)| count.is_none()) {
+                if let Some(known) = responses.get_mut(operation.provider) {
+                    *known = None;
                 }
             }
-            counts = next;
         }
+        counts = next;
     }
 }
 
-/// Returns the number of calls of each operation that a job of its provider counts, with these response times of the activities.
-fn counts(operations: &[Operation], activities: &[Activity], responses: &[Option<Time>]) -> Vec<Option<u64>> {
-    let mut counts: Vec<Option<u64>> = Vec::with_capacity(operations.len());
-    for operation in operations {
-        let response = |activity: usize| responses.get(activity).copied().flatten();
-        let period = |activity: usize| activities.get(activity)?.period.filter(|period| *period > Time::ZERO);
+/// Returns the number of calls of each operation that a job of its provider counts, with these response times of the tasks.
+fn counts(set: &Tasks, responses: &[Option<Time>]) -> Vec<Option<u64>> {
+    let mut counts: Vec<Option<u64>> = Vec::with_capacity(set.operations.len());
+    for operation in &set.operations {
+        let response = |task: usize| responses.get(task).copied().flatten();
+        let period = |task: usize| set.all.get(task)?.period.filter(|period| *period > Time::ZERO);
         let count = || {
             let of_jobs = response(operation.client)?.checked_add(response(operation.provider)?)?;
             let window = of_jobs.checked_add(period(operation.provider)?)?;
@@ -95,11 +81,11 @@ fn counts(operations: &[Operation], activities: &[Activity], responses: &[Option
 
 /// Returns the tasks, each with the calls that it executes in each job; of unknown demand where their number is unknown, or
 /// becomes so, because they take too long.
-fn with_calls(operations: &[Operation], counts: &mut [Option<u64>], set: &SetTasks) -> Vec<Task> {
-    let mut tasks = set.tasks().to_vec();
-    for (operation, count) in operations.iter().zip(counts) {
-        let Some(task) = set.task(operation.provider).and_then(|task| tasks.get_mut(task)) else { continue };
-        if operation.time == Time::ZERO {
+fn executing(set: &Tasks, counts: &mut [Option<u64>]) -> Vec<Task> {
+    let mut tasks = set.all.clone();
+    for (operation, count) in set.operations.iter().zip(counts) {
+        let Some(task) = tasks.get_mut(operation.provider) else { continue };
+        if operation.time == Time::ZERO || task.priority == Priority::Background {
             continue;
         }
         // It may execute a call at any instant, not only from a release on.
@@ -118,7 +104,7 @@ fn with_calls(operations: &[Operation], counts: &mut [Option<u64>], set: &SetTas
         if demand.is_none() {
             *count = None;
         }
-        task.demand = demand.unwrap_or(Demand::Unknown);
+        task.demand = demand.unwrap_or_default();
     }
     tasks
 }
@@ -126,24 +112,25 @@ fn with_calls(operations: &[Operation], counts: &mut [Option<u64>], set: &SetTas
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ActivitySet, StateMachine, testing};
+    use crate::{Operation, Response, testing};
 
-    fn activity(priority: u32, period: u64, offset: Option<u64>, cost: u64) -> Activity {
-        let machine = StateMachine::single(Time::from_nanos(cost));
-        Activity { offset: offset.map(Time::from_nanos), ..testing::activity(priority, period, machine) }
+    fn activity(priority: u32, period: u64, offset: Option<u64>, cost: u64) -> Task {
+        Task { offset: offset.map(Time::from_nanos), ..testing::simple(priority, period, cost) }
     }
 
     fn operation(provider: usize, client: usize, sends: u64, time: u64, during: Option<usize>) -> Operation {
         Operation { provider, client, sends, time: Time::from_nanos(time), during }
     }
 
+    fn set(activities: &[Task], operations: &[Operation]) -> Tasks {
+        Tasks { operations: operations.to_vec(), ..Tasks::new(activities.to_vec()) }
+    }
+
     /// The bounds, and the numbers of calls.
-    fn analyse(activities: &[Activity], operations: &[Operation]) -> (Vec<Option<u64>>, Vec<Option<u64>>) {
-        let (activities, operations) = (activities.to_vec(), operations.to_vec());
-        let set = ActivitySet { activities, operations, ..ActivitySet::default() };
+    fn analyse(activities: &[Task], operations: &[Operation]) -> (Vec<Option<u64>>, Vec<Option<u64>>) {
         let options = Options { method: Method::Psm, horizon: None, is_brief: false };
-        let found = set.response_times(&options, &|| ());
-        let bound = |response: &Option<crate::Response>| match response.as_ref()?.bound {
+        let found = set(activities, operations).response_times(&options, &|| ());
+        let bound = |response: &Response| match response.bound {
             Bound::Response(time) => Some(time.as_nanos()),
             _ => None,
         };
@@ -161,7 +148,7 @@ mod tests {
         ];
         let counts = |provider: Option<u64>, client: Option<u64>| {
             let responses = [provider, client, Some(0)].map(|time| time.map(Time::from_nanos));
-            counts(&operations, &activities, &responses)
+            counts(&set(&activities, &operations), &responses)
         };
         // 8 + 2 + 10 is two periods of the client, and 10 + 2 + 10 three of the provider.
         assert_eq!(counts(Some(2), Some(10)), [Some(3 * 2), Some(2 * 6 * 3), None, None]);

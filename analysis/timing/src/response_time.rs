@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use crate::lane::{Lane, Member, Members};
-use crate::{Analysis, Bound, CpuLoad, CpuRule, Options, Response, Task, Time, Utilisation};
+use crate::{Analysis, Bound, CpuLoad, CpuRule, Options, Priority, Response, Task, Time, Utilisation};
 
 /// Returns the worst-case response time of each of `tasks`: a bound that no schedule exceeds, or the reason why there
 /// is none.
@@ -36,65 +36,51 @@ use crate::{Analysis, Bound, CpuLoad, CpuRule, Options, Response, Task, Time, Ut
 /// once for every pass over hp(i); it may unwind in order to cancel. Budgets are counted in steps, so that the same
 /// tasks give the same figures everywhere.
 ///
-/// A task with a period of 0 or without a CPU counts as one of unknown demand. A task is analysed if one of its CPUs has no task
-/// of unknown demand and higher or equal priority.
+/// A task without a period or a CPU counts as one of unknown demand. A task is analysed if one of its CPUs has no task of unknown
+/// demand and higher or equal priority. Tasks in the background are not analysed, and delay no other.
 ///
 /// ```
 /// use mauve_timing::*;
 ///
-/// let task = |name: &str, priority, period, cost| Task {
-///     name: name.to_owned(),
-///     priority,
-///     period: Time::from_nanos(period),
-///     deadline: Time::from_nanos(period),
-///     jitter: Time::ZERO,
-///     offset: None,
-///     cpus: 1,
-///     demand: Demand::Machine { machine: StateMachine::single(Time::from_nanos(cost)), whole: None },
+/// let task = |priority, period, cost| {
+///     Task::new(priority, Time::from_nanos(period), StateMachine::single(Time::from_nanos(cost)))
 /// };
-/// let tasks = [task("laser", 2, 10, 4), task("pilot", 1, 30, 11)];
+/// let (laser, pilot) = (task(2, 10, 4), task(1, 30, 11));
 /// let options = Options { method: Method::Exact, horizon: None, is_brief: false };
-/// let analysis = response_times(&tasks, &options, &|| ());
+/// let analysis = response_times(&[laser, pilot], &options, &|| ());
 /// assert_eq!(analysis.responses[1].bound, Bound::Response(Time::from_nanos(19)));
 /// ```
 pub fn response_times(tasks: &[Task], options: &Options, interrupt: &dyn Fn()) -> Analysis {
-    let mut members = members(tasks, options, interrupt);
-    let unknown: Vec<usize> = (0..tasks.len()).filter(|&task| !tasks[task].is_known()).collect();
-    let linked = linked_cpus(tasks);
-    let plans = plans(tasks, &members, &unknown, &linked);
+    let mut lanes = Lanes::new(tasks, options, interrupt);
     let mut best: Vec<Option<Response>> = tasks.iter().map(|_| None).collect();
-    for plan in &plans {
-        let mut lane = Lane {
-            rule: plan.rule,
-            members: Members { all: &mut members, places: &plan.members },
-            options,
-            interrupt,
-            members_of_all: member_count(&plans),
-            start: None,
-            starts: 1,
-            lists_interference: false,
-        };
-        let mut found = lane.analyse(|member| plan.wants(tasks, &linked, member.index));
+    for plan in 0..lanes.plans.len() {
+        let wanted = lanes.wanted(plan);
+        let mut lane = lanes.lane(plan);
+        let mut found = lane.analyse(|member| wanted.binary_search(&member.index).is_ok());
         lane.synchronise(&mut found);
         for found in found {
             let of_task = &mut best[found.task];
             *of_task = Some(better(of_task.take(), found.response));
         }
     }
+    let Lanes { members, unknown, linked, .. } = lanes;
     let not_analysed = |index: usize| {
         let task = &tasks[index];
-        let scope = linked[index].unwrap_or(task.cpus);
+        let scope = linked[index].unwrap_or(task.mask());
         let delays = |&other: &usize| {
-            other == index || tasks[other].priority >= task.priority && tasks[other].cpus & scope != 0
+            other == index || tasks[other].priority >= task.priority && tasks[other].mask() & scope != 0
         };
         Response {
             own: task.demand.own(options.method),
             first_job: None,
-            bound: Bound::NotAnalysed { because: unknown.iter().copied().filter(delays).collect() },
+            bound: match task.priority {
+                Priority::Background => Bound::Background,
+                _ => Bound::NotAnalysed { because: unknown.iter().copied().filter(delays).collect() },
+            },
             window: None,
             method: options.method,
             is_exhausted: false,
-            rule: linked[index].map_or(CpuRule::Cpu(task.cpus.trailing_zeros()), CpuRule::Linked),
+            rule: linked[index].map_or(CpuRule::Cpu(task.mask().trailing_zeros()), CpuRule::Linked),
         }
     };
     let responses = best.into_iter().enumerate();
@@ -102,36 +88,76 @@ pub fn response_times(tasks: &[Task], options: &Options, interrupt: &dyn Fn()) -
     Analysis { responses: responses.collect(), cpus: loads(tasks, &members, &unknown) }
 }
 
-/// Returns the members of all lanes: one for each task that can be analysed, in their order.
-pub(crate) fn members<'a>(tasks: &'a [Task], options: &Options, interrupt: &'a dyn Fn()) -> Vec<Member<'a>> {
-    let known = tasks.iter().enumerate().filter(|(_, task)| task.is_known());
-    known.filter_map(|(index, task)| Member::new(index, task, options.method, interrupt)).collect()
+/// The tasks of an analysis, and the lanes that they are in.
+pub(crate) struct Lanes<'a> {
+    tasks: &'a [Task],
+    options: &'a Options,
+    interrupt: &'a dyn Fn(),
+    /// One for each task that can be analysed, in their order.
+    pub(crate) members: Vec<Member<'a>>,
+    /// The other real-time tasks.
+    unknown: Vec<usize>,
+    /// See [`linked_cpus`].
+    linked: Vec<Option<u64>>,
+    plans: Vec<Plan>,
 }
 
-/// Returns the number of members of all lanes, which share the budgets.
-pub(crate) fn members_of_all(tasks: &[Task], members: &[Member<'_>]) -> u64 {
-    let unknown: Vec<usize> = (0..tasks.len()).filter(|&task| !tasks[task].is_known()).collect();
-    member_count(&plans(tasks, members, &unknown, &linked_cpus(tasks)))
-}
+impl<'a> Lanes<'a> {
+    pub(crate) fn new(tasks: &'a [Task], options: &'a Options, interrupt: &'a dyn Fn()) -> Lanes<'a> {
+        let member = |(index, task): (usize, &'a Task)| Member::new(index, task, options.method, interrupt);
+        let known = tasks.iter().enumerate().filter(|(_, task)| task.is_known());
+        let members: Vec<Member<'a>> = known.filter_map(member).collect();
+        let unknown: Vec<usize> = (0..tasks.len()).filter(|&task| tasks[task].is_unknown()).collect();
+        let linked = linked_cpus(tasks);
+        let plans = plans(tasks, &members, &unknown, &linked);
+        Lanes { tasks, options, interrupt, members, unknown, linked, plans }
+    }
 
-fn member_count(plans: &[Plan]) -> u64 {
-    plans.iter().map(|plan| plan.members.len() as u64).sum()
+    /// Returns the tasks that are analysed in a lane, ascending.
+    fn wanted(&self, plan: usize) -> Vec<usize> {
+        let plan = &self.plans[plan];
+        let tasks = plan.members.iter().map(|&member| self.members[member].index);
+        tasks.filter(|&task| plan.wants(self.tasks, &self.linked, task)).collect()
+    }
+
+    /// Returns the lane in which this rule counts the tasks for task `of`, and the place of the task.
+    pub(crate) fn find(&self, of: usize, rule: CpuRule) -> Option<(usize, usize)> {
+        let member = self.members.iter().position(|member| member.index == of)?;
+        let priority = self.tasks[of].priority;
+        let is_it =
+            |plan: &Plan| plan.rule == rule && plan.priority.is_none_or(|of_plan| of_plan == priority);
+        let plan = self.plans.iter().position(is_it)?;
+        Some((plan, self.plans[plan].members.iter().position(|&other| other == member)?))
+    }
+
+    pub(crate) fn lane(&mut self, plan: usize) -> Lane<'_, 'a> {
+        Lane {
+            rule: self.plans[plan].rule,
+            members_of_all: self.plans.iter().map(|plan| plan.members.len() as u64).sum(),
+            members: Members { all: &mut self.members, places: &self.plans[plan].members },
+            options: self.options,
+            interrupt: self.interrupt,
+            start: None,
+            starts: 1,
+            lists_interference: false,
+        }
+    }
 }
 
 /// Returns, for each task that is analysed on linked CPUs, these: those that tasks of higher or equal priority link to its own,
 /// where one of these may use several CPUs, and tasks of any priority have different sets of several CPUs there.
 fn linked_cpus(tasks: &[Task]) -> Vec<Option<u64>> {
-    let mixed = linked(tasks.iter().map(|task| task.cpus)).filter(|group| group.is_mixed);
+    let mixed = linked(tasks.iter().map(Task::mask)).filter(|group| group.is_mixed);
     let mixed = mixed.fold(0, |all, group| all | group.cpus);
     let mut by_priority: Vec<usize> =
-        (0..tasks.len()).filter(|&task| tasks[task].cpus & mixed != 0).collect();
+        (0..tasks.len()).filter(|&task| tasks[task].mask() & mixed != 0).collect();
     by_priority.sort_by_key(|&task| std::cmp::Reverse(tasks[task].priority));
     let mut groups: Vec<LinkedCpus> = Vec::new();
     let mut found = vec![None; tasks.len()];
     for level in by_priority.chunk_by(|&a, &b| tasks[a].priority == tasks[b].priority) {
-        level.iter().for_each(|&task| link(&mut groups, tasks[task].cpus));
+        level.iter().for_each(|&task| link(&mut groups, tasks[task].mask()));
         for &task in level {
-            let group = groups.iter().find(|group| group.cpus & tasks[task].cpus != 0);
+            let group = groups.iter().find(|group| group.cpus & tasks[task].mask() != 0);
             found[task] = group.filter(|group| group.several.is_some()).map(|group| group.cpus);
         }
     }
@@ -139,15 +165,16 @@ fn linked_cpus(tasks: &[Task]) -> Vec<Option<u64>> {
 }
 
 /// CPUs that tasks link.
-struct LinkedCpus {
-    cpus: u64,
+pub(crate) struct LinkedCpus {
+    pub(crate) cpus: u64,
     /// The set of several CPUs that a task has; that of any, if they differ.
     several: Option<u64>,
     /// Whether tasks have different sets of several CPUs.
     is_mixed: bool,
 }
 
-fn linked(masks: impl Iterator<Item = u64>) -> impl Iterator<Item = LinkedCpus> {
+/// Returns the CPUs that these masks link.
+pub(crate) fn linked(masks: impl Iterator<Item = u64>) -> impl Iterator<Item = LinkedCpus> {
     let mut groups = Vec::new();
     masks.for_each(|mask| link(&mut groups, mask));
     groups.into_iter()
@@ -176,9 +203,9 @@ struct Plan {
     /// Indices into the members.
     members: Vec<usize>,
     /// Tasks of this priority or a lower one are not analysed, as one of unknown demand may delay them.
-    unknown: Option<u32>,
+    unknown: Option<Priority>,
     /// For [`CpuRule::Linked`]: the only priority that is analysed.
-    priority: Option<u32>,
+    priority: Option<Priority>,
 }
 
 impl Plan {
@@ -186,10 +213,11 @@ impl Plan {
         members: &[Member<'_>],
         unknown: impl Iterator<Item = &'t Task>,
         rule: CpuRule,
-        priority: Option<u32>,
+        priority: Option<Priority>,
     ) -> Plan {
-        let is_in =
-            |task: &Task| task.cpus & rule.mask() != 0 && priority.is_none_or(|least| task.priority >= least);
+        let is_in = |task: &Task| {
+            task.mask() & rule.mask() != 0 && priority.is_none_or(|least| task.priority >= least)
+        };
         Plan {
             rule,
             members: (0..members.len()).filter(|&member| is_in(members[member].task)).collect(),
@@ -211,7 +239,7 @@ impl Plan {
 /// Returns the lanes: one for each CPU, and one for each priority of tasks on linked CPUs. CPUs with the same tasks have one lane.
 fn plans(tasks: &[Task], members: &[Member<'_>], unknown: &[usize], linked: &[Option<u64>]) -> Vec<Plan> {
     let unknown = || unknown.iter().map(|&task| &tasks[task]);
-    let used = members.iter().fold(0, |all, member| all | member.task.cpus);
+    let used = members.iter().fold(0, |all, member| all | member.task.mask());
     let mut plans: Vec<Plan> = Vec::new();
     let mut seen = HashSet::new();
     for cpu in (0..64).filter(|cpu| used & (1 << cpu) != 0) {
@@ -220,7 +248,7 @@ fn plans(tasks: &[Task], members: &[Member<'_>], unknown: &[usize], linked: &[Op
             plans.push(plan);
         }
     }
-    let mut of_linked: Vec<(u64, u32)> =
+    let mut of_linked: Vec<(u64, Priority)> =
         tasks.iter().zip(linked).filter_map(|(task, linked)| Some(((*linked)?, task.priority))).collect();
     of_linked.sort_unstable();
     of_linked.dedup();
@@ -253,15 +281,15 @@ fn better(one: Option<Response>, other: Response) -> Response {
 
 /// Returns the utilisation of each CPU, or of the CPUs together that tasks of known demand link.
 fn loads(tasks: &[Task], members: &[Member<'_>], unknown: &[usize]) -> Vec<CpuLoad> {
-    let groups = linked(members.iter().map(|member| member.task.cpus));
+    let groups = linked(members.iter().map(|member| member.task.mask()));
     let mut groups: Vec<u64> = groups.map(|group| group.cpus).collect();
     groups.sort_unstable_by_key(|group| group.trailing_zeros());
     let load = |mask: u64| CpuLoad {
         mask,
         utilisation: Utilisation::sum(
-            members.iter().filter(|member| member.task.cpus & mask != 0).map(|member| member.share),
+            members.iter().filter(|member| member.task.mask() & mask != 0).map(|member| member.share),
         ),
-        complete: !unknown.iter().any(|&task| tasks[task].cpus & mask != 0),
+        complete: !unknown.iter().any(|&task| tasks[task].mask() & mask != 0),
     };
     groups.into_iter().map(load).collect()
 }
@@ -279,7 +307,7 @@ mod tests {
     const CLASSIC: Options = Options { method: Method::Classic, horizon: None, is_brief: false };
 
     fn task(name: &str, priority: u32, period: u64, machine: StateMachine) -> Task {
-        Task { name: name.to_owned(), ..testing::task(priority, period, machine) }
+        Task { name: name.into(), ..testing::task(priority, period, machine) }
     }
 
     fn single(name: &str, priority: u32, period: u64, cost: u64) -> Task {
@@ -287,7 +315,7 @@ mod tests {
     }
 
     fn unknown(name: &str, priority: u32, cpus: u64) -> Task {
-        Task { demand: Demand::Unknown, cpus, ..single(name, priority, 10, 0) }
+        Task { demand: Demand::Unknown, cpus: Some(cpus), ..single(name, priority, 10, 0) }
     }
 
     fn analyse(tasks: &[Task], options: Options) -> Analysis {
@@ -346,9 +374,10 @@ mod tests {
                 Bound::Unbounded { cpu } => format!(", unbounded on {cpu}"),
                 Bound::NoBound(reason) => format!(", no bound: {reason:?}"),
                 Bound::NotAnalysed { because } => {
-                    let names: Vec<&str> = because.iter().map(|&task| tasks[task].name.as_str()).collect();
+                    let names: Vec<&str> = because.iter().map(|&task| &*tasks[task].name).collect();
                     format!(", not analysed because of {}", names.join(" "))
                 }
+                Bound::Background => panic!("real-time"),
             };
             lines.push_str(&format!("{bound} ({})", response.status(task.deadline)));
             for part in interference(tasks, options, index, response) {
@@ -494,7 +523,7 @@ mod tests {
             single("half", 3, 10, 5),
             single("more", 2, 10, 6),
             single("below", 1, 100, 1),
-            Task { cpus: 2, ..single("elsewhere", 0, 100, 1) },
+            Task { cpus: Some(2), ..single("elsewhere", 0, 100, 1) },
         ];
         check(
             &tasks,
@@ -508,7 +537,7 @@ mod tests {
             cpu 1 0.010
         "#]],
         );
-        let all = |task: &Task| Task { priority: 1, ..task.clone() };
+        let all = |task: &Task| Task { priority: Priority::RealTime(1), ..task.clone() };
         check(
             &tasks.iter().map(all).collect::<Vec<_>>(),
             PSM,
@@ -551,7 +580,7 @@ mod tests {
             single("above", 5, 10, 1),
             unknown("lost", 4, 1),
             single("equal", 4, 10, 1),
-            Task { cpus: 2, ..single("elsewhere", 1, 10, 1) },
+            Task { cpus: Some(2), ..single("elsewhere", 1, 10, 1) },
             unknown("lower", 3, 1),
             single("below", 2, 10, 1),
         ];
@@ -574,11 +603,11 @@ mod tests {
     #[test]
     fn what_counts_as_unknown() {
         let tasks = [
-            Task { cpus: 3, ..single("two", 3, 10, 1) },
-            Task { cpus: 0, ..single("none", 3, 10, 1) },
+            Task { cpus: Some(3), ..single("two", 3, 10, 1) },
+            Task { cpus: Some(0), ..single("none", 3, 10, 1) },
             single("never", 3, 0, 1),
-            Task { cpus: 2, ..single("one", 1, 10, 1) },
-            Task { cpus: 4, ..single("other", 1, 10, 1) },
+            Task { cpus: Some(2), ..single("one", 1, 10, 1) },
+            Task { cpus: Some(4), ..single("other", 1, 10, 1) },
         ];
         check(
             &tasks,
@@ -597,7 +626,7 @@ mod tests {
 
     #[test]
     fn the_first_of_equal_cpus_is_reported() {
-        let on = |cpus, task: Task| Task { cpus, ..task };
+        let on = |cpus, task: Task| Task { cpus: Some(cpus), ..task };
         let rule_and_bound = |tasks: &[Task]| {
             let found = analyse(tasks, PSM).responses.swap_remove(0);
             (found.rule, found.bound)
@@ -760,7 +789,7 @@ mod tests {
                     Method::Classic => (machine.greatest_cost().max(whole.unwrap_or_default()).as_nanos(), 1),
                     _ => brute_force_cycle_mean(machine),
                 };
-                (u128::from(cost), u128::from(length * task.period.as_nanos()))
+                (u128::from(cost), u128::from(length * task.period.unwrap().as_nanos()))
             };
             let means: Vec<(u128, u128)> = tasks.iter().map(mean).collect();
             let denominator: u128 = means.iter().map(|mean| mean.1).product();
@@ -769,25 +798,26 @@ mod tests {
         }
 
         fn is_known(task: &Task) -> bool {
-            task.cpus != 0 && task.period > Time::ZERO && task.demand != Demand::Unknown
+            task.mask() != 0 && task.period > Some(Time::ZERO) && task.demand != Demand::Unknown
         }
 
         /// The CPUs that tasks of at least the priority link to those of `task`, if these have sets of several CPUs, and all
         /// tasks that are linked have different ones.
         pub(super) fn linked(tasks: &[Task], task: &Task) -> Option<u64> {
-            let linked = |priority: u32| {
+            let linked = |priority: Priority| {
                 let above = || tasks.iter().filter(move |other| other.priority >= priority);
-                let mut cpus = task.cpus;
-                while let Some(more) = above().find(|other| other.cpus & cpus != 0 && other.cpus & !cpus != 0)
+                let mut cpus = task.mask();
+                while let Some(more) =
+                    above().find(|other| other.mask() & cpus != 0 && other.mask() & !cpus != 0)
                 {
-                    cpus |= more.cpus;
+                    cpus |= more.mask();
                 }
                 let several =
-                    above().map(|other| other.cpus).filter(|it| it & cpus != 0 && it.count_ones() > 1);
+                    above().map(|other| other.mask()).filter(|it| it & cpus != 0 && it.count_ones() > 1);
                 (cpus, several.collect::<std::collections::BTreeSet<u64>>().len())
             };
             let (cpus, several) = linked(task.priority);
-            (several > 0 && linked(0).1 > 1).then_some(cpus)
+            (several > 0 && linked(Priority::RealTime(0)).1 > 1).then_some(cpus)
         }
 
         /// `None` where a window that may end is too long.
@@ -798,7 +828,7 @@ mod tests {
                 let is_in = move |other: &usize| {
                     *other != index
                         && tasks[*other].priority >= task.priority
-                        && tasks[*other].cpus & scope != 0
+                        && tasks[*other].mask() & scope != 0
                 };
                 (0..tasks.len()).filter(is_in)
             };
@@ -809,11 +839,11 @@ mod tests {
                 unknown.sort_unstable();
                 unknown
             };
-            let cpus = (0..64).map(|cpu| 1 << cpu).filter(|cpu| task.cpus & cpu != 0);
+            let cpus = (0..64).map(|cpu| 1 << cpu).filter(|cpu| task.mask() & cpu != 0);
             let scopes: Vec<u64> = linked.map_or_else(|| cpus.collect(), |cpus| vec![cpus]);
             let clean: Vec<u64> = scopes.into_iter().filter(|&scope| unknown(scope).is_empty()).collect();
             if clean.is_empty() {
-                let because = unknown(linked.unwrap_or(task.cpus));
+                let because = unknown(linked.unwrap_or(task.mask()));
                 return Some(Found { first_job: None, bound: Bound::NotAnalysed { because }, window: None });
             }
             let mut found = Vec::new();
@@ -843,12 +873,13 @@ mod tests {
             let end_of = |job: u64, from: u64| {
                 (from..LONGEST).find(|&length| {
                     let interference = others.iter().map(|(other, demands)| {
-                        demands[(length + other.jitter.as_nanos()).div_ceil(other.period.as_nanos()) as usize]
+                        demands[(length + other.jitter.as_nanos()).div_ceil(other.period.unwrap().as_nanos())
+                            as usize]
                     });
                     own[job as usize].max(1) + interference.sum::<u64>() == length
                 })
             };
-            let several_cpus = all.iter().any(|task| task.cpus.count_ones() > 1);
+            let several_cpus = all.iter().any(|task| task.mask().count_ones() > 1);
             let overloaded = match several_cpus {
                 true => Bound::NoBound(NoBoundReason::SeveralCpus),
                 false => Bound::Unbounded { cpu: scope.trailing_zeros() },
@@ -862,7 +893,7 @@ mod tests {
             if load_all == Ordering::Greater {
                 return Some(Found { first_job: Some(first_job), bound: overloaded, window: None });
             }
-            let (period, jitter) = (task.period.as_nanos(), task.jitter.as_nanos());
+            let (period, jitter) = (task.period.unwrap().as_nanos(), task.jitter.as_nanos());
             let (mut worst, mut worst_response) = ((1, first_job), first_job + jitter);
             let (mut job, mut length) = (1, first_job);
             while length + jitter > job * period {
@@ -892,7 +923,7 @@ mod tests {
         let paths = |task: &Task| {
             let Demand::Machine { machine, .. } = &task.demand else { panic!("known") };
             let mut from = vec![1u64; machine.states() as usize];
-            for _ in 0..(longest + task.jitter.as_nanos()).div_ceil(task.period.as_nanos()) {
+            for _ in 0..(longest + task.jitter.as_nanos()).div_ceil(task.period.unwrap().as_nanos()) {
                 let mut next = vec![0u64; from.len()];
                 for edge in machine.edges() {
                     let number = &mut next[edge.source as usize];
@@ -936,12 +967,12 @@ mod tests {
         let mut of_tasks = Vec::new();
         for other in hp {
             let Demand::Machine { machine, .. } = &other.demand else { panic!("known") };
-            let jobs = (longest + other.jitter.as_nanos()).div_ceil(other.period.as_nanos());
+            let jobs = (longest + other.jitter.as_nanos()).div_ceil(other.period.unwrap().as_nanos());
             let mut all: Vec<Vec<u64>> =
                 (0..machine.states()).flat_map(|state| paths(machine, state, jobs)).collect();
             all.sort_unstable();
             all.dedup();
-            of_tasks.push((other.period.as_nanos(), other.jitter.as_nanos()));
+            of_tasks.push((other.period.unwrap().as_nanos(), other.jitter.as_nanos()));
             combinations = combinations
                 .iter()
                 .flat_map(|chosen| all.iter().map(move |path| [chosen.clone(), vec![path.clone()]].concat()))
@@ -957,9 +988,9 @@ mod tests {
                     own(job).max(1) + demand.sum::<u64>() <= length
                 });
                 let (end, released) =
-                    (end.unwrap() + task.jitter.as_nanos(), (job - 1) * task.period.as_nanos());
+                    (end.unwrap() + task.jitter.as_nanos(), (job - 1) * task.period.unwrap().as_nanos());
                 greatest = greatest.max(end.saturating_sub(released));
-                if end <= job * task.period.as_nanos() {
+                if end <= job * task.period.unwrap().as_nanos() {
                     break;
                 }
             }
@@ -983,14 +1014,13 @@ mod tests {
             demand in demands(),
         ) -> Task {
             Task {
-                name: String::new(),
-                priority,
-                period: Time::from_nanos(period),
-                deadline: Time::from_nanos(deadline),
+                priority: Priority::RealTime(priority),
+                period: Some(Time::from_nanos(period)),
+                deadline: Some(Time::from_nanos(deadline)),
                 jitter: Time::from_nanos(jitter),
-                offset: None,
-                cpus,
+                cpus: Some(cpus),
                 demand,
+                ..Task::default()
             }
         }
     }
@@ -1123,7 +1153,7 @@ mod tests {
                         machine.edges().iter().map(|edge| Edge { cost: scale(edge.cost), ..edge.clone() });
                     let machine = StateMachine::new(machine.states(), edges.collect()).unwrap();
                     Task {
-                        period: scale(task.period),
+                        period: task.period.map(scale),
                         demand: Demand::Machine { machine, whole: None },
                         ..task.clone()
                     }
@@ -1159,11 +1189,14 @@ mod tests {
             });
             prop_assert!(all_no_lower(&with_longer_edge));
             let with_shorter_period = with(&|task| {
-                task.period = Time::from_nanos(task.period.as_nanos().saturating_sub(by).max(1));
+                let period = task.period.unwrap().as_nanos();
+                task.period = Some(Time::from_nanos(period.saturating_sub(by).max(1)));
             });
             prop_assert!(all_no_lower(&with_shorter_period));
             // More urgent: not later itself, and the others not earlier.
-            let after = with(&|task| task.priority += by as u32);
+            let after = with(&|task| {
+                task.priority = Priority::RealTime(task.priority.real_time().unwrap() + by as u32);
+            });
             for (index, (before, after)) in before.responses.iter().zip(&after.responses).enumerate() {
                 if index == changed {
                     prop_assert!(bound(before) >= bound(after));
@@ -1193,7 +1226,7 @@ mod tests {
                     let parts = interference(&tasks, options, index, response);
                     let interference: u64 = parts.iter().map(|part| part.time.as_nanos()).sum();
                     prop_assert_eq!(window.own.as_nanos().max(1) + interference, window.length.as_nanos());
-                    let released = (window.job - 1) * tasks[index].period.as_nanos();
+                    let released = (window.job - 1) * tasks[index].period.unwrap().as_nanos();
                     let end = window.length.as_nanos() + tasks[index].jitter.as_nanos();
                     prop_assert_eq!(bound(response), end - released);
                 }

@@ -1,11 +1,11 @@
-//! Simulated schedules of an [`ActivitySet`]: preemptive fixed priorities, in integer nanoseconds.
+//! Simulated schedules of [`Tasks`]: preemptive fixed priorities, in integer nanoseconds.
 //!
 //! A simulation shows one of many possible schedules. It proves nothing about the others: a response time that it never
 //! shows may still occur. It never exceeds a bound, which is what `tests/simulation.rs` checks.
 //!
 //! What is simulated:
 //!
-//! - **Releases**: every period from the [offset](Activity::offset), or where there is none from a random phase, or from 0
+//! - **Releases**: every period from the [offset](Task::offset), or where there is none from a random phase, or from 0
 //!   ([`SimulationOptions::simultaneous`]); each is late by a random time up to the jitter, and their order is kept.
 //! - **Jobs**: a job takes a random edge of its state, and a random part of the cost of that edge. Late jobs queue: each starts
 //!   after the end of the earlier one.
@@ -24,8 +24,7 @@ mod random;
 pub use self::random::Random;
 
 use crate::lane::least_common_multiple;
-use crate::task_set::Priority;
-use crate::{Activity, ActivitySet, Demand, Time};
+use crate::{Priority, Task, Tasks, Time};
 
 /// The options of a simulation.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -50,14 +49,14 @@ pub struct SimulationOptions {
     pub keeps_schedule: bool,
     /// The simulation ends early after this number of events. A job has at least two: its release and its end.
     pub most_events: u64,
-    /// Releases and paths that are not random. See [`ActivitySet::worst_case`].
+    /// Releases and paths that are not random. See [`Tasks::worst_case`].
     pub script: Option<Script>,
 }
 
 impl SimulationOptions {
-    /// Whether the task with this number is simulated: see [`Script::tasks`].
-    fn has_part(&self, number: usize) -> bool {
-        self.script.as_ref().is_none_or(|script| matches!(script.tasks.get(number), Some(Some(_))))
+    /// Whether the task of this index is simulated: see [`Script::tasks`].
+    fn has_part(&self, task: usize) -> bool {
+        self.script.as_ref().is_none_or(|script| matches!(script.tasks.get(task), Some(Some(_))))
     }
 
     /// Returns the instant before which nothing is released.
@@ -71,7 +70,7 @@ impl SimulationOptions {
 pub struct Script {
     /// Jobs with an earlier nominal release are released at this instant.
     pub start: Time,
-    /// By the number of an activity, of other work, or of real-time throttling: see [`Slice::activity`]. The others are left out.
+    /// By the index of the task. The others are left out.
     pub tasks: Vec<Option<ScriptedTask>>,
     /// The index of an activity that waits for all of equal priority, also for those that become ready later.
     pub last: usize,
@@ -159,7 +158,7 @@ pub enum LeftOut {
 /// An uninterrupted execution on one CPU.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Slice {
-    /// The index of the activity. Numbers after those of all activities are other work, then real-time throttling.
+    /// The index of the activity, or of another task: see [`Tasks::kind`].
     pub activity: usize,
     /// The number of the job, from 1; of a call between two jobs, that of the next.
     pub job: u64,
@@ -178,7 +177,7 @@ pub struct Slice {
 pub enum Executed {
     /// The edge of the state machine with this index.
     Edge(usize),
-    /// A call of the operation with this index of [`ActivitySet::operations`].
+    /// A call of the operation with this index of [`Tasks::operations`].
     Operation(usize),
 }
 
@@ -201,11 +200,11 @@ pub struct Job {
     pub is_missed: bool,
 }
 
-impl ActivitySet {
+impl Tasks {
     /// Returns a length for simulations that are shown: the hyperperiod or ten times the longest period, whichever is less,
     /// but no more than `most_jobs` jobs. Zero where no activity can be simulated.
     pub fn length_to_show(&self, most_jobs: u64) -> Time {
-        let simulated = self.activities.iter().filter(|activity| activity.is_simulated());
+        let simulated = self.activities().iter().filter(|activity| activity.is_simulated());
         let periods: Vec<u64> = simulated.filter_map(|it| Some(it.period?.as_nanos())).collect();
         let longest = periods.iter().copied().max().unwrap_or_default();
         let hyperperiod = periods.iter().try_fold(1, |all, &period| least_common_multiple(all, period));
@@ -228,13 +227,10 @@ impl ActivitySet {
     }
 }
 
-impl Activity {
+impl Task {
     /// Returns whether the analysis knows everything that a simulation needs.
     fn is_simulated(&self) -> bool {
-        matches!(self.priority, Priority::RealTime(_))
-            && self.demand != Demand::Unknown
-            && self.period > Some(Time::ZERO)
-            && self.cpus > Some(0)
+        matches!(self.priority, Priority::RealTime(_)) && self.cpus.is_some() && self.is_known()
     }
 
     fn left_out(&self) -> LeftOut {
@@ -251,22 +247,21 @@ mod tests {
     use std::fmt::Write as _;
 
     use super::*;
-    use crate::activities::THROTTLED;
-    use crate::task_set::Other;
+    use crate::tasks::THROTTLED;
     use crate::testing::{self, machine};
-    use crate::{Operation, StateMachine};
+    use crate::{Demand, Operation, StateMachine};
     use expect_test::{Expect, expect};
 
-    fn activity(priority: u32, period: u64, cpus: u64, machine: StateMachine) -> Activity {
-        Activity { cpus: Some(cpus), ..testing::activity(priority, period, machine) }
+    fn activity(priority: u32, period: u64, cpus: u64, machine: StateMachine) -> Task {
+        Task { cpus: Some(cpus), ..testing::task(priority, period, machine) }
     }
 
-    fn simple(priority: u32, period: u64, cpus: u64, cost: u64) -> Activity {
+    fn simple(priority: u32, period: u64, cpus: u64, cost: u64) -> Task {
         activity(priority, period, cpus, StateMachine::single(Time::from_nanos(cost)))
     }
 
-    fn set(activities: Vec<Activity>) -> ActivitySet {
-        ActivitySet { activities, ..ActivitySet::default() }
+    fn set(activities: Vec<Task>) -> Tasks {
+        Tasks::new(activities)
     }
 
     /// All released at 0, with full execution times.
@@ -300,7 +295,7 @@ mod tests {
         out
     }
 
-    fn check(set: &ActivitySet, options: &SimulationOptions, expected: Expect) {
+    fn check(set: &Tasks, options: &SimulationOptions, expected: Expect) {
         expected.assert_eq(&shown(&set.simulate(options, &|| ())));
     }
 
@@ -447,8 +442,7 @@ mod tests {
     #[test]
     fn throttling_is_an_activity_of_the_highest_priority() {
         let second = 1_000_000_000;
-        let mut set = set(vec![simple(99, second, 0b100, second / 2)]);
-        set.throttled = true;
+        let set = set(vec![simple(99, second, 0b100, second / 2)]).with_platform(Vec::new(), true);
         check(
             &set,
             &worst(second),
@@ -480,11 +474,11 @@ mod tests {
 
     #[test]
     fn left_out() {
-        let background = Activity { priority: Priority::Background, ..simple(1, 5, 1, 1) };
-        let unknown = Activity { demand: Demand::Unknown, ..simple(1, 5, 1, 1) };
-        let aperiodic = Activity { period: None, ..simple(1, 5, 1, 1) };
-        let everywhere = Activity { cpus: None, ..simple(1, 5, 1, 1) };
-        let any_priority = Activity { priority: Priority::Unknown, ..simple(1, 5, 1, 1) };
+        let background = Task { priority: Priority::Background, ..simple(1, 5, 1, 1) };
+        let unknown = Task { demand: Demand::Unknown, ..simple(1, 5, 1, 1) };
+        let aperiodic = Task { period: None, ..simple(1, 5, 1, 1) };
+        let everywhere = Task { cpus: None, ..simple(1, 5, 1, 1) };
+        let any_priority = Task { priority: Priority::Unknown, ..simple(1, 5, 1, 1) };
         let set = set(vec![background, unknown, simple(1, 5, 1, 1), aperiodic, everywhere, any_priority]);
         let schedule = set.simulate(&worst(10), &|| ());
         let reasons =
@@ -492,17 +486,17 @@ mod tests {
         assert_eq!(schedule.left_out, [0, 1, 3, 4, 5].into_iter().zip(reasons).collect::<Vec<_>>());
         assert_eq!(schedule.jobs.len(), 2);
         // Those that a script does not name, unless they cannot be simulated at all.
-        let tasks = vec![None; set.activities.len()];
+        let tasks = vec![None; set.activities().len()];
         let script = Script { start: Time::ZERO, tasks, last: 2 };
         let schedule = set.simulate(&SimulationOptions { script: Some(script), ..worst(10) }, &|| ());
         let unscripted = schedule.left_out.iter().filter(|(_, why)| *why == LeftOut::Unscripted);
         assert_eq!((unscripted.count(), schedule.jobs.len()), (1, 0));
-        let stopped = Activity { period: Some(Time::ZERO), ..simple(1, 5, 1, 1) };
-        let nowhere = Activity { cpus: Some(0), ..simple(1, 5, 1, 1) };
-        let never = ActivitySet { activities: vec![stopped, nowhere], ..ActivitySet::default() };
+        let stopped = Task { period: Some(Time::ZERO), ..simple(1, 5, 1, 1) };
+        let nowhere = Task { cpus: Some(0), ..simple(1, 5, 1, 1) };
+        let never = Tasks::new(vec![stopped, nowhere]);
         let left_out = [0, 1].map(|index| (index, LeftOut::Unknown));
         assert_eq!(never.simulate(&worst(10), &|| ()).left_out, left_out);
-        let nothing = ActivitySet::default();
+        let nothing = Tasks::default();
         assert_eq!(nothing.simulate(&worst(10), &|| ()).end.as_nanos(), 10);
         assert_eq!(nothing.length_to_show(10), Time::ZERO);
     }
@@ -513,7 +507,7 @@ mod tests {
         let schedule = set.simulate(&SimulationOptions { most_events: 3, ..worst(1000) }, &|| ());
         assert_eq!((schedule.end.as_nanos(), schedule.jobs.len()), (10, 2));
         let long = simple(1, u64::MAX, u64::MAX, u64::MAX);
-        let all = ActivitySet { activities: vec![long.clone(), long], ..ActivitySet::default() };
+        let all = Tasks::new(vec![long.clone(), long]);
         for simultaneous in [false, true] {
             let schedule = all.simulate(&SimulationOptions { simultaneous, ..worst(u64::MAX) }, &|| ());
             assert_eq!(schedule.end.as_nanos(), 1 << 63);
@@ -585,7 +579,7 @@ mod tests {
 
     #[test]
     fn offsets_and_the_ends_of_a_simulation() {
-        let with_offset = |offset| Activity { offset: Some(Time::from_nanos(offset)), ..simple(1, 10, 1, 5) };
+        let with_offset = |offset| Task { offset: Some(Time::from_nanos(offset)), ..simple(1, 10, 1, 5) };
         let released = |offset, length| {
             nominal_releases(&set(vec![with_offset(offset)]).simulate(&worst(length), &|| ()))
         };
@@ -675,7 +669,7 @@ mod tests {
 
     #[test]
     fn every_release_may_be_late() {
-        let late = Activity { jitter: Time::from_nanos(50), ..simple(1, 100, 1, 1) };
+        let late = Task { jitter: Time::from_nanos(50), ..simple(1, 100, 1, 1) };
         let schedule = set(vec![late]).simulate(&worst(10_000), &|| ());
         let is_late = |job: &&Job| job.release > job.nominal;
         assert!(schedule.jobs.iter().filter(is_late).count() > 90);
@@ -683,15 +677,7 @@ mod tests {
 
     #[test]
     fn jobs_are_those_of_activities() {
-        let other = Other {
-            name: "lan".to_owned(),
-            cpus: 1,
-            priority: 50,
-            period: Time::from_nanos(5),
-            jitter: Time::ZERO,
-            time: Time::from_nanos(1),
-        };
-        let set = ActivitySet { others: vec![other], ..set(vec![simple(1, 10, 1, 3)]) };
+        let set = set(vec![simple(1, 10, 1, 3)]).with_platform(vec![simple(50, 5, 1, 1)], false);
         let schedule = set.simulate(&worst(20), &|| ());
         assert_eq!(schedule.jobs.iter().map(|job| job.activity).collect::<Vec<_>>(), [0, 0]);
     }
@@ -722,7 +708,7 @@ mod tests {
 
     #[test]
     fn an_activity_preempts_the_one_of_lowest_priority() {
-        let at = |offset, activity: Activity| Activity { offset: Some(Time::from_nanos(offset)), ..activity };
+        let at = |offset, activity: Task| Task { offset: Some(Time::from_nanos(offset)), ..activity };
         // On CPU 1, and not on CPU 0.
         check(
             &set(vec![simple(2, 20, 3, 6), simple(1, 20, 3, 6), at(2, simple(3, 20, 3, 3))]),

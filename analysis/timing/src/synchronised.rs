@@ -16,7 +16,7 @@ use std::collections::BTreeSet;
 
 use crate::lane::{Lane, Member, Members, least_common_multiple};
 use crate::lane_analysis::Found;
-use crate::{Bound, Method, Options, Time};
+use crate::{Bound, Method, Options, Priority, Time};
 
 /// The maximum product of the number of instants and the square of the number of members, which is about the number of visited
 /// members if a fixed point takes few steps.
@@ -40,7 +40,7 @@ pub(crate) enum Starts {
 
 /// Returns the instants at which windows of these members may begin. Members with a priority below `least` begin none: they delay
 /// none of the others, so their windows do not count against the limit.
-fn starts(members: &Members<'_, '_>, least: u32, options: &Options) -> Starts {
+fn starts(members: &Members<'_, '_>, least: Priority, options: &Options) -> Starts {
     let counted =
         || (0..members.len()).map(|place| members.get(place)).filter(|it| it.task.priority >= least);
     let with_offset: Vec<&Member<'_>> = counted().filter(|member| member.task.offset.is_some()).collect();
@@ -116,7 +116,7 @@ impl Lane<'_, '_> {
         }
         // A window that ends does so no later if it begins at a known instant.
         let ends = |found: &Found| found.busy.is_some_and(|busy| busy.ends);
-        let priorities: BTreeSet<u32> =
+        let priorities: BTreeSet<Priority> =
             found.iter().filter(|it| ends(it)).map(|it| self.priority(it.place)).collect();
         for priority in priorities {
             let is_of = |found: &&mut Found| ends(found) && self.priority(found.place) == priority;
@@ -126,7 +126,7 @@ impl Lane<'_, '_> {
     }
 
     /// [`Lane::synchronise`] for the tasks of one priority, in the order of their places.
-    fn synchronise_group(&mut self, priority: u32, group: Vec<&mut Found>) {
+    fn synchronise_group(&mut self, priority: Priority, group: Vec<&mut Found>) {
         let starts = match starts(&self.members, priority, self.options) {
             Starts::Any => return,
             Starts::Known(starts) => starts,
@@ -290,9 +290,9 @@ mod tests {
     }
 
     fn starts_of(tasks: &[Task], options: Options) -> Starts {
-        let mut all = crate::response_time::members(tasks, &options, &|| ());
-        let places: Vec<usize> = (0..all.len()).collect();
-        starts(&Members { all: &mut all, places: &places }, 0, &options)
+        let mut lanes = crate::response_time::Lanes::new(tasks, &options, &|| ());
+        let places: Vec<usize> = (0..lanes.members.len()).collect();
+        starts(&Members { all: &mut lanes.members, places: &places }, Priority::RealTime(0), &options)
     }
 
     #[test]
@@ -391,7 +391,7 @@ mod tests {
         let hp: Vec<usize> = hp.collect();
         // The first nominal release from `start` − J on, and the number of those before `end`; relative to the start.
         let first = |task: &Task, start: i64| {
-            let (period, jitter) = (task.period.as_nanos() as i64, task.jitter.as_nanos() as i64);
+            let (period, jitter) = (task.period.unwrap().as_nanos() as i64, task.jitter.as_nanos() as i64);
             task.offset.map_or(-jitter, |offset| {
                 (-jitter..)
                     .find(|at| (start + at - offset.as_nanos() as i64).rem_euclid(period) == 0)
@@ -404,7 +404,7 @@ mod tests {
             let jobs = |other: usize, end: i64| {
                 let (mut at, mut jobs) = (firsts[other], 0);
                 while at < end {
-                    (at, jobs) = (at + tasks[other].period.as_nanos() as i64, jobs + 1);
+                    (at, jobs) = (at + tasks[other].period.unwrap().as_nanos() as i64, jobs + 1);
                 }
                 jobs
             };
@@ -416,7 +416,7 @@ mod tests {
                         demands[index][job].max(1) + others.sum::<u64>() == end as u64
                     })
                     .unwrap();
-                let period = task.period.as_nanos() as i64;
+                let period = task.period.unwrap().as_nanos() as i64;
                 let released = firsts[index] + (job as i64 - 1) * period;
                 greatest = greatest.max(end - released);
                 if end <= released + period {
@@ -449,7 +449,7 @@ mod tests {
         #[test]
         fn equals_the_greatest_of_the_windows_of_all_instants(tasks in any_tasks()) {
             let with_offset = tasks.iter().filter(|task| task.offset.is_some());
-            let common = with_offset.map(|task| task.period.as_nanos()).try_fold(1, least_common_multiple).unwrap();
+            let common = with_offset.map(|task| task.period.unwrap().as_nanos()).try_fold(1, least_common_multiple).unwrap();
             let any_phase = analyse(&without_offsets(&tasks), Method::Psm).responses;
             for (index, response) in analyse(&tasks, Method::Psm).responses.iter().enumerate() {
                 let of_any = bound(&any_phase[index]);
@@ -490,7 +490,7 @@ mod tests {
                     let parts = breakdown.of(index, response.rule, Some(window), response.first_job);
                     let interference: u64 = parts.iter().map(|part| part.time.as_nanos()).sum();
                     prop_assert_eq!(window.own.as_nanos().max(1) + interference, window.length.as_nanos());
-                    let released = (window.job - 1) * tasks[index].period.as_nanos() + window.delay.as_nanos();
+                    let released = (window.job - 1) * tasks[index].period.unwrap().as_nanos() + window.delay.as_nanos();
                     let end = window.length.as_nanos() + tasks[index].jitter.as_nanos();
                     prop_assert_eq!(bound(response), Some(end - released));
                 }

@@ -1,47 +1,55 @@
 //! The input and the result of the analysis: tasks and options, response times and their breakdown.
 
 use std::fmt;
+use std::sync::Arc;
 
 use serde::Deserialize;
 
 use crate::{StateMachine, Time, Utilisation};
 
-/// The priority of an activity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+/// The priority of a task. A greater one is a higher priority.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub enum Priority {
-    /// A real-time priority, 1 to 99; a greater number is a higher priority.
-    RealTime(u32),
     /// Not real-time.
     Background,
+    /// A real-time priority, 1 to 99; a greater number is a higher priority.
+    RealTime(u32),
     /// Missing or unusable: analysed as the highest priority.
     #[default]
     Unknown,
 }
 
-/// A periodic task.
-#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+impl Priority {
+    /// Returns the number of a real-time priority.
+    pub fn real_time(self) -> Option<u32> {
+        if let Priority::RealTime(priority) = self { Some(priority) } else { None }
+    }
+}
+
+/// A periodic task: an activity of a deployment, or what delays the activities. What is unknown is analysed as the worst case.
+#[derive(Clone, PartialEq, Eq, Hash, Debug, Default)]
 pub struct Task {
     /// A name for readers of the result; the analysis ignores it.
-    pub name: String,
-    /// A greater number is a higher priority.
-    pub priority: u32,
-    /// T, the time between two releases; greater than 0.
-    pub period: Time,
+    pub name: Arc<str>,
+    /// Its priority.
+    pub priority: Priority,
+    /// T, the time between two releases.
+    pub period: Option<Time>,
     /// D, counted from the release. The bounds do not depend on it.
-    pub deadline: Time,
+    pub deadline: Option<Time>,
     /// J, the greatest delay of a release after its nominal instant; a response time counts from the nominal instant.
     pub jitter: Time,
     /// The nominal instant of a release modulo T, on the clock that all tasks with an offset share; `None` if its phase is
     /// unknown.
     pub offset: Option<Time>,
-    /// The CPUs on which the task may run: bit n for CPU n; not 0.
-    pub cpus: u64,
-    /// The demand of its jobs.
+    /// The CPUs on which the task may run: bit n for CPU n; `None` if unknown.
+    pub cpus: Option<u64>,
+    /// The demand of its jobs. [`Demand::Unknown`] if any other property of the task is unusable.
     pub demand: Demand,
 }
 
 /// The demand of the jobs of a task.
-#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+#[derive(Clone, PartialEq, Eq, Hash, Debug, Default)]
 pub enum Demand {
     /// Each job executes one edge of a state machine.
     Machine {
@@ -52,12 +60,13 @@ pub enum Demand {
         whole: Option<Time>,
     },
     /// An execution time is unknown: this task, and the tasks that it may delay, are not analysed.
+    #[default]
     Unknown,
 }
 
 impl Demand {
     /// Returns the state machine, if the demand is known.
-    pub(crate) fn machine(&self) -> Option<&StateMachine> {
+    pub fn machine(&self) -> Option<&StateMachine> {
         match self {
             Demand::Machine { machine, .. } => Some(machine),
             Demand::Unknown => None,
@@ -78,9 +87,44 @@ impl Demand {
 }
 
 impl Task {
+    /// Returns a task that executes `machine` on CPU 0, with its period as its deadline.
+    ///
+    /// ```
+    /// use mauve_timing::*;
+    ///
+    /// let machine = StateMachine::single(Time::from_nanos(4));
+    /// let laser = Task { name: "laser".into(), ..Task::new(2, Time::from_nanos(10), machine) };
+    /// assert_eq!((laser.cpus, laser.deadline), (Some(1), laser.period));
+    /// ```
+    pub fn new(priority: u32, period: Time, machine: StateMachine) -> Task {
+        Task {
+            priority: Priority::RealTime(priority),
+            period: Some(period),
+            deadline: Some(period),
+            cpus: Some(1),
+            demand: Demand::Machine { machine, whole: None },
+            ..Task::default()
+        }
+    }
+
+    /// Returns the greatest execution time of one job, if the demand is known.
+    pub fn greatest_cost(&self) -> Option<Time> {
+        self.demand.machine().map(StateMachine::greatest_cost)
+    }
+
+    /// Returns the CPUs on which it competes with real-time tasks: all if they are unknown, none in the background.
+    pub(crate) fn mask(&self) -> u64 {
+        if self.priority == Priority::Background { 0 } else { self.cpus.unwrap_or(u64::MAX) }
+    }
+
     /// Whether the task can be analysed.
     pub(crate) fn is_known(&self) -> bool {
-        self.demand != Demand::Unknown && self.cpus != 0 && self.period > Time::ZERO
+        self.demand != Demand::Unknown && self.mask() != 0 && self.period > Some(Time::ZERO)
+    }
+
+    /// Whether it is a real-time task that cannot be analysed.
+    pub(crate) fn is_unknown(&self) -> bool {
+        self.priority != Priority::Background && !self.is_known()
     }
 }
 
@@ -143,7 +187,8 @@ impl CpuRule {
     /// Returns the CPUs, a bit each, as in [`Task::cpus`].
     pub fn mask(self) -> u64 {
         match self {
-            CpuRule::Cpu(cpu) => 1 << cpu,
+            // A task without a CPU counts none.
+            CpuRule::Cpu(cpu) => 1_u64.checked_shl(cpu).unwrap_or_default(),
             CpuRule::Linked(cpus) => cpus,
         }
     }
@@ -193,13 +238,14 @@ pub struct Response {
 
 impl Response {
     /// Returns whether the `deadline` (from the release) is met. A response time equal to it meets it.
-    pub fn status(&self, deadline: Time) -> Status {
+    pub fn status(&self, deadline: Option<Time>) -> Status {
         match self.bound {
-            Bound::Response(time) if time <= deadline => Status::Met,
+            Bound::Response(time) if Some(time) <= deadline => Status::Met,
             Bound::Response(_) => Status::Missed,
             Bound::Unbounded { .. } => Status::Unbounded,
             Bound::NoBound(_) => Status::NoBound,
             Bound::NotAnalysed { .. } => Status::NotAnalysed,
+            Bound::Background => Status::Background,
         }
     }
 }
@@ -221,6 +267,8 @@ pub enum Bound {
         /// The tasks of unknown demand that may delay it, and the task itself if its demand is unknown. Ascending.
         because: Vec<usize>,
     },
+    /// The task is in the background.
+    Background,
 }
 
 /// Why no bound was found.
@@ -238,7 +286,7 @@ pub enum NoBoundReason {
 }
 
 /// Whether a deadline is met.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Default, Debug)]
 pub enum Status {
     /// Every job ends at its deadline or before.
     Met,
@@ -250,10 +298,13 @@ pub enum Status {
     NoBound,
     /// See [`Bound::NotAnalysed`].
     NotAnalysed,
+    /// The task is in the background, where nothing is to be proved.
+    #[default]
+    Background,
 }
 
 impl Status {
-    /// `met`, `missed`, `unbounded`, `no-bound` or `not-analysed`.
+    /// `met`, `missed`, `unbounded`, `no-bound`, `not-analysed` or `background`.
     pub fn name(self) -> &'static str {
         match self {
             Status::Met => "met",
@@ -261,7 +312,13 @@ impl Status {
             Status::Unbounded => "unbounded",
             Status::NoBound => "no-bound",
             Status::NotAnalysed => "not-analysed",
+            Status::Background => "background",
         }
+    }
+
+    /// Returns whether the deadline is proved, or there is none to prove.
+    pub fn is_met(self) -> bool {
+        matches!(self, Status::Met | Status::Background)
     }
 }
 

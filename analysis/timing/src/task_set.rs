@@ -1245,30 +1245,28 @@ mod tests {
                 }
                 Demand::Unknown => None,
             };
-            let activities = set.activities_at(column, method).activities.into_iter();
-            activities.map(|it| known(it.demand)).collect::<Vec<_>>()
+            let tasks = set.tasks_at(set.levels[column], method).unwrap();
+            tasks.activities().iter().map(|it| known(it.demand.clone())).collect::<Vec<_>>()
         };
         let both = [Some((83, Some(900))), Some((83, Some(900))), None];
         assert_eq!(demands(0, Method::Psm), both);
         assert_eq!(demands(0, Method::Classic), both);
         assert_eq!(demands(1, Method::Psm), [Some((94, None)), None, None]);
         assert_eq!(demands(1, Method::Classic), [None; 3]);
-        assert_eq!(demands(2, Method::Psm), [None; 3]);
+        assert_eq!(set.tasks_at(level(0.5), Method::Psm), None);
     }
 
     #[test]
     fn the_set_at_a_level() {
         let mut set = example_set();
-        let found = set.activities_at(1, Method::Psm);
-        let front = &found.activities[0];
-        assert_eq!(
-            (front.name.as_str(), front.priority, front.cpus),
-            ("front", Priority::RealTime(2), Some(1))
-        );
+        let rare = set.levels[1];
+        let found = set.tasks_at(rare, Method::Psm).unwrap();
+        let front = &found.activities()[0];
+        assert_eq!((&*front.name, front.priority, front.cpus), ("front", Priority::RealTime(2), Some(1)));
         let always = Some(Time::from_nanos(1000));
         assert_eq!((front.period, front.deadline), (always, always));
         assert_eq!((front.jitter, front.offset), (Time::from_nanos(7), Some(Time::from_nanos(8))));
-        assert_eq!(found.others, set.other);
+        assert_eq!(found.others().len(), set.other.len());
         let operation = |provider, client, time, during| crate::Operation {
             provider,
             client,
@@ -1279,7 +1277,8 @@ mod tests {
         assert_eq!(found.operations, [operation(0, 1, 4, None), operation(1, 0, 5, Some(0))]);
         let throttled = [Some(true), Some(false), None].map(|rt_throttling| {
             set.rt_throttling = rt_throttling;
-            set.activities_at(1, Method::Psm).throttled
+            let tasks = set.tasks_at(rare, Method::Psm).unwrap();
+            tasks.all().iter().any(|task| *task.name == *crate::THROTTLING)
         });
         assert_eq!(throttled, [true, false, false]);
     }

@@ -2,8 +2,7 @@
 
 use proptest::prelude::*;
 
-use crate::task_set::Priority;
-use crate::{Activity, Demand, Edge, StateMachine, Task, Time};
+use crate::{Edge, StateMachine, Task, Time};
 
 /// A machine from (source, target, cost in nanoseconds).
 pub(crate) fn machine(states: u32, edges: &[(u32, u32, u64)]) -> StateMachine {
@@ -14,35 +13,12 @@ pub(crate) fn machine(states: u32, edges: &[(u32, u32, u64)]) -> StateMachine {
 
 /// A task on CPU 0 whose deadline is its period.
 pub(crate) fn task(priority: u32, period: u64, machine: StateMachine) -> Task {
-    Task {
-        name: String::new(),
-        priority,
-        period: Time::from_nanos(period),
-        deadline: Time::from_nanos(period),
-        jitter: Time::ZERO,
-        offset: None,
-        cpus: 1,
-        demand: Demand::Machine { machine, whole: None },
-    }
+    Task::new(priority, Time::from_nanos(period), machine)
 }
 
 /// A [`task`] each of whose jobs executes for `cost`.
 pub(crate) fn simple(priority: u32, period: u64, cost: u64) -> Task {
     task(priority, period, StateMachine::single(Time::from_nanos(cost)))
-}
-
-/// The same as an activity.
-pub(crate) fn activity(priority: u32, period: u64, machine: StateMachine) -> Activity {
-    Activity {
-        name: String::new(),
-        priority: Priority::RealTime(priority),
-        period: Some(Time::from_nanos(period)),
-        deadline: Some(Time::from_nanos(period)),
-        jitter: Time::ZERO,
-        offset: None,
-        cpus: Some(1),
-        demand: Demand::Machine { machine, whole: None },
-    }
 }
 
 /// Machines of up to `states` states, with costs below `costs`; with one-way parts, parallel edges and self-loops.

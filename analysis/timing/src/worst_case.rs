@@ -4,7 +4,7 @@
 //! operations or release jitter of tasks with an offset are in it. Otherwise the schedule may stay below the bound.
 
 use crate::lane::greatest_common_divisor;
-use crate::{ActivitySet, Bound, Options, Script, ScriptedTask, Task, Time, worst_trace};
+use crate::{Bound, Breakdown, Options, Script, ScriptedTask, Task, Tasks, Time, worst_trace};
 
 /// A schedule in which an activity responds as late as its analysis knows.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -28,7 +28,7 @@ pub enum NoWorstCase {
     OtherOffsets,
 }
 
-impl ActivitySet {
+impl Tasks {
     /// Returns the schedule behind the response time of an activity. To cancel, `interrupt` unwinds.
     ///
     /// # Errors
@@ -36,20 +36,12 @@ impl ActivitySet {
     /// The activity has no response time, or that of a window which does not keep the offsets of the tasks in it.
     ///
     /// ```
-    /// use mauve_timing::task_set::Priority;
     /// use mauve_timing::*;
     ///
-    /// let activity = |priority, period, cost| Activity {
-    ///     name: String::new(),
-    ///     priority: Priority::RealTime(priority),
-    ///     period: Some(Time::from_nanos(period)),
-    ///     deadline: Some(Time::from_nanos(period)),
-    ///     jitter: Time::ZERO,
-    ///     offset: None,
-    ///     cpus: Some(1),
-    ///     demand: Demand::Machine { machine: StateMachine::single(Time::from_nanos(cost)), whole: None },
+    /// let task = |priority, period, cost| {
+    ///     Task::new(priority, Time::from_nanos(period), StateMachine::single(Time::from_nanos(cost)))
     /// };
-    /// let set = ActivitySet { activities: vec![activity(2, 10, 4), activity(1, 30, 11)], ..ActivitySet::default() };
+    /// let set = Tasks::new(vec![task(2, 10, 4), task(1, 30, 11)]);
     /// let options = Options { method: Method::Exact, horizon: None, is_brief: false };
     /// let worst = set.worst_case(1, &options, &|| ()).unwrap();
     /// let simulated = SimulationOptions { script: Some(worst.script), ..SimulationOptions::new(1, worst.length) };
@@ -72,31 +64,28 @@ impl ActivitySet {
         interrupt: &dyn Fn(),
     ) -> Option<Result<WorstCase, NoWorstCase>> {
         let analysis = self.response_times(options, interrupt);
-        let response = analysis.responses.get(activity)?.as_ref()?;
+        let response = analysis.responses.get(activity)?;
         let (Bound::Response(bound), Some(window)) = (&response.bound, &response.window) else { return None };
-        let set = &analysis.tasks;
-        let of = set.task(activity)?;
-        let (late, interfering) = set.breakdown(options, interrupt).paths(of, response.rule, window)?;
-        let in_window = interfering.iter().map(|it| it.task).chain([of]);
-        let in_window: Vec<&Task> = in_window.filter_map(|task| set.tasks().get(task)).collect();
-        if window.start.is_none() && !may_start_together(&in_window) {
+        let all = analysis.tasks.all();
+        let of = all.get(activity)?;
+        let mut breakdown = Breakdown::new(all, options, interrupt);
+        let (late, interfering) = breakdown.paths(activity, response.rule, window)?;
+        let in_window = || interfering.iter().filter_map(|it| all.get(it.task)).chain([of]);
+        if window.start.is_none() && !may_start_together(&in_window().collect::<Vec<_>>()) {
             return Some(Err(NoWorstCase::OtherOffsets));
         }
-        let jitter = |task: usize| set.tasks().get(task).map_or(Time::ZERO, |task| task.jitter);
         // A job that is nominally released before the window is late, and released at its start.
-        let start = interfering.iter().map(|it| jitter(it.task)).fold(jitter(of), Time::max);
-        let first = |task: usize, delay: Time| start.checked_add(delay)?.checked_sub(jitter(task));
-        // Real-time throttling has a number for each CPU.
-        let numbers = self.activities.len() + self.others.len() + u64::BITS as usize;
-        let mut tasks = vec![None; numbers];
-        let own = set.tasks().get(of)?.demand.machine();
+        let start = in_window().map(|task| task.jitter).max()?;
+        let first = |task: &Task, delay: Time| start.checked_add(delay)?.checked_sub(task.jitter);
+        let mut tasks = vec![None; all.len()];
+        let own = of.demand.machine();
         let own = own.and_then(|machine| worst_trace(machine, usize::try_from(late.job).ok()?));
+        let own = (activity, window.delay, own.unwrap_or_default());
         let scripted = interfering.into_iter().map(|it| (it.task, it.delay, it.edges));
-        for (task, delay, edges) in scripted.chain([(of, window.delay, own.unwrap_or_default())]) {
-            *tasks.get_mut(set.activity(task))? = Some(ScriptedTask { first: first(task, delay)?, edges });
+        for (task, delay, edges) in scripted.chain([own]) {
+            *tasks.get_mut(task)? = Some(ScriptedTask { first: first(all.get(task)?, delay)?, edges });
         }
-        let period = set.tasks().get(of)?.period;
-        let after = first(of, window.delay)?.checked_add(period.checked_mul(late.job)?)?;
+        let after = first(of, window.delay)?.checked_add(of.period?.checked_mul(late.job)?)?;
         let end = start.checked_add(Time::from_nanos(late.length))?;
         let script = Script { start, tasks, last: activity };
         Some(Ok(WorstCase { job: late.job, bound: *bound, script, length: end.max(after) }))
@@ -108,7 +97,7 @@ impl ActivitySet {
 fn may_start_together(tasks: &[&Task]) -> bool {
     let last = |task: &Task| {
         let offset = u128::from(task.offset?.as_nanos());
-        Some((offset + u128::from(task.jitter.as_nanos()), task.period.as_nanos()))
+        Some((offset + u128::from(task.jitter.as_nanos()), task.period?.as_nanos()))
     };
     let all: Vec<(u128, u64)> = tasks.iter().filter_map(|task| last(task)).collect();
     // By the Chinese remainder theorem, it is enough that each two of them may.
@@ -122,19 +111,14 @@ fn may_start_together(tasks: &[&Task]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::task_set::Other;
-    use crate::testing::{activity, machine, machines};
-    use crate::{Activity, Method, Response, SimulationOptions, StateMachine};
+    use crate::testing::{machine, machines, simple, task};
+    use crate::{Method, Response, SimulationOptions};
     use proptest::prelude::*;
-
-    fn simple(priority: u32, period: u64, cost: u64) -> Activity {
-        activity(priority, period, StateMachine::single(Time::from_nanos(cost)))
-    }
 
     const EXACT: Options = Options { method: Method::Exact, horizon: None, is_brief: false };
 
     /// The bound of an activity, and the response of the late job in its schedule. No other response is above its bound either.
-    fn bound_and_simulated(set: &ActivitySet, of: usize) -> Option<(u64, u64)> {
+    fn bound_and_simulated(set: &Tasks, of: usize) -> Option<(u64, u64)> {
         let worst = set.worst_case(of, &EXACT, &|| ()).ok()?;
         let options =
             SimulationOptions { script: Some(worst.script), ..SimulationOptions::new(1, worst.length) };
@@ -143,9 +127,7 @@ mod tests {
         let response = job.end?.as_nanos() - job.nominal.as_nanos();
         let responses = set.response_times(&EXACT, &|| ()).responses;
         for (found, statistics) in responses.iter().zip(&schedule.statistics) {
-            if let (Some(Response { bound: Bound::Response(bound), .. }), Some(statistics)) =
-                (found, statistics)
-            {
+            if let (Bound::Response(bound), Some(statistics)) = (&found.bound, statistics) {
                 assert!(statistics.greatest <= Some(*bound), "{schedule:?}");
             }
         }
@@ -155,16 +137,15 @@ mod tests {
     #[test]
     fn the_paths_of_a_window() {
         let paths = [(0, 0, 1), (1, 1, 2), (2, 2, 1), (0, 1, 0), (1, 2, 3), (2, 0, 1)];
-        let hp = activity(2, 4, machine(3, &paths));
-        let set = ActivitySet { activities: vec![hp, simple(1, 8, 2)], ..ActivitySet::default() };
+        let hp = task(2, 4, machine(3, &paths));
+        let set = Tasks::new(vec![hp, simple(1, 8, 2)]);
         assert_eq!([0, 1].map(|of| bound_and_simulated(&set, of)), [Some((3, 3)), Some((6, 6))]);
     }
 
     #[test]
     fn a_late_job_of_the_window() {
         // The fifth job is the latest (Lehoczky, RTSS 1990).
-        let set =
-            ActivitySet { activities: vec![simple(2, 70, 26), simple(1, 100, 62)], ..ActivitySet::default() };
+        let set = Tasks::new(vec![simple(2, 70, 26), simple(1, 100, 62)]);
         assert_eq!(set.worst_case(1, &EXACT, &|| ()).unwrap().job, 5);
         assert_eq!(bound_and_simulated(&set, 1), Some((118, 118)));
     }
@@ -173,13 +154,13 @@ mod tests {
     fn late_releases_and_offsets() {
         let mut activities = vec![simple(2, 10, 2), simple(1, 20, 6), simple(1, 20, 1)];
         activities[0].jitter = Time::from_nanos(3);
-        let set = ActivitySet { activities: activities.clone(), ..ActivitySet::default() };
+        let set = Tasks::new(activities.clone());
         assert_eq!(bound_and_simulated(&set, 1), Some((11, 11)));
         activities[0].jitter = Time::ZERO;
         for (activity, offset) in activities.iter_mut().zip([0, 1, 12]) {
             activity.offset = Some(Time::from_nanos(offset));
         }
-        let set = ActivitySet { activities, ..ActivitySet::default() };
+        let set = Tasks::new(activities);
         assert_eq!(
             [0, 1, 2].map(|of| bound_and_simulated(&set, of)),
             [Some((2, 2)), Some((7, 7)), Some((1, 1))]
@@ -191,36 +172,29 @@ mod tests {
     fn two_jobs_that_are_equally_late() {
         let mut late = simple(0, 6, 4);
         late.jitter = Time::from_nanos(1);
-        let other = activity(0, 12, machine(3, &[(0, 0, 1), (1, 0, 1), (2, 0, 5), (1, 2, 4)]));
-        let set = ActivitySet { activities: vec![late, other], ..ActivitySet::default() };
+        let other = task(0, 12, machine(3, &[(0, 0, 1), (1, 0, 1), (2, 0, 5), (1, 2, 4)]));
+        let set = Tasks::new(vec![late, other]);
         assert_eq!(bound_and_simulated(&set, 0), Some((10, 10)));
     }
 
     #[test]
     fn whatever_may_delay_has_a_part() {
         // 70 activities of one priority: each of them executes once.
-        let many = ActivitySet { activities: vec![simple(1, 1000, 1); 70], ..ActivitySet::default() };
+        let many = Tasks::new(vec![simple(1, 1000, 1); 70]);
         assert_eq!(bound_and_simulated(&many, 69), Some((70, 70)));
         // More other work than activities.
-        let others = [2, 3].map(|time| {
-            let (period, time) = (Time::from_nanos(100), Time::from_nanos(time));
-            Other { name: time.to_string(), cpus: 1, priority: 50, period, jitter: Time::ZERO, time }
-        });
-        let set = ActivitySet {
-            activities: vec![simple(1, 100, 4)],
-            others: others.into(),
-            ..ActivitySet::default()
-        };
+        let others = vec![simple(50, 100, 2), simple(50, 100, 3)];
+        let set = Tasks::new(vec![simple(1, 100, 4)]).with_platform(others, false);
         assert_eq!(bound_and_simulated(&set, 0), Some((9, 9)));
         // 50 ms of each second are not its own.
         let activities = vec![simple(1, 1_000_000_000, 4)];
-        let set = ActivitySet { activities, throttled: true, ..ActivitySet::default() };
+        let set = Tasks::new(activities).with_platform(Vec::new(), true);
         assert_eq!(bound_and_simulated(&set, 0), Some((50_000_004, 50_000_004)));
     }
 
     #[test]
     fn nothing_without_a_response_time() {
-        let set = ActivitySet { activities: vec![simple(2, 10, 11)], ..ActivitySet::default() };
+        let set = Tasks::new(vec![simple(2, 10, 11)]);
         assert_eq!(set.worst_case(0, &EXACT, &|| ()), Err(NoWorstCase::NoResponse));
         assert_eq!(set.worst_case(1, &EXACT, &|| ()), Err(NoWorstCase::NoResponse));
     }
@@ -233,21 +207,21 @@ mod tests {
         for (activity, offset) in activities.iter_mut().zip([0, 5, 0]) {
             activity.offset = Some(Time::from_nanos(offset));
         }
-        let set = ActivitySet { activities, ..ActivitySet::default() };
+        let set = Tasks::new(activities);
         assert_eq!(set.worst_case(2, &EXACT, &|| ()), Err(NoWorstCase::OtherOffsets));
         assert_eq!(bound_and_simulated(&set, 1), Some((4, 4)));
     }
 
-    fn activities() -> impl Strategy<Value = Vec<Activity>> {
+    fn activities() -> impl Strategy<Value = Vec<Task>> {
         let period = prop::sample::select(&[3u64, 4, 6, 8, 12, 20][..]);
         let jitter = prop_oneof![3 => Just(0u64), 1 => 0..20u64];
         let offset = prop_oneof![2 => Just(None), 1 => (0..20u64).prop_map(Some)];
         let any = (0..3u32, period, jitter, offset, machines(3, 5)).prop_map(
-            |(priority, period, jitter, offset, machine)| Activity {
+            |(priority, period, jitter, offset, machine)| Task {
                 jitter: Time::from_nanos(jitter),
                 offset: offset.map(|offset| Time::from_nanos(offset % period)),
                 // A job without demand counts as 1 ns in the analysis.
-                ..activity(priority, period, machine.with_added(Time::from_nanos(1)).unwrap())
+                ..task(priority, period, machine.with_added(Time::from_nanos(1)).unwrap())
             },
         );
         proptest::collection::vec(any, 1..5)
@@ -258,16 +232,16 @@ mod tests {
 
         #[test]
         fn it_attains_what_is_exact(activities in activities()) {
-            let is_late = |it: &Activity| it.offset.is_some() && it.jitter > Time::ZERO;
+            let is_late = |it: &Task| it.offset.is_some() && it.jitter > Time::ZERO;
             let is_attained = !activities.iter().any(is_late);
-            let set = ActivitySet { activities, ..ActivitySet::default() };
+            let set = Tasks::new(activities);
             let responses = set.response_times(&EXACT, &|| ()).responses;
             for (of, response) in responses.iter().enumerate() {
                 let Some((bound, simulated)) = bound_and_simulated(&set, of) else { continue };
                 prop_assert!(simulated <= bound);
                 let is_exact =
                     |it: &Response| it.method == Method::Exact && !it.is_exhausted;
-                if is_attained && response.as_ref().is_some_and(is_exact) {
+                if is_attained && is_exact(response) {
                     prop_assert_eq!(simulated, bound);
                 }
             }

@@ -14,16 +14,7 @@ use response_time_analysis::wcet::{Curve, Scalar};
 const LIMIT: u64 = 200_000;
 
 fn task(priority: u32, period: u64, machine: StateMachine) -> Task {
-    Task {
-        name: String::new(),
-        priority,
-        period: Time::from_nanos(period),
-        deadline: Time::from_nanos(period),
-        jitter: Time::ZERO,
-        offset: None,
-        cpus: 1,
-        demand: Demand::Machine { machine, whole: None },
-    }
+    Task::new(priority, Time::from_nanos(period), machine)
 }
 
 fn bounds(tasks: &[Task], method: Method) -> Vec<Option<u64>> {
@@ -31,7 +22,7 @@ fn bounds(tasks: &[Task], method: Method) -> Vec<Option<u64>> {
     let bound = |bound: &Bound| match bound {
         Bound::Response(time) => Some(time.as_nanos()),
         Bound::Unbounded { .. } | Bound::NoBound(_) => None,
-        Bound::NotAnalysed { .. } => panic!("every demand is known"),
+        Bound::NotAnalysed { .. } | Bound::Background => panic!("every demand is known"),
     };
     analysis.responses.iter().map(|response| bound(&response.bound)).collect()
 }
@@ -45,7 +36,7 @@ fn interfering<T: Clone>(tasks: &[Task], index: usize, demands: &[T]) -> Vec<T> 
 }
 
 fn periodic(task: &Task) -> Periodic {
-    Periodic::new(Duration::from(task.period.as_nanos()))
+    Periodic::new(Duration::from(task.period.unwrap().as_nanos()))
 }
 
 fn machines() -> impl Strategy<Value = StateMachine> {
@@ -75,7 +66,7 @@ fn check_equal(
         // Very near the full load, windows are longer than the limit. At exactly the full load they may never end; then
         // this crate looks for responses that repeat.
         let load = |task: &Task| match &task.demand {
-            Demand::Machine { machine, .. } => (machine.greatest_cycle_mean(), task.period),
+            Demand::Machine { machine, .. } => (machine.greatest_cycle_mean(), task.period.unwrap()),
             Demand::Unknown => panic!("every demand is known"),
         };
         let all = interfering(tasks, index, tasks);

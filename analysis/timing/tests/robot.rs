@@ -55,14 +55,10 @@ fn robot(level: usize, astar: Astar) -> Vec<Task> {
         };
         let whole = WHOLE.iter().find(|(whole, _)| *whole == name).map(|(_, times)| ms(times[level]));
         Task {
-            name: name.to_owned(),
-            priority,
-            period: ms(period),
-            deadline: ms(period),
-            jitter: Time::ZERO,
-            offset: None,
-            cpus: 1 << cpu,
-            demand: Demand::Machine { machine, whole },
+            name: name.into(),
+            cpus: Some(1 << cpu),
+            demand: Demand::Machine { machine: machine.clone(), whole },
+            ..Task::new(priority, ms(period), machine)
         }
     };
     ROBOT.iter().map(task).collect()
@@ -82,7 +78,7 @@ fn compare(printed: &str, astar: Astar, method: Method, horizon: Option<Time>) -
         let name = words.next().unwrap();
         for (level, printed) in words.enumerate() {
             let (tasks, analysis) = analyse(level, astar, method, horizon);
-            let task = tasks.iter().position(|task| task.name == name).unwrap();
+            let task = tasks.iter().position(|task| *task.name == *name).unwrap();
             if printed != "-" {
                 let expected = Some(ms(printed.parse().unwrap()));
                 assert_eq!(analysis.responses[task].first_job, expected, "{name} at {}", LEVELS[level]);
@@ -157,11 +153,11 @@ fn figures_that_meet_their_deadline_are_bounds() {
             let name = words.next().unwrap();
             for (level, printed) in words.enumerate() {
                 let (tasks, analysis) = analyse(level, Astar::InRun, method, None);
-                let task = tasks.iter().position(|task| task.name == name).unwrap();
+                let task = tasks.iter().position(|task| *task.name == *name).unwrap();
                 let Ok(printed) = printed.parse() else { continue };
                 let printed = ms(printed);
                 let response = &analysis.responses[task];
-                if printed <= tasks[task].deadline {
+                if Some(printed) <= tasks[task].deadline {
                     assert_eq!(response.bound, Bound::Response(printed), "{name} at {}", LEVELS[level]);
                     assert_eq!(response.status(tasks[task].deadline), Status::Met);
                 } else {
@@ -211,7 +207,7 @@ fn at_1e_9_hokuyo_and_all_below_are_unbounded() {
     let (tasks, analysis) = analyse(6, Astar::InRun, Method::Psm, None);
     for (task, response) in tasks.iter().zip(&analysis.responses) {
         let status = response.status(task.deadline);
-        match task.name.as_str() {
+        match &*task.name {
             "p3dx_driver" => assert_eq!(status, Status::Met),
             "gmapping" => assert_eq!(response.bound, Bound::Unbounded { cpu: 2 }),
             _ => assert_eq!(response.bound, Bound::Unbounded { cpu: 1 }),

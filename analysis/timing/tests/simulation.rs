@@ -5,10 +5,9 @@
 
 use std::time::Instant;
 
-use mauve_timing::task_set::Priority;
 use mauve_timing::{
-    Activity, ActivitySet, Bound, Calls, Demand, Edge, Executed, Method, Operation, Options, Random,
-    Schedule, SimulationOptions, StateMachine, Time,
+    Bound, Calls, Demand, Edge, Executed, Method, Operation, Options, Random, Schedule, SimulationOptions,
+    StateMachine, Task, Tasks, Time,
 };
 
 /// The jobs that are compared with bounds, where the environment does not say otherwise.
@@ -47,25 +46,19 @@ impl Systems {
     }
 
     /// Activities whose greatest jobs together use about `percent` of each CPU.
-    fn set(&mut self, cpus: u64, percent: u64) -> ActivitySet {
+    fn set(&mut self, cpus: u64, percent: u64) -> Tasks {
         let count = self.from(2, 6) * cpus;
-        let activities = (0..count).map(|index| {
+        let activities = (0..count).map(|_| {
             let period = [10, 20, 50, 100, 1000, 7, 13, 31][self.from(0, 7) as usize] * self.from(1, 3);
             let share = self.from(0, 2 * percent * cpus / count);
             let everywhere = (1 << cpus) - 1;
             let mask = if cpus == 1 { 1 } else { self.from(1, everywhere) };
-            Activity {
-                name: index.to_string(),
-                priority: Priority::RealTime(self.from(1, 1 + count) as u32),
-                period: Some(Time::from_nanos(period)),
-                deadline: Some(Time::from_nanos(self.from(period / 2, period))),
-                jitter: Time::ZERO,
-                offset: None,
-                cpus: Some(mask),
-                demand: Demand::Machine { machine: self.machine(period * share / 100), whole: None },
-            }
+            let priority = self.from(1, 1 + count) as u32;
+            let deadline = Some(Time::from_nanos(self.from(period / 2, period)));
+            let machine = self.machine(period * share / 100);
+            Task { deadline, cpus: Some(mask), ..Task::new(priority, Time::from_nanos(period), machine) }
         });
-        ActivitySet { activities: activities.collect(), ..ActivitySet::default() }
+        Tasks::new(activities.collect())
     }
 
     fn options(&mut self, length: u64) -> SimulationOptions {
@@ -95,7 +88,7 @@ fn no_response_on_several_cpus_exceeds_its_bound() {
     compare("several CPUs, jitter", &|systems| {
         let (cpus, percent) = (systems.from(2, 3), systems.from(20, 60));
         let mut set = systems.set(cpus, percent);
-        for activity in &mut set.activities {
+        for activity in set.activities_mut() {
             let period = activity.period.unwrap().as_nanos();
             if systems.from(0, 2) == 0 {
                 activity.jitter = Time::from_nanos(systems.from(0, 2 * period));
@@ -110,7 +103,7 @@ fn no_response_with_offsets_exceeds_its_bound() {
     compare("offsets", &|systems| {
         let (cpus, percent) = (systems.from(1, 2), systems.from(30, 80));
         let mut set = systems.set(cpus, percent);
-        for activity in &mut set.activities {
+        for activity in set.activities_mut() {
             let period = [100, 200, 300, 400][systems.from(0, 3) as usize];
             let greatest = period * systems.from(1, 2 * percent) / 300;
             activity.demand = Demand::Machine { machine: systems.machine(greatest), whole: None };
@@ -128,7 +121,7 @@ fn no_response_with_operations_exceeds_its_bound() {
     compare("operations", &|systems| {
         let (cpus, percent) = (systems.from(1, 2), systems.from(10, 40));
         let mut set = systems.set(cpus, percent);
-        let last = set.activities.len() as u64 - 1;
+        let last = set.activities().len() as u64 - 1;
         for number in 0..3 {
             let (provider, client) = (systems.from(0, last) as usize, systems.from(0, last) as usize);
             // The last one is sent while the first one is executed.
@@ -145,7 +138,7 @@ fn no_response_with_operations_exceeds_its_bound() {
 }
 
 /// Compares the responses of random systems with their bounds.
-fn compare(what: &str, system: &dyn Fn(&mut Systems) -> ActivitySet) {
+fn compare(what: &str, system: &dyn Fn(&mut Systems) -> Tasks) {
     let methods = [Method::Classic, Method::Psm, Method::Ibf, Method::Exact];
     // The greatest ratio of a response to its bound, and the number of compared activities, by method.
     let mut greatest = [(0.0_f64, 0_u64, 0_u64); 4];
@@ -170,10 +163,7 @@ fn compare(what: &str, system: &dyn Fn(&mut Systems) -> ActivitySet) {
                 jobs += statistics.jobs;
                 let Some(found) = statistics.greatest else { continue };
                 for (bounds, (ratio, compared, reached)) in bounds.iter().zip(&mut greatest) {
-                    let Some(Bound::Response(bound)) = bounds[activity].as_ref().map(|it| it.bound.clone())
-                    else {
-                        continue;
-                    };
+                    let Bound::Response(bound) = bounds[activity].bound else { continue };
                     assert!(
                         found <= bound,
                         "system {seed}, activity {activity}: {found} > {bound}\n{set:?}\n{options:?}"
@@ -181,7 +171,7 @@ fn compare(what: &str, system: &dyn Fn(&mut Systems) -> ActivitySet) {
                     *ratio = ratio.max(found.as_nanos() as f64 / bound.as_nanos() as f64);
                     *compared += 1;
                     *reached += u64::from(found == bound);
-                    let deadline = set.activities[activity].deadline.unwrap();
+                    let deadline = set.activities()[activity].deadline.unwrap();
                     assert!(bound > deadline || statistics.misses == 0, "system {seed}, activity {activity}");
                 }
             }
@@ -204,18 +194,19 @@ fn compare(what: &str, system: &dyn Fn(&mut Systems) -> ActivitySet) {
 #[test]
 fn ten_activities() {
     let mut systems = Systems::new(2);
-    let mut set = systems.set(1, 70);
-    while set.activities.len() < 10 {
-        set.activities.extend(systems.set(1, 70).activities);
+    let mut activities = Vec::new();
+    while activities.len() < 10 {
+        activities.extend(systems.set(1, 70).activities().to_vec());
     }
-    set.activities.truncate(10);
-    for (index, activity) in set.activities.iter_mut().enumerate() {
+    activities.truncate(10);
+    for (index, activity) in activities.iter_mut().enumerate() {
         let period = [10, 20, 50, 100, 100][index % 5] * 1000;
         activity.period = Some(Time::from_nanos(period));
         activity.deadline = activity.period;
         activity.demand = Demand::Machine { machine: systems.machine(period * 7 / 100), whole: None };
     }
-    let frequency: f64 = set.activities.iter().map(|it| 1.0 / it.period.unwrap().as_nanos() as f64).sum();
+    let set = Tasks::new(activities);
+    let frequency: f64 = set.activities().iter().map(|it| 1.0 / it.period.unwrap().as_nanos() as f64).sum();
     let length = (jobs_wanted() as f64 / frequency) as u64;
     let options =
         SimulationOptions { keeps_schedule: false, ..SimulationOptions::new(1, Time::from_nanos(length)) };
@@ -237,13 +228,10 @@ fn executed_of(schedule: &Schedule, activity: usize, job: u64) -> Vec<(u64, u64)
 }
 
 /// Checks a schedule without operations against the rules, one nanosecond after the other.
-fn check(set: &ActivitySet, schedule: &Schedule) {
+fn check(set: &Tasks, schedule: &Schedule) {
     let end = schedule.end.as_nanos();
-    let mask = |activity: usize| set.activities[activity].cpus.unwrap();
-    let priority = |activity: usize| match set.activities[activity].priority {
-        Priority::RealTime(priority) => priority,
-        _ => panic!("real-time"),
-    };
+    let mask = |activity: usize| set.activities()[activity].cpus.unwrap();
+    let priority = |activity: usize| set.activities()[activity].priority;
     // What each CPU executes in each nanosecond.
     let mut cpus = vec![[None; 4]; end as usize];
     for slice in &schedule.slices {
@@ -254,7 +242,7 @@ fn check(set: &ActivitySet, schedule: &Schedule) {
             *executes = Some(slice.activity);
         }
     }
-    let mut is_ready = vec![vec![false; end as usize]; set.activities.len()];
+    let mut is_ready = vec![vec![false; end as usize]; set.activities().len()];
     for job in &schedule.jobs {
         let slices = executed_of(schedule, job.activity, job.number);
         let ended = job.end.map_or(end, Time::as_nanos);
@@ -273,7 +261,7 @@ fn check(set: &ActivitySet, schedule: &Schedule) {
             .collect();
         assert!(edges.windows(2).all(|pair| pair[0] == pair[1]), "one edge for each job");
         if let (Some(edge), Demand::Machine { machine, .. }) =
-            (edges.first(), &set.activities[job.activity].demand)
+            (edges.first(), &set.activities()[job.activity].demand)
         {
             let executed: u64 = slices.iter().map(|(start, end)| end - start).sum();
             assert!(executed <= machine.edges()[*edge].cost.as_nanos());
@@ -306,13 +294,13 @@ fn schedules_obey_the_scheduler() {
         let percent = systems.from(30, 130);
         let mut set = systems.set(cpus, percent);
         if index % 3 == 0 {
-            set.activities.iter_mut().for_each(|it| it.jitter = Time::from_nanos(systems.from(0, 30)));
+            set.activities_mut().iter_mut().for_each(|it| it.jitter = Time::from_nanos(systems.from(0, 30)));
         }
         let schedule = set.simulate(&systems.options(400), &|| ());
         check(&set, &schedule);
         // A job takes the edge that follows that of the job before.
-        for activity in 0..set.activities.len() {
-            let Demand::Machine { machine, .. } = &set.activities[activity].demand else { panic!("known") };
+        for activity in 0..set.activities().len() {
+            let Demand::Machine { machine, .. } = &set.activities()[activity].demand else { panic!("known") };
             let of_activity = schedule.slices.iter().filter(|slice| slice.activity == activity);
             let mut path: Vec<(u64, usize)> = of_activity
                 .map(|slice| match slice.executed {
@@ -337,7 +325,7 @@ fn calls_are_sent_and_executed() {
         for _ in 0..200 {
             let cpus = systems.from(1, 3);
             let mut set = systems.set(cpus, 40);
-            let last = set.activities.len() as u64 - 1;
+            let last = set.activities().len() as u64 - 1;
             let operation = |systems: &mut Systems| Operation {
                 provider: systems.from(0, last) as usize,
                 client: systems.from(0, last) as usize,

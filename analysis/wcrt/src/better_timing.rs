@@ -17,12 +17,13 @@
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
-use mauve_timing::{Status, Time};
+use mauve_timing::{Priority, Status, Time};
 
+use crate::bisection::Boundary;
 use crate::priorities::inverted;
-use crate::report::{ActivityReport, Deadlines, Query, Report, Verdict};
+use crate::report::{ActivityReport, Deadlines, Query, Report};
 use crate::response::{response_times, response_times_if};
-use crate::system::{Priority, ResolvedActivity, System, system_of, written_field};
+use crate::system::{ResolvedActivity, System, system_of, written_field};
 use crate::what_if::WhatIfField;
 use mauve_hir::item_tree::{Field, Name};
 use mauve_hir::{Decl, ModelDb, Project, number};
@@ -295,20 +296,14 @@ impl<'db> Search<'db> {
     /// the goal is monotone, the number is the least.
     fn least(
         &mut self,
-        mut bad: u64,
-        mut good: u64,
+        bad: u64,
+        good: u64,
         fields: &dyn Fn(&Self, u64) -> Vec<WhatIfField>,
         goal: &dyn Fn(&Report<'db>) -> bool,
     ) -> Option<u64> {
-        while good - bad > 1 {
-            let middle = bad + (good - bad) / 2;
-            if goal(&self.ask(&fields(self, middle))?) {
-                good = middle;
-            } else {
-                bad = middle;
-            }
-        }
-        Some(good)
+        let found =
+            Boundary::between(good, bad, |number| Some(goal(&self.ask(&fields(self, number.as_nanos()))?)));
+        found.is_complete().then_some(found.good)
     }
 
     /// Returns a period, and the deadline with it where one is written and is the period now, or would be later.
@@ -381,7 +376,7 @@ impl<'a, 'db> Group<'a, 'db> {
 }
 
 fn priority(activity: &ResolvedActivity<'_>) -> u32 {
-    if let Priority::RealTime(priority) = activity.priority { priority } else { 0 }
+    activity.priority.real_time().unwrap_or_default()
 }
 
 fn priority_of(activity: &ResolvedActivity<'_>, number: u32) -> WhatIfField {
@@ -393,7 +388,7 @@ fn field(activity: &ResolvedActivity<'_>, field: ActivityField, value: String) -
 }
 
 fn is_analysed(activity: &ActivityReport<'_>) -> bool {
-    activity.verdict != Verdict::RealTime(Status::NotAnalysed)
+    activity.verdict != Status::NotAnalysed
 }
 
 fn is_met(report: &Report<'_>, activity: &ResolvedActivity<'_>) -> bool {

@@ -3,24 +3,24 @@
 
 use std::cell::Cell;
 
-use mauve_timing::{ActivitySet, Response, Status, Time};
+use mauve_timing::{Response, Status, Tasks, Time};
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::psm::{Executed, OtherTimes, Psm, psm_of, psm_with};
-use crate::reason::Refusal;
+use crate::psm::{OtherTimes, PsmResult, psm_of, psm_with};
 use crate::report::Query;
 use crate::served::served_in;
 use crate::system::{System, system_of};
 use crate::table_set::{TableSet, tables_of};
-use crate::task_set::activity_set;
+use crate::task_set::tasks_of;
 use mauve_hir::{Decl, ModelDb, Project};
 
 /// The variants of a deployment, whose analyses share a budget.
 pub(crate) struct Variants<'db> {
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
+    pub(crate) db: &'db dyn ModelDb,
+    pub(crate) project: Project<'db>,
+    pub(crate) deployment: Decl<'db>,
     tables: TableSet<'db>,
-    query: Query,
+    pub(crate) query: Query,
     pub(crate) system: &'db System<'db>,
     /// The number of analyses that are left.
     left: Cell<usize>,
@@ -38,7 +38,8 @@ impl<'db> Variants<'db> {
     ) -> Variants<'db> {
         let system: &System<'db> = system_of(db, project, deployment);
         let left = Cell::new(most_analysed / system.activities.len().max(1));
-        Variants { db, project, tables: tables_of(db, project, deployment), query, system, left }
+        let tables = tables_of(db, project, deployment);
+        Variants { db, project, deployment, tables, query, system, left }
     }
 
     /// Returns the deployment where the times in `what_if` replace those of the tables. All of them are times that
@@ -47,47 +48,44 @@ impl<'db> Variants<'db> {
         &self,
         components: &FxHashSet<Decl<'db>>,
         what_if: OtherTimes<'_, 'db>,
-    ) -> ActivitySet {
+    ) -> Tasks {
         let Variants { db, project, tables, query, system, .. } = *self;
         let psm = |&component| (component, psm_with(db, tables, component, query.level, what_if));
-        let changed: FxHashMap<Decl<'db>, Result<Psm<'db>, Vec<Refusal<'db>>>> =
-            components.iter().map(psm).collect();
+        let changed: FxHashMap<Decl<'db>, PsmResult<'db>> = components.iter().map(psm).collect();
         let psms = system.activities.iter().map(|activity| {
             let component = activity.executed()?;
             changed.get(&component).or_else(|| Some(psm_of(db, tables, component, query.level)))
         });
-        let psms: Vec<Executed<'_, 'db>> = psms.collect();
+        let psms: Vec<Option<&PsmResult<'db>>> = psms.collect();
         let served = served_in(db, tables, system, query.level, what_if);
-        activity_set(db, project, system, &psms, &served, query.method)
+        tasks_of(db, project, system, &psms, &served, query.method)
     }
 
     /// Analyses a variant, with the smaller budget of [`mauve_timing::Options::is_brief`] or with that of the report. Returns one
-    /// response for each activity, none for those in the background; nothing where the budget of all variants is exhausted.
-    pub(crate) fn analysed(&self, set: &ActivitySet, is_brief: bool) -> Option<Vec<Option<Response>>> {
+    /// response for each activity; nothing where the budget of all variants is exhausted.
+    pub(crate) fn analysed(&self, set: &Tasks, is_brief: bool) -> Option<Vec<Response>> {
         self.left.set(self.left.get().checked_sub(1)?);
         let interrupt = || self.db.unwind_if_revision_cancelled();
-        Some(set.response_times(&self.query.options(is_brief), &interrupt).responses)
+        let mut responses = set.response_times(&self.query.options(is_brief), &interrupt).responses;
+        responses.truncate(set.activities().len());
+        Some(responses)
     }
 
     /// Returns whether a deadline of `set` is missed for sure, see [`is_missed`].
-    pub(crate) fn is_missed(&self, set: &ActivitySet) -> bool {
+    pub(crate) fn is_missed(&self, set: &Tasks) -> bool {
         let Some(responses) = self.analysed(set, false) else { return false };
-        statuses(set, &responses)
-            .into_iter()
-            .zip(&responses)
-            .any(|(status, it)| is_missed(status, it.as_ref()))
+        statuses(set, &responses).into_iter().zip(&responses).any(|(status, it)| is_missed(status, it))
     }
 }
 
 /// Returns whether a deadline is missed, and a greater budget would not change that.
-pub(crate) fn is_missed(status: Option<Status>, response: Option<&Response>) -> bool {
-    matches!(status, Some(Status::Missed | Status::Unbounded)) && response.is_some_and(|it| !it.is_exhausted)
+pub(crate) fn is_missed(status: Status, response: &Response) -> bool {
+    matches!(status, Status::Missed | Status::Unbounded) && !response.is_exhausted
 }
 
-/// Returns the status of each activity of `set`; none for those in the background.
-pub(crate) fn statuses(set: &ActivitySet, responses: &[Option<Response>]) -> Vec<Option<Status>> {
-    let responses = set.activities.iter().zip(responses);
-    responses.map(|(it, response)| Some(response.as_ref()?.status(it.deadline.unwrap_or_default()))).collect()
+/// Returns the status of each activity of `set`.
+pub(crate) fn statuses(set: &Tasks, responses: &[Response]) -> Vec<Status> {
+    set.activities().iter().zip(responses).map(|(task, response)| response.status(task.deadline)).collect()
 }
 
 /// The result of a bisection, in nanoseconds. They are neighbours if the search was not ended.

@@ -1,19 +1,21 @@
-//! Exports models as task sets and state machines ([`mauve_timing::task_set`]).
+//! Exports models as task sets and state machines ([`mauve_timing::task_set`]), and reads them.
 
+use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 use mauve_timing::task_set::{
-    Activity, Assumed, Called, Component, Edge, Machine, NotAnalysed, Program, State, TaskSet,
+    Activity, Assumed, Called, Component, Edge, Machine, NotAnalysed, Other, Program, State, TaskSet,
 };
-use mauve_timing::{Level, Time};
+use mauve_timing::{Level, Method, Task, Time};
 
-use crate::psm::{Executed, Psm, psm_of};
-use crate::reason::{Prose, Reason};
+use crate::psm::{Psm, PsmResult, psm_of};
+use crate::reason::{Prose, Reason, Refusal, UnknownPriority};
+use crate::report::ActivityReport;
 use crate::served::{Served, served_in};
 use crate::system::{Connected, ResolvedActivity, System, system_of};
 use crate::table_set::{TableSet, tables_of};
-use crate::task_set::{others_of, psms_of};
+use crate::task_set::{DeployedTasks, psms_of};
 use crate::timetable::timetable_of;
 use mauve_hir::{Decl, Edges, ModelDb, ProgramId, Project, config_of, platform_of};
 
@@ -46,25 +48,38 @@ pub fn task_set_of<'db>(
             period: resolved.period,
             deadline: resolved.deadline,
             jitter: resolved.jitter,
-            offset: resolved.phase(),
+            offset: resolved.offset,
             not_analysed: always.chain(refusals_of(&levels, &psms, &message)).chain(of_operations).collect(),
             doubt: resolved.unknown_priority.as_ref().map(prose.unknown_priority),
             machine: machine_of(&psms),
         }
     };
     let workspace = project.workspace(db);
+    let platform = platform_of(db, workspace);
     TaskSet {
         name: deployment.name(db).to_string(),
         times: section_of(db, tables),
         significance: config_of(db, workspace).level(),
         cpus: system.cpus,
-        rt_throttling: platform_of(db, workspace).rt_throttling,
+        rt_throttling: platform.rt_throttling,
         not_analysed: system.not_analysed.iter().map(|it| message(&it.reason)).collect(),
-        other: others_of(db, project, system),
+        other: platform.others.iter().filter_map(|it| other_of(it, system.cpus)).collect(),
         operations: operations_of(system, &served),
         activities: system.activities.iter().enumerate().map(activity).collect(),
         levels,
     }
+}
+
+/// Returns other work as it is in files. Without CPUs, it may run on `all`.
+fn other_of(it: &Task, all: u64) -> Option<Other> {
+    Some(Other {
+        name: it.name.to_string(),
+        cpus: it.cpus.unwrap_or(all),
+        priority: it.priority.real_time()?,
+        period: it.period?,
+        jitter: it.jitter,
+        time: it.greatest_cost()?,
+    })
 }
 
 /// Returns the operations of all levels. One that takes no time at a level is not among those of that level.
@@ -125,7 +140,7 @@ pub fn exported_component<'db>(
     }
 }
 
-type Psms<'db> = Vec<Executed<'db, 'db>>;
+type Psms<'db> = Vec<Option<&'db PsmResult<'db>>>;
 
 fn section_of<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> Option<String> {
     tables.section(db).as_deref().map(one_line)
@@ -154,11 +169,11 @@ fn refusals_of<'db>(
     psms: &Psms<'db>,
     message: &dyn Fn(&Reason<'db>) -> String,
 ) -> Vec<NotAnalysed> {
-    let refused = |psm: &Executed<'_, 'db>| -> Vec<String> {
+    let refused = |psm: &Option<&PsmResult<'db>>| -> Vec<String> {
         let Some(Err(refusals)) = psm else { return Vec::new() };
         refusals.iter().map(|refusal| message(&refusal.reason)).collect()
     };
-    let component_time = |psm: &Executed<'_, 'db>| -> Vec<String> {
+    let component_time = |psm: &Option<&PsmResult<'db>>| -> Vec<String> {
         let Some(Ok(Psm { unusable_component_time: Some(why), .. })) = psm else { return Vec::new() };
         vec![message(&Reason::ComponentTime(why.clone()))]
     };
@@ -189,7 +204,6 @@ fn machine_of(psms: &Psms<'_>) -> Option<Machine> {
     let times = |time: &dyn Fn(&Psm<'_>) -> Option<Time>| -> Vec<Option<Time>> {
         at_levels.iter().map(|psm| psm.and_then(time)).collect()
     };
-    let state = |number: u32| shape.states.get(number as usize).map_or_else(String::new, ToString::to_string);
     let key = |index: &usize| shape.programs.get(*index).map(|(program, _)| program.to_string());
     let executed: BTreeSet<usize> = shape.edges.executed().collect();
     let programs = executed.iter().filter_map(|index| {
@@ -198,8 +212,8 @@ fn machine_of(psms: &Psms<'_>) -> Option<Machine> {
     });
     let edges = shape.machine.edges().iter().zip(&shape.edges.all).enumerate();
     let edges = edges.map(|(index, (edge, described))| Edge {
-        source: state(edge.source),
-        target: state(edge.target),
+        source: shape.state(edge.source as usize).to_owned(),
+        target: shape.state(edge.target as usize).to_owned(),
         transition: described.transition.as_ref().map(ToString::to_string),
         first: described.first,
         then: described.then.iter().filter_map(key).collect(),
@@ -212,7 +226,7 @@ fn machine_of(psms: &Psms<'_>) -> Option<Machine> {
     });
     Some(Machine {
         states: states.collect(),
-        initial: shape.states.get(shape.initial).map_or_else(String::new, ToString::to_string),
+        initial: shape.state(shape.initial).to_owned(),
         overhead: times(&|psm| Some(psm.overhead)),
         component_time: times(&|psm| psm.component_time),
         assumed: assumed.collect(),
@@ -222,7 +236,7 @@ fn machine_of(psms: &Psms<'_>) -> Option<Machine> {
 }
 
 /// Returns the machine at the level with this index, as for a model; `None` if it has no times there.
-pub fn psm_at(machine: &Machine, column: usize) -> Option<Psm<'static>> {
+pub fn psm_at<'db>(machine: &Machine, column: usize) -> Option<Psm<'db>> {
     let number: HashMap<&str, usize> =
         machine.programs.iter().map(|it| it.program.as_str()).zip(0..).collect();
     let indices = |programs: &[String]| -> Vec<usize> {
@@ -256,4 +270,37 @@ pub fn psm_at(machine: &Machine, column: usize) -> Option<Psm<'static>> {
         unusable_component_time: None,
         assumed: machine.assumed.iter().map(|it| (it.codel.clone(), it.time)).collect(),
     })
+}
+
+impl<'db> DeployedTasks<'db> {
+    /// Returns the deployment of an exported task set; none where it has no times at the level.
+    pub fn of_file(file: &TaskSet, level: Level, method: Method) -> Option<Self> {
+        let column = file.column(level)?;
+        let tasks = file.tasks_at(level, method)?;
+        let psm = |it: &Activity| psm_at(it.machine.as_ref()?, column);
+        let psms: Vec<Option<Psm<'db>>> = file.activities.iter().map(psm).collect();
+        let stated = |reason: &String| Refusal { reason: Reason::Stated(reason.clone()), at: None };
+        let activities = tasks.activities().iter().zip(&file.activities).zip(&psms);
+        let reports = activities.map(|((task, written), psm)| {
+            let refusals = written.not_analysed.iter().filter(|it| it.holds(level, method));
+            ActivityReport {
+                task: task.clone(),
+                instance: written.instance.as_str().into(),
+                component_name: written.component.as_str().into(),
+                unknown_priority: written.doubt.as_deref().map(|it| UnknownPriority::Stated(it.into())),
+                reasons: refusals.map(|it| stated(&it.reason)).collect(),
+                own: psm.as_ref().map(|psm| psm.machine.greatest_cost()),
+                assumed: psm.as_ref().map_or_else(Vec::new, |psm| psm.assumed.clone()),
+                ..ActivityReport::default()
+            }
+        });
+        Some(DeployedTasks {
+            reports: reports.collect(),
+            psms: psms.into_iter().map(|psm| psm.map(Cow::Owned)).collect(),
+            operations: file.operations.iter().map(|called| called.operation.as_str().into()).collect(),
+            times: file.times.as_deref().map(Into::into),
+            not_analysed: file.not_analysed.iter().map(stated).collect(),
+            tasks,
+        })
+    }
 }

@@ -16,9 +16,8 @@
 //! | `component_tables.rs` | which timing tables count for a component |
 //! | `sends.rs` | the calls that a component sends to its required operations |
 //! | `served.rs` | the operations that activities execute for others |
-//! | `task_set.rs` | a deployment at one level as `timing` analyses it, made of a model or of an exported file |
+//! | `task_set.rs` | a deployment at one level as `timing` analyses and simulates it, made of a model or of an exported file |
 //! | `response.rs`, `report.rs` | its response times |
-//! | `simulated.rs` | a deployment for simulations, with the names of what its jobs execute |
 //! | `timing_facts.rs` | missed deadlines, overloaded CPUs |
 //! | `missing_times.rs` | codels without a time, with the time that each may take |
 //! | `bisection.rs` | searches for the value with which the first deadline is missed: variants, budget, bisection |
@@ -54,7 +53,6 @@ mod response;
 mod sends;
 mod sensitivity;
 mod served;
-mod simulated;
 mod system;
 mod table_set;
 mod task_set;
@@ -69,6 +67,7 @@ pub use fact::{
     Budget, ChangedOrigin, DeadlineAndPriority, InterferenceReport, Missed, MissingTime, Overload,
     TableSection, TimingFact, TimingFactKind, Unbounded,
 };
+pub use mauve_timing::Priority;
 pub use missing_times::{budgets, missing_time_facts};
 pub use new_activity::{NewActivity, missing_activities, new_activities};
 pub use priorities::priority_facts;
@@ -78,17 +77,15 @@ pub use reason::{
     StrayEntry, TableFault, TableFilesError, TableLevels, Timed, TooLong, UnknownPriority, UnusableTime,
     WrongProgram,
 };
-pub use report::{
-    ActivityReport, CallsReport, Deadlines, Query, Report, ReportBreakdown, Verdict, level_shown,
-};
+pub use report::{ActivityReport, CallsReport, Deadlines, Query, Report, ReportBreakdown, level_shown};
 pub use response::{facts_if, response_times, response_times_if, response_times_of};
 pub use sensitivity::{
     ActivitySensitivity, Limit, Sensitivity, TimeSensitivity, period_sensitivity, sensitivity,
     time_sensitivity,
 };
-pub use simulated::{EdgeNames, Simulated, simulated, simulated_of};
-pub use system::{Priority, ResolvedActivity, System, system_of};
+pub use system::{ResolvedActivity, System, system_of};
 pub use table_set::{TableSet, table_sets, tables_of};
+pub use task_set::DeployedTasks;
 pub use timetable::{
     LONGEST_PATTERN, Lookup, TableFiles, Timetable, file_name, files_of, levels_of_tables, pattern_of_path,
     table, table_facts, table_files, table_pattern, timetable_of,

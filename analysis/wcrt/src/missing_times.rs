@@ -7,7 +7,7 @@ use crate::bisection::{Boundary, Variants, statuses};
 use crate::fact::{Budget, MissingTime, TimingFact, TimingFactKind};
 use crate::psm::psm_of;
 use crate::reason::{Reason, Timed, UnusableTime};
-use crate::report::{Query, Verdict};
+use crate::report::Query;
 use crate::response::response_times;
 use crate::system::{ResolvedActivity, System, system_of};
 use crate::table_set::{TableSet, table_sets, tables_of};
@@ -55,8 +55,7 @@ pub fn budgets<'db>(
     };
     let holds = |codel: Decl<'db>, time: Time| -> Option<Option<bool>> {
         let set = with(codel, time);
-        let statuses: Vec<Status> =
-            statuses(&set, &variants.analysed(&set, true)?).into_iter().flatten().collect();
+        let statuses = statuses(&set, &variants.analysed(&set, true)?);
         Some(match statuses.contains(&Status::Missed) || statuses.contains(&Status::Unbounded) {
             _ if statuses.contains(&Status::NotAnalysed) => None,
             true => Some(false),
@@ -183,7 +182,7 @@ fn missing_level<'db>(
     let table = timetable_of(db, tables).without_level(query.level)?;
     let is_not_analysed = |&deployment: &Decl<'db>| {
         let activities = &response_times(db, project, deployment, query).activities;
-        activities.iter().any(|it| it.verdict == Verdict::RealTime(Status::NotAnalysed))
+        activities.iter().any(|it| it.verdict == Status::NotAnalysed)
     };
     let first = deployments.iter().map(|(deployment, _)| *deployment).find(is_not_analysed)?;
     let workspace = project.workspace(db);

@@ -3,13 +3,13 @@
 
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, ModelDb, Project, deployed, deployment};
-use mauve_timing::Time;
+use mauve_timing::{Priority, Time};
 use rustc_hash::FxHashMap;
 
 use crate::reason::{ActivityField, Reason};
 use crate::report::Query;
 use crate::response::response_times;
-use crate::system::{Priority, ResolvedActivity, System, system_of};
+use crate::system::{ResolvedActivity, System, system_of};
 
 /// The period where no activity of the deployment has one.
 const DEFAULT_PERIOD: Time = Time::from_nanos(100_000_000);
@@ -116,9 +116,7 @@ fn cpus_of<'db>(
             Cpu { mask, utilisation: (utilisation.unwrap_or(0.0) * 1e9) as u64, count: 0, priorities: 0 };
         for activity in system.activities.iter().filter(|it| it.cpus.is_none_or(|cpus| cpus & mask != 0)) {
             cpu.count += usize::from(activity.priority != Priority::Background);
-            if let Priority::RealTime(priority @ 1..=99) = activity.priority {
-                cpu.priorities |= 1 << priority;
-            }
+            cpu.priorities |= activity.priority.real_time().map_or(0, |priority| 1_u128 << priority);
         }
         cpu
     };

@@ -21,15 +21,15 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
 use mauve_pwcet::trace::{NameId, Names, Span, SpanKind, Visitor};
+use mauve_timing::Priority;
 use rustc_hash::FxHashMap;
 
 pub use findings::{
-    Finding, FindingKind, Greatest, Interferer, Observed, ObservedInstance, ObservedTime, Worst,
+    Finding, FindingKind, Greatest, Interferer, Observed, ObservedInstance, ObservedTime, Seen, Worst,
 };
 pub use model::{Expected, ExpectedInstance, ExpectedLevel, ExpectedMachine, expected};
 pub use path::{EdgeCount, UnknownPath};
 
-use crate::system::Priority;
 use path::Path;
 use releases::{Job, LATEST, Releases};
 
@@ -87,7 +87,7 @@ struct Series {
     greatest: Option<Greatest>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Instance {
     observed: ObservedInstance,
     path: Option<Path>,
@@ -106,9 +106,6 @@ struct Instance {
     long: u64,
     first_long: Option<u64>,
     paths: Vec<(UnknownPath, u64, Option<u64>)>,
-    first_priority: BTreeMap<u32, Option<u64>>,
-    first_mask: BTreeMap<u64, Option<u64>>,
-    first_cpu: BTreeMap<u32, Option<u64>>,
 }
 
 impl Instance {
@@ -150,7 +147,7 @@ struct Recent {
 }
 
 /// Compares a recording with a model: see the module.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Observer {
     expected: Expected,
     by_name: FxHashMap<String, usize>,
@@ -175,33 +172,17 @@ impl Observer {
             all.map(|(index, program)| (program.clone(), index as u32)).collect()
         };
         let instance = |it: &ExpectedInstance| Instance {
-            observed: ObservedInstance::default(),
             path: it.machine.as_ref().map(Path::new),
             releases: releases_of(it),
-            programs: Vec::new(),
-            has_programs: false,
             is_interrupted: true,
-            last_end: 0,
-            spans: 0,
-            codels: 0,
-            most_codels: 0,
-            long: 0,
-            first_long: None,
-            paths: Vec::new(),
-            first_priority: BTreeMap::new(),
-            first_mask: BTreeMap::new(),
-            first_cpu: BTreeMap::new(),
+            ..Instance::default()
         };
         Observer {
             by_name,
             programs: expected.instances.iter().map(programs).collect(),
             instances: expected.instances.iter().map(instance).collect(),
-            series: Vec::new(),
-            recent: Vec::new(),
-            next_recent: 0,
-            gaps: Vec::new(),
-            has_releases: false,
             expected,
+            ..Observer::default()
         }
     }
 
@@ -261,15 +242,10 @@ impl Observer {
         if observed.execution.is_none_or(|greatest| greatest.time < span.execution) {
             observed.execution = Some(Greatest { time: span.execution, at: span.end });
         }
-        count(
-            &mut observed.priorities,
-            &mut instance.first_priority,
-            span.scheduling.map(|it| it.priority),
-            span,
-        );
+        count(&mut observed.priorities, span.scheduling.map(|it| it.priority), span);
         let mask = span.scheduling.map(|it| it.cpus).filter(|cpus| *cpus != 0);
-        count(&mut observed.masks, &mut instance.first_mask, mask, span);
-        count(&mut observed.cpus, &mut instance.first_cpu, span.cpu, span);
+        count(&mut observed.masks, mask, span);
+        count(&mut observed.cpus, span.cpu, span);
         self.has_releases |= span.release.is_some();
 
         // What tracing itself took is no execution of the model.
@@ -440,16 +416,10 @@ fn job_of(span: &Span) -> Option<Job> {
 }
 
 /// Counts a value of a period, and remembers when it was first seen.
-fn count<T: Copy + Ord>(
-    counts: &mut BTreeMap<T, u64>,
-    first: &mut BTreeMap<T, Option<u64>>,
-    value: Option<T>,
-    span: &Span,
-) {
+fn count<T: Ord>(counts: &mut BTreeMap<T, Seen>, value: Option<T>, span: &Span) {
     let Some(value) = value else { return };
     if counts.len() < MOST_SCHEDULINGS || counts.contains_key(&value) {
-        *counts.entry(value).or_default() += 1;
-        first.entry(value).or_insert(span.begin);
+        counts.entry(value).or_insert(Seen { periods: 0, first: span.begin }).periods += 1;
     }
 }
 

@@ -5,7 +5,7 @@ use std::cmp::Reverse;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::fact::{DeadlineAndPriority, TimingFact, TimingFactKind};
-use crate::system::{Priority, ResolvedActivity, activities_of};
+use crate::system::{ResolvedActivity, activities_of};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, Location, ModelDb, Project, deployed};
 use mauve_syntax::keywords::ActivityField;
@@ -17,11 +17,8 @@ pub fn priority_facts<'db>(
     of: Decl<'db>,
     activities: &[ResolvedActivity<'db>],
 ) -> Vec<TimingFact<'db>> {
-    let ranked = activities.iter().filter_map(|activity| match activity.priority {
-        Priority::RealTime(priority) => Some((priority, activity)),
-        Priority::Background | Priority::Unknown => None,
-    });
-    let ranked: Vec<Ranked<'_, 'db>> = ranked.collect();
+    let ranked: Vec<Ranked<'_, 'db>> =
+        activities.iter().filter_map(|activity| Some((activity.priority.real_time()?, activity))).collect();
     let declared = activities_of(db, of);
     let priority_at = |instance: &Name| {
         let field = declared.get(instance)?.field(ActivityField::Priority)?;
@@ -143,11 +140,9 @@ pub(crate) fn inverted<'a, 'db>(
     activities: &'a [ResolvedActivity<'db>],
     of: &ResolvedActivity<'db>,
 ) -> Option<&'a ResolvedActivity<'db>> {
-    let Priority::RealTime(own) = of.priority else { return None };
-    let higher = activities.iter().filter_map(|it| match it.priority {
-        Priority::RealTime(priority) if priority > own && share_cpu(of, it) => Some((priority, it)),
-        _ => None,
-    });
+    let own = of.priority.real_time()?;
+    let ranked = activities.iter().filter_map(|it| Some((it.priority.real_time()?, it)));
+    let higher = ranked.filter(|(priority, it)| *priority > own && share_cpu(of, it));
     let later = higher.filter(|(_, it)| of.deadline.zip(it.deadline).is_some_and(|(own, other)| own < other));
     later.min_by_key(|(priority, _)| *priority).map(|(_, it)| it)
 }

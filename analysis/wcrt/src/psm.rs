@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use mauve_timing::{Edge, Level, StateMachine, Time};
+use mauve_timing::{Level, StateMachine, Time};
 use rustc_hash::FxHashMap;
 
 use crate::reason::{MOST_REASONS, Reason, Refusal, Timed, TooLong, UnusableTime};
@@ -12,8 +12,9 @@ use crate::table_set::TableSet;
 use crate::timetable::{Lookup, Timetable, times_of, timetable_of};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{
-    Behaviour, Cost, Decl, Edges, File, Location, ModelDb, ProgramId, Project, TimedProgram, behaviour_of,
-    codel, component, core_of, errors_in, features_of, is_core_for, operations_in, shell_of, uses_of,
+    Behaviour, Cost, Decl, Edge, Edges, File, Location, ModelDb, ProgramId, Project, TimedProgram,
+    behaviour_of, codel, component, core_of, errors_in, features_of, is_core_for, operations_in, shell_of,
+    uses_of,
 };
 
 /// A component's periodic state machine (paper, Def. 3 and 4).
@@ -41,8 +42,20 @@ pub struct Psm<'db> {
     pub assumed: Vec<(String, Time)>,
 }
 
-/// The state machine that an activity executes; none in the background, and if the component is unknown.
-pub(crate) type Executed<'a, 'db> = Option<&'a Result<Psm<'db>, Vec<Refusal<'db>>>>;
+/// The state machine of a component, or why it has none.
+pub(crate) type PsmResult<'db> = Result<Psm<'db>, Vec<Refusal<'db>>>;
+
+impl<'db> Psm<'db> {
+    /// Returns the name of a state.
+    pub fn state(&self, number: usize) -> &str {
+        self.states.get(number).map_or("", Name::as_str)
+    }
+
+    /// Returns the programs that an edge executes, in order.
+    pub fn programs_of<'a>(&'a self, edge: &'a Edge) -> impl Iterator<Item = &'a ProgramId> {
+        self.edges.programs(edge).filter_map(|index| self.programs.get(index)).map(|(program, _)| program)
+    }
+}
 
 /// The periodic state machine of a component with the times of these tables, or why it has none.
 #[salsa::tracked(returns(ref))]
@@ -248,7 +261,11 @@ impl<'a, 'db> Evaluator<'a, 'db> {
         let mut edges = Vec::new();
         for (edge, cost) in behaviour.edges.all.iter().zip(self.costs(&programs, overhead)) {
             match cost {
-                Ok(cost) => edges.push(Edge { source: edge.source as u32, target: edge.target as u32, cost }),
+                Ok(cost) => edges.push(mauve_timing::Edge {
+                    source: edge.source as u32,
+                    target: edge.target as u32,
+                    cost,
+                }),
                 Err(Some(program)) => self.refuse(Reason::TooLong(TooLong::Edge(program.clone()))),
                 Err(None) => {}
             }

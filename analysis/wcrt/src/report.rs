@@ -1,12 +1,10 @@
 //! Queries and reports: the response times of a deployment, of a model or of an exported file.
 
 use std::cmp::Reverse;
+use std::ops::Deref;
 use std::sync::Arc;
 
-use mauve_timing::task_set::{Other, Priority};
-use mauve_timing::{
-    Activity, Breakdown, CpuLoad, CpuRule, Level, Method, Options, SetTasks, Status, Time, Window,
-};
+use mauve_timing::{Breakdown, CpuLoad, CpuRule, Level, Method, Options, Status, Task, Tasks, Time, Window};
 
 use crate::fact::InterferenceReport;
 use crate::reason::{Refusal, Share, UnknownPriority};
@@ -54,15 +52,16 @@ pub struct Report<'db> {
     pub cpus: Vec<CpuLoad>,
     /// Why nothing is analysed: an activity or a time may be missing.
     pub not_analysed: Vec<Refusal<'db>>,
-    /// Real-time work that is not in the model, and interferes too.
-    pub others: Vec<Other>,
-    pub(crate) tasks: Arc<SetTasks>,
+    pub(crate) tasks: Arc<Tasks>,
     pub(crate) options: Options,
 }
 
-/// The response time of one activity. [`Report::breakdown`] lists the interference in it.
+/// The response time of one activity: its task, its place in the text, and its figures. It is read as its task.
+/// [`Report::breakdown`] lists the interference in it.
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 pub struct ActivityReport<'db> {
+    /// Its task. The response time counts from the nominal release.
+    pub task: Task,
     /// The instance.
     pub instance: Name,
     /// The name of its component.
@@ -71,16 +70,6 @@ pub struct ActivityReport<'db> {
     pub component: Option<Decl<'db>>,
     /// Its location; none in an exported file.
     pub at: Option<Location<'db>>,
-    /// Its priority.
-    pub priority: Priority,
-    /// The CPUs that it may use, a bit each; `None` where they are unknown.
-    pub cpus: Option<u64>,
-    /// T.
-    pub period: Option<Time>,
-    /// D.
-    pub deadline: Option<Time>,
-    /// J, the greatest delay of a release. The response time counts from the nominal release.
-    pub jitter: Time,
     /// Why its priority counts as unknown although one is written.
     pub unknown_priority: Option<UnknownPriority>,
     /// The greatest cost of one of its jobs.
@@ -92,7 +81,7 @@ pub struct ActivityReport<'db> {
     /// The greatest time from a release to the end of its job.
     pub response: Option<Time>,
     /// The status of the response time.
-    pub verdict: Verdict,
+    pub verdict: Status,
     /// The window that gives the response time.
     pub window: Option<Window>,
     /// The method that gives the response time, and whether the budget of a better one was exhausted; none without a bound.
@@ -107,21 +96,11 @@ pub struct ActivityReport<'db> {
     pub assumed: Vec<(String, Time)>,
 }
 
-impl ActivityReport<'_> {
-    fn real_time_priority(&self) -> Option<u32> {
-        if let Priority::RealTime(priority) = self.priority { Some(priority) } else { None }
-    }
+impl Deref for ActivityReport<'_> {
+    type Target = Task;
 
-    pub(crate) fn without_figures(activity: &Activity) -> Self {
-        ActivityReport {
-            instance: activity.name.as_str().into(),
-            priority: activity.priority,
-            cpus: activity.cpus,
-            period: activity.period,
-            deadline: activity.deadline,
-            jitter: activity.jitter,
-            ..ActivityReport::default()
-        }
+    fn deref(&self) -> &Task {
+        &self.task
     }
 }
 
@@ -129,7 +108,7 @@ impl ActivityReport<'_> {
 /// with the square of their number.
 pub struct ReportBreakdown<'a> {
     activities: &'a [ActivityReport<'a>],
-    tasks: &'a SetTasks,
+    tasks: &'a Tasks,
     breakdown: Breakdown<'a>,
 }
 
@@ -137,17 +116,12 @@ impl ReportBreakdown<'_> {
     /// Returns the interference in the window that determines the response time of an activity, in the order of the
     /// deployment.
     pub fn of(&mut self, activity: usize) -> Vec<InterferenceReport> {
-        let Some((report, task)) = self.activities.get(activity).zip(self.tasks.task(activity)) else {
-            return Vec::new();
-        };
-        let instance = |task: usize| {
-            let report = self.activities.get(self.tasks.activity(task));
-            report.map_or_else(|| self.tasks.name(task).into(), |it| it.instance.clone())
-        };
+        let Some(report) = self.activities.get(activity) else { return Vec::new() };
         let Some(rule) = report.rule else { return Vec::new() };
-        let parts = self.breakdown.of(task, rule, report.window.as_ref(), report.first_job).into_iter();
-        let parts = parts.filter(|it| it.jobs > 0);
-        parts
+        let parts = self.breakdown.of(activity, rule, report.window.as_ref(), report.first_job).into_iter();
+        let instance = |task: usize| self.tasks.name(task).into();
+        let named = parts.filter(|it| it.jobs > 0);
+        named
             .map(|it| InterferenceReport { instance: instance(it.task), jobs: it.jobs, time: it.time })
             .collect()
     }
@@ -179,35 +153,15 @@ pub struct CallsReport {
     pub time: Time,
 }
 
-/// The result of the analysis of an activity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub enum Verdict {
-    /// The activity is real-time.
-    RealTime(Status),
-    /// The activity is not real-time.
-    #[default]
-    Background,
-}
-
-impl Verdict {
-    /// Returns `met`, `missed`, `unbounded`, `no-bound`, `not-analysed` or `background`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Verdict::RealTime(status) => status.name(),
-            Verdict::Background => "background",
-        }
-    }
-
-    /// Returns whether the deadline is proved.
-    pub fn is_met(self) -> bool {
-        matches!(self, Verdict::Background | Verdict::RealTime(Status::Met))
-    }
-}
-
 impl<'db> Report<'db> {
+    /// Returns the real-time work that is not in the model, and interferes too.
+    pub fn others(&self) -> &[Task] {
+        self.tasks.others()
+    }
+
     /// Returns a breakdown of the response times. To cancel, `interrupt` unwinds.
     pub fn breakdown<'a>(&'a self, interrupt: &'a dyn Fn()) -> ReportBreakdown<'a> {
-        let breakdown = self.tasks.breakdown(&self.options, interrupt);
+        let breakdown = Breakdown::new(self.tasks.all(), &self.options, interrupt);
         ReportBreakdown { activities: &self.activities, tasks: &self.tasks, breakdown }
     }
 
@@ -219,12 +173,12 @@ impl<'db> Report<'db> {
         for activity in self.activities.iter().filter(|it| !it.assumed.is_empty()) {
             let cpus = activity.cpus.unwrap_or_default();
             let here = highest.iter_mut().enumerate().filter(|(bit, _)| cpus & (1 << bit) != 0);
-            here.for_each(|(_, highest)| *highest = (*highest).max(activity.real_time_priority()));
+            here.for_each(|(_, highest)| *highest = (*highest).max(activity.priority.real_time()));
         }
         let interferes = |it: &ActivityReport<'db>| {
             let counted = it.rule.map_or(0, CpuRule::mask);
             let mut highest = highest.iter().enumerate().filter(|(bit, _)| counted & (1 << bit) != 0);
-            it.first_job.is_some() && highest.any(|(_, highest)| *highest >= it.real_time_priority())
+            it.first_job.is_some() && highest.any(|(_, highest)| *highest >= it.priority.real_time())
         };
         self.activities.iter().map(|it| !it.assumed.is_empty() || interferes(it)).collect()
     }
@@ -245,13 +199,13 @@ impl<'db> Report<'db> {
     pub fn deadlines(&self) -> Deadlines {
         let mut counted = Deadlines::default();
         for activity in &self.activities {
-            let Verdict::RealTime(status) = activity.verdict else { continue };
-            counted.all += 1;
-            match status {
+            match activity.verdict {
+                Status::Background => continue,
                 Status::NotAnalysed => counted.unknown += 1,
                 Status::Met => counted.met += 1,
                 Status::Missed | Status::Unbounded | Status::NoBound => {}
             }
+            counted.all += 1;
         }
         counted
     }

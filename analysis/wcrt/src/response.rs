@@ -1,16 +1,16 @@
 //! The response times of a deployment, of a model or of an exported file.
 
 use mauve_timing::task_set::TaskSet;
-use mauve_timing::{Bound, CpuLoad, Operation, Response, SetAnalysis, Status, Time};
+use mauve_timing::{Bound, CpuLoad, Operation, Priority, Response, SetAnalysis, Status, Time};
 use rustc_hash::FxHashSet;
 
 use crate::fact::TimingFact;
 use crate::priorities::priority_facts;
 use crate::reason::{CallsReason, Reason, Refusal, Share, UnknownPriority};
-use crate::report::{ActivityReport, CallsReport, Query, Report, Verdict};
-use crate::system::{Priority, read, system_of};
+use crate::report::{ActivityReport, CallsReport, Query, Report};
+use crate::system::{read, system_of};
 use crate::table_set::tables_of;
-use crate::task_set::Deployed;
+use crate::task_set::DeployedTasks;
 use crate::what_if::{WhatIfField, with_fields};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, ModelDb, Project, deployment as declared_deployment};
@@ -24,7 +24,7 @@ pub fn response_times<'db>(
     query: Query,
 ) -> Report<'db> {
     let tables = tables_of(db, project, deployment);
-    let deployed = Deployed::of_model(db, tables, system_of(db, project, deployment), query);
+    let deployed = DeployedTasks::of_model(db, tables, system_of(db, project, deployment), query);
     report(&deployed, query, &|| db.unwind_if_revision_cancelled())
 }
 
@@ -42,7 +42,7 @@ pub fn response_times_if<'db>(
     };
     db.unwind_if_revision_cancelled();
     let system = read(db, project, deployment, &with_fields(data, what_if));
-    let deployed = Deployed::of_model(db, tables_of(db, project, deployment), &system, query);
+    let deployed = DeployedTasks::of_model(db, tables_of(db, project, deployment), &system, query);
     report(&deployed, query, &|| db.unwind_if_revision_cancelled())
 }
 
@@ -61,12 +61,12 @@ pub fn facts_if<'db>(
 
 /// Computes the response times of an exported task set; none where it has no times at the level.
 pub fn response_times_of<'db>(set: &TaskSet, query: Query) -> Option<Report<'db>> {
-    Some(report(&Deployed::of_file(set, query)?, query, &|| ()))
+    Some(report(&DeployedTasks::of_file(set, query.level, query.method)?, query, &|| ()))
 }
 
-fn report<'db>(deployed: &Deployed<'db>, query: Query, interrupt: &dyn Fn()) -> Report<'db> {
+fn report<'db>(deployed: &DeployedTasks<'db>, query: Query, interrupt: &dyn Fn()) -> Report<'db> {
     let options = query.options(false);
-    let analysis = deployed.set.response_times(&options, interrupt);
+    let analysis = deployed.tasks.response_times(&options, interrupt);
     let cpus = analysis.cpus.iter().cloned();
     Report {
         times: deployed.times.clone(),
@@ -77,22 +77,22 @@ fn report<'db>(deployed: &Deployed<'db>, query: Query, interrupt: &dyn Fn()) -> 
             .map(|it| CpuLoad { complete: it.complete && deployed.not_analysed.is_empty(), ..it })
             .collect(),
         not_analysed: deployed.not_analysed.clone(),
-        others: deployed.set.others.clone(),
         tasks: analysis.tasks,
         options,
     }
 }
 
-impl<'db> Deployed<'db> {
+impl<'db> DeployedTasks<'db> {
     fn activity_report(&self, index: usize, analysis: &SetAnalysis) -> Option<ActivityReport<'db>> {
         let mut report = self.reports.get(index)?.clone();
-        let Some(response) = analysis.responses.get(index)? else {
+        let response = analysis.responses.get(index)?;
+        if response.bound == Bound::Background {
             report.reasons.clear();
             report.assumed.clear();
             return Some(report);
-        };
+        }
         report.own = response.own.or(report.own);
-        report.share = analysis.shares.get(index).copied().flatten().map(Share);
+        report.share = analysis.share(index).map(Share);
         report.reasons.extend_from_slice(&self.not_analysed);
         if self.not_analysed.is_empty() {
             if report.reasons.is_empty() {
@@ -101,10 +101,10 @@ impl<'db> Deployed<'db> {
             report.reasons.extend(self.delayed_by(&report.instance, response));
         }
         if !report.reasons.is_empty() {
-            report.verdict = Verdict::RealTime(Status::NotAnalysed);
+            report.verdict = Status::NotAnalysed;
             return Some(report);
         }
-        report.verdict = Verdict::RealTime(response.status(report.deadline.unwrap_or_default()));
+        report.verdict = response.status(report.deadline);
         report.first_job = response.first_job;
         report.window = response.window.clone();
         report.rule = Some(response.rule);
@@ -116,46 +116,51 @@ impl<'db> Deployed<'db> {
                 None
             }
             Bound::Unbounded { cpu } => {
-                let utilisation = Share(analysis.overloads.get(index).copied().flatten().unwrap_or_default());
-                let priority = match report.priority {
-                    Priority::RealTime(priority) => priority,
-                    // It counts as the highest.
-                    Priority::Background | Priority::Unknown => 99,
-                };
+                let utilisation = Share(analysis.utilisation_above(index).unwrap_or_default());
+                // An unknown priority counts as the highest.
+                let priority = report.priority.real_time().unwrap_or(99);
                 Some(Reason::Overloaded { cpu: 1 << cpu, priority, utilisation })
             }
             Bound::NoBound(why) => Some(Reason::NoBound(*why)),
-            Bound::NotAnalysed { .. } => None,
+            Bound::NotAnalysed { .. } | Bound::Background => None,
         };
         report.reasons.extend(no_bound.map(|reason| Refusal { reason, at: report.at.clone() }));
         Some(report)
     }
 
+    /// Returns the operations that an activity executes, with their names, their clients, and the numbers of calls in each job.
+    fn served_by<'a>(
+        &'a self,
+        index: usize,
+        analysis: &'a SetAnalysis,
+    ) -> impl Iterator<Item = (&'a Operation, Name, Name, Option<u64>)> {
+        let all = self.tasks.operations.iter().zip(&self.operations).zip(&analysis.calls);
+        let served = all.filter(move |((operation, _), _)| operation.provider == index);
+        served.filter_map(|((operation, name), calls)| {
+            let client = self.reports.get(operation.client)?.instance.clone();
+            Some((operation, name.clone(), client, *calls))
+        })
+    }
+
     /// Returns the calls that each job of an activity executes.
     fn calls(&self, index: usize, analysis: &SetAnalysis) -> Vec<CallsReport> {
-        let operations = self.set.operations.iter().zip(&self.operations).zip(&analysis.calls);
-        let served = operations.filter(|((operation, _), _)| operation.provider == index);
-        let report = |((operation, name), calls): ((&Operation, &Name), &Option<u64>)| {
-            let calls = (*calls)?;
-            let client = self.reports.get(operation.client)?.instance.clone();
-            let time = operation.time.checked_mul(calls).filter(|time| *time > Time::ZERO)?;
-            Some(CallsReport { operation: name.clone(), client, calls, time })
-        };
-        served.filter_map(report).collect()
+        let known = self.served_by(index, analysis).filter_map(|(of, operation, client, calls)| {
+            let time = of.time.checked_mul(calls?).filter(|time| *time > Time::ZERO)?;
+            Some(CallsReport { operation, client, calls: calls?, time })
+        });
+        known.collect()
     }
 
     /// Returns the operations that an activity executes an unknown number of times, as reasons.
     fn unknown_calls(&self, index: usize, analysis: &SetAnalysis) -> Vec<Refusal<'db>> {
-        let operations = self.set.operations.iter().zip(&self.operations).zip(&analysis.calls);
-        let unknown = operations.filter(|((operation, _), calls)| {
-            operation.provider == index && operation.time > Time::ZERO && calls.is_none()
-        });
-        let refusal = |((operation, name), _): ((&Operation, &Name), _)| {
-            let client = self.reports.get(operation.client)?.instance.clone();
-            let reason = Reason::Calls(CallsReason::NoResponse { operation: name.clone(), client });
-            Some(Refusal { reason, at: self.reports.get(index)?.at.clone() })
+        let at = self.reports.get(index).and_then(|it| it.at.clone());
+        let served = self.served_by(index, analysis);
+        let unknown = served.filter(|(of, _, _, calls)| of.time > Time::ZERO && calls.is_none());
+        let refusal = |(_, operation, client, _)| {
+            let reason = Reason::Calls(CallsReason::NoResponse { operation, client });
+            Refusal { reason, at: at.clone() }
         };
-        unknown.filter_map(refusal).collect()
+        unknown.map(refusal).collect()
     }
 
     /// Returns the activities that are not analysed and may delay that of `instance`, as a reason.

@@ -7,15 +7,15 @@
 //! The response times are monotone in every time and in every period, with one exception: an activity that executes operations for
 //! others counts fewer calls in each job if its period is shorter.
 
-use mauve_timing::{ActivitySet, Bound, Demand, Level, Response, Status, Time};
+use mauve_timing::{Bound, Demand, Level, Priority, Response, Status, Tasks, Time};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::bisection::{Boundary, Variants, is_missed, statuses};
 use crate::psm::OtherTimes;
 use crate::reason::{ActivityField, Timed};
-use crate::report::{Query, Verdict};
+use crate::report::Query;
 use crate::response::response_times;
-use crate::system::{Priority, ResolvedActivity, System, system_of, written_field};
+use crate::system::{ResolvedActivity, System, system_of, written_field};
 use crate::table_set::tables_of;
 use crate::timetable::{Lookup, timetable_of};
 use mauve_hir::item_tree::Name;
@@ -159,7 +159,8 @@ pub fn time_sensitivity<'db>(
         Lookup::Known(time) | Lookup::Assumed(time) => Some(time),
         Lookup::Absent | Lookup::Unusable(_) => None,
     };
-    let search = Search::new(db, project, deployment, query, activities);
+    let variants = Variants::new(db, project, deployment, query, MOST_ANALYSED);
+    let search = Search { variants, of: activities };
     let (unproved, limit) = search.greatest_time(&of, time).unwrap_or_else(|limit| (None, limit));
     Some(TimeSensitivity { of, time, unproved, limit })
 }
@@ -176,8 +177,8 @@ pub fn period_sensitivity<'db>(
     let activity = system_of(db, project, deployment).activities.get(index)?;
     let report = response_times(db, project, deployment, query).activities.get(index)?;
     let slack = report.deadline.zip(report.response).and_then(|(deadline, it)| deadline.checked_sub(it));
-    let of = [index];
-    let search = Search::new(db, project, deployment, query, &of);
+    let variants = Variants::new(db, project, deployment, query, MOST_ANALYSED);
+    let search = Search { variants, of: &[index] };
     let base = search.variants.with_times(&FxHashSet::default(), &|_| None);
     let serves = base.operations.iter().any(|operation| operation.provider == index);
     let found = search.least_period(&base, index, activity);
@@ -264,27 +265,12 @@ fn executed_times<'db>(
 
 /// The search for the limit of one value.
 struct Search<'a, 'db> {
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    deployment: Decl<'db>,
-    query: Query,
     variants: Variants<'db>,
     /// The indices of the activities that have the value.
     of: &'a [usize],
 }
 
-impl<'a, 'db> Search<'a, 'db> {
-    fn new(
-        db: &'db dyn ModelDb,
-        project: Project<'db>,
-        deployment: Decl<'db>,
-        query: Query,
-        of: &'a [usize],
-    ) -> Search<'a, 'db> {
-        let variants = Variants::new(db, project, deployment, query, MOST_ANALYSED);
-        Search { db, project, deployment, query, variants, of }
-    }
-
+impl<'db> Search<'_, 'db> {
     /// Returns the limit of a time that is `now`, and the activity whose deadline is not proved with it. The error is the limit of a
     /// time for which no deadline is compared.
     fn greatest_time(&self, of: &Timed<'db>, now: Option<Time>) -> Result<(Option<Name>, Limit), Limit> {
@@ -329,11 +315,11 @@ impl<'a, 'db> Search<'a, 'db> {
     /// are proved for any offsets, which is monotone.
     fn least_period(
         &self,
-        base: &ActivitySet,
+        base: &Tasks,
         index: usize,
         activity: &ResolvedActivity<'db>,
     ) -> Result<(Option<Name>, Limit), Limit> {
-        let (db, deployment) = (self.db, self.deployment);
+        let Variants { db, deployment, .. } = self.variants;
         if !self.variants.system.not_analysed.is_empty() {
             return Err(Limit::NotAnalysed(None));
         }
@@ -345,15 +331,15 @@ impl<'a, 'db> Search<'a, 'db> {
         let is_written = written_field(db, deployment, &activity.instance, ActivityField::Deadline).is_some();
         let with = |period: Time| {
             let mut set = base.clone();
-            set.activities.iter_mut().for_each(|it| it.offset = None);
-            if let Some(changed) = set.activities.get_mut(index) {
+            set.activities_mut().iter_mut().for_each(|it| it.offset = None);
+            if let Some(changed) = set.activities_mut().get_mut(index) {
                 changed.period = Some(period);
                 changed.deadline =
                     if is_written { changed.deadline.map(|it| it.min(period)) } else { Some(period) };
             }
             set
         };
-        let is_synchronised = base.activities.iter().filter(|it| it.offset.is_some()).count() > 1;
+        let is_synchronised = base.activities().iter().filter(|it| it.offset.is_some()).count() > 1;
         let limit = |good: u64, bad: u64, invalid, affected: &[usize]| match self
             .limit(good, bad, invalid, affected, with)
         {
@@ -364,7 +350,7 @@ impl<'a, 'db> Search<'a, 'db> {
         let holds = |period: Time| self.holds(&with(period), &affected, true);
         if unproved.is_none() {
             // A period is greater than the offset; without one, greater than 0.
-            let least = activity.offset.unwrap_or_default().as_nanos();
+            let least = activity.written_offset.unwrap_or_default().as_nanos();
             return Ok((None, limit(now, least, Some(least), &affected)));
         }
         let (mut bad, mut factor) = (now, 2);
@@ -383,10 +369,10 @@ impl<'a, 'db> Search<'a, 'db> {
     /// Returns the activities whose deadlines the value affects, and the first of them that is not proved. The error is the limit
     /// where there are none, where one of them is not analysed, or where no steps are left. `set` has the present value if
     /// `is_present`: then the response times are those of the report.
-    fn affected(&self, set: &ActivitySet, is_present: bool) -> Result<(Vec<usize>, Option<Name>), Limit> {
+    fn affected(&self, set: &Tasks, is_present: bool) -> Result<(Vec<usize>, Option<Name>), Limit> {
         let mut unknown = set.clone();
         for &index in self.of {
-            if let Some(activity) = unknown.activities.get_mut(index) {
+            if let Some(activity) = unknown.activities_mut().get_mut(index) {
                 activity.demand = Demand::Unknown;
             }
         }
@@ -404,33 +390,31 @@ impl<'a, 'db> Search<'a, 'db> {
         }
         let found = match is_present {
             true => {
-                let report = response_times(self.db, self.project, self.deployment, self.query);
-                let status = |index: &usize| match report.activities.get(*index)?.verdict {
-                    Verdict::RealTime(status) => Some(status),
-                    Verdict::Background => None,
-                };
-                affected.iter().map(status).collect()
+                let Variants { db, project, deployment, query, .. } = self.variants;
+                response_times(db, project, deployment, query)
+                    .activities
+                    .iter()
+                    .map(|it| it.verdict)
+                    .collect()
             }
-            false => {
-                let statuses = statuses(set, &now);
-                affected.iter().map(|index| statuses.get(*index).copied().flatten()).collect::<Vec<_>>()
-            }
+            false => statuses(set, &now),
         };
-        let first = |is_it: &dyn Fn(Option<Status>) -> bool| {
-            let place = found.iter().position(|status| is_it(*status))?;
-            Some(set.activities.get(*affected.get(place)?)?.name.as_str().into())
+        let status = |index: usize| found.get(index).copied().unwrap_or(Status::NotAnalysed);
+        let first = |is_it: &dyn Fn(Status) -> bool| {
+            let of = affected.iter().find(|index| is_it(status(**index)))?;
+            Some(set.activities().get(*of)?.name.as_ref().into())
         };
-        if let Some(name) = first(&|status| status == Some(Status::NotAnalysed)) {
+        if let Some(name) = first(&|status| status == Status::NotAnalysed) {
             return Err(Limit::NotAnalysed(Some(name)));
         }
-        let unproved = first(&|status| status != Some(Status::Met));
+        let unproved = first(&|status| status != Status::Met);
         Ok((affected, unproved))
     }
 
     /// Returns whether the deadlines of `affected` are proved; `None` where no steps are left.
-    fn holds(&self, set: &ActivitySet, affected: &[usize], is_brief: bool) -> Option<bool> {
+    fn holds(&self, set: &Tasks, affected: &[usize], is_brief: bool) -> Option<bool> {
         let statuses = statuses(set, &self.variants.analysed(set, is_brief)?);
-        Some(affected.iter().all(|index| statuses.get(*index) == Some(&Some(Status::Met))))
+        Some(affected.iter().all(|index| statuses.get(*index) == Some(&Status::Met)))
     }
 
     /// Searches for the limit between a value that is proved and one that is not; `invalid` is one that no analysis may have. The
@@ -441,7 +425,7 @@ impl<'a, 'db> Search<'a, 'db> {
         bad: u64,
         invalid: Option<u64>,
         affected: &[usize],
-        with: impl Fn(Time) -> ActivitySet,
+        with: impl Fn(Time) -> Tasks,
     ) -> Limit {
         for is_brief in [true, false] {
             let holds = |value: Time| self.holds(&with(value), affected, is_brief);
@@ -466,15 +450,15 @@ impl<'a, 'db> Search<'a, 'db> {
     }
 
     /// Analyses a variant with the full budget; `None` where no steps are left.
-    fn is_too_much(&self, set: &ActivitySet, affected: &[usize]) -> Option<Next> {
+    fn is_too_much(&self, set: &Tasks, affected: &[usize]) -> Option<Next> {
         let responses = self.variants.analysed(set, false)?;
         let statuses = statuses(set, &responses);
-        let status = |index: usize| statuses.get(index).copied().flatten();
-        if affected.iter().all(|&index| status(index) == Some(Status::Met)) {
+        let mut of_affected =
+            affected.iter().filter_map(|&it| Some((*statuses.get(it)?, responses.get(it)?)));
+        if of_affected.clone().all(|(status, _)| status == Status::Met) {
             return Some(Next::Met);
         }
-        let response = |index: usize| responses.get(index).and_then(Option::as_ref);
-        let is_one_missed = affected.iter().any(|&index| is_missed(status(index), response(index)));
+        let is_one_missed = of_affected.any(|(status, response)| is_missed(status, response));
         Some(if is_one_missed { Next::Missed } else { Next::Unknown })
     }
 }
@@ -490,11 +474,8 @@ enum Next {
 }
 
 /// Returns the activities for whose unknown demand an activity is not analysed; `None` where it is analysed.
-fn unknown_for(response: &Option<Response>) -> Option<&Vec<usize>> {
-    match &response.as_ref()?.bound {
-        Bound::NotAnalysed { because } => Some(because),
-        Bound::Response(_) | Bound::Unbounded { .. } | Bound::NoBound(_) => None,
-    }
+fn unknown_for(response: &Response) -> Option<&Vec<usize>> {
+    if let Bound::NotAnalysed { because } = &response.bound { Some(because) } else { None }
 }
 
 #[cfg(test)]

@@ -4,13 +4,13 @@
 //! longer, and whatever they delay: `mauve-timing` counts the calls ([`Operation`]). An operation may send calls itself; these
 //! are sent by the provider, each time that it executes the operation.
 
-use mauve_timing::{Level, Operation, Time};
+use mauve_timing::{Level, Operation, Priority, Time};
 use rustc_hash::FxHashMap;
 
 use crate::psm::{OtherTimes, is_readable, operation_with};
 use crate::reason::{CallsReason, Reason, Refusal};
 use crate::sends::sends_of;
-use crate::system::{Connected, Priority, System};
+use crate::system::{Connected, System};
 use crate::table_set::TableSet;
 use mauve_hir::ModelDb;
 use mauve_hir::item_tree::Name;

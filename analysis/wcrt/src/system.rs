@@ -1,11 +1,10 @@
 //! The activities of a deployment: one for each instance of its architecture.
 
+use std::ops::Deref;
 use std::sync::Arc;
 
+use mauve_timing::{Priority, Task, Time};
 use rustc_hash::{FxHashMap, FxHashSet};
-
-use mauve_timing::Time;
-pub use mauve_timing::task_set::Priority;
 
 use crate::fact::{TimingFact, TimingFactKind};
 use crate::reason::{ActivityField, MOST_REASONS, NoSuchCpu, Reason, Refusal, UnknownPriority};
@@ -50,9 +49,12 @@ pub struct Connected {
     pub required: Name,
 }
 
-/// An activity, or an instance that has none.
+/// An activity, or an instance that has none: its task and its place in the text. It is read as its task.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub struct ResolvedActivity<'db> {
+    /// Its task, of unknown demand. The deadline is the period where it is omitted, or later than the period; the offset is unknown
+    /// unless its clock is synchronised.
+    pub task: Task,
     /// The instance.
     pub instance: Name,
     /// The name of its component as the architecture writes it.
@@ -61,40 +63,28 @@ pub struct ResolvedActivity<'db> {
     pub component: Option<Decl<'db>>,
     /// The name of the instance in its activity; the deployment where there is no activity.
     pub at: Location<'db>,
-    /// Its priority.
-    pub priority: Priority,
-    /// The CPUs that it may use, a bit each; `None` where they are unknown.
-    pub cpus: Option<u64>,
-    /// T.
-    pub period: Option<Time>,
-    /// D; the period where the deadline is omitted, or later than the period.
-    pub deadline: Option<Time>,
     /// Whether the written deadline is later than the period, and ignored.
     pub has_late_deadline: bool,
-    /// J, the greatest delay of a release; 0 where none is written.
-    pub jitter: Time,
-    /// The written offset of its releases in the period, less than the period. It has an effect only if the clock is
-    /// synchronised.
-    pub offset: Option<Time>,
-    /// Whether `[clocks] synchronised` names the instance.
-    pub synchronised: bool,
+    /// The written offset of its releases in the period, less than the period.
+    pub written_offset: Option<Time>,
     /// Why it is not analysed.
     pub refusals: Vec<Refusal<'db>>,
     /// Why its priority counts as unknown although one is written.
     pub unknown_priority: Option<UnknownPriority>,
 }
 
+impl Deref for ResolvedActivity<'_> {
+    type Target = Task;
+
+    fn deref(&self) -> &Task {
+        &self.task
+    }
+}
+
 impl<'db> ResolvedActivity<'db> {
     /// Returns the component whose state machine it executes, if it is known; none in the background.
     pub(crate) fn executed(&self) -> Option<Decl<'db>> {
         self.component.filter(|_| self.priority != Priority::Background)
-    }
-
-    /// Returns the offset of its releases in the period, counted from the instant that all synchronised clocks share; `None`
-    /// if its phase is unknown.
-    pub fn phase(&self) -> Option<Time> {
-        let is_released = self.synchronised && self.priority != Priority::Background;
-        is_released.then(|| self.offset.unwrap_or_default())
     }
 
     fn refuse(&mut self, reason: Reason<'db>, at: Location<'db>) {
@@ -104,13 +94,13 @@ impl<'db> ResolvedActivity<'db> {
     /// Enters the value of a field.
     fn set(&mut self, field: ActivityField, value: FieldValue) {
         match (field, value) {
-            (_, FieldValue::Cpus(cpus)) => self.cpus = Some(cpus),
-            (_, FieldValue::Priority(priority)) => self.priority = Priority::RealTime(priority),
-            (_, FieldValue::Background) => self.priority = Priority::Background,
-            (ActivityField::Period, FieldValue::Time(period)) => self.period = Some(period),
-            (ActivityField::Deadline, FieldValue::Time(deadline)) => self.deadline = Some(deadline),
-            (ActivityField::Jitter, FieldValue::Time(jitter)) => self.jitter = jitter,
-            (ActivityField::Offset, FieldValue::Time(offset)) => self.offset = Some(offset),
+            (_, FieldValue::Cpus(cpus)) => self.task.cpus = Some(cpus),
+            (_, FieldValue::Priority(priority)) => self.task.priority = Priority::RealTime(priority),
+            (_, FieldValue::Background) => self.task.priority = Priority::Background,
+            (ActivityField::Period, FieldValue::Time(period)) => self.task.period = Some(period),
+            (ActivityField::Deadline, FieldValue::Time(deadline)) => self.task.deadline = Some(deadline),
+            (ActivityField::Jitter, FieldValue::Time(jitter)) => self.task.jitter = jitter,
+            (ActivityField::Offset, FieldValue::Time(offset)) => self.written_offset = Some(offset),
             (ActivityField::Affinity | ActivityField::Priority, FieldValue::Time(_)) => {}
         }
     }
@@ -118,10 +108,10 @@ impl<'db> ResolvedActivity<'db> {
     /// Makes the value of a field unknown.
     fn forget(&mut self, field: ActivityField) {
         match field {
-            ActivityField::Affinity => self.cpus = None,
-            ActivityField::Priority => self.priority = Priority::Unknown,
-            ActivityField::Period => self.period = None,
-            ActivityField::Deadline => self.deadline = None,
+            ActivityField::Affinity => self.task.cpus = None,
+            ActivityField::Priority => self.task.priority = Priority::Unknown,
+            ActivityField::Period => self.task.period = None,
+            ActivityField::Deadline => self.task.deadline = None,
             // The refusal is enough: nothing else is derived from them.
             ActivityField::Jitter | ActivityField::Offset => {}
         }
@@ -132,7 +122,7 @@ impl<'db> ResolvedActivity<'db> {
         if matches!(self.priority, Priority::RealTime(_)) {
             self.unknown_priority = Some(why);
         }
-        (self.priority, self.cpus) = (Priority::Unknown, None);
+        (self.task.priority, self.task.cpus) = (Priority::Unknown, None);
     }
 }
 
@@ -334,18 +324,13 @@ impl<'db> Reader<'db> {
         };
         let component_name = component.map(|component| component.name(self.db).clone()).or_else(written);
         ResolvedActivity {
+            task: Task { name: name.as_str().into(), ..Task::default() },
             instance: name.clone(),
             component_name: component_name.unwrap_or_default(),
             component,
             at,
-            priority: Priority::Unknown,
-            cpus: None,
-            period: None,
-            deadline: None,
             has_late_deadline: false,
-            jitter: Time::ZERO,
-            offset: None,
-            synchronised: false,
+            written_offset: None,
             refusals: Vec::new(),
             unknown_priority: None,
         }
@@ -354,7 +339,7 @@ impl<'db> Reader<'db> {
     fn activity(&mut self, instance: Option<&FlatInstance<'db>>, activity: &Activity) {
         let at = self.at(activity.instance.id);
         let mut found = self.resolved(&activity.instance.name, at.clone(), instance);
-        found.cpus = Some(0);
+        found.task.cpus = Some(0);
         let is_repeated = instance.is_some_and(|instance| instance.repeated);
         match instance {
             None => found.refuse(Reason::UnknownInstance, at.clone()),
@@ -391,7 +376,7 @@ impl<'db> Reader<'db> {
             lacks_period || is_missing(ActivityField::Priority) || fields.has_misplaced || instance.is_none();
         let is_incomplete = activity.completeness.is_incomplete() || fields.has_unknown;
         if is_incomplete && is_missing(ActivityField::Affinity) {
-            found.cpus = None;
+            found.task.cpus = None;
         }
         // An error may be in the priority of a real-time activity. Of two instances of one name, one has no activity of
         // its own: its activity may be any.
@@ -437,7 +422,7 @@ impl<'db> Reader<'db> {
 
     fn deadline(&mut self, found: &mut ResolvedActivity<'db>, fields: &Fields<'_>) {
         let Some(written) = fields.written.get(&ActivityField::Deadline) else {
-            found.deadline = found.period;
+            found.task.deadline = found.period;
             return;
         };
         let Some(deadline) = found.deadline else {
@@ -453,7 +438,7 @@ impl<'db> Reader<'db> {
             let written = number(&of_period.value).cloned().unwrap_or_default();
             self.report(at, TimingFactKind::DeadlineExceedsPeriod { deadline, period, written, period_at });
             // Which of the two is wrong is unknown.
-            found.deadline = Some(period);
+            found.task.deadline = Some(period);
             found.has_late_deadline = true;
         }
     }
@@ -462,12 +447,11 @@ impl<'db> Reader<'db> {
     fn offset(&mut self, found: &mut ResolvedActivity<'db>, fields: &Fields<'_>) {
         let workspace = self.project.workspace(self.db);
         let platform = platform_of(self.db, workspace);
-        found.synchronised = platform.synchronised.contains(found.instance.as_str());
         let Some(written) = fields.written.get(&ActivityField::Offset) else { return };
-        if let Some((offset, period)) = found.offset.zip(found.period)
+        if let Some((offset, period)) = found.written_offset.zip(found.period)
             && offset >= period
         {
-            found.offset = None;
+            found.written_offset = None;
             let at = self.at(written.value_id);
             found.refuse(Reason::UnusableField(ActivityField::Offset), at.clone());
             self.report(
@@ -476,7 +460,8 @@ impl<'db> Reader<'db> {
             );
         }
         let is_reported = found.priority == Priority::Background || !found.refusals.is_empty();
-        if !found.synchronised && !is_reported && platform.is_complete {
+        let is_synchronised = platform.synchronised.contains(found.instance.as_str());
+        if !is_synchronised && !is_reported && platform.is_complete {
             let (of, id, instance) = (self.of, written.name.id, found.instance.clone());
             self.report(self.at(id), TimingFactKind::NotSynchronised { of, id, instance });
         }
@@ -565,9 +550,12 @@ impl<'db> Reader<'db> {
         };
         self.found.cpus = all;
         for (index, resolved) in self.found.activities.iter_mut().enumerate() {
+            let is_synchronised = platform.synchronised.contains(resolved.instance.as_str());
+            let is_released = is_synchronised && resolved.priority != Priority::Background;
+            resolved.task.offset = is_released.then(|| resolved.written_offset.unwrap_or_default());
             let Some(cpus) = resolved.cpus else { continue };
             let cpus = if cpus == 0 { all } else { cpus };
-            resolved.cpus = Some(cpus);
+            resolved.task.cpus = Some(cpus);
             if resolved.priority == Priority::Background {
                 continue;
             }

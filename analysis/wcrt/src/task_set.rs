@@ -1,84 +1,95 @@
-//! A deployment at one level as `timing` analyses it, made of a model or of an exported file.
+//! A deployment at one level as `timing` analyses and simulates it, made of a model or of an exported file.
 
-use mauve_timing::task_set::{Other, TaskSet};
-use mauve_timing::{Activity, ActivitySet, Demand, Level, Method};
+use std::borrow::Cow;
 
-use crate::psm::{Executed, psm_of};
-use crate::reason::{Reason, Refusal, UnknownPriority};
+use mauve_timing::{Demand, Executed, Level, Method, Slice, Task, Tasks};
+
+use crate::psm::{Psm, PsmResult, psm_of};
+use crate::reason::{Reason, Refusal};
 use crate::report::{ActivityReport, Query};
 use crate::served::{Served, served_in};
-use crate::system::{ResolvedActivity, System};
-use crate::table_set::TableSet;
+use crate::system::{ResolvedActivity, System, system_of};
+use crate::table_set::{TableSet, tables_of};
 use crate::timetable::incomplete_tables;
 use mauve_hir::item_tree::Name;
-use mauve_hir::{ModelDb, OtherWork, Project, platform_of};
+use mauve_hir::{Decl, Edge, ModelDb, Project, platform_of};
 
-pub(crate) struct Deployed<'db> {
-    pub(crate) times: Option<Name>,
-    pub(crate) set: ActivitySet,
-    /// The reports without figures, by the index of the activity. Their reasons are why the activity itself is not analysed.
-    pub(crate) reports: Vec<ActivityReport<'db>>,
-    /// The names of the operations of the set.
+/// A deployment at one level.
+#[derive(Debug, Clone)]
+pub struct DeployedTasks<'db> {
+    /// Its tasks.
+    pub tasks: Tasks,
+    /// The state machine of each activity, where it is known.
+    pub(crate) psms: Vec<Option<Cow<'db, Psm<'db>>>>,
+    /// The names of the operations of the tasks.
     pub(crate) operations: Vec<Name>,
+    /// The reports without figures, one for each activity. Their reasons are why the activity itself is not analysed.
+    pub(crate) reports: Vec<ActivityReport<'db>>,
+    /// The section of its timing tables.
+    pub(crate) times: Option<Name>,
     pub(crate) not_analysed: Vec<Refusal<'db>>,
 }
 
-impl<'db> Deployed<'db> {
+impl<'db> DeployedTasks<'db> {
+    /// Returns a deployment of a model, for [`Method::Psm`].
+    pub fn simulated(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, level: Level) -> Self {
+        let query = Query { level, method: Method::Psm, horizon: None };
+        DeployedTasks::of_model(db, tables_of(db, project, of), system_of(db, project, of), query)
+    }
+
     pub(crate) fn of_model(
         db: &'db dyn ModelDb,
         tables: TableSet<'db>,
         system: &System<'db>,
         query: Query,
-    ) -> Deployed<'db> {
+    ) -> Self {
         let psms = psms_of(db, tables, system, query.level);
         let served = served_in(db, tables, system, query.level, &|_| None);
-        let set = activity_set(db, tables.project(db), system, &psms, &served, query.method);
-        let activities = set.activities.iter().zip(&system.activities).zip(&psms).enumerate();
-        let reports = activities.map(|(index, ((activity, resolved), psm))| ActivityReport {
+        let tasks = tasks_of(db, tables.project(db), system, &psms, &served, query.method);
+        let known: Vec<Option<&'db Psm<'db>>> =
+            psms.iter().map(|psm| psm.and_then(|psm| psm.as_ref().ok())).collect();
+        let activities = system.activities.iter().zip(tasks.activities()).zip(&known).enumerate();
+        let reports = activities.map(|(index, ((resolved, task), psm))| ActivityReport {
+            task: task.clone(),
+            instance: resolved.instance.clone(),
             component_name: resolved.component_name.clone(),
             component: resolved.component,
             at: Some(resolved.at.clone()),
             unknown_priority: resolved.unknown_priority.clone(),
-            reasons: refusals_of(resolved, *psm, &served, index, query.method).collect(),
-            own: psm.and_then(|psm| psm.as_ref().ok()).map(|psm| psm.machine.greatest_cost()),
-            assumed: psm.and_then(|psm| psm.as_ref().ok()).map_or_else(Vec::new, |psm| psm.assumed.clone()),
-            ..ActivityReport::without_figures(activity)
+            reasons: refusals_of(resolved, psms.get(index).copied().flatten(), &served, index, query.method)
+                .collect(),
+            own: psm.map(|psm| psm.machine.greatest_cost()),
+            assumed: psm.map_or_else(Vec::new, |psm| psm.assumed.clone()),
+            ..ActivityReport::default()
         });
-        let reports = reports.collect();
-        Deployed {
-            times: tables.section(db).clone(),
-            reports,
-            set,
+        DeployedTasks {
+            reports: reports.collect(),
+            psms: known.into_iter().map(|psm| psm.map(Cow::Borrowed)).collect(),
             operations: served.connections.into_iter().map(|it| it.operation).collect(),
+            times: tables.section(db).clone(),
             not_analysed: system.not_analysed.clone(),
+            tasks,
         }
     }
 
-    /// Returns none where the file has no times at the level.
-    pub(crate) fn of_file(file: &TaskSet, query: Query) -> Option<Deployed<'db>> {
-        let column = file.column(query.level)?;
-        let set = file.activities_at(column, query.method);
-        let stated = |reason: &String| Refusal { reason: Reason::Stated(reason.clone()), at: None };
-        let reports = set.activities.iter().zip(&file.activities).map(|(activity, written)| {
-            let refusals = written.not_analysed.iter().filter(|it| it.holds(query.level, query.method));
-            let machine = written.machine.as_ref().filter(|machine| machine.is_known(column));
-            let assumed = machine.into_iter().flat_map(|machine| &machine.assumed);
-            ActivityReport {
-                component_name: written.component.as_str().into(),
-                unknown_priority: written.doubt.as_deref().map(|it| UnknownPriority::Stated(it.into())),
-                reasons: refusals.map(|it| stated(&it.reason)).collect(),
-                own: machine.and_then(|machine| machine.state_machine(column)).map(|it| it.greatest_cost()),
-                assumed: assumed.map(|it| (it.codel.clone(), it.time)).collect(),
-                ..ActivityReport::without_figures(activity)
-            }
-        });
-        Some(Deployed {
-            times: file.times.as_deref().map(Into::into),
-            reports: reports.collect(),
-            set,
-            operations: file.operations.iter().map(|called| called.operation.as_str().into()).collect(),
-            not_analysed: file.not_analysed.iter().map(stated).collect(),
-        })
+    /// Returns the initial state of each activity's machine.
+    pub fn initial_states(&self) -> Vec<Option<u32>> {
+        let initial = |psm: &Option<Cow<'_, Psm<'_>>>| u32::try_from(psm.as_ref()?.initial).ok();
+        self.psms.iter().map(initial).collect()
+    }
+
+    /// Returns the edge that a slice executes, with its state machine; none where it executes a call or real-time throttling.
+    pub fn edge(&self, slice: &Slice) -> Option<(&Psm<'db>, &Edge)> {
+        let Executed::Edge(edge) = slice.executed else { return None };
+        let psm = self.psms.get(slice.activity)?.as_deref()?;
+        Some((psm, psm.edges.all.get(edge)?))
+    }
+
+    /// Returns the operation whose call a slice executes, and its client; none where it executes an edge.
+    pub fn call(&self, slice: &Slice) -> Option<(&Name, &str)> {
+        let Executed::Operation(operation) = slice.executed else { return None };
+        let client = self.tasks.activities().get(self.tasks.operations.get(operation)?.client)?;
+        Some((self.operations.get(operation)?, &client.name))
     }
 }
 
@@ -87,63 +98,43 @@ pub(crate) fn psms_of<'db>(
     tables: TableSet<'db>,
     system: &System<'db>,
     level: Level,
-) -> Vec<Executed<'db, 'db>> {
+) -> Vec<Option<&'db PsmResult<'db>>> {
     // If the tables are incomplete, every time may be longer.
     let timed = incomplete_tables(db, tables).is_none();
     let executed = |it: &ResolvedActivity<'db>| it.executed().filter(|_| timed);
     system.activities.iter().map(|it| Some(psm_of(db, tables, executed(it)?, level))).collect()
 }
 
-pub(crate) fn activity_set<'db>(
+/// Returns the tasks of a deployment whose activities execute these state machines.
+pub(crate) fn tasks_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     system: &System<'db>,
-    psms: &[Executed<'_, 'db>],
+    psms: &[Option<&PsmResult<'db>>],
     served: &Served<'db>,
     method: Method,
-) -> ActivitySet {
+) -> Tasks {
     let activities = system.activities.iter().zip(psms).enumerate();
-    let activities = activities.map(|(index, (activity, &executed))| Activity {
-        name: activity.instance.to_string(),
-        priority: activity.priority,
-        period: activity.period,
-        deadline: activity.deadline,
-        jitter: activity.jitter,
-        offset: activity.phase(),
-        cpus: activity.cpus,
-        demand: match executed {
-            Some(Ok(psm)) if refusals_of(activity, executed, served, index, method).next().is_none() => {
-                Demand::Machine { machine: psm.machine.clone(), whole: psm.component_time }
-            }
-            _ => Demand::Unknown,
-        },
+    let activities = activities.map(|(index, (activity, &executed))| {
+        let is_refused = refusals_of(activity, executed, served, index, method).next().is_some();
+        let psm = executed.and_then(|psm| psm.as_ref().ok()).filter(|_| !is_refused);
+        let demand =
+            |psm: &Psm<'db>| Demand::Machine { machine: psm.machine.clone(), whole: psm.component_time };
+        Task { demand: psm.map(demand).unwrap_or_default(), ..activity.task.clone() }
     });
-    let throttled = platform_of(db, project.workspace(db)).rt_throttling == Some(true);
-    let others = others_of(db, project, system);
-    ActivitySet { activities: activities.collect(), operations: served.operations.clone(), others, throttled }
-}
-
-/// Returns the real-time work that is not in the model. Without CPUs, it may run on all.
-pub(crate) fn others_of<'db>(
-    db: &'db dyn ModelDb,
-    project: Project<'db>,
-    system: &System<'db>,
-) -> Vec<Other> {
-    let others = platform_of(db, project.workspace(db)).others.iter();
-    let other = |it: &OtherWork| Other {
-        name: it.name.clone(),
-        cpus: it.cpus.unwrap_or(system.cpus),
-        priority: it.priority,
-        period: it.period,
-        jitter: it.jitter,
-        time: it.time,
-    };
-    others.map(other).collect()
+    let platform = platform_of(db, project.workspace(db));
+    // Without CPUs, other work may run on all.
+    let on_all = |it: &Task| Task { cpus: it.cpus.or(Some(system.cpus)), ..it.clone() };
+    let others = platform.others.iter().map(on_all).collect();
+    let mut tasks =
+        Tasks::new(activities.collect()).with_platform(others, platform.rt_throttling == Some(true));
+    tasks.operations.clone_from(&served.operations);
+    tasks
 }
 
 fn refusals_of<'a, 'db>(
     activity: &'a ResolvedActivity<'db>,
-    psm: Executed<'a, 'db>,
+    psm: Option<&'a PsmResult<'db>>,
     served: &'a Served<'db>,
     index: usize,
     method: Method,

@@ -1,14 +1,13 @@
 //! Facts about the response times of a deployment: missed deadlines and overloaded CPUs.
 
-use mauve_timing::task_set::Other;
-use mauve_timing::{Level, Status};
+use mauve_timing::{Level, Status, Task, name_of_other};
 
 use crate::fact::{InterferenceReport, Missed, Overload, TimingFact, TimingFactKind, Unbounded};
 use crate::psm::table_of_greatest_time;
 use crate::reason::{Reason, Refusal, Share};
-use crate::report::{ActivityReport, Query, Report, Verdict};
+use crate::report::{ActivityReport, Query, Report};
 use crate::response::response_times;
-use crate::system::{Priority, system_of};
+use crate::system::system_of;
 use crate::table_set::{TableSet, tables_of};
 use mauve_hir::{Decl, Location, ModelDb, Project};
 
@@ -30,8 +29,8 @@ pub fn timing_facts<'db>(
         let instance = activity.instance.clone();
         let kind = match report.verdict {
             // One fact for each CPU, below.
-            Verdict::RealTime(Status::Unbounded) => continue,
-            Verdict::RealTime(Status::Missed | Status::NoBound) => {
+            Status::Unbounded => continue,
+            Status::Missed | Status::NoBound => {
                 let deadline = activity.deadline.unwrap_or_default();
                 TimingFactKind::DeadlineMissed {
                     instance,
@@ -39,7 +38,7 @@ pub fn timing_facts<'db>(
                     missed: missed(report, || breakdown.of(index)),
                 }
             }
-            Verdict::RealTime(Status::NotAnalysed) => {
+            Status::NotAnalysed => {
                 let unreported = report.reasons.iter().filter(|it| !it.reason.is_reported());
                 let reasons: Vec<Refusal<'db>> = unreported.cloned().collect();
                 // Another error of the activity comes first.
@@ -48,7 +47,7 @@ pub fn timing_facts<'db>(
                 }
                 TimingFactKind::NotAnalysed { instance, reasons }
             }
-            Verdict::RealTime(Status::Met) | Verdict::Background => continue,
+            Status::Met | Status::Background => continue,
         };
         found.push(TimingFact::new(activity.at.clone(), kind));
     }
@@ -60,9 +59,10 @@ pub fn timing_facts<'db>(
 fn overloads<'db>(
     db: &'db dyn ModelDb,
     tables: TableSet<'db>,
-    Report { activities: reports, others, .. }: &Report<'db>,
+    report: &Report<'db>,
     level: Level,
 ) -> Vec<TimingFact<'db>> {
+    let reports = &report.activities;
     let mut found: Vec<(Overload<'db>, Option<Location<'db>>)> = Vec::new();
     for report in reports {
         let Some(at) = report.at.clone() else { continue };
@@ -97,21 +97,27 @@ fn overloads<'db>(
     }
     for (overload, at) in &mut found {
         let contributes = |it: &&ActivityReport<'db>| {
-            let is_higher = matches!(it.priority, Priority::RealTime(own) if own >= overload.priority);
-            is_higher && it.cpus == Some(overload.cpu)
+            it.priority.real_time() >= Some(overload.priority) && it.cpus == Some(overload.cpu)
         };
         let share = |it: &ActivityReport<'db>| it.share.map_or(0.0, |share| share.0);
         let contributing = reports.iter().filter(contributes);
         let Some(greatest) = contributing.max_by(|a, b| share(a).total_cmp(&share(b))) else { continue };
         (overload.greatest, overload.share) = (greatest.instance.clone(), greatest.share);
-        let share_of = |it: &Other| it.time.as_nanos() as f64 / it.period.as_nanos() as f64;
-        let contributing =
-            others.iter().filter(|it| it.priority >= overload.priority && it.cpus == overload.cpu);
-        let other = contributing.max_by(|a, b| share_of(a).total_cmp(&share_of(b)));
-        if let Some(other) = other.filter(|other| share_of(other) > share(greatest)) {
-            let share = share_of(other);
-            (overload.greatest, overload.share) = (other.shown().as_str().into(), Some(Share(share)));
-            overload.alone = (share > 1.0).then_some((other.time, other.period, None));
+        let share_of = |it: &&Task| {
+            let (time, period) = it.greatest_cost().zip(it.period)?;
+            Some((time.as_nanos() as f64 / period.as_nanos() as f64, time, period))
+        };
+        let contributing = report
+            .others()
+            .iter()
+            .filter(|it| it.priority.real_time() >= Some(overload.priority) && it.cpus == Some(overload.cpu));
+        let others = contributing.filter_map(|it| Some((it, share_of(&it)?)));
+        let other = others.max_by(|(_, a), (_, b)| a.0.total_cmp(&b.0));
+        if let Some((other, (share_of_other, time, period))) = other.filter(|(_, it)| it.0 > share(greatest))
+        {
+            overload.greatest = name_of_other(&other.name).into();
+            overload.share = Some(Share(share_of_other));
+            overload.alone = (share_of_other > 1.0).then_some((time, period, None));
             continue;
         }
         if let Some((own, period)) = greatest.own.zip(greatest.period).filter(|_| share(greatest) > 1.0) {

@@ -12,9 +12,7 @@ use mauve_diagnostics::{errors_of, errors_of_text, reasons_of, times_of, timing_
 use mauve_hir::{Database, Decl, Project};
 use mauve_ide::{Drawing, WorstOf, draw_schedule, no_worst_case};
 use mauve_timing::{LeftOut, Level, Method, NoWorstCase, SimulationOptions, Statistics, Time, Unit};
-use mauve_wcrt::{
-    Query, Report, Simulated, response_times, response_times_of, simulated, simulated_of, system_of,
-};
+use mauve_wcrt::{DeployedTasks, Query, Report, response_times, response_times_of, system_of};
 
 use self::simulation::{Row, Simulation};
 use super::wcrt::{cpu_numbers, priority, say_errors, shown_tables, task_set, with_errors};
@@ -123,7 +121,7 @@ impl Simulate {
             let query = Query { level: level.unwrap_or(shown.level), ..shown };
             let report = response_times(&db, project, deployment, query).clone();
             let name = deployment.name(&db).to_string();
-            let deployment = simulated(&db, project, deployment, query.level);
+            let deployment = DeployedTasks::simulated(&db, project, deployment, query.level);
             let errors = errors_of(&db, project);
             Ok(Simulation { errors, ..self.simulate(&db, name, query, report, deployment, length)? })
         };
@@ -145,8 +143,8 @@ impl Simulate {
             }
             let level = level.unwrap_or(set.significance);
             let query = Query { level, method: Method::Best, horizon: None };
-            let Some((report, deployment)) = response_times_of(&set, query).zip(simulated_of(&set, level))
-            else {
+            let simulated = DeployedTasks::of_file(&set, level, Method::Psm);
+            let Some((report, deployment)) = response_times_of(&set, query).zip(simulated) else {
                 let known: Vec<String> = set.levels.iter().map(Level::to_string).collect();
                 let (path, known) = (path.display(), known.join(", "));
                 return Err(format!("`{path}` has no times at {level}: it has {known}"));
@@ -165,13 +163,13 @@ impl Simulate {
         name: String,
         query: Query,
         report: Report<'db>,
-        deployment: Simulated,
+        deployment: DeployedTasks<'db>,
         length: Option<Time>,
     ) -> Result<Simulation<'db>, String> {
-        let set = &deployment.set;
+        let set = &deployment.tasks;
         let worst = match &self.worst {
             Some(instance) => {
-                let activity = set.activities.iter().position(|activity| activity.name == *instance);
+                let activity = set.activities().iter().position(|activity| *activity.name == **instance);
                 let activity = activity.ok_or_else(|| no_activity(instance))?;
                 let worst = WorstOf::of(&deployment, activity, query, &|| ());
                 Some(worst.map_err(|why| {
@@ -183,7 +181,7 @@ impl Simulate {
             None => None,
         };
         let length = length.or(worst.as_ref().map(|worst| worst.case.length)).unwrap_or_else(|| {
-            let shown = set.length_to_show(self.format.most_jobs(set.activities.len()));
+            let shown = set.length_to_show(self.format.most_jobs(set.activities().len()));
             let times = if self.format == Format::Table { 100 } else { 1 };
             shown.checked_mul(times).unwrap_or(shown)
         });

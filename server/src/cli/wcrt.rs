@@ -13,16 +13,13 @@ use mauve_hir::item_tree::Name;
 use mauve_hir::{Database, Decl, Location, Project, Workspace};
 use mauve_ide::{counted_cpus, explain_response, explain_response_of};
 use mauve_timing::task_set::{Exported, Parsed, TaskSet};
-use mauve_timing::{Level, Status, Time};
+use mauve_timing::{Level, Status, Time, name_of_other};
 use mauve_wcrt::{
-    ActivityReport, Priority, Query, Refusal, Report, Verdict, response_times_of, sensitivity, tables_of,
-    timetable_of,
+    ActivityReport, Priority, Query, Refusal, Report, response_times_of, sensitivity, tables_of, timetable_of,
 };
 
 use super::sensitivity::{sensitivity_csv, sensitivity_tables};
-use crate::analysis_document::{
-    Deployed, Origin, Significance, analysis_document, deployments, levels, real_time_priority,
-};
+use crate::analysis_document::{Deployed, Origin, Significance, analysis_document, deployments, levels};
 use crate::cli::lines::Lines;
 use crate::cli::options::{Method, Outside, Paths, time};
 use crate::cli::text::{columns, counted, number, quoted, shown};
@@ -316,13 +313,12 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
     if it.rt_throttling().is_none() {
         out += "  assumption: real-time throttling is off; set `[platform] rt_throttling` in mauve.toml\n";
     }
-    let others = it.reports.first().into_iter().flat_map(|(_, report)| &report.others);
+    let others = it.reports.first().into_iter().flat_map(|(_, report)| report.others());
     out.extend(others.map(|other| {
-        let (name, cpus) = (other.shown(), cpu_names(other.cpus));
-        format!(
-            "  {name} interferes too: {} every {}, priority {}, {cpus}\n",
-            other.time, other.period, other.priority
-        )
+        let (name, cpus) = (name_of_other(&other.name), cpu_names(other.cpus.unwrap_or_default()));
+        let (time, period) = (other.greatest_cost().unwrap_or_default(), other.period.unwrap_or_default());
+        let priority = priority(other.priority);
+        format!("  {name} interferes too: {time} every {period}, priority {priority}, {cpus}\n")
     }));
     out.extend(notes(it));
     out
@@ -452,7 +448,7 @@ fn several_levels(reports: &[(Query, &Report<'_>)]) -> String {
                 report.activities.get(index).map_or_else(String::new, |activity| match shown(activity) {
                     Some(response) if activity.verdict.is_met() => number(Some(response)),
                     Some(response) => format!("{} ✗", number(Some(response))),
-                    None if activity.verdict == Verdict::Background => "·".to_owned(),
+                    None if activity.verdict == Status::Background => "·".to_owned(),
                     None => activity.verdict.name().to_owned(),
                 })
             };
@@ -489,9 +485,9 @@ pub(super) fn priority(priority: Priority) -> String {
 fn verdict(of: &Deployed<'_>, activity: &ActivityReport<'_>) -> String {
     let accepted = of.acceptance(activity).map(|reason| format!(", accepted: {reason}"));
     match activity.verdict {
-        Verdict::RealTime(Status::Met) => MET.to_owned(),
-        Verdict::RealTime(status) => format!("{NOT_PROVED}{status}{}", accepted.unwrap_or_default()),
-        Verdict::Background => "background".to_owned(),
+        Status::Met => MET.to_owned(),
+        Status::Background => "background".to_owned(),
+        status => format!("{NOT_PROVED}{status}{}", accepted.unwrap_or_default()),
     }
 }
 
@@ -552,7 +548,7 @@ fn csv(all: &[Deployed<'_>]) -> String {
                     quoted(&activity.instance),
                     quoted(&activity.component_name),
                     activity.cpus.map(|cpus| cpus.to_string()).unwrap_or_default(),
-                    real_time_priority(activity.priority).map(|it| it.to_string()).unwrap_or_default(),
+                    activity.priority.real_time().map(|it| it.to_string()).unwrap_or_default(),
                     cell(activity.period),
                     cell(activity.deadline),
                     cell(activity.own),

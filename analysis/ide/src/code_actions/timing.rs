@@ -26,8 +26,7 @@ use mauve_wcrt::better_timing::{
     BetterTiming, TimingChange, better_activity, better_priorities, is_no_worse, keeps_slack,
 };
 use mauve_wcrt::{
-    ActivityReport, Deadlines, Query, Report, Verdict, WhatIfField, response_times, response_times_if,
-    system_of,
+    ActivityReport, Deadlines, Query, Report, WhatIfField, response_times, response_times_if, system_of,
 };
 
 use super::{ActionKind, Actions, CodeAction, MOST_CHARACTERS, shortened};
@@ -298,7 +297,7 @@ fn outcome_of<'db>(
 }
 
 fn activities(now: &Report<'_>, then: &Report<'_>) -> Vec<ActivityOutcome> {
-    let is_real_time = |(_, then): &(_, &ActivityReport<'_>)| matches!(then.verdict, Verdict::RealTime(_));
+    let is_real_time = |(_, then): &(_, &ActivityReport<'_>)| then.verdict != Status::Background;
     let both = now.activities.iter().zip(&then.activities).filter(is_real_time);
     let of_both = both.map(|(now, then)| ActivityOutcome {
         instance: now.instance.clone(),
@@ -313,7 +312,7 @@ fn activities(now: &Report<'_>, then: &Report<'_>) -> Vec<ActivityOutcome> {
 fn response(activity: &ActivityReport<'_>) -> Response {
     match (activity.response, activity.verdict) {
         (Some(response), _) => Response::Bound(response),
-        (None, Verdict::RealTime(Status::Unbounded | Status::NoBound)) => Response::Unbounded,
+        (None, Status::Unbounded | Status::NoBound) => Response::Unbounded,
         _ => Response::NotAnalysed,
     }
 }
@@ -437,7 +436,6 @@ mod tests {
     use mauve_hir::item_tree::Kind;
     use mauve_hir::{Database, Workspace, names_of, projects};
     use mauve_tests::Random;
-    use mauve_wcrt::ActivityReport;
 
     /// The first file of a robot with a component for each instance: `(name, cost)`.
     fn robot(costs: &[(&str, &str)], deployment: &str, config: &str) -> String {
@@ -464,8 +462,7 @@ mod tests {
         let mut out = format!("{:?}\n", report.cpus);
         let mut breakdown = report.breakdown(&|| ());
         for (index, it) in report.activities.iter().enumerate() {
-            let ActivityReport { instance, priority, cpus, period, deadline, .. } = it;
-            let activity = (instance, priority, cpus, period, deadline);
+            let activity = (&it.instance, it.priority, it.cpus, it.period, it.deadline);
             let _ = writeln!(
                 out,
                 "{activity:?} {:?} {:?} {:?} {:?} {:?} {:?}",

@@ -13,7 +13,7 @@
 
 use mauve_hir::ModelDb;
 use mauve_timing::{Status, Time};
-use mauve_wcrt::{Priority, Query, Report, Share, TableSet, Verdict};
+use mauve_wcrt::{Query, Report, Share, TableSet};
 
 use super::{Explanation, Load, Overload, OwnTime, Released, Row, SHOWN_PERIODS, Sum, Trace, with_facts};
 use crate::markdown::{self, Links, bar, code, row};
@@ -38,7 +38,7 @@ pub(crate) fn explain_in_markdown<'db>(
 
 fn print(db: &dyn ModelDb, facts: &Explanation<'_, '_>, links: Links<'_>) -> String {
     let verdict = verdict(facts);
-    if facts.activity.verdict == Verdict::Background {
+    if facts.activity.verdict == Status::Background {
         return verdict;
     }
     let sum = facts.sum.as_ref().zip(facts.activity.response);
@@ -66,21 +66,21 @@ fn verdict(facts: &Explanation<'_, '_>) -> String {
     let first = facts.reasons.first().map(|why| inline(&why.text)).unwrap_or_default();
     let after = |from: Time, to: Time| to.checked_sub(from).unwrap_or_default();
     let said = match (activity.verdict, activity.response) {
-        (Verdict::Background, _) => return "**Background**: not real-time, not analysed\n".to_owned(),
-        (Verdict::RealTime(Status::Met), Some(response)) => {
+        (Status::Background, _) => return "**Background**: not real-time, not analysed\n".to_owned(),
+        (Status::Met, Some(response)) => {
             format!("**Deadline met: {response} ≤ {deadline}, {} slack**", after(response, deadline))
         }
-        (Verdict::RealTime(Status::Missed), Some(response)) => {
+        (Status::Missed, Some(response)) => {
             format!("**Deadline missed by {}: {response} > {deadline}**", after(deadline, response))
         }
-        (Verdict::RealTime(Status::Unbounded), _) => format!("**{first}**: no bounded response time"),
-        (Verdict::RealTime(Status::NotAnalysed), _) => format!("**Not analysed**: {first}"),
-        (Verdict::RealTime(_), _) => format!("**{}**", capitalised(&first)),
+        (Status::Unbounded, _) => format!("**{first}**: no bounded response time"),
+        (Status::NotAnalysed, _) => format!("**Not analysed**: {first}"),
+        (_, _) => format!("**{}**", capitalised(&first)),
     };
     let assumed = if facts.is_assumed { ", with assumed times" } else { "" };
     let first = match activity.verdict {
         // Most reasons do not depend on the level.
-        Verdict::RealTime(Status::NotAnalysed) => format!("{said}{}\n", facts.of_which),
+        Status::NotAnalysed => format!("{said}{}\n", facts.of_which),
         _ => format!("{said} at {}{assumed}{}\n", facts.query.level, facts.of_which),
     };
     let others = facts.reasons.iter().skip(1).map(|why| inline(&why.text));
@@ -131,8 +131,7 @@ fn sum_table(
 ) -> String {
     let whole = response.as_nanos() as f64;
     let bar_of = |time: Time| bar(time.as_nanos() as f64 / whole);
-    let own_priority =
-        if let Priority::RealTime(priority) = facts.activity.priority { Some(priority) } else { None };
+    let own_priority = facts.activity.priority.real_time();
     let mut out = row(&["", "priority", "jobs", "time", ""]) + &row(&ALIGNMENT);
     let mut line = |what: &str, priority: &str, jobs: &str, time: Time| {
         out += &row(&[what, priority, jobs, &time.to_string(), &bar_of(time)]);

@@ -3,9 +3,9 @@
 use std::fmt::{Display, Write as _};
 
 use mauve_hir::ModelDb;
-use mauve_timing::Time;
 use mauve_timing::task_set::TaskSet;
-use mauve_wcrt::{Query, Report, TableSet, Verdict, psm_at};
+use mauve_timing::{Status, Time};
+use mauve_wcrt::{Query, Report, TableSet, psm_at};
 
 use super::{Explanation, Origin, OwnTime, Released, SHOWN_PERIODS, Sum, with_facts};
 
@@ -45,7 +45,7 @@ fn print(facts: &Explanation<'_, '_>) -> String {
     let component = if component.is_empty() { "component unknown" } else { component };
     let (level, method, of_which) = (facts.query.level, facts.method(), &facts.of_which);
     let mut out = format!("{} ({component}) at {level}, method {method}{of_which}\n", activity.instance);
-    if activity.verdict == Verdict::Background {
+    if activity.verdict == Status::Background {
         return out + "  background: not real-time, not analysed\n";
     }
     let time = |time: Option<Time>| time.map_or_else(|| "—".to_owned(), |time| time.to_string());

@@ -7,7 +7,7 @@ use mauve_hir::{Decl, File, ModelDb, Project, declaration_at, parse};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::keywords::ActivityField;
 use mauve_syntax::{TextSize, tokens_at};
-use mauve_timing::task_set::Other;
+use mauve_timing::{Task, name_of_other};
 use mauve_wcrt::{Priority, Query, ResolvedActivity, response_times, system_of};
 
 use super::format::{Hover, and_more};
@@ -37,7 +37,7 @@ pub(super) fn of_field(
             ActivityField::Affinity => affinity(db, project, deployment, activity),
             ActivityField::Priority => {
                 let report = response_times(db, project, deployment, Query::shown(db, project));
-                priority(activity, activities, &report.others)
+                priority(activity, activities, report.others())
             }
             _ => None,
         }
@@ -72,12 +72,13 @@ fn affinity<'db>(
 fn priority(
     activity: &ResolvedActivity<'_>,
     activities: &[ResolvedActivity<'_>],
-    others: &[Other],
+    others: &[Task],
 ) -> Option<String> {
-    let Priority::RealTime(own) = activity.priority else { return None };
+    let own = activity.priority.real_time()?;
     let cpus = activity.cpus?;
-    let others = others.iter().filter(|it| it.priority >= own && it.cpus & cpus != 0);
-    let mut above: Vec<(u32, String)> = others.map(|it| (it.priority, it.shown())).collect();
+    let others = others.iter().filter(|it| it.cpus.is_some_and(|other| other & cpus != 0));
+    let others = others.filter_map(|it| Some((it.priority.real_time()?, name_of_other(&it.name))));
+    let mut above: Vec<(u32, String)> = others.filter(|(priority, _)| *priority >= own).collect();
     let mut unknown: Vec<String> = Vec::new();
     for other in activities.iter().filter(|it| it.cpus.is_none_or(|other| other & cpus != 0)) {
         let name = other.instance.to_string();

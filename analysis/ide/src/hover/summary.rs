@@ -7,8 +7,8 @@ use mauve_hir::{
     Decl, Flat, FlatInstance, Link, Location, ModelDb, Project, architecture, core_of, flat_of, names_of,
     resolve_type, shell_of, target_of,
 };
-use mauve_timing::Time;
-use mauve_wcrt::{ActivityReport, Deadlines, Query, TableSet, Verdict, psm_of, response_times, table_sets};
+use mauve_timing::{Status, Time};
+use mauve_wcrt::{ActivityReport, Deadlines, Query, TableSet, psm_of, response_times, table_sets};
 
 use super::format::{HoverFormat, and_more};
 use crate::markdown::code;
@@ -92,7 +92,7 @@ fn deployment<'db>(
     let bounded = report.activities.iter().zip(with_assumptions).filter(|(it, _)| slack(it).is_some());
     let least = bounded.min_by_key(|(it, _)| slack(it));
     lines.extend(least.map(|(it, assumed)| format!("least slack: {}, {}", name(it), verdict(it, assumed))));
-    let unbounded = report.activities.iter().filter(|it| it.verdict != Verdict::Background);
+    let unbounded = report.activities.iter().filter(|it| it.verdict != Status::Background);
     let unbounded: Vec<String> = unbounded.filter(|it| it.response.is_none()).map(name).collect();
     if !unbounded.is_empty() {
         lines.push(format!("no response time: {}", enumerated(unbounded)));
@@ -104,9 +104,9 @@ fn deployment<'db>(
 fn verdict(it: &ActivityReport<'_>, is_assumed: bool) -> String {
     let assumed = if is_assumed { ", with assumed times" } else { "" };
     let (response, deadline) = match (it.verdict, it.response, it.deadline) {
-        (Verdict::Background, ..) => return "not real-time".to_owned(),
+        (Status::Background, ..) => return "not real-time".to_owned(),
         (_, Some(response), Some(deadline)) => (response, deadline),
-        (Verdict::RealTime(status), ..) => return status.name().replace('-', " "),
+        (status, ..) => return status.name().replace('-', " "),
     };
     match (deadline.checked_sub(response), response.checked_sub(deadline).unwrap_or(Time::ZERO)) {
         (Some(slack), _) => format!("{response} ≤ {deadline}, {slack} slack{assumed}"),

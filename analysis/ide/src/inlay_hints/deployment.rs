@@ -8,9 +8,7 @@ use mauve_hir::{Decl, Location, ModelDb, Project, parse};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextSize, tokens_at};
 use mauve_timing::{CpuLoad, Status, Time};
-use mauve_wcrt::{
-    ActivityReport, Deadlines, Query, Report, ResolvedActivity, Verdict, response_times, system_of,
-};
+use mauve_wcrt::{ActivityReport, Deadlines, Query, Report, ResolvedActivity, response_times, system_of};
 
 use super::label::{MOST_CHARACTERS, Round, Texts, cut, most_at, short};
 use super::{Figure, Found, HintOptions, HintStatus, InlayHint, Subject, column, end_of_line};
@@ -56,7 +54,7 @@ pub(super) fn of_deployment<'db>(
     let shown =
         figures.map(|(activity, is_assumed)| Shown::of(db, activity, is_assumed, options.tight_slack));
     let shown: Vec<Shown> = shown.collect();
-    let is_real_time = |it: &ActivityReport<'_>| it.verdict != Verdict::Background;
+    let is_real_time = |it: &ActivityReport<'_>| it.verdict != Status::Background;
     if let Some(offset) = beside(text, node.syntax())
         && report.activities.iter().any(is_real_time)
     {
@@ -106,10 +104,8 @@ impl Shown {
         let deadline = activity.deadline.unwrap_or_default();
         let reason = || activity.reasons.first().map_or_else(String::new, |it| short_reason(db, &it.reason));
         let (texts, status) = match (activity.verdict, activity.response) {
-            (Verdict::Background, _) => {
-                (Texts::of([NOT_REAL_TIME, "–"].map(str::to_owned)), HintStatus::Time)
-            }
-            (Verdict::RealTime(Status::Met), Some(response)) => {
+            (Status::Background, _) => (Texts::of([NOT_REAL_TIME, "–"].map(str::to_owned)), HintStatus::Time),
+            (Status::Met, Some(response)) => {
                 let slack = deadline.checked_sub(response).unwrap_or_default();
                 let is_tight = u128::from(slack.as_nanos()) * 100
                     < u128::from(deadline.as_nanos()) * u128::from(tight_slack);
@@ -121,29 +117,29 @@ impl Shown {
                 let verdict = [format!("{only}{slack} slack"), format!("{only}+{slack}"), mark.to_owned()];
                 (with_response(verdict, response, is_assumed), status)
             }
-            (Verdict::RealTime(Status::Missed), Some(response)) => {
+            (Status::Missed, Some(response)) => {
                 let late = response.checked_sub(deadline).unwrap_or_default();
                 let late = short(late, Round::Up);
                 let verdict = [format!("✗ {late} late"), format!("✗ −{late}"), "✗".to_owned()];
                 (with_response(verdict, response, is_assumed), HintStatus::Missed)
             }
-            (Verdict::RealTime(Status::NotAnalysed), _) => {
+            (Status::NotAnalysed, _) => {
                 let reason = cut(&reason(), MOST_CHARACTERS - "not analysed: ".len());
                 let texts = [format!("not analysed: {reason}"), "not analysed".to_owned(), "?".to_owned()];
                 (Texts::of(texts), HintStatus::Unknown)
             }
-            (Verdict::RealTime(Status::Unbounded), _) => {
+            (Status::Unbounded, _) => {
                 let (long, short) = (format!("✗ {}", reason()), format!("✗ {}", without_percent(&reason())));
                 (Texts::of([long, short, "✗ overloaded".to_owned(), "✗".to_owned()]), HintStatus::Missed)
             }
-            (Verdict::RealTime(_), _) => {
+            (_, _) => {
                 let texts = [format!("✗ no bound: {}", reason()), "✗ no bound".to_owned(), "✗".to_owned()];
                 (Texts::of(texts), HintStatus::Missed)
             }
         };
         let figure = match (activity.verdict, activity.response) {
-            (Verdict::RealTime(Status::NotAnalysed), _) => None,
-            (Verdict::Background, _) => Some(NOT_REAL_TIME.to_owned()),
+            (Status::NotAnalysed, _) => None,
+            (Status::Background, _) => Some(NOT_REAL_TIME.to_owned()),
             (_, Some(response)) => Some(short(response, Round::Up)),
             (_, None) => Some("no bound".to_owned()),
         };

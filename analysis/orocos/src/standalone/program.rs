@@ -48,10 +48,12 @@ pub(super) fn main_file<'db>(model: Model<'_, 'db>, of: Decl<'db>, deployed: &De
     let operations = deployed.operations.iter();
     let operations = operations.map(|both| call("operation", &both.each_ref().map(|end| cpp_string(end))));
     let activities = deployed.tasks.iter().flat_map(|task| activity(task, bounds.get(&task.name).copied()));
-    let others = report.others.iter().map(|other| {
-        let [period, time] = [other.period, other.time].map(|it| it.as_nanos().to_string());
-        let arguments =
-            [cpp_string(&other.name), period, time, other.priority.to_string(), format!("{:#x}", other.cpus)];
+    let others = report.others().iter().map(|other| {
+        let [period, time] =
+            [other.period, other.greatest_cost()].map(|it| it.unwrap_or_default().as_nanos().to_string());
+        let priority = other.priority.real_time().unwrap_or_default().to_string();
+        let cpus = format!("{:#x}", other.cpus.unwrap_or_default());
+        let arguments = [cpp_string(&other.name), period, time, priority, cpus];
         call("other_work", &arguments)
     });
     let about_times = format!(

@@ -7,7 +7,8 @@ use std::collections::{BinaryHeap, VecDeque};
 
 use super::random::Random;
 use super::{Calls, Executed, Job, Schedule, SimulationOptions, Slice, Statistics};
-use crate::{Activity, ActivitySet, Edge, StateMachine, Time};
+use crate::response_time::linked;
+use crate::{Edge, StateMachine, Task, TaskKind, Tasks, Time};
 
 /// The longest simulation. A sum of two instants within it does not overflow.
 const LONGEST: u64 = 1 << 63;
@@ -18,7 +19,7 @@ const MOST_CALLS: u64 = 1000;
 /// The events between two calls of `interrupt`.
 const UNINTERRUPTED: u64 = 1 << 16;
 
-impl ActivitySet {
+impl Tasks {
     /// Simulates one schedule. The same options give the same schedule, on every machine. To cancel, `interrupt` unwinds.
     pub fn simulate(&self, options: &SimulationOptions, interrupt: &dyn Fn()) -> Schedule {
         let mut engine = Engine::new(self, options);
@@ -36,10 +37,11 @@ impl ActivitySet {
     }
 }
 
-/// A thread: of an activity, or real-time throttling.
-struct Task {
-    /// The index of the activity, or a number after those of all activities.
-    activity: usize,
+/// The thread of a task.
+struct Thread {
+    /// The index of the task.
+    task: usize,
+    kind: TaskKind,
     /// Twice its priority, and 1 unless it waits for others of equal priority.
     priority: u64,
     period: u64,
@@ -49,7 +51,8 @@ struct Task {
     cpus: u64,
     /// The index of its group.
     group: usize,
-    paths: Paths,
+    /// The edges of its machine by their source.
+    steps: Vec<Vec<Step>>,
     /// The edges of the next jobs, the first at the end; then they are random.
     scripted: Vec<Step>,
     /// The operations that it sends.
@@ -103,15 +106,6 @@ struct Sends {
     during: Option<usize>,
 }
 
-/// The edges of a machine by their source.
-struct Paths {
-    /// The edges of state s are `first[s]..first[s + 1]`.
-    first: Vec<usize>,
-    steps: Vec<Step>,
-    /// For each state, its edge of greatest cost.
-    heaviest: Vec<Step>,
-}
-
 /// An edge.
 #[derive(Clone, Copy)]
 struct Step {
@@ -126,32 +120,23 @@ impl Step {
     }
 }
 
-impl Paths {
-    fn new(machine: &StateMachine) -> Paths {
-        let states = machine.states() as usize;
-        let mut of_state: Vec<Vec<Step>> = vec![Vec::new(); states];
-        for (index, edge) in machine.edges().iter().enumerate() {
-            of_state[edge.source as usize].push(Step::new(index, edge));
-        }
-        let mut paths = Paths { first: vec![0], steps: Vec::new(), heaviest: Vec::new() };
-        for steps in of_state {
-            // Every state has an edge.
-            let heaviest =
-                steps.iter().copied().reduce(|best, it| if it.cost > best.cost { it } else { best });
-            paths.heaviest.extend(heaviest);
-            paths.steps.extend(steps);
-            paths.first.push(paths.steps.len());
-        }
-        paths
+/// Returns the edges of a machine by their source.
+fn steps_of(machine: &StateMachine) -> Vec<Vec<Step>> {
+    let mut of_state: Vec<Vec<Step>> = vec![Vec::new(); machine.states() as usize];
+    for (index, edge) in machine.edges().iter().enumerate() {
+        of_state[edge.source as usize].push(Step::new(index, edge));
     }
+    of_state
+}
 
-    fn random(&self, state: usize, heavy: u32, random: &mut Random) -> Step {
-        if heavy > 0 && random.up_to(99) < u64::from(heavy) {
-            return self.heaviest[state];
-        }
-        let steps = &self.steps[self.first[state]..self.first[state + 1]];
-        if let [only] = steps { *only } else { steps[random.up_to(steps.len() as u64 - 1) as usize] }
+/// Chooses one of the edges of a state, which is never without one: with a probability of `heavy` percent the first one of
+/// greatest cost.
+fn random_step(steps: &[Step], heavy: u32, random: &mut Random) -> Step {
+    if heavy > 0 && random.up_to(99) < u64::from(heavy) {
+        let heaviest = |best: Step, it: &Step| if it.cost > best.cost { *it } else { best };
+        return steps.iter().fold(steps[0], heaviest);
     }
+    if let [only] = steps { *only } else { steps[random.up_to(steps.len() as u64 - 1) as usize] }
 }
 
 /// A CPU that an activity may use.
@@ -175,9 +160,7 @@ struct Engine<'a> {
     options: &'a SimulationOptions,
     length: u64,
     now: u64,
-    tasks: Vec<Task>,
-    /// The number of activities; further tasks are other work, then throttling.
-    activities: usize,
+    threads: Vec<Thread>,
     /// For each operation its provider, if that is simulated, and the execution time of a call.
     operations: Vec<(Option<usize>, u64)>,
     cpus: Vec<Cpu>,
@@ -193,16 +176,15 @@ struct Engine<'a> {
 }
 
 impl<'a> Engine<'a> {
-    fn new(set: &ActivitySet, options: &'a SimulationOptions) -> Engine<'a> {
-        let all = set.tasks();
-        let numbered = all.tasks().iter().enumerate().map(|(index, task)| (all.activity(index), task));
-        let is_simulated = |number: usize| set.activities.get(number).is_none_or(Activity::is_simulated);
-        let simulated: Vec<(usize, &crate::Task)> =
-            numbered.filter(|&(number, task)| is_simulated(number) && task.is_known()).collect();
+    fn new(set: &Tasks, options: &'a SimulationOptions) -> Engine<'a> {
+        let kind = |index: usize| set.kind(index);
+        let is_simulated =
+            |(index, task): &(usize, &Task)| task.is_simulated() || kind(*index) == TaskKind::Throttling;
+        let simulated: Vec<(usize, &Task)> = set.all().iter().enumerate().filter(is_simulated).collect();
         // Real-time throttling is on each CPU that something else uses.
-        let throttling = set.activities.len() + set.others.len();
-        let users = || simulated.iter().filter(|(number, _)| *number < throttling).map(|(_, task)| task.cpus);
-        let used = users().fold(0, |all, cpus| all | cpus);
+        let users = simulated.iter().filter(|(index, _)| kind(*index) != TaskKind::Throttling);
+        let users: Vec<u64> = users.map(|(_, task)| task.mask()).collect();
+        let used = users.iter().fold(0, |all, cpus| all | cpus);
         // The bit of a CPU is that of its index, not of its number.
         let indices = |mask: u64| {
             let used = bits(used).enumerate().filter(|(_, number)| mask & (1 << number) != 0);
@@ -212,8 +194,7 @@ impl<'a> Engine<'a> {
             options,
             length: options.length.as_nanos().min(LONGEST),
             now: 0,
-            tasks: Vec::new(),
-            activities: set.activities.len(),
+            threads: Vec::new(),
             operations: Vec::new(),
             cpus: bits(used).map(|bit| Cpu { number: bit as u32, running: None, event: u64::MAX }).collect(),
             groups: Vec::new(),
@@ -223,47 +204,39 @@ impl<'a> Engine<'a> {
             slices: Vec::new(),
             jobs: Vec::new(),
         };
-        engine.groups = groups(&users().map(indices).collect::<Vec<_>>());
-        let mut task_of = vec![None; set.activities.len()];
-        for (number, task) in simulated {
-            let cpus = indices(task.cpus);
-            if cpus == 0 || !options.has_part(number) {
+        let groups = linked(users.into_iter().map(indices));
+        engine.groups = groups.map(|group| Group { cpus: group.cpus, ready: Vec::new() }).collect();
+        let mut thread_of = vec![None; set.all().len()];
+        for (index, task) in simulated {
+            let cpus = indices(task.mask());
+            if cpus == 0 || !options.has_part(index) {
                 continue;
             }
-            if let Some(task_of) = task_of.get_mut(number) {
-                *task_of = Some(engine.tasks.len());
-            }
-            let sends = set.operations.iter().enumerate().filter(|(_, operation)| operation.client == number);
+            thread_of[index] = Some(engine.threads.len());
+            let sends = set.operations.iter().enumerate().filter(|(_, operation)| operation.client == index);
             let sends = sends.map(|(operation, it)| {
                 let most = it.sends.min(MOST_CALLS);
                 Sends { operation, most, during: it.during }
             });
-            let deadline = set.activities.get(number).map_or(Some(task.deadline), |it| it.deadline);
-            engine.add(number, task, deadline, cpus, sends.collect());
+            engine.add((index, kind(index)), task, cpus, sends.collect());
         }
-        let provider = |index: usize| task_of.get(index).copied().flatten();
+        let provider = |index: usize| thread_of.get(index).copied().flatten();
         let operations = set.operations.iter().map(|it| (provider(it.provider), it.time.as_nanos()));
         engine.operations = operations.collect();
         engine
     }
 
-    /// Adds a task of known demand on these of the CPUs. Without a `deadline`, that is the period.
-    fn add(
-        &mut self,
-        activity: usize,
-        task: &crate::Task,
-        deadline: Option<Time>,
-        cpus: u64,
-        sends: Vec<Sends>,
-    ) {
-        let Some(machine) = task.demand.machine() else { return };
-        let period = task.period.as_nanos();
-        let mut seeds = Random::new(Random::new(self.options.seed).bits().wrapping_add(activity as u64));
+    /// Adds a task of known demand on these of the CPUs. Without a deadline, that is the period.
+    fn add(&mut self, (index, kind): (usize, TaskKind), task: &Task, cpus: u64, sends: Vec<Sends>) {
+        let Some((machine, period)) = task.demand.machine().zip(task.period) else { return };
+        let deadline = task.deadline.unwrap_or(period).as_nanos();
+        let period = period.as_nanos();
+        let mut seeds = Random::new(Random::new(self.options.seed).bits().wrapping_add(index as u64));
         let mut release_choices = Random::new(seeds.bits());
         let mut job_choices = Random::new(seeds.bits());
         let any = if self.options.simultaneous { 0 } else { release_choices.up_to(period - 1) };
         let script = self.options.script.as_ref();
-        let of_script = script.and_then(|script| script.tasks.get(activity)?.as_ref());
+        let of_script = script.and_then(|script| script.tasks.get(index)?.as_ref());
         let (phase, jitter) = match (of_script, task.offset) {
             (Some(scripted), _) => (scripted.first.as_nanos(), 0),
             (None, offset) => (offset.map_or(any, |it| it.as_nanos() % period), task.jitter.as_nanos()),
@@ -273,8 +246,8 @@ impl<'a> Engine<'a> {
             edges.map(|(index, edge)| Step::new(index, edge)).collect()
         });
         scripted.reverse();
-        let waits = script.is_some_and(|script| script.last == activity);
-        let initial = self.options.initial_states.get(activity).copied().flatten();
+        let waits = script.is_some_and(|script| script.last == index);
+        let initial = self.options.initial_states.get(index).copied().flatten();
         let first = scripted.last().and_then(|step| machine.edges().get(step.edge)).map(|edge| edge.source);
         let initial = first.or(initial.filter(|state| *state < machine.states()));
         let states = u64::from(machine.states());
@@ -282,17 +255,19 @@ impl<'a> Engine<'a> {
         let first = phase.saturating_add(release_choices.up_to(jitter));
         let first = first.max(self.options.not_before());
         if first < self.length {
-            self.releases.push(Reverse((first, self.tasks.len())));
+            self.releases.push(Reverse((first, self.threads.len())));
         }
-        self.tasks.push(Task {
-            activity,
-            priority: u64::from(task.priority) * 2 + u64::from(!waits),
+        let priority = task.priority.real_time().unwrap_or(u32::MAX);
+        self.threads.push(Thread {
+            task: index,
+            kind,
+            priority: u64::from(priority) * 2 + u64::from(!waits),
             period,
-            deadline: deadline.unwrap_or(task.period).as_nanos(),
+            deadline,
             jitter,
             cpus,
             group: self.groups.iter().position(|group| group.cpus & cpus != 0).unwrap_or_default(),
-            paths: Paths::new(machine),
+            steps: steps_of(machine),
             scripted,
             sends,
             release_choices,
@@ -343,7 +318,7 @@ impl<'a> Engine<'a> {
     fn release(&mut self) {
         let Some(mut first) = self.releases.peek_mut() else { return };
         let Reverse((now, index)) = *first;
-        let task = &mut self.tasks[index];
+        let task = &mut self.threads[index];
         let nominal = task.next_release;
         task.next_release = nominal.saturating_add(task.period);
         let late = if task.jitter > 0 { task.release_choices.up_to(task.jitter) } else { 0 };
@@ -355,10 +330,10 @@ impl<'a> Engine<'a> {
             PeekMut::pop(first);
         }
         task.released += 1;
-        if self.options.keeps_schedule && task.activity < self.activities {
+        if self.options.keeps_schedule && task.kind == TaskKind::Activity {
             task.open.push_back(self.jobs.len());
             self.jobs.push(Job {
-                activity: task.activity,
+                activity: task.task,
                 number: task.released,
                 nominal: Time::from_nanos(nominal),
                 release: Time::from_nanos(now),
@@ -378,18 +353,18 @@ impl<'a> Engine<'a> {
             return;
         }
         self.became_ready += 1;
-        let task = &mut self.tasks[index];
+        let task = &mut self.threads[index];
         task.ready_since = self.became_ready;
         let (group, priority) = (task.group, task.priority);
         let ready = &mut self.groups[group].ready;
-        let place = ready.partition_point(|&other| self.tasks[other].priority >= priority);
+        let place = ready.partition_point(|&other| self.threads[other].priority >= priority);
         ready.insert(place, index);
         self.changed |= 1 << group;
     }
 
     /// Begins the next part of a task: a call, or the edge of a job. Returns whether there is one.
     fn begin(&mut self, index: usize) -> bool {
-        let task = &mut self.tasks[index];
+        let task = &mut self.threads[index];
         let has_job = task.finished < task.released;
         let is_between = task.calls_of_job.is_none();
         let calls = match (task.calls_of_job, self.options.calls) {
@@ -398,8 +373,8 @@ impl<'a> Engine<'a> {
             (None, Calls::AtJobs) => 0,
             (None, Calls::BetweenJobs) => task.calls.len(),
         };
-        let is_throttling = task.activity >= self.activities;
-        let least_time = if is_throttling { 100 } else { self.options.least_time };
+        let is_activity = task.kind == TaskKind::Activity;
+        let least_time = if is_activity { self.options.least_time } else { 100 };
         let mut begin = |executed, cost| {
             task.part = Some(Part { executed, remaining: cost, since: self.now, slice: self.now });
         };
@@ -421,7 +396,9 @@ impl<'a> Engine<'a> {
         task.calls_of_job = Some(0);
         let (step, least_time) = match task.scripted.pop() {
             Some(step) => (step, 100),
-            None => (task.paths.random(task.state, self.options.heavy, &mut task.job_choices), least_time),
+            None => {
+                (random_step(&task.steps[task.state], self.options.heavy, &mut task.job_choices), least_time)
+            }
         };
         task.state = step.target;
         let cost = execution_time(step.cost, least_time, &mut task.job_choices);
@@ -434,28 +411,28 @@ impl<'a> Engine<'a> {
     fn progress(&mut self, cpu: usize) {
         let Some(index) = self.cpus[cpu].running else { return };
         let now = self.now;
-        let task = &mut self.tasks[index];
+        let task = &mut self.threads[index];
         let Some(part) = &mut task.part else { return };
         part.remaining -= now - part.since;
         part.since = now;
         let remaining = part.remaining;
-        while let Some((_, operation)) = self.tasks[index].stops.pop_if(|(at, _)| *at >= remaining) {
+        while let Some((_, operation)) = self.threads[index].stops.pop_if(|(at, _)| *at >= remaining) {
             self.send(operation);
         }
         if remaining > 0 {
-            self.cpus[cpu].event = self.tasks[index].event();
+            self.cpus[cpu].event = self.threads[index].event();
             return;
         }
         self.end_slice(index);
-        let task = &mut self.tasks[index];
+        let task = &mut self.threads[index];
         if let Some(Part { executed: Executed::Edge(_), .. }) = task.part.take() {
             self.end_job(index);
         }
         if self.begin(index) {
-            self.cpus[cpu].event = self.tasks[index].event();
+            self.cpus[cpu].event = self.threads[index].event();
             return;
         }
-        let task = &mut self.tasks[index];
+        let task = &mut self.threads[index];
         task.is_running = false;
         let group = task.group;
         let ready = &mut self.groups[group].ready;
@@ -469,15 +446,15 @@ impl<'a> Engine<'a> {
 
     fn send(&mut self, operation: usize) {
         let Some(&(Some(provider), _)) = self.operations.get(operation) else { return };
-        self.tasks[provider].calls.push_back(operation);
-        if self.options.calls == Calls::BetweenJobs && self.tasks[provider].part.is_none() {
+        self.threads[provider].calls.push_back(operation);
+        if self.options.calls == Calls::BetweenJobs && self.threads[provider].part.is_none() {
             self.wake(provider);
         }
     }
 
     /// Ends the first unfinished job of a task.
     fn end_job(&mut self, index: usize) {
-        let task = &mut self.tasks[index];
+        let task = &mut self.threads[index];
         let response = self.now - task.nominal;
         let is_missed = response > task.deadline;
         task.nominal = task.nominal.saturating_add(task.period);
@@ -498,10 +475,10 @@ impl<'a> Engine<'a> {
         if !self.options.keeps_schedule {
             return;
         }
-        let task = &self.tasks[index];
+        let task = &self.threads[index];
         if let (Some(part), Some(cpu)) = (&task.part, task.last_cpu) {
             self.slices.push(Slice {
-                activity: task.activity,
+                activity: task.task,
                 job: task.finished + 1,
                 cpu: self.cpus[cpu].number,
                 start: Time::from_nanos(part.slice),
@@ -524,7 +501,7 @@ impl<'a> Engine<'a> {
             if free == 0 {
                 break;
             }
-            let task = &self.tasks[index];
+            let task = &self.threads[index];
             let possible = task.cpus & free;
             if possible != 0 {
                 let cpu = self.choose(task, possible, possible & idle);
@@ -550,7 +527,7 @@ impl<'a> Engine<'a> {
 
     /// Chooses one of the `possible` CPUs for a task: its own, its last one if that is idle, another `idle` one, or the one with
     /// the task of lowest priority.
-    fn choose(&self, task: &Task, possible: u64, idle: u64) -> usize {
+    fn choose(&self, task: &Thread, possible: u64, idle: u64) -> usize {
         if let Some(last) = task.last_cpu {
             let is_own = task.is_running && possible & (1 << last) != 0;
             if is_own || idle & (1 << last) != 0 {
@@ -561,14 +538,14 @@ impl<'a> Engine<'a> {
             return if idle != 0 { idle.trailing_zeros() } else { possible.trailing_zeros() } as usize;
         }
         let rank = |cpu: &usize| {
-            let running = self.cpus[*cpu].running.map(|index| &self.tasks[index]);
+            let running = self.cpus[*cpu].running.map(|index| &self.threads[index]);
             running.map(|task| (task.priority, Reverse(task.ready_since)))
         };
         bits(possible).min_by_key(rank).unwrap_or_default()
     }
 
     fn start(&mut self, index: usize, cpu: usize) {
-        let task = &mut self.tasks[index];
+        let task = &mut self.threads[index];
         task.is_running = true;
         task.last_cpu = Some(cpu);
         if let Some(part) = &mut task.part {
@@ -580,7 +557,7 @@ impl<'a> Engine<'a> {
 
     fn preempt(&mut self, index: usize) {
         let now = self.now;
-        let task = &mut self.tasks[index];
+        let task = &mut self.threads[index];
         task.is_running = false;
         let Some(part) = &mut task.part else { return };
         part.remaining -= now - part.since;
@@ -590,7 +567,7 @@ impl<'a> Engine<'a> {
         }
     }
 
-    fn finish(mut self, set: &ActivitySet) -> Schedule {
+    fn finish(mut self, set: &Tasks) -> Schedule {
         for cpu in 0..self.cpus.len() {
             if let Some(index) = self.cpus[cpu].running {
                 self.preempt(index);
@@ -601,20 +578,20 @@ impl<'a> Engine<'a> {
             job.is_missed = job.deadline < end;
         }
         self.slices.sort_by_key(|slice| (slice.start, slice.cpu));
-        let mut statistics = vec![None; self.activities];
-        for task in &self.tasks {
-            if let Some(statistics) = statistics.get_mut(task.activity) {
+        let mut statistics = vec![None; set.activities().len()];
+        for task in &self.threads {
+            if let Some(statistics) = statistics.get_mut(task.task) {
                 *statistics = Some(task.statistics(self.now));
             }
         }
-        let activities = set.activities.iter().zip(&statistics).enumerate();
+        let activities = set.activities().iter().zip(&statistics).enumerate();
         let left_out = activities.filter(|(_, (_, statistics))| statistics.is_none());
-        let left_out = left_out.map(|(index, (activity, _))| (index, activity.left_out())).collect();
+        let left_out = left_out.map(|(index, (task, _))| (index, task.left_out())).collect();
         Schedule { end, statistics, left_out, slices: self.slices, jobs: self.jobs }
     }
 }
 
-impl Task {
+impl Thread {
     /// Chooses the calls that a part of this length sends: a job, or the execution of an operation.
     fn choose_sends(&mut self, during: Option<usize>, cost: u64) {
         for sends in self.sends.iter().filter(|sends| sends.during == during) {
@@ -666,15 +643,4 @@ fn bits(mask: u64) -> impl Iterator<Item = usize> {
             bit
         })
     })
-}
-
-/// Returns the CPUs that masks link.
-fn groups(masks: &[u64]) -> Vec<Group> {
-    let mut groups: Vec<u64> = Vec::new();
-    for mask in masks {
-        let linked = groups.iter().filter(|group| *group & mask != 0).fold(*mask, |all, group| all | group);
-        groups.retain(|group| group & mask == 0);
-        groups.push(linked);
-    }
-    groups.into_iter().map(|cpus| Group { cpus, ready: Vec::new() }).collect()
 }

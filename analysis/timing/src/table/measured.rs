@@ -89,49 +89,43 @@ impl<'a, 'text> Fields<'a, 'text> {
         found
     }
 
+    fn read<T: Default>(&mut self, name: &'static str, read: impl FnOnce(&DeValue) -> Option<T>) -> T {
+        let Some(value) = self.get(name) else { return T::default() };
+        read(value.get_ref()).unwrap_or_else(|| {
+            self.other_kind(name, value);
+            T::default()
+        })
+    }
+
     fn other_kind(&mut self, key: &str, value: &Spanned<DeValue<'text>>) {
         let (key, found) = (key.to_owned(), TomlKind::of(value.get_ref()));
         self.reader.error(value.span(), TableErrorKind::MeasuredOfKind { key, found });
     }
 
     fn count(&mut self, name: &'static str) -> u64 {
-        let Some(value) = self.get(name) else { return 0 };
-        let count = match value.get_ref() {
+        self.read(name, |value| match value {
             DeValue::Integer(integer) => u64::from_str_radix(integer.as_str(), integer.radix()).ok(),
             _ => None,
-        };
-        count.unwrap_or_else(|| {
-            self.other_kind(name, value);
-            0
         })
     }
 
     fn one_time(&mut self, name: &'static str) -> Time {
-        let value = self.get(name);
-        value.and_then(|value| self.reader.one_time(value)).unwrap_or(Time::ZERO)
+        self.get(name).and_then(|value| self.reader.one_time(value)).unwrap_or_default()
     }
 
     fn times(&mut self, name: &'static str) -> Times {
-        let value = self.get(name);
-        value.and_then(|value| self.reader.times(value)).unwrap_or_default()
+        self.get(name).and_then(|value| self.reader.times(value)).unwrap_or_default()
     }
 
     fn text(&mut self, name: &'static str) -> String {
-        let Some(value) = self.get(name) else { return String::new() };
-        if let DeValue::String(text) = value.get_ref() {
-            return text.to_string();
-        }
-        self.other_kind(name, value);
-        String::new()
+        self.read(name, |value| value.as_str().map(str::to_owned))
     }
 
     fn date(&mut self, name: &'static str) -> String {
-        let Some(value) = self.get(name) else { return String::new() };
-        if let DeValue::Datetime(date) = value.get_ref() {
-            return date.to_string();
-        }
-        self.other_kind(name, value);
-        String::new()
+        self.read(
+            name,
+            |value| if let DeValue::Datetime(date) = value { Some(date.to_string()) } else { None },
+        )
     }
 
     fn texts(&mut self, name: &'static str) -> Vec<String> {
@@ -140,14 +134,14 @@ impl<'a, 'text> Fields<'a, 'text> {
             self.other_kind(name, value);
             return Vec::new();
         };
-        let mut texts = Vec::with_capacity(array.len());
-        for item in array.iter() {
-            match item.get_ref() {
-                DeValue::String(text) => texts.push(text.to_string()),
-                _ => self.other_kind(name, item),
+        let text = |item: &Spanned<DeValue<'text>>| match item.get_ref() {
+            DeValue::String(text) => Some(text.to_string()),
+            _ => {
+                self.other_kind(name, item);
+                None
             }
-        }
-        texts
+        };
+        array.iter().filter_map(text).collect()
     }
 }
 

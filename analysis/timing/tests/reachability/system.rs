@@ -2,10 +2,9 @@
 
 use std::fmt;
 
-use mauve_timing::task_set::Priority;
 use mauve_timing::{
-    Activity, ActivitySet, Bound, Demand, Edge, Method, Operation, Options, Response, SetAnalysis,
-    StateMachine, Time,
+    Bound, Demand, Edge, Method, Operation, Options, Priority, Response, SetAnalysis, StateMachine, Tasks,
+    Time,
 };
 
 /// The methods of the analyser, from the least to the most precise.
@@ -92,9 +91,8 @@ impl Task {
         if self.is_unknown { Demand::Unknown } else { Demand::Machine { machine, whole: None } }
     }
 
-    fn activity(&self) -> Activity {
-        Activity {
-            name: String::new(),
+    fn activity(&self) -> mauve_timing::Task {
+        mauve_timing::Task {
             priority: Priority::RealTime(self.priority),
             period: Some(Time::from_nanos(self.period)),
             deadline: Some(Time::from_nanos(self.deadline)),
@@ -102,6 +100,7 @@ impl Task {
             offset: self.offset.map(Time::from_nanos),
             cpus: Some(self.cpus),
             demand: self.demand(),
+            ..mauve_timing::Task::default()
         }
     }
 }
@@ -187,11 +186,8 @@ impl System {
             time: Time::from_nanos(served.time),
             during: None,
         };
-        let set = ActivitySet {
-            activities: self.tasks.iter().map(Task::activity).collect(),
-            operations: self.operations.iter().map(operation).collect(),
-            ..ActivitySet::default()
-        };
+        let mut set = Tasks::new(self.tasks.iter().map(Task::activity).collect());
+        set.operations = self.operations.iter().map(operation).collect();
         set.response_times(&Options { method, horizon: None, is_brief: false }, &|| ())
     }
 
@@ -201,7 +197,7 @@ impl System {
     }
 
     fn responses(&self, method: Method) -> Vec<Response> {
-        self.analyse(method).responses.into_iter().map(|response| response.expect("real-time")).collect()
+        self.analyse(method).responses
     }
 
     /// Returns the bounds by every method.
@@ -216,7 +212,7 @@ impl System {
 fn bound(response: &Response) -> Option<u64> {
     match response.bound {
         Bound::Response(time) => Some(time.as_nanos()),
-        Bound::Unbounded { .. } | Bound::NoBound(_) | Bound::NotAnalysed { .. } => None,
+        Bound::Background | Bound::Unbounded { .. } | Bound::NoBound(_) | Bound::NotAnalysed { .. } => None,
     }
 }
 

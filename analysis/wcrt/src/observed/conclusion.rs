@@ -4,12 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use mauve_pwcet::exceedance_probability;
 use mauve_pwcet::trace::{NameId, Names, SpanKind};
+use mauve_timing::Priority;
 
 use super::{
     Cause, Expected, ExpectedInstance, Finding, FindingKind, Greatest, IMPROBABLE, Instance, Interferer,
-    Observed, ObservedInstance, ObservedTime, Observer, Recent, Role, Series, Worst, cause_of,
+    Observed, ObservedInstance, ObservedTime, Observer, Recent, Role, Seen, Series, Worst, cause_of,
 };
-use crate::system::Priority;
 
 impl Observer {
     /// Returns what was observed. `names` are those of the recording.
@@ -92,12 +92,8 @@ fn times(expected: &Expected, names: &Names, all: &[(NameId, Series)]) -> Vec<Ob
         key: key.to_owned(),
         is_program,
         time,
-        executions: 0,
-        exceeded: 0,
         probability: 1.0,
-        worst: None,
-        greatest: None,
-        instance: String::new(),
+        ..ObservedTime::default()
     };
     let codels = expected.codels.iter().map(|(key, time)| new(key, false, *time));
     let programs = expected.programs.iter().map(|(key, time)| new(key, true, Some(*time)));
@@ -142,12 +138,12 @@ fn times(expected: &Expected, names: &Names, all: &[(NameId, Series)]) -> Vec<Ob
 
 /// The findings about one instance.
 struct Finish<'a> {
-    pub(super) index: usize,
-    pub(super) all: &'a Expected,
-    pub(super) expected: &'a ExpectedInstance,
-    pub(super) recent: &'a [Recent],
-    pub(super) has_instances: bool,
-    pub(super) findings: &'a mut Vec<Finding>,
+    index: usize,
+    all: &'a Expected,
+    expected: &'a ExpectedInstance,
+    recent: &'a [Recent],
+    has_instances: bool,
+    findings: &'a mut Vec<Finding>,
 }
 
 impl Finish<'_> {
@@ -155,7 +151,7 @@ impl Finish<'_> {
         self.findings.push(Finding { instance: Some(self.index), kind, at, count });
     }
 
-    pub(super) fn instance(&mut self, mut it: Instance, series: &[(&str, &Series)]) -> ObservedInstance {
+    fn instance(&mut self, mut it: Instance, series: &[(&str, &Series)]) -> ObservedInstance {
         if !it.observed.is_observed {
             // Without names of instances, none can be missing.
             if self.has_instances {
@@ -193,27 +189,24 @@ impl Finish<'_> {
             Priority::Background => Some(0),
             Priority::Unknown => None,
         };
-        for (&observed, &count) in &it.observed.priorities {
+        for (&observed, &Seen { periods, first }) in &it.observed.priorities {
             if let Some(expected) = priority.filter(|expected| *expected != observed) {
-                let at = it.first_priority.get(&observed).copied().flatten();
-                self.add(FindingKind::Priority { expected, observed }, at, count);
+                self.add(FindingKind::Priority { expected, observed }, first, periods);
             }
         }
         let Some(expected) = self.expected.cpus.filter(|cpus| *cpus != 0) else { return };
-        for (&observed, &count) in &it.observed.masks {
+        for (&observed, &Seen { periods, first }) in &it.observed.masks {
             if expected != observed {
-                let at = it.first_mask.get(&observed).copied().flatten();
-                self.add(FindingKind::Cpus { expected, observed }, at, count);
+                self.add(FindingKind::Cpus { expected, observed }, first, periods);
             }
         }
         // A wrong mask says it already.
         if it.observed.masks.keys().any(|mask| *mask != expected) {
             return;
         }
-        for (&observed, &count) in &it.observed.cpus {
+        for (&observed, &Seen { periods, first }) in &it.observed.cpus {
             if observed >= 64 || expected >> observed & 1 == 0 {
-                let at = it.first_cpu.get(&observed).copied().flatten();
-                self.add(FindingKind::OtherCpu { expected, observed }, at, count);
+                self.add(FindingKind::OtherCpu { expected, observed }, first, periods);
             }
         }
     }

@@ -146,6 +146,15 @@ pub enum FindingKind {
     },
 }
 
+/// The periods with one scheduling.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Seen {
+    /// Their number.
+    pub periods: u64,
+    /// The begin of the first.
+    pub first: Option<u64>,
+}
+
 /// What was observed of an activity. Times are in nanoseconds.
 #[derive(Debug, Clone, Default)]
 pub struct ObservedInstance {
@@ -167,12 +176,12 @@ pub struct ObservedInstance {
     pub pauses: u64,
     /// See `pauses`.
     pub first_pause: Option<u64>,
-    /// The priorities of its thread, with the number of periods.
-    pub priorities: BTreeMap<u32, u64>,
-    /// The CPUs that its thread might use, a bit each, with the number of periods.
-    pub masks: BTreeMap<u64, u64>,
-    /// The CPUs on which periods began, with their number.
-    pub cpus: BTreeMap<u32, u64>,
+    /// The priorities of its thread.
+    pub priorities: BTreeMap<u32, Seen>,
+    /// The CPUs that its thread might use, a bit each.
+    pub masks: BTreeMap<u64, Seen>,
+    /// The CPUs on which periods began.
+    pub cpus: BTreeMap<u32, Seen>,
     /// How often each edge of its state machine was observed; empty if the recording does not have its programs.
     pub edges: Vec<EdgeCount>,
     /// The codels of its component without an execution.
@@ -180,7 +189,7 @@ pub struct ObservedInstance {
 }
 
 /// What was observed of a codel, or of a program with a time of its own, in all instances.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct ObservedTime {
     /// Its key in a timing table.
     pub key: String,

@@ -4,13 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use mauve_hir::{Decl, Edges, ModelDb, Project, behaviour_of, core_of, uses_of};
-use mauve_timing::{Level, Time};
+use mauve_timing::{Level, Priority, Time};
 
 use crate::execution_times::execution_times;
 use crate::fact::InterferenceReport;
 use crate::report::{Query, Report};
 use crate::response::response_times;
-use crate::system::Priority;
 use crate::table_set::tables_of;
 use crate::timetable::{files_of, table};
 

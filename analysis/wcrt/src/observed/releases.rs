@@ -37,7 +37,7 @@ pub(super) struct Longest<C> {
 }
 
 /// What was found of the releases of an activity.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct Found<C> {
     pub(super) longest: Option<Longest<C>>,
     /// Periods whose response time is above the limit: at least so many, where releases are not recorded.
@@ -85,22 +85,15 @@ pub(super) struct Releases<C> {
 
 impl<C: Clone + Default> Releases<C> {
     pub(super) fn new(period: u64, limit: Option<u64>) -> Releases<C> {
-        let found = Found {
-            longest: None,
-            late: 0,
-            jitter: None,
-            skipped: 0,
-            first_skipped: None,
-            pauses: 0,
-            first_pause: None,
-            irregular: 0,
-            early: 0,
-            time: 0,
-            intervals: 0,
-        };
         let signed = |time: u64| i64::try_from(time).unwrap_or(LATEST).min(LATEST);
         let limit = limit.map(signed);
-        Releases { period: signed(period).max(1), limit, segment: None, pending: None, found }
+        Releases {
+            period: signed(period).max(1),
+            limit,
+            segment: None,
+            pending: None,
+            found: Found::default(),
+        }
     }
 
     /// Takes the next period. `cause` gives what happened from a release to an end.

@@ -7,7 +7,7 @@ use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, names_of, projects};
 use mauve_ide::codel_file;
 use mauve_timing::{Level, Status, Time};
-use mauve_wcrt::{ActivityReport, Limit, Query, Verdict, response_times, sensitivity};
+use mauve_wcrt::{ActivityReport, Limit, Query, response_times, sensitivity};
 
 use crate::analysis_document::deployments;
 use crate::load::load;
@@ -84,7 +84,7 @@ pub(super) fn missed(path: &Path, allows_outside: bool) -> Result<Vec<String>, S
     for (project, deployment) in deployments(&db, &workspaces, None)? {
         let report = response_times(&db, project, deployment, Query::shown(&db, project));
         let late = |it: &&ActivityReport<'_>| {
-            matches!(it.verdict, Verdict::RealTime(Status::Missed | Status::Unbounded | Status::NoBound))
+            matches!(it.verdict, Status::Missed | Status::Unbounded | Status::NoBound)
         };
         missed.extend(report.activities.iter().filter(late).map(|it| it.instance.to_string()));
     }

@@ -44,7 +44,7 @@ use mauve_wcrt::ActivityReport;
 use serde::Serialize;
 
 use super::simulation::{Row, Simulation};
-use crate::analysis_document::{milliseconds, real_time_priority};
+use crate::analysis_document::milliseconds;
 use crate::json::object;
 
 pub(super) fn document(it: &Simulation<'_>) -> impl Serialize + use<> {
@@ -71,8 +71,7 @@ pub(super) fn document(it: &Simulation<'_>) -> impl Serialize + use<> {
 }
 
 fn activity_document(of: &Simulation<'_>, row: &Row<'_, '_>) -> impl Serialize + use<> {
-    let ActivityReport { instance, component_name, cpus, priority, period, deadline, response, .. } =
-        row.activity;
+    let ActivityReport { task, instance, component_name, response, .. } = row.activity;
     let statistics = row.statistics;
     let status = match (statistics, row.left_out) {
         (Some(it), _) if it.misses == 0 => "met",
@@ -84,10 +83,10 @@ fn activity_document(of: &Simulation<'_>, row: &Row<'_, '_>) -> impl Serialize +
     object! {
         instance: instance.to_string(),
         component: component_name.to_string(),
-        affinity: *cpus,
-        priority: real_time_priority(*priority),
-        period: period.map(milliseconds),
-        deadline: deadline.map(milliseconds),
+        affinity: task.cpus,
+        priority: task.priority.real_time(),
+        period: task.period.map(milliseconds),
+        deadline: task.deadline.map(milliseconds),
         status: status,
         jobs: statistics.map(|it| it.jobs),
         unfinished: statistics.map(|it| it.unfinished),
@@ -119,10 +118,10 @@ fn slice_document(of: &Simulation<'_>, slice: &Slice) -> impl Serialize + use<> 
         cpu: 1_u64 << slice.cpu,
         start: milliseconds(slice.start),
         end: milliseconds(slice.end),
-        source: edge.as_ref().map(|it| it.source.to_string()),
-        transition: edge.as_ref().and_then(|it| it.transition).map(ToString::to_string),
-        target: edge.as_ref().map(|it| it.target.to_string()),
-        programs: edge.map(|it| it.programs.iter().map(ToString::to_string).collect::<Vec<_>>()),
+        source: edge.map(|(psm, it)| psm.state(it.source).to_owned()),
+        transition: edge.and_then(|(_, it)| it.transition.as_ref()).map(ToString::to_string),
+        target: edge.map(|(psm, it)| psm.state(it.target).to_owned()),
+        programs: edge.map(|(psm, it)| psm.programs_of(it).map(ToString::to_string).collect::<Vec<_>>()),
         operation: call.map(|(operation, _)| operation.to_string()),
         client: call.map(|(_, client)| client.to_owned()),
     }

@@ -2,8 +2,8 @@
 
 use mauve_hir::Database;
 use mauve_ide::WorstOf;
-use mauve_timing::{LeftOut, Level, Schedule, SimulationOptions, Statistics, Unit};
-use mauve_wcrt::{ActivityReport, Report, Simulated};
+use mauve_timing::{LeftOut, Level, Schedule, SimulationOptions, Statistics, TaskKind, Unit};
+use mauve_wcrt::{ActivityReport, DeployedTasks, Report};
 
 /// A simulated deployment.
 pub(super) struct Simulation<'db> {
@@ -12,7 +12,7 @@ pub(super) struct Simulation<'db> {
     pub(super) level: Level,
     /// The bounds. The activities are those of the deployment, in the same order.
     pub(super) report: Report<'db>,
-    pub(super) deployment: Simulated,
+    pub(super) deployment: DeployedTasks<'db>,
     pub(super) options: SimulationOptions,
     pub(super) schedule: Schedule,
     /// With `--worst`.
@@ -50,9 +50,8 @@ impl<'db> Simulation<'db> {
 
     /// Returns the name of an activity or of other work; none for real-time throttling.
     pub(super) fn instance(&self, activity: usize) -> Option<String> {
-        let set = &self.deployment.set;
-        let is_named = activity < set.activities.len() || set.other(activity).is_some();
-        is_named.then(|| set.name(activity))
+        let tasks = &self.deployment.tasks;
+        (tasks.kind(activity) != TaskKind::Throttling).then(|| tasks.name(activity))
     }
 
     /// Says what `--worst` has found.

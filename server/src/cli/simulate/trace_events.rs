@@ -7,8 +7,7 @@
 use std::collections::HashSet;
 
 use mauve_diagnostics::cpu_names;
-use mauve_timing::task_set::Priority;
-use mauve_timing::{Slice, Time};
+use mauve_timing::{Slice, TaskKind, Time};
 use serde_json::{Value, json};
 
 use super::simulation::Simulation;
@@ -18,14 +17,14 @@ use crate::cli::trace_events::{line, process, thread};
 pub(super) fn text(it: &Simulation<'_>) -> Result<String, String> {
     let mut events: Vec<String> = Vec::new();
     let mut cpus: u64 = 0;
-    for (index, activity) in it.deployment.set.activities.iter().enumerate() {
+    for (index, activity) in it.deployment.tasks.activities().iter().enumerate() {
         if it.schedule.statistics.get(index).copied().flatten().is_none() {
             continue;
         }
         let mask = activity.cpus.unwrap_or_default();
         cpus |= mask;
         for cpu in (0..u64::BITS).filter(|cpu| mask & (1 << cpu) != 0) {
-            let Priority::RealTime(priority) = activity.priority else { continue };
+            let Some(priority) = activity.priority.real_time() else { continue };
             let name = format!("{} (priority {priority})", activity.name);
             // Higher priorities are above.
             let (pid, tid) = place(it, cpu, index);
@@ -35,15 +34,17 @@ pub(super) fn text(it: &Simulation<'_>) -> Result<String, String> {
     for cpu in (0..u64::BITS).filter(|cpu| cpus & (1 << cpu) != 0) {
         events.extend(process(cpu + 1, &cpu_names(1 << cpu))?);
     }
-    let set = &it.deployment.set;
+    let tasks = &it.deployment.tasks;
     // Other work, which may change its CPU, and throttling.
     let mut named: HashSet<(u32, usize)> = HashSet::new();
     for slice in &it.schedule.slices {
-        let is_activity = slice.activity < set.activities.len();
-        if !is_activity && named.insert(place(it, slice.cpu, slice.activity)) {
-            let order = set.other(slice.activity).map_or(-1000, |it| -i64::from(it.priority));
+        if let Some(task) = tasks.all().get(slice.activity)
+            && tasks.kind(slice.activity) != TaskKind::Activity
+            && named.insert(place(it, slice.cpu, slice.activity))
+        {
+            let order = task.priority.real_time().map_or(-1000, |priority| -i64::from(priority));
             let (pid, tid) = place(it, slice.cpu, slice.activity);
-            events.extend(thread(pid, tid, &set.name(slice.activity), order)?);
+            events.extend(thread(pid, tid, &tasks.name(slice.activity), order)?);
         }
         let length = slice.end.checked_sub(slice.start).unwrap_or_default();
         let times = [("ts", nanos(slice.start)), ("dur", nanos(length))];
@@ -53,7 +54,7 @@ pub(super) fn text(it: &Simulation<'_>) -> Result<String, String> {
         events.push(line(&times, event)?);
     }
     for job in &it.schedule.jobs {
-        let mask = it.deployment.set.activities.get(job.activity).and_then(|it| it.cpus).unwrap_or(1);
+        let mask = tasks.activities().get(job.activity).and_then(|it| it.cpus).unwrap_or(1);
         let (pid, tid) = place(it, mask.trailing_zeros(), job.activity);
         let mut instant = |name: &str, at: Time| -> Result<(), String> {
             let args = json!({ "job": job.number });
@@ -73,29 +74,29 @@ pub(super) fn text(it: &Simulation<'_>) -> Result<String, String> {
 /// that of a process: viewers take such a thread for the main one.
 fn place(it: &Simulation<'_>, cpu: u32, activity: usize) -> (u32, usize) {
     let most_cpus = u64::BITS as usize;
-    let threads = it.deployment.set.activities.len() + it.deployment.set.others.len() + most_cpus;
+    let threads = it.report.activities.len() + it.report.others().len() + most_cpus;
     (cpu + 1, 1 + most_cpus + cpu as usize * threads + activity)
 }
 
 /// The name of a slice, and its arguments.
 fn described(it: &Simulation<'_>, slice: &Slice) -> (String, Value) {
     match (it.deployment.edge(slice), it.deployment.call(slice)) {
-        (Some(edge), _) => {
-            let programs: Vec<String> = edge.programs.iter().map(ToString::to_string).collect();
-            let transition = edge.transition.map(|name| name.as_str());
+        (Some((psm, edge)), _) => {
+            let programs: Vec<String> = psm.programs_of(edge).map(ToString::to_string).collect();
+            let transition = edge.transition.as_ref().map(|name| name.as_str());
             let args = json!({
                 "job": slice.job,
-                "target": edge.target.as_str(),
+                "target": psm.state(edge.target),
                 "transition": transition,
                 "programs": programs.join(", "),
             });
-            (edge.source.to_string(), args)
+            (psm.state(edge.source).to_owned(), args)
         }
         (None, Some((operation, client))) => (
             format!("{operation} for {client}"),
             json!({ "job": slice.job, "operation": operation.as_str(), "client": client }),
         ),
-        (None, None) => (it.deployment.set.name(slice.activity), json!({})),
+        (None, None) => (it.deployment.tasks.name(slice.activity), json!({})),
     }
 }
 

@@ -10,7 +10,6 @@ use clap::ValueEnum;
 use mauve_diagnostics::cpu_names;
 use mauve_hir::Database;
 use mauve_pwcet::trace::{Names, Reader, Span, SpanKind, Visitor};
-use mauve_timing::task_set::Priority;
 use mauve_wcrt::observed::{Expected, LatestReleases};
 use serde_json::{Value, json};
 
@@ -274,10 +273,7 @@ impl<W: Write> Writer<W> {
         let expected = index.and_then(|index| self.expected.instances.get(index));
         let only = expected.and_then(|it| it.cpus).filter(|mask| mask.is_power_of_two());
         let cpu = span.cpu.or(only.map(u64::trailing_zeros)).filter(|cpu| *cpu < 64);
-        let priority = match expected.map(|it| it.priority) {
-            Some(Priority::RealTime(priority)) => i64::from(priority),
-            _ => 0,
-        };
+        let priority = expected.and_then(|it| it.priority.real_time()).map_or(0, i64::from);
         let next = self.numbers.len();
         let number = *self.numbers.entry(instance.to_owned()).or_insert(next);
         let pid = cpu.map_or(UNKNOWN_CPU, |cpu| cpu + 1);

@@ -17,8 +17,8 @@ use mauve_diagnostics::{reasons_of, times_of};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, Project};
 use mauve_ide::{Drawing, GraphsOf, WorstOf, draw_schedule, end_of_item, no_worst_case, selected_graphs};
-use mauve_timing::Unit;
-use mauve_wcrt::{ActivityReport, Query, Verdict, response_times, simulated};
+use mauve_timing::{Status, Unit};
+use mauve_wcrt::{ActivityReport, DeployedTasks, Query, response_times};
 use salsa::Database as _;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -67,7 +67,7 @@ pub(crate) fn schedule(snapshot: &Snapshot, params: &ScheduleParams) -> Result<V
         }
     };
     let instances = report.activities.iter().filter(|it| it.response.is_some());
-    let instances = instances.filter(|it| matches!(it.verdict, Verdict::RealTime(_))).map(|it| {
+    let instances = instances.filter(|it| it.verdict != Status::Background).map(|it| {
         json!({
             "instance": it.instance.to_string(),
             "response": it.response.map(milliseconds),
@@ -101,7 +101,7 @@ pub(crate) fn schedule(snapshot: &Snapshot, params: &ScheduleParams) -> Result<V
     };
     document["instance"] = of_activity.instance.to_string().into();
     document["bound"] = json!(of_activity.response.map(milliseconds));
-    let deployment = simulated(db, project, of, query.level);
+    let deployment = DeployedTasks::simulated(db, project, of, query.level);
     match WorstOf::of(&deployment, index, query, &|| db.unwind_if_revision_cancelled()) {
         Ok(worst) => {
             let schedule = worst.schedule(&deployment, MOST_EVENTS, &|| db.unwind_if_revision_cancelled());
@@ -170,7 +170,7 @@ fn least_slack(activities: &[ActivityReport<'_>]) -> Option<usize> {
     let parts = activities.iter().enumerate().filter_map(|(index, activity)| {
         let of = |time: Option<mauve_timing::Time>| time.map(|time| time.as_f64(Unit::Milliseconds));
         let (response, deadline) = (of(activity.response)?, of(activity.deadline)?);
-        let is_real_time = matches!(activity.verdict, Verdict::RealTime(_));
+        let is_real_time = activity.verdict != Status::Background;
         (is_real_time && deadline > 0.0).then_some((response / deadline, index))
     });
     parts.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, index)| index)

@@ -40,7 +40,6 @@
 //! - `expected`: the number of executions that exceed the time on average, at this level; `probability`: that of as many as
 //!   `exceeded` or more; `fails_at`: the level of the tables at which so many are improbable (below 0.001), which is a finding.
 
-use mauve_timing::task_set::Priority;
 use mauve_wcrt::observed::{ExpectedInstance, IMPROBABLE, ObservedInstance};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -139,14 +138,11 @@ fn of_instance(
         jitter: milliseconds(observed.jitter),
         execution: milliseconds(observed.execution.map(|it| it.time)),
         greatest_edge: milliseconds(expected.own),
-        priority: match expected.priority {
-            Priority::RealTime(priority) => Some(priority),
-            Priority::Background | Priority::Unknown => None,
-        },
-        priorities: observed.priorities.iter().map(|(priority, periods)| json!({ "priority": priority, "periods": periods })).collect::<Vec<_>>(),
+        priority: expected.priority.real_time(),
+        priorities: observed.priorities.iter().map(|(priority, it)| json!({ "priority": priority, "periods": it.periods })).collect::<Vec<_>>(),
         affinity: expected.cpus,
-        affinities: masks(&mut observed.masks.iter().map(|(mask, count)| (*mask, *count))),
-        cpus: masks(&mut observed.cpus.iter().map(|(number, count)| (cpu(*number), *count))),
+        affinities: masks(&mut observed.masks.iter().map(|(mask, it)| (*mask, it.periods))),
+        cpus: masks(&mut observed.cpus.iter().map(|(number, it)| (cpu(*number), it.periods))),
         pauses: observed.pauses,
         edges: edges.collect::<Vec<_>>(),
         codels_not_observed: observed.codels_not_observed.clone(),

@@ -1,0 +1,158 @@
+//! What a deployment runs at one level: its activities, and what else delays them.
+
+use crate::task_set::{Called, NotAnalysed, Other, TaskSet};
+use crate::{Demand, Level, Method, Priority, StateMachine, Task, Time};
+
+/// An operation that one activity executes for another: in its own thread, at the start of its next period or between two
+/// periods.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Operation {
+    /// The index of the activity that executes it.
+    pub provider: usize,
+    /// The index of the activity that sends it.
+    pub client: usize,
+    /// The greatest number of calls that a job of the client sends; if `during`, that one execution of that operation sends.
+    pub sends: u64,
+    /// The execution time of one call.
+    pub time: Time,
+    /// The operation that sends the calls, executed by the client: the index of an earlier one.
+    pub during: Option<usize>,
+}
+
+/// The tasks of a deployment at one level: those of its activities, of other real-time work, and of real-time throttling. So an
+/// activity and its task have one index; [`Tasks::kind`] says which task is what.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Tasks {
+    pub(crate) all: Vec<Task>,
+    pub(crate) activities: usize,
+    pub(crate) others: usize,
+    /// The connected operations that cost time.
+    pub operations: Vec<Operation>,
+}
+
+/// What a task of a deployment is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum TaskKind {
+    /// An activity, possibly in the background.
+    Activity,
+    /// Real-time work that is not in the model.
+    Other,
+    /// The time that Linux keeps from real-time tasks on one CPU.
+    Throttling,
+}
+
+/// The name of the task that stands for real-time throttling among the interference: no instance has a space in its name.
+pub const THROTTLING: &str = "real-time throttling";
+
+/// Linux keeps real-time tasks from the CPU for this long in each period, unless it is told otherwise
+/// (`kernel.sched_rt_runtime_us`, `kernel.sched_rt_period_us`).
+pub(crate) const THROTTLED: Time = Time::from_nanos(50_000_000);
+const THROTTLING_PERIOD: Time = Time::from_nanos(1_000_000_000);
+
+impl Tasks {
+    /// Creates the tasks of activities, in the order of their deployment.
+    pub fn new(activities: Vec<Task>) -> Tasks {
+        Tasks { activities: activities.len(), all: activities, ..Tasks::default() }
+    }
+
+    /// Adds other real-time work, and throttling where Linux keeps some time from real-time tasks.
+    pub fn with_platform(mut self, others: Vec<Task>, is_throttled: bool) -> Tasks {
+        self.others = others.len();
+        self.all.extend(others);
+        if is_throttled {
+            let known = self.all.iter().filter(|task| task.demand != Demand::Unknown);
+            let cpus = known.fold(0, |cpus, task| cpus | task.mask());
+            self.all.extend((0..64).map(|bit| 1 << bit).filter(|cpu| cpus & cpu != 0).map(throttling));
+        }
+        self
+    }
+
+    /// Returns what the task of this index is.
+    pub fn kind(&self, task: usize) -> TaskKind {
+        match task {
+            _ if task < self.activities => TaskKind::Activity,
+            _ if task < self.activities + self.others => TaskKind::Other,
+            _ => TaskKind::Throttling,
+        }
+    }
+
+    /// Returns the tasks of the activities.
+    pub fn activities(&self) -> &[Task] {
+        &self.all[..self.activities]
+    }
+
+    /// The same, to change them. The CPUs that are throttled stay as they are.
+    pub fn activities_mut(&mut self) -> &mut [Task] {
+        &mut self.all[..self.activities]
+    }
+
+    /// Returns the tasks of other real-time work.
+    pub fn others(&self) -> &[Task] {
+        &self.all[self.activities..self.activities + self.others]
+    }
+
+    /// Returns all tasks.
+    pub fn all(&self) -> &[Task] {
+        &self.all
+    }
+
+    /// Returns the name of a task among others: that of an instance, of other work as in [`name_of_other`], or [`THROTTLING`].
+    pub fn name(&self, task: usize) -> String {
+        let name = self.all.get(task).map_or("", |task| &task.name);
+        if self.kind(task) == TaskKind::Other { name_of_other(name) } else { name.to_owned() }
+    }
+}
+
+/// Returns the name of other work with an addition that no name of an instance has: `network interrupt (platform)`.
+pub fn name_of_other(name: &str) -> String {
+    format!("{name} (platform)")
+}
+
+/// The task with the highest priority on a CPU: what throttling takes.
+fn throttling(cpu: u64) -> Task {
+    let task = Task::new(0, THROTTLING_PERIOD, StateMachine::single(THROTTLED));
+    Task { name: THROTTLING.into(), priority: Priority::Unknown, cpus: Some(cpu), ..task }
+}
+
+impl TaskSet {
+    /// The tasks at a level, by a method; none where it has no times at the level.
+    pub fn tasks_at(&self, level: Level, method: Method) -> Option<Tasks> {
+        let column = self.column(level)?;
+        let activities = self.activities.iter().map(|it| {
+            let is_refused = it.not_analysed.iter().any(|reason: &NotAnalysed| reason.holds(level, method));
+            let machine = it.machine.as_ref().filter(|_| !is_refused);
+            let demand = machine.and_then(|of| {
+                let whole = of.component_time.get(column).copied().flatten();
+                Some(Demand::Machine { machine: of.state_machine(column)?, whole })
+            });
+            Task {
+                name: it.instance.as_str().into(),
+                priority: it.priority,
+                period: it.period,
+                deadline: it.deadline,
+                jitter: it.jitter,
+                offset: it.offset,
+                cpus: it.affinity,
+                demand: demand.unwrap_or_default(),
+            }
+        });
+        let index = |name: &String| self.activities.iter().position(|activity| activity.instance == *name);
+        let operation = |it: &Called| {
+            Some(Operation {
+                provider: index(&it.provider)?,
+                client: index(&it.client)?,
+                sends: it.sends,
+                time: it.time.get(column).copied()?,
+                during: it.during,
+            })
+        };
+        let operations = self.operations.iter().filter_map(operation).collect();
+        let tasks = Tasks { operations, ..Tasks::new(activities.collect()) };
+        let other = |it: &Other| {
+            let task = Task::new(it.priority, it.period, StateMachine::single(it.time));
+            Task { name: it.name.as_str().into(), jitter: it.jitter, cpus: Some(it.cpus), ..task }
+        };
+        let others = self.other.iter().map(other).collect();
+        Some(tasks.with_platform(others, self.rt_throttling == Some(true)))
+    }
+}
