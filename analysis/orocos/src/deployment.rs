@@ -60,22 +60,8 @@ pub(crate) struct Task {
     /// them only from a string.
     pub(crate) values: Vec<(String, Value, bool)>,
     pub(crate) has_values: bool,
-    pub(crate) activity: Activity,
-}
-
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Activity {
-    pub(crate) period: Time,
-    /// Whether the period is the default of a background activity.
-    pub(crate) assumed: bool,
-    /// The offset of its releases in the period; 0 if its clock is not synchronised.
-    pub(crate) offset: Time,
-    /// `None` for a background activity.
-    pub(crate) deadline: Option<Time>,
-    /// 1 to 99; `None` for a background activity.
-    pub(crate) priority: Option<u32>,
-    /// One bit for each permitted CPU; `None` if all are permitted.
-    pub(crate) affinity: Option<u32>,
+    /// The task of its activity, with the CPUs that a script can set.
+    pub(crate) activity: mauve_timing::Task,
 }
 
 impl Deployed {
@@ -85,10 +71,15 @@ impl Deployed {
     }
 }
 
-impl Activity {
-    /// Returns the period in seconds, as scripts write it.
+impl Task {
+    /// Returns the period of its activity; a default one where it has none.
+    pub(crate) fn period(&self) -> Time {
+        self.activity.period.unwrap_or(BACKGROUND_PERIOD)
+    }
+
+    /// Returns this period in seconds, as scripts write it.
     pub(crate) fn seconds(&self) -> String {
-        seconds(self.period)
+        seconds(self.period())
     }
 }
 
@@ -248,21 +239,13 @@ fn set_values<'db>(
     set
 }
 
-fn activity(activities: &Activities<'_>, resolved: &ResolvedActivity<'_>) -> Activity {
+fn activity(activities: &Activities<'_>, resolved: &ResolvedActivity<'_>) -> mauve_timing::Task {
     let affinity = activities.affinities.get(&resolved.instance).copied().flatten();
     // An activity without an affinity runs on the CPUs of the analysis.
     let affinity =
         if resolved.priority == Priority::Background { affinity } else { resolved.cpus.or(affinity) };
-    let affinity = affinity.and_then(|mask| u32::try_from(mask).ok()).filter(|mask| *mask != 0);
-    let priority = resolved.priority.real_time();
-    Activity {
-        period: resolved.period.unwrap_or(BACKGROUND_PERIOD),
-        assumed: resolved.period.is_none(),
-        offset: resolved.offset.unwrap_or_default(),
-        deadline: priority.and(resolved.deadline),
-        priority,
-        affinity,
-    }
+    let cpus = affinity.filter(|mask| *mask != 0 && *mask <= u64::from(u32::MAX));
+    mauve_timing::Task { cpus, ..resolved.task.clone() }
 }
 
 /// Returns seconds, such as `0.1` for 100 ms: exact, and always with a point.

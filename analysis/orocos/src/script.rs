@@ -93,25 +93,27 @@ fn connections(deployed: &Deployed) -> String {
 }
 
 /// Returns the steps that give an instance its thread.
-fn activity(Task { name, activity, .. }: &Task) -> Vec<String> {
+fn activity(task: &Task) -> Vec<String> {
+    let Task { name, activity, .. } = task;
     let mut all = Vec::new();
-    if activity.assumed {
+    if activity.period.is_none() {
         all.push(comment(BACKGROUND));
     }
-    let scheduler = if activity.priority.is_some() { "ORO_SCHED_RT" } else { "ORO_SCHED_OTHER" };
-    let (period, priority) = (activity.seconds(), activity.priority.unwrap_or_default());
+    let real_time = activity.priority.real_time();
+    let scheduler = if real_time.is_some() { "ORO_SCHED_RT" } else { "ORO_SCHED_OTHER" };
+    let (period, priority) = (task.seconds(), real_time.unwrap_or_default());
     let (quoted, what) = (lua_string(name), format!("create the activity of {name}"));
     let arguments = format!("{quoted}, {period}, {priority}, rtt.globals.{scheduler}");
     all.push(step(&format!("deployer:setActivity({arguments})"), &what));
-    if activity.priority.is_none() {
+    if real_time.is_none() {
         let call = format!("deployer:setWaitPeriodPolicy({quoted}, rtt.globals.ORO_WAIT_REL)");
         all.push(step(&call, &what));
     }
-    if let Some(mask) = activity.affinity {
+    if let Some(mask) = activity.cpus {
         let what = format!("set the CPU affinity of {name}: do these CPUs exist?");
         all.push(step(&format!("task({quoted}):setCpuAffinity({mask})"), &what));
     }
-    let mask = activity.affinity.unwrap_or_default();
+    let mask = activity.cpus.unwrap_or_default();
     all.push(step(&format!("task({quoted}):mauve_runs_as({priority}, {mask})"), &format!("start {name}")));
     all
 }

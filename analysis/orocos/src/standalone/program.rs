@@ -102,19 +102,20 @@ fn value_text(value: &Value) -> String {
     }
 }
 
-fn activity(Task { name, activity, .. }: &Task, bound: Option<Option<Time>>) -> Vec<String> {
+fn activity(task: &Task, bound: Option<Option<Time>>) -> Vec<String> {
+    let (activity, priority) = (&task.activity, task.activity.priority.real_time());
     let nanoseconds =
         |time: Option<Time>| time.map_or("mauve::no_bound".to_owned(), |it| it.as_nanos().to_string());
     let arguments = [
-        cpp_string(name),
-        activity.period.as_nanos().to_string(),
-        activity.priority.unwrap_or_default().to_string(),
-        activity.affinity.map_or("0".to_owned(), |cpus| format!("{cpus:#x}")),
-        activity.offset.as_nanos().to_string(),
-        nanoseconds(activity.deadline),
+        cpp_string(&task.name),
+        task.period().as_nanos().to_string(),
+        priority.unwrap_or_default().to_string(),
+        activity.cpus.map_or("0".to_owned(), |cpus| format!("{cpus:#x}")),
+        activity.offset.unwrap_or_default().as_nanos().to_string(),
+        nanoseconds(priority.and(activity.deadline)),
         nanoseconds(bound.flatten()),
     ];
-    let about = activity.assumed.then(|| comment("  ", BACKGROUND));
+    let about = activity.period.is_none().then(|| comment("  ", BACKGROUND));
     about.into_iter().chain([call("activity", &arguments)]).collect()
 }
 
