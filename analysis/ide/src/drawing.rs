@@ -4,15 +4,19 @@
 
 use std::fmt::Write as _;
 
+use serde::Deserialize;
+
 use crate::layout::Placement;
 
 /// The format of a drawing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Drawing {
+    /// For a browser.
+    #[default]
+    Svg,
     /// For Graphviz.
     Dot,
-    /// For a browser.
-    Svg,
     /// For a terminal: lines of characters, boxes of box-drawing characters.
     Text,
 }

@@ -33,38 +33,25 @@ pub enum Column {
 }
 
 impl Column {
-    /// All columns.
-    pub const ALL: [Column; COLUMNS] = [
-        Column::Codel,
-        Column::Execution,
-        Column::Instance,
-        Column::Elapsed,
-        Column::Time,
-        Column::Order,
-        Column::Release,
-        Column::Begin,
-        Column::End,
-        Column::Priority,
-        Column::Cpus,
-        Column::Cpu,
+    /// All columns, in their order, with their names in a header.
+    pub(super) const NAMES: [(Column, &'static str); COLUMNS] = [
+        (Column::Codel, "codel"),
+        (Column::Execution, "execution_ns"),
+        (Column::Instance, "instance"),
+        (Column::Elapsed, "elapsed_ns"),
+        (Column::Time, "time_ns"),
+        (Column::Order, "order"),
+        (Column::Release, "release_ns"),
+        (Column::Begin, "begin_ns"),
+        (Column::End, "end_ns"),
+        (Column::Priority, "priority"),
+        (Column::Cpus, "cpus"),
+        (Column::Cpu, "cpu"),
     ];
 
-    /// Returns the name in the header.
+    /// Returns the name in a header.
     pub fn name(self) -> &'static str {
-        match self {
-            Column::Codel => "codel",
-            Column::Execution => "execution_ns",
-            Column::Instance => "instance",
-            Column::Elapsed => "elapsed_ns",
-            Column::Time => "time_ns",
-            Column::Order => "order",
-            Column::Release => "release_ns",
-            Column::Begin => "begin_ns",
-            Column::End => "end_ns",
-            Column::Priority => "priority",
-            Column::Cpus => "cpus",
-            Column::Cpu => "cpu",
-        }
+        Column::NAMES[self as usize].1
     }
 }
 

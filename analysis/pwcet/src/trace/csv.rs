@@ -36,7 +36,7 @@ use super::{Progress, Scheduling, Span, Summary, Visitor, is_suspicious};
 /// The columns, and the last end of each series.
 #[derive(Debug)]
 pub(super) struct Csv {
-    /// The index of each of [`Column::ALL`].
+    /// The index of each of [`Column::NAMES`].
     columns: [Option<usize>; COLUMNS],
     /// The number of fields in a line.
     fields: usize,
@@ -197,7 +197,7 @@ pub(super) fn read_both<R: Read>(
 /// What is reused from line to line.
 #[derive(Debug, Default)]
 struct Scratch {
-    /// The fields of [`Column::ALL`], one after the other.
+    /// The fields of [`Column::NAMES`], one after the other.
     text: Vec<u8>,
     /// Where each of them is.
     fields: [Option<(usize, usize)>; COLUMNS],
@@ -271,8 +271,8 @@ impl Csv {
         while let Some(field) = rest {
             text.clear();
             rest = take_field(field, Some(&mut text)).ok_or(CsvProblem::Quotes)?;
-            let known = Column::ALL.iter().find(|column| column.name().as_bytes() == text.trim_ascii());
-            if let Some(column) = known {
+            let known = Column::NAMES.iter().find(|(_, name)| name.as_bytes() == text.trim_ascii());
+            if let Some((column, _)) = known {
                 let place = columns.get_mut(*column as usize);
                 if place.is_some_and(|place| place.replace(index).is_some()) {
                     return Err(CsvProblem::RepeatedColumn(*column));

@@ -19,7 +19,6 @@ use serde_json::{Value, json};
 use tower_lsp::jsonrpc::{Error, Result};
 use tower_lsp::lsp_types::{Position, TextDocumentIdentifier};
 
-use super::state_machine::AskedDrawing;
 use crate::analysis_document::milliseconds;
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
@@ -32,7 +31,7 @@ pub(crate) struct ExecutionTimesParams {
     position: Option<Position>,
     codel: Option<String>,
     #[serde(default)]
-    drawing: AskedDrawing,
+    drawing: Drawing,
 }
 
 /// Returns the execution times of a codel.
@@ -66,6 +65,6 @@ pub(crate) fn execution_times(snapshot: &Snapshot, params: &ExecutionTimesParams
         "location": to_proto::location(snapshot, &location),
         "reasons": times.reasons,
         "incomplete": snapshot.has_syntax_errors(project),
-        "drawing": draw_exceedance(&times, Drawing::from(params.drawing)),
+        "drawing": draw_exceedance(&times, params.drawing),
     }))
 }

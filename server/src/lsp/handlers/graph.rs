@@ -27,7 +27,6 @@ use tower_lsp::jsonrpc::{Error, Result};
 use tower_lsp::lsp_types::{Position, TextDocumentIdentifier};
 
 use super::analysis::read_level;
-use super::state_machine::AskedDrawing;
 use crate::graph_document::graph_document;
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
@@ -41,7 +40,7 @@ pub(crate) struct GraphParams {
     name: Option<String>,
     significance: Option<f64>,
     #[serde(default)]
-    drawing: AskedDrawing,
+    drawing: Drawing,
 }
 
 /// Returns the graphs of the architectures or deployments that the parameters select.
@@ -59,9 +58,7 @@ pub(crate) fn graph(snapshot: &Snapshot, params: &GraphParams) -> Result<Vec<Val
         selected_graphs(db, &snapshot.workspaces, file, selection).map_err(Error::invalid_params)?;
     let documents: Vec<Value> = selected
         .iter()
-        .filter_map(|&(project, of)| {
-            document(snapshot, project, of, level, params.drawing.into()).transpose()
-        })
+        .filter_map(|&(project, of)| document(snapshot, project, of, level, params.drawing).transpose())
         .collect::<Result<_>>()?;
     match selected.first() {
         Some((_, of)) if documents.is_empty() => {

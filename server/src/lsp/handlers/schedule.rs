@@ -26,7 +26,6 @@ use tower_lsp::jsonrpc::{Error, Result};
 use tower_lsp::lsp_types::{Position, TextDocumentIdentifier};
 
 use super::analysis::read_level;
-use super::state_machine::AskedDrawing;
 use crate::analysis_document::milliseconds;
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
@@ -44,7 +43,7 @@ pub(crate) struct ScheduleParams {
     instance: Option<String>,
     significance: Option<f64>,
     #[serde(default)]
-    drawing: AskedDrawing,
+    drawing: Drawing,
 }
 
 /// Returns the schedule behind a response time.
@@ -109,8 +108,7 @@ pub(crate) fn schedule(snapshot: &Snapshot, params: &ScheduleParams) -> Result<V
             let title = format!("{name} at {}{}: {note}", query.level, times_of(report.times.as_deref()));
             document["response"] = json!(worst.response(&schedule).map(milliseconds));
             document["note"] = note.into();
-            document["drawing"] =
-                draw_schedule(&title, &deployment, &schedule, Drawing::from(params.drawing)).into();
+            document["drawing"] = draw_schedule(&title, &deployment, &schedule, params.drawing).into();
         }
         Err(why) => {
             let why = no_worst_case(why, &of_activity.instance, &name);

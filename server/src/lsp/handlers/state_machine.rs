@@ -40,27 +40,7 @@ pub(crate) struct StateMachineParams {
     deployment: Option<String>,
     significance: Option<f64>,
     #[serde(default)]
-    drawing: AskedDrawing,
-}
-
-/// The format of a drawing.
-#[derive(Debug, Clone, Copy, Default, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum AskedDrawing {
-    #[default]
-    Svg,
-    Dot,
-    Text,
-}
-
-impl From<AskedDrawing> for Drawing {
-    fn from(asked: AskedDrawing) -> Drawing {
-        match asked {
-            AskedDrawing::Svg => Drawing::Svg,
-            AskedDrawing::Dot => Drawing::Dot,
-            AskedDrawing::Text => Drawing::Text,
-        }
-    }
+    drawing: Drawing,
 }
 
 /// Returns the state machine of a component.
@@ -103,7 +83,7 @@ pub(crate) fn state_machine(snapshot: &Snapshot, params: &StateMachineParams) ->
     let others = table_sets(db, project).iter().filter(|it| **it != tables);
     let assumed = view.psm.into_iter().flat_map(|psm| &psm.assumed).map(|(codel, _)| codel.as_str());
     let title = MachineTitle { component: &name, level, times };
-    let drawing = draw_state_machine(db, project.workspace(db), title, &view, params.drawing.into());
+    let drawing = draw_state_machine(db, project.workspace(db), title, &view, params.drawing);
     Ok(json!({
         "component": name,
         "times": times,
