@@ -10,6 +10,7 @@ mod language_server;
 mod measured;
 mod message_packages;
 mod navigation;
+mod projects;
 mod rename;
 mod requests;
 mod running;

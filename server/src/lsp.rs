@@ -14,6 +14,7 @@
 //! | `answering.rs` | which text a request is about |
 //! | `main_loop.rs` | one thread, one database; edits in, snapshots out |
 //! | `main_loop/restart.rs` | the same with an empty database: a reload, and after a panic |
+//! | `project.rs` | the project that answers for a file |
 //! | `staleness.rs` | whether the workspaces and the published diagnostics are outdated |
 //! | `documents.rs`, `rope.rs`, `position.rs` | the client's texts, and its positions in them |
 //! | `snapshot.rs` | what a worker reads, and how its jobs end |
@@ -54,6 +55,7 @@ mod outgoing;
 mod pages;
 mod position;
 mod progress;
+mod project;
 mod publisher;
 mod pulls;
 mod rope;

@@ -3,17 +3,15 @@
 
 use mauve_hir::item_tree::{FeatureKind, Kind, Name, SourceId};
 use mauve_hir::{
-    Decl, File, Location, ModelDb, Project, Workspace, core, declarations, flat_of, names_of, parse, shell,
+    Decl, File, Location, ModelDb, Project, core, declarations, flat_of, names_of, parse, shell,
 };
-use mauve_syntax::ast::{self, AstNode as _};
-use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize};
+use mauve_syntax::SyntaxKind::{HOOK, METHOD, OPERATION_DEFINITION, TRANSITION};
+use mauve_syntax::{TextRange, TextSize};
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::definition::names;
 use crate::document_symbols::SymbolKind;
 use crate::hierarchy::{HierarchyItem, declaration_of, id_of, item_of};
-use crate::occurrences::{Definition, Found, Role, in_declaration, occurrences_of};
-use crate::project::{each_once, projects_with};
+use crate::occurrences::{Definition, Found, Role, each_once, in_declaration, names_at, occurrences_of};
 
 /// The calls between two items.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -27,112 +25,87 @@ pub struct Calls {
 /// Returns the codel, the operation or the program at `offset`; for an operation, its definitions in cores.
 pub fn call_items(
     db: &dyn ModelDb,
-    workspaces: &[Workspace],
+    project: Project<'_>,
     file: File,
     offset: TextSize,
 ) -> Vec<HierarchyItem> {
     if mauve_hir::is_model(file.path(db)) {
         let cores = declarations(db, file).all.iter().filter(|decl| decl.kind(db) == Kind::Core);
-        let programs = cores.flat_map(|&core| programs_of(db, core));
-        let mut here = programs.filter(|it| it.name_range.contains_inclusive(offset));
-        if let Some(program) = here.next() {
-            return vec![program.item(db)];
+        let mut programs = cores.flat_map(|&core| programs_of(db, core));
+        if let Some(program) = programs.find(|it| it.place().range(db).contains_inclusive(offset)) {
+            return program.item(db).into_iter().collect();
         }
     }
-    let names = names(db, workspaces, file, offset);
-    let nodes = names.iter().flat_map(|(project, name)| nodes_of(db, *project, name));
+    let names = names_at(db, project, file, offset);
+    let nodes = names.iter().flat_map(|name| nodes_of(db, project, name));
     each_once(nodes.filter_map(|node| node.item(db)))
 }
 
 /// Returns the callers of an item.
 ///
 /// ```
-/// use mauve_hir::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace, projects};
 /// let db = Database::default();
 /// let text = "codel f(): int core C(S) { update = { f(); } }".to_owned();
 /// let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);
-/// let file = workspace.file(&db, "/a.mal".as_ref()).unwrap();
-/// let codel = &mauve_ide::call_items(&db, &[workspace], file, 6.into())[0];
-/// let caller = &mauve_ide::incoming_calls(&db, &[workspace], file, &codel.id)[0].item;
+/// let (project, file) = (projects(&db, workspace)[0], workspace.file(&db, "/a.mal".as_ref()).unwrap());
+/// let codel = &mauve_ide::call_items(&db, project, file, 6.into())[0];
+/// let caller = &mauve_ide::incoming_calls(&db, project, file, &codel.id)[0].item;
 /// assert_eq!((caller.name.as_str(), caller.detail.as_str()), ("update", "core C"));
-/// assert_eq!(&mauve_ide::outgoing_calls(&db, &[workspace], file, &caller.id)[0].item, codel);
+/// assert_eq!(&mauve_ide::outgoing_calls(&db, project, file, &caller.id)[0].item, codel);
 /// ```
-pub fn incoming_calls(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id: &str) -> Vec<Calls> {
+pub fn incoming_calls(db: &dyn ModelDb, project: Project<'_>, file: File, id: &str) -> Vec<Calls> {
     let mut found = Collected::default();
-    let Some(node) = node(db, file, id) else { return Vec::new() };
-    for project in projects_with(db, workspaces, file) {
-        // Calls in any core, and in its own core.
-        let (anywhere, inside) = match &node {
-            Node::Codel(codel) => (vec![Definition::Declaration(*codel)], None),
-            Node::Operation(shell, id) => {
-                let operation = Definition::At(Location::Source(*shell, *id));
-                let mut all: Vec<_> = requirers(db, project, &operation).cloned().collect();
-                all.push(operation);
-                (all, None)
-            }
-            Node::Program(program) => match program.operation(db, project) {
-                Some(operation) => {
-                    let all = requirers(db, project, &operation).cloned().collect();
-                    (all, Some((program.core, operation)))
-                }
-                None => continue,
-            },
-        };
-        let anywhere: FxHashSet<Definition<'_>> = anywhere.into_iter().collect();
-        for core in names_of(db, project).of_kind(db, Kind::Core) {
-            db.unwind_if_revision_cancelled();
-            let own = inside.as_ref().filter(|(of, _)| *of == core).map(|(_, operation)| operation);
-            let calls = in_declaration(db, project, core).into_iter();
-            let calls: Vec<Found<'_>> = calls
-                .filter(|it| {
-                    it.role == Role::Call
-                        && (own == Some(&it.definition) || anywhere.contains(&it.definition))
-                })
-                .collect();
-            if calls.is_empty() {
-                continue;
-            }
-            let programs = programs_of(db, core);
-            for call in calls {
-                // They are in text order.
-                let of = programs.get(programs.partition_point(|it| it.range.end() < call.range.end()));
-                let of = of.filter(|it| it.range.contains_range(call.range));
-                let caller = match of {
-                    Some(program) => Some(program.item(db)),
-                    // The initial value of a variable.
-                    None => item_of(db, core, SymbolKind::Core),
-                };
-                found.add(caller, call.range);
-            }
+    let Some(node) = node(db, file, id) else { return found.calls };
+    let Some(called) = node.definition(db, project) else { return found.calls };
+    // Calls in any core, and in its own core.
+    let mut anywhere: FxHashSet<&Definition<'_>> = requirers(db, project, &called).collect();
+    let own = match &node {
+        Node::Program(program) => Some(program.core),
+        Node::Codel(_) | Node::Operation(..) => {
+            anywhere.insert(&called);
+            None
+        }
+    };
+    for core in names_of(db, project).of_kind(db, Kind::Core) {
+        db.unwind_if_revision_cancelled();
+        let is_it = |it: &Definition<'_>| own == Some(core) && *it == called || anywhere.contains(it);
+        let mut calls = in_declaration(db, project, core);
+        calls.retain(|it| it.role == Role::Call && is_it(&it.definition));
+        if calls.is_empty() {
+            continue;
+        }
+        let programs = programs_of(db, core);
+        for call in calls {
+            let before = programs.partition_point(|it| it.place().range(db).end() <= call.range.start());
+            let last = before.checked_sub(1).and_then(|last| programs.get(last)?.item(db));
+            // Otherwise it is in the initial value of a variable.
+            let caller = last.filter(|it| it.range.contains_range(call.range));
+            found.add(caller.or_else(|| item_of(db, core, SymbolKind::Core)), call.range);
         }
     }
     found.calls
 }
 
 /// Returns the calls in an item.
-pub fn outgoing_calls(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id: &str) -> Vec<Calls> {
+pub fn outgoing_calls(db: &dyn ModelDb, project: Project<'_>, file: File, id: &str) -> Vec<Calls> {
     let mut found = Collected::default();
-    let Some(node) = node(db, file, id) else { return Vec::new() };
-    for project in projects_with(db, workspaces, file) {
-        match &node {
-            Node::Codel(_) => {}
-            Node::Operation(shell, id) => {
-                let place = Location::Source(*shell, *id);
-                let range = place.range(db);
-                for provider in providers(db, project, &Definition::At(place)) {
-                    for node in provided(db, project, provider) {
-                        found.add(node.item(db), range);
-                    }
-                }
+    match node(db, file, id) {
+        Some(Node::Codel(_)) | None => {}
+        Some(Node::Operation(shell, id)) => {
+            let place = Location::Source(shell, id);
+            let range = place.range(db);
+            for provider in providers(db, project, &Definition::At(place)) {
+                provided(db, project, provider).iter().for_each(|node| found.add(node.item(db), range));
             }
-            Node::Program(program) => {
-                let calls = in_declaration(db, project, program.core).into_iter();
-                let is_here = |it: &Found<'_>| program.range.contains_range(it.range);
-                for call in calls.filter(|it| it.role == Role::Call && is_here(it)) {
-                    for node in called(db, project, program.core, &call) {
-                        found.add(node.item(db), call.range);
-                    }
-                }
+        }
+        Some(Node::Program(program)) => {
+            let range = program.range(db).unwrap_or_default();
+            let mut calls = in_declaration(db, project, program.core);
+            calls.retain(|it| it.role == Role::Call && range.contains_range(it.range));
+            for call in calls {
+                let nodes = called(db, project, program.core, &call);
+                nodes.iter().for_each(|node| found.add(node.item(db), call.range));
             }
         }
     }
@@ -162,60 +135,76 @@ impl Collected {
 
 enum Node<'db> {
     Codel(Decl<'db>),
-    /// An operation of a shell, by the start of its name: a required one, or one without a definition.
+    /// An operation of a shell, by its name: a required one, or one without a definition.
     Operation(Decl<'db>, SourceId),
     Program(Program<'db>),
 }
 
+/// An operation, a hook, a method or a transition of a core.
 #[derive(Clone)]
 struct Program<'db> {
     core: Decl<'db>,
-    /// The key within the core: `operation f`, `hook update`, `method Idle run`, `transition Idle go`.
-    id: String,
+    /// Its name or keyword.
+    id: SourceId,
+    /// `f`, `update`, `Idle.run`, `Idle.go`: unique in the core.
     name: String,
     kind: SymbolKind,
-    range: TextRange,
-    name_range: TextRange,
 }
 
 impl<'db> Program<'db> {
-    fn new(
-        core: Decl<'db>,
-        (what, state): (&str, Option<&str>),
-        name: Option<(String, TextRange)>,
-        kind: SymbolKind,
-        node: &SyntaxNode,
-    ) -> Option<Program<'db>> {
-        let (text, name_range) = name?;
-        let (id, name) = match state {
-            Some(state) => (format!("{what} {state} {text}"), format!("{state}.{text}")),
-            None => (format!("{what} {text}"), text),
-        };
-        Some(Program { core, id, name, kind, range: node.text_range(), name_range })
+    /// Returns the location of its name or keyword.
+    fn place(&self) -> Location<'db> {
+        Location::Source(self.core, self.id)
     }
 
-    fn of_operation(core: Decl<'db>, node: &ast::OperationDefinition) -> Option<Program<'db>> {
-        let kind = SymbolKind::Operation;
-        Program::new(core, ("operation", None), of_name(node.name()), kind, node.syntax())
+    /// Returns its full range.
+    fn range(&self, db: &dyn ModelDb) -> Option<TextRange> {
+        let (name, root) = (self.place().range(db), parse(db, self.core.file(db)).syntax());
+        let element = root.text_range().contains_range(name).then(|| root.covering_element(name))?;
+        let is_program = |kind| matches!(kind, OPERATION_DEFINITION | HOOK | METHOD | TRANSITION);
+        element.ancestors().find(|node| is_program(node.kind())).map(|node| node.text_range())
     }
 
-    fn item(&self, db: &dyn ModelDb) -> HierarchyItem {
-        HierarchyItem {
+    fn item(&self, db: &dyn ModelDb) -> Option<HierarchyItem> {
+        Some(HierarchyItem {
             name: self.name.clone(),
             kind: self.kind,
             detail: format!("core {}", self.core.name(db)),
             file: self.core.file(db),
-            range: self.range,
-            name_range: self.name_range,
-            id: format!("{} {}", id_of(db, self.core), self.id),
-        }
+            range: self.range(db)?,
+            name_range: self.place().range(db),
+            id: format!("{} {}", id_of(db, self.core), self.name),
+        })
     }
+}
 
-    fn operation(&self, db: &'db dyn ModelDb, project: Project<'db>) -> Option<Definition<'db>> {
-        let mut defined = definitions_in(db, project, self.core).iter();
-        let is_it = |id: SourceId| Location::Source(self.core, id).range(db) == self.name_range;
-        defined.find(|(_, id)| is_it(*id)).map(|(operation, _)| operation.clone())
+/// Returns the programs of a core, in text order.
+fn programs_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<Program<'db>> {
+    let Some(data) = core(db, of) else { return Vec::new() };
+    let program = |id, name: String, kind| Program { core: of, id, name, kind };
+    let hooks = data.hooks.iter();
+    let hooks = hooks.map(|it| program(it.id, it.kind.keyword().to_owned(), SymbolKind::Hook));
+    let mut found: Vec<Program<'db>> = operations_of(db, of).chain(hooks).collect();
+    for state in data.machines.iter().flat_map(|machine| &machine.states) {
+        let name = |name: &str| format!("{}.{name}", state.name.name);
+        let methods = state.methods.iter();
+        found.extend(methods.map(|it| program(it.id, name(it.kind.keyword()), SymbolKind::Hook)));
+        let transitions = state.transitions.iter();
+        found.extend(transitions.map(|it| program(it.name.id, name(&it.name.name), SymbolKind::Transition)));
     }
+    found.retain(|it| !it.name.starts_with('.') && !it.name.ends_with('.') && !it.name.is_empty());
+    found.sort_by_key(|it| it.id);
+    found
+}
+
+fn operations_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> impl Iterator<Item = Program<'db>> {
+    let all = core(db, of).into_iter().flat_map(|data| &data.operations);
+    all.map(move |it| Program {
+        core: of,
+        id: it.name.id,
+        name: it.name.name.to_string(),
+        kind: SymbolKind::Operation,
+    })
 }
 
 #[salsa::tracked(returns(ref))]
@@ -249,22 +238,23 @@ pub(crate) fn definitions<'db>(
     found
 }
 
-fn definition_at<'db>(db: &'db dyn ModelDb, name: &Location<'db>) -> Option<Program<'db>> {
-    let &Location::Source(core, _) = name else { return None };
-    let (range, tree) = (name.range(db), parse(db, core.file(db)).syntax());
-    if !tree.text_range().contains_range(range) {
-        return None;
+impl<'db> Node<'db> {
+    /// Returns the codel or the operation that is called; `None` for a program that cannot be called.
+    fn definition(&self, db: &'db dyn ModelDb, project: Project<'db>) -> Option<Definition<'db>> {
+        match self {
+            Node::Codel(codel) => Some(Definition::Declaration(*codel)),
+            Node::Operation(of, id) => Some(Definition::At(Location::Source(*of, *id))),
+            Node::Program(Program { core, id, .. }) => {
+                let mut defined = definitions_in(db, project, *core).iter();
+                defined.find(|(_, name)| name == id).map(|(operation, _)| operation.clone())
+            }
+        }
     }
-    let element = tree.covering_element(range);
-    let node = element.ancestors().find_map(ast::OperationDefinition::cast)?;
-    Program::of_operation(core, &node).filter(|it| it.name_range == range)
-}
 
-impl Node<'_> {
     fn item(&self, db: &dyn ModelDb) -> Option<HierarchyItem> {
         match self {
             Node::Codel(codel) => item_of(db, *codel, SymbolKind::Codel),
-            Node::Program(program) => Some(program.item(db)),
+            Node::Program(program) => program.item(db),
             Node::Operation(of, id) => {
                 let feature = shell(db, *of)?.features.iter().find(|feature| feature.name.id == *id)?;
                 let range = Location::Source(*of, *id).range(db);
@@ -289,13 +279,12 @@ fn node<'db>(db: &'db dyn ModelDb, file: File, id: &str) -> Option<Node<'db>> {
     match decl.kind(db) {
         Kind::Codel => Some(Node::Codel(decl)),
         Kind::Shell => {
-            let features = shell(db, decl)?.features.iter();
-            let mut named = features.filter(|it| it.kind.is_operation() && rest == [it.name.name.as_str()]);
-            named.next().map(|it| Node::Operation(decl, it.name.id))
+            let mut features = shell(db, decl)?.features.iter();
+            let named = features.find(|it| it.kind.is_operation() && rest == [it.name.name.as_str()]);
+            named.map(|it| Node::Operation(decl, it.name.id))
         }
         Kind::Core => {
-            let rest = rest.join(" ");
-            programs_of(db, decl).into_iter().find(|it| it.id == rest).map(Node::Program)
+            programs_of(db, decl).into_iter().find(|it| rest == [it.name.as_str()]).map(Node::Program)
         }
         _ => None,
     }
@@ -309,11 +298,9 @@ fn nodes_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, name: &Found<'db>)
             Some(of) if of.kind(db) == Kind::Core => called(db, project, of, name),
             _ => provided(db, project, &name.definition),
         },
-        Definition::At(place @ Location::Source(core, _)) if core.kind(db) == Kind::Core => {
-            // A method, a hook or a transition in the key of a timing table.
-            let range = place.range(db);
-            let programs = programs_of(db, *core).into_iter();
-            programs.filter(|it| it.name_range == range).map(Node::Program).collect()
+        // A method, a hook or a transition in the key of a timing table.
+        Definition::At(Location::Source(core, id)) if core.kind(db) == Kind::Core => {
+            programs_of(db, *core).into_iter().filter(|it| it.id == *id).map(Node::Program).collect()
         }
         _ => Vec::new(),
     }
@@ -357,51 +344,10 @@ fn provided_by<'db>(
     operation: &Definition<'db>,
 ) -> impl Iterator<Item = Program<'db>> {
     let names = definitions(db, project).get(operation).into_iter().flatten();
-    names.filter_map(|name| definition_at(db, name))
-}
-
-fn programs_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<Program<'db>> {
-    let name = Location::name_of(of).range(db);
-    let tree = parse(db, of.file(db)).syntax();
-    if !tree.text_range().contains_range(name) {
-        return Vec::new();
-    }
-    let element = tree.covering_element(name);
-    let Some(node) = element.ancestors().find_map(ast::Core::cast) else { return Vec::new() };
-    let keyword = |word: Option<SyntaxToken>| word.map(|it| (it.text().to_owned(), it.text_range()));
-    let mut found = Vec::new();
-    for item in node.core_items() {
-        match item {
-            ast::CoreItem::OperationDefinition(it) => found.push(Program::of_operation(of, &it)),
-            ast::CoreItem::Hook(it) => {
-                let name = keyword(it.keyword());
-                found.push(Program::new(of, ("hook", None), name, SymbolKind::Hook, it.syntax()));
-            }
-            ast::CoreItem::StateMachine(it) => {
-                for item in it.state_machine_items() {
-                    let ast::StateMachineItem::State(state) = item else { continue };
-                    let Some((name_of_state, _)) = of_name(state.name()) else { continue };
-                    let state_name = Some(name_of_state.as_str());
-                    found.extend(state.state_items().map(|item| match item {
-                        ast::StateItem::Method(it) => {
-                            let (what, name) = (("method", state_name), keyword(it.keyword()));
-                            Program::new(of, what, name, SymbolKind::Hook, it.syntax())
-                        }
-                        ast::StateItem::Transition(it) => {
-                            let (what, name) = (("transition", state_name), of_name(it.name()));
-                            Program::new(of, what, name, SymbolKind::Transition, it.syntax())
-                        }
-                    }));
-                }
-            }
-            ast::CoreItem::Var(_) | ast::CoreItem::Handler(_) => {}
-        }
-    }
-    found.into_iter().flatten().collect()
-}
-
-fn of_name(name: Option<ast::Name>) -> Option<(String, TextRange)> {
-    name.map(|name| (name.syntax().text().to_string(), name.syntax().text_range()))
+    names.filter_map(|name| match *name {
+        Location::Source(core, id) => operations_of(db, core).find(|it| it.id == id),
+        _ => None,
+    })
 }
 
 /// Returns the provided operations that are connected to a required one, in any architecture of the project.
@@ -459,7 +405,7 @@ fn connected_operations<'db>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::{Fixture, with_cursor};
+    use crate::fixture::{Fixture, project_of, with_cursor};
     use expect_test::{Expect, expect};
 
     /// Each item at the cursor, who calls it and what it calls.
@@ -474,15 +420,15 @@ mod tests {
             assert!(item.range.contains_range(item.name_range));
             format!("{} ({}) {}", item.name, item.detail, line(item.file, item.name_range))
         };
-        for item in call_items(&db, &[workspace], file, offset) {
+        for item in call_items(&db, project_of(&db, workspace, file), file, offset) {
             shown += &format!("{}\n", say(&item));
-            for calls in incoming_calls(&db, &[workspace], item.file, &item.id) {
+            for calls in incoming_calls(&db, project_of(&db, workspace, item.file), item.file, &item.id) {
                 let text = calls.item.file.text(&db);
                 let words: Vec<&str> = calls.ranges.iter().map(|range| &text[*range]).collect();
                 assert!(calls.ranges.iter().all(|range| calls.item.range.contains_range(*range)));
                 shown += &format!("  < {} {}\n", say(&calls.item), words.join(" "));
             }
-            for calls in outgoing_calls(&db, &[workspace], item.file, &item.id) {
+            for calls in outgoing_calls(&db, project_of(&db, workspace, item.file), item.file, &item.id) {
                 let words: Vec<&str> =
                     calls.ranges.iter().map(|range| &item.file.text(&db)[*range]).collect();
                 assert!(calls.ranges.iter().all(|range| item.range.contains_range(*range)));
@@ -679,13 +625,13 @@ timing.tables = ["t.toml"]
     fn an_item_of_another_text() {
         let text = "codel f(): int core C(S) { update = { f(); } }";
         let Fixture { db, workspace, file, .. } = Fixture::new(&format!("/* new */ {text}"));
-        assert_eq!(incoming_calls(&db, &[workspace], file, "codel - f 0").len(), 1);
-        assert_eq!(outgoing_calls(&db, &[workspace], file, "core - C 0 hook update").len(), 1);
+        assert_eq!(incoming_calls(&db, project_of(&db, workspace, file), file, "codel - f 0").len(), 1);
+        assert_eq!(outgoing_calls(&db, project_of(&db, workspace, file), file, "core - C 0 update").len(), 1);
         for id in
-            ["codel - g 0", "core - C 0 hook stop", "core - C 0", "core - C 0 hook", "shell - S 0 f", ""]
+            ["codel - g 0", "core - C 0 stop", "core - C 0", "core - C 0 hook update", "shell - S 0 f", ""]
         {
-            assert_eq!(incoming_calls(&db, &[workspace], file, id), [], "{id}");
-            assert_eq!(outgoing_calls(&db, &[workspace], file, id), [], "{id}");
+            assert_eq!(incoming_calls(&db, project_of(&db, workspace, file), file, id), [], "{id}");
+            assert_eq!(outgoing_calls(&db, project_of(&db, workspace, file), file, id), [], "{id}");
         }
     }
 }

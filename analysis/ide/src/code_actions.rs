@@ -125,6 +125,9 @@ type ProgramsByRange<'db> = FxHashMap<(Project<'db>, TextRange), Option<Rc<Progr
 pub(crate) struct Actions<'a, 'db> {
     pub(crate) db: &'db dyn ModelDb,
     pub(crate) workspaces: &'a [Workspace],
+    /// The project that answers for the file.
+    pub(crate) project: Option<Project<'db>>,
+    /// All projects with the file: a change of the text must be right in each of them.
     pub(crate) projects: Vec<Project<'db>>,
     pub(crate) question: ActionQuestion<'a>,
     findings: OnceCell<Rc<[Finding<'db>]>>,
@@ -330,7 +333,7 @@ pub(crate) fn put_into(db: &dyn ModelDb, of: Decl<'_>, item: &str) -> Change {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::Fixture;
+    use crate::fixture::{Fixture, project_with};
     use expect_test::Expect;
 
     /// All kinds.
@@ -355,7 +358,7 @@ mod tests {
             kinds: KINDS,
             changes: Changes::All,
         };
-        let actions = code_actions(&db, &[workspace], question);
+        let actions = code_actions(&db, &[workspace], project_with(&db, workspace, question.file), question);
         let action = actions.iter().find(|it| it.title.starts_with(title));
         let mut shown = String::new();
         match action.map(|it| (&it.change, &it.disabled)) {
@@ -387,7 +390,8 @@ mod tests {
                 kinds: &[ActionKind::Rewrite],
                 changes: Changes::All,
             };
-            let actions = code_actions(&db, &[workspace], question);
+            let actions =
+                code_actions(&db, &[workspace], project_with(&db, workspace, question.file), question);
             let action = actions.iter().find(|it| it.title.starts_with("Create a component")).unwrap();
             let after = action.change.as_ref().unwrap().applied(&db, file);
             assert!(after.ends_with(expected), "{after:?}");

@@ -6,15 +6,15 @@ use std::path::PathBuf;
 
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{
-    Decl, File, Location, ModelDb, Project, Workspace, architecture, declarations, is_model, names_of,
-    resolve_type, target_of,
+    Decl, File, Location, ModelDb, Project, architecture, declarations, is_model, names_of, resolve_type,
+    target_of,
 };
 use mauve_syntax::TextRange;
 use mauve_timing::Level;
 use mauve_wcrt::Query;
 
 use crate::implementation::codel_file;
-use crate::project::{each_once, projects_with};
+use crate::occurrences::each_once;
 
 /// A code lens.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -36,8 +36,8 @@ pub enum LensAction {
     Generate(String),
     /// Shows these locations. There may be none.
     Show(Vec<(File, TextRange)>),
-    /// Opens these files, if they exist.
-    Open(Vec<PathBuf>),
+    /// Opens this file, if it exists.
+    Open(PathBuf),
     /// Shows a drawing of the declaration.
     Draw(LensDrawing),
 }
@@ -53,52 +53,49 @@ pub enum LensDrawing {
     StateMachine,
 }
 
-/// Returns the lenses of a file, in text order.
+/// Returns the lenses of a file, in text order; without a project, those that need none.
 ///
 /// ```
-/// use mauve_hir::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace, projects};
 ///
 /// let model = "component P(S, C)\narchitecture A { instance pilot: P }";
 /// let db = Database::default();
 /// let workspace = Workspace::of_texts(&db, "/".into(), [("/robot.mal".into(), model.to_owned())]);
 /// let file = workspace.file(&db, "/robot.mal".as_ref()).unwrap();
-/// let lenses = mauve_ide::code_lenses(&db, &[workspace], file);
+/// let lenses = mauve_ide::code_lenses(&db, Some(projects(&db, workspace)[0]), file);
 /// assert_eq!(lenses[0].title, "used in 1 instance");
 /// ```
-pub fn code_lenses(db: &dyn ModelDb, workspaces: &[Workspace], file: File) -> Vec<CodeLens> {
+pub fn code_lenses(db: &dyn ModelDb, project: Option<Project<'_>>, file: File) -> Vec<CodeLens> {
     if !is_model(file.path(db)) {
         return Vec::new();
     }
-    let projects = projects_with(db, workspaces, file);
     let mut found = Vec::new();
     for &decl in declarations(db, file).all.iter().filter(|decl| !decl.name(db).is_empty()) {
         let range = Location::name_of(decl).range(db);
         let mut add = |title: String, action| found.push(CodeLens { range, title, action });
         match decl.kind(db) {
             Kind::Deployment => {
-                if let Some(&first) = projects.first() {
-                    let Query { level, .. } = Query::shown(db, first);
+                if let Some(project) = project {
+                    let Query { level, .. } = Query::shown(db, project);
                     add(format!("Level {level} ▾"), LensAction::ChooseSignificance(level));
                 }
                 add("Generate Orocos".to_owned(), LensAction::Generate(decl.qualified(db)));
-                let targets = projects.iter().filter_map(|&project| target_of(db, project, decl));
-                let targets = each_once(targets.map(|it| (it.file(db), Location::name_of(it).range(db))));
-                if !targets.is_empty() {
-                    add("Architecture".to_owned(), LensAction::Show(targets));
+                if let Some(target) = project.and_then(|project| target_of(db, project, decl)) {
+                    let place = (target.file(db), Location::name_of(target).range(db));
+                    add("Architecture".to_owned(), LensAction::Show(vec![place]));
                     add("Graph".to_owned(), LensAction::Draw(LensDrawing::Architecture));
                     add("Schedule".to_owned(), LensAction::Draw(LensDrawing::Schedule));
                 }
             }
             Kind::Component => {
-                let (title, places) = instances(db, &projects, decl);
+                let (title, places) = instances(db, project, decl);
                 add(title, LensAction::Show(places));
                 add("State machine".to_owned(), LensAction::Draw(LensDrawing::StateMachine));
             }
             Kind::Codel => {
-                let files = projects.iter().filter_map(|&project| codel_file(db, project, decl));
-                let files = each_once(files);
-                if let Some(name) = files.first().and_then(|file| file.file_name()) {
-                    add(name.display().to_string(), LensAction::Open(files));
+                let file = project.and_then(|project| codel_file(db, project, decl));
+                if let Some((file, name)) = file.as_ref().and_then(|file| Some((file, file.file_name()?))) {
+                    add(name.display().to_string(), LensAction::Open(file.clone()));
                 }
             }
             Kind::Use | Kind::Shell | Kind::Core | Kind::Architecture => {}
@@ -110,11 +107,11 @@ pub fn code_lenses(db: &dyn ModelDb, workspaces: &[Workspace], file: File) -> Ve
 /// Returns a title such as `used in 2 instances`, and the instances; each location counts once.
 fn instances<'db>(
     db: &'db dyn ModelDb,
-    projects: &[Project<'db>],
+    project: Option<Project<'db>>,
     of: Decl<'db>,
 ) -> (String, Vec<(File, TextRange)>) {
-    let places =
-        projects.iter().filter_map(|&project| instances_by_component(db, project).get(&of)).flatten();
+    let places = project.and_then(|project| instances_by_component(db, project).get(&of));
+    let places = places.into_iter().flatten();
     let places = each_once(places.map(|place| (place.file(db), place.range(db))));
     let title = match places.len() {
         0 => "not used in any instance".to_owned(),
@@ -145,20 +142,18 @@ fn instances_by_component<'db>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::Fixture;
+    use crate::fixture::{Fixture, project_with};
     use expect_test::{Expect, expect};
 
     fn check(fixture: &str, expected: Expect) {
         let Fixture { db, workspace, file, .. } = Fixture::new(fixture);
         let mut shown = String::new();
-        for CodeLens { range, title, action } in code_lenses(&db, &[workspace], file) {
+        for CodeLens { range, title, action } in code_lenses(&db, project_with(&db, workspace, file), file) {
             let action = match action {
                 LensAction::ChooseSignificance(level) => format!(" -> choose instead of {level}"),
                 LensAction::Generate(deployment) => format!(" -> generate {deployment}"),
                 LensAction::Draw(drawing) => format!(" -> draw {drawing:?}"),
-                LensAction::Open(paths) => {
-                    paths.iter().map(|path| format!(" -> open {}", path.display())).collect()
-                }
+                LensAction::Open(path) => format!(" -> open {}", path.display()),
                 LensAction::Show(places) => {
                     let place = |(file, range): &(File, TextRange)| {
                         format!(" -> {} {:?} {}", file.path(&db).display(), range, &file.text(&db)[*range])

@@ -249,7 +249,7 @@ impl<'a, 'db> Completer<'a, 'db> {
 mod testing {
     use super::at_cursor::MOST_ITEMS;
     use super::*;
-    use crate::fixture::Fixture;
+    use crate::fixture::{Fixture, project_of};
     use std::fmt::Write as _;
 
     /// Returns the first items at the cursor whose rank is at most the best one plus `most`, each with its rank, and
@@ -257,7 +257,7 @@ mod testing {
     pub(super) fn offered(fixture: &str, most: u8) -> String {
         let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
         let mut out = String::new();
-        let found = completions(&db, &[workspace], file, offset);
+        let found = completions(&db, project_of(&db, workspace, file), file, offset);
         for item in found.items.iter().filter(|item| item.rank <= most) {
             let _ = write!(out, "{} {}{}", item.rank, item.label, item.detail);
             if !item.note.is_empty() {
@@ -278,7 +278,11 @@ mod testing {
     /// Returns the labels of all items.
     pub(super) fn labels(fixture: &str) -> Vec<String> {
         let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
-        completions(&db, &[workspace], file, offset).items.into_iter().map(|item| item.label).collect()
+        completions(&db, project_of(&db, workspace, file), file, offset)
+            .items
+            .into_iter()
+            .map(|item| item.label)
+            .collect()
     }
 
     #[test]
@@ -305,7 +309,7 @@ mod testing {
             ("core C(S) { statemachine { state Idle { /* é */ transition t to Id$0le } } }", "Idle"),
         ] {
             let Fixture { db, workspace, file, offset } = Fixture::new(text);
-            let found = completions(&db, &[workspace], file, offset);
+            let found = completions(&db, project_of(&db, workspace, file), file, offset);
             let first = found.items.first().map(|item| &file.text(&db)[item.replaced]);
             assert_eq!(first, Some(replaced), "{text}");
         }
@@ -323,7 +327,7 @@ mod testing {
         let codels: String = (0..MOST_ITEMS + 10).map(|index| format!("codel f{index}(): void\n")).collect();
         let text = |typed: &str| format!("{codels} shell S {{}} core C(S) {{ update = {{ {typed}$0 }} }}");
         let Fixture { db, workspace, file, offset } = Fixture::new(&text(""));
-        let found = completions(&db, &[workspace], file, offset);
+        let found = completions(&db, project_of(&db, workspace, file), file, offset);
         assert_eq!((found.items.len(), found.incomplete), (MOST_ITEMS, true));
         assert!(labels(&text("f409")).contains(&"f409".to_owned()));
     }

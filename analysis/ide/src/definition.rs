@@ -2,19 +2,18 @@
 
 use std::path::PathBuf;
 
-use mauve_hir::{Decl, File, Location, ModelDb, Project, Workspace, declaration_map, project_files};
+use mauve_hir::{Decl, File, Location, ModelDb, Project, declaration_map, project_files};
 use mauve_syntax::ast::AstNode as _;
 use mauve_syntax::{TextRange, TextSize};
 
-use crate::occurrences::{Definition, Found, Role, in_declaration, libraries, names_at};
-use crate::project::{each_once, projects_with};
+use crate::occurrences::{Definition, Found, Role, each_once, in_declaration, libraries, names_at};
 
 /// A name and its definitions.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Navigation {
     /// The name at the cursor.
     pub origin: TextRange,
-    /// Its declarations: several if projects or blocks of a library differ.
+    /// Its declarations: several for the blocks of a library, and for a key of a table with several meanings.
     pub targets: Vec<Target>,
     /// Files other than models and tables: message files, and sources of codels, which may not exist yet.
     pub files: Vec<PathBuf>,
@@ -31,19 +30,23 @@ pub struct Target {
     pub name: TextRange,
 }
 
-/// Returns the definitions of the name at `offset`, in all projects with the file.
+/// Returns the definitions of the name at `offset`.
 pub fn definition(
     db: &dyn ModelDb,
-    workspaces: &[Workspace],
+    project: Project<'_>,
     file: File,
     offset: TextSize,
 ) -> Option<Navigation> {
-    definition_of(db, &names(db, workspaces, file, offset))
+    definition_of(db, project, &names_at(db, project, file, offset))
 }
 
-/// Returns the locations of these definitions; for an operation that a core calls, the executed definition first.
-pub(crate) fn definition_of(db: &dyn ModelDb, names: &[(Project<'_>, Found<'_>)]) -> Option<Navigation> {
-    let targets = |project, name: &Found<'_>| {
+/// Returns the locations of the definitions of these names; for an operation that a core calls, the executed definition.
+pub(crate) fn definition_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    names: &[Found<'db>],
+) -> Option<Navigation> {
+    let targets = |name: &Found<'db>| {
         let of_call = name.of.filter(|_| name.role == Role::Call);
         let executed = of_call.and_then(|of| {
             let mut names = in_declaration(db, project, of).into_iter();
@@ -54,31 +57,19 @@ pub(crate) fn definition_of(db: &dyn ModelDb, names: &[(Project<'_>, Found<'_>)]
             None => targets(db, project, &name.definition),
         }
     };
-    destination(names, targets, |_, _| None)
+    destination(names, targets, |_| None)
 }
 
 pub(crate) fn destination<'db>(
-    names: &[(Project<'db>, Found<'db>)],
-    targets: impl Fn(Project<'db>, &Found<'db>) -> Vec<Target>,
-    file: impl Fn(Project<'db>, &Found<'db>) -> Option<PathBuf>,
+    names: &[Found<'db>],
+    targets: impl Fn(&Found<'db>) -> Vec<Target>,
+    file: impl Fn(&Found<'db>) -> Option<PathBuf>,
 ) -> Option<Navigation> {
-    let (_, first) = names.first()?;
-    let targets = each_once(names.iter().flat_map(|(project, name)| targets(*project, name)));
-    let files = each_once(names.iter().filter_map(|(project, name)| file(*project, name)));
+    let first = names.first()?;
+    let targets = each_once(names.iter().flat_map(targets));
+    let files = each_once(names.iter().filter_map(file));
     let is_empty = targets.is_empty() && files.is_empty();
     (!is_empty).then_some(Navigation { origin: first.range, targets, files })
-}
-
-pub(crate) fn names<'db>(
-    db: &'db dyn ModelDb,
-    workspaces: &[Workspace],
-    file: File,
-    offset: TextSize,
-) -> Vec<(Project<'db>, Found<'db>)> {
-    let projects = projects_with(db, workspaces, file).into_iter();
-    projects
-        .flat_map(|project| names_at(db, project, file, offset).into_iter().map(move |name| (project, name)))
-        .collect()
 }
 
 pub(crate) fn targets(db: &dyn ModelDb, project: Project<'_>, definition: &Definition<'_>) -> Vec<Target> {
@@ -117,14 +108,14 @@ pub(crate) fn of_declaration(db: &dyn ModelDb, decl: Decl<'_>) -> Option<Target>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::Fixture;
+    use crate::fixture::{Fixture, project_of};
     use expect_test::{Expect, expect};
 
     /// What is under the cursor, and where it leads: file, line and text of each target.
     fn check(fixture: &str, expected: Expect) {
         let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
         let mut shown = String::new();
-        if let Some(found) = definition(&db, &[workspace], file, offset) {
+        if let Some(found) = definition(&db, project_of(&db, workspace, file), file, offset) {
             shown += &format!("{}\n", &file.text(&db)[found.origin]);
             for target in found.targets {
                 let text = target.file.text(&db);

@@ -4,14 +4,13 @@ use std::ops::Range;
 
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{
-    File, Location, ModelDb, Workspace, architecture, config_file, config_of, declarations, includes,
-    is_model, normalised, resolve_type, source_map,
+    File, Location, ModelDb, Project, Workspace, architecture, config_file, config_of, declarations,
+    includes, is_model, normalised, resolve_type, source_map,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_wcrt::{table_files, table_pattern};
 
 use crate::occurrences::range_of;
-use crate::project::projects_with;
 
 /// A link in a text.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -26,31 +25,32 @@ pub struct DocumentLink {
     pub tooltip: String,
 }
 
-/// Returns the links of a file, in text order. A path without a target, or with several, gives no link.
+/// Returns the links of a file of a workspace, in text order; those of imports only with a project. A path without a target, or with
+/// several, gives no link.
 ///
 /// ```
-/// use mauve_hir::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace, projects};
 /// let db = Database::default();
 /// let texts = [("/a.mal".into(), "include \"b.mal\"".to_owned()), ("/b.mal".into(), String::new())];
 /// let workspace = Workspace::of_texts(&db, "/".into(), texts);
 /// let file = workspace.file(&db, "/a.mal".as_ref()).unwrap();
-/// let links = mauve_ide::document_links(&db, &[workspace], file);
+/// let links = mauve_ide::document_links(&db, workspace, Some(projects(&db, workspace)[0]), file);
 /// assert_eq!(&file.text(&db)[links[0].range], "b.mal");
 /// ```
-pub fn document_links(db: &dyn ModelDb, workspaces: &[Workspace], file: File) -> Vec<DocumentLink> {
+pub fn document_links(
+    db: &dyn ModelDb,
+    workspace: Workspace,
+    project: Option<Project<'_>>,
+    file: File,
+) -> Vec<DocumentLink> {
     let mut links = Vec::new();
     if is_model(file.path(db)) {
-        for &workspace in workspaces {
-            included(db, workspace, file, &mut links);
-        }
-        imported(db, workspaces, file, &mut links);
-    }
-    for &workspace in workspaces.iter().filter(|&&workspace| config_file(db, workspace) == Some(file)) {
+        included(db, workspace, file, &mut links);
+        project.into_iter().for_each(|project| imported(db, project, file, &mut links));
+    } else if config_file(db, workspace) == Some(file) {
         configured(db, workspace, file, &mut links);
     }
-    // If workspaces describe a target differently, the shortest description wins.
-    links.sort_by_key(|link| (link.range.start(), link.tooltip.len(), link.target.path(db).clone()));
-    links.dedup_by_key(|link| link.range);
+    links.sort_by_key(|link| link.range.start());
     links
 }
 
@@ -62,27 +62,19 @@ fn included(db: &dyn ModelDb, workspace: Workspace, file: File, links: &mut Vec<
     }
 }
 
-fn imported(db: &dyn ModelDb, workspaces: &[Workspace], file: File, links: &mut Vec<DocumentLink>) {
-    let all = declarations(db, file).all.iter();
-    let architectures: Vec<_> = all.filter(|decl| decl.kind(db) == Kind::Architecture).collect();
-    if architectures.is_empty() {
-        return;
-    }
-    for project in projects_with(db, workspaces, file) {
-        for &&decl in &architectures {
-            let imports = architecture(db, decl).map_or(&[] as &[_], |it| &it.imports);
-            for import in imports.iter().flatten() {
-                let Ok(target) = resolve_type(db, project, decl, Kind::Architecture, Some(import)) else {
-                    continue;
-                };
-                let range = Location::Source(decl, import.id).range(db);
-                links.push(DocumentLink {
-                    range,
-                    target: target.file(db),
-                    at: Some(Location::name_of(target).range(db).start()),
-                    tooltip: format!("architecture {}", target.qualified(db)),
-                });
-            }
+fn imported(db: &dyn ModelDb, project: Project<'_>, file: File, links: &mut Vec<DocumentLink>) {
+    let all = declarations(db, file).all.iter().filter(|decl| decl.kind(db) == Kind::Architecture);
+    for &decl in all {
+        for import in architecture(db, decl).into_iter().flat_map(|it| &it.imports).flatten() {
+            let Ok(target) = resolve_type(db, project, decl, Kind::Architecture, Some(import)) else {
+                continue;
+            };
+            links.push(DocumentLink {
+                range: Location::Source(decl, import.id).range(db),
+                target: target.file(db),
+                at: Some(Location::name_of(target).range(db).start()),
+                tooltip: format!("architecture {}", target.qualified(db)),
+            });
         }
     }
 }
@@ -122,13 +114,13 @@ fn link(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::Fixture;
+    use crate::fixture::{Fixture, project_with};
     use expect_test::{Expect, expect};
 
     fn check(fixture: &str, expected: Expect) {
         let Fixture { db, workspace, file, .. } = Fixture::new(fixture);
         let mut shown = String::new();
-        for link in document_links(&db, &[workspace], file) {
+        for link in document_links(&db, workspace, project_with(&db, workspace, file), file) {
             let line = |at: TextSize| link.target.text(&db)[..at.into()].matches('\n').count() + 1;
             let at = link.at.map(|at| format!(":{}", line(at))).unwrap_or_default();
             let path = link.target.path(&db).display();

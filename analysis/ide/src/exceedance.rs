@@ -5,14 +5,13 @@ use std::fmt::Write as _;
 
 use mauve_diagnostics::{times_of, unusable_time};
 use mauve_hir::item_tree::Kind;
-use mauve_hir::{Decl, File, ModelDb, Project, Workspace, names_of};
+use mauve_hir::{Decl, File, ModelDb, Project, names_of};
 use mauve_syntax::TextSize;
 use mauve_timing::{Level, Time, Unit};
 use mauve_wcrt::{Lookup, Query, TableSet, table_sets, timetable_of};
 
 use crate::drawing::{Drawing, number, svg_head, svg_text, text_width};
 use crate::occurrences::{Definition, names_at};
-use crate::project::projects_with;
 
 /// The execution times of a codel.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -31,7 +30,7 @@ pub struct Exceedance {
     pub reasons: Vec<String>,
 }
 
-/// Selects a codel of a file's projects.
+/// Selects a codel of a project.
 #[derive(Debug, Clone, Copy)]
 pub enum CodelOf<'a> {
     /// By its name, `library.name` or `name`.
@@ -40,27 +39,24 @@ pub enum CodelOf<'a> {
     At(TextSize),
 }
 
-/// Returns the selected codel with the first project that has it.
+/// Returns the selected codel.
 pub fn selected_codel<'db>(
     db: &'db dyn ModelDb,
-    workspaces: &[Workspace],
+    project: Project<'db>,
     file: File,
     selection: CodelOf<'_>,
-) -> Option<(Project<'db>, Decl<'db>)> {
-    projects_with(db, workspaces, file).into_iter().find_map(|project| {
-        let found = match selection {
-            CodelOf::Name(name) => names_of(db, project)
-                .of_kind(db, Kind::Codel)
-                .find(|of| *of.name(db) == *name || of.qualified(db) == name),
-            CodelOf::At(offset) => {
-                names_at(db, project, file, offset).into_iter().find_map(|found| match found.definition {
-                    Definition::Declaration(of) if of.kind(db) == Kind::Codel => Some(of),
-                    _ => None,
-                })
-            }
-        };
-        Some((project, found?))
-    })
+) -> Option<Decl<'db>> {
+    match selection {
+        CodelOf::Name(name) => names_of(db, project)
+            .of_kind(db, Kind::Codel)
+            .find(|of| *of.name(db) == *name || of.qualified(db) == name),
+        CodelOf::At(offset) => {
+            names_at(db, project, file, offset).into_iter().find_map(|found| match found.definition {
+                Definition::Declaration(of) if of.kind(db) == Kind::Codel => Some(of),
+                _ => None,
+            })
+        }
+    }
 }
 
 /// Returns the execution times of a codel in the first timing tables of the project that have one.
@@ -230,7 +226,7 @@ fn tick_step(greatest: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::Fixture;
+    use crate::fixture::{Fixture, project_of};
     use expect_test::expect;
 
     const MODEL: &str = "
@@ -245,7 +241,8 @@ codel.see = [20, 23, 30.5]
 
     fn of(selection: impl Fn(TextSize) -> CodelOf<'static>) -> Option<Exceedance> {
         let Fixture { db, workspace, file, offset } = Fixture::new(MODEL);
-        let (project, codel) = selected_codel(&db, &[workspace], file, selection(offset))?;
+        let project = project_of(&db, workspace, file);
+        let codel = selected_codel(&db, project, file, selection(offset))?;
         Some(exceedance(&db, project, codel))
     }
 

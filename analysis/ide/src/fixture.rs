@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
-use mauve_hir::{Database, File, Location, ModelDb, Workspace, line_of};
+use mauve_hir::{Database, File, Location, ModelDb, Project, Workspace, line_of};
 use mauve_syntax::TextSize;
 
 use crate::hover::{Hover, HoverFormat, hover};
+use crate::project::projects_with;
 
 /// The workspace of a fixture (see [`mauve_tests::fixture`]).
 pub(crate) struct Fixture {
@@ -41,7 +42,7 @@ impl Fixture {
             Some(format!("file://{}#L{}", file.path(db).display(), line_of(db, file, start)))
         };
         let format = HoverFormat::Markdown(&address);
-        hover(&self.db, &[self.workspace], self.file, self.offset, format)
+        hover(&self.db, project_with(&self.db, self.workspace, self.file), self.file, self.offset, format)
     }
 
     /// Returns a workspace with this text only.
@@ -52,6 +53,16 @@ impl Fixture {
         let file = workspace.file(&db, &path).unwrap();
         Fixture { db, workspace, file, offset: TextSize::default() }
     }
+}
+
+/// Returns the first project with a file.
+pub(crate) fn project_with(db: &Database, workspace: Workspace, file: File) -> Option<Project<'_>> {
+    projects_with(db, &[workspace], file).into_iter().next()
+}
+
+/// Returns the first project with a file; without any, the file is the root of its own.
+pub(crate) fn project_of(db: &Database, workspace: Workspace, file: File) -> Project<'_> {
+    project_with(db, workspace, file).unwrap_or_else(|| Project::new(db, workspace, file))
 }
 
 /// Returns a text with the cursor at the first occurrence of `at`, at the position of the `$0` in it.

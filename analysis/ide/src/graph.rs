@@ -5,14 +5,12 @@ use std::collections::BTreeMap;
 use mauve_diagnostics::{model_reason, times_of};
 use mauve_hir::item_tree::{FeatureKind, Kind, Name};
 use mauve_hir::{
-    Decl, File, FlatInstance, Location, ModelDb, Project, Workspace, architecture, declaration_at,
-    declarations, file_and_line, flat_of, is_model, names_of, target_of,
+    Decl, File, FlatInstance, Location, ModelDb, Project, architecture, declaration_at, declarations,
+    file_and_line, flat_of, is_model, names_of, target_of,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::{Status, Utilisation};
 use mauve_wcrt::{ActivityReport, Query, Report, psm_of, response_times, tables_of};
-
-use crate::project::projects_with;
 
 /// A graph of instances and connections.
 #[derive(Debug, Clone)]
@@ -72,61 +70,54 @@ pub struct GraphEdge<'db> {
     pub place: String,
 }
 
-/// Selects deployments or architectures of a file's projects.
+/// Selects deployments or architectures of a project.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GraphsOf<'a> {
     /// By name, `library.Name` or `Name`.
     Name(&'a str),
     /// The one at this offset of the file.
     At(TextSize),
-    /// The deployments of the file, otherwise its architectures. For a file without any, such as a timing table, those of its
-    /// projects.
+    /// The deployments of the file, otherwise its architectures. For a file without any, such as a timing table, those of the
+    /// project.
     File,
 }
 
-/// Returns the selected deployments or architectures, each with each project that has it; at least one.
+/// Returns the selected deployments or architectures, at least one.
 ///
 /// # Errors
 ///
 /// The reason why there is none, for the user.
 pub fn selected_graphs<'db>(
     db: &'db dyn ModelDb,
-    workspaces: &[Workspace],
+    project: Project<'db>,
     file: File,
     selection: GraphsOf<'_>,
-) -> Result<Vec<(Project<'db>, Decl<'db>)>, String> {
-    let projects = projects_with(db, workspaces, file);
-    if projects.is_empty() {
-        return Err("this file is not part of any project".to_owned());
-    }
+) -> Result<Vec<Decl<'db>>, String> {
     let kinds = [Kind::Deployment, Kind::Architecture];
     let is_graph = |decl: &Decl<'db>| kinds.contains(&decl.kind(db));
-    let of_projects = |is_it: &dyn Fn(&Decl<'db>) -> bool| -> Vec<(Project<'db>, Decl<'db>)> {
-        let all = |&project: &Project<'db>| names_of(db, project).all.iter().map(move |&of| (project, of));
-        projects.iter().flat_map(all).filter(|(_, of)| is_it(of)).collect()
+    let of_project = |is_it: &dyn Fn(&Decl<'db>) -> bool| -> Vec<Decl<'db>> {
+        names_of(db, project).all.iter().copied().filter(is_it).collect()
     };
     // Offsets in a table or in `mauve.toml` are not offsets in a model.
     let own = if is_model(file.path(db)) { declarations(db, file).all.as_slice() } else { &[] };
     let found = match selection {
         GraphsOf::Name(name) => {
-            let found =
-                of_projects(&|of| is_graph(of) && (*of.name(db) == *name || of.qualified(db) == name));
+            let found = of_project(&|of| is_graph(of) && (*of.name(db) == *name || of.qualified(db) == name));
             if found.is_empty() {
-                let what = format!("no deployment or architecture `{name}`");
-                return Err(format!("{what} in the projects of this file"));
+                return Err(format!("no deployment or architecture `{name}` in the project of this file"));
             }
             found
         }
         GraphsOf::At(offset) if is_model(file.path(db)) => {
             let at = declaration_at(db, file, TextRange::empty(offset)).filter(is_graph);
-            of_projects(&|of| Some(*of) == at)
+            of_project(&|of| Some(*of) == at)
         }
         GraphsOf::At(_) | GraphsOf::File => {
             let has = |kind| own.iter().any(|of| of.kind(db) == kind);
             match kinds.into_iter().find(|&kind| has(kind)) {
-                Some(kind) => of_projects(&|of| of.kind(db) == kind && of.file(db) == file),
+                Some(kind) => of_project(&|of| of.kind(db) == kind && of.file(db) == file),
                 None => {
-                    let all = kinds.into_iter().map(|kind| of_projects(&|of| of.kind(db) == kind));
+                    let all = kinds.into_iter().map(|kind| of_project(&|of| of.kind(db) == kind));
                     all.into_iter().find(|all| !all.is_empty()).unwrap_or_default()
                 }
             }
@@ -217,7 +208,8 @@ fn node<'db>(
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::fixture::Fixture;
+    use crate::fixture::{Fixture, project_of};
+    use mauve_hir::projects;
 
     /// Also for drawings.
     pub(crate) const MODEL: &str = "
@@ -255,31 +247,30 @@ codel.plan = 30
              //- /lib.mal\nlibrary l { architecture Shared { } }\n\
              //- /mauve.toml\ntiming.tables = ['t.toml']\n//- /t.toml\ncodel.deployment = 1\n//- /other.toml\n",
         );
-        let selection = |path: &str, of: GraphsOf<'_>| {
+        let [a, b] = projects(&db, workspace)[..] else { panic!("two roots") };
+        let selection = |project, path: &str, of: GraphsOf<'_>| {
             let file = workspace.file(&db, path.as_ref()).unwrap();
-            selected_graphs(&db, &[workspace], file, of).map(|found| {
-                let shown = |(project, of): (Project<'_>, Decl<'_>)| {
-                    format!("{} in {}", of.qualified(&db), project.root(&db).path(&db).display())
-                };
-                found.into_iter().map(shown).collect::<Vec<_>>().join(", ")
-            })
+            selected_graphs(&db, project, file, of)
+                .map(|found| found.into_iter().map(|of| of.qualified(&db)).collect::<Vec<_>>().join(", "))
         };
         let ok = |text: &str| Ok(text.to_owned());
-        let both = ok("l.Shared in /a.mal, l.Shared in /b.mal");
-        assert_eq!(selection("/lib.mal", GraphsOf::File), both);
-        assert_eq!(selection("/lib.mal", GraphsOf::At(20.into())), both);
-        assert_eq!(selection("/lib.mal", GraphsOf::Name("Shared")), both);
-        assert_eq!(selection("/lib.mal", GraphsOf::Name("B")), ok("B in /b.mal"));
-        assert_eq!(selection("/a.mal", GraphsOf::File), ok("D in /a.mal"));
-        assert_eq!(selection("/a.mal", GraphsOf::At(30.into())), ok("A in /a.mal"));
-        for of in [GraphsOf::File, GraphsOf::At(8.into())] {
-            assert_eq!(selection("/t.toml", of), ok("D in /a.mal"));
+        for project in [a, b] {
+            for of in [GraphsOf::File, GraphsOf::At(20.into()), GraphsOf::Name("Shared")] {
+                assert_eq!(selection(project, "/lib.mal", of), ok("l.Shared"));
+            }
+            let why = selection(project, "/lib.mal", GraphsOf::At(2.into()));
+            assert_eq!(why, Err("no deployment or architecture here".to_owned()));
         }
-        let why = |path: &str, of| selection(path, of).unwrap_err();
-        assert_eq!(why("/lib.mal", GraphsOf::At(2.into())), "no deployment or architecture here");
-        assert_eq!(why("/other.toml", GraphsOf::File), "this file is not part of any project");
-        let none = "no deployment or architecture `C` in the projects of this file";
-        assert_eq!(why("/a.mal", GraphsOf::Name("C")), none);
+        assert_eq!(selection(b, "/lib.mal", GraphsOf::Name("B")), ok("B"));
+        assert_eq!(selection(a, "/a.mal", GraphsOf::File), ok("D"));
+        assert_eq!(selection(a, "/a.mal", GraphsOf::At(30.into())), ok("A"));
+        for of in [GraphsOf::File, GraphsOf::At(8.into())] {
+            assert_eq!(selection(a, "/t.toml", of), ok("D"));
+            assert_eq!(selection(b, "/t.toml", of), ok("B, l.Shared"));
+        }
+        // The other project has it.
+        let none = "no deployment or architecture `B` in the project of this file";
+        assert_eq!(selection(a, "/lib.mal", GraphsOf::Name("B")), Err(none.to_owned()));
     }
 
     #[test]
@@ -289,8 +280,13 @@ codel.plan = 30
         );
         let Fixture { db, workspace, file, .. } = Fixture::new(&text);
         let more = workspace.file(&db, "/more.mal".as_ref()).unwrap();
-        let ask = |file: File, of: GraphsOf<'_>| match selected_graphs(&db, &[workspace], file, of) {
-            Ok(all) => all.iter().map(|(_, of)| of.name(&db).as_str()).collect::<Vec<_>>().join(", "),
+        let ask = |file: File, of: GraphsOf<'_>| match selected_graphs(
+            &db,
+            project_of(&db, workspace, file),
+            file,
+            of,
+        ) {
+            Ok(all) => all.iter().map(|of| of.name(&db).as_str()).collect::<Vec<_>>().join(", "),
             Err(why) => why,
         };
         let at = |text: &str| GraphsOf::At((file.text(&db).find(text).unwrap() as u32).into());
@@ -303,11 +299,7 @@ codel.plan = 30
         assert_eq!(["M", "l.M", "N"].map(|name| ask(file, GraphsOf::Name(name))), ["M", "M", "N"]);
         assert_eq!(
             ask(file, GraphsOf::Name("K")),
-            "no deployment or architecture `K` in the projects of this file"
-        );
-        assert_eq!(
-            selected_graphs(&db, &[], file, GraphsOf::File),
-            Err("this file is not part of any project".to_owned())
+            "no deployment or architecture `K` in the project of this file"
         );
     }
 }

@@ -9,12 +9,11 @@ mod words;
 
 pub use format::{Hover, HoverFormat};
 
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use mauve_diagnostics::unusable_time;
 use mauve_hir::item_tree::{Kind, Name};
-use mauve_hir::{Decl, File, Message, ModelDb, Package, Project, Workspace, message_of, parse};
+use mauve_hir::{Decl, File, Message, ModelDb, Package, Project, message_of, parse};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken, TextRange, TextSize, comment_above, tokens_at};
 use mauve_timing::Measured;
@@ -22,31 +21,29 @@ use mauve_wcrt::{
     ActivityReport, Lookup, Query, TableSet, files_of, response_times, table, tables_of, timetable_of,
 };
 
-use crate::definition::{definition_of, names};
+use crate::definition::definition_of;
 use crate::explanation::{explain_in_markdown, explain_response};
 use crate::markdown;
-use crate::occurrences::{Definition, is_of_value};
-use crate::project::{each_once, in_projects, projects_with};
+use crate::occurrences::{Definition, is_of_value, names_at};
 use summary::by_tables;
 
 const MOST_LINES: usize = 60;
 
-/// Returns the hover at `offset`.
+/// Returns the hover at `offset`; without a project, only that of a word of the language.
 pub fn hover(
     db: &dyn ModelDb,
-    workspaces: &[Workspace],
+    project: Option<Project<'_>>,
     file: File,
     offset: TextSize,
     format: HoverFormat<'_>,
 ) -> Option<Hover> {
-    let projects = projects_with(db, workspaces, file);
-    let explained = of_activity(db, &projects, file, offset, format);
+    let Some(project) = project else { return words::of_word(db, file, offset) };
+    let explained = of_activity(db, project, file, offset, format);
     let deployment = explained.as_ref().map(|(_, deployment, _)| *deployment);
-    let of_name = of_name(db, workspaces, file, offset, deployment, format)
-        .or_else(|| of_message(db, &projects, file, offset))
-        .or_else(|| of_word(db, &projects, file, offset));
-    let Some((range, _, explanations)) = explained else { return of_name };
-    let markdown: String = explanations.iter().map(|it| format!("{it}\n")).collect();
+    let of_name = of_name(db, project, file, offset, deployment, format)
+        .or_else(|| of_message(db, project, file, offset))
+        .or_else(|| of_word(db, project, file, offset));
+    let Some((range, _, markdown)) = explained else { return of_name };
     match of_name {
         Some(name) => Some(Hover { range: name.range, markdown: markdown + &name.markdown }),
         None => Some(Hover { range, markdown }),
@@ -54,9 +51,9 @@ pub fn hover(
 }
 
 /// What a word of the language means, and for a field of an activity, what its value means.
-fn of_word(db: &dyn ModelDb, projects: &[Project<'_>], file: File, offset: TextSize) -> Option<Hover> {
+fn of_word(db: &dyn ModelDb, project: Project<'_>, file: File, offset: TextSize) -> Option<Hover> {
     let word = words::of_word(db, file, offset);
-    let field = activity_field::of_field(db, projects, file, offset);
+    let field = activity_field::of_field(db, project, file, offset);
     match (word, field) {
         (Some(word), Some(field)) => {
             Some(Hover { markdown: format!("{}\n{}", word.markdown, field.markdown), ..word })
@@ -70,15 +67,14 @@ fn word_at(db: &dyn ModelDb, file: File, offset: TextSize) -> Option<SyntaxToken
     tokens_at(&root, offset).find(|token| token.kind().is_word())
 }
 
-/// Returns the explanations of the activity whose name or keyword is at `offset`, with its deployment: one, or several if projects
-/// differ.
+/// Returns the explanation of the activity whose name or keyword is at `offset`, with its deployment.
 fn of_activity<'db>(
     db: &'db dyn ModelDb,
-    projects: &[Project<'db>],
+    project: Project<'db>,
     file: File,
     offset: TextSize,
     format: HoverFormat<'_>,
-) -> Option<(TextRange, Decl<'db>, Vec<String>)> {
+) -> Option<(TextRange, Decl<'db>, String)> {
     let token = word_at(db, file, offset)?;
     let activity = token.parent_ancestors().find_map(ast::Activity::cast)?;
     let name = activity.name_ref()?.syntax().text_range();
@@ -88,45 +84,32 @@ fn of_activity<'db>(
     }
     let deployment =
         mauve_hir::declaration_at(db, file, name).filter(|decl| decl.kind(db) == Kind::Deployment)?;
-    // Projects with the same explanation share one.
-    let mut explanations: BTreeMap<String, Vec<Project<'_>>> = BTreeMap::new();
-    for &project in projects {
-        let query = Query::shown(db, project);
-        let report = response_times(db, project, deployment, query);
-        let is_here = |it: &ActivityReport<'_>| it.at.as_ref().is_some_and(|at| at.range(db) == name);
-        for (activity, _) in report.activities.iter().enumerate().filter(|(_, it)| is_here(it)) {
-            let tables = tables_of(db, project, deployment);
-            let explanation = match format {
-                HoverFormat::Markdown(links) => {
-                    explain_in_markdown(db, tables, report, activity, query, links)
-                }
-                HoverFormat::Text => {
-                    let text = explain_response(db, tables, report, activity, query);
-                    markdown::block("text", text.trim_end())
-                }
-            };
-            explanations.entry(explanation).or_default().push(project);
+    let query = Query::shown(db, project);
+    let report = response_times(db, project, deployment, query);
+    let tables = tables_of(db, project, deployment);
+    let is_here = |it: &ActivityReport<'_>| it.at.as_ref().is_some_and(|at| at.range(db) == name);
+    let activities = report.activities.iter().enumerate().filter(|(_, it)| is_here(it));
+    let explanations = activities.map(|(activity, _)| match format {
+        HoverFormat::Markdown(links) => explain_in_markdown(db, tables, report, activity, query, links),
+        HoverFormat::Text => {
+            let text = explain_response(db, tables, report, activity, query);
+            markdown::block("text", text.trim_end())
         }
-    }
-    let differ = explanations.len() > 1;
-    let explanations = explanations.into_iter().map(|(explanation, having)| match differ {
-        true => format!("{}:\n\n{explanation}", in_projects(db, &having, projects)),
-        false => explanation,
     });
-    let explanations: Vec<String> = explanations.collect();
-    (!explanations.is_empty()).then_some((name, deployment, explanations))
+    let markdown: String = explanations.map(|it| format!("{it}\n")).collect();
+    (!markdown.is_empty()).then_some((name, deployment, markdown))
 }
 
 fn of_name<'db>(
     db: &'db dyn ModelDb,
-    workspaces: &[Workspace],
+    project: Project<'db>,
     file: File,
     offset: TextSize,
     explained: Option<Decl<'db>>,
     format: HoverFormat<'_>,
 ) -> Option<Hover> {
-    let names = names(db, workspaces, file, offset);
-    let found = definition_of(db, &names)?;
+    let names = names_at(db, project, file, offset);
+    let found = definition_of(db, project, &names)?;
     let mut markdown = String::new();
     for target in found.targets.iter().filter(|target| !target.name.is_empty()) {
         let Some(node) = declaration_in(db, target.file, target.name) else { continue };
@@ -138,7 +121,7 @@ fn of_name<'db>(
             }
         }
     }
-    for (project, name) in names {
+    for name in names {
         if let Definition::Declaration(codel) = name.definition
             && codel.kind(db) == Kind::Codel
         {
@@ -155,7 +138,7 @@ fn of_name<'db>(
     (!markdown.is_empty()).then_some(Hover { range: found.origin, markdown })
 }
 
-fn of_message(db: &dyn ModelDb, projects: &[Project<'_>], file: File, offset: TextSize) -> Option<Hover> {
+fn of_message(db: &dyn ModelDb, project: Project<'_>, file: File, offset: TextSize) -> Option<Hover> {
     let token = word_at(db, file, offset)?;
     let ty = token.parent_ancestors().find_map(ast::Type::cast)?;
     if !is_of_value(ty.syntax()) {
@@ -164,11 +147,8 @@ fn of_message(db: &dyn ModelDb, projects: &[Project<'_>], file: File, offset: Te
     let library = token.parent_ancestors().find_map(ast::Library::cast).and_then(|it| it.name());
     let library = library.map(|name| Name::from(name.syntax().text().to_string()));
     let path: Vec<Name> = ty.segments().map(|it| it.syntax().text().to_string().into()).collect();
-    let shown = each_once(projects.iter().filter_map(|&project| {
-        let (package, message) = message_of(db, project, library.as_ref(), &path)?;
-        Some(fields(package, path.last()?, message))
-    }));
-    (!shown.is_empty()).then(|| Hover { range: ty.syntax().text_range(), markdown: shown.concat() })
+    let (package, message) = message_of(db, project, library.as_ref(), &path)?;
+    Some(Hover { range: ty.syntax().text_range(), markdown: fields(package, path.last()?, message) })
 }
 
 pub(crate) fn fields(package: &Package, name: &str, message: &Message) -> String {

@@ -3,36 +3,35 @@
 
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{
-    Decl, File, Location, ModelDb, Project, Workspace, bases_of, config_of, core_of, first_target_of,
-    names_of, shell_of,
+    Decl, File, Location, ModelDb, Project, bases_of, config_of, core_of, first_target_of, names_of, shell_of,
 };
 use mauve_syntax::TextSize;
 use mauve_wcrt::table_files;
 
 use crate::call_hierarchy::{definitions, providers};
-use crate::definition::{Navigation, Target, destination, names, of_declaration};
+use crate::definition::{Navigation, Target, destination, of_declaration};
 use crate::document_symbols::SymbolKind;
-use crate::occurrences::{Definition, Found, names_in};
+use crate::occurrences::{Definition, Found, names_at, names_in};
 
 /// Returns the implementations of the name at `offset`. Includes the file of a codel even if it does not exist.
 ///
 /// ```
-/// use mauve_hir::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace, projects};
 /// let db = Database::default();
 /// let text = "shell S { } core C(S) { } component P(S, C)".to_owned();
 /// let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);
 /// let file = workspace.file(&db, "/a.mal".as_ref()).unwrap();
-/// let found = mauve_ide::implementation(&db, &[workspace], file, 6.into()).unwrap();
+/// let found = mauve_ide::implementation(&db, projects(&db, workspace)[0], file, 6.into()).unwrap();
 /// assert_eq!(found.targets.len(), 2);
 /// ```
 pub fn implementation(
     db: &dyn ModelDb,
-    workspaces: &[Workspace],
+    project: Project<'_>,
     file: File,
     offset: TextSize,
 ) -> Option<Navigation> {
-    let names = names(db, workspaces, file, offset);
-    let found = |project, name: &Found<'_>| match &name.definition {
+    let names = names_at(db, project, file, offset);
+    let found = |name: &Found<'_>| match &name.definition {
         Definition::Declaration(decl) => of_declared(db, project, *decl),
         Definition::At(_) if name.kind == SymbolKind::Operation => {
             let providers = providers(db, project, &name.definition);
@@ -41,7 +40,7 @@ pub fn implementation(
         }
         _ => Vec::new(),
     };
-    destination(&names, found, |project, name| match name.definition {
+    destination(&names, found, |name| match name.definition {
         Definition::Declaration(decl) => codel_file(db, project, decl),
         _ => None,
     })
@@ -99,12 +98,12 @@ pub fn codel_file<'db>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::{Fixture, shown, with_cursor};
+    use crate::fixture::{Fixture, project_of, shown, with_cursor};
     use expect_test::{Expect, expect};
 
     fn check(fixture: &str, expected: Expect) {
         let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
-        expected.assert_eq(&shown(&db, implementation(&db, &[workspace], file, offset)));
+        expected.assert_eq(&shown(&db, implementation(&db, project_of(&db, workspace, file), file, offset)));
     }
 
     const ROBOT: &str = r#"

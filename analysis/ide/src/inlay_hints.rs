@@ -190,7 +190,8 @@ fn end_of_line(text: &str, offset: TextSize) -> TextSize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::Fixture;
+    use crate::fixture::{Fixture, project_of};
+    use crate::project::projects_with;
     use expect_test::{Expect, expect};
     use mauve_hir::Workspace;
     use mauve_syntax::TextRange;
@@ -204,22 +205,21 @@ mod tests {
         let fixture = Fixture::new(fixture);
         let file = fixture.file;
         let text = file.text(&fixture.db);
-        let hints = inlay_hints(
-            &fixture.db,
-            &[fixture.workspace],
-            file,
-            TextRange::up_to(TextSize::of(&**text)),
-            options,
-            &EarlierFigures::default(),
-        );
+        let all = TextRange::up_to(TextSize::of(&**text));
+        let projects = projects_with(&fixture.db, &[fixture.workspace], file);
         let mut shown = String::new();
-        let mut done = 0;
-        for hint in hints {
-            let offset = usize::from(hint.offset);
-            shown += &format!("{}⟨{}⟩", &text[done..offset], hint.label);
-            done = offset;
+        for &project in &projects {
+            if projects.len() > 1 {
+                shown += &format!("⟨{}⟩\n", project.root(&fixture.db).path(&fixture.db).display());
+            }
+            let mut done = 0;
+            for hint in inlay_hints(&fixture.db, project, file, all, options, &EarlierFigures::default()) {
+                let offset = usize::from(hint.offset);
+                shown += &format!("{}⟨{}⟩", &text[done..offset], hint.label);
+                done = offset;
+            }
+            shown += &text[done..];
         }
-        let shown = shown + &text[done..];
         let lines: Vec<&str> = shown.lines().filter(|line| line.contains('⟨')).map(str::trim).collect();
         expected.assert_eq(&(lines.join("\n") + "\n"));
     }
@@ -354,7 +354,7 @@ architecture A { instance planner: Planner  instance driver: Driver }
     }
 
     #[test]
-    fn projects_that_differ_are_told_apart() {
+    fn each_project_has_its_own_figures() {
         let parts = PARTS.replace("codel plan(): int\n", "");
         let deployment = "deployment D { architecture A activity driver { priority = 2 period = 50 deadline = 20 }\n\
                           activity planner { priority = 1 period = 100 deadline = 100 } }";
@@ -368,10 +368,15 @@ architecture A { instance planner: Planner  instance driver: Driver }
                 root("codel plan(): int\n"),
             ),
             expect![[r#"
-                core Planning(S) { update = { plan(); } }⟨one.mal: 20 ms⟩
+                ⟨/one.mal⟩
+                core Planning(S) { update = { plan(); } }⟨20 ms⟩
                 core Driving(S) { update = { drive(); } }⟨17 ms⟩
-                deployment D { architecture A activity driver { priority = 2 period = 50 deadline = 20 }⟨one.mal: 2 of 2 met at 1e-4⟩⟨one.mal: CPU 1 54.0 %⟩⟨3 ms slack · 17 ms⟩⟨two.mal: 1 of 2 met, 1 not anal…⟩⟨two.mal: CPU 1 ≥ 34.0 %⟩
-                activity planner { priority = 1 period = 100 deadline = 100 } }⟨one.mal: 63 ms slack · 37 ms⟩⟨two.mal: not analysed: error in…⟩
+                deployment D { architecture A activity driver { priority = 2 period = 50 deadline = 20 }⟨2 of 2 met at 1e-4⟩⟨CPU 1 54.0 %⟩⟨3 ms slack · 17 ms⟩
+                activity planner { priority = 1 period = 100 deadline = 100 } }⟨63 ms slack · 37 ms⟩
+                ⟨/two.mal⟩
+                core Driving(S) { update = { drive(); } }⟨17 ms⟩
+                deployment D { architecture A activity driver { priority = 2 period = 50 deadline = 20 }⟨1 of 2 met, 1 not analysed⟩⟨CPU 1 ≥ 34.0 %⟩⟨3 ms slack · 17 ms⟩
+                activity planner { priority = 1 period = 100 deadline = 100 } }⟨not analysed: error in Planning⟩
             "#]],
         );
     }
@@ -553,11 +558,24 @@ deployment D {
             ["/robot.mal", "/parts.mal"].map(|path| workspace.file(&db, path.as_ref()).unwrap());
         let all = TextRange::up_to(TextSize::of(deployment));
         let hash = |db: &mauve_hir::Database| {
-            hash_of_hints(db, &[workspace], file, HintOptions::default(), &EarlierFigures::default())
+            hash_of_hints(
+                db,
+                project_of(db, workspace, file),
+                file,
+                HintOptions::default(),
+                &EarlierFigures::default(),
+            )
         };
         let before = (
             hash(&db),
-            inlay_hints(&db, &[workspace], file, all, HintOptions::default(), &EarlierFigures::default()),
+            inlay_hints(
+                &db,
+                project_of(&db, workspace, file),
+                file,
+                all,
+                HintOptions::default(),
+                &EarlierFigures::default(),
+            ),
         );
         assert!(db.take_log().executed.iter().any(|query| query == "of_declaration"));
         for (from, to, is_same) in [
@@ -567,8 +585,14 @@ deployment D {
         ] {
             parts.set_text(&mut db, PARTS.replace(from, to).into());
             assert_eq!(hash(&db) == before.0, is_same, "{to}");
-            let hints =
-                inlay_hints(&db, &[workspace], file, all, HintOptions::default(), &EarlierFigures::default());
+            let hints = inlay_hints(
+                &db,
+                project_of(&db, workspace, file),
+                file,
+                all,
+                HintOptions::default(),
+                &EarlierFigures::default(),
+            );
             assert_eq!(hints == before.1, is_same, "{to}");
             let executed = db.take_log().executed;
             let count = executed.iter().filter(|query| *query == "of_declaration").count();
@@ -590,7 +614,13 @@ deployment D {
         let file = workspace.file(&db, "/robot.mal".as_ref()).unwrap();
         let mut built = |text: String| {
             file.set_text(&mut db, text.into());
-            hash_of_hints(&db, &[workspace], file, HintOptions::default(), &EarlierFigures::default());
+            hash_of_hints(
+                &db,
+                project_of(&db, workspace, file),
+                file,
+                HintOptions::default(),
+                &EarlierFigures::default(),
+            );
             db.take_log().executed.iter().filter(|query| *query == "labels_of").count()
         };
         assert_eq!(built(text.to_owned()), 1);

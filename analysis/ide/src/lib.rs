@@ -27,7 +27,6 @@
 //! | `change.rs` | changes of files |
 //! | `explanation.rs`, `explanation/` | explanations of response times, as text and in Markdown |
 //! | `sensitivity.rs` | how far the time of a codel may grow, as text |
-//! | `levels.rs` | the significance levels of the timing tables |
 //! | `project.rs` | the projects of a file, and their names |
 //! | `drawing.rs` | common parts of drawings |
 //! | `layout.rs` | the places of boxes and lines |
@@ -68,7 +67,6 @@ mod hover;
 mod implementation;
 mod inlay_hints;
 mod layout;
-mod levels;
 mod machine_view;
 mod markdown;
 mod occurrences;
@@ -111,10 +109,9 @@ pub use hierarchy::HierarchyItem;
 pub use hover::{Hover, HoverFormat, hover};
 pub use implementation::{codel_file, implementation};
 pub use inlay_hints::{EarlierFigures, HintOptions, HintStatus, InlayHint, hash_of_hints, inlay_hints};
-pub use levels::known_levels;
 pub use machine_view::{MachineEdge, MachineState, MachineView, component_at, end_of_item, state_machine};
 pub use markdown::Links;
-pub use project::projects_with;
+pub use project::{has_name_at, name_of_root, projects_with};
 pub use references::{Access, Reference, highlights, references};
 pub use rename::{Renameable, prepare_rename, rename};
 pub use rename_files::rename_files;

@@ -4,15 +4,13 @@
 use mauve_diagnostics::timing_reason;
 use mauve_hir::item_tree::{HookKind, Kind, Name, State, Transition};
 use mauve_hir::{
-    Decl, File, Location, ModelDb, ProgramId, Workspace, architecture, behaviour_of, core, core_of,
+    Decl, File, Location, ModelDb, ProgramId, Project, architecture, behaviour_of, core, core_of,
     declaration_at, is_model, names_of, parse, resolve_type,
 };
 use mauve_syntax::{SyntaxKind, TextRange, TextSize};
 use mauve_timing::{Level, Time, worst_trace};
 use mauve_wcrt::{Psm, TableSet, first_tables, psm_of, system_of, tables_of};
 use rustc_hash::FxHashMap;
-
-use crate::project::projects_with;
 
 /// The number of periods in the worst trace.
 const TRACE: usize = 12;
@@ -154,12 +152,12 @@ pub fn end_of_item(db: &dyn ModelDb, file: File, offset: TextSize) -> TextSize {
     item.map_or(offset, |item| item.text_range().end())
 }
 
-/// Returns the component at `offset`, with the timing tables of a project that has it: the declaration at `offset` is the
+/// Returns the component at `offset`, with its timing tables: the declaration at `offset` is the
 /// component, its core, an instance of it, or an activity of such an instance. The tables are those of the deployment of the
 /// activity, otherwise [the first of those that execute it](first_tables).
 pub fn component_at<'db>(
     db: &'db dyn ModelDb,
-    workspaces: &[Workspace],
+    project: Project<'db>,
     file: File,
     offset: TextSize,
 ) -> Option<(TableSet<'db>, Decl<'db>)> {
@@ -167,45 +165,41 @@ pub fn component_at<'db>(
     // The last one that begins before the end of the item at `offset`.
     let offset = end_of_item(db, file, offset);
     let is_before = |place: &Location<'_>| place.range(db).start() <= offset;
-    projects_with(db, workspaces, file).into_iter().find_map(|project| {
-        let names = names_of(db, project);
-        let found = match decl.kind(db) {
-            Kind::Component => Some(decl),
-            Kind::Core => {
-                names.of_kind(db, Kind::Component).find(|&it| core_of(db, project, it) == Some(decl))
-            }
-            Kind::Architecture => {
-                let instances = &architecture(db, decl)?.instances;
-                let before =
-                    |it: &&mauve_hir::item_tree::Instance| is_before(&Location::Source(decl, it.name.id));
-                let instance = instances.iter().rfind(before)?;
-                resolve_type(db, project, decl, Kind::Component, instance.component.as_ref()).ok()
-            }
-            Kind::Deployment => {
-                let activities = &system_of(db, project, decl).activities;
-                let own =
-                    activities.iter().filter(|it| it.at != Location::name_of(decl) && is_before(&it.at));
-                own.max_by_key(|it| it.at.range(db).start())?.component
-            }
-            Kind::Use | Kind::Codel | Kind::Shell => None,
-        };
-        found.map(|component| match decl.kind(db) {
-            Kind::Deployment => (tables_of(db, project, decl), component),
-            _ => (first_tables(db, project, component), component),
-        })
-    })
+    let names = names_of(db, project);
+    let component = match decl.kind(db) {
+        Kind::Component => decl,
+        Kind::Core => {
+            names.of_kind(db, Kind::Component).find(|&it| core_of(db, project, it) == Some(decl))?
+        }
+        Kind::Architecture => {
+            let instances = &architecture(db, decl)?.instances;
+            let instance = instances.iter().rfind(|it| is_before(&Location::Source(decl, it.name.id)))?;
+            resolve_type(db, project, decl, Kind::Component, instance.component.as_ref()).ok()?
+        }
+        Kind::Deployment => {
+            let activities = &system_of(db, project, decl).activities;
+            let own = activities.iter().filter(|it| it.at != Location::name_of(decl) && is_before(&it.at));
+            own.max_by_key(|it| it.at.range(db).start())?.component?
+        }
+        Kind::Use | Kind::Codel | Kind::Shell => return None,
+    };
+    let tables = match decl.kind(db) {
+        Kind::Deployment => tables_of(db, project, decl),
+        _ => first_tables(db, project, component),
+    };
+    Some((tables, component))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::Fixture;
+    use crate::fixture::{Fixture, project_of};
     use expect_test::{Expect, expect};
 
     fn shown(fixture: &str) -> String {
         let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
         let mut shown = String::new();
-        if let Some((tables, component)) = component_at(&db, &[workspace], file, offset) {
+        if let Some((tables, component)) = component_at(&db, project_of(&db, workspace, file), file, offset) {
             let view = state_machine(&db, tables, component, Level::TEN_TO_MINUS_FOUR);
             let place = |at: &Option<Location<'_>>| {
                 at.as_ref().map_or("?".to_owned(), |at| at.file(&db).text(&db)[at.range(&db)].to_owned())

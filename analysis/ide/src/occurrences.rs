@@ -4,7 +4,7 @@
 mod in_file;
 mod toml;
 
-pub(crate) use in_file::{names_at, names_in, names_of_definition};
+pub(crate) use in_file::{definition_of_type, names_at, names_in, names_of_definition};
 pub(crate) use toml::in_toml;
 
 use std::ops::Range;
@@ -150,6 +150,17 @@ pub(crate) fn is_of_value(ty: &SyntaxNode) -> bool {
     ty.parent().is_some_and(|of| {
         matches!(of.kind(), PARAM | CODEL | PROPERTY | PORT | OPERATION_DECLARATION | VAR | RESULT_TYPE)
     })
+}
+
+/// Removes duplicates, keeping the order.
+pub(crate) fn each_once<T: PartialEq>(all: impl IntoIterator<Item = T>) -> Vec<T> {
+    let mut found = Vec::new();
+    for it in all {
+        if !found.contains(&it) {
+            found.push(it);
+        }
+    }
+    found
 }
 
 fn mention(file: File, range: TextRange, definition: Definition<'_>, kind: SymbolKind) -> Found<'_> {

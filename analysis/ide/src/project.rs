@@ -3,7 +3,10 @@
 use std::path::Path;
 
 use mauve_hir::{File, ModelDb, Project, Workspace, config_file, project_files, projects};
+use mauve_syntax::TextSize;
 use mauve_wcrt::table_files;
+
+use crate::occurrences::names_at;
 
 /// Returns the projects that have this model, table or configuration.
 pub fn projects_with<'db>(db: &'db dyn ModelDb, workspaces: &[Workspace], file: File) -> Vec<Project<'db>> {
@@ -17,26 +20,14 @@ pub fn projects_with<'db>(db: &'db dyn ModelDb, workspaces: &[Workspace], file: 
     found
 }
 
-/// Removes duplicates, keeping the order.
-pub(crate) fn each_once<T: PartialEq>(all: impl IntoIterator<Item = T>) -> Vec<T> {
-    let mut found = Vec::new();
-    for it in all {
-        if !found.contains(&it) {
-            found.push(it);
-        }
-    }
-    found
-}
-
-/// Returns the names of some projects `among` others for a message.
-pub(crate) fn in_projects(db: &dyn ModelDb, projects: &[Project<'_>], among: &[Project<'_>]) -> String {
-    let roots: Vec<String> = projects.iter().map(|&project| name_of_root(db, project, among)).collect();
-    format!("in the project of {}", roots.join(", "))
+/// Returns whether a project knows a definition of a name at `offset`.
+pub fn has_name_at(db: &dyn ModelDb, project: Project<'_>, file: File, offset: TextSize) -> bool {
+    !names_at(db, project, file, offset).is_empty()
 }
 
 /// Returns the name of a project for users: the path of its root below the workspace's folder. Where another project `among` these
 /// has the same one, the name of the folder comes before it.
-pub(crate) fn name_of_root(db: &dyn ModelDb, project: Project<'_>, among: &[Project<'_>]) -> String {
+pub fn name_of_root(db: &dyn ModelDb, project: Project<'_>, among: &[Project<'_>]) -> String {
     let path = |project: Project<'_>| {
         let path = project.root(db).path(db);
         path.strip_prefix(project.workspace(db).folder(db)).unwrap_or(path)
@@ -63,10 +54,8 @@ mod tests {
             projects(&db, Workspace::of_texts(&db, folder.into(), [text]))[0]
         };
         let all = [of("/a/one", "robot.mal"), of("/a/two", "robot.mal"), of("/a/three", "sub/arm.mal")];
-        assert_eq!(
-            in_projects(&db, &all, &all),
-            "in the project of one/robot.mal, two/robot.mal, sub/arm.mal"
-        );
-        assert_eq!(in_projects(&db, &all[..1], &all[..1]), "in the project of robot.mal");
+        let names = all.map(|project| name_of_root(&db, project, &all));
+        assert_eq!(names, ["one/robot.mal", "two/robot.mal", "sub/arm.mal"]);
+        assert_eq!(name_of_root(&db, all[0], &all[..1]), "robot.mal");
     }
 }

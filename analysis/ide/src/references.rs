@@ -5,8 +5,7 @@ use mauve_syntax::{TextRange, TextSize};
 use mauve_wcrt::table_files;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::definition::names;
-use crate::occurrences::{Definition, Found, Role, names_of_definition};
+use crate::occurrences::{Definition, Found, Role, names_at, names_of_definition};
 use crate::project::projects_with;
 
 /// A reference.
@@ -50,22 +49,28 @@ pub fn references(
     offset: TextSize,
     declaration: bool,
 ) -> Vec<Reference> {
-    let found = occurrences(db, workspaces, &names(db, workspaces, file, offset));
+    let projects = projects_with(db, workspaces, file);
+    let found = occurrences(db, workspaces, &names(db, &projects, file, offset));
     let shown = found.iter().filter(|(_, it)| declaration || it.role != Role::Declaration);
     merged(shown.map(|(_, it)| it))
 }
 
-/// Returns the references in `file` of the definition at `offset`.
-pub fn highlights(
-    db: &dyn ModelDb,
-    workspaces: &[Workspace],
+/// Returns the names at `offset` in each project.
+pub(crate) fn names<'db>(
+    db: &'db dyn ModelDb,
+    projects: &[Project<'db>],
     file: File,
     offset: TextSize,
-) -> Vec<Reference> {
-    let mut all = Vec::new();
-    for (project, name) in names(db, workspaces, file, offset) {
-        all.extend(names_of_definition(db, project, file, &name.definition));
-    }
+) -> Vec<(Project<'db>, Found<'db>)> {
+    let names = |project| names_at(db, project, file, offset).into_iter().map(move |name| (project, name));
+    projects.iter().copied().flat_map(names).collect()
+}
+
+/// Returns the references in `file` of the definition at `offset`.
+pub fn highlights(db: &dyn ModelDb, project: Project<'_>, file: File, offset: TextSize) -> Vec<Reference> {
+    let names = names_at(db, project, file, offset).into_iter();
+    let mut all: Vec<Found<'_>> =
+        names.flat_map(|name| names_of_definition(db, project, file, &name.definition)).collect();
     all.sort_by_key(|it| it.range.start());
     merged(&all)
 }
@@ -181,7 +186,7 @@ pub(crate) fn word_of(db: &dyn ModelDb, definition: &Definition<'_>) -> Option<S
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::{Fixture, with_cursor};
+    use crate::fixture::{Fixture, project_of, with_cursor};
     use expect_test::{Expect, expect};
 
     /// Each place, with its line's text.
@@ -191,7 +196,7 @@ mod tests {
         expected.assert_eq(&shown(&db, &found));
         // What is lit up in one file is what is found there.
         let here: Vec<Reference> = found.into_iter().filter(|it| it.file == file).collect();
-        assert_eq!(highlights(&db, &[workspace], file, offset), here);
+        assert_eq!(highlights(&db, project_of(&db, workspace, file), file, offset), here);
     }
 
     fn shown(db: &dyn ModelDb, found: &[Reference]) -> String {

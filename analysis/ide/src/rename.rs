@@ -16,11 +16,10 @@ use mauve_syntax::keywords::LITERALS;
 use mauve_syntax::{TextRange, TextSize};
 
 use crate::change::Change;
-use crate::definition::names;
 use crate::document_symbols::SymbolKind;
-use crate::occurrences::{Definition, Found};
-use crate::project::each_once;
-use crate::references::{occurrences, word_of};
+use crate::occurrences::{Definition, Found, each_once};
+use crate::project::projects_with;
+use crate::references::{names, occurrences, word_of};
 
 /// A name that can be changed.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -42,7 +41,7 @@ pub fn prepare_rename(
     file: File,
     offset: TextSize,
 ) -> Result<Renameable, String> {
-    let things = names(db, workspaces, file, offset);
+    let things = names(db, &projects_with(db, workspaces, file), file, offset);
     let (name, word) = the_one(db, &things)?;
     Ok(Renameable { range: name.range, name: word })
 }
@@ -71,7 +70,7 @@ pub fn rename(
     offset: TextSize,
     new_name: &str,
 ) -> Result<Change, String> {
-    let things = names(db, workspaces, file, offset);
+    let things = names(db, &projects_with(db, workspaces, file), file, offset);
     let (thing, old_name) = the_one(db, &things)?;
     check_name(thing.kind, new_name)?;
     if new_name == old_name {

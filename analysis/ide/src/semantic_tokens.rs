@@ -4,7 +4,7 @@ use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
 use mauve_hir::item_tree::{FeatureKind, SourceId};
 use mauve_hir::{
-    Builtin, Decl, File, Location, ModelDb, Project, Workspace, built_in_type, declarations, is_model, parse,
+    Builtin, Decl, File, Location, ModelDb, Project, built_in_type, declarations, is_model, parse, projects,
     shell, source_map,
 };
 use mauve_syntax::keywords::{BACKGROUND, TruthValue};
@@ -12,7 +12,6 @@ use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxToken, TextRange, TextSize};
 
 use crate::document_symbols::SymbolKind;
 use crate::occurrences::{Definition, Found, Role, names_in, occurrences_of, outside_declarations, segment};
-use crate::project::projects_with;
 
 /// A semantic token, on one line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -91,28 +90,28 @@ impl TokenModifiers {
 /// Returns the tokens of a file that touch `range`, if given, in text order and without overlaps.
 ///
 /// Without `all`, only resolved names. With `all`, also keywords, comments, strings, numbers and operators, for editors without a
-/// grammar. If several projects have the file, the first that resolves a name decides.
+/// grammar. In a table or a configuration, which all projects of a workspace share, the first of them that resolves a name decides.
 ///
 /// ```
-/// use mauve_hir::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace, projects};
 /// let db = Database::default();
 /// let text = "shell S { input port goal: int }".to_owned();
 /// let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);
 /// let file = workspace.file(&db, "/a.mal".as_ref()).unwrap();
-/// let tokens = mauve_ide::semantic_tokens(&db, &[workspace], file, None, false);
+/// let tokens = mauve_ide::semantic_tokens(&db, Some(projects(&db, workspace)[0]), file, None, false);
 /// let texts: Vec<&str> = tokens.iter().map(|token| &file.text(&db)[token.range]).collect();
 /// assert_eq!(texts, ["S", "goal", "int"]);
 /// ```
 pub fn semantic_tokens(
     db: &dyn ModelDb,
-    workspaces: &[Workspace],
+    project: Option<Project<'_>>,
     file: File,
     range: Option<TextRange>,
     all: bool,
 ) -> Vec<SemanticToken> {
     let is_asked = |token: TextRange| range.is_none_or(|range| touches(range, token));
     let mut found = Vec::new();
-    for project in projects_with(db, workspaces, file) {
+    for project in project.into_iter().flat_map(|project| resolving(db, project, file)) {
         names(db, project, file, is_asked, &mut found);
     }
     if all && is_model(file.path(db)) {
@@ -136,9 +135,9 @@ pub fn semantic_tokens(
 
 /// Returns a value that changes whenever the kinds of a file's names change: with the same text and the same value, the tokens are
 /// the same.
-pub fn meanings_of_names(db: &dyn ModelDb, workspaces: &[Workspace], file: File) -> u64 {
+pub fn meanings_of_names(db: &dyn ModelDb, project: Project<'_>, file: File) -> u64 {
     let mut hasher = DefaultHasher::new();
-    for project in projects_with(db, workspaces, file) {
+    for project in resolving(db, project, file) {
         if is_model(file.path(db)) {
             for &decl in &declarations(db, file).all {
                 tokens_of(db, project, decl).hash(&mut hasher);
@@ -148,6 +147,11 @@ pub fn meanings_of_names(db: &dyn ModelDb, workspaces: &[Workspace], file: File)
         }
     }
     hasher.finish()
+}
+
+/// Returns the projects that resolve the names of a file.
+fn resolving<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> Vec<Project<'db>> {
+    if is_model(file.path(db)) { vec![project] } else { projects(db, project.workspace(db)).clone() }
 }
 
 fn touches(range: TextRange, token: TextRange) -> bool {
@@ -283,9 +287,9 @@ fn word(token: &SyntaxToken, found: &mut Vec<SemanticToken>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::{Fixture, broken, sample_models};
+    use crate::fixture::{Fixture, broken, project_of, project_with, sample_models};
     use expect_test::{Expect, expect};
-    use mauve_hir::Database;
+    use mauve_hir::{Database, Workspace};
 
     const MODIFIERS: [TokenModifier; 9] = [
         TokenModifier::Declaration,
@@ -303,7 +307,7 @@ mod tests {
         let Fixture { db, workspace, file, .. } = Fixture::new(fixture);
         let text: &str = file.text(&db);
         let (mut shown, mut last) = (String::new(), 0);
-        for token in semantic_tokens(&db, &[workspace], file, None, all) {
+        for token in semantic_tokens(&db, project_with(&db, workspace, file), file, None, all) {
             let line = text[..token.range.start().into()].matches('\n').count() + 1;
             let modifiers = MODIFIERS.iter().filter(|it| token.modifiers.has(**it));
             let modifiers: String = modifiers.map(|it| format!(" {it:?}")).collect();
@@ -432,7 +436,7 @@ include \"a.mal\"
     #[test]
     fn what_names_mean_follows_other_files() {
         let Fixture { mut db, workspace, file, .. } = Fixture::new(&ROBOT.replace("include", "$0include"));
-        let hash = |db: &Database| meanings_of_names(db, &[workspace], file);
+        let hash = |db: &Database| meanings_of_names(db, project_of(db, workspace, file), file);
         let before = hash(&db);
         let other = workspace.file(&db, "/parts.mal".as_ref()).unwrap();
         let text = other.text(&db).to_string();
@@ -453,7 +457,7 @@ include \"a.mal\"
             for text in broken(text, 37) {
                 set(db, file, &text);
                 for all in [false, true] {
-                    let tokens = semantic_tokens(db, &[workspace], file, None, all);
+                    let tokens = semantic_tokens(db, project_with(db, workspace, file), file, None, all);
                     for pair in tokens.windows(2) {
                         assert!(pair[0].range.end() <= pair[1].range.start(), "{pair:?} {text}");
                     }
@@ -465,7 +469,10 @@ include \"a.mal\"
                     let id = TextRange::new(third.into(), (third * 2).into());
                     let touching: Vec<_> =
                         tokens.iter().copied().filter(|token| touches(id, token.range)).collect();
-                    assert_eq!(semantic_tokens(db, &[workspace], file, Some(id), all), touching);
+                    assert_eq!(
+                        semantic_tokens(db, project_with(db, workspace, file), file, Some(id), all),
+                        touching
+                    );
                 }
             }
             set(db, file, text);

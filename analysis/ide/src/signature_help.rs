@@ -1,13 +1,12 @@
 //! Signature help while arguments are typed.
 
-use mauve_hir::{File, ModelDb, Workspace, is_model, parse};
+use mauve_hir::{File, ModelDb, Project, is_model, parse};
 use mauve_syntax::SyntaxKind::{BLOCK_COMMENT, LINE_COMMENT};
 use mauve_syntax::{TextRange, TextSize, is_closed_comment, previous_significant, tokens_at};
 
 use crate::completion::{comment, subject};
 use crate::position::{Position, call_around};
 use crate::program::Scope;
-use crate::project::{each_once, projects_with};
 
 /// A signature.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -22,59 +21,56 @@ pub struct Signature {
     pub documentation: Option<String>,
 }
 
-/// Returns the signatures of the innermost call around `offset`: one for each different interpretation in the file's projects.
+/// Returns the signature of the innermost call around `offset`.
 ///
 /// ```
-/// use mauve_hir::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace, projects};
 /// let db = Database::default();
 /// let text = "codel f(in a: int, out b: bool): void core C(S) { update = { f(1, ".to_owned();
 /// let offset = (text.len() as u32).into();
 /// let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);
 /// let file = workspace.file(&db, std::path::Path::new("/a.mal")).expect("it is there");
-/// let found = mauve_ide::signature_help(&db, &[workspace], file, offset);
-/// assert_eq!(found[0].label, "f(in a: int, out b: bool): void");
-/// assert_eq!(found[0].active, 1);
+/// let found = mauve_ide::signature_help(&db, projects(&db, workspace)[0], file, offset).unwrap();
+/// assert_eq!(found.label, "f(in a: int, out b: bool): void");
+/// assert_eq!(found.active, 1);
 /// ```
 pub fn signature_help(
     db: &dyn ModelDb,
-    workspaces: &[Workspace],
+    project: Project<'_>,
     file: File,
     offset: TextSize,
-) -> Vec<Signature> {
+) -> Option<Signature> {
     if !is_model(file.path(db)) {
-        return Vec::new();
+        return None;
     }
     let root = parse(db, file).syntax();
     let offset = offset.min(root.text_range().end());
     let mut around = tokens_at(&root, offset).filter(|token| token.text_range().start() < offset);
-    let Some(token) = around.next() else { return Vec::new() };
+    let token = around.next()?;
     let ends = token.text_range().end() <= offset;
     match token.kind() {
-        LINE_COMMENT => return Vec::new(),
-        BLOCK_COMMENT if !ends || !is_closed_comment(token.text()) => return Vec::new(),
+        LINE_COMMENT => return None,
+        BLOCK_COMMENT if !ends || !is_closed_comment(token.text()) => return None,
         _ => {}
     }
     let left = if token.kind().is_trivia() { previous_significant(&token) } else { Some(token) };
-    let Some(left) = left else { return Vec::new() };
-    let Some(call) = call_around(&left) else { return Vec::new() };
+    let call = call_around(&left?)?;
     let at = Position::in_any_token(&root, offset);
     let decl = mauve_hir::declaration_at(db, file, call.callee.text_range());
-    each_once(projects_with(db, workspaces, file).into_iter().filter_map(|project| {
-        let callable = Scope::at(db, project, decl, &at).called(&call)?;
-        let (label, parameters) = callable.shown();
-        Some(Signature {
-            label,
-            parameters,
-            active: call.index,
-            documentation: subject(db, &callable).and_then(|about| comment(db, workspaces, &about)),
-        })
-    }))
+    let callable = Scope::at(db, project, decl, &at).called(&call)?;
+    let (label, parameters) = callable.shown();
+    Some(Signature {
+        label,
+        parameters,
+        active: call.index,
+        documentation: subject(db, &callable).and_then(|about| comment(db, project.workspace(db), &about)),
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::Fixture;
+    use crate::fixture::{Fixture, project_of};
     use expect_test::{Expect, expect};
 
     /// The call, with the parameter that is typed between brackets; and what is said of it.
@@ -108,18 +104,18 @@ library a {{
             });
             format!("{shown}\n{}", signature.documentation.as_deref().unwrap_or_default())
         };
-        signature_help(&db, &[workspace], file, offset).iter().map(show).collect()
+        signature_help(&db, project_of(&db, workspace, file), file, offset).iter().map(show).collect()
     }
 
     fn check(statements: &str, expected: Expect) {
         expected.assert_eq(&shown(statements));
     }
 
-    /// The first signature that is shown for the call at the cursor.
+    /// The signature that is shown for the call at the cursor.
     fn first(text: &str) -> String {
         let Fixture { db, workspace, file, offset } = Fixture::new(text);
-        let found = signature_help(&db, &[workspace], file, offset);
-        found.first().map_or_else(|| "none".to_owned(), |signature| signature.label.clone())
+        let found = signature_help(&db, project_of(&db, workspace, file), file, offset);
+        found.map_or_else(|| "none".to_owned(), |signature| signature.label)
     }
 
     #[test]

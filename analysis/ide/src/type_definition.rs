@@ -1,36 +1,38 @@
 //! Go to type definition: the message file of a value, the component of an instance, the operation of a handler, the shell of a
 //! component or a core, the architecture of a deployment.
 
-use mauve_hir::item_tree::{Data, SourceId, TypeRef};
-use mauve_hir::{Decl, File, Location, ModelDb, Project, Workspace, data, package};
+use mauve_hir::{File, Location, ModelDb, Project, package};
+use mauve_syntax::SyntaxKind::{RESULT_TYPE, TARGET, TYPE};
 use mauve_syntax::TextSize;
+use mauve_syntax::ast::{self, AstNode as _};
 
-use crate::definition::{Navigation, destination, names, targets};
-use crate::occurrences::{Definition, Found, occurrences_of};
+use crate::definition::{Navigation, destination, targets};
+use crate::hover::declaration_in;
+use crate::occurrences::{Definition, Found, definition_of_type, names_at};
 
 /// Returns the type definition of the name at `offset`; `None` for built-in types.
 ///
 /// ```
-/// use mauve_hir::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace, projects};
 /// let db = Database::default();
 /// let text = "shell S { } core C(S) { } component P(S, C) architecture A { instance pilot: P }".to_owned();
 /// let (pilot, component) = (text.find("pilot").unwrap() as u32, text.find("P(").unwrap() as u32);
 /// let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);
 /// let file = workspace.file(&db, "/a.mal".as_ref()).unwrap();
-/// let found = mauve_ide::type_definition(&db, &[workspace], file, pilot.into()).unwrap();
+/// let found = mauve_ide::type_definition(&db, projects(&db, workspace)[0], file, pilot.into()).unwrap();
 /// assert_eq!(u32::from(found.targets[0].name.start()), component);
 /// ```
 pub fn type_definition(
     db: &dyn ModelDb,
-    workspaces: &[Workspace],
+    project: Project<'_>,
     file: File,
     offset: TextSize,
 ) -> Option<Navigation> {
-    let names = names(db, workspaces, file, offset);
-    let of_type = |project, name: &Found<'_>| {
+    let names = names_at(db, project, file, offset);
+    let of_type = |name: &Found<'_>| {
         type_of(db, project, &name.definition).map_or_else(Vec::new, |ty| targets(db, project, &ty))
     };
-    destination(&names, of_type, |project, name| message_file(db, project, &name.definition))
+    destination(&names, of_type, |name| message_file(db, project, &name.definition))
 }
 
 fn message_file<'db>(
@@ -46,59 +48,35 @@ fn message_file<'db>(
     package(db, project.workspace(db), &of)?.messages.get(&name)?.path.clone()
 }
 
-/// Returns the definition of a type: of the last name in it.
+/// Returns the definition of the type that is written behind a declared name; of a component, its shell.
 fn type_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     definition: &Definition<'db>,
 ) -> Option<Definition<'db>> {
-    let (decl, id) = match definition {
-        Definition::Declaration(decl) => (*decl, SourceId(0)),
-        Definition::At(Location::Source(decl, id)) => (*decl, *id),
+    let name = match definition {
+        Definition::Declaration(decl) => Location::name_of(*decl),
+        Definition::At(place @ Location::Source(..)) => place.clone(),
         _ => return None,
     };
-    let ty = type_part(db, decl, id)?;
-    let names = occurrences_of(db, project, decl).iter().filter(|it| it.id == ty);
-    names.max_by_key(|it| it.segment).map(|it| it.definition.clone())
-}
-
-fn type_part(db: &dyn ModelDb, decl: Decl<'_>, id: SourceId) -> Option<SourceId> {
-    let of = |ty: &Option<TypeRef>| ty.as_ref().map(|ty| ty.id);
-    let parameters =
-        |all: &[mauve_hir::item_tree::Parameter]| all.iter().find(|it| it.name.id == id).map(|it| of(&it.ty));
-    match data(db, decl).as_deref()? {
-        Data::Codel(codel) if id == SourceId(0) => of(&codel.result),
-        Data::Codel(codel) => parameters(&codel.parameters)?,
-        Data::Shell(shell) => {
-            let own = shell.features.iter().find(|it| it.name.id == id).map(|it| of(&it.ty));
-            own.or_else(|| shell.features.iter().find_map(|it| parameters(&it.parameters)))?
-        }
-        Data::Core(core) if id == SourceId(0) => of(&core.shell),
-        Data::Core(core) => {
-            let variables = core.all_variables();
-            let handlers = core.handlers.iter();
-            let operations = || core.operations.iter();
-            None.or_else(|| variables.filter(|it| it.name.id == id).map(|it| of(&it.ty)).next())
-                .or_else(|| handlers.filter(|it| it.name.id == id).map(|it| of(&it.operation)).next())
-                .or_else(|| operations().filter(|it| it.name.id == id).map(|it| of(&it.result)).next())
-                .or_else(|| operations().find_map(|it| parameters(&it.parameters)))?
-        }
-        Data::Component(component) if id == SourceId(0) => of(&component.shell),
-        Data::Architecture(data) => of(&data.instances.iter().find(|it| it.name.id == id)?.component),
-        Data::Deployment(deployment) if id == SourceId(0) => deployment.targets.first().map(|ty| ty.id),
-        Data::Use | Data::Component(_) | Data::Deployment(_) => None,
-    }
+    let file = name.file(db);
+    let node = declaration_in(db, file, name.range(db))?;
+    let mut parts = node.children().filter(|it| matches!(it.kind(), TYPE | RESULT_TYPE | TARGET));
+    let part = parts.next()?;
+    let ty = ast::Type::cast(part.clone()).or_else(|| part.children().find_map(ast::Type::cast))?;
+    definition_of_type(db, project, file, &ty)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::{Fixture, shown, with_cursor};
+    use crate::fixture::{Fixture, project_of, shown, with_cursor};
     use expect_test::{Expect, expect};
+    use mauve_hir::Workspace;
 
     fn check(fixture: &str, expected: Expect) {
         let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
-        expected.assert_eq(&shown(&db, type_definition(&db, &[workspace], file, offset)));
+        expected.assert_eq(&shown(&db, type_definition(&db, project_of(&db, workspace, file), file, offset)));
     }
 
     const ROBOT: &str = r#"
@@ -180,7 +158,7 @@ deployment D { architecture A activity laser { priority = 1 period = 100 } }
                 Vec::new(),
                 Arc::new([("std_msgs".into(), Arc::new(package))].into()),
             );
-            let found = type_definition(&db, &[installed], file, offset).unwrap();
+            let found = type_definition(&db, project_of(&db, installed, file), file, offset).unwrap();
             assert_eq!(found.files, [std::path::PathBuf::from("/opt/ros/std_msgs/msg/Int32.msg")], "{from}");
         }
     }

@@ -1,24 +1,22 @@
 //! Type hierarchy: the shells that a shell extends, and those that extend it.
 
 use mauve_hir::item_tree::Kind;
-use mauve_hir::{Decl, File, ModelDb, Workspace, bases_of, names_of};
+use mauve_hir::{Decl, File, ModelDb, Project, bases_of, names_of};
 use mauve_syntax::TextSize;
 
-use crate::definition::names;
 use crate::document_symbols::SymbolKind;
 use crate::hierarchy::{HierarchyItem, declaration_of, item_of};
-use crate::occurrences::Definition;
-use crate::project::{each_once, projects_with};
+use crate::occurrences::{Definition, each_once, names_at};
 
-/// Returns the shell at `offset`, for each project with the file.
+/// Returns the shell at `offset`.
 pub fn type_items(
     db: &dyn ModelDb,
-    workspaces: &[Workspace],
+    project: Project<'_>,
     file: File,
     offset: TextSize,
 ) -> Vec<HierarchyItem> {
-    let names = names(db, workspaces, file, offset);
-    let shells = names.iter().filter_map(|(_, name)| match name.definition {
+    let names = names_at(db, project, file, offset);
+    let shells = names.iter().filter_map(|name| match name.definition {
         Definition::Declaration(decl) if decl.kind(db) == Kind::Shell => Some(decl),
         _ => None,
     });
@@ -28,31 +26,26 @@ pub fn type_items(
 /// Returns the shells that an item's shell extends.
 ///
 /// ```
-/// use mauve_hir::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace, projects};
 /// let db = Database::default();
 /// let text = "shell Sensor { } shell Laser extends Sensor { }".to_owned();
 /// let workspace = Workspace::of_texts(&db, "/".into(), [("/a.mal".into(), text)]);
 /// let file = workspace.file(&db, "/a.mal".as_ref()).unwrap();
-/// let laser = &mauve_ide::type_items(&db, &[workspace], file, 23.into())[0];
-/// let sensor = &mauve_ide::supertypes(&db, &[workspace], file, &laser.id)[0];
+/// let laser = &mauve_ide::type_items(&db, projects(&db, workspace)[0], file, 23.into())[0];
+/// let sensor = &mauve_ide::supertypes(&db, projects(&db, workspace)[0], file, &laser.id)[0];
 /// assert_eq!((laser.name.as_str(), sensor.name.as_str()), ("Laser", "Sensor"));
-/// assert_eq!(mauve_ide::subtypes(&db, &[workspace], file, &sensor.id), [laser.clone()]);
+/// assert_eq!(mauve_ide::subtypes(&db, projects(&db, workspace)[0], file, &sensor.id), [laser.clone()]);
 /// ```
-pub fn supertypes(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id: &str) -> Vec<HierarchyItem> {
+pub fn supertypes(db: &dyn ModelDb, project: Project<'_>, file: File, id: &str) -> Vec<HierarchyItem> {
     let Some((of, _)) = declaration_of(db, file, id) else { return Vec::new() };
-    let projects = projects_with(db, workspaces, file).into_iter();
-    items(db, projects.flat_map(|project| bases_of(db, project, of)))
+    items(db, bases_of(db, project, of).into_iter())
 }
 
 /// Returns the shells that extend an item's shell.
-pub fn subtypes(db: &dyn ModelDb, workspaces: &[Workspace], file: File, id: &str) -> Vec<HierarchyItem> {
+pub fn subtypes(db: &dyn ModelDb, project: Project<'_>, file: File, id: &str) -> Vec<HierarchyItem> {
     let Some((of, _)) = declaration_of(db, file, id) else { return Vec::new() };
-    let projects = projects_with(db, workspaces, file).into_iter();
-    let extending = projects.flat_map(|project| {
-        let all = names_of(db, project).of_kind(db, Kind::Shell);
-        all.filter(move |&decl| bases_of(db, project, decl).contains(&of))
-    });
-    items(db, extending)
+    let all = names_of(db, project).of_kind(db, Kind::Shell);
+    items(db, all.filter(|&decl| bases_of(db, project, decl).contains(&of)))
 }
 
 fn items<'db>(db: &'db dyn ModelDb, shells: impl Iterator<Item = Decl<'db>>) -> Vec<HierarchyItem> {
@@ -62,18 +55,28 @@ fn items<'db>(db: &'db dyn ModelDb, shells: impl Iterator<Item = Decl<'db>>) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fixture::Fixture;
+    use crate::fixture::{Fixture, project_of, with_cursor};
+    use crate::project::projects_with;
     use expect_test::{Expect, expect};
 
-    /// The shell at the cursor, those above it, and those below.
+    /// The shell at the cursor, those above it, and those below; of several projects, with their roots.
     fn check(fixture: &str, expected: Expect) {
         let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
         let mut shown = String::new();
-        for item in type_items(&db, &[workspace], file, offset) {
-            shown += &format!("{}\n", item.name);
+        let projects = projects_with(&db, &[workspace], file);
+        let items = projects.iter().flat_map(|&project| {
+            type_items(&db, project, file, offset).into_iter().map(move |item| (project, item))
+        });
+        for (project, item) in items {
+            let root = project.root(&db).path(&db).display();
+            shown += &if projects.len() > 1 {
+                format!("{} in {root}\n", item.name)
+            } else {
+                format!("{}\n", item.name)
+            };
             for (arrow, all) in [
-                ("<", supertypes(&db, &[workspace], item.file, &item.id)),
-                (">", subtypes(&db, &[workspace], item.file, &item.id)),
+                ("<", supertypes(&db, project, item.file, &item.id)),
+                (">", subtypes(&db, project, item.file, &item.id)),
             ] {
                 for item in all {
                     let (path, name) = (item.file.path(&db).display(), &item.file.text(&db)[item.name_range]);
@@ -86,18 +89,29 @@ mod tests {
     }
 
     #[test]
-    fn above_and_below_over_files_and_projects() {
+    fn above_and_below_over_files() {
         const SHELLS: &str =
             "\n//- /base.mal\nlibrary base { shell Device { } shell Sensor extends Device { } }\n";
+        let robots = format!(
+            "//- /a.mal\ninclude \"base.mal\"\n/* 🦀 */ shell Laser extends base.Sensor, base.Device {{ }}{SHELLS}\
+             //- /b.mal\ninclude \"base.mal\"\nshell Sonar extends base.Sensor {{ }}\n"
+        );
         check(
-            &format!(
-                "//- /a.mal\ninclude \"base.mal\"\n/* 🦀 */ shell Laser extends base.Sen$0sor, base.Device {{ }}{SHELLS}\
-                 //- /b.mal\ninclude \"base.mal\"\nshell Sonar extends base.Sensor {{ }}\n"
-            ),
+            &with_cursor(&robots, "Laser extends base.Sen$0sor"),
             expect![[r#"
                 Sensor
                 < Device | /base.mal library base
                 > Laser | /a.mal 
+            "#]],
+        );
+        check(
+            &with_cursor(&robots, "shell Sen$0sor"),
+            expect![[r#"
+                Sensor in /a.mal
+                < Device | /base.mal library base
+                > Laser | /a.mal 
+                Sensor in /b.mal
+                < Device | /base.mal library base
                 > Sonar | /b.mal 
             "#]],
         );
@@ -126,12 +140,12 @@ mod tests {
     #[test]
     fn an_item_of_another_text() {
         let Fixture { db, workspace, file, .. } = Fixture::new("shell A { } shell B extends A { }");
-        let found = supertypes(&db, &[workspace], file, "shell - B 0");
+        let found = supertypes(&db, project_of(&db, workspace, file), file, "shell - B 0");
         assert_eq!(found.iter().map(|it| it.name.as_str()).collect::<Vec<_>>(), ["A"]);
         for id in
             ["shell - C 0", "shell l B 0", "codel - B 0", "shell - B 1", "shell - B", "", "shell - B x y"]
         {
-            assert_eq!(supertypes(&db, &[workspace], file, id), [], "{id}");
+            assert_eq!(supertypes(&db, project_of(&db, workspace, file), file, id), [], "{id}");
         }
     }
 }

@@ -16,6 +16,8 @@ use mauve_tests::{Random, char_boundary, models, random_model, texts_moved};
 use mauve_timing::{Rounding, Time, Unit};
 use mauve_wcrt::{Query, response_times};
 
+use crate::project_with;
+
 type Texts = BTreeMap<PathBuf, String>;
 
 const ALL: &[ActionKind] = &[
@@ -106,9 +108,14 @@ fn try_actions(
         let file = workspace.file(&db, path).unwrap();
         let range = random_range(&texts[path], is_model(path), random);
         let question = ActionQuestion { file, range, diagnostics: &[], kinds: ALL, changes: Changes::All };
-        let actions = code_actions(&db, &[workspace], question);
+        let actions = code_actions(&db, &[workspace], project_with(&db, workspace, question.file), question);
         // What is only offered is the same, without changes.
-        let without = code_actions(&db, &[workspace], ActionQuestion { changes: Changes::None, ..question });
+        let without = code_actions(
+            &db,
+            &[workspace],
+            project_with(&db, workspace, question.file),
+            ActionQuestion { changes: Changes::None, ..question },
+        );
         assert!(without.iter().all(|it| it.change.is_none()));
         assert!(without.iter().map(|it| &it.title).eq(actions.iter().map(|it| &it.title)));
         for action in actions {
@@ -139,7 +146,8 @@ fn try_actions(
                 let file = workspace.file(&new, path).unwrap();
                 let question =
                     ActionQuestion { file, range, diagnostics: &[], kinds: ALL, changes: Changes::All };
-                let back = code_actions(&new, &[workspace], question);
+                let back =
+                    code_actions(&new, &[workspace], project_with(&new, workspace, question.file), question);
                 let back = back.iter().find(|it| it.title == "Convert to `update`").unwrap();
                 let back = back.change.as_ref().unwrap().applied(&new, file);
                 assert_eq!(back, texts[path], "{}", what());
@@ -208,7 +216,7 @@ fn inlined_again(
     let range = TextRange::empty(of.edits[0].range.start() + TextSize::of("var "));
     let kinds = &[ActionKind::Inline];
     let question = ActionQuestion { file, range, diagnostics: &[], kinds, changes: Changes::All };
-    let actions = code_actions(new, &[workspace], question);
+    let actions = code_actions(new, &[workspace], project_with(new, workspace, question.file), question);
     let Some(change) = actions.iter().find_map(|action| action.change.as_ref()) else { return false };
     let bare = |text: &str| text.replace(|letter: char| letter.is_whitespace() || "()".contains(letter), "");
     assert_eq!(bare(&change.applied(new, file)), bare(&texts[path]));
@@ -344,7 +352,7 @@ fn mend(texts: &Texts, offered: &mut BTreeMap<&str, usize>) {
         let (file, range) = (finding.diagnostic.at.file(&db), finding.diagnostic.at.range(&db));
         let kinds = &[ActionKind::QuickFix, ActionKind::FixAll];
         let question = ActionQuestion { file, range, diagnostics: &[], kinds, changes: Changes::All };
-        for action in code_actions(&db, &[workspace], question) {
+        for action in code_actions(&db, &[workspace], project_with(&db, workspace, question.file), question) {
             let Some(change) = &action.change else { continue };
             let made = made(&db, texts, change);
             let what = format!("{} {made:#?}", action.title);

@@ -11,6 +11,8 @@ use mauve_ide::{CompletionKind, Completions, completions, signature_help};
 use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, TextSize};
 use mauve_tests::{Random, models, texts_moved};
 
+use crate::project_of;
+
 /// Operations and handlers, which the sample robot does not have.
 const OPERATIONS: &str = r#"
 //- /operations.mal
@@ -98,7 +100,7 @@ impl Sample {
     fn ask(&mut self, file: File, text: &str, offset: usize) -> Completions {
         file.set_text(&mut self.db, text.into());
         let offset = TextSize::new(offset as u32);
-        let found = completions(&self.db, &[self.workspace], file, offset);
+        let found = completions(&self.db, project_of(&self.db, self.workspace, file), file, offset);
         for item in &found.items {
             let range = item.replaced;
             assert!(range.contains_inclusive(offset), "{item:?} at {offset:?}");
@@ -115,7 +117,9 @@ impl Sample {
             let is_new = shown.insert((&item.label, &item.detail, &item.note));
             assert!(is_new, "{item:?} is in the list twice at {offset:?} of\n{text}");
         }
-        for signature in signature_help(&self.db, &[self.workspace], file, offset) {
+        if let Some(signature) =
+            signature_help(&self.db, project_of(&self.db, self.workspace, file), file, offset)
+        {
             for parameter in &signature.parameters {
                 assert!(signature.label.get(Range::<usize>::from(*parameter)).is_some());
             }

@@ -13,6 +13,8 @@ use mauve_tests::{Random, files_in, fixture, models};
 use mauve_timing::{Level, Method, Rounding, Time};
 use mauve_wcrt::{ActivityReport, Query, Reason, response_times, tables_of};
 
+use crate::project_with;
+
 /// Returns a deployment of two to five activities: state machines, operations between them, overhead, other work, jitter, offsets
 /// and several CPUs.
 fn model(random: &mut Random) -> String {
@@ -253,7 +255,8 @@ fn check_tables(db: &Database, workspace: Workspace, seen: &mut SeenTables) {
                 let (file, offset) = (at.file(db), at.range(db).start());
                 let links = |_: &dyn ModelDb, _: &Location<'_>| None;
                 let format = HoverFormat::Markdown(&links);
-                let shown = hover(db, &[workspace], file, offset, format).unwrap().markdown;
+                let shown =
+                    hover(db, project_with(db, workspace, file), file, offset, format).unwrap().markdown;
                 let checked = AssertUnwindSafe(|| check_table(&shown, activity, seen));
                 assert!(catch_unwind(checked).is_ok(), "{shown}\nof\n{}", file.text(db));
             }

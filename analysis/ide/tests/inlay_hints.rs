@@ -15,6 +15,8 @@ use mauve_syntax::{TextRange, TextSize};
 use mauve_tests::{Random, fixture, models, random_model, texts_moved};
 use mauve_wcrt::{Query, response_times};
 
+use crate::{project_of, project_with};
+
 /// The maximum length of a hint.
 const MOST_CHARACTERS: usize = 32;
 
@@ -23,7 +25,8 @@ const LONGEST_TITLE: usize = 60;
 
 fn hints(db: &Database, workspace: Workspace, file: File, earlier: &EarlierFigures) -> Vec<InlayHint> {
     let all = TextRange::up_to(TextSize::of(&**file.text(db)));
-    inlay_hints(db, &[workspace], file, all, HintOptions::default(), earlier)
+    let of = |project| inlay_hints(db, project, file, all, HintOptions::default(), earlier);
+    project_with(db, workspace, file).map(of).unwrap_or_default()
 }
 
 /// Returns a number below one of the bounds.
@@ -89,7 +92,9 @@ fn every_hint_and_title_fits(seed: u64, models: Range<u64>) {
                 let kinds = &[ActionKind::QuickFix, ActionKind::Rewrite];
                 let question =
                     ActionQuestion { file, range, diagnostics: &[], kinds, changes: Changes::None };
-                for CodeAction { title, .. } in code_actions(&db, &[workspace], question) {
+                for CodeAction { title, .. } in
+                    code_actions(&db, &[workspace], project_with(&db, workspace, question.file), question)
+                {
                     assert!((1..=LONGEST_TITLE).contains(&title.chars().count()), "{title}");
                     titles += 1;
                 }
@@ -141,7 +146,9 @@ fn older_figures_stand_only_where_the_text_has_none() {
         };
         for text in texts {
             file.set_text(&mut db, text.into());
-            earlier = earlier.updated(&db, &[workspace], &files, options, false);
+            let with_projects: Vec<_> =
+                files.iter().map(|&file| (file, project_with(&db, workspace, file))).collect();
+            earlier = earlier.updated(&db, &with_projects, options, false);
             current.extend(responses(&db, workspace));
             for &file in &files {
                 let text = file.text(&db).clone();
@@ -182,7 +189,8 @@ fn older_figures_stand_only_where_the_text_has_none() {
                     );
                 }
                 // The hash says when hints change.
-                let hash = |earlier| hash_of_hints(&db, &[workspace], file, options, earlier);
+                let hash =
+                    |earlier| hash_of_hints(&db, project_of(&db, workspace, file), file, options, earlier);
                 if hash(&earlier) == hash(&EarlierFigures::default()) {
                     assert!(!shown.iter().any(|hint| hint.status == HintStatus::Older), "{shown:?}");
                 }

@@ -17,3 +17,15 @@ mod drawings;
 mod explanations;
 mod inlay_hints;
 mod renames;
+
+use mauve_hir::{File, ModelDb, Project, Workspace};
+
+/// Returns the first project with a file.
+fn project_with(db: &dyn ModelDb, workspace: Workspace, file: File) -> Option<Project<'_>> {
+    mauve_ide::projects_with(db, &[workspace], file).into_iter().next()
+}
+
+/// Returns the first project with a file; without any, the file is the root of its own.
+fn project_of(db: &dyn ModelDb, workspace: Workspace, file: File) -> Project<'_> {
+    project_with(db, workspace, file).unwrap_or_else(|| Project::new(db, workspace, file))
+}

@@ -11,6 +11,8 @@ use mauve_syntax::{TextRange, TextSize};
 use mauve_tests::{Random, models, random_model, texts_moved};
 use mauve_wcrt::{Query, response_times};
 
+use crate::project_of;
+
 type Texts = BTreeMap<PathBuf, String>;
 
 /// The folder of each workspace.
@@ -76,8 +78,12 @@ impl Opened {
         let mut all = Vec::new();
         for (path, text) in texts {
             for (at, _) in words(text) {
-                let found =
-                    definition(&self.db, &[self.workspace], self.file(path), TextSize::new(at as u32));
+                let found = definition(
+                    &self.db,
+                    project_of(&self.db, self.workspace, self.file(path)),
+                    self.file(path),
+                    TextSize::new(at as u32),
+                );
                 for target in found.iter().flat_map(|found| &found.targets) {
                     let (to, start) = (target.file.path(&self.db), usize::from(target.name.start()));
                     let (at, start) = (moved(path, at), moved(to, start));

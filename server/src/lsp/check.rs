@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
 use mauve_diagnostics::{Extent, Finding, Severity, checked_files, extent_of, findings_of};
-use mauve_hir::{File, ModelDb, Workspace, is_model};
+use mauve_hir::{File, ModelDb, Project, Workspace, is_model};
 use mauve_ide::EarlierFigures;
 use tower_lsp::lsp_types::{NumberOrString, TextDocumentIdentifier, Url};
 
@@ -190,16 +190,16 @@ pub(crate) fn compare(snapshot: &Snapshot) -> Compared {
     let (mut hints, mut lenses) = (BTreeMap::new(), BTreeMap::new());
     let models = snapshot.documents.iter().filter(|(_, document)| is_model(document.file.path(db)));
     let models: Vec<(&Url, &Document)> = models.filter(|_| !snapshot.is_stopped).collect();
-    let (workspaces, options) = (&snapshot.workspaces, snapshot.settings.hints);
-    let files: Vec<File> = models.iter().map(|(_, document)| document.file).collect();
-    let figures = snapshot.earlier.updated(db, workspaces, &files, options, snapshot.are_saved);
-    for (url, document) in models {
-        let hash = mauve_ide::hash_of_hints(db, workspaces, document.file, options, &figures);
+    let options = snapshot.settings.hints;
+    let files = models.iter().map(|(_, document)| (document.file, snapshot.project(document.file)));
+    let files: Vec<(File, Option<Project<'_>>)> = files.collect();
+    let figures = snapshot.earlier.updated(db, &files, options, snapshot.are_saved);
+    for ((url, document), (_, project)) in models.into_iter().zip(&files) {
+        let hash = project.map_or(0, |it| mauve_ide::hash_of_hints(db, it, document.file, options, &figures));
         hints.insert(url.clone(), hash);
         if snapshot.capabilities.lens_refresh && snapshot.settings.lenses {
             let mut hasher = DefaultHasher::new();
-            let titles =
-                mauve_ide::code_lenses(db, workspaces, document.file).into_iter().map(|lens| lens.title);
+            let titles = snapshot.lenses(document.file).into_iter().map(|lens| lens.title);
             titles.for_each(|title| title.hash(&mut hasher));
             lenses.insert(url.clone(), hasher.finish());
         }
@@ -208,8 +208,7 @@ pub(crate) fn compare(snapshot: &Snapshot) -> Compared {
     }
     let meaning = |url: Url| {
         let document = snapshot.documents.get(&url)?;
-        let meanings = mauve_ide::meanings_of_names(db, &snapshot.workspaces, document.file);
-        Some((url, (document.version, meanings)))
+        Some((url, (document.version, snapshot.meanings(document.file))))
     };
     let meanings = snapshot.tokens.asked().into_iter().filter_map(meaning).collect();
     Compared { figures, hints, lenses, meanings }

@@ -9,7 +9,6 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use mauve_hir::{Decl, File, ModelDb, Workspace, config_of, normalised, projects};
-use mauve_ide::projects_with;
 use mauve_orocos::{MANIFEST, Step};
 use mauve_syntax::similar;
 use salsa::Database as _;
@@ -86,18 +85,11 @@ impl Preview {
     }
 }
 
-/// Returns the request for all packages of the projects of a file.
+/// Returns the request for all packages of the projects of a file in its nearest workspace.
 pub(crate) fn request(snapshot: &Snapshot, file: File) -> Result<GenerateRequest<'_>, String> {
     let db = &snapshot.db;
-    let mut projects = projects_with(db, &snapshot.workspaces, file);
-    // A file of several workspaces belongs to the nearest one.
-    let nearness = |workspace: Workspace| {
-        let folder = workspace.folder(db);
-        (file.path(db).starts_with(folder), folder.components().count())
-    };
-    let Some(nearest) = projects.iter().map(|it| it.workspace(db)).max_by_key(|&it| nearness(it)) else {
-        return Err(NO_PROJECT.to_owned());
-    };
+    let mut projects = snapshot.projects(file);
+    let nearest = projects.first().ok_or_else(|| NO_PROJECT.to_owned())?.workspace(db);
     projects.retain(|project| project.workspace(db) == nearest);
     let out = out_folder(snapshot, nearest);
     let selected = projects.into_iter().map(|project| Selected::new(db, project, None, out.clone()));

@@ -27,7 +27,7 @@ pub(super) fn offer<'db>(
     let activity = actions.around::<ast::Activity>(at);
     let instance = activity.and_then(|it| it.name_ref()).filter(|it| it.syntax().text_range() == at);
     let of = declaration_at(db, file, at);
-    let project = finding.only_in.or_else(|| actions.projects.first().copied());
+    let project = finding.only_in.or(actions.project);
     let (Some(instance), Some(of), Some(project)) = (instance, of, project) else { return };
     let Some(architecture) = first_target_of(db, project, of) else { return };
     let keyword =

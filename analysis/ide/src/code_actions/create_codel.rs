@@ -15,7 +15,7 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
     let is_it = call.name_ref().is_some_and(|name| name.syntax().text_range() == at);
     // A name that refers to something else cannot be called, even with a codel of this name.
     let is_unknown = finding.diagnostic.message.starts_with("no codel or operation");
-    let Some(&project) = actions.projects.first().filter(|_| is_it && is_unknown) else { return };
+    let Some(project) = actions.project.filter(|_| is_it && is_unknown) else { return };
     let programs = actions.programs(project, &core);
     let Some(signature) = programs.and_then(|it| signature(&it, &call)) else { return };
     let name = &text[at];

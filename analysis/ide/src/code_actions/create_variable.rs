@@ -15,7 +15,7 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
     let (Some(node), Some(of)) = (node, actions.around::<ast::Core>(at)) else { return };
     // Otherwise the name refers to something without a value.
     let is_unknown = finding.diagnostic.message.starts_with("no variable");
-    let Some(&project) = actions.projects.first().filter(|_| is_unknown) else { return };
+    let Some(project) = actions.project.filter(|_| is_unknown) else { return };
     let Some(programs) = actions.programs(project, &of) else { return };
     let Some(parent) = node.parent() else { return };
     let assigned = ast::AssignStatement::cast(parent.clone());

@@ -11,7 +11,7 @@ pub(super) fn offer<'db>(actions: &mut Actions<'_, 'db>, finding: &Finding<'db>)
     let (db, file) = (actions.db, actions.question.file);
     let at = finding.diagnostic.at.range(db);
     let operation = actions.around::<ast::OperationDefinition>(at);
-    let (Some(operation), Some(&project)) = (operation, actions.projects.first()) else { return };
+    let (Some(operation), Some(project)) = (operation, actions.project) else { return };
     let parts = operation.name().zip(operation.param_list()).filter(|(_, it)| is_whole(it.syntax()));
     let of = declaration_at(db, file, at);
     let shell = of.and_then(|of| shell_of(db, project, of));

@@ -112,7 +112,7 @@ mod tests {
     use super::super::tests::check;
     use super::super::{ActionQuestion, Changes, code_actions};
     use super::*;
-    use crate::fixture::Fixture;
+    use crate::fixture::{Fixture, project_with};
     use expect_test::{Expect, expect};
 
     /// The titles of what is offered at `$0`, with the codes that each fixes; `*` is preferred.
@@ -121,7 +121,7 @@ mod tests {
         let range = TextRange::empty(offset);
         let question = ActionQuestion { file, range, diagnostics, kinds, changes: Changes::None };
         let mut shown = String::new();
-        for action in code_actions(&db, &[workspace], question) {
+        for action in code_actions(&db, &[workspace], project_with(&db, workspace, question.file), question) {
             let codes: Vec<&str> = action.fixed.iter().map(|it| it.diagnostic.code.name).collect();
             let mark = if action.preferred { "*" } else { "" };
             shown += &format!("{mark}{} [{}]\n", action.title, codes.join(" "));

@@ -2,7 +2,7 @@
 
 use std::cell::{OnceCell, RefCell};
 
-use mauve_hir::{ModelDb, Workspace};
+use mauve_hir::{ModelDb, Project, Workspace};
 use rustc_hash::FxHashMap;
 
 use super::{
@@ -25,11 +25,12 @@ const OFFERS: &[fn(&mut Actions<'_, '_>)] = &[
     uses::offer,
 ];
 
-/// Returns the actions at a location.
+/// Returns the actions at a location. `project` answers for the file; the workspaces have its diagnostics, and the other projects
+/// in which a refactoring must be right.
 ///
 /// ```
 /// use mauve_ide::{ActionKind, ActionQuestion, Changes, code_actions};
-/// use mauve_hir::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace, projects};
 ///
 /// let db = Database::default();
 /// let text = "codel plan(): int\nshell S { }\ncore C(S) { update = { plna(); } }\n";
@@ -43,19 +44,21 @@ const OFFERS: &[fn(&mut Actions<'_, '_>)] = &[
 ///     kinds: &[ActionKind::QuickFix],
 ///     changes: Changes::All,
 /// };
-/// let action = &code_actions(&db, &[workspace], question)[0];
+/// let action = &code_actions(&db, &[workspace], Some(projects(&db, workspace)[0]), question)[0];
 /// assert_eq!(action.title, "Change to `plan`");
 /// assert!(action.change.as_ref().unwrap().applied(&db, file).contains("update = { plan(); }"));
 /// ```
 pub fn code_actions<'db>(
     db: &'db dyn ModelDb,
     workspaces: &[Workspace],
+    project: Option<Project<'db>>,
     question: ActionQuestion<'_>,
 ) -> Vec<CodeAction<'db>> {
     let projects = projects_with(db, workspaces, question.file);
     let mut actions = Actions {
         db,
         workspaces,
+        project,
         projects,
         question,
         findings: OnceCell::new(),

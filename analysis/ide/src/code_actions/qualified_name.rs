@@ -8,7 +8,7 @@ use mauve_syntax::{TextRange, is_whole};
 
 use super::{ActionKind, Actions, indentation};
 use crate::Change;
-use crate::occurrences::{Definition, names_at};
+use crate::occurrences::{Definition, definition_of_type};
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     if !actions.wants(ActionKind::Rewrite) {
@@ -24,10 +24,8 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
             });
         }
         [name] => {
-            let library = actions
-                .projects
-                .iter()
-                .find_map(|&it| declarations_of(db, it, file, &ty)?.1.library(db).clone());
+            let found = actions.project.and_then(|project| declarations_of(db, project, file, &ty));
+            let library = found.and_then(|(_, decl)| decl.library(db).clone());
             let Some(library) = library else { return };
             let title = format!("Qualify as `{library}.{name}`");
             actions.refactor(ActionKind::Rewrite, title, |project| {
@@ -53,13 +51,8 @@ fn declarations_of<'db>(
     file: File,
     ty: &ast::Type,
 ) -> Option<(Decl<'db>, Decl<'db>)> {
-    let last = ty.segments().last()?.syntax().text_range();
-    let found = names_at(db, project, file, last.start());
-    let decl = found.into_iter().find_map(|it| match it.definition {
-        Definition::Declaration(decl) if it.range == last => Some(decl),
-        _ => None,
-    })?;
-    Some((declaration_at(db, file, last)?, decl))
+    let Definition::Declaration(decl) = definition_of_type(db, project, file, ty)? else { return None };
+    Some((declaration_at(db, file, ty.syntax().text_range())?, decl))
 }
 
 fn shortened(

@@ -6,9 +6,8 @@
 //! the best of them is preferred.
 //!
 //! An action is offered if it meets more deadlines, shortens this response time, or fixes a diagnostic of the activity; a
-//! shorter period is offered while all deadlines are met. A file may be part of several projects, with other execution
-//! times: a change that is found in one of them is analysed in all, and dropped if it loses a met deadline in any, or leaves an
-//! activity no slack. The title counts new warnings.
+//! shorter period is offered while all deadlines are met. A change is dropped if it loses a met deadline in any project with the
+//! file, or leaves an activity no slack. The title counts new warnings.
 
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
@@ -31,12 +30,8 @@ use mauve_wcrt::{
 
 use super::{ActionKind, Actions, CodeAction, MOST_CHARACTERS, shortened};
 use crate::Change;
-use crate::project::in_projects;
 
 const OPTIMAL: &str = "Set optimal priorities (Audsley's algorithm)";
-
-/// Changes are searched in at most this many projects; a deployment is rarely part of more than one.
-const MOST_PROJECTS: usize = 4;
 
 /// Offers the changes of the deployment and of the activity at the cursor, the best first.
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
@@ -48,44 +43,38 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     let activity = actions.node::<ast::Activity>();
     let name = activity.as_ref().and_then(|it| it.name_ref()).map(|name| name.syntax().text_range());
     let db = actions.db;
-    let projects = actions.projects.clone();
-    let mut found: Vec<(&BetterTiming, Vec<Project<'_>>)> = Vec::new();
-    for &project in projects.iter().take(MOST_PROJECTS) {
-        let query = Query::shown(db, project);
-        let activities = &system_of(db, project, deployment).activities;
-        let index = name.and_then(|at| activities.iter().position(|it| it.at.range(db) == at));
-        let of_activity = index.map(|index| better_activity(db, project, deployment, index, query));
-        let offers = better_priorities(db, project, deployment, query).iter();
-        for offer in offers.chain(of_activity.into_iter().flatten()) {
-            match found.iter_mut().find(|(known, _)| is_same(known, offer)) {
-                Some((_, having)) => having.push(project),
-                None => found.push((offer, vec![project])),
-            }
+    let Some(project) = actions.project else { return };
+    let query = Query::shown(db, project);
+    let activities = &system_of(db, project, deployment).activities;
+    let index = name.and_then(|at| activities.iter().position(|it| it.at.range(db) == at));
+    let of_activity = index.map(|index| better_activity(db, project, deployment, index, query));
+    let mut offers: Vec<&BetterTiming> = Vec::new();
+    for offer in
+        better_priorities(db, project, deployment, query).iter().chain(of_activity.into_iter().flatten())
+    {
+        if !offers.iter().any(|known| is_same(known, offer)) {
+            offers.push(offer);
         }
     }
     let subject = activity.as_ref().and_then(|it| it.name_ref()).map(|name| name.syntax().text().to_string());
     let diagnostics = activity.map_or_else(Vec::new, |it| diagnostics_in(actions, it.syntax().text_range()));
     let mut ranked = Vec::new();
-    for (offer, having) in found {
+    for offer in offers {
         match offer {
             BetterTiming::NoPriorities(names) => {
-                let title = match having.len() < projects.len() {
-                    true => format!("{OPTIMAL} ({})", in_projects(db, &having, &projects)),
-                    false => OPTIMAL.to_owned(),
-                };
-                actions.refuse(ActionKind::Rewrite, title, no_priorities(names));
+                actions.refuse(ActionKind::Rewrite, OPTIMAL, no_priorities(names));
             }
             BetterTiming::Change(change, fields) => {
-                let outcomes = projects.iter().map(|&project| {
-                    let query = Query::shown(db, project);
-                    let outcome = outcome_of(db, project, deployment, query, fields.clone());
-                    (project, outcome, outcome.effect(subject.as_deref()))
-                });
-                let outcomes: Vec<Analysed<'_, '_>> = outcomes.collect();
-                if let Some(action) = action(change, &outcomes, &diagnostics) {
-                    let is_partial = !outcomes.iter().all(|(.., effect)| effect.is_complete());
-                    let effects = outcomes.iter().map(|(.., effect)| effect.rank()).collect::<Vec<_>>();
-                    ranked.push(((is_partial, kind_of(change), effects, fields.len()), action, fields));
+                let outcome =
+                    |project| outcome_of(db, project, deployment, Query::shown(db, project), fields.clone());
+                // A file may be part of several projects, with other execution times.
+                let outcomes: Vec<&Outcome<'_>> = actions.projects.iter().map(|it| outcome(*it)).collect();
+                let outcome = outcome(project);
+                let effect = outcome.effect(subject.as_deref());
+                let title = title_with(&title(change), outcome, &effect);
+                if let Some(action) = action(change, title, &effect, &outcomes, &diagnostics) {
+                    let is_partial = !effect.is_complete();
+                    ranked.push(((is_partial, kind_of(change), effect.rank(), fields.len()), action, fields));
                 }
             }
         }
@@ -102,29 +91,28 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     }
 }
 
-/// A project, what the change gives in it, and the effect on the activity that the title names.
-type Analysed<'a, 'db> = (Project<'db>, &'a Outcome<'db>, Effect<'a>);
-
-/// Returns the action of a change, unless it loses a deadline or improves nothing.
+/// Returns the action of a change, unless it improves nothing, or loses a deadline in one of the projects.
 fn action<'db>(
     change: &TimingChange,
-    outcomes: &[Analysed<'_, 'db>],
+    title: String,
+    effect: &Effect<'_>,
+    outcomes: &[&Outcome<'db>],
     diagnostics: &[Finding<'db>],
 ) -> Option<CodeAction<'db>> {
     let is_left = |it: &&Finding<'_>| {
         let key = (it.diagnostic.code.name, it.diagnostic.at.clone());
-        outcomes.iter().any(|(_, outcome, _)| outcome.diagnostics.contains(&key))
+        outcomes.iter().any(|outcome| outcome.diagnostics.contains(&key))
     };
     let is_shorter = matches!(change, TimingChange::Period { is_longer: false, .. });
     // A shorter period is no remedy: that another diagnostic disappears with it is a coincidence.
     let is_fixed = |it: &&Finding<'_>| !is_shorter && !is_left(it);
     let fixed: Vec<Finding<'_>> = diagnostics.iter().filter(is_fixed).cloned().collect();
-    let is_better = is_shorter || !fixed.is_empty() || outcomes.iter().any(|(.., effect)| effect.is_better());
-    if !is_better || outcomes.iter().any(|(_, outcome, _)| outcome.loses) {
+    let is_better = is_shorter || !fixed.is_empty() || effect.is_better();
+    if !is_better || outcomes.iter().any(|outcome| outcome.loses) {
         return None;
     }
     Some(CodeAction {
-        title: title_with(&title(change), outcomes),
+        title,
         kind: if fixed.is_empty() { ActionKind::Rewrite } else { ActionKind::QuickFix },
         preferred: false,
         fixed,
@@ -135,14 +123,8 @@ fn action<'db>(
 
 /// Returns a title with as much of the effects as fits: the remarks always, then the number of met deadlines, then the response
 /// time of the activity.
-fn title_with(change: &str, outcomes: &[Analysed<'_, '_>]) -> String {
-    let all = |text: &dyn Fn(&Analysed<'_, '_>) -> String| {
-        let texts: BTreeSet<String> = outcomes.iter().map(text).collect();
-        texts.into_iter().collect::<Vec<_>>().join(" or ")
-    };
-    let remarks = all(&|(_, outcome, _)| outcome.remarks());
-    let response = all(&|(.., effect)| effect.response());
-    let met = all(&|(.., effect)| effect.met());
+fn title_with(change: &str, outcome: &Outcome<'_>, effect: &Effect<'_>) -> String {
+    let (remarks, response, met) = (outcome.remarks(), effect.response(), effect.met());
     let before = if response.is_empty() { String::new() } else { format!("{response}, ") };
     let candidates = [format!("{change}: {before}{met}{remarks}"), format!("{change}: {met}{remarks}")];
     let fits = candidates.into_iter().find(|it| it.chars().count() <= MOST_CHARACTERS);
@@ -227,7 +209,7 @@ fn no_priorities(names: &[Name]) -> String {
     )
 }
 
-/// What a change gives in one project.
+/// What a change gives.
 #[derive(Debug, Clone, PartialEq, Eq, salsa::SalsaValue)]
 struct Outcome<'db> {
     /// The real-time activities.
@@ -429,7 +411,7 @@ mod tests {
     use std::path::PathBuf;
 
     use super::*;
-    use crate::fixture::Fixture;
+    use crate::fixture::{Fixture, project_with};
     use crate::{ActionQuestion, Changes, code_actions};
     use expect_test::{Expect, expect};
     use mauve_diagnostics::workspace_diagnostics;
@@ -560,7 +542,7 @@ mod tests {
             kinds: &[ActionKind::Rewrite, ActionKind::QuickFix],
             changes: Changes::All,
         };
-        let actions = code_actions(&db, &[workspace], question);
+        let actions = code_actions(&db, &[workspace], project_with(&db, workspace, question.file), question);
         let met =
             |report: &Report<'_>| report.activities.iter().map(|it| it.verdict.is_met()).collect::<Vec<_>>();
         let is_no_worse_than =
@@ -707,33 +689,30 @@ mod tests {
         let kinds = &[ActionKind::Rewrite, ActionKind::QuickFix];
         let range = TextRange::empty(offset);
         let question = ActionQuestion { file, range, diagnostics: &[], kinds, changes: Changes::None };
-        let actions = code_actions(&db, &[workspace], question);
+        let actions = code_actions(&db, &[workspace], project_with(&db, workspace, question.file), question);
         let titles = actions.into_iter().map(|action| action.title).filter(|title| title.contains(" met"));
         titles.map(|title| title + "\n").collect()
     }
 
     #[test]
-    fn what_is_offered_is_known_of_every_project_that_has_the_file() {
+    fn nothing_is_offered_that_loses_a_deadline_in_another_project() {
         let deployment = "deployment D { architecture A
             activity $0laser { affinity = 1 priority = 2 period = 100 }
             activity pilot { affinity = 2 priority = 1 period = 100 } }";
         // In the second project, both overload one CPU, and 10 ms are too short.
-        expect![[r#"
-            Period → 61 ms: laser R 10 ms or laser R 60 ms, 2 of 2 met
-        "#]]
-        .assert_eq(&offered_in_two(deployment, ["short", "short"], ["long", "long"]));
+        assert_eq!(offered_in_two(deployment, ["short", "short"], ["long", "long"]), "");
         let alike = offered_in_two(deployment, ["short", "long"], ["short", "long"]);
-        assert!(alike.contains("Period →") && !alike.contains("in the project"), "{alike}");
-        // A change may fix a deadline that is missed in one of the projects.
+        assert!(alike.contains("Period →"), "{alike}");
+        // The project that answers misses a deadline, the other one does not.
         let deployment = "deployment D { architecture A
             activity laser { affinity = 1 priority = 2 period = 100 }
             activity $0pilot { affinity = 1 priority = 1 period = 100 deadline = 50 } }";
         expect![[r#"
-            Move to CPU 2: 2 of 2 met
-            Deadline-monotonic order: 2 of 2 met
-            Deadline → 100 ms: 2 of 2 met
+            Move to CPU 2: pilot R 70 → 10 ms, 2 of 2 met
+            Deadline-monotonic order: pilot R 70 → 10 ms, 2 of 2 met
+            Deadline → 100 ms: pilot R 70 ms, 2 of 2 met
         "#]]
-        .assert_eq(&offered_in_two(deployment, ["short", "short"], ["long", "short"]));
+        .assert_eq(&offered_in_two(deployment, ["long", "short"], ["short", "short"]));
     }
 
     #[test]

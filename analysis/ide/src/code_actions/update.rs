@@ -17,60 +17,192 @@ use rustc_hash::FxHashSet;
 
 use super::{ActionKind, Actions, indentation};
 use crate::Change;
-use crate::project::in_projects;
+use crate::project::name_of_root;
 
 const STATE: &str = "Running";
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
-    let (db, workspaces, file) = (actions.db, actions.workspaces, actions.question.file);
+    let conversion =
+        Conversion { db: actions.db, workspaces: actions.workspaces, file: actions.question.file };
     let Some(core) = actions.node::<ast::Core>().filter(|it| is_whole(it.syntax())) else { return };
     let Some(word) = actions.selected_name() else { return };
     let Some(parent) = word.parent() else { return };
     if let Some(hook) = ast::Hook::cast(parent.clone()).filter(|it| it.update_token().as_ref() == Some(&word))
     {
         actions.refactor(ActionKind::Rewrite, "Convert to a state machine", |_| {
-            to_machine(db, workspaces, file, &core, &hook)
+            conversion.to_machine(&core, &hook)
         });
     }
     if let Some(machine) = ast::StateMachine::cast(parent) {
-        actions.refactor(ActionKind::Rewrite, "Convert to `update`", |_| {
-            to_update(db, workspaces, file, &core, &machine)
-        });
+        actions
+            .refactor(ActionKind::Rewrite, "Convert to `update`", |_| conversion.to_update(&core, &machine));
     }
 }
 
-fn to_machine(
-    db: &dyn ModelDb,
-    workspaces: &[Workspace],
+/// A conversion in a file, with the workspaces whose timing tables may have a time of the program.
+struct Conversion<'a, 'db> {
+    db: &'db dyn ModelDb,
+    workspaces: &'a [Workspace],
     file: File,
-    core: &ast::Core,
-    hook: &ast::Hook,
-) -> Option<Result<Change, String>> {
-    if behaviours(core) != 1 {
-        return None;
-    }
-    let (text, block) = (file.text(db), hook.block()?);
-    let indent = indentation(text, hook.syntax().text_range().start());
-    let head = TextRange::new(hook.syntax().text_range().start(), block.syntax().text_range().start());
-    let opening = format!("statemachine {{\n{indent}  initial state {STATE} {{\n{indent}    run = ");
-    let comments = comments_in(hook.syntax(), head);
-    let mut edits = vec![Replacement { range: head, text: comments + &opening }];
-    // The lines of the program move with it.
-    for (line, at) in lines_within(text, block.syntax()) {
-        if !line.trim().is_empty() {
-            edits.push(Replacement { range: TextRange::empty(at), text: "    ".to_owned() });
+}
+
+impl Conversion<'_, '_> {
+    fn to_machine(&self, core: &ast::Core, hook: &ast::Hook) -> Option<Result<Change, String>> {
+        let (db, file) = (self.db, self.file);
+        if behaviours(core) != 1 {
+            return None;
         }
+        let (text, block) = (file.text(db), hook.block()?);
+        let indent = indentation(text, hook.syntax().text_range().start());
+        let head = TextRange::new(hook.syntax().text_range().start(), block.syntax().text_range().start());
+        let opening = format!("statemachine {{\n{indent}  initial state {STATE} {{\n{indent}    run = ");
+        let comments = comments_in(hook.syntax(), head);
+        let mut edits = vec![Replacement { range: head, text: comments + &opening }];
+        // The lines of the program move with it.
+        for (line, at) in lines_within(text, block.syntax()) {
+            if !line.trim().is_empty() {
+                edits.push(Replacement { range: TextRange::empty(at), text: "    ".to_owned() });
+            }
+        }
+        let end = TextRange::empty(block.syntax().text_range().end());
+        edits.push(Replacement { range: end, text: format!("\n{indent}  }}\n{indent}}}") });
+        let keys = self.renamed_keys(
+            declaration_at(db, file, core.syntax().text_range())?,
+            &ProgramId::UPDATE,
+            &ProgramId::Method { state: STATE.into(), kind: MethodKind::Run },
+        );
+        keys.map(|keys| with_keys(file, edits, keys)).transpose()
     }
-    let end = TextRange::empty(block.syntax().text_range().end());
-    edits.push(Replacement { range: end, text: format!("\n{indent}  }}\n{indent}}}") });
-    let keys = renamed_keys(
-        db,
-        workspaces,
-        declaration_at(db, file, core.syntax().text_range())?,
-        &ProgramId::UPDATE,
-        &ProgramId::Method { state: STATE.into(), kind: MethodKind::Run },
-    );
-    keys.map(|keys| with_keys(file, edits, keys)).transpose()
+
+    fn to_update(&self, core: &ast::Core, machine: &ast::StateMachine) -> Option<Result<Change, String>> {
+        let (db, file) = (self.db, self.file);
+        let refused = |why: &str| Some(Err(why.to_owned()));
+        let items: Vec<ast::StateMachineItem> = machine.state_machine_items().collect();
+        let states: Vec<&ast::State> = items
+            .iter()
+            .filter_map(|it| match it {
+                ast::StateMachineItem::State(state) => Some(state),
+                ast::StateMachineItem::Var(_) => None,
+            })
+            .collect();
+        let [state] = states.as_slice() else { return refused("the state machine has several states") };
+        if behaviours(core) != 1 || state.initial_token().is_none() {
+            return None;
+        }
+        if items.len() > 1 {
+            return refused("its variables would become visible in the other programs of the core");
+        }
+        let mut method = None;
+        for item in state.state_items() {
+            match item {
+                ast::StateItem::Transition(_) => return refused("its state has a transition"),
+                ast::StateItem::Method(it) if it.entry_token().is_some() || it.exit_token().is_some() => {
+                    return refused("its state has an `entry` or an `exit`");
+                }
+                ast::StateItem::Method(it) if method.is_none() => method = Some(it),
+                ast::StateItem::Method(_) => return refused("its state has two programs"),
+            }
+        }
+        let Some(method) = method else { return refused("its state has no program") };
+        let (text, block) = (file.text(db), method.block()?);
+        let inside = block.syntax().text_range();
+        let all = machine.syntax().text_range();
+        let outside = machine.syntax().descendants_with_tokens().filter_map(NodeOrToken::into_token);
+        if outside.filter(|it| !inside.contains_range(it.text_range())).any(|it| it.kind().is_comment()) {
+            return refused("comments around its program would be removed");
+        }
+        let head = TextRange::new(all.start(), inside.start());
+        let mut edits = vec![Replacement { range: head, text: "update = ".to_owned() }];
+        // Its lines go to the left by as much as the last one, the brace, has to.
+        let outer = indentation(text, all.start()).len();
+        let inner = indentation(text, method.syntax().text_range().start()).len();
+        for (line, at) in lines_within(text, block.syntax()) {
+            let blanks = line.len() - line.trim_start_matches([' ', '\t']).len();
+            let less = inner.saturating_sub(outer).min(blanks);
+            if less > 0 {
+                let range = TextRange::at(at, (less as u32).into());
+                edits.push(Replacement { range, text: String::new() });
+            }
+        }
+        edits.push(Replacement { range: TextRange::new(inside.end(), all.end()), text: String::new() });
+        let kind = MethodKind::from_keyword(method.keyword()?.text())?;
+        let from = ProgramId::Method { state: state.name()?.syntax().text().to_string().into(), kind };
+        let core = declaration_at(db, file, core.syntax().text_range())?;
+        let keys = self.renamed_keys(core, &from, &ProgramId::UPDATE);
+        keys.map(|keys| with_keys(file, edits, keys)).transpose()
+    }
+
+    /// Returns the change that renames the keys of a program of `core` in timing tables.
+    ///
+    /// # Errors
+    ///
+    /// Why a time would be dropped, or assigned to another program. Projects share tables: the key must have the same meaning in
+    /// every project that reads a table.
+    fn renamed_keys(&self, core: Decl<'_>, from: &ProgramId, to: &ProgramId) -> Result<Change, String> {
+        let (db, workspaces) = (self.db, self.workspaces);
+        let mut change = Change::default();
+        let mut seen = FxHashSet::default();
+        for &file in workspaces.iter().flat_map(|&it| &table_files(db, it).files) {
+            if !seen.insert(file) {
+                continue;
+            }
+            let path = file.path(db).file_name().unwrap_or_default().display().to_string();
+            let readers = workspaces.iter().filter(|it| table_files(db, **it).files.contains(&file));
+            let readers: Vec<Project<'_>> = readers.flat_map(|&it| projects(db, it)).copied().collect();
+            let is_of_core = |project: Project<'_>, it: Decl<'_>| core_of(db, project, it) == Some(core);
+            let has_component = |&project: &Project<'_>| {
+                names_of(db, project).of_kind(db, Kind::Component).any(|it| is_of_core(project, it))
+            };
+            if (table(db, file).lost || file.problem(db).is_some()) && readers.iter().any(has_component) {
+                return Err(format!("{path} is unreadable, and may contain a time of this program"));
+            }
+            for entry in &table(db, file).programs {
+                let Some(ProgramKey { component, program }) = ProgramKey::parse(&entry.key) else { continue };
+                if program != *from && program != *to {
+                    continue;
+                }
+                let (mut is_of_it, mut other) = (false, None);
+                for &project in &readers {
+                    let names = names_of(db, project);
+                    let found = names.by_key(Kind::Component, component);
+                    is_of_it |= found.iter().any(|&it| is_of_core(project, it));
+                    let is_unsure = found.is_empty()
+                        && (names.completeness.is_incomplete() || names.incomplete_file.is_some());
+                    if is_unsure || found.iter().any(|&it| !is_of_core(project, it)) {
+                        other.get_or_insert(project);
+                    }
+                }
+                if !is_of_it {
+                    continue;
+                }
+                let key = &entry.key;
+                if program == *to {
+                    return Err(format!("`{key}` already exists in {path}"));
+                }
+                if let Some(project) = other {
+                    let root = name_of_root(db, project, &readers);
+                    let what = "the time of another program in the project of";
+                    return Err(format!("`{key}` in {path} may be {what} {root}"));
+                }
+                let from_key = from.to_string();
+                // A key with a `/` is quoted; a dotted key or a key with escapes cannot be replaced.
+                let written = file.text(db).get(entry.key_span.clone()).unwrap_or_default();
+                let inner = written.strip_suffix(['"', '\'']).unwrap_or(written);
+                let Some(before) = inner.strip_suffix(&*from_key).filter(|before| before.ends_with('/'))
+                else {
+                    return Err(format!(
+                        "`{key}` is written with dots or escapes in {path}: quote it as one key"
+                    ));
+                };
+                let start = (entry.key_span.start + before.len()) as u32;
+                let range = TextRange::at(start.into(), (from_key.len() as u32).into());
+                if !change.replace(file, Replacement { range, text: to.to_string() }) {
+                    return Err(format!("`{key}` is in {path} twice"));
+                }
+            }
+        }
+        Ok(change)
+    }
 }
 
 fn behaviours(core: &ast::Core) -> usize {
@@ -80,69 +212,6 @@ fn behaviours(core: &ast::Core) -> usize {
         _ => false,
     };
     core.core_items().filter(is_behaviour).count()
-}
-
-fn to_update(
-    db: &dyn ModelDb,
-    workspaces: &[Workspace],
-    file: File,
-    core: &ast::Core,
-    machine: &ast::StateMachine,
-) -> Option<Result<Change, String>> {
-    let refused = |why: &str| Some(Err(why.to_owned()));
-    let items: Vec<ast::StateMachineItem> = machine.state_machine_items().collect();
-    let states: Vec<&ast::State> = items
-        .iter()
-        .filter_map(|it| match it {
-            ast::StateMachineItem::State(state) => Some(state),
-            ast::StateMachineItem::Var(_) => None,
-        })
-        .collect();
-    let [state] = states.as_slice() else { return refused("the state machine has several states") };
-    if behaviours(core) != 1 || state.initial_token().is_none() {
-        return None;
-    }
-    if items.len() > 1 {
-        return refused("its variables would become visible in the other programs of the core");
-    }
-    let mut method = None;
-    for item in state.state_items() {
-        match item {
-            ast::StateItem::Transition(_) => return refused("its state has a transition"),
-            ast::StateItem::Method(it) if it.entry_token().is_some() || it.exit_token().is_some() => {
-                return refused("its state has an `entry` or an `exit`");
-            }
-            ast::StateItem::Method(it) if method.is_none() => method = Some(it),
-            ast::StateItem::Method(_) => return refused("its state has two programs"),
-        }
-    }
-    let Some(method) = method else { return refused("its state has no program") };
-    let (text, block) = (file.text(db), method.block()?);
-    let inside = block.syntax().text_range();
-    let all = machine.syntax().text_range();
-    let outside = machine.syntax().descendants_with_tokens().filter_map(NodeOrToken::into_token);
-    if outside.filter(|it| !inside.contains_range(it.text_range())).any(|it| it.kind().is_comment()) {
-        return refused("comments around its program would be removed");
-    }
-    let head = TextRange::new(all.start(), inside.start());
-    let mut edits = vec![Replacement { range: head, text: "update = ".to_owned() }];
-    // Its lines go to the left by as much as the last one, the brace, has to.
-    let outer = indentation(text, all.start()).len();
-    let inner = indentation(text, method.syntax().text_range().start()).len();
-    for (line, at) in lines_within(text, block.syntax()) {
-        let blanks = line.len() - line.trim_start_matches([' ', '\t']).len();
-        let less = inner.saturating_sub(outer).min(blanks);
-        if less > 0 {
-            let range = TextRange::at(at, (less as u32).into());
-            edits.push(Replacement { range, text: String::new() });
-        }
-    }
-    edits.push(Replacement { range: TextRange::new(inside.end(), all.end()), text: String::new() });
-    let kind = MethodKind::from_keyword(method.keyword()?.text())?;
-    let from = ProgramId::Method { state: state.name()?.syntax().text().to_string().into(), kind };
-    let core = declaration_at(db, file, core.syntax().text_range())?;
-    let keys = renamed_keys(db, workspaces, core, &from, &ProgramId::UPDATE);
-    keys.map(|keys| with_keys(file, edits, keys)).transpose()
 }
 
 fn comments_in(node: &SyntaxNode, range: TextRange) -> String {
@@ -178,81 +247,6 @@ fn lines_within<'a>(text: &'a str, node: &SyntaxNode) -> Vec<(&'a str, mauve_syn
 fn with_keys(file: File, edits: Vec<Replacement>, keys: Change) -> Option<Change> {
     let mut change = Change::of(file, edits)?;
     change.join(keys).then_some(change)
-}
-
-/// Returns the change that renames the keys of a program of `core` in timing tables.
-///
-/// # Errors
-///
-/// Why a time would be dropped, or assigned to another program. Projects share tables: the key must have the same meaning in
-/// every project that reads a table.
-fn renamed_keys(
-    db: &dyn ModelDb,
-    workspaces: &[Workspace],
-    core: Decl<'_>,
-    from: &ProgramId,
-    to: &ProgramId,
-) -> Result<Change, String> {
-    let mut change = Change::default();
-    let mut seen = FxHashSet::default();
-    for &file in workspaces.iter().flat_map(|&it| &table_files(db, it).files) {
-        if !seen.insert(file) {
-            continue;
-        }
-        let path = file.path(db).file_name().unwrap_or_default().display().to_string();
-        let readers = workspaces.iter().filter(|it| table_files(db, **it).files.contains(&file));
-        let readers: Vec<Project<'_>> = readers.flat_map(|&it| projects(db, it)).copied().collect();
-        let is_of_core = |project: Project<'_>, it: Decl<'_>| core_of(db, project, it) == Some(core);
-        let has_component = |&project: &Project<'_>| {
-            names_of(db, project).of_kind(db, Kind::Component).any(|it| is_of_core(project, it))
-        };
-        if (table(db, file).lost || file.problem(db).is_some()) && readers.iter().any(has_component) {
-            return Err(format!("{path} is unreadable, and may contain a time of this program"));
-        }
-        for entry in &table(db, file).programs {
-            let Some(ProgramKey { component, program }) = ProgramKey::parse(&entry.key) else { continue };
-            if program != *from && program != *to {
-                continue;
-            }
-            let (mut is_of_it, mut other) = (false, None);
-            for &project in &readers {
-                let names = names_of(db, project);
-                let found = names.by_key(Kind::Component, component);
-                is_of_it |= found.iter().any(|&it| is_of_core(project, it));
-                let is_unsure = found.is_empty()
-                    && (names.completeness.is_incomplete() || names.incomplete_file.is_some());
-                if is_unsure || found.iter().any(|&it| !is_of_core(project, it)) {
-                    other.get_or_insert(project);
-                }
-            }
-            if !is_of_it {
-                continue;
-            }
-            let key = &entry.key;
-            if program == *to {
-                return Err(format!("`{key}` already exists in {path}"));
-            }
-            if let Some(project) = other {
-                let place = in_projects(db, &[project], &readers);
-                return Err(format!("`{key}` in {path} may be the time of another program {place}"));
-            }
-            let from_key = from.to_string();
-            // A key with a `/` is quoted; a dotted key or a key with escapes cannot be replaced.
-            let written = file.text(db).get(entry.key_span.clone()).unwrap_or_default();
-            let inner = written.strip_suffix(['"', '\'']).unwrap_or(written);
-            let Some(before) = inner.strip_suffix(&*from_key).filter(|before| before.ends_with('/')) else {
-                return Err(format!(
-                    "`{key}` is written with dots or escapes in {path}: quote it as one key"
-                ));
-            };
-            let start = (entry.key_span.start + before.len()) as u32;
-            let range = TextRange::at(start.into(), (from_key.len() as u32).into());
-            if !change.replace(file, Replacement { range, text: to.to_string() }) {
-                return Err(format!("`{key}` is in {path} twice"));
-            }
-        }
-    }
-    Ok(change)
 }
 
 #[cfg(test)]

@@ -181,7 +181,7 @@ fn follows(one: &SyntaxNode, next: &SyntaxNode) -> bool {
 mod tests {
     use super::super::tests::check;
     use super::super::{ActionKind, ActionQuestion, Changes, code_actions};
-    use crate::fixture::Fixture;
+    use crate::fixture::{Fixture, project_with};
     use expect_test::{Expect, expect};
     use mauve_syntax::TextRange;
 
@@ -235,7 +235,8 @@ mod tests {
             let range = TextRange::empty(offset);
             let kinds = &[ActionKind::QuickFix, ActionKind::Rewrite];
             let question = ActionQuestion { file, range, diagnostics: &[], kinds, changes: Changes::All };
-            let actions = code_actions(&db, &[workspace], question);
+            let actions =
+                code_actions(&db, &[workspace], project_with(&db, workspace, question.file), question);
             let action = actions.iter().find(|it| it.title.starts_with("Organise"));
             assert_eq!(action.is_some(), is_offered, "{text}");
             let after = action.map(|it| it.change.as_ref().unwrap().applied(&db, file));

@@ -2,57 +2,46 @@
 
 use std::collections::BTreeSet;
 
-use mauve_hir::{File, ModelDb, Project, Workspace, is_model, parse};
+use mauve_hir::{File, ModelDb, Project, is_model, parse};
 use mauve_syntax::{TextRange, TextSize};
 
 use super::{Completer, Completions, include, may_be, toml};
 use crate::position::Position;
-use crate::project::projects_with;
 
 /// The maximal number of items in one answer: the next letter finds others.
 pub(super) const MOST_ITEMS: usize = 400;
 
-/// Returns the completions at `offset`, in all projects that contain the file.
+/// Returns the completions at `offset`. In a table or a configuration, which all projects of a workspace share, those of them all.
 ///
 /// ```
-/// use mauve_hir::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace, projects};
 /// let db = Database::default();
 /// let files = [("/a.mal".into(), "core C(S) { statemachine { state A { transition t to  } } }".to_owned())];
 /// let workspace = Workspace::of_texts(&db, "/".into(), files);
 /// let file = workspace.file(&db, std::path::Path::new("/a.mal")).expect("it is there");
-/// let found = mauve_ide::completions(&db, &[workspace], file, 53.into());
+/// let found = mauve_ide::completions(&db, projects(&db, workspace)[0], file, 53.into());
 /// assert_eq!(found.items[0].label, "A");
 /// ```
-pub fn completions(db: &dyn ModelDb, workspaces: &[Workspace], file: File, offset: TextSize) -> Completions {
+pub fn completions(db: &dyn ModelDb, project: Project<'_>, file: File, offset: TextSize) -> Completions {
     let text = file.text(db);
     let mut offset = offset.min(TextSize::of(&**text));
     while !text.is_char_boundary(offset.into()) {
         offset -= TextSize::from(1);
     }
-    let mut projects = projects_with(db, workspaces, file);
     if !is_model(file.path(db)) {
-        return toml::completions(db, workspaces, &projects, file, offset);
-    }
-    if projects.is_empty() {
-        // A file that no root includes is its own root.
-        let home = workspaces.iter().find(|it| it.file(db, file.path(db)) == Some(file));
-        projects.extend(home.map(|&workspace| Project::new(db, workspace, file)));
+        return toml::completions(db, project.workspace(db), file, offset);
     }
     let root = parse(db, file).syntax();
-    if let Some(found) = include::paths(db, &projects, file, &root, offset) {
+    if let Some(found) = include::paths(db, project.workspace(db), file, &root, offset) {
         return found;
     }
     let Some(at) = Position::at(&root, offset) else { return Completions::default() };
-    let mut found = Completions::default();
+    let mut completer = Completer::new(db, project, file, &at);
+    completer.complete();
+    let (mut items, incomplete) = (completer.found, completer.incomplete);
     let mut known = BTreeSet::new();
-    for project in projects {
-        let mut completer = Completer::new(db, project, file, &at);
-        completer.complete();
-        found.incomplete |= completer.incomplete;
-        let items = completer.found.into_iter();
-        found.items.extend(items.filter(|item| known.insert((item.label.clone(), item.insert.clone()))));
-    }
-    finish(found, at.word, &at.prefix)
+    items.retain(|item| known.insert((item.label.clone(), item.insert.clone())));
+    finish(Completions { items, incomplete }, at.word, &at.prefix)
 }
 
 fn finish(mut found: Completions, replaced: TextRange, prefix: &str) -> Completions {

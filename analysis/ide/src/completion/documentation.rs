@@ -54,25 +54,25 @@ pub(crate) fn subject<'db>(db: &'db dyn ModelDb, callable: &Callable<'db>) -> Op
 }
 
 /// Returns the documentation in Markdown, from the present declaration; none if the declaration no longer exists.
-pub fn documentation(db: &dyn ModelDb, workspaces: &[Workspace], subject: &Subject) -> Option<String> {
+pub fn documentation(db: &dyn ModelDb, workspace: Workspace, subject: &Subject) -> Option<String> {
     match subject {
         Subject::Message { package: of, name } => {
-            let package = workspaces.iter().find_map(|&workspace| package(db, workspace, of))?;
+            let package = package(db, workspace, of)?;
             Some(fields(package, name, package.messages.get(name)?))
         }
-        Subject::Declaration { .. } => Some(shown(&node_of(db, workspaces, subject)?)),
+        Subject::Declaration { .. } => Some(shown(&node_of(db, workspace, subject)?)),
     }
 }
 
 /// Returns the comment above a declaration in Markdown; none if there is none.
-pub(crate) fn comment(db: &dyn ModelDb, workspaces: &[Workspace], subject: &Subject) -> Option<String> {
-    let (_, comment) = head_and_comment(&node_of(db, workspaces, subject)?);
+pub(crate) fn comment(db: &dyn ModelDb, workspace: Workspace, subject: &Subject) -> Option<String> {
+    let (_, comment) = head_and_comment(&node_of(db, workspace, subject)?);
     (!comment.is_empty()).then_some(comment)
 }
 
-fn node_of(db: &dyn ModelDb, workspaces: &[Workspace], subject: &Subject) -> Option<SyntaxNode> {
+fn node_of(db: &dyn ModelDb, workspace: Workspace, subject: &Subject) -> Option<SyntaxNode> {
     let Subject::Declaration { path, kind, library, name, member } = subject else { return None };
-    let file = workspaces.iter().find_map(|workspace| workspace.file(db, path))?;
+    let file = workspace.file(db, path)?;
     let maps = &source_map(db, file).declarations;
     let is_it =
         |decl: &Decl<'_>| decl.kind(db) == *kind && decl.library(db) == library && decl.name(db) == name;
@@ -97,14 +97,14 @@ fn member_of(of: &SyntaxNode, name: &str) -> Option<SyntaxNode> {
 mod tests {
     use super::*;
     use crate::completion::completions;
-    use crate::fixture::Fixture;
+    use crate::fixture::{Fixture, project_of};
     use expect_test::{Expect, expect};
 
     fn check(fixture: &str, label: &str, expected: Expect) {
         let Fixture { db, workspace, file, offset } = Fixture::new(fixture);
-        let found = completions(&db, &[workspace], file, offset);
+        let found = completions(&db, project_of(&db, workspace, file), file, offset);
         let item = found.items.iter().find(|item| item.label == label).unwrap();
-        let found = item.subject.as_ref().and_then(|subject| documentation(&db, &[workspace], subject));
+        let found = item.subject.as_ref().and_then(|subject| documentation(&db, workspace, subject));
         expected.assert_eq(&found.unwrap_or_default());
     }
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use mauve_hir::{File, ModelDb, Project, includes, is_model, relative_path};
+use mauve_hir::{File, ModelDb, Workspace, includes, is_model, relative_path};
 use mauve_syntax::SyntaxKind::*;
 use mauve_syntax::{SyntaxNode, TextRange, TextSize, tokens_at};
 
@@ -11,37 +11,34 @@ use crate::position::before;
 
 pub(super) fn paths(
     db: &dyn ModelDb,
-    projects: &[Project<'_>],
+    workspace: Workspace,
     file: File,
     root: &SyntaxNode,
     offset: TextSize,
 ) -> Option<Completions> {
     let (replaced, is_quoted) = path_at(root, offset)?;
     let mut found = Completions::default();
-    for &project in projects {
-        let workspace = project.workspace(db);
-        let included: Vec<File> = includes(db, workspace, file).iter().flatten().copied().collect();
-        let folder = file.path(db).parent().unwrap_or(Path::new("/"));
-        for (path, &other) in workspace.files(db).iter().filter(|(path, _)| is_model(path)) {
-            let by_model_path = workspace.model_path(db).iter().find_map(|it| path.strip_prefix(it).ok());
-            let is_near = path.starts_with(workspace.folder(db));
-            let shown = match by_model_path.filter(|_| !is_near) {
-                Some(path) => path.to_path_buf(),
-                None => relative_path(folder, path),
-            };
-            let shown = shown.display().to_string();
-            if other == file || found.items.iter().any(|item| item.label == shown) {
-                continue;
-            }
-            let mut item = Completion::new(CompletionKind::File, shown.as_str());
-            if !is_quoted {
-                item.insert = format!("\"{shown}\"");
-            }
-            // Paths that are already included come last.
-            item.rank = if included.contains(&other) { 3 } else { u8::from(shown.starts_with("..")) };
-            item.replaced = replaced;
-            found.items.push(item);
+    let included: Vec<File> = includes(db, workspace, file).iter().flatten().copied().collect();
+    let folder = file.path(db).parent().unwrap_or(Path::new("/"));
+    for (path, &other) in workspace.files(db).iter().filter(|(path, _)| is_model(path)) {
+        let by_model_path = workspace.model_path(db).iter().find_map(|it| path.strip_prefix(it).ok());
+        let is_near = path.starts_with(workspace.folder(db));
+        let shown = match by_model_path.filter(|_| !is_near) {
+            Some(path) => path.to_path_buf(),
+            None => relative_path(folder, path),
+        };
+        let shown = shown.display().to_string();
+        if other == file || found.items.iter().any(|item| item.label == shown) {
+            continue;
         }
+        let mut item = Completion::new(CompletionKind::File, shown.as_str());
+        if !is_quoted {
+            item.insert = format!("\"{shown}\"");
+        }
+        // Paths that are already included come last.
+        item.rank = if included.contains(&other) { 3 } else { u8::from(shown.starts_with("..")) };
+        item.replaced = replaced;
+        found.items.push(item);
     }
     found.items.sort_by_key(|item| item.rank);
     Some(found)

@@ -8,7 +8,7 @@ use mauve_hir::config_keys::{Entries, Header, SEVERITIES, Suggestions, headers, 
 use mauve_hir::item_tree::{FeatureKind, Kind, Name};
 use mauve_hir::{
     Decl, File, ModelDb, ProgramKey, Project, Workspace, behaviour_of, codels_in, config_file, core_of,
-    flat_of, is_model, likely_features_of, likely_shell_of, names_of,
+    flat_of, is_model, likely_features_of, likely_shell_of, names_of, projects,
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::Unit;
@@ -19,18 +19,17 @@ use super::{Completion, CompletionKind, Completions};
 
 pub(super) fn completions(
     db: &dyn ModelDb,
-    workspaces: &[Workspace],
-    projects: &[Project<'_>],
+    workspace: Workspace,
     file: File,
     offset: TextSize,
 ) -> Completions {
     let Some(place) = Location::at(file.text(db), offset.into()) else { return Completions::default() };
-    let is_config = workspaces.iter().any(|&it| config_file(db, it) == Some(file));
-    let is_table = workspaces.iter().any(|&it| table_files(db, it).files.contains(&file));
+    let is_config = config_file(db, workspace) == Some(file);
+    let is_table = table_files(db, workspace).files.contains(&file);
     if !is_config && !is_table {
         return Completions::default();
     }
-    let toml = Toml { db, workspaces, projects, file };
+    let toml = Toml { db, workspace, file };
     let mut items = match &place.what {
         What::Header => Vec::new(),
         What::Key if is_config => toml.config_keys(&place.section),
@@ -218,14 +217,13 @@ fn unquoted(key: &str) -> String {
     key.split('.').map(|part| part.trim().trim_matches('"')).collect::<Vec<_>>().join(".")
 }
 
-struct Toml<'a, 'db> {
+struct Toml<'db> {
     db: &'db dyn ModelDb,
-    workspaces: &'a [Workspace],
-    projects: &'a [Project<'db>],
+    workspace: Workspace,
     file: File,
 }
 
-impl Toml<'_, '_> {
+impl Toml<'_> {
     fn config_keys(&self, section: &str) -> Vec<Completion> {
         let item = |key| Completion::new(CompletionKind::Key, key);
         match section_named(section).map(|it| &it.entries) {
@@ -246,7 +244,8 @@ impl Toml<'_, '_> {
             Some(Suggestions::Tables) => self.files(false),
             Some(Suggestions::Instances) => self.instances(false),
             Some(Suggestions::Levels) => {
-                let levels = self.projects.iter().flat_map(|&it| levels_of_tables(self.db, it));
+                let levels = projects(self.db, self.workspace).iter();
+                let levels = levels.flat_map(|&it| levels_of_tables(self.db, it));
                 let levels: BTreeSet<String> = levels.map(|level| level.to_string()).collect();
                 levels.iter().map(|level| value(level)).collect()
             }
@@ -277,7 +276,7 @@ impl Toml<'_, '_> {
                 items.push(if is_missing { item.rank(0).note("has no time") } else { item });
             }
         };
-        for &project in self.projects {
+        for &project in projects(db, self.workspace) {
             let names = names_of(db, project);
             let untimed = untimed_codels(db, project);
             for decl in names.of_kind(db, kind).filter(|decl| !decl.name(db).is_empty()) {
@@ -304,16 +303,12 @@ impl Toml<'_, '_> {
     /// Offers the models, or the tables, by their paths relative to the configuration's folder.
     fn files(&self, models: bool) -> Vec<Completion> {
         let mut paths = BTreeSet::new();
-        for workspace in
-            self.workspaces.iter().filter(|it| it.file(self.db, self.file.path(self.db)).is_some())
-        {
-            for (path, &file) in workspace.files(self.db).iter() {
-                let is_wanted = is_model(path) == models && file != self.file;
-                if let Ok(path) = path.strip_prefix(workspace.folder(self.db))
-                    && is_wanted
-                {
-                    paths.insert(path.display().to_string());
-                }
+        for (path, &file) in self.workspace.files(self.db).iter() {
+            let is_wanted = is_model(path) == models && file != self.file;
+            if let Ok(path) = path.strip_prefix(self.workspace.folder(self.db))
+                && is_wanted
+            {
+                paths.insert(path.display().to_string());
             }
         }
         let file = |path: String| {
@@ -327,7 +322,7 @@ impl Toml<'_, '_> {
     fn instances(&self, ports: bool) -> Vec<Completion> {
         let db = self.db;
         let mut found: BTreeSet<Name> = BTreeSet::new();
-        for &project in self.projects {
+        for &project in projects(db, self.workspace) {
             for decl in names_of(db, project).of_kind(db, Kind::Architecture) {
                 for instance in &flat_of(db, project, decl).instances {
                     if !ports {

@@ -11,7 +11,6 @@ use mauve_timing::{Task, name_of_other};
 use mauve_wcrt::{Priority, Query, ResolvedActivity, response_times, system_of};
 
 use super::format::{Hover, and_more};
-use crate::project::each_once;
 
 /// Names at most this many activities of higher or equal priority.
 const MOST_ACTIVITIES: usize = 12;
@@ -19,7 +18,7 @@ const MOST_ACTIVITIES: usize = 12;
 /// Returns the hover of a field of an activity, or of its value. Its range is that of the field.
 pub(super) fn of_field(
     db: &dyn ModelDb,
-    projects: &[Project<'_>],
+    project: Project<'_>,
     file: File,
     offset: TextSize,
 ) -> Option<Hover> {
@@ -30,20 +29,17 @@ pub(super) fn of_field(
     let kind = ActivityField::from_keyword(&field.name_ref()?.syntax().text().to_string())?;
     let name = field.syntax().ancestors().find_map(ast::Activity::cast)?.name_ref()?.syntax().text_range();
     let deployment = declaration_at(db, file, name).filter(|decl| decl.kind(db) == Kind::Deployment)?;
-    let texts = projects.iter().filter_map(|&project| {
-        let activities = &system_of(db, project, deployment).activities;
-        let activity = activities.iter().find(|it| it.at.range(db) == name)?;
-        match kind {
-            ActivityField::Affinity => affinity(db, project, deployment, activity),
-            ActivityField::Priority => {
-                let report = response_times(db, project, deployment, Query::shown(db, project));
-                priority(activity, activities, report.others())
-            }
-            _ => None,
+    let activities = &system_of(db, project, deployment).activities;
+    let activity = activities.iter().find(|it| it.at.range(db) == name)?;
+    let markdown = match kind {
+        ActivityField::Affinity => affinity(db, project, deployment, activity)?,
+        ActivityField::Priority => {
+            let report = response_times(db, project, deployment, Query::shown(db, project));
+            priority(activity, activities, report.others())?
         }
-    });
-    let markdown = each_once(texts).concat();
-    (!markdown.is_empty()).then(|| Hover { range: field.syntax().text_range(), markdown })
+        _ => return None,
+    };
+    Some(Hover { range: field.syntax().text_range(), markdown })
 }
 
 /// `CPUs 1 and 3 (mask 5 = 1 + 4). Utilisation: CPU 1 62.0 %, CPU 3 40.0 %.`

@@ -12,7 +12,7 @@ use mauve_wcrt::{ActivityReport, Deadlines, Query, TableSet, psm_of, response_ti
 
 use super::format::{HoverFormat, and_more};
 use crate::markdown::code;
-use crate::project::each_once;
+use crate::occurrences::each_once;
 
 /// Names at most this many things in a line.
 const MOST_NAMES: usize = 6;

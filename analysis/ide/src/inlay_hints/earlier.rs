@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use mauve_hir::item_tree::{Kind, Name};
-use mauve_hir::{Decl, File, ModelDb, Project, Workspace, declarations, parse};
+use mauve_hir::{Decl, File, ModelDb, Project, declarations, parse};
 use mauve_syntax::{NodeOrToken, SyntaxKind, TextRange, TextSize};
 use mauve_timing::Level;
 use mauve_wcrt::level_shown;
@@ -16,7 +16,6 @@ use super::declaration::{hash_of_declaration, of_declaration};
 use super::figures::{Figures, PATIENCE, is_newer, older};
 use super::label::{MOST_CHARACTERS, Texts, most_at};
 use super::{Figure, Found, HintOptions, HintStatus, InlayHint, Subject, column, end_of_line, programs};
-use crate::project::projects_with;
 
 /// The last known figures of the declarations in open files.
 #[derive(Debug, Clone, Default)]
@@ -65,36 +64,35 @@ impl EarlierFigures {
         waiting.filter_map(|figures| Some(PATIENCE.saturating_sub(figures.older?.0.elapsed()))).min()
     }
 
-    /// Returns these figures with the known ones of `files`. If the texts `are_saved`, the hints say at once why a figure is
+    /// Returns these figures with the known ones of `files`, each with its project, if it has one. If the texts `are_saved`, the hints say at once why a figure is
     /// unknown.
     #[must_use]
     pub fn updated(
         &self,
         db: &dyn ModelDb,
-        workspaces: &[Workspace],
-        files: &[File],
+        files: &[(File, Option<Project<'_>>)],
         options: HintOptions,
         are_saved: bool,
     ) -> EarlierFigures {
         let mut updated = EarlierFigures::default();
-        for &file in files {
-            for project in projects_with(db, workspaces, file) {
-                for &decl in &declarations(db, file).all {
-                    let owner = Owner::of(db, project, decl);
-                    let before = self.of.get(&owner);
-                    let hash = hash_of_declaration(db, project, decl, options);
-                    let figures = match before {
-                        Some(before) if before.hash == hash && before.older.is_none() => Arc::clone(before),
-                        _ => Arc::new(figures_of(db, project, decl, options, before, hash, are_saved)),
-                    };
-                    if !figures.of.is_empty() {
-                        updated.of.insert(owner, figures);
-                    }
+        let with_projects = files.iter().filter_map(|&(file, project)| Some((file, project?)));
+        for (file, project) in with_projects {
+            for &decl in &declarations(db, file).all {
+                let owner = Owner::of(db, project, decl);
+                let before = self.of.get(&owner);
+                let hash = hash_of_declaration(db, project, decl, options);
+                let figures = match before {
+                    Some(before) if before.hash == hash && before.older.is_none() => Arc::clone(before),
+                    _ => Arc::new(figures_of(db, project, decl, options, before, hash, are_saved)),
+                };
+                if !figures.of.is_empty() {
+                    updated.of.insert(owner, figures);
                 }
             }
         }
         // A declaration may be missing because of a syntax error.
-        let is_broken = |file: File| files.contains(&file) && !parse(db, file).errors().is_empty();
+        let is_broken =
+            |file: File| files.iter().any(|(it, _)| *it == file) && !parse(db, file).errors().is_empty();
         for (owner, figures) in self.of.iter().filter(|(owner, _)| is_broken(owner.file)) {
             updated.of.entry(owner.clone()).or_insert_with(|| match figures.older {
                 Some(_) => Arc::clone(figures),
@@ -181,13 +179,13 @@ fn figures_of<'db>(
 /// many, say. `found` are the hints of the declarations.
 ///
 /// Only the names decide: the parser may read the rest of such a text in any way.
-pub(super) fn of_lost_activities<'a>(
+pub(super) fn of_lost_activities(
     db: &dyn ModelDb,
     project: Project<'_>,
     file: File,
     range: TextRange,
     earlier: &EarlierFigures,
-    found: impl Iterator<Item = &'a Found>,
+    found: &[Found],
 ) -> Vec<Found> {
     let deployments: Vec<(&str, &Figures)> = earlier.of_deployments(db, project, file).collect();
     let parse = parse(db, file);
@@ -195,7 +193,7 @@ pub(super) fn of_lost_activities<'a>(
         return Vec::new();
     }
     let (places, subjects): (HashSet<TextSize>, Vec<Option<Subject>>) =
-        found.map(|found| (found.hint.offset, found.subject.clone())).unzip();
+        found.iter().map(|found| (found.hint.offset, found.subject.clone())).unzip();
     let mut subjects: HashSet<Subject> = subjects.into_iter().flatten().collect();
     let text = file.text(db);
     let mut lost = Vec::new();
@@ -237,10 +235,11 @@ pub(super) fn of_lost_activities<'a>(
 
 #[cfg(test)]
 mod tests {
-    use mauve_hir::Database;
+    use mauve_hir::{Database, Workspace};
     use salsa::Setter as _;
 
     use super::*;
+    use crate::fixture::{project_of, project_with};
     use crate::inlay_hints;
 
     const MODEL: &str = "codel plan(): int
@@ -289,8 +288,9 @@ deployment D {
         }
 
         fn update(&mut self, is_saved: bool) {
-            let (files, options) = ([self.file], HintOptions::default());
-            self.earlier = self.earlier.updated(&self.db, &[self.workspace], &files, options, is_saved);
+            let files = [(self.file, project_with(&self.db, self.workspace, self.file))];
+            let options = HintOptions::default();
+            self.earlier = self.earlier.updated(&self.db, &files, options, is_saved);
         }
 
         /// Changes the text; returns the hints, each with the beginning of its line.
@@ -301,7 +301,14 @@ deployment D {
             let text = self.file.text(&self.db);
             let all = TextRange::up_to(TextSize::of(&**text));
             let options = HintOptions::default();
-            let hints = inlay_hints(&self.db, &[self.workspace], self.file, all, options, &self.earlier);
+            let hints = inlay_hints(
+                &self.db,
+                project_of(&self.db, self.workspace, self.file),
+                self.file,
+                all,
+                options,
+                &self.earlier,
+            );
             let line = |offset: TextSize| text[..usize::from(offset)].lines().last().unwrap_or_default();
             let shown = |hint: &InlayHint| {
                 let start: String = line(hint.offset).trim().chars().take(17).collect();

@@ -3,7 +3,7 @@
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
 use mauve_hir::item_tree::Kind;
-use mauve_hir::{Decl, File, ModelDb, Project, Workspace, declarations, is_model, source_map};
+use mauve_hir::{Decl, File, ModelDb, Project, declarations, is_model, source_map};
 use mauve_syntax::TextRange;
 
 use super::declaration::{hash_of_declaration, of_declaration};
@@ -11,7 +11,6 @@ use super::earlier::{EarlierFigures, Owner, of_lost_activities};
 use super::figures::{in_short, missing_loads, with_earlier};
 use super::label::{MOST_CHARACTERS, cut};
 use super::{Found, HintOptions, HintStatus, InlayHint, Subject, programs};
-use crate::project::{name_of_root, projects_with};
 
 /// A name before the label of a hint has so many characters at least, unless it is shorter.
 const SHORTEST_NAME: usize = 7;
@@ -21,7 +20,7 @@ const SHORTEST_NAME: usize = 7;
 ///
 /// ```
 /// use mauve_ide::{EarlierFigures, HintOptions};
-/// use mauve_hir::{Database, Workspace};
+/// use mauve_hir::{Database, Workspace, projects};
 /// use mauve_syntax::{TextRange, TextSize};
 ///
 /// let model = "codel plan(): int  shell S { }  core C(S) { update = { plan(); } }  component P(S, C)
@@ -39,12 +38,12 @@ const SHORTEST_NAME: usize = 7;
 /// let file = workspace.file(&db, "/robot.mal".as_ref()).unwrap();
 /// let range = TextRange::up_to(TextSize::of(model));
 /// let (options, earlier) = (HintOptions::default(), EarlierFigures::default());
-/// let hints = mauve_ide::inlay_hints(&db, &[workspace], file, range, options, &earlier);
+/// let hints = mauve_ide::inlay_hints(&db, projects(&db, workspace)[0], file, range, options, &earlier);
 /// assert!(hints.iter().any(|hint| hint.label == "83 ms slack · 17 ms"));
 /// ```
 pub fn inlay_hints(
     db: &dyn ModelDb,
-    workspaces: &[Workspace],
+    project: Project<'_>,
     file: File,
     range: TextRange,
     options: HintOptions,
@@ -53,30 +52,17 @@ pub fn inlay_hints(
     if !is_model(file.path(db)) {
         return Vec::new();
     }
-    let projects = projects_with(db, workspaces, file);
     let declared = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
     let declared = declared.filter(|(_, map)| map.range.intersect(range).is_some());
-    let mut found: Vec<(Found, Project<'_>)> = Vec::new();
-    for (&decl, _) in declared {
-        for &project in &projects {
-            let hints = hints_of(db, project, decl, range, options, earlier);
-            found.extend(hints.into_iter().map(|hint| (hint, project)));
-        }
-    }
+    let hints = |(&decl, _)| hints_of(db, project, decl, range, options, earlier);
+    let mut found: Vec<Found> = declared.flat_map(hints).collect();
     if options.response_times {
-        let lost_in = |&project: &Project<'_>| {
-            let of_project = found.iter().filter(|(_, of)| *of == project).map(|(found, _)| found);
-            of_lost_activities(db, project, file, range, earlier, of_project)
-        };
-        let lost: Vec<(Vec<Found>, Project<'_>)> = projects.iter().map(|it| (lost_in(it), *it)).collect();
-        found.extend(
-            lost.into_iter().flat_map(|(lost, project)| lost.into_iter().map(move |it| (it, project))),
-        );
+        found.extend(of_lost_activities(db, project, file, range, earlier, &found));
     }
     // Stable: the hints of one position stay in their order.
-    found.sort_by_key(|(found, _)| found.hint.offset);
-    let of_line = found.chunk_by(|(one, _), (other, _)| one.hint.offset == other.hint.offset);
-    of_line.flat_map(|found| on_one_line(db, found, &projects)).collect()
+    found.sort_by_key(|found| found.hint.offset);
+    let of_line = found.chunk_by(|one, other| one.hint.offset == other.hint.offset);
+    of_line.flat_map(on_one_line).collect()
 }
 
 /// Returns the hints of a declaration in `range`.
@@ -102,29 +88,21 @@ fn hints_of<'db>(
     }
 }
 
-/// Returns the hints at one position: with the project, where projects differ, and with the names of their subjects, where
-/// there are several.
-fn on_one_line(db: &dyn ModelDb, found: &[(Found, Project<'_>)], projects: &[Project<'_>]) -> Vec<InlayHint> {
-    let mut shown: Vec<(&Found, Vec<Project<'_>>)> = Vec::new();
-    for (found, project) in found {
-        match shown.iter_mut().find(|(known, _)| known == &found) {
-            Some((_, having)) => having.push(*project),
-            None => shown.push((found, vec![*project])),
+/// Returns the hints at one position, with the names of their subjects where there are several.
+fn on_one_line(found: &[Found]) -> Vec<InlayHint> {
+    let mut shown: Vec<&Found> = Vec::new();
+    for found in found {
+        if !shown.contains(&found) {
+            shown.push(found);
         }
     }
-    let mut names = shown.iter().filter_map(|(found, _)| found.subject.as_ref()?.name());
+    let mut names = shown.iter().filter_map(|found| found.subject.as_ref()?.name());
     let first = names.next();
     let are_several = names.any(|name| Some(name) != first);
-    let hint = |(found, having): (&Found, Vec<Project<'_>>)| {
-        let roots = having.iter().filter(|_| having.len() < projects.len());
-        let roots: Vec<String> = roots.map(|&project| name_of_root(db, project, projects)).collect();
-        let name = found.subject.as_ref().and_then(Subject::name).filter(|_| are_several);
-        let names = [roots.join(", "), name.unwrap_or_default().to_owned()];
-        let names: Vec<String> = names.into_iter().filter(|name| !name.is_empty()).collect();
+    let hint = |found: &Found| {
         let mut hint = found.hint.clone();
-        if !names.is_empty() {
-            let name = names.join(": ");
-            let with_name = |label: &String| with_name(&name, label, hint.status);
+        if let Some(name) = found.subject.as_ref().and_then(Subject::name).filter(|_| are_several) {
+            let with_name = |label: &String| with_name(name, label, hint.status);
             (hint.label, hint.labels) = (with_name(&hint.label), hint.labels.iter().map(with_name).collect());
             hint.labels.dedup();
         }
@@ -148,18 +126,16 @@ fn with_name(name: &str, label: &str, status: HintStatus) -> String {
 /// not built for it again.
 pub fn hash_of_hints(
     db: &dyn ModelDb,
-    workspaces: &[Workspace],
+    project: Project<'_>,
     file: File,
     options: HintOptions,
     earlier: &EarlierFigures,
 ) -> u64 {
     let mut hasher = DefaultHasher::new();
-    for project in projects_with(db, workspaces, file) {
-        for &decl in &declarations(db, file).all {
-            hash_of_declaration(db, project, decl, options).hash(&mut hasher);
-            earlier.hash_of(&Owner::of(db, project, decl)).hash(&mut hasher);
-        }
-        earlier.hash_of_lacking(db, project, file).hash(&mut hasher);
+    for &decl in &declarations(db, file).all {
+        hash_of_declaration(db, project, decl, options).hash(&mut hasher);
+        earlier.hash_of(&Owner::of(db, project, decl)).hash(&mut hasher);
     }
+    earlier.hash_of_lacking(db, project, file).hash(&mut hasher);
     hasher.finish()
 }

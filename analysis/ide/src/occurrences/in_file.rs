@@ -2,6 +2,7 @@
 
 use mauve_hir::{File, ModelDb, Project, declarations, is_model, source_map};
 use mauve_syntax::TextSize;
+use mauve_syntax::ast::{self, AstNode as _};
 
 use super::toml::in_toml;
 use super::{Definition, Found, in_declaration, located, occurrences_of, outside_declarations};
@@ -32,6 +33,18 @@ pub(crate) fn names_at<'db>(
     let start = found.iter().map(|found| found.range.start()).max();
     found.retain(|found| Some(found.range.start()) == start);
     found
+}
+
+/// Returns what a type refers to: the definition of the last name in it.
+pub(crate) fn definition_of_type<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    file: File,
+    ty: &ast::Type,
+) -> Option<Definition<'db>> {
+    let last = ty.segments().last()?.syntax().text_range();
+    let names = names_at(db, project, file, last.start()).into_iter();
+    names.filter(|name| name.range == last).map(|name| name.definition).next()
 }
 
 pub(crate) fn names_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> Vec<Found<'db>> {

@@ -11,9 +11,8 @@ use mauve_syntax::TextRange;
 use mauve_wcrt::{table, table_files};
 use rustc_hash::FxHashSet;
 
-use super::{Definition, Finder, Found, Role, kind_of, mention, range_of, unquoted};
+use super::{Definition, Finder, Found, Role, each_once, kind_of, mention, range_of, unquoted};
 use crate::document_symbols::SymbolKind;
-use crate::project::each_once;
 
 #[derive(Debug, Default, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub(crate) struct InToml<'db> {

@@ -204,7 +204,7 @@ impl<'db> Renaming<'_, 'db> {
 
     pub(super) fn check_definitions(&self, change: &Change) -> Result<(), String> {
         let db = self.db;
-        let (scratch, pairs) = applied(db, self.workspaces, change);
+        let (scratch, pairs) = self.applied(change);
         let home = self.home().map(|home| home.file(db));
         let shift = Shift::of(change);
         for (workspace, changed) in pairs {
@@ -294,6 +294,42 @@ impl<'db> Renaming<'_, 'db> {
         }
         Ok(())
     }
+
+    /// The workspaces that have a changed file, as they would be; each beside what it is now.
+    fn applied(&self, change: &Change) -> (Database, Vec<(Workspace, Workspace)>) {
+        let db = self.db;
+        let scratch = Database::default();
+        let texts: FxHashMap<File, &FileChange> = change.files.iter().map(|it| (it.file, it)).collect();
+        let mut files: FxHashMap<File, File> = FxHashMap::default();
+        let mut pairs = Vec::new();
+        for &workspace in self.workspaces {
+            let known = workspace.files(db);
+            if !known.values().any(|file| texts.contains_key(file)) {
+                continue;
+            }
+            let mut copy = |file: File| {
+                *files.entry(file).or_insert_with(|| {
+                    let text = file.text(db);
+                    let changed =
+                        texts.get(&file).map(|it| mauve_syntax::format::applied(text, &it.edits).into());
+                    file.copied(db, &scratch, changed.unwrap_or_else(|| text.clone()))
+                })
+            };
+            let copies = known.iter().map(|(path, &file)| (path.clone(), copy(file))).collect();
+            let only = workspace.only(db).iter().map(|&file| copy(file)).collect();
+            let changed = Workspace::new(
+                &scratch,
+                workspace.folder(db).clone(),
+                std::sync::Arc::new(copies),
+                workspace.model_path(db).clone(),
+                only,
+                workspace.unreadable(db).clone(),
+                workspace.packages(db).clone(),
+            );
+            pairs.push((workspace, changed));
+        }
+        (scratch, pairs)
+    }
 }
 
 /// Returns the errors in the declarations of a file, except deployments: they declare no names, and response times take long.
@@ -372,45 +408,6 @@ impl Shift {
         let sum = before.checked_sub(1).and_then(|last| edits.get(last)).map_or(0, |(_, sum)| *sum);
         TextSize::new((i64::from(u32::from(at)) + sum) as u32)
     }
-}
-
-/// The workspaces that have a changed file, as they would be; each beside what it is now.
-fn applied(
-    db: &dyn ModelDb,
-    workspaces: &[Workspace],
-    change: &Change,
-) -> (Database, Vec<(Workspace, Workspace)>) {
-    let scratch = Database::default();
-    let texts: FxHashMap<File, &FileChange> = change.files.iter().map(|it| (it.file, it)).collect();
-    let mut files: FxHashMap<File, File> = FxHashMap::default();
-    let mut pairs = Vec::new();
-    for &workspace in workspaces {
-        let known = workspace.files(db);
-        if !known.values().any(|file| texts.contains_key(file)) {
-            continue;
-        }
-        let mut copy = |file: File| {
-            *files.entry(file).or_insert_with(|| {
-                let text = file.text(db);
-                let changed =
-                    texts.get(&file).map(|it| mauve_syntax::format::applied(text, &it.edits).into());
-                file.copied(db, &scratch, changed.unwrap_or_else(|| text.clone()))
-            })
-        };
-        let copies = known.iter().map(|(path, &file)| (path.clone(), copy(file))).collect();
-        let only = workspace.only(db).iter().map(|&file| copy(file)).collect();
-        let changed = Workspace::new(
-            &scratch,
-            workspace.folder(db).clone(),
-            std::sync::Arc::new(copies),
-            workspace.model_path(db).clone(),
-            only,
-            workspace.unreadable(db).clone(),
-            workspace.packages(db).clone(),
-        );
-        pairs.push((workspace, changed));
-    }
-    (scratch, pairs)
 }
 
 /// Returns whether a word of `mauve.toml` or of a timing table may be a name of the model: it is not in a comment, and not the

@@ -80,7 +80,7 @@ pub(crate) fn code_actions(
     let version = snapshot.version(&params.text_document.uri);
     let is_automatic = context.trigger_kind == Some(CodeActionTriggerKind::AUTOMATIC);
     let shows_disabled = capabilities.disabled_actions && !is_automatic;
-    let found = mauve_ide::code_actions(&snapshot.db, snapshot.workspaces.as_ref(), question);
+    let found = of_question(snapshot, question);
     // The editor shows a bulb: nothing but what needs to be changed.
     let is_bulb = is_automatic && range.is_empty();
     let is_needed = |action: &CodeAction<'_>| action.fixed.iter().any(|it| it.severity != Severity::Hint);
@@ -129,7 +129,7 @@ fn resolve_change(snapshot: &Snapshot, action: &lsp_types::CodeAction) -> Result
     let range = lines.text_range(chosen.range);
     let changes = Changes::Of(&action.title);
     let question = ActionQuestion { file, range, diagnostics: &diagnostics, kinds: &kinds, changes };
-    let found = mauve_ide::code_actions(&snapshot.db, &snapshot.workspaces, question);
+    let found = of_question(snapshot, question);
     let is_it = |it: &CodeAction<'_>| {
         it.title == action.title && it.disabled.is_none() && first_fixed(snapshot, it) == chosen.fixed
     };
@@ -138,6 +138,11 @@ fn resolve_change(snapshot: &Snapshot, action: &lsp_types::CodeAction) -> Result
     let change = change.ok_or_else(Error::content_modified)?;
     action.edit = to_proto::workspace_edit(snapshot, &change, &action.title);
     Ok(action)
+}
+
+fn of_question<'a>(snapshot: &'a Snapshot, question: ActionQuestion<'_>) -> Vec<CodeAction<'a>> {
+    let project = snapshot.project(question.file);
+    mauve_ide::code_actions(&snapshot.db, &snapshot.workspaces, project, question)
 }
 
 fn first_fixed(snapshot: &Snapshot, action: &CodeAction<'_>) -> Option<(Range, String)> {

@@ -9,7 +9,7 @@
 //! - `mauve.showArchitecture`, `mauve.showSchedule` and `mauve.showStateMachine` show drawings of the declaration at a position. Their
 //!   arguments are an address and an object with the `position`. A client without them gets no such lenses.
 
-use mauve_ide::{LensAction, code_lenses as lenses_of, known_levels};
+use mauve_ide::LensAction;
 use mauve_timing::Level;
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::Result;
@@ -32,7 +32,7 @@ pub(crate) fn code_lenses(
     snapshot.complete()?;
     let (file, lines) = snapshot.file(&params.text_document)?;
     let mut found = Vec::new();
-    for lens in lenses_of(&snapshot.db, &snapshot.workspaces, file) {
+    for lens in snapshot.lenses(file) {
         let range = lines.range(lens.range);
         let commands = commands(snapshot, &params.text_document.uri, range, lens.title, lens.action);
         let lens = |command| lsp_types::CodeLens { range, command: Some(command), data: None };
@@ -59,7 +59,7 @@ fn commands(snapshot: &Snapshot, uri: &Url, range: Range, title: String, action:
             vec![command(title, CHOOSE_SIGNIFICANCE, Vec::new())]
         }
         LensAction::ChooseSignificance(shown) => {
-            let levels = known_levels(&snapshot.db, &snapshot.workspaces);
+            let levels = snapshot.levels();
             let set =
                 |level: &Level| command(format!("at {level}"), SET_SIGNIFICANCE, vec![json!(level.as_f64())]);
             other_levels(&levels, shown).map(set).collect()
@@ -78,9 +78,9 @@ fn commands(snapshot: &Snapshot, uri: &Url, range: Range, title: String, action:
             let places = places.into_iter().filter_map(|(file, range)| snapshot.location(file, range));
             vec![show(title, places.collect())]
         }
-        LensAction::Open(paths) => {
+        LensAction::Open(path) => {
             let locations: Vec<Location> =
-                to_proto::files_there(&paths).map(|uri| Location { uri, range: Range::default() }).collect();
+                to_proto::files_there(&[path]).map(|uri| Location { uri, range: Range::default() }).collect();
             if locations.is_empty() { Vec::new() } else { vec![show(title, locations)] }
         }
     }

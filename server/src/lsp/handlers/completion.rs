@@ -1,5 +1,6 @@
 //! `textDocument/completion` and `completionItem/resolve`.
 
+use mauve_hir::Project;
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_ide::{Completion, CompletionKind, Subject};
 use serde_json::{Value, json};
@@ -28,7 +29,11 @@ pub(crate) fn completion(
     if trigger == Some(">") && !before.ends_with("->") {
         return Ok(None);
     }
-    let found = mauve_ide::completions(&snapshot.db, &snapshot.workspaces, file, offset);
+    let db = &snapshot.db;
+    // A file that no root includes is its own root.
+    let own = || snapshot.workspace(file).map(|workspace| Project::new(db, workspace, file));
+    let found = snapshot.project(file).or_else(own);
+    let found = found.map(|project| mauve_ide::completions(db, project, file, offset)).unwrap_or_default();
     let item = |it| item(snapshot, file, lines, offset, it);
     Ok(Some(CompletionResponse::List(CompletionList {
         is_incomplete: found.incomplete,
@@ -96,7 +101,10 @@ fn item(
 pub(crate) fn resolve(snapshot: &Snapshot, item: &CompletionItem) -> Result<CompletionItem> {
     let mut item = item.clone();
     let subject = item.data.as_ref().and_then(subject);
-    let found = subject.and_then(|it| mauve_ide::documentation(&snapshot.db, &snapshot.workspaces, &it));
+    let mut workspaces = snapshot.workspaces.iter();
+    let found = subject.and_then(|subject| {
+        workspaces.find_map(|&workspace| mauve_ide::documentation(&snapshot.db, workspace, &subject))
+    });
     item.documentation = found
         .map(|text| documentation(snapshot.capabilities.completion_markdown, text))
         .or(item.documentation);

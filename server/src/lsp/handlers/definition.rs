@@ -1,6 +1,6 @@
 //! `textDocument/definition`, `textDocument/declaration`, `textDocument/typeDefinition` and `textDocument/implementation`.
 
-use mauve_hir::{File, ModelDb, Workspace};
+use mauve_hir::{File, ModelDb, Project};
 use mauve_ide::Navigation;
 use mauve_syntax::TextSize;
 use tower_lsp::jsonrpc::Result;
@@ -10,7 +10,7 @@ use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
 
 /// The function of `mauve-ide` that finds the targets.
-type Find = fn(&dyn ModelDb, &[Workspace], File, TextSize) -> Option<Navigation>;
+type Find = for<'db> fn(&'db dyn ModelDb, Project<'db>, File, TextSize) -> Option<Navigation>;
 
 /// Answers with what `find` returns: as `links` with the range that was asked from, for a client that knows them.
 pub(crate) fn go_to(
@@ -20,7 +20,8 @@ pub(crate) fn go_to(
     links: bool,
 ) -> Result<Option<GotoDefinitionResponse>> {
     let (file, lines, offset) = snapshot.at(&params.text_document_position_params)?;
-    let Some(found) = find(&snapshot.db, &snapshot.workspaces, file, offset) else {
+    let project = snapshot.project_at(file, offset);
+    let Some(found) = project.and_then(|project| find(&snapshot.db, project, file, offset)) else {
         return Ok(None);
     };
     let origin_selection_range = Some(lines.range(found.origin));

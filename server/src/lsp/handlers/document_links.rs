@@ -12,8 +12,9 @@ pub(crate) fn document_links(
     params: &DocumentLinkParams,
 ) -> Result<Option<Vec<lsp_types::DocumentLink>>> {
     let (file, lines) = snapshot.file(&params.text_document)?;
-    let links = mauve_ide::document_links(&snapshot.db, &snapshot.workspaces, file);
-    let links = links.into_iter().filter_map(|link| {
+    let (workspace, project) = (snapshot.workspace(file), snapshot.project(file));
+    let links = workspace.map(|it| mauve_ide::document_links(&snapshot.db, it, project, file));
+    let links = links.into_iter().flatten().filter_map(|link| {
         let mut target = snapshot.url(link.target)?;
         if let Some(at) = link.at {
             let at = snapshot.lines(link.target).position(at);

@@ -5,7 +5,6 @@
 //! | `mauve.setSignificance` | a level, a number such as `1e-6` or that number as text; or `null` | shows everything at this level for the rest of the session: hints, diagnostics, hovers, lenses; with `null`, at that of `mauve.toml` again | the level, or `null` |
 //! | `mauve.generateOrocos` | the address of a file; then, if not all packages of its projects are meant, the name of a deployment | has the client make the edit of `mauve/generate` (see `generate.rs`) | the `folder` of the packages, and how many files are `created`, `changed` and `removed` |
 
-use mauve_ide::known_levels;
 use mauve_timing::Level;
 use serde_json::Value;
 use tower_lsp::jsonrpc::{Error, Result};
@@ -46,7 +45,7 @@ pub(crate) fn read(snapshot: &Snapshot, params: &ExecuteCommandParams) -> Result
         SET_SIGNIFICANCE => {
             snapshot.complete()?;
             let level = level(&params.arguments)?;
-            let known = known_levels(&snapshot.db, &snapshot.workspaces);
+            let known = snapshot.levels();
             match level {
                 Some(level) if !known.is_empty() && !known.contains(&level) => {
                     let known: Vec<String> = known.iter().map(Level::to_string).collect();

@@ -3,7 +3,7 @@
 //! | parameter | is |
 //! |---|---|
 //! | `textDocument`, `position` | a place: the codel that is declared, called or timed there |
-//! | `codel` | instead of `position`: the name of a codel of the file's projects |
+//! | `codel` | instead of `position`: the name of a codel of the file's project |
 //! | `drawing` | `"svg"` (if left out) or `"text"` |
 //!
 //! Of the result, `codels` has the names of all codels of the project, `levels` the times from the most probable level on,
@@ -40,13 +40,14 @@ pub(crate) fn execution_times(snapshot: &Snapshot, params: &ExecutionTimesParams
     let db = &snapshot.db;
     let (file, lines) = snapshot.file(&params.text_document)?;
     let (selection, refusal) = match (&params.codel, params.position) {
-        (Some(name), _) => (CodelOf::Name(name), format!("no codel `{name}` in the projects of this file")),
+        (Some(name), _) => (CodelOf::Name(name), format!("no codel `{name}` in the project of this file")),
         (None, Some(position)) => (CodelOf::At(lines.offset(position)), "no codel here".to_owned()),
         (None, None) => {
             return Err(Error::invalid_params("mauve/executionTimes takes a `position` or a `codel`"));
         }
     };
-    let found = selected_codel(db, &snapshot.workspaces, file, selection);
+    let mut projects = snapshot.answering(file).into_iter();
+    let found = projects.find_map(|project| Some((project, selected_codel(db, project, file, selection)?)));
     let (project, codel) = found.ok_or_else(|| Error::invalid_params(refusal))?;
     let times = exceedance(db, project, codel);
     let levels = times.levels.iter();

@@ -3,13 +3,13 @@
 //! | parameter | is |
 //! |---|---|
 //! | `textDocument` | a file: a model, a timing table or `mauve.toml` |
-//! | `position` | a place in the deployment or architecture that is meant; if left out, the deployments of the file, else its architectures, else those of its projects |
-//! | `name` | instead of `position`: the name of a deployment or architecture of the file's projects |
+//! | `position` | a place in the deployment or architecture that is meant; if left out, the deployments of the file, else its architectures, else those of its project |
+//! | `name` | instead of `position`: the name of a deployment or architecture of the file's project |
 //! | `significance` | a level; if left out, the one that is shown |
 //! | `drawing` | `"svg"` (if left out), `"dot"` or `"text"` |
 //!
-//! The result is a list, with a document for each that is meant in each project that has it, at least one. `root` is the path
-//! of the project's root and `name` that of the deployment or architecture, as in `mauve/analysis`.
+//! The result is a list, with a document for each that is meant, at least one; for a table or `mauve.toml`, in each project that
+//! has it. `root` is the path of the project's root and `name` that of the deployment or architecture, as in `mauve/analysis`.
 //!
 //! Of each, `source` and `target` are numbers of nodes, as are `data-instance`, `data-source` and `data-target` in the SVG;
 //! `data-edge` holds the number of an edge. `location` is that of an instance or a connection, `activity` that of the activity.
@@ -17,7 +17,7 @@
 //! `significance`, `cpus` and what concerns times; a deployment whose architecture is unknown has no graph. `lost` has the
 //! reasons why something may be missing. `incomplete` is whether a text has syntax errors, such as one that is being typed.
 
-use mauve_hir::{Decl, Location, Project};
+use mauve_hir::{Decl, File, Location, Project};
 use mauve_ide::{Drawing, GraphsOf, draw_graph, graph as graph_of, selected_graphs};
 use mauve_timing::Level;
 use mauve_wcrt::Query;
@@ -54,8 +54,7 @@ pub(crate) fn graph(snapshot: &Snapshot, params: &GraphParams) -> Result<Vec<Val
         (None, Some(position)) => GraphsOf::At(lines.offset(position)),
         (None, None) => GraphsOf::File,
     };
-    let selected =
-        selected_graphs(db, &snapshot.workspaces, file, selection).map_err(Error::invalid_params)?;
+    let selected = selected(snapshot, file, selection).map_err(Error::invalid_params)?;
     let documents: Vec<Value> = selected
         .iter()
         .filter_map(|&(project, of)| document(snapshot, project, of, level, params.drawing).transpose())
@@ -66,6 +65,26 @@ pub(crate) fn graph(snapshot: &Snapshot, params: &GraphParams) -> Result<Vec<Val
         }
         _ => Ok(documents),
     }
+}
+
+/// Returns the selected deployments or architectures of the projects that answer for a file, at least one.
+///
+/// # Errors
+///
+/// The reason why there is none, for the user.
+pub(super) fn selected<'db>(
+    snapshot: &'db Snapshot,
+    file: File,
+    selection: GraphsOf<'_>,
+) -> std::result::Result<Vec<(Project<'db>, Decl<'db>)>, String> {
+    let (mut found, mut refusal) = (Vec::new(), "this file is not part of any project".to_owned());
+    for project in snapshot.answering(file) {
+        match selected_graphs(&snapshot.db, project, file, selection) {
+            Ok(all) => found.extend(all.into_iter().map(|of| (project, of))),
+            Err(why) => refusal = why,
+        }
+    }
+    if found.is_empty() { Err(refusal) } else { Ok(found) }
 }
 
 fn document(

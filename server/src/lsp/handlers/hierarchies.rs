@@ -1,18 +1,21 @@
 //! `textDocument/prepareCallHierarchy` and `callHierarchy/…`, `textDocument/prepareTypeHierarchy` and `typeHierarchy/…`.
 
-use mauve_hir::{File, ModelDb, Workspace};
+use mauve_hir::{File, ModelDb, Project};
 use mauve_ide::{Calls, HierarchyItem};
-use serde_json::Value;
+use serde::Deserialize as _;
+use serde_json::{Value, json};
 use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::*;
 
 use super::document_symbols::kind;
 use crate::lsp::snapshot::Snapshot;
 
-/// Makes an item of a hierarchy of calls or of types: both have the same fields.
+/// Makes an item of a hierarchy of calls or of types: both have the same fields. The project that answered for it answers for what
+/// is above and below, too.
 macro_rules! item {
-    ($type:ident, $snapshot:expr, $item:expr) => {{
-        let (snapshot, item): (&Snapshot, HierarchyItem) = ($snapshot, $item);
+    ($type:ident, $snapshot:expr, $project:expr, $item:expr) => {{
+        let (snapshot, project, item): (&Snapshot, Project<'_>, HierarchyItem) = ($snapshot, $project, $item);
+        let root = project.root(&snapshot.db).path(&snapshot.db).to_string_lossy();
         let lines = snapshot.lines(item.file);
         Some($type {
             uri: snapshot.url(item.file)?,
@@ -22,7 +25,7 @@ macro_rules! item {
             tags: None,
             detail: (!item.detail.is_empty()).then_some(item.detail),
             name: item.name,
-            data: Some(Value::String(item.id)),
+            data: Some(json!([root, item.id])),
         })
     }};
 }
@@ -33,8 +36,9 @@ pub(crate) fn prepare_calls(
     params: &CallHierarchyPrepareParams,
 ) -> Result<Option<Vec<CallHierarchyItem>>> {
     let (file, _, offset) = snapshot.at(&params.text_document_position_params)?;
-    let found = mauve_ide::call_items(&snapshot.db, &snapshot.workspaces, file, offset);
-    Ok(some(found.into_iter().filter_map(|item| call_item(snapshot, item))))
+    let Some(project) = snapshot.project_at(file, offset) else { return Ok(None) };
+    let found = mauve_ide::call_items(&snapshot.db, project, file, offset);
+    Ok(some(found.into_iter().filter_map(|item| call_item(snapshot, project, item))))
 }
 
 pub(crate) fn incoming(
@@ -42,12 +46,14 @@ pub(crate) fn incoming(
     params: &CallHierarchyIncomingCallsParams,
 ) -> Result<Option<Vec<CallHierarchyIncomingCall>>> {
     snapshot.complete()?;
-    let Some((file, id)) = asked(snapshot, &params.item.uri, &params.item.data)? else { return Ok(None) };
-    let found = mauve_ide::incoming_calls(&snapshot.db, &snapshot.workspaces, file, id);
+    let Some((project, file, id)) = asked(snapshot, &params.item.uri, &params.item.data)? else {
+        return Ok(None);
+    };
+    let found = mauve_ide::incoming_calls(&snapshot.db, project, file, &id);
     let found = found.into_iter().filter_map(|Calls { item, ranges }| {
         let lines = snapshot.lines(item.file);
         let from_ranges = ranges.iter().map(|range| lines.range(*range)).collect();
-        Some(CallHierarchyIncomingCall { from: call_item(snapshot, item)?, from_ranges })
+        Some(CallHierarchyIncomingCall { from: call_item(snapshot, project, item)?, from_ranges })
     });
     Ok(Some(found.collect()))
 }
@@ -57,12 +63,14 @@ pub(crate) fn outgoing(
     params: &CallHierarchyOutgoingCallsParams,
 ) -> Result<Option<Vec<CallHierarchyOutgoingCall>>> {
     snapshot.complete()?;
-    let Some((file, id)) = asked(snapshot, &params.item.uri, &params.item.data)? else { return Ok(None) };
+    let Some((project, file, id)) = asked(snapshot, &params.item.uri, &params.item.data)? else {
+        return Ok(None);
+    };
     let lines = snapshot.lines(file);
-    let found = mauve_ide::outgoing_calls(&snapshot.db, &snapshot.workspaces, file, id);
+    let found = mauve_ide::outgoing_calls(&snapshot.db, project, file, &id);
     let found = found.into_iter().filter_map(|Calls { item, ranges }| {
         let from_ranges = ranges.iter().map(|range| lines.range(*range)).collect();
-        Some(CallHierarchyOutgoingCall { to: call_item(snapshot, item)?, from_ranges })
+        Some(CallHierarchyOutgoingCall { to: call_item(snapshot, project, item)?, from_ranges })
     });
     Ok(Some(found.collect()))
 }
@@ -73,26 +81,34 @@ pub(crate) fn prepare_types(
     params: &TypeHierarchyPrepareParams,
 ) -> Result<Option<Vec<TypeHierarchyItem>>> {
     let (file, _, offset) = snapshot.at(&params.text_document_position_params)?;
-    let found = mauve_ide::type_items(&snapshot.db, &snapshot.workspaces, file, offset);
-    Ok(some(found.into_iter().filter_map(|item| type_item(snapshot, item))))
+    let Some(project) = snapshot.project_at(file, offset) else { return Ok(None) };
+    let found = mauve_ide::type_items(&snapshot.db, project, file, offset);
+    Ok(some(found.into_iter().filter_map(|item| type_item(snapshot, project, item))))
 }
 
 /// The shells that `find` returns for an item: those that it extends, or those that extend it.
 pub(crate) fn related_types(
     snapshot: &Snapshot,
     item: &TypeHierarchyItem,
-    find: fn(&dyn ModelDb, &[Workspace], File, &str) -> Vec<HierarchyItem>,
+    find: for<'db> fn(&'db dyn ModelDb, Project<'db>, File, &str) -> Vec<HierarchyItem>,
 ) -> Result<Option<Vec<TypeHierarchyItem>>> {
-    let Some((file, id)) = asked(snapshot, &item.uri, &item.data)? else { return Ok(None) };
-    let found = find(&snapshot.db, &snapshot.workspaces, file, id);
-    Ok(Some(found.into_iter().filter_map(|item| type_item(snapshot, item)).collect()))
+    let Some((project, file, id)) = asked(snapshot, &item.uri, &item.data)? else { return Ok(None) };
+    let found = find(&snapshot.db, project, file, &id);
+    Ok(Some(found.into_iter().filter_map(|item| type_item(snapshot, project, item)).collect()))
 }
 
-/// The file and the id of an item. The id stays valid whatever has been edited since.
-fn asked<'a>(snapshot: &Snapshot, uri: &Url, data: &'a Option<Value>) -> Result<Option<(File, &'a str)>> {
-    let Some(id) = data.as_ref().and_then(Value::as_str) else { return Ok(None) };
+/// The project, the file and the id of an item. The id stays valid whatever has been edited since.
+fn asked<'a>(
+    snapshot: &'a Snapshot,
+    uri: &Url,
+    data: &Option<Value>,
+) -> Result<Option<(Project<'a>, File, String)>> {
+    let data = data.as_ref().and_then(|data| <(String, String)>::deserialize(data).ok());
+    let Some((root, id)) = data else { return Ok(None) };
     let (file, _) = snapshot.file(&TextDocumentIdentifier { uri: uri.clone() })?;
-    Ok(Some((file, id)))
+    let projects = snapshot.projects(file);
+    let same = projects.iter().find(|it| it.root(&snapshot.db).path(&snapshot.db).to_string_lossy() == root);
+    Ok(same.or(projects.first()).map(|project| (*project, file, id)))
 }
 
 fn some<T>(found: impl Iterator<Item = T>) -> Option<Vec<T>> {
@@ -100,10 +116,10 @@ fn some<T>(found: impl Iterator<Item = T>) -> Option<Vec<T>> {
     (!found.is_empty()).then_some(found)
 }
 
-fn call_item(snapshot: &Snapshot, item: HierarchyItem) -> Option<CallHierarchyItem> {
-    item!(CallHierarchyItem, snapshot, item)
+fn call_item(snapshot: &Snapshot, project: Project<'_>, item: HierarchyItem) -> Option<CallHierarchyItem> {
+    item!(CallHierarchyItem, snapshot, project, item)
 }
 
-fn type_item(snapshot: &Snapshot, item: HierarchyItem) -> Option<TypeHierarchyItem> {
-    item!(TypeHierarchyItem, snapshot, item)
+fn type_item(snapshot: &Snapshot, project: Project<'_>, item: HierarchyItem) -> Option<TypeHierarchyItem> {
+    item!(TypeHierarchyItem, snapshot, project, item)
 }

@@ -37,7 +37,8 @@ pub(super) fn hover_at(
         true => HoverFormat::Markdown(&address),
         false => HoverFormat::Text,
     };
-    let hover = mauve_ide::hover(&snapshot.db, &snapshot.workspaces, file, offset, format)?;
+    let project = snapshot.project_at(file, offset);
+    let hover = mauve_ide::hover(&snapshot.db, project, file, offset, format)?;
     Some((hover.range, content(snapshot, hover.markdown)))
 }
 

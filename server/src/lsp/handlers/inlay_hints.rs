@@ -59,8 +59,9 @@ pub(crate) fn inlay_hints(
     snapshot.complete()?;
     let (file, lines) = snapshot.file(&params.text_document)?;
     let range = lines.text_range(params.range);
-    let (db, workspaces, options) = (&snapshot.db, &snapshot.workspaces, snapshot.settings.hints);
-    let hints = mauve_ide::inlay_hints(db, workspaces, file, range, options, &snapshot.earlier);
+    let (db, options) = (&snapshot.db, snapshot.settings.hints);
+    let of_project = |project| mauve_ide::inlay_hints(db, project, file, range, options, &snapshot.earlier);
+    let hints = snapshot.project(file).map(of_project).unwrap_or_default();
     let version = snapshot.version(&params.text_document.uri);
     let hints = hints.into_iter().map(|hint| {
         let mut data = json!({ "status": hint.status.name() });

@@ -22,7 +22,8 @@ pub(crate) fn highlights(
     params: &DocumentHighlightParams,
 ) -> Result<Option<Vec<DocumentHighlight>>> {
     let (file, lines, offset) = snapshot.at(&params.text_document_position_params)?;
-    let found = mauve_ide::highlights(&snapshot.db, &snapshot.workspaces, file, offset);
+    let project = snapshot.project_at(file, offset);
+    let found = project.map(|project| mauve_ide::highlights(&snapshot.db, project, file, offset));
     let highlight = |it: mauve_ide::Reference| DocumentHighlight {
         range: lines.range(it.range),
         kind: Some(match it.access {
@@ -31,5 +32,5 @@ pub(crate) fn highlights(
             Access::Mention => DocumentHighlightKind::TEXT,
         }),
     };
-    Ok(Some(found.into_iter().map(highlight).collect()))
+    Ok(Some(found.into_iter().flatten().map(highlight).collect()))
 }

@@ -2,8 +2,8 @@
 //!
 //! | parameter | is |
 //! |---|---|
-//! | `textDocument`, `position` | a place: the activity there, or an activity of the deployment there; without `position`, of the deployments of the file or of its projects |
-//! | `deployment` | instead of `position`: the name of a deployment of the file's projects |
+//! | `textDocument`, `position` | a place: the activity there, or an activity of the deployment there; without `position`, of the deployments of the file or of its project |
+//! | `deployment` | instead of `position`: the name of a deployment of the file's project |
 //! | `instance` | the instance; if left out, the one of the activity at `position`, otherwise the one with the greatest response time as a part of its deadline |
 //! | `significance` | a level; if left out, the one that is shown |
 //! | `drawing` | `"svg"` (if left out) or `"text"` |
@@ -16,7 +16,7 @@
 use mauve_diagnostics::{reasons_of, times_of};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, Project};
-use mauve_ide::{Drawing, GraphsOf, WorstOf, draw_schedule, end_of_item, no_worst_case, selected_graphs};
+use mauve_ide::{Drawing, GraphsOf, WorstOf, draw_schedule, end_of_item, no_worst_case};
 use mauve_timing::{Status, Unit};
 use mauve_wcrt::{ActivityReport, DeployedTasks, Query, response_times};
 use salsa::Database as _;
@@ -26,6 +26,7 @@ use tower_lsp::jsonrpc::{Error, Result};
 use tower_lsp::lsp_types::{Position, TextDocumentIdentifier};
 
 use super::analysis::read_level;
+use super::graph::selected;
 use crate::analysis_document::milliseconds;
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
@@ -131,7 +132,7 @@ fn deployment<'db>(snapshot: &'db Snapshot, params: &ScheduleParams) -> Result<(
     }
     let mut refusal = None;
     for selection in selections {
-        match selected_graphs(db, &snapshot.workspaces, file, selection) {
+        match selected(snapshot, file, selection) {
             Ok(found) => {
                 let is_deployment = |(_, of): &(Project<'db>, Decl<'db>)| of.kind(db) == Kind::Deployment;
                 if let Some(found) = found.into_iter().find(is_deployment) {

@@ -80,7 +80,7 @@ pub(crate) fn range(
 /// Notes what the client is given of an open document; gives the id of all of its tokens.
 fn note(snapshot: &Snapshot, url: &Url, file: File, all: Option<&Arc<[SemanticToken]>>) -> Option<String> {
     let document = snapshot.documents.get(url)?;
-    let meanings = mauve_ide::meanings_of_names(&snapshot.db, &snapshot.workspaces, file);
+    let meanings = snapshot.meanings(file);
     let id = all.map(|tokens| {
         let mut hasher = DefaultHasher::new();
         for token in tokens.iter() {
@@ -102,7 +102,7 @@ fn encoded(
 ) -> Arc<[SemanticToken]> {
     let legend = snapshot.capabilities.tokens;
     let found =
-        mauve_ide::semantic_tokens(&snapshot.db, &snapshot.workspaces, file, range, legend.with_words);
+        mauve_ide::semantic_tokens(&snapshot.db, snapshot.project(file), file, range, legend.with_words);
     let mut types: HashMap<TokenKind, Option<u32>> = HashMap::new();
     let (mut line, mut column) = (0, 0);
     let tokens = found.iter().filter_map(|token| {

@@ -15,16 +15,12 @@ pub(crate) fn signature_help(
     params: &SignatureHelpParams,
 ) -> Result<Option<SignatureHelp>> {
     let (file, _, offset) = snapshot.at(&params.text_document_position_params)?;
-    let found = mauve_ide::signature_help(&snapshot.db, &snapshot.workspaces, file, offset);
-    // What the user has chosen of several stays chosen.
-    let chosen = params.context.as_ref().and_then(|it| it.active_signature_help.as_ref()?.active_signature);
-    let chosen = chosen.filter(|&chosen| (chosen as usize) < found.len()).unwrap_or(0);
-    let active = found.get(chosen as usize).map(|signature| signature.active as u32);
-    let signatures = found.into_iter().map(|signature| information(snapshot, signature));
-    Ok(active.map(|active| SignatureHelp {
-        signatures: signatures.collect(),
-        active_signature: Some(chosen),
-        active_parameter: Some(active),
+    let project = snapshot.project(file);
+    let found = project.and_then(|it| mauve_ide::signature_help(&snapshot.db, it, file, offset));
+    Ok(found.map(|signature| SignatureHelp {
+        active_parameter: Some(signature.active as u32),
+        signatures: vec![information(snapshot, signature)],
+        active_signature: Some(0),
     }))
 }
 

@@ -3,7 +3,7 @@
 //! | parameter | is |
 //! |---|---|
 //! | `textDocument`, `position` | a place: the component that is declared there, or whose core, instance or activity is |
-//! | `component` | instead of `position`: the name of a component of the file's projects |
+//! | `component` | instead of `position`: the name of a component of the file's project |
 //! | `deployment` | instead of the deployment at `position`: the name of one, whose times are shown |
 //! | `significance` | a level; if left out, the one that is shown |
 //! | `drawing` | `"svg"` (if left out), `"dot"` or `"text"` |
@@ -16,7 +16,7 @@
 //! `incomplete` is whether a text has syntax errors.
 
 use mauve_hir::item_tree::Kind;
-use mauve_hir::{Decl, ProgramId, names_of, project_files, projects};
+use mauve_hir::{Decl, ProgramId, names_of};
 use mauve_ide::{Drawing, MachineTitle, component_at, draw_state_machine, state_machine as machine_of};
 use mauve_timing::Time;
 use mauve_wcrt::{Query, TableSet, first_tables, table_sets, tables_of};
@@ -121,23 +121,19 @@ fn component_of<'db>(
 fn place_of<'db>(snapshot: &'db Snapshot, params: &StateMachineParams) -> Result<(TableSet<'db>, Decl<'db>)> {
     let db = &snapshot.db;
     let (file, lines) = snapshot.file(&params.text_document)?;
+    let project = snapshot.project(file);
     if let Some(name) = &params.component {
-        let all = snapshot.workspaces.iter().flat_map(|&workspace| projects(db, workspace));
-        for &project in all.filter(|project| project_files(db, **project).contains(&file)) {
-            let of = |decl: &&Decl<'db>| {
-                decl.kind(db) == Kind::Component
-                    && (*decl.name(db) == *name.as_str() || decl.qualified(db) == *name)
-            };
-            if let Some(&component) = names_of(db, project).all.iter().find(of) {
-                return Ok((first_tables(db, project, component), component));
-            }
-        }
-        return Err(Error::invalid_params(format!("no component `{name}` in the projects of this file")));
+        let components = project.into_iter().flat_map(|it| names_of(db, it).of_kind(db, Kind::Component));
+        let mut named = components.filter(|it| *it.name(db) == *name.as_str() || it.qualified(db) == *name);
+        let found = project.zip(named.next());
+        let found = found.map(|(project, component)| (first_tables(db, project, component), component));
+        let refuse = || Error::invalid_params(format!("no component `{name}` in the project of this file"));
+        return found.ok_or_else(refuse);
     }
     let Some(position) = params.position else {
         return Err(Error::invalid_params("mauve/stateMachine takes a `position` or a `component`"));
     };
     let offset = lines.offset(position);
-    component_at(db, &snapshot.workspaces, file, offset)
-        .ok_or_else(|| Error::invalid_params("no component, instance or activity here"))
+    let found = project.and_then(|project| component_at(db, project, file, offset));
+    found.ok_or_else(|| Error::invalid_params("no component, instance or activity here"))
 }

@@ -32,7 +32,7 @@ pub(crate) fn status(snapshot: &Snapshot) -> Result<Value> {
             "roots": roots.collect::<Vec<_>>(),
         })
     });
-    let levels = mauve_ide::known_levels(db, &snapshot.workspaces);
+    let levels = snapshot.levels();
     let jobs = snapshot.running.load(Ordering::SeqCst).saturating_sub(1);
     Ok(json!({
         "version": env!("CARGO_PKG_VERSION"),
