@@ -185,7 +185,7 @@ fn programs_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<Program<'db>> {
     let hooks = data.hooks.iter();
     let hooks = hooks.map(|it| program(it.id, it.kind.keyword().to_owned(), SymbolKind::Hook));
     let mut found: Vec<Program<'db>> = operations_of(db, of).chain(hooks).collect();
-    for state in data.machines.iter().flat_map(|machine| &machine.states) {
+    for state in data.states() {
         let name = |name: &str| format!("{}.{name}", state.name.name);
         let methods = state.methods.iter();
         found.extend(methods.map(|it| program(it.id, name(it.kind.keyword()), SymbolKind::Hook)));

@@ -11,12 +11,12 @@ use std::ops::Range;
 
 use mauve_hir::item_tree::{
     Architecture, Core, Data, Deployment, Direction, Endpoint, Expr, FeatureKind, Kind, Name, NameRef,
-    Parameter, Setting, Shell, SourceId, State, Statement, TypeRef, Variable,
+    Parameter, Setting, Shell, SourceId, Statement, Transition, TypeRef,
 };
 use mauve_hir::{
-    Binding, Builtin, Callee, Code, CoreInference, Decl, File, Location, ModelDb, Project, Type,
-    VariableKind, data, declaration_map, features_of, first_target_of, flat_of, includes, inference_of_core,
-    names_of, parse, resolve_type, shell_of, source_map, statements, type_of,
+    Binding, Builtin, Callee, CoreInference, Decl, File, Location, ModelDb, Project, Type, VariableKind,
+    data, declaration_map, features_of, first_target_of, flat_of, includes, inference_of_core, names_of,
+    parse, resolve_type, shell_of, source_map, type_of,
 };
 use mauve_syntax::SyntaxKind::{CODEL, OPERATION_DECLARATION, PARAM, PORT, PROPERTY, RESULT_TYPE, VAR};
 use mauve_syntax::ast::{self, AstNode as _};
@@ -402,20 +402,25 @@ impl<'db> Programs<'_, 'db> {
                 self.finder.feature(shell, &name, Role::Mention);
             }
         }
-        self.variables(&core.variables);
+        for variable in core.all_variables() {
+            self.finder.declares(&variable.name, SymbolKind::Variable);
+            self.finder.value_type(variable.ty.as_ref());
+        }
         for operation in &core.operations {
             self.operation(&operation.name, Role::Definition);
             self.finder.parameters(&operation.parameters);
             self.finder.value_type(operation.result.as_ref());
-            self.block(&operation.program.statements);
         }
-        for hook in &core.hooks {
-            self.block(&hook.program.statements);
+        for state in core.states() {
+            self.finder.declares(&state.name, SymbolKind::State);
+            state.transitions.iter().for_each(|transition| self.transition(transition));
         }
-        for machine in &core.machines {
-            self.variables(&machine.variables);
-            machine.states.iter().for_each(|state| self.state(state));
+        for statement in core.statements() {
+            if let Statement::Assign(target, _) = statement {
+                self.value(target, Role::Write);
+            }
         }
+        core.expressions().for_each(|value| self.expr(value));
     }
 
     /// A provided operation is declared by the shell; another operation, by the core.
@@ -433,45 +438,13 @@ impl<'db> Programs<'_, 'db> {
         }
     }
 
-    fn variables(&mut self, variables: &'db [Variable]) {
-        variables.iter().for_each(|variable| self.variable(variable));
-    }
-
-    fn variable(&mut self, variable: &'db Variable) {
-        self.finder.declares(&variable.name, SymbolKind::Variable);
-        self.finder.value_type(variable.ty.as_ref());
-        variable.value.iter().for_each(|value| self.expr(value));
-    }
-
-    fn state(&mut self, state: &'db State) {
-        self.finder.declares(&state.name, SymbolKind::State);
-        for transition in &state.transitions {
-            self.finder.declares(&transition.name, SymbolKind::Transition);
-            if let Some(target) = &transition.target
-                && let Some(state) = self.core.state(&target.name)
-            {
-                let definition = Definition::At(Location::Source(self.finder.of, state.name.id));
-                self.finder.add(target, definition, SymbolKind::State, Role::Mention);
-            }
-        }
-        for (_, code) in state.code() {
-            match code {
-                Code::Program(program) => self.block(&program.statements),
-                Code::Guard(guard) => self.expr(&guard.condition),
-            }
-        }
-    }
-
-    fn block(&mut self, all: &'db [Statement]) {
-        for statement in statements(all) {
-            match statement {
-                Statement::Variable(variable) => self.variable(variable),
-                Statement::Assign(target, value) => {
-                    self.value(target, Role::Write);
-                    self.expr(value);
-                }
-                statement => statement.expression().into_iter().for_each(|value| self.expr(value)),
-            }
+    fn transition(&mut self, transition: &Transition) {
+        self.finder.declares(&transition.name, SymbolKind::Transition);
+        if let Some(target) = &transition.target
+            && let Some(state) = self.core.state(&target.name)
+        {
+            let definition = Definition::At(Location::Source(self.finder.of, state.name.id));
+            self.finder.add(target, definition, SymbolKind::State, Role::Mention);
         }
     }
 
