@@ -3,7 +3,7 @@
 //! Any child may be missing in an incomplete text: each accessor returns an `Option`, and [`is_whole`](crate::is_whole)
 //! tells whether a node is complete.
 
-use crate::keywords::Direction;
+use crate::keywords::{ActivityField, Direction};
 use crate::{SyntaxNode, SyntaxToken, significant_tokens};
 
 pub use crate::generated::AstNode;
@@ -36,6 +36,13 @@ impl Param {
     pub fn direction(&self) -> Direction {
         let keyword = first_token(self.syntax());
         keyword.and_then(|token| Direction::from_kind(token.kind())).unwrap_or(Direction::In)
+    }
+}
+
+impl Field {
+    /// Returns the field that it gives a value; `None` if no field has its name.
+    pub fn field(&self) -> Option<ActivityField> {
+        ActivityField::from_keyword(&self.name_ref()?.syntax().text().to_string())
     }
 }
 

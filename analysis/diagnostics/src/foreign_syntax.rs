@@ -3,7 +3,9 @@
 //! A fix replaces, adds or removes a few tokens. A form that it would have to compose anew has none, such as `a ? b : c` or a
 //! prototype of C++: its message shows the form in MAUVE.
 
+use mauve_hir::field_entry;
 use mauve_syntax::ast::{AssignStatement, AstNode as _, Expr};
+use mauve_syntax::keywords::ActivityField;
 use mauve_syntax::{
     Foreign, SyntaxKind, SyntaxNode, SyntaxToken, TextRange, next_significant, previous_significant,
     significant_tokens,
@@ -411,19 +413,20 @@ pub(super) fn field_name(token: &SyntaxToken) -> Option<String> {
     Some(field.first_child()?.text().to_string())
 }
 
-/// Returns the number of `number` and its `unit`; in the field `period` or `deadline`, in milliseconds.
+/// Returns the number of `number` and its `unit`; in a field that has a time, in milliseconds.
 ///
 /// Returns nothing where the number of milliseconds is not exact, or where the field has no time.
 pub(super) fn without_unit(number: &str, unit: &str, field: Option<&str>) -> Option<String> {
     let Some(field) = field else { return Some(number.to_owned()) };
     let value: f64 = number.parse().ok().filter(|it: &f64| *it > 0.0 && *it < 1e9)?;
-    let milliseconds = match (field, unit) {
-        ("period" | "deadline", "ms") => return Some(number.to_owned()),
-        ("period" | "deadline", "s" | "sec") => value * 1e3,
-        ("period" | "deadline", "us") => value / 1e3,
-        ("period" | "deadline", "ns") => value / 1e6,
-        ("period" | "deadline", "min") => value * 6e4,
-        ("period", "Hz") => 1e3 / value,
+    let field = ActivityField::from_keyword(field).filter(|it| field_entry(*it).kind.is_time())?;
+    let milliseconds = match unit {
+        "ms" => return Some(number.to_owned()),
+        "s" | "sec" => value * 1e3,
+        "us" => value / 1e3,
+        "ns" => value / 1e6,
+        "min" => value * 6e4,
+        "Hz" if field == ActivityField::Period => 1e3 / value,
         _ => return None,
     };
     let exact = (milliseconds * 1e6).round() / 1e6;

@@ -136,6 +136,11 @@ impl FieldKind {
         }
     }
 
+    /// Returns whether the values are times.
+    pub fn is_time(self) -> bool {
+        matches!(self, FieldKind::Time | FieldKind::PositiveTime)
+    }
+
     /// Reads the value of a field.
     ///
     /// # Errors

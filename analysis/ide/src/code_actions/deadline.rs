@@ -2,7 +2,7 @@
 
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
-use mauve_syntax::keywords::BACKGROUND;
+use mauve_syntax::keywords::{ActivityField, BACKGROUND};
 use mauve_syntax::{has_comment, is_whole};
 
 use super::{ActionKind, Actions, put, with_line};
@@ -11,24 +11,23 @@ use crate::Change;
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     let (db, file) = (actions.db, actions.question.file);
     let Some(activity) = actions.node::<ast::Activity>().filter(|it| is_whole(it.syntax())) else { return };
-    let of = |name: &str| {
-        let mut all =
-            activity.fields().filter(|it| it.name_ref().is_some_and(|it| it.syntax().text() == name));
+    let of = |field: ActivityField| {
+        let mut all = activity.fields().filter(|it| it.field() == Some(field));
         all.next().filter(|_| all.next().is_none())
     };
     let value = |field: &ast::Field| Some(field.expr()?.syntax().text().to_string());
-    let Some(period) = of("period") else { return };
+    let Some(period) = of(ActivityField::Period) else { return };
     let Some(text) = value(&period) else { return };
-    let is_background = of("priority").and_then(|it| value(&it)).is_some_and(|it| it == BACKGROUND);
-    let has_deadline =
-        activity.fields().any(|it| it.name_ref().is_some_and(|it| it.syntax().text() == "deadline"));
+    let is_background =
+        of(ActivityField::Priority).and_then(|it| value(&it)).is_some_and(|it| it == BACKGROUND);
+    let has_deadline = activity.fields().any(|it| it.field() == Some(ActivityField::Deadline));
     if !has_deadline && !is_background {
         actions.offer(ActionKind::Rewrite, format!("Add `deadline = {text}`"), || {
             put(file, period.syntax().text_range().end(), format!(" deadline = {text}"))
         });
     }
-    let same =
-        of("deadline").filter(|it| value(it).is_some_and(|it| it == text) && !has_comment(it.syntax()));
+    let same = of(ActivityField::Deadline)
+        .filter(|it| value(it).is_some_and(|it| it == text) && !has_comment(it.syntax()));
     if let Some(deadline) = same {
         actions.offer(ActionKind::Rewrite, "Remove the deadline: it equals the period", || {
             let mut range = deadline.syntax().text_range();

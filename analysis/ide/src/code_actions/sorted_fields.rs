@@ -14,10 +14,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     let is_plain = |it: &ast::Activity| mauve_syntax::is_whole(it.syntax()) && !has_comment(it.syntax());
     let Some(activity) = activity.filter(is_plain) else { return };
     let fields: Vec<ast::Field> = activity.fields().collect();
-    let rank = |field: &ast::Field| {
-        let name = field.name_ref().map(|name| name.syntax().text().to_string()).unwrap_or_default();
-        ActivityField::ALL.iter().position(|it| it.keyword() == name).unwrap_or(ActivityField::ALL.len())
-    };
+    let rank = |field: &ast::Field| field.field().map_or(ActivityField::ALL.len(), |it| it as usize);
     // The order of duplicate fields matters.
     let mut sorted: Vec<&ast::Field> = fields.iter().collect();
     sorted.sort_by_key(|field| rank(field));

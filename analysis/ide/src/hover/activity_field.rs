@@ -26,7 +26,7 @@ pub(super) fn of_field(
     let is_meant = |token: &mauve_syntax::SyntaxToken| !token.kind().is_trivia();
     let fields = tokens.filter(is_meant).filter_map(|it| it.parent_ancestors().find_map(ast::Field::cast));
     let field = fields.last()?;
-    let kind = ActivityField::from_keyword(&field.name_ref()?.syntax().text().to_string())?;
+    let kind = field.field()?;
     let name = field.syntax().ancestors().find_map(ast::Activity::cast)?.name_ref()?.syntax().text_range();
     let deployment = declaration_at(db, file, name).filter(|decl| decl.kind(db) == Kind::Deployment)?;
     let activities = &system_of(db, project, deployment).activities;

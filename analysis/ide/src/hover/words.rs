@@ -111,8 +111,7 @@ fn meaning(token: &SyntaxToken) -> Option<String> {
         }
         (NAME_REF, Some(NAME_EXPR)) if text == BACKGROUND => {
             let field = token.parent_ancestors().find_map(ast::Field::cast)?;
-            let is_priority = field.name_ref()?.syntax().text() == ActivityField::Priority.keyword();
-            is_priority.then(|| format!("`{text}`: {OF_BACKGROUND}\n"))
+            (field.field() == Some(ActivityField::Priority)).then(|| format!("`{text}`: {OF_BACKGROUND}\n"))
         }
         _ => None,
     }
