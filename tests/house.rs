@@ -51,7 +51,7 @@ const WITHOUT_PROSE: [(&str, &[&str]); 6] = [
     ("syntax", &[]),
     ("analysis/pwcet", &[]),
     ("analysis/timing", &["table::keys", "task_set::json"]),
-    ("analysis/hir", &["config::keys"]),
+    ("analysis/hir", &["activity_field", "config::keys"]),
     ("analysis/wcrt", &[]),
     (
         "analysis/orocos",

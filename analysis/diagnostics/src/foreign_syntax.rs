@@ -1,6 +1,6 @@
 //! How MAUVE writes what other languages write otherwise: the message of each [`Foreign`] form, and a fix for the common ones.
 //!
-//! A fix replaces, adds or removes a few tokens. A form that it would have to compose anew has none, such as `a ? b : c` or a
+//! A fix replaces, adds or removes a few tokens. A form that it would have to compose again has none, such as `a ? b : c` or a
 //! prototype of C++: its message shows the form in MAUVE.
 
 use mauve_hir::field_entry;

@@ -13,8 +13,7 @@ use crate::output::Output;
 use mauve_diagnostics::{declaration_diagnostics, project_diagnostics, workspace_diagnostics};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{
-    Database, File, Project, Workspace, behaviour_of, inference_of_core, item_tree_of, names_of, parse,
-    project_files, projects,
+    Database, Project, Workspace, behaviour_of, inference_of_core, item_tree_of, names_of, parse, projects,
 };
 use mauve_wcrt::{Query, response_times};
 
@@ -49,7 +48,7 @@ fn line(stage: &str, start: Instant, result: &str) -> String {
 fn stages(db: &Database, workspaces: &[Workspace]) -> String {
     let projects: Vec<Project<'_>> =
         workspaces.iter().flat_map(|&workspace| projects(db, workspace)).copied().collect();
-    let files = models(db, workspaces);
+    let files = edits::models(db, workspaces);
     let names = || projects.iter().flat_map(|&it| names_of(db, it).all.iter().map(move |&decl| (it, decl)));
     let of_kind = |kind| names().filter(move |(_, decl)| decl.kind(db) == kind);
     let measured = |stage: &str, run: &dyn Fn() -> String| {
@@ -103,13 +102,4 @@ fn stages(db: &Database, workspaces: &[Workspace]) -> String {
         }),
     ]
     .concat()
-}
-
-/// Returns the files of all projects, each once.
-fn models(db: &Database, workspaces: &[Workspace]) -> Vec<File> {
-    let projects = workspaces.iter().flat_map(|&workspace| projects(db, workspace));
-    let mut files: Vec<File> = projects.flat_map(|&project| project_files(db, project)).copied().collect();
-    files.sort_by_key(|file| file.path(db).clone());
-    files.dedup();
-    files
 }

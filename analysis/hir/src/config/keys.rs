@@ -276,6 +276,17 @@ impl<T> Kind<T> {
         text.to_owned()
     }
 
+    /// Returns what a wrong value should be: less than all that is valid where the type of the value, or the reason why it
+    /// is no time, says the rest.
+    pub(super) fn expected_instead(&self, key: &str, is_string: bool, has_reason: bool) -> String {
+        match self {
+            Kind::Text { .. } if !is_string => "is a string".to_owned(),
+            Kind::Time(_) if has_reason => "is a time such as \"5 ms\"".to_owned(),
+            Kind::Period(_) if has_reason => "is a time such as \"10 ms\"".to_owned(),
+            _ => self.expected(key),
+        }
+    }
+
     /// Returns what completion offers as its value.
     fn suggestions(&self) -> Suggestions {
         match self {

@@ -168,12 +168,7 @@ impl Reader<'_> {
                 Kind::Text { .. } => value.get_ref().is_str(),
                 _ => false,
             });
-            let expected = match (&found.kind, error) {
-                (Kind::Text { .. }, _) if !value.get_ref().is_str() => "is a string".to_owned(),
-                (Kind::Time(_), Some(_)) => "is a time such as \"5 ms\"".to_owned(),
-                (Kind::Period(_), Some(_)) => "is a time such as \"10 ms\"".to_owned(),
-                (kind, _) => kind.expected(name),
-            };
+            let expected = found.kind.expected_instead(name, value.get_ref().is_str(), error.is_some());
             self.error(MistakeKind::WrongValue { key: name.to_string(), expected, error }, value.span());
         }
     }

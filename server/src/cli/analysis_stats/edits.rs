@@ -7,12 +7,11 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use mauve_diagnostics::workspace_diagnostics;
-use mauve_hir::{Database, File, Log, Workspace};
+use mauve_hir::{Database, File, Log, Workspace, project_files, projects};
 use mauve_syntax::{SyntaxKind, SyntaxNode, SyntaxToken};
 use mauve_timing::Table;
 use mauve_wcrt::{Query, response_times, table_files};
 
-use super::models;
 use crate::analysis_document::deployments;
 use crate::cli::text::columns;
 use crate::load::load;
@@ -100,6 +99,15 @@ fn show(db: &Database, workspaces: &[Workspace]) -> Result<(), String> {
         response_times(db, project, deployment, Query::shown(db, project));
     }
     Ok(())
+}
+
+/// Returns the files of all projects, each once.
+pub(super) fn models(db: &Database, workspaces: &[Workspace]) -> Vec<File> {
+    let projects = workspaces.iter().flat_map(|&workspace| projects(db, workspace));
+    let mut files: Vec<File> = projects.flat_map(|&project| project_files(db, project)).copied().collect();
+    files.sort_by_key(|file| file.path(db).clone());
+    files.dedup();
+    files
 }
 
 struct Edit {
