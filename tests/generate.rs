@@ -493,7 +493,7 @@ fn the_packages_of_one_deployment() {
 }
 
 #[test]
-fn several_projects() {
+fn packages_of_several_projects() {
     let shared = "library maths { codel half(in x: double): double }\n";
     let root = |name: &str, more: &str| {
         format!("include \"maths.mal\"\nlibrary {name} {{ codel go(): int }}\n{more}")

@@ -372,7 +372,7 @@ what  is   this
     }
 
     #[test]
-    fn some_lines_only() {
+    fn only_the_selected_lines_are_formatted() {
         let text = "use  a\nuse  b\nuse  c\n";
         let parse = crate::parse(text);
         let second = applied(text, &format_range(&parse, range(8..9), &|| ()));
@@ -392,7 +392,7 @@ what  is   this
     }
 
     #[test]
-    fn while_typing() {
+    fn an_item_is_formatted_when_it_ends() {
         // Formats the item that ends, and no text around it.
         typed("core C(S) {\nvar  a:int;|\nvar  b:int\n}", "core C(S) {\n  var a: int;\nvar  b:int\n}");
         typed(

@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers() {
+    fn numbers_and_units_are_tokens() {
         check(
             "10 0x1F 1.5 1e-3 1.5e3 010 5ms 1.5s 0x 1.",
             expect![[r#"

@@ -278,7 +278,7 @@ fn the_sample_models_are_as_they_should_be() {
 }
 
 #[test]
-fn what_was_wrong_once() {
+fn texts_that_were_formatted_wrongly() {
     for text in [
         "-> /*\n",
         "library include\r\n{ extends include\n} ",

@@ -30,7 +30,7 @@ fn codes(found: &[(String, u64, String)]) -> Vec<(&str, u64)> {
 }
 
 #[test]
-fn binary_files() {
+fn binary_files_are_errors() {
     let (_, found) = check(
         "binary",
         &[("a.mal", b"shell S { }\n\xff\xfe\x00core"), ("b.mal", b"\x7fELF\x02\x01\x01\x00")],

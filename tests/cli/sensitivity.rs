@@ -42,7 +42,7 @@ fn document(run: &Run) -> Value {
 }
 
 #[test]
-fn the_tables() {
+fn tables_of_sensitivity() {
     let found = run(&robot("met", "30", "37", "20"), &["--sensitivity"]);
     assert_eq!((found.code, found.err.as_str()), (1, ""));
     expect![[r#"

@@ -17,7 +17,7 @@ fn document(run: &Run) -> Value {
 }
 
 #[test]
-fn the_sample_robot() {
+fn the_schedule_of_the_sample_robot() {
     let found = run(&["p3dx", "--for", "10s", "--seed", "7"]);
     assert_eq!((found.code, found.err.as_str()), (0, ""));
     expect![[r#"

@@ -217,7 +217,7 @@ fn the_action_on_a_deployment_is_an_edit_that_makes_its_packages() {
 }
 
 #[test]
-fn what_is_offered_where() {
+fn generation_is_offered_for_the_package_at_the_cursor() {
     let folder = project("offers");
     let (mut client, text) = opened(&folder, &good_editor());
     let of = |name: &str| format!("Generate Orocos packages of `parts.{name}` in generated");

@@ -259,11 +259,11 @@ fn a_history_ends_like_a_fresh_server() {
 }
 
 #[test]
-fn so_does_another() {
+fn the_second_third_of_histories_ends_like_a_fresh_server() {
     share(3, 1);
 }
 
 #[test]
-fn and_a_third() {
+fn the_last_third_of_histories_ends_like_a_fresh_server() {
     share(3, 2);
 }

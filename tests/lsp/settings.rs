@@ -50,7 +50,7 @@ fn as_initialization_options() {
 }
 
 #[test]
-fn when_asked() {
+fn settings_are_asked_of_the_client() {
     let capabilities = json!({"workspace": {
         "configuration": true, "didChangeConfiguration": {"dynamicRegistration": true},
     }});
@@ -113,7 +113,7 @@ fn the_newest_answer_counts() {
 }
 
 #[test]
-fn when_told() {
+fn settings_that_the_client_sends_are_used() {
     let (mut client, robot) = start("settings_told", json!({}), json!(null), json!(null));
     wait_for(&mut client, &robot, "30");
     client.notify(

@@ -177,7 +177,7 @@ fn count() -> u64 {
 }
 
 #[test]
-fn the_sample_robot() {
+fn the_sample_robot_and_its_file_have_equal_figures() {
     let db = Database::default();
     let folder = mauve_tests::models().join("p3dx");
     let workspace = Workspace::of_texts(&db, folder.clone(), texts_in(&folder));
@@ -350,7 +350,7 @@ fn releases_and_other_work() {
 }
 
 #[test]
-fn random_models() {
+fn random_models_and_their_files_have_equal_figures() {
     let mut counted = Counted::default();
     for seed in 0..count() / 5 {
         let db = Database::default();

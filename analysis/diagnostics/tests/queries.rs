@@ -358,7 +358,7 @@ fn a_changed_state_runs_the_group_of_its_body_in_a_large_core() {
 }
 
 #[test]
-fn the_sample_robot_too() {
+fn an_edit_of_the_sample_robot_runs_few_queries() {
     let folder = mauve_tests::models().join("p3dx");
     let mut texts: Vec<_> = mauve_tests::all_texts_in(&folder).into_iter().collect();
     texts.sort_by_key(|(path, _)| (path.parent() != Some(&folder), path.clone()));

@@ -131,7 +131,7 @@ fn check_times(
 }
 
 #[test]
-fn random_models() {
+fn limits_of_random_models_are_the_last_good_values() {
     let count = std::env::var("MAUVE_LIMITS").map_or(60, |count| count.parse().expect("a number"));
     let mut counted = Counted::default();
     for seed in 0..count {

@@ -309,7 +309,7 @@ fn differences(
 }
 
 #[test]
-fn marks() {
+fn expectations_in_comments_are_read() {
     let marks: Vec<Mark> = marks_of("  f(); // text // error: [a-b] \"no `f`\" // hint: [c]").collect();
     let shown: Vec<(&str, &str, &str)> =
         marks.iter().map(|it| (it.severity.as_str(), it.code.as_str(), it.text.as_str())).collect();

@@ -323,7 +323,7 @@ fn instances_and_activities_that_do_not_match() {
 }
 
 #[test]
-fn cpus() {
+fn verdicts_depend_on_cpus() {
     check(
         &activities(
             "affinity = 1 priority = 3 period = 10",
@@ -785,7 +785,7 @@ fn a_pattern_of_tables_that_chooses_may_miss_one() {
 }
 
 #[test]
-fn architectures() {
+fn verdicts_over_imported_and_broken_architectures() {
     let deployed = activities(FINE.0, FINE.1, FINE.2);
     let with = |architecture: &str| {
         let robot =
@@ -841,7 +841,7 @@ fn architectures() {
 }
 
 #[test]
-fn files() {
+fn verdicts_over_included_and_missing_files() {
     let deployed = activities(FINE.0, FINE.1, FINE.2);
     let fine = "a met 1 ms\nb met 3 ms\nc met 7 ms\n";
     let split = |root: &str| verdicts(&format!("{root}\n{deployed}\n//- /robot.mal\n{ROBOT}{TIMES}"));

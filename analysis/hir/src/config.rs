@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn reads_all_keys() {
+    fn all_keys_are_read() {
         let config = read(
             "[project]\nroot = \"a.mal\"\n[timing]\ntables = [\"t/*.toml\"]\nsignificance = 1e-6\n[timing.deployment.D]\ntables = \"d.toml\"\n\
              [types.X]\ncpp = \"X*\"\nheader = \"x/X.h\"\n[generate]\nout = \"g\"\nros_streams = false\nlicense = \"BSD\"\n\

@@ -445,7 +445,7 @@ mod tests {
     }
 
     #[test]
-    fn as_svg() {
+    fn the_svg_has_instances_and_connections() {
         let svg = drawn("D", Drawing::Svg);
         assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
         let parts = [

@@ -294,7 +294,7 @@ core C(S) {
     }
 
     #[test]
-    fn files() {
+    fn definitions_of_included_files() {
         at(
             "/robot.mal",
             "parts.mal",
@@ -478,7 +478,7 @@ core C(S) {
     }
 
     #[test]
-    fn what_is_seen_where() {
+    fn ports_and_variables_of_one_name_are_told_apart() {
         const SHELL: &str = "shell S { output port out: int  require far(): int }\n";
         // The port of a built-in function is not the variable of its name; its value is.
         let program = "core C(S) { var out: int = 0; update = { write(out, out); } }";

@@ -263,7 +263,7 @@ use c
     }
 
     #[test]
-    fn regions() {
+    fn regions_in_comments_fold() {
         check(
             "// region Codels
 codel f(): int

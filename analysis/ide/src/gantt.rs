@@ -566,7 +566,7 @@ rt_throttling = false
     }
 
     #[test]
-    fn in_characters() {
+    fn a_schedule_is_drawn_in_characters() {
         let expected = expect![[r#"
             D; times in ms
                        │0        │2        │4        │6        │8        │10       │12       │14       │16       │18       │20

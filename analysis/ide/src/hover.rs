@@ -900,7 +900,7 @@ codel.drive = 4
     }
 
     #[test]
-    fn where_there_is_nothing() {
+    fn white_space_and_comments_have_no_hover() {
         check("codel f(): int $0 // here", expect![[r#""#]]);
     }
 }

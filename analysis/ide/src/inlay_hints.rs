@@ -496,7 +496,7 @@ deployment D {
 ";
 
     #[test]
-    fn the_values_that_count() {
+    fn hints_show_the_values_of_properties_in_effect() {
         let only = HintOptions { values: true, ..NONE };
         check_kinds(
             VALUES,

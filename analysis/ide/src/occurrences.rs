@@ -655,7 +655,7 @@ parts.Laser = 9
     }
 
     #[test]
-    fn in_libraries() {
+    fn occurrences_in_libraries() {
         of(
             "/parts.mal",
             expect![[r#"

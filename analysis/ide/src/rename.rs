@@ -388,7 +388,7 @@ parts.Laser = 9
     }
 
     #[test]
-    fn everywhere() {
+    fn a_codel_is_renamed_in_all_files() {
         robot(
             "codel sh$0oot",
             "picture",
@@ -508,7 +508,7 @@ parts.Laser = 9
     }
 
     #[test]
-    fn what_is_taken() {
+    fn names_that_are_taken_are_refused() {
         robot(
             "property ra$0te",
             "scan",
@@ -639,7 +639,7 @@ parts.Laser = 9
     }
 
     #[test]
-    fn what_is_no_name() {
+    fn texts_that_are_no_names_are_refused() {
         let why = |name: &str| {
             let Fixture { db, workspace, file, offset } = Fixture::new("codel $0f(): int");
             rename(&db, &[workspace], file, offset, name).unwrap_err()

@@ -408,7 +408,7 @@ codel."parts.shoot" = 3
     }
 
     #[test]
-    fn all_words() {
+    fn each_word_has_its_type() {
         check(
             "
 use read // é

@@ -364,7 +364,7 @@ codel = "1.5 ms"
     }
 
     #[test]
-    fn as_dot() {
+    fn a_state_machine_is_drawn_as_dot() {
         expect![[r#"
             digraph "Pilot" {
               label="Pilot at 1e-4: execution times per period in ms, some of them assumed"; labelloc=t; rankdir=LR; node [shape=box, style=rounded];
@@ -379,7 +379,7 @@ codel = "1.5 ms"
     }
 
     #[test]
-    fn as_svg() {
+    fn a_state_machine_is_drawn_as_svg() {
         let svg = drawn(Drawing::Svg);
         assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"));
         for label in [">1.5<", ">go: 1.5<", ">done: 3<", ">Waiting<", ">Moving<"] {

@@ -150,7 +150,7 @@ mod tests {
     use expect_test::expect;
 
     #[test]
-    fn lines_join() {
+    fn lines_that_meet_are_joined() {
         let mut canvas = TextCanvas::new(30.0, 5.0);
         canvas.border(Area { x: 0.0, y: 0.0, width: 9.0, height: 4.0 });
         canvas.border(Area { x: 20.0, y: 1.0, width: 8.0, height: 4.0 });

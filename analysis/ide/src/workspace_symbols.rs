@@ -284,7 +284,7 @@ library slam {
     }
 
     #[test]
-    fn the_best_first() {
+    fn the_best_matches_come_first() {
         check(
             "gmapping",
             expect![[r#"
@@ -370,7 +370,7 @@ library slam {
     }
 
     #[test]
-    fn what_begins_a_word() {
+    fn capitals_digits_and_underscores_begin_words() {
         let words = |name: &str| -> String {
             (0..name.len())
                 .filter(|&at| begins_a_word(name.as_bytes(), at))

@@ -34,7 +34,7 @@ fn number(variable: &str, otherwise: u64) -> u64 {
 }
 
 #[test]
-fn an_action_breaks_nothing() {
+fn every_action_leaves_a_valid_model() {
     let seed = number("MAUVE_SEED", 1);
     let mut random = Random(seed);
     let mut offered: BTreeMap<(ActionKind, String), usize> = BTreeMap::new();

@@ -398,7 +398,7 @@ mod tests {
     }
 
     #[test]
-    fn another_function() {
+    fn texts_without_the_codel_have_no_prototype() {
         for text in [
             "",
             "double clearance(const ::sensor_msgs::LaserScan& scan, double width);",

@@ -61,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn extremes() {
+    fn probabilities_of_extreme_counts() {
         assert_eq!(exceedance_probability(0, 0, 0.1), 1.0);
         assert_eq!(exceedance_probability(10, 11, 0.1), 0.0);
         assert_eq!(exceedance_probability(1_000_000_000, 100_000, 1e-4), 1.0);

@@ -91,7 +91,7 @@ mod tests {
 
     /// Rosenbrock's valley, and a minimum at a wall.
     #[test]
-    fn finds_minima() {
+    fn minima_of_known_functions_are_found() {
         let valley = |[x, y]: [f64; 2]| (1.0 - x).powi(2) + 100.0 * (y - x * x).powi(2);
         let (found, value) = least(valley, [-1.2, 1.0], 0.5, 1e-12);
         assert!(value < 1e-9 && (found[0] - 1.0).abs() < 1e-4, "{found:?}");

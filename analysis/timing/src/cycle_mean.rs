@@ -229,14 +229,14 @@ mod tests {
     }
 
     #[test]
-    fn extreme_costs() {
+    fn greatest_costs_do_not_overflow() {
         check(&StateMachine::single(Time::from_nanos(u64::MAX)), u64::MAX, 1);
         check(&machine(2, &[(0, 1, u64::MAX / 2), (1, 0, u64::MAX / 2)]), u64::MAX / 2, 1);
         check(&machine(2, &[(0, 1, 0), (1, 0, 0)]), 0, 1);
     }
 
     #[test]
-    fn parallel_edges() {
+    fn the_most_expensive_parallel_edge_counts() {
         check(&machine(1, &[(0, 0, 3), (0, 0, 7), (0, 0, 5)]), 7, 1);
     }
 

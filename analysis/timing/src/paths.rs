@@ -199,7 +199,7 @@ mod tests {
     use crate::testing::machine;
 
     #[test]
-    fn too_many_paths() {
+    fn too_many_paths_are_refused() {
         let each = |states: u32| (0..states).map(|state| (state, state, 1)).collect::<Vec<_>>();
         let paths = |states: u32| Paths::new(&machine(states, &each(states))).requests(1, &|| ());
         assert!(paths(128).is_some());

@@ -408,7 +408,7 @@ mod tests {
     }
 
     #[test]
-    fn within_the_period() {
+    fn responses_within_the_period() {
         let tasks = [single("low", 1, 30, 11), single("high", 3, 10, 4)];
         check(
             &tasks,
@@ -484,7 +484,7 @@ mod tests {
     }
 
     #[test]
-    fn exactly_full() {
+    fn a_utilisation_of_one_has_a_bound() {
         // Each of the jobs ends 1 late: the window does not end, and no job takes longer than 4.
         check(
             &[task("alone", 1, 3, machine(2, &[(0, 0, 3), (0, 1, 4), (1, 0, 2), (1, 1, 1)]))],
@@ -518,7 +518,7 @@ mod tests {
     }
 
     #[test]
-    fn more_than_full() {
+    fn an_overloaded_cpu_has_no_bound() {
         let tasks = [
             single("half", 3, 10, 5),
             single("more", 2, 10, 6),
@@ -575,7 +575,7 @@ mod tests {
     }
 
     #[test]
-    fn unknown_demand() {
+    fn tasks_below_an_unknown_demand_have_no_bound() {
         let tasks = [
             single("above", 5, 10, 1),
             unknown("lost", 4, 1),
@@ -717,7 +717,7 @@ mod tests {
     }
 
     #[test]
-    fn a_search_ends() {
+    fn a_long_search_ends_without_a_bound() {
         // One part in 10¹² is left, so the first job of `low` takes 10⁷ jobs of `high`.
         let period = 1_000_000_000_000;
         let tasks = [single("high", 2, period, period - 1), single("low", 1, u64::MAX, 10_000_000)];

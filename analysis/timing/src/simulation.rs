@@ -375,7 +375,7 @@ mod tests {
     }
 
     #[test]
-    fn several_cpus() {
+    fn jobs_move_between_their_cpus() {
         // 0 may use both CPUs, and moves where a higher priority takes its own.
         let set = set(vec![simple(1, 20, 0b11, 9), simple(3, 8, 0b01, 2), simple(2, 10, 0b10, 3)]);
         check(
@@ -473,7 +473,7 @@ mod tests {
     }
 
     #[test]
-    fn left_out() {
+    fn activities_that_cannot_be_simulated_are_named() {
         let background = Task { priority: Priority::Background, ..simple(1, 5, 1, 1) };
         let unknown = Task { demand: Demand::Unknown, ..simple(1, 5, 1, 1) };
         let aperiodic = Task { period: None, ..simple(1, 5, 1, 1) };
@@ -547,7 +547,7 @@ mod tests {
     }
 
     #[test]
-    fn heavy_paths() {
+    fn the_share_of_heavy_paths() {
         let choices = machine(1, &[(0, 0, 1), (0, 0, 2), (0, 0, 3)]);
         let set = set(vec![activity(1, 10, 1, choices)]);
         let count = |heavy: u32| {
@@ -560,7 +560,7 @@ mod tests {
     }
 
     #[test]
-    fn lengths_to_show() {
+    fn the_shown_length_is_the_hyperperiod_or_a_bounded_part() {
         let of = |periods: &[u64], most: u64| {
             let set = set(periods.iter().map(|period| simple(1, *period, 1, 1)).collect());
             set.length_to_show(most).as_nanos()

@@ -311,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn many_instants() {
+    fn the_number_of_instants_is_bounded() {
         // The greatest number is 2¹⁸ for two tasks; 2¹⁵ for the best method, and 2¹³ in a brief analysis.
         let number = |first, second, options| match starts_of(
             &[simple(1, first, 0, 1), simple(1, second, 1, 1)],

@@ -1342,7 +1342,7 @@ mod tests {
     }
 
     #[test]
-    fn many_states() {
+    fn a_machine_of_many_states_is_read_quickly() {
         let states: Vec<String> = (0..20_000).map(|number| format!("S{number}")).collect();
         let edge = |(source, target): (&String, &String)| Edge {
             source: source.clone(),

@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn extreme_shares() {
+    fn sums_of_extreme_shares_are_exact() {
         check(&[(u64::MAX, 1, 1); 100], Ordering::Greater);
         check(&[(0, 1, 1), (0, 1 << 24, u64::MAX)], Ordering::Less);
     }

@@ -192,7 +192,7 @@ fn compare(what: &str, system: &dyn Fn(&mut Systems) -> Tasks) {
 
 /// The speed for ten activities, without the schedule.
 #[test]
-fn ten_activities() {
+fn the_speed_for_ten_activities() {
     let mut systems = Systems::new(2);
     let mut activities = Vec::new();
     while activities.len() < 10 {

@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn the_last_are_kept() {
+    fn the_last_tokens_of_a_file_are_kept() {
         let tokens = Tokens::default();
         let all: Arc<[SemanticToken]> = Arc::new([]);
         tokens.gave(&url(), 1, 7, Some(("a".to_owned(), Arc::clone(&all))));

@@ -142,7 +142,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn accepts_types() {
+    fn names_of_cpp_types_are_accepted() {
         for text in [
             "X",
             "ArRobot*",

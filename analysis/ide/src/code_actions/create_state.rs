@@ -56,7 +56,7 @@ mod tests {
                            transition u to Cc\n    }\n    state D { transition v to B transition w to A }\n  }\n}\n";
 
     #[test]
-    fn one_and_all() {
+    fn one_or_all_missing_states_are_created() {
         check(
             MACHINE,
             "Create state `B`",

@@ -180,7 +180,7 @@ significane = 1e-4
     }
 
     #[test]
-    fn all_at_once() {
+    fn all_diagnostics_of_a_code_are_fixed() {
         let model = MODEL.replace("$0", "");
         check(
             &model.replace("deployment D", "deployment $0D"),

@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn and_back() {
+    fn a_qualified_name_becomes_a_short_one() {
         let back = |text: &str, expected: Expect| {
             let parts = "//- /parts.mal\nlibrary parts { shell S { } core C(S) { update = { } } }\n";
             check(&format!("include \"parts.mal\"\n{text}\n{parts}"), "Qualify as `parts.", expected);

@@ -313,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn to_update() {
+    fn a_machine_with_one_state_becomes_an_update() {
         back(
             "$0statemachine {\n    initial state A {\n      handle = {\n        f();\n        if true then { return; } else { }\n      }\n    }\n  }",
             expect![[r#"

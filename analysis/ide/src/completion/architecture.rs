@@ -294,7 +294,7 @@ library a {{
     }
 
     #[test]
-    fn an_item() {
+    fn items_of_architectures_are_offered() {
         check(
             "co$0",
             expect![[r#"

@@ -243,7 +243,7 @@ deployment D {{
     }
 
     #[test]
-    fn settings() {
+    fn values_of_properties_are_offered() {
         check(
             "property two.$0",
             expect![[r#"

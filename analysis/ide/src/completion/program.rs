@@ -295,7 +295,7 @@ core C(S) { handler asking: ask  update = { asking = $0; } }";
     }
 
     #[test]
-    fn a_statement() {
+    fn statements_are_offered() {
         check(
             "var own: bool; $0",
             9,
@@ -344,7 +344,7 @@ core C(S) { handler asking: ask  update = { asking = $0; } }";
     }
 
     #[test]
-    fn what_fits_comes_first() {
+    fn values_of_the_expected_type_come_first() {
         check(
             "far = $0;",
             1,

@@ -130,7 +130,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn four_digits() {
+    fn figures_have_four_significant_digits() {
         let found = [0.0, 1.0, 0.5, 17.25, 123.456, 1234.5678, 98765.4, 1e-5, 1e9, f64::NAN].map(significant);
         assert_eq!(found, ["0", "1", "0.5", "17.25", "123.5", "1235", "98\u{202f}770", "1e-5", "1e9", "∞"]);
         assert_eq!(significant(999.96), "1000");

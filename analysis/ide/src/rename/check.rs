@@ -426,7 +426,7 @@ mod tests {
     use expect_test::expect;
 
     #[test]
-    fn what_nobody_can_know() {
+    fn unreadable_files_refuse_a_rename() {
         const MODEL: &str = "//- /a.mal\ncodel $0f(): int codel g(): int\n\
              //- /mauve.toml\nproject.root = 'a.mal'\ntiming.tables = ['t.toml']\n//- /t.toml\n";
         check(

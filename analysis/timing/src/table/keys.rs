@@ -98,7 +98,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sections() {
+    fn sections_of_timing_tables() {
         let sections: Vec<&str> = KEYS.iter().filter(|key| key.is_section()).map(|key| key.name).collect();
         assert_eq!(sections, ["codel", "program", "component", "overhead", "measured"]);
         assert!(!OVERHEAD.iter().any(Key::is_section));

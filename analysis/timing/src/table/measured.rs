@@ -166,7 +166,7 @@ warnings = ["only 300 executions"]
 "#;
 
     #[test]
-    fn a_record() {
+    fn a_record_of_a_measurement_is_read() {
         let table = Table::parse(RECORD);
         assert!(table.errors.is_empty(), "{:?}", table.errors);
         let record = &table.measured[0];

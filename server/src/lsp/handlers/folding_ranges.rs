@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn the_outermost_are_left() {
+    fn a_limit_keeps_the_outermost_folds() {
         let text = "library l {\n shell S {\n  property\n }\n shell T {\n  property\n }\n}\nuse a\nuse b\n";
         let all = folds(text);
         assert_eq!(all.len(), 4);
