@@ -60,16 +60,16 @@ impl<'db> Selected<'db> {
 }
 
 /// Why a request is refused.
-pub(crate) enum Refusal<'db> {
+pub(crate) enum GenerateRefusal<'db> {
     /// These must be corrected in the models first. Each is listed once.
     Problems(Vec<Problem<'db>>),
     /// Another reason, in words for the user.
     Other(String),
 }
 
-impl From<String> for Refusal<'_> {
+impl From<String> for GenerateRefusal<'_> {
     fn from(why: String) -> Self {
-        Refusal::Other(why)
+        GenerateRefusal::Other(why)
     }
 }
 
@@ -86,14 +86,14 @@ pub(crate) struct Generated {
 
 impl<'db> GenerateRequest<'db> {
     /// Returns why the request is refused, as far as that does not depend on the files in the folders.
-    pub(crate) fn refusal(&self) -> Option<Refusal<'db>> {
+    pub(crate) fn refusal(&self) -> Option<GenerateRefusal<'db>> {
         let mut seen: HashSet<&Problem<'db>> = HashSet::new();
         let all = self.selected.iter().flat_map(|it| &it.problems);
         let problems: Vec<Problem<'db>> = all.filter(|problem| seen.insert(problem)).cloned().collect();
         if !problems.is_empty() {
-            return Some(Refusal::Problems(problems));
+            return Some(GenerateRefusal::Problems(problems));
         }
-        self.selected.iter().find_map(|it| it.out.clone().err()).map(Refusal::Other)
+        self.selected.iter().find_map(|it| it.out.clone().err()).map(GenerateRefusal::Other)
     }
 }
 
@@ -110,7 +110,7 @@ pub(crate) fn generate<'db>(
     db: &'db Database,
     request: &GenerateRequest<'db>,
     read: &ReadFile<'_>,
-) -> Result<Vec<Generated>, Refusal<'db>> {
+) -> Result<Vec<Generated>, GenerateRefusal<'db>> {
     if let Some(refusal) = request.refusal() {
         return Err(refusal);
     }

@@ -1,7 +1,7 @@
 //! Measured execution times in words: what a test assumes, why an estimate has a warning, and why there is none.
 
 use mauve_pwcet::{
-    Check, CheckKind, FEW_EXECUTIONS, LEAST_DISTINCT, LEAST_EXECUTIONS, Refusal, Warning, rounded_up,
+    Check, CheckKind, FEW_EXECUTIONS, LEAST_DISTINCT, LEAST_EXECUTIONS, NoEstimate, Warning, rounded_up,
 };
 use mauve_timing::Time;
 
@@ -98,31 +98,31 @@ fn rejected(check: &Check) -> String {
 /// Returns why executions give no estimate, and what to do.
 ///
 /// ```
-/// use mauve_pwcet::Refusal;
-/// let text = mauve_diagnostics::measurement_refusal(&Refusal::TooFew { count: 3 });
+/// use mauve_pwcet::NoEstimate;
+/// let text = mauve_diagnostics::measurement_refusal(&NoEstimate::TooFew { count: 3 });
 /// assert_eq!(text, "3 executions are too few for a tail: measure at least 200, better 5000");
 /// ```
-pub fn measurement_refusal(refusal: &Refusal) -> String {
+pub fn measurement_refusal(refusal: &NoEstimate) -> String {
     match *refusal {
-        Refusal::TooFew { count } => format!(
+        NoEstimate::TooFew { count } => format!(
             "{} too few for a tail: measure at least {LEAST_EXECUTIONS}, better 5000",
             if count == 1 { "1 execution is".to_owned() } else { format!("{count} executions are") }
         ),
-        Refusal::Constant { time: constant } => format!(
+        NoEstimate::Constant { time: constant } => format!(
             "all executions took exactly {}: a real clock gives different times; write the time by hand if it is the worst case",
             time(constant as f64)
         ),
-        Refusal::TooCoarse { distinct, resolution } => format!(
+        NoEstimate::TooCoarse { distinct, resolution } => format!(
             "only {distinct} distinct times, in steps of {}: a tail needs at least {LEAST_DISTINCT}; measure with a finer clock, or with more varied inputs",
             time(resolution as f64)
         ),
-        Refusal::NoFit => {
+        NoEstimate::NoFit => {
             "no distribution fits the longest executions: look for outliers, several modes, or an interrupted measurement".to_owned()
         }
-        Refusal::NoBound { level } => format!(
+        NoEstimate::NoBound { level } => format!(
             "no bound at {level:e} that a codel could take: measure more, or leave the level out"
         ),
-        Refusal::InfiniteMean { shape } => format!(
+        NoEstimate::InfiniteMean { shape } => format!(
             "the tail has no mean (ξ = {shape:.2}): no time holds; look for outliers, several modes, or an interrupted measurement"
         ),
     }

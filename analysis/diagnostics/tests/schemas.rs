@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use mauve_diagnostics::{Code, codes, page};
 use mauve_hir::config_keys::{
-    Entries, Key, Kind, REQUIRED_OF_OTHER, SECTIONS, SEVERITIES, Section, list_keys,
+    Entries, Key, KeyKind, REQUIRED_OF_OTHER, SECTIONS, SEVERITIES, Section, list_keys,
 };
 use mauve_hir::{Database, Workspace, config_of};
 use mauve_timing::task_set::Exported;
@@ -41,28 +41,28 @@ fn the_schema_of_tables_has_every_key() {
     let times = [r##""allOf": [{ "$ref": "#/definitions/times" }]"##, "\"default\": 0"].map(str::to_owned);
     let key = |it: &table_keys::Key| {
         let members = match it.kind {
-            table_keys::Kind::Unit => {
+            table_keys::EntryKind::Unit => {
                 let units = Unit::ALL.map(|unit| format!("\"{unit}\"")).join(", ");
                 vec![format!("\"enum\": [{units}]"), r#""default": "ms""#.to_owned()]
             }
-            table_keys::Kind::Levels => vec![
+            table_keys::EntryKind::Levels => vec![
                 r#""type": "array""#.to_owned(),
                 r#""items": { "type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1 }"#.to_owned(),
                 r#""uniqueItems": true"#.to_owned(),
                 r#""examples": [[1e-3, 1e-4, 1e-5]]"#.to_owned(),
             ],
-            table_keys::Kind::Entries(_, example) => vec![
+            table_keys::EntryKind::Entries(_, example) => vec![
                 r#""type": "object""#.to_owned(),
                 r##""additionalProperties": { "$ref": "#/definitions/entry" }"##.to_owned(),
                 format!("\"examples\": [{example}]"),
             ],
-            table_keys::Kind::Overhead => {
+            table_keys::EntryKind::Overhead => {
                 let keys = table_keys::OVERHEAD.iter();
                 closed(3, keys.map(|it| property(4, it.name, it.documentation, &times)).collect())
             }
-            table_keys::Kind::Measured(example) => {
+            table_keys::EntryKind::Measured(example) => {
                 let value = |it: &table_keys::Key| match it.kind {
-                    table_keys::Kind::Value(kind) => {
+                    table_keys::EntryKind::Value(kind) => {
                         property(5, it.name, it.documentation, &[format!("\"type\": {kind}")])
                     }
                     _ => panic!("{} is a value", it.name),
@@ -74,8 +74,8 @@ fn the_schema_of_tables_has_every_key() {
                     format!("\"examples\": [{example}]"),
                 ]
             }
-            table_keys::Kind::Value(kind) => vec![format!("\"type\": {kind}")],
-            table_keys::Kind::Times(_) => times.to_vec(),
+            table_keys::EntryKind::Value(kind) => vec![format!("\"type\": {kind}")],
+            table_keys::EntryKind::Times(_) => times.to_vec(),
         };
         property(2, it.name, it.documentation, &members)
     };
@@ -163,20 +163,24 @@ fn configuration_key<T>(depth: usize, key: &Key<T>) -> String {
         r"^\s*[+]?[0-9]+(_[0-9]+)*([.][0-9]+(_[0-9]+)*)?([eE][-+]?[0-9]+(_[0-9]+)*)?\s*(ns|us|ms|s)\s*$";
     let pattern = |pattern: &str| format!("\"type\": \"string\"\n\"pattern\": {}", Value::from(pattern));
     let kind = match &key.kind {
-        Kind::Models(_) | Kind::Tables(_) => r##""allOf": [{ "$ref": "#/definitions/paths" }]"##.to_owned(),
-        Kind::Instances(_) => {
+        KeyKind::Models(_) | KeyKind::Tables(_) => {
+            r##""allOf": [{ "$ref": "#/definitions/paths" }]"##.to_owned()
+        }
+        KeyKind::Instances(_) => {
             "\"type\": [\"string\", \"array\"]\n\"items\": { \"type\": \"string\" }".to_owned()
         }
-        Kind::Reasons(_) => {
+        KeyKind::Reasons(_) => {
             "\"type\": \"object\"\n\"additionalProperties\": { \"type\": \"string\", \"pattern\": \"\\\\S\" }"
                 .to_owned()
         }
-        Kind::Level(_) => "\"type\": \"number\"\n\"exclusiveMinimum\": 0\n\"exclusiveMaximum\": 1".to_owned(),
-        Kind::Time(_) | Kind::Period(_) => pattern(TIME),
-        Kind::Cpus(_) => "\"type\": \"array\"\n\"minItems\": 1\n\
+        KeyKind::Level(_) => {
+            "\"type\": \"number\"\n\"exclusiveMinimum\": 0\n\"exclusiveMaximum\": 1".to_owned()
+        }
+        KeyKind::Time(_) | KeyKind::Period(_) => pattern(TIME),
+        KeyKind::Cpus(_) => "\"type\": \"array\"\n\"minItems\": 1\n\
                           \"items\": { \"type\": \"integer\", \"minimum\": 1, \"maximum\": 64 }"
             .to_owned(),
-        Kind::Others(_, keys, _) => {
+        KeyKind::Others(_, keys, _) => {
             let required = REQUIRED_OF_OTHER.map(|name| format!("\"{name}\"")).join(", ");
             let mut members =
                 closed(depth + 2, keys.iter().map(|key| configuration_key(depth + 3, key)).collect());
@@ -186,7 +190,7 @@ fn configuration_key<T>(depth: usize, key: &Key<T>) -> String {
                 vec!["\"type\": \"array\"".to_owned(), items, format!("\"examples\": {}", key.examples)];
             return property(depth, key.name, key.documentation, &members);
         }
-        Kind::DeploymentTables(_, keys, _) => {
+        KeyKind::DeploymentTables(_, keys, _) => {
             let mut of_deployment =
                 closed(depth + 2, keys.iter().map(|key| configuration_key(depth + 3, key)).collect());
             of_deployment.insert(2, "\"required\": [\"tables\"]".to_owned());
@@ -198,12 +202,12 @@ fn configuration_key<T>(depth: usize, key: &Key<T>) -> String {
             ];
             return property(depth, key.name, key.documentation, &members);
         }
-        Kind::Integer(from, to, _) => {
+        KeyKind::Integer(from, to, _) => {
             format!("\"type\": \"integer\"\n\"minimum\": {from}\n\"maximum\": {to}")
         }
-        Kind::Boolean(_) => "\"type\": \"boolean\"".to_owned(),
-        Kind::Folder(_) => "\"type\": \"string\"".to_owned(),
-        Kind::Text { pattern: of_text, .. } => pattern(of_text),
+        KeyKind::Boolean(_) => "\"type\": \"boolean\"".to_owned(),
+        KeyKind::Folder(_) => "\"type\": \"string\"".to_owned(),
+        KeyKind::Text { pattern: of_text, .. } => pattern(of_text),
     };
     let mut members: Vec<String> = kind.lines().map(str::to_owned).collect();
     members.extend(key.default.map(|value| format!("\"default\": {value}")));

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use expect_test::expect_file;
 use mauve_hir::ACTIVITY_FIELDS;
-use mauve_hir::config_keys::{Entries, Key, Kind, SECTIONS};
+use mauve_hir::config_keys::{Entries, Key, KeyKind, SECTIONS};
 use mauve_syntax::keywords::ActivityField;
 use mauve_timing::table_keys;
 
@@ -61,11 +61,11 @@ fn the_reference_has_every_key() {
             Entries::Keys(of_section) => {
                 for key in *of_section {
                     match &key.kind {
-                        Kind::Others(_, below, _) => {
+                        KeyKind::Others(_, below, _) => {
                             others = names(below);
                             keys.extend(others.iter().map(|it| format!("[[{name}.{}]] {it}", key.name)));
                         }
-                        Kind::DeploymentTables(_, below, _) => {
+                        KeyKind::DeploymentTables(_, below, _) => {
                             keys.extend(
                                 names(below).iter().map(|it| format!("[{name}.{}.NAME] {it}", key.name)),
                             );

@@ -169,7 +169,7 @@ fn check_tables<'db>(
     db: &'db dyn ModelDb,
     file: File,
     config: &Config,
-    deployed: &[Deployed<'db>],
+    deployed: &[DeployedArchitecture<'db>],
 ) -> Vec<(Project<'db>, Fact<'db>)> {
     let mut projects: Vec<Project<'db>> = deployed.iter().map(|(project, ..)| *project).collect();
     projects.dedup();
@@ -205,7 +205,7 @@ fn check_acceptances<'db>(
     db: &'db dyn ModelDb,
     file: File,
     sections: &BTreeMap<String, DeploymentConfig>,
-    deployed: &[Deployed<'db>],
+    deployed: &[DeployedArchitecture<'db>],
 ) -> Vec<Fact<'db>> {
     let mut found = Vec::new();
     for (deployment, section) in sections {
@@ -234,10 +234,10 @@ fn location_of_key<'db>(file: File, span: &Range<usize>) -> Location<'db> {
 }
 
 /// A deployment of a project, with its flattened architecture.
-type Deployed<'db> = (Project<'db>, Decl<'db>, &'db Flat<'db>);
+type DeployedArchitecture<'db> = (Project<'db>, Decl<'db>, &'db Flat<'db>);
 
 /// Returns all deployments; `None` if one is incomplete.
-fn deployed<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Option<Vec<Deployed<'db>>> {
+fn deployed<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Option<Vec<DeployedArchitecture<'db>>> {
     let mut found = Vec::new();
     for &root in all_roots(db, workspace) {
         let project = Project::new(db, workspace, root);

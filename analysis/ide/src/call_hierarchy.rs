@@ -11,7 +11,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::document_symbols::SymbolKind;
 use crate::hierarchy::{HierarchyItem, declaration_of, id_of, item_of};
-use crate::occurrences::{Definition, Found, Role, each_once, in_declaration, names_at, occurrences_of};
+use crate::occurrences::{Definition, FoundName, Role, each_once, in_declaration, names_at, occurrences_of};
 
 /// The calls between two items.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -291,7 +291,7 @@ fn node<'db>(db: &'db dyn ModelDb, file: File, id: &str) -> Option<Node<'db>> {
 }
 
 /// Returns the items of a name: a codel, or the definitions of an operation.
-fn nodes_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, name: &Found<'db>) -> Vec<Node<'db>> {
+fn nodes_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, name: &FoundName<'db>) -> Vec<Node<'db>> {
     match &name.definition {
         Definition::Declaration(decl) if decl.kind(db) == Kind::Codel => vec![Node::Codel(*decl)],
         Definition::At(_) if name.kind == SymbolKind::Operation => match name.of {
@@ -311,7 +311,7 @@ fn called<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     core: Decl<'db>,
-    call: &Found<'db>,
+    call: &FoundName<'db>,
 ) -> Vec<Node<'db>> {
     let operation = match &call.definition {
         Definition::Declaration(codel) => return vec![Node::Codel(*codel)],

@@ -6,7 +6,7 @@ use mauve_hir::{Decl, File, Location, ModelDb, Project, declaration_map, project
 use mauve_syntax::ast::AstNode as _;
 use mauve_syntax::{TextRange, TextSize};
 
-use crate::occurrences::{Definition, Found, Role, each_once, in_declaration, libraries, names_at};
+use crate::occurrences::{Definition, FoundName, Role, each_once, in_declaration, libraries, names_at};
 
 /// A name and its definitions.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -44,9 +44,9 @@ pub fn definition(
 pub(crate) fn definition_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
-    names: &[Found<'db>],
+    names: &[FoundName<'db>],
 ) -> Option<Navigation> {
-    let targets = |name: &Found<'db>| {
+    let targets = |name: &FoundName<'db>| {
         let of_call = name.of.filter(|_| name.role == Role::Call);
         let executed = of_call.and_then(|of| {
             let mut names = in_declaration(db, project, of).into_iter();
@@ -61,9 +61,9 @@ pub(crate) fn definition_of<'db>(
 }
 
 pub(crate) fn destination<'db>(
-    names: &[Found<'db>],
-    targets: impl Fn(&Found<'db>) -> Vec<Target>,
-    file: impl Fn(&Found<'db>) -> Option<PathBuf>,
+    names: &[FoundName<'db>],
+    targets: impl Fn(&FoundName<'db>) -> Vec<Target>,
+    file: impl Fn(&FoundName<'db>) -> Option<PathBuf>,
 ) -> Option<Navigation> {
     let first = names.first()?;
     let targets = each_once(names.iter().flat_map(targets));

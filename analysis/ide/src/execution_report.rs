@@ -25,7 +25,7 @@ mod tables;
 
 pub use page::execution_report;
 
-use mauve_pwcet::{Estimate, Options, Refusal};
+use mauve_pwcet::{Estimate, NoEstimate, Options};
 use mauve_timing::Time;
 
 /// All that a report shows. No text needs to be escaped.
@@ -66,7 +66,7 @@ pub struct Measured<'a> {
     /// The indices of the executions that begin a run, ascending. The index 0 may be missing.
     pub runs: &'a [usize],
     /// The estimate with the options of the report, or the reason why there is none.
-    pub result: Result<&'a Estimate, Refusal>,
+    pub result: Result<&'a Estimate, NoEstimate>,
     /// The time in the timing table for each level of the options; empty if the table has no time of this codel.
     pub table: &'a [Time],
     /// The greatest acceptable time for each level of the options; empty without budgets.

@@ -11,7 +11,7 @@ use mauve_wcrt::table_files;
 use crate::call_hierarchy::{definitions, providers};
 use crate::definition::{Navigation, Target, destination, of_declaration};
 use crate::document_symbols::SymbolKind;
-use crate::occurrences::{Definition, Found, names_at, names_in};
+use crate::occurrences::{Definition, FoundName, names_at, names_in};
 
 /// Returns the implementations of the name at `offset`. Includes the file of a codel even if it does not exist.
 ///
@@ -31,7 +31,7 @@ pub fn implementation(
     offset: TextSize,
 ) -> Option<Navigation> {
     let names = names_at(db, project, file, offset);
-    let found = |name: &Found<'_>| match &name.definition {
+    let found = |name: &FoundName<'_>| match &name.definition {
         Definition::Declaration(decl) => of_declared(db, project, *decl),
         Definition::At(_) if name.kind == SymbolKind::Operation => {
             let providers = providers(db, project, &name.definition);

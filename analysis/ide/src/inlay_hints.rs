@@ -103,7 +103,7 @@ impl Default for HintOptions {
 
 /// A hint, and what a later text may need of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-struct Found {
+struct HintOf {
     hint: InlayHint,
     /// Its subject; none for values.
     subject: Option<Subject>,

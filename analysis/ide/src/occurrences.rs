@@ -66,7 +66,7 @@ pub(crate) struct Occurrence<'db> {
 
 /// A name with its location.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, salsa::SalsaValue)]
-pub(crate) struct Found<'db> {
+pub(crate) struct FoundName<'db> {
     pub(crate) file: File,
     pub(crate) of: Option<Decl<'db>>,
     /// Without quotes.
@@ -80,7 +80,7 @@ pub(crate) fn in_declaration<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     decl: Decl<'db>,
-) -> Vec<Found<'db>> {
+) -> Vec<FoundName<'db>> {
     located(db, decl, occurrences_of(db, project, decl))
 }
 
@@ -89,13 +89,13 @@ fn located<'a, 'db: 'a>(
     db: &'db dyn ModelDb,
     decl: Decl<'db>,
     names: impl IntoIterator<Item = &'a Occurrence<'db>>,
-) -> Vec<Found<'db>> {
+) -> Vec<FoundName<'db>> {
     let Some(map) = declaration_map(db, decl) else { return Vec::new() };
     let (file, text) = (decl.file(db), decl.file(db).text(db));
     let found = |it: &Occurrence<'db>| {
         let range = segment(text, map.range_of(it.id).unwrap_or(map.range), it.segment)?;
         let (definition, kind, role) = (it.definition.clone(), it.kind, it.role);
-        Some(Found { file, of: Some(decl), range, definition, kind, role })
+        Some(FoundName { file, of: Some(decl), range, definition, kind, role })
     };
     names.into_iter().filter_map(found).collect()
 }
@@ -120,9 +120,9 @@ pub(crate) fn outside_declarations<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     file: File,
-) -> Vec<Found<'db>> {
+) -> Vec<FoundName<'db>> {
     let targets = includes(db, project.workspace(db), file).iter();
-    let mut found: Vec<Found<'db>> = targets
+    let mut found: Vec<FoundName<'db>> = targets
         .zip(&source_map(db, file).includes)
         .filter_map(|(target, &range)| {
             let range = unquoted(file.text(db), range);
@@ -133,7 +133,7 @@ pub(crate) fn outside_declarations<'db>(
     found.extend(libraries(db, file).into_iter().map(|(_, name)| {
         let definition = Definition::Library(name.text().to_string().into());
         let declared = mention(file, name.text_range(), definition, SymbolKind::Library);
-        Found { role: Role::Declaration, ..declared }
+        FoundName { role: Role::Declaration, ..declared }
     }));
     found
 }
@@ -163,8 +163,8 @@ pub(crate) fn each_once<T: PartialEq>(all: impl IntoIterator<Item = T>) -> Vec<T
     found
 }
 
-fn mention(file: File, range: TextRange, definition: Definition<'_>, kind: SymbolKind) -> Found<'_> {
-    Found { file, of: None, range, definition, kind, role: Role::Mention }
+fn mention(file: File, range: TextRange, definition: Definition<'_>, kind: SymbolKind) -> FoundName<'_> {
+    FoundName { file, of: None, range, definition, kind, role: Role::Mention }
 }
 
 fn unquoted(text: &str, range: TextRange) -> TextRange {

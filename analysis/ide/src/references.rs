@@ -5,7 +5,7 @@ use mauve_syntax::{TextRange, TextSize};
 use mauve_wcrt::table_files;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::occurrences::{Definition, Found, Role, names_at, names_of_definition};
+use crate::occurrences::{Definition, FoundName, Role, names_at, names_of_definition};
 use crate::project::projects_with;
 
 /// A reference.
@@ -61,7 +61,7 @@ pub(crate) fn names<'db>(
     projects: &[Project<'db>],
     file: File,
     offset: TextSize,
-) -> Vec<(Project<'db>, Found<'db>)> {
+) -> Vec<(Project<'db>, FoundName<'db>)> {
     let names = |project| names_at(db, project, file, offset).into_iter().map(move |name| (project, name));
     projects.iter().copied().flat_map(names).collect()
 }
@@ -69,17 +69,17 @@ pub(crate) fn names<'db>(
 /// Returns the references in `file` of the definition at `offset`.
 pub fn highlights(db: &dyn ModelDb, project: Project<'_>, file: File, offset: TextSize) -> Vec<Reference> {
     let names = names_at(db, project, file, offset).into_iter();
-    let mut all: Vec<Found<'_>> =
+    let mut all: Vec<FoundName<'_>> =
         names.flat_map(|name| names_of_definition(db, project, file, &name.definition)).collect();
     all.sort_by_key(|it| it.range.start());
     merged(&all)
 }
 
 /// Removes duplicates; a location is a write if any project writes there.
-fn merged<'a, 'db: 'a>(all: impl IntoIterator<Item = &'a Found<'db>>) -> Vec<Reference> {
+fn merged<'a, 'db: 'a>(all: impl IntoIterator<Item = &'a FoundName<'db>>) -> Vec<Reference> {
     let mut places: Vec<Reference> = Vec::new();
     let mut index: FxHashMap<(File, TextRange), usize> = FxHashMap::default();
-    for Found { file, range, role, .. } in all {
+    for FoundName { file, range, role, .. } in all {
         let access = match role {
             Role::Declaration | Role::Definition | Role::Write | Role::ReadWrite => Access::Write,
             Role::Read | Role::Call => Access::Read,
@@ -99,8 +99,8 @@ fn merged<'a, 'db: 'a>(all: impl IntoIterator<Item = &'a Found<'db>>) -> Vec<Ref
 pub(crate) fn occurrences<'db>(
     db: &'db dyn ModelDb,
     workspaces: &[Workspace],
-    things: &[(Project<'db>, Found<'db>)],
-) -> Vec<(Project<'db>, Found<'db>)> {
+    things: &[(Project<'db>, FoundName<'db>)],
+) -> Vec<(Project<'db>, FoundName<'db>)> {
     let mut asked: Vec<(&Definition<'db>, Vec<Project<'db>>)> = Vec::new();
     for (project, name) in things {
         match asked.iter_mut().find(|(definition, _)| **definition == name.definition) {
@@ -109,7 +109,7 @@ pub(crate) fn occurrences<'db>(
         }
     }
     let mut found = Vec::new();
-    let mut known: FxHashSet<(Project<'db>, Found<'db>)> = FxHashSet::default();
+    let mut known: FxHashSet<(Project<'db>, FoundName<'db>)> = FxHashSet::default();
     for (definition, asked) in asked {
         let mut open = match definition {
             Definition::Declaration(decl) => projects_with(db, workspaces, decl.file(db)),
@@ -147,7 +147,7 @@ fn in_project<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     definition: &Definition<'db>,
-) -> Vec<Found<'db>> {
+) -> Vec<FoundName<'db>> {
     let word = word_of(db, definition);
     let mut found = Vec::new();
     for file in files_of(db, project) {

@@ -17,7 +17,7 @@ use mauve_syntax::{TextRange, TextSize};
 
 use crate::change::Change;
 use crate::document_symbols::SymbolKind;
-use crate::occurrences::{Definition, Found, each_once};
+use crate::occurrences::{Definition, FoundName, each_once};
 use crate::project::projects_with;
 use crate::references::{names, occurrences, word_of};
 
@@ -109,8 +109,8 @@ pub fn rename(
 
 fn the_one<'a, 'db>(
     db: &'db dyn ModelDb,
-    things: &'a [(Project<'db>, Found<'db>)],
-) -> Result<(&'a Found<'db>, String), String> {
+    things: &'a [(Project<'db>, FoundName<'db>)],
+) -> Result<(&'a FoundName<'db>, String), String> {
     let Some((_, first)) = things.first() else {
         return Err("no name here, or its definition is unknown".to_owned());
     };
@@ -168,7 +168,7 @@ fn check_name(kind: SymbolKind, name: &str) -> Result<(), String> {
 struct Renaming<'a, 'db> {
     db: &'db dyn ModelDb,
     workspaces: &'a [Workspace],
-    thing: &'a Found<'db>,
+    thing: &'a FoundName<'db>,
     old_name: &'a str,
     new_name: &'a str,
     concerned: &'a [Project<'db>],

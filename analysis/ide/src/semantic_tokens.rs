@@ -11,7 +11,9 @@ use mauve_syntax::keywords::{BACKGROUND, TruthValue};
 use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxToken, TextRange, TextSize};
 
 use crate::document_symbols::SymbolKind;
-use crate::occurrences::{Definition, Found, Role, names_in, occurrences_of, outside_declarations, segment};
+use crate::occurrences::{
+    Definition, FoundName, Role, names_in, occurrences_of, outside_declarations, segment,
+};
 
 /// A semantic token, on one line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -185,7 +187,7 @@ fn names(
     is_asked: impl Fn(TextRange) -> bool,
     found: &mut Vec<SemanticToken>,
 ) {
-    let token = |it: Found<'_>| SemanticToken {
+    let token = |it: FoundName<'_>| SemanticToken {
         range: it.range,
         kind: TokenKind::Name(it.kind),
         modifiers: modifiers(db, &it.definition, it.kind, it.role),

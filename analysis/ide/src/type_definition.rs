@@ -8,7 +8,7 @@ use mauve_syntax::ast::{self, AstNode as _};
 
 use crate::definition::{Navigation, destination, targets};
 use crate::hover::declaration_in;
-use crate::occurrences::{Definition, Found, definition_of_type, names_at};
+use crate::occurrences::{Definition, FoundName, definition_of_type, names_at};
 
 /// Returns the type definition of the name at `offset`; `None` for built-in types.
 ///
@@ -29,7 +29,7 @@ pub fn type_definition(
     offset: TextSize,
 ) -> Option<Navigation> {
     let names = names_at(db, project, file, offset);
-    let of_type = |name: &Found<'_>| {
+    let of_type = |name: &FoundName<'_>| {
         type_of(db, project, &name.definition).map_or_else(Vec::new, |ty| targets(db, project, &ty))
     };
     destination(&names, of_type, |name| message_file(db, project, &name.definition))

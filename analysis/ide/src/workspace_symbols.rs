@@ -48,7 +48,7 @@ pub fn workspace_symbols(
     limit: usize,
 ) -> Vec<FoundSymbol> {
     let words: Vec<&str> = query.split(['.', ':', ' ', '\t']).filter(|word| !word.is_empty()).collect();
-    let mut search = Search { words, found: Vec::new() };
+    let mut search = SymbolSearch { words, found: Vec::new() };
     let mut seen = HashSet::new();
     for workspace in workspaces {
         for (path, &file) in workspace.files(db).iter() {
@@ -93,12 +93,12 @@ impl Candidate<'_> {
     }
 }
 
-struct Search<'a, 'db> {
+struct SymbolSearch<'a, 'db> {
     words: Vec<&'a str>,
     found: Vec<Candidate<'db>>,
 }
 
-impl<'db> Search<'_, 'db> {
+impl<'db> SymbolSearch<'_, 'db> {
     fn add(
         &mut self,
         name: &'db str,

@@ -169,19 +169,19 @@ pub(crate) fn libraries<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
 ) -> (Libraries<'db>, Vec<Problem<'db>>) {
-    let mut reader = Reader { db, project, problems: Vec::new(), reported: FxHashSet::default() };
+    let mut reader = LibraryReader { db, project, problems: Vec::new(), reported: FxHashSet::default() };
     let libraries = reader.libraries();
     (libraries, reader.problems)
 }
 
-struct Reader<'db> {
+struct LibraryReader<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     problems: Vec<Problem<'db>>,
     reported: FxHashSet<Problem<'db>>,
 }
 
-impl<'db> Reader<'db> {
+impl<'db> LibraryReader<'db> {
     fn libraries(&mut self) -> Libraries<'db> {
         let (db, project) = (self.db, self.project);
         let mut order: Vec<Option<Name>> = Vec::new();

@@ -137,7 +137,7 @@ pub enum Warning {
 
 /// Why there is no estimate.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Refusal {
+pub enum NoEstimate {
     /// Fewer executions than [`LEAST_EXECUTIONS`].
     TooFew {
         /// How many there are.
@@ -204,30 +204,30 @@ const LONGEST_BOUND: f64 = 1e18;
 /// # Errors
 ///
 /// The executions do not support any estimate.
-pub fn estimate(executions: &[u64], options: &Options) -> Result<Estimate, Refusal> {
+pub fn estimate(executions: &[u64], options: &Options) -> Result<Estimate, NoEstimate> {
     let count = executions.len();
     if count < LEAST_EXECUTIONS {
-        return Err(Refusal::TooFew { count });
+        return Err(NoEstimate::TooFew { count });
     }
     let resolution = resolution(executions);
     let least = executions.iter().copied().min().unwrap_or_default();
     let greatest = executions.iter().copied().max().unwrap_or_default();
     if resolution == 0 {
-        return Err(Refusal::Constant { time: greatest });
+        return Err(NoEstimate::Constant { time: greatest });
     }
     let mut values = executions.to_vec();
     values.sort_unstable();
     values.dedup();
     let distinct = values.len();
     if distinct < LEAST_DISTINCT {
-        return Err(Refusal::TooCoarse { distinct, resolution });
+        return Err(NoEstimate::TooCoarse { distinct, resolution });
     }
     let times = Times::new(executions, resolution, options.seed);
     let Some(tail) = Tail::select(&times, options.model) else {
-        return Err(Refusal::NoFit);
+        return Err(NoEstimate::NoFit);
     };
     if tail.model.shape >= 1.0 {
-        return Err(Refusal::InfiniteMean { shape: tail.model.shape });
+        return Err(NoEstimate::InfiniteMean { shape: tail.model.shape });
     }
     let block_maxima = block_maxima(&times);
     let seen = Seen { count, greatest, resolution };
@@ -277,7 +277,7 @@ fn level_estimates(
     tail: &Tail,
     block_maxima: Option<&BlockMaxima>,
     Seen { count, greatest, resolution }: Seen,
-) -> Result<Vec<LevelEstimate>, Refusal> {
+) -> Result<Vec<LevelEstimate>, NoEstimate> {
     let greatest = greatest as f64;
     let mut greatest_bound = 0.0_f64;
     let mut levels = vec![None; all.len()];
@@ -292,7 +292,7 @@ fn level_estimates(
         let upper = tail.upper_bound(times, level).max(seen) + resolution as f64;
         greatest_bound = greatest_bound.max(upper);
         if greatest_bound.is_nan() || greatest_bound > LONGEST_BOUND {
-            return Err(Refusal::NoBound { level });
+            return Err(NoEstimate::NoBound { level });
         }
         levels[index] = Some(LevelEstimate {
             level,

@@ -3,7 +3,7 @@
 //! [`trace`] reads recorded traces, [`samples`] keeps their execution times. [`estimate`] takes the execution times of one codel, in the order in which they were measured, and returns for each level the
 //! time that an execution exceeds with that probability: a point estimate, and a 95 % upper confidence bound, which is the time for
 //! timing tables. An [`Estimate`] also has all that the times rest on: tests, fits, a hold-out, the convergence, and warnings.
-//! Where the executions support no number, the result is a [`Refusal`].
+//! Where the executions support no number, the result is a [`NoEstimate`].
 //!
 //! **What a number claims.** If executions are independent and have one distribution whose tail is exponential or generalised
 //! Pareto above the threshold, the bound is above the true quantile in at least 95 of 100 measurements: `tests/coverage.rs` counts.
@@ -31,7 +31,7 @@
 //! | `exceedances.rs` | [`exceedance_probability`]: whether executions keep the promise of a time |
 //! | `order.rs`, `random.rs` | times without ties; random numbers with a seed |
 //! | `trace.rs`, `trace/error.rs` | what a trace has, and why it cannot be read |
-//! | `trace/reader.rs` | [`trace::Reader`]: recorded traces → [`trace::Span`]s, in one pass and in constant memory |
+//! | `trace/reader.rs` | [`trace::TraceReader`]: recorded traces → [`trace::Span`]s, in one pass and in constant memory |
 //! | `trace/source.rs` | [`trace::Source`]: what a path is; the chunks of a session of LTTng |
 //! | `trace/babeltrace.rs` | runs `babeltrace2`; what the tracer discarded |
 //! | `trace/lines.rs` | the lines of a stream, without an allocation for each |
@@ -40,7 +40,7 @@
 //! | `trace/csv.rs`, `trace/column.rs` | files of executions, in comma-separated values |
 //! | `trace/names.rs` | [`trace::Names`]: codels, programs and instances, by number |
 //! | `samples.rs`, `samples/error.rs` | [`samples::Samples`]: reads the sample file of all runs |
-//! | `samples/writer.rs` | [`samples::Writer`]: appends runs, each of them completely or not at all |
+//! | `samples/writer.rs` | [`samples::SamplesWriter`]: appends runs, each of them completely or not at all |
 //! | `samples/block.rs`, `samples/encoding.rs` | the blocks of a sample file, and the numbers in them |
 //!
 //! `tests/` compares with R, scipy and pyextremes, and counts how often bounds hold.
@@ -69,7 +69,7 @@ pub mod trace;
 pub use checks::{Check, CheckKind};
 pub use convergence::Convergence;
 pub use estimate::{
-    CurvePoint, Estimate, FAR, FEW_EXECUTIONS, LEAST_DISTINCT, LevelEstimate, Options, Refusal, Warning,
+    CurvePoint, Estimate, FAR, FEW_EXECUTIONS, LEAST_DISTINCT, LevelEstimate, NoEstimate, Options, Warning,
     estimate, rounded_up,
 };
 pub use exceedances::exceedance_probability;

@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use crate::estimate::{Estimate, Options, Refusal, estimate};
+use crate::estimate::{Estimate, NoEstimate, Options, estimate};
 use crate::samples::{Samples, SamplesError};
 
 /// What was measured of one codel or program.
@@ -28,7 +28,7 @@ pub struct InstanceMeasurement {
     /// The index of the first execution of each run.
     pub runs: Vec<usize>,
     /// The estimate.
-    pub result: Result<Estimate, Refusal>,
+    pub result: Result<Estimate, NoEstimate>,
 }
 
 impl Measurement {
@@ -64,8 +64,8 @@ impl Measurement {
         let greatest = estimates.map(|it| it.greatest).max()?;
         let is_slower = |it: &&InstanceMeasurement| match it.result {
             Ok(_) => false,
-            Err(Refusal::InfiniteMean { .. } | Refusal::NoBound { .. } | Refusal::NoFit) => true,
-            Err(Refusal::TooFew { .. } | Refusal::Constant { .. } | Refusal::TooCoarse { .. }) => {
+            Err(NoEstimate::InfiniteMean { .. } | NoEstimate::NoBound { .. } | NoEstimate::NoFit) => true,
+            Err(NoEstimate::TooFew { .. } | NoEstimate::Constant { .. } | NoEstimate::TooCoarse { .. }) => {
                 it.executions.iter().any(|&time| time > greatest)
             }
         };
@@ -131,7 +131,7 @@ pub fn measure(
 mod tests {
     use super::*;
     use crate::random::{generator, uniform};
-    use crate::samples::{Execution, Writer};
+    use crate::samples::{Execution, SamplesWriter};
     use crate::tail::TailModel;
     use crate::trace::Summary;
 
@@ -143,7 +143,7 @@ mod tests {
     fn file(name: &str, seed: u64, instances: &[(&str, usize, f64)]) -> Samples {
         let path = std::env::temp_dir().join(format!("mauve-measurement-{}-{name}", std::process::id()));
         let _ = std::fs::remove_file(&path);
-        let mut writer = Writer::open(&path).unwrap();
+        let mut writer = SamplesWriter::open(&path).unwrap();
         writer.begin(name, 0).unwrap();
         for (instance, count, mean) in instances {
             let series = writer.series("nav.plan", instance).unwrap();
@@ -180,7 +180,7 @@ mod tests {
     fn a_slow_instance_without_an_estimate_takes_the_time_away() {
         let mut files = [file("c", 3, &[("left", 900, 1e5), ("right", 3, 9e7)])];
         let plan = measure(&mut files, |_| true, &options()).unwrap().remove(0);
-        assert_eq!(plan.instances[1].result, Err(Refusal::TooFew { count: 3 }));
+        assert_eq!(plan.instances[1].result, Err(NoEstimate::TooFew { count: 3 }));
         assert_eq!((plan.times(), plan.withheld_by()), (None, Some(&plan.instances[1])));
 
         let mut files = [file("d", 3, &[("left", 900, 1e5), ("right", 3, 1e4)])];

@@ -24,11 +24,11 @@ use std::path::Path;
 use sha2::{Digest as _, Sha256};
 
 use crate::trace::Summary;
-use block::{Block, Kind};
+use block::{Block, BlockKind};
 use encoding::{Bytes, Codec, Has, put};
 
 pub use error::{Damage, SamplesError};
-pub use writer::Writer;
+pub use writer::SamplesWriter;
 
 /// The first line of a sample file.
 const MAGIC: &[u8] = b"MAUVE samples 1\n";
@@ -108,11 +108,11 @@ struct Part {
 /// A sample file, opened for reading.
 ///
 /// ```
-/// use mauve_pwcet::samples::{Execution, Samples, Writer};
+/// use mauve_pwcet::samples::{Execution, Samples, SamplesWriter};
 /// use mauve_pwcet::trace::Summary;
 ///
 /// let path = std::env::temp_dir().join(format!("mauve-doc-{}.samples", std::process::id()));
-/// let mut writer = Writer::open(&path)?;
+/// let mut writer = SamplesWriter::open(&path)?;
 /// writer.begin("monday.csv", 1_700_000_000)?;
 /// let plan = writer.series("nav.plan", "pilot")?;
 /// for execution in [1200, 1300] {
@@ -315,13 +315,13 @@ impl Index {
     fn take(&mut self, block: &Block, body: u64, open: &mut OpenRun) -> Option<bool> {
         let mut head = Bytes(&block.head);
         match block.kind {
-            Kind::Begin => {
+            BlockKind::Begin => {
                 if open.run.is_some() {
                     return None;
                 }
                 open.run = Some((head.text()?.to_owned(), head.number()?));
             }
-            Kind::Series => {
+            BlockKind::Series => {
                 open.run.as_ref()?;
                 let id = SeriesId(u32::try_from(self.series.len()).ok()?);
                 let (key, instance) = (head.text()?.to_owned(), head.text()?.to_owned());
@@ -329,7 +329,7 @@ impl Index {
                 self.parts.push(Vec::new());
                 open.declared += 1;
             }
-            Kind::Data => {
+            BlockKind::Data => {
                 open.run.as_ref()?;
                 let series = usize::try_from(head.number()?).ok()?;
                 let count = head.number()?;
@@ -354,7 +354,7 @@ impl Index {
                 self.parts.get_mut(series)?.push(part);
                 open.executions += count;
             }
-            Kind::End => {
+            BlockKind::End => {
                 let (source, date) = open.run.take()?;
                 head.0 = head.0.strip_prefix(END_MARK)?;
                 let (fingerprint, rest) = head.0.split_first_chunk::<32>()?;
@@ -401,7 +401,7 @@ struct OpenRun {
 fn contains_end(mut reader: BufReader<&mut File>, mut offset: u64) -> io::Result<bool> {
     while let Some(mark) = find_mark(&mut reader, offset)? {
         reader.seek(SeekFrom::Start(mark.saturating_sub(block::PREFIX as u64)))?;
-        if block::read_head(&mut reader)?.is_ok_and(|block| block.kind == Kind::End) {
+        if block::read_head(&mut reader)?.is_ok_and(|block| block.kind == BlockKind::End) {
             return Ok(true);
         }
         offset = mark + 1;
@@ -498,12 +498,12 @@ mod tests {
     }
 
     fn write(path: &Path, source: &str, rows: &[Row]) -> Result<(), SamplesError> {
-        let mut writer = Writer::open(path)?;
+        let mut writer = SamplesWriter::open(path)?;
         begin(&mut writer, source, rows);
         writer.commit(&Summary { events: rows.len() as u64, first: Some(7), ..Summary::default() })
     }
 
-    fn begin(writer: &mut Writer, source: &str, rows: &[Row]) {
+    fn begin(writer: &mut SamplesWriter, source: &str, rows: &[Row]) {
         writer.begin(source, 1_700_000_000).unwrap();
         for row in rows {
             let (key, instance) = NAMES[row.0];
@@ -542,7 +542,7 @@ mod tests {
             range.map(|it| (it as usize % 3, 1000 + it * 7919 % 100, None, Some(50 * it))).collect()
         };
         let write = |path: &Path, rows: &[Row]| {
-            let mut writer = Writer::open(path)?;
+            let mut writer = SamplesWriter::open(path)?;
             begin(&mut writer, "run", rows);
             let (first, last) = (rows.first().and_then(|it| it.3), rows.last().and_then(|it| it.3));
             writer.commit(&Summary { first, last, ..Summary::default() })
@@ -666,7 +666,7 @@ mod tests {
         let file = Scratch::new();
         write(&file.0, "first", &[(0, 5, None, None)]).unwrap();
         let before = std::fs::read(&file.0).unwrap();
-        let mut writer = Writer::open(&file.0).unwrap();
+        let mut writer = SamplesWriter::open(&file.0).unwrap();
         let rows: Vec<Row> = (0..20_000).map(|it| (it % 3, it as u64, None, None)).collect();
         begin(&mut writer, "second", &rows);
         assert!(std::fs::metadata(&file.0).unwrap().len() > before.len() as u64);
@@ -706,7 +706,7 @@ mod tests {
             [(b"codel,execution_ns\n".as_slice(), false), (b"MAUVE samples 2\n", true), (b"x", false)]
         {
             let file = Scratch::of(bytes);
-            for error in [Samples::open(&file.0).map(drop), Writer::open(&file.0).map(drop)] {
+            for error in [Samples::open(&file.0).map(drop), SamplesWriter::open(&file.0).map(drop)] {
                 match error {
                     Err(SamplesError::LaterVersion) => assert!(is_ours),
                     Err(SamplesError::NotSamples) => assert!(!is_ours),
@@ -716,8 +716,8 @@ mod tests {
             assert_eq!(std::fs::read(&file.0).unwrap(), bytes);
         }
         let file = Scratch::new();
-        let writer = Writer::open(&file.0).unwrap();
-        assert!(matches!(Writer::open(&file.0), Err(SamplesError::Locked)));
+        let writer = SamplesWriter::open(&file.0).unwrap();
+        assert!(matches!(SamplesWriter::open(&file.0), Err(SamplesError::Locked)));
         drop(writer);
         // Nothing was committed.
         assert!(!file.0.exists());

@@ -19,7 +19,7 @@ use std::ops::ControlFlow;
 pub use column::{Column, FileKind};
 pub use error::{CsvProblem, TraceError};
 pub use names::{Name, NameId, Names, SpanKind};
-pub use reader::Reader;
+pub use reader::TraceReader;
 pub use source::Source;
 
 /// The difference by which an execution time may exceed the elapsed time. Both clocks are read one after the other, and in

@@ -44,7 +44,7 @@ pub(crate) fn busy_window(
 ) -> Result<Exact, NoBoundReason> {
     let priority = lane.priority(place);
     let base = Counts::new(lane.members.len());
-    let mut search = Search { place, bound, lane, method: Method::Psm, base, varied: Vec::new(), budget };
+    let mut search = PathSearch { place, bound, lane, method: Method::Psm, base, varied: Vec::new(), budget };
     let mut fixed = Vec::new();
     let mut is_bounded_only = false;
     let members = search.lane.members.len() as u64;
@@ -94,7 +94,7 @@ pub(crate) fn busy_window(
     Ok(found)
 }
 
-struct Search<'s, 'l, 'a> {
+struct PathSearch<'s, 'l, 'a> {
     lane: &'s mut Lane<'l, 'a>,
     place: usize,
     /// The known bound: no f(q) is later than that of its last job.
@@ -120,7 +120,7 @@ struct Combination {
     is_capped: bool,
 }
 
-impl Search<'_, '_, '_> {
+impl PathSearch<'_, '_, '_> {
     fn run(&mut self) -> Result<Exact, NoBoundReason> {
         let roots = vec![0; self.varied.len()];
         let root = self.evaluate(roots)?;

@@ -39,7 +39,7 @@ const MOST_EXACT: u32 = 8;
 const KEPT_ITERATIONS: usize = 32;
 
 /// The result of a lane for one task.
-pub(crate) struct Found {
+pub(crate) struct LaneResponse {
     /// The index of the task.
     pub(crate) task: usize,
     /// Its place in the lane.
@@ -72,7 +72,7 @@ impl Load {
 
 impl<'a> Lane<'_, 'a> {
     /// Analyses the tasks for which `is_wanted`.
-    pub(crate) fn analyse(&mut self, is_wanted: impl Fn(&Member<'_>) -> bool) -> Vec<Found> {
+    pub(crate) fn analyse(&mut self, is_wanted: impl Fn(&Member<'_>) -> bool) -> Vec<LaneResponse> {
         let wanted: Vec<bool> =
             (0..self.members.len()).map(|place| is_wanted(self.members.get(place))).collect();
         let mut places: Vec<usize> = (0..self.members.len()).collect();
@@ -85,7 +85,7 @@ impl<'a> Lane<'_, 'a> {
             Some(_) => vec![Load::BELOW_ONE; self.members.len()],
         };
         let by_jobs = if self.options.method == Method::Classic { Method::Classic } else { Method::Psm };
-        let mut found: Vec<Option<Found>> = wanted.iter().map(|_| None).collect();
+        let mut found: Vec<Option<LaneResponse>> = wanted.iter().map(|_| None).collect();
         self.walk(&places, &wanted, by_jobs, &mut |lane, place, counts| {
             let of_place = lane.by_jobs(place, counts, by_jobs, loads[place]);
             let length = of_place.busy.map(|busy| busy.worst.length);
@@ -212,7 +212,7 @@ impl<'a> Lane<'_, 'a> {
 
     /// Returns the response of the member at `place` by the demand of n jobs, starting from `counts` of hp(i) below its fixed
     /// point.
-    fn by_jobs(&mut self, place: usize, counts: &mut Counts, method: Method, load: Load) -> Found {
+    fn by_jobs(&mut self, place: usize, counts: &mut Counts, method: Method, load: Load) -> LaneResponse {
         let overloaded = match self.rule {
             CpuRule::Cpu(cpu) if !load.several_cpus => Bound::Unbounded { cpu },
             CpuRule::Cpu(_) | CpuRule::Linked(_) => Bound::NoBound(NoBoundReason::SeveralCpus),
@@ -229,7 +229,7 @@ impl<'a> Lane<'_, 'a> {
             is_exhausted: false,
             rule: self.rule,
         };
-        let mut found = Found {
+        let mut found = LaneResponse {
             task: member.index,
             place,
             response,
@@ -293,7 +293,7 @@ impl<'a> Lane<'_, 'a> {
     }
 
     /// Enters the busy window by paths.
-    fn by_paths(&mut self, found: &mut Found, place: usize, bound: Busy, budget: u64) {
+    fn by_paths(&mut self, found: &mut LaneResponse, place: usize, bound: Busy, budget: u64) {
         match exact::busy_window(self, place, bound, budget) {
             Ok(exact) => {
                 let (known, method) = (found.response.bound.clone(), found.response.method);
@@ -404,7 +404,7 @@ impl<'a> Lane<'_, 'a> {
     }
 
     /// Enters a busy window, unless the response time in it is not less than what is known. The bound of `method` is `busy`.
-    fn conclude(&mut self, found: &mut Found, place: usize, busy: Busy, method: Method) {
+    fn conclude(&mut self, found: &mut LaneResponse, place: usize, busy: Busy, method: Method) {
         let BusyJob { job, length } = busy.worst;
         let member = self.members.at(place);
         let released = member.period.checked_mul(job - 1).and_then(|it| it.checked_add(member.delay));

@@ -15,7 +15,7 @@ use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
 use crate::lane::{Lane, Member, Members, least_common_multiple};
-use crate::lane_analysis::Found;
+use crate::lane_analysis::LaneResponse;
 use crate::{Bound, Method, Options, Priority, Time};
 
 /// The maximum product of the number of instants and the square of the number of members, which is about the number of visited
@@ -110,23 +110,23 @@ impl Lane<'_, '_> {
 
     /// Replaces what was `found` for windows that begin at any instant by what is found for those that begin at an actual release,
     /// where that is less.
-    pub(crate) fn synchronise(&mut self, found: &mut [Found]) {
+    pub(crate) fn synchronise(&mut self, found: &mut [LaneResponse]) {
         if self.options.horizon.is_some() {
             return;
         }
         // A window that ends does so no later if it begins at a known instant.
-        let ends = |found: &Found| found.busy.is_some_and(|busy| busy.ends);
+        let ends = |found: &LaneResponse| found.busy.is_some_and(|busy| busy.ends);
         let priorities: BTreeSet<Priority> =
             found.iter().filter(|it| ends(it)).map(|it| self.priority(it.place)).collect();
         for priority in priorities {
-            let is_of = |found: &&mut Found| ends(found) && self.priority(found.place) == priority;
-            let group: Vec<&mut Found> = found.iter_mut().filter(is_of).collect();
+            let is_of = |found: &&mut LaneResponse| ends(found) && self.priority(found.place) == priority;
+            let group: Vec<&mut LaneResponse> = found.iter_mut().filter(is_of).collect();
             self.synchronise_group(priority, group);
         }
     }
 
     /// [`Lane::synchronise`] for the tasks of one priority, in the order of their places.
-    fn synchronise_group(&mut self, priority: Priority, group: Vec<&mut Found>) {
+    fn synchronise_group(&mut self, priority: Priority, group: Vec<&mut LaneResponse>) {
         let starts = match starts(&self.members, priority, self.options) {
             Starts::Any => return,
             Starts::Known(starts) => starts,
@@ -136,7 +136,7 @@ impl Lane<'_, '_> {
             }
         };
         // Each with the greatest that is found for a known instant.
-        let mut open: Vec<(&mut Found, Option<Found>)> =
+        let mut open: Vec<(&mut LaneResponse, Option<LaneResponse>)> =
             group.into_iter().map(|found| (found, None)).collect();
         for &start in &starts {
             if open.is_empty() {
@@ -176,7 +176,7 @@ impl Lane<'_, '_> {
     }
 }
 
-fn bound(found: &Found) -> Option<Time> {
+fn bound(found: &LaneResponse) -> Option<Time> {
     if let Bound::Response(time) = found.response.bound { Some(time) } else { None }
 }
 

@@ -130,20 +130,20 @@ pub(crate) struct Recurrence {
     current: Vec<u64>,
     next: Vec<u64>,
     spent: u64,
-    search: Search,
+    search: TraceSearch,
 }
 
 /// From y at `start` on, keeps vectors until there are `rows`; then searches for a period.
-struct Search {
+struct TraceSearch {
     start: u64,
     longest: usize,
     history: Vec<u64>,
 }
 
-impl Search {
-    fn new(start: u64, states: usize) -> Search {
+impl TraceSearch {
+    fn new(start: u64, states: usize) -> TraceSearch {
         let longest = (start as usize / 2).min(LONGEST_PERIOD).min(LONGEST_HISTORY / 2 / states);
-        Search { start, longest, history: Vec::new() }
+        TraceSearch { start, longest, history: Vec::new() }
     }
 
     /// Returns the number of vectors to keep: 2c + 1 show that the difference over c steps is constant for c further
@@ -162,7 +162,7 @@ impl Recurrence {
             current: vec![0; states],
             next: vec![0; states],
             spent: 0,
-            search: Search::new(FIRST_SEARCH, states),
+            search: TraceSearch::new(FIRST_SEARCH, states),
         }
     }
 
@@ -217,7 +217,7 @@ impl Recurrence {
         });
         if found.is_none() {
             // Again when n has doubled; the present vector may be the first of the next search.
-            self.search = Search::new(self.search.start.saturating_mul(2), states);
+            self.search = TraceSearch::new(self.search.start.saturating_mul(2), states);
             if self.n >= self.search.start {
                 self.search.history.extend_from_slice(&self.current);
             }

@@ -88,7 +88,7 @@ pub fn better_priorities<'db>(
     of: Decl<'db>,
     query: Query,
 ) -> Vec<BetterTiming> {
-    Search::new(db, project, of, query).map_or_else(Vec::new, |mut search| search.priorities())
+    TimingSearch::new(db, project, of, query).map_or_else(Vec::new, |mut search| search.priorities())
 }
 
 /// Searches for better values of the activity of this index.
@@ -103,7 +103,7 @@ pub fn better_activity<'db>(
     let mut found = Vec::new();
     let activity = system_of(db, project, of).activities.get(index);
     if let Some(activity) = activity.filter(|it| matches!(it.priority, Priority::RealTime(_)))
-        && let Some(mut search) = Search::new(db, project, of, query)
+        && let Some(mut search) = TimingSearch::new(db, project, of, query)
     {
         found.extend(search.swap(activity));
         found.extend(search.late_deadline(activity));
@@ -114,7 +114,7 @@ pub fn better_activity<'db>(
     found
 }
 
-struct Search<'db> {
+struct TimingSearch<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
@@ -124,15 +124,20 @@ struct Search<'db> {
     steps: usize,
 }
 
-impl<'db> Search<'db> {
+impl<'db> TimingSearch<'db> {
     /// Returns none where the deployment is not analysed: no change of a field can be either.
-    fn new(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, query: Query) -> Option<Search<'db>> {
+    fn new(
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        of: Decl<'db>,
+        query: Query,
+    ) -> Option<TimingSearch<'db>> {
         let now = response_times(db, project, of, query);
         let system = system_of(db, project, of);
         if !now.not_analysed.is_empty() {
             return None;
         }
-        Some(Search { db, project, of, query, now, system, steps: MOST_STEPS })
+        Some(TimingSearch { db, project, of, query, now, system, steps: MOST_STEPS })
     }
 
     fn ask(&mut self, fields: &[WhatIfField]) -> Option<Report<'db>> {
@@ -467,7 +472,7 @@ mod tests {
             activity c { priority = 3 period = 50 }";
         let (project, of) = deployed(&db, activities, "fa = 3\nfb = 6\nfc = 14\n");
         let query = Query::shown(&db, project);
-        let mut search = Search::new(&db, project, of, query).unwrap();
+        let mut search = TimingSearch::new(&db, project, of, query).unwrap();
         let (now, system) = (search.now, search.system);
         assert!(!now.schedulable());
         let found = search.optimal(&groups(system).unwrap()).unwrap();

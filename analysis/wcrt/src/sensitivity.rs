@@ -160,7 +160,7 @@ pub fn time_sensitivity<'db>(
         Lookup::Absent | Lookup::Unusable(_) => None,
     };
     let variants = Variants::new(db, project, deployment, query, MOST_ANALYSED);
-    let search = Search { variants, of: activities };
+    let search = LimitSearch { variants, of: activities };
     let (unproved, limit) = search.greatest_time(&of, time).unwrap_or_else(|limit| (None, limit));
     Some(TimeSensitivity { of, time, unproved, limit })
 }
@@ -178,7 +178,7 @@ pub fn period_sensitivity<'db>(
     let report = response_times(db, project, deployment, query).activities.get(index)?;
     let slack = report.deadline.zip(report.response).and_then(|(deadline, it)| deadline.checked_sub(it));
     let variants = Variants::new(db, project, deployment, query, MOST_ANALYSED);
-    let search = Search { variants, of: &[index] };
+    let search = LimitSearch { variants, of: &[index] };
     let base = search.variants.with_times(&FxHashSet::default(), &|_| None);
     let serves = base.operations.iter().any(|operation| operation.provider == index);
     let found = search.least_period(&base, index, activity);
@@ -264,13 +264,13 @@ fn executed_times<'db>(
 }
 
 /// The search for the limit of one value.
-struct Search<'a, 'db> {
+struct LimitSearch<'a, 'db> {
     variants: Variants<'db>,
     /// The indices of the activities that have the value.
     of: &'a [usize],
 }
 
-impl<'db> Search<'_, 'db> {
+impl<'db> LimitSearch<'_, 'db> {
     /// Returns the limit of a time that is `now`, and the activity whose deadline is not proved with it. The error is the limit of a
     /// time for which no deadline is compared.
     fn greatest_time(&self, of: &Timed<'db>, now: Option<Time>) -> Result<(Option<Name>, Limit), Limit> {

@@ -139,7 +139,7 @@ pub(crate) fn read<'db>(
     of: Decl<'db>,
     data: &Deployment,
 ) -> System<'db> {
-    let mut reader = Reader { db, project, of, found: System::default() };
+    let mut reader = SystemReader { db, project, of, found: System::default() };
     reader.deployment(data);
     if let Some(tables) = incomplete_tables(db, tables_of(db, project, of)) {
         let at = Location::Range(tables.file, 0, 0);
@@ -152,14 +152,14 @@ pub(crate) fn read<'db>(
     reader.found
 }
 
-struct Reader<'db> {
+struct SystemReader<'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
     found: System<'db>,
 }
 
-impl<'db> Reader<'db> {
+impl<'db> SystemReader<'db> {
     fn deployment(&mut self, data: &Deployment) {
         let (db, project, of) = (self.db, self.project, self.of);
         if data.completeness.is_incomplete() {

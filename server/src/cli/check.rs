@@ -36,7 +36,7 @@ pub(crate) struct Check {
     outside: Outside,
     /// The output format.
     #[arg(long, value_enum, default_value = "human")]
-    format: Format,
+    format: CheckFormat,
     /// Report these diagnostics as errors: codes, separated by commas, or `warnings` for all warnings. A code that mauve.toml
     /// sets to `allow` is not reported.
     #[arg(long, value_name = "CODE", value_delimiter = ',')]
@@ -54,7 +54,7 @@ pub(crate) struct Check {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
+enum CheckFormat {
     /// For people: excerpts of the text, and a table of response times.
     Human,
     /// One document.
@@ -125,8 +125,8 @@ impl Check {
             (count(Severity::Error), count(Severity::Warning), count(Severity::Hint));
         let deployed = wcrt::at_shown_level(db, &workspaces)?;
         let text = match self.format {
-            Format::Sarif => json::text(&sarif::log(db, &here, &findings, &suppressed))?,
-            Format::Json => {
+            CheckFormat::Sarif => json::text(&sarif::log(db, &here, &findings, &suppressed))?,
+            CheckFormat::Json => {
                 let lines = Lines::new(|text| text.chars().count());
                 json::text(&object! {
                     diagnostics: findings.iter().map(|it| document(db, &lines, it)).collect::<Vec<_>>(),
@@ -138,7 +138,7 @@ impl Check {
                     deployments: deployed.iter().map(analysis_document).collect::<Vec<_>>(),
                 })?
             }
-            Format::Human => {
+            CheckFormat::Human => {
                 let mut parts: Vec<String> =
                     written.iter().map(|(files, _)| fix::said(fixes, files)).collect();
                 let is_folded = hints > MOST_HINTS && !self.hints;

@@ -19,7 +19,8 @@ use crate::cli::lines::Lines;
 use crate::cli::options::Outside;
 use crate::cli::text::counted;
 use crate::generate::{
-    GenerateRequest, Generated, Out, Refusal, Selected, configured_out, generate, problem_message, read,
+    GenerateRefusal, GenerateRequest, Generated, Out, Selected, configured_out, generate, problem_message,
+    read,
 };
 use crate::harmless::harmless;
 use crate::json::{self, object};
@@ -51,11 +52,11 @@ pub(crate) struct Generate {
     force: bool,
     /// The output format.
     #[arg(long, value_enum, default_value = "human")]
-    format: Format,
+    format: GenerateFormat,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
+enum GenerateFormat {
     /// Text for people.
     Human,
     /// One JSON document.
@@ -69,8 +70,8 @@ impl Generate {
         let request = self.request(&db, &workspaces)?;
         let folders = match generate(&db, &request, &read) {
             Ok(folders) => folders,
-            Err(Refusal::Problems(problems)) => return self.refused(&db, &workspaces, &problems),
-            Err(Refusal::Other(why)) => return Err(why),
+            Err(GenerateRefusal::Problems(problems)) => return self.refused(&db, &workspaces, &problems),
+            Err(GenerateRefusal::Other(why)) => return Err(why),
         };
         let selected = request.selected.iter().map(|it| (it.project, it.deployment));
         warn_of_deadlines(&db, &workspaces, &selected.collect::<Vec<_>>())?;
@@ -96,8 +97,8 @@ impl Generate {
             _ => Doing::Done,
         };
         let text = match self.format {
-            Format::Human => folders.iter().map(|it| harmless(&report(it, doing))).collect(),
-            Format::Json => {
+            GenerateFormat::Human => folders.iter().map(|it| harmless(&report(it, doing))).collect(),
+            GenerateFormat::Json => {
                 let folders: Vec<_> = folders.iter().map(document).collect();
                 json::text(&object! { problems: [(); 0], folders: folders, written: is_written })?
             }
@@ -152,8 +153,8 @@ impl Generate {
         problems: &[Problem<'_>],
     ) -> Result<Output, String> {
         let text = match self.format {
-            Format::Human => refusal_text(db, workspaces, problems),
-            Format::Json => {
+            GenerateFormat::Human => refusal_text(db, workspaces, problems),
+            GenerateFormat::Json => {
                 let lines = Lines::new(|text| text.chars().count());
                 let problems =
                     problems.iter().map(|it| located(db, &lines, &it.at, &problem_message(&it.kind)));

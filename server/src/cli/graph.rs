@@ -31,11 +31,11 @@ pub(crate) struct Graph {
     significance: Option<f64>,
     /// How to show it.
     #[arg(long, value_enum, default_value = "text")]
-    format: Format,
+    format: GraphFormat,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
+enum GraphFormat {
     /// A drawing for terminals.
     Text,
     /// A drawing for browsers.
@@ -60,16 +60,16 @@ impl Graph {
             say(&format!("incomplete: {missing}"));
         }
         let text = match self.format {
-            Format::Text => draw_graph(&graph, Drawing::Text),
-            Format::Svg => draw_graph(&graph, Drawing::Svg),
-            Format::Dot => draw_graph(&graph, Drawing::Dot),
-            Format::Json => crate::json::text(&graph_document(&db, (project, of), query, &graph))?,
+            GraphFormat::Text => draw_graph(&graph, Drawing::Text),
+            GraphFormat::Svg => draw_graph(&graph, Drawing::Svg),
+            GraphFormat::Dot => draw_graph(&graph, Drawing::Dot),
+            GraphFormat::Json => crate::json::text(&graph_document(&db, (project, of), query, &graph))?,
         };
         let errors = errors_of(&db, project);
         say_errors(errors);
         let code = u8::from(errors > 0 || !graph.missing.is_empty());
         Ok(match self.format {
-            Format::Text => Output::escaped(text, code),
+            GraphFormat::Text => Output::escaped(text, code),
             _ => Output::verbatim(text, code),
         })
     }

@@ -17,11 +17,11 @@ pub(crate) struct Parse {
     file: PathBuf,
     /// The output format.
     #[arg(long, value_enum, default_value = "tree")]
-    format: Format,
+    format: TreeFormat,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
+enum TreeFormat {
     /// One line for each node or token, indented.
     Tree,
     /// Nested JSON objects.
@@ -37,8 +37,8 @@ impl Parse {
         let parse = mauve_syntax::parse(&text);
         let code = u8::from(!parse.errors().is_empty());
         let text = match self.format {
-            Format::Tree => harmless(&mauve_diagnostics::tree_of(&parse, &|| ())),
-            Format::Json => {
+            TreeFormat::Tree => harmless(&mauve_diagnostics::tree_of(&parse, &|| ())),
+            TreeFormat::Json => {
                 let error = |error: &mauve_syntax::SyntaxError| {
                     let (start, end): (u32, u32) = (error.range.start().into(), error.range.end().into());
                     json!({ "start": start, "end": end, "message": mauve_diagnostics::syntax_error_message(&parse, error) })

@@ -35,11 +35,11 @@ pub(crate) struct Psm {
     significance: Option<f64>,
     /// How to show it.
     #[arg(long, value_enum, default_value = "dot")]
-    format: Format,
+    format: MachineFormat,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
+enum MachineFormat {
     /// A drawing for Graphviz.
     Dot,
     /// A drawing for browsers.
@@ -51,7 +51,7 @@ enum Format {
 }
 
 /// A component, with the timing tables and the level of its times.
-type Found<'db> = (TableSet<'db>, Decl<'db>, Level);
+type FoundMachine<'db> = (TableSet<'db>, Decl<'db>, Level);
 
 impl Psm {
     pub(crate) fn run(self) -> Result<Output, String> {
@@ -69,7 +69,7 @@ impl Psm {
             Some(_) => deployments(&db, &workspaces, only)?,
             None => Vec::new(),
         };
-        let mut found: Vec<Found<'_>> = Vec::new();
+        let mut found: Vec<FoundMachine<'_>> = Vec::new();
         for &workspace in &workspaces {
             let level = level.unwrap_or_else(|| config_of(&db, workspace).level());
             for &project in projects(&db, workspace) {
@@ -98,7 +98,8 @@ impl Psm {
             }
         }
         if let Some(name) = name {
-            let is_it = |it: &&Found<'_>| it.1.name(&db) == name.as_str() || it.1.qualified(&db) == *name;
+            let is_it =
+                |it: &&FoundMachine<'_>| it.1.name(&db) == name.as_str() || it.1.qualified(&db) == *name;
             let Some(&one) = found.iter().find(is_it) else {
                 let known: Vec<Name> =
                     found.iter().map(|(_, component, _)| component.name(&db).clone()).collect();
@@ -137,7 +138,11 @@ fn note_other_tables<'db>(db: &'db Database, shown: TableSet<'db>, component: De
 }
 
 /// Returns a table of the components with the size of their state machines and the greatest execution time of a period.
-fn list<'db>(db: &'db Database, found: &[Found<'db>], format: Format) -> Result<Output, String> {
+fn list<'db>(
+    db: &'db Database,
+    found: &[FoundMachine<'db>],
+    format: MachineFormat,
+) -> Result<Output, String> {
     let mut rows = Vec::new();
     let mut documents = Vec::new();
     let mut notes = String::new();
@@ -164,7 +169,7 @@ fn list<'db>(db: &'db Database, found: &[Found<'db>], format: Format) -> Result<
             }
         }
     }
-    if format == Format::Json {
+    if format == MachineFormat::Json {
         return Ok(Output::verbatim(
             crate::json::text(&json!({ "unit": "ms", "components": documents }))?,
             0,
@@ -185,7 +190,7 @@ fn show<'db>(
     tables: TableSet<'db>,
     component: Decl<'db>,
     level: Level,
-    format: Format,
+    format: MachineFormat,
 ) -> Result<Output, String> {
     let name = component.name(db);
     let times = tables.section(db).as_deref();
@@ -202,10 +207,10 @@ fn show<'db>(
         draw_state_machine(db, tables.project(db).workspace(db), title, &view, drawing)
     };
     let text = match format {
-        Format::Dot => draw(Drawing::Dot),
-        Format::Svg => draw(Drawing::Svg),
-        Format::Text => draw(Drawing::Text),
-        Format::Json => {
+        MachineFormat::Dot => draw(Drawing::Dot),
+        MachineFormat::Svg => draw(Drawing::Svg),
+        MachineFormat::Text => draw(Drawing::Text),
+        MachineFormat::Json => {
             let programs = |indices: &[usize]| -> Vec<Value> {
                 let timed = indices.iter().filter_map(|&index| psm.programs.get(index));
                 timed

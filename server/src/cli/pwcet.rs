@@ -62,7 +62,7 @@ pub(crate) struct Pwcet {
     bootstraps: u64,
     /// How to show the times.
     #[arg(long, value_enum, default_value = "table")]
-    format: Format,
+    format: EstimateFormat,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -74,7 +74,7 @@ enum Tail {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
+enum EstimateFormat {
     /// A table with warnings, for people.
     Table,
     /// One document with all estimates, tests and warnings.
@@ -142,8 +142,8 @@ impl Pwcet {
             say(&format!("`{}` has the report", path.display()));
         }
         match self.format {
-            Format::Table => Ok(Output::escaped(table::table(&estimates), code)),
-            Format::Json => Ok(Output::verbatim(document::document(&estimates)?, code)),
+            EstimateFormat::Table => Ok(Output::escaped(table::table(&estimates), code)),
+            EstimateFormat::Json => Ok(Output::verbatim(document::document(&estimates)?, code)),
         }
     }
 

@@ -14,7 +14,7 @@ use mauve_orocos::{GeneratedFile, Package, packages_with_stubs, problems, standa
 use super::generate::{refusal_text, warn_of_deadlines};
 use crate::analysis_document::deployments;
 use crate::cli::options::{Outside, time};
-use crate::generate::{GenerateRequest, Out, Refusal, Selected, generate, read};
+use crate::generate::{GenerateRefusal, GenerateRequest, Out, Selected, generate, read};
 use crate::load::load;
 use crate::output::{Output, say};
 use build::{Build, check_tools};
@@ -174,9 +174,9 @@ impl Run {
         };
         let folders = match generate(db, &request, &read) {
             Ok(folders) => folders,
-            Err(Refusal::Other(why)) => return Err(why),
+            Err(GenerateRefusal::Other(why)) => return Err(why),
             // They were reported.
-            Err(Refusal::Problems(_)) => Vec::new(),
+            Err(GenerateRefusal::Problems(_)) => Vec::new(),
         };
         if !folders.iter().all(|it| it.plan.is_settled()) {
             return Err(format!(

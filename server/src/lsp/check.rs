@@ -9,7 +9,7 @@ use mauve_ide::EarlierFigures;
 use tower_lsp::lsp_types::{NumberOrString, TextDocumentIdentifier, Url};
 
 use super::diagnostics::{self, DiagnosticStyle, url_of};
-use super::items::{Found, Items, OfFile};
+use super::items::{DiagnosticsByFile, Items, OfFile};
 use super::snapshot::{Document, Snapshot};
 use super::typing::without_typed;
 
@@ -20,7 +20,7 @@ pub(crate) struct Checked {
     /// Whether diagnostics wait until the user pauses.
     pub(crate) do_some_wait: bool,
     /// The diagnostics of each open file, and of each other file that has any, with the checked version.
-    pub(crate) diagnostics: Found,
+    pub(crate) diagnostics: DiagnosticsByFile,
 }
 
 /// What the hints and the tokens of the open files are now.
@@ -36,12 +36,12 @@ pub(crate) struct Compared {
 }
 
 /// Returns the diagnostics of each open file, and of each other file that has any, without those that wait until the user pauses.
-pub(crate) fn diagnostics(snapshot: &Snapshot) -> Found {
+pub(crate) fn diagnostics(snapshot: &Snapshot) -> DiagnosticsByFile {
     shown(snapshot).0
 }
 
 /// Returns the diagnostics, and whether some wait until the user pauses.
-fn shown(snapshot: &Snapshot) -> (Found, bool) {
+fn shown(snapshot: &Snapshot) -> (DiagnosticsByFile, bool) {
     let mut found = found(snapshot);
     let mut do_some_wait = false;
     for (url, typed) in &snapshot.typed {
@@ -53,14 +53,14 @@ fn shown(snapshot: &Snapshot) -> (Found, bool) {
     (found, do_some_wait)
 }
 
-fn found(snapshot: &Snapshot) -> Found {
+fn found(snapshot: &Snapshot) -> DiagnosticsByFile {
     let db = &snapshot.db;
     let documents = snapshot.documents.iter();
     let of_document = |(url, document): (&Url, &Document)| {
         let items = of_document(snapshot, document);
         (url.clone(), (Some(document.version), items.unwrap_or_default()))
     };
-    let mut found: Found = documents.clone().map(of_document).collect();
+    let mut found: DiagnosticsByFile = documents.clone().map(of_document).collect();
     if snapshot.is_stopped {
         return found;
     }

@@ -18,8 +18,8 @@ use super::position::{Encoding, LineIndex};
 use super::snapshot::{Document, Snapshot};
 use crate::analysis_document::deployments_of;
 use crate::generate::{
-    GenerateRequest, Generated, Out, Refusal, Selected, behind_links, generate, problem_message, read,
-    refuse_hidden, target,
+    GenerateRefusal, GenerateRequest, Generated, Out, Selected, behind_links, generate, problem_message,
+    read, refuse_hidden, target,
 };
 use crate::harmless::harmless_line;
 use crate::load::canonical_path;
@@ -137,11 +137,11 @@ pub(crate) fn only<'db>(
     }
 }
 
-fn refusal_text(snapshot: &Snapshot, request: &GenerateRequest<'_>, refusal: Refusal<'_>) -> String {
+fn refusal_text(snapshot: &Snapshot, request: &GenerateRequest<'_>, refusal: GenerateRefusal<'_>) -> String {
     let db = &snapshot.db;
     let problems = match refusal {
-        Refusal::Problems(problems) => problems,
-        Refusal::Other(why) => return why,
+        GenerateRefusal::Problems(problems) => problems,
+        GenerateRefusal::Other(why) => return why,
     };
     let Some(first) = problems.first() else { return String::new() };
     let file = first.at.file(db);

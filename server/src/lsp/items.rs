@@ -75,4 +75,4 @@ impl PartialEq for Items {
 pub(crate) type OfFile = (Option<i32>, Items);
 
 /// The versions and diagnostics of several files.
-pub(crate) type Found = BTreeMap<Url, OfFile>;
+pub(crate) type DiagnosticsByFile = BTreeMap<Url, OfFile>;

@@ -11,7 +11,7 @@ use tower_lsp::jsonrpc::Request;
 use tower_lsp::lsp_types::notification::{Notification, PublishDiagnostics};
 use tower_lsp::lsp_types::{MessageType, Url};
 
-use super::items::{Found, Items};
+use super::items::{DiagnosticsByFile, Items};
 
 /// A client that does not answer a question for so long is not waited for.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(30);
@@ -26,7 +26,7 @@ pub(crate) struct Outbox {
 
 #[derive(Default)]
 pub(crate) struct Waiting {
-    pub(crate) diagnostics: Found,
+    pub(crate) diagnostics: DiagnosticsByFile,
     pub(crate) warnings: Vec<String>,
     pub(crate) refreshes: BTreeSet<Refresh>,
     /// How many diagnostics and refresh requests were sent.

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use tower_lsp::lsp_types::Url;
 
 use super::diagnostics;
-use super::items::{Found, Items};
+use super::items::{DiagnosticsByFile, Items};
 use super::outbox::{Outbox, Refresh};
 use super::pulls::Pulls;
 use crate::harmless::harmless;
@@ -15,7 +15,7 @@ use crate::harmless::harmless;
 /// The published diagnostics, and the messages to send.
 #[derive(Default)]
 pub(crate) struct Publisher {
-    published: Found,
+    published: DiagnosticsByFile,
     hints: BTreeMap<Url, u64>,
     lenses: BTreeMap<Url, u64>,
     warnings: BTreeSet<String>,
@@ -49,7 +49,7 @@ impl Publisher {
             pulls.asked(about);
             if all && !self.pulls_all {
                 self.pulls_all = true;
-                let told: Found = std::mem::take(&mut self.published);
+                let told: DiagnosticsByFile = std::mem::take(&mut self.published);
                 pulls.found_before(told.iter().map(|(url, (_, items))| (url.clone(), items.id())));
                 self.outbox.put(|waiting| {
                     waiting.diagnostics.extend(told.into_keys().map(|url| (url, (None, Items::default()))));
@@ -66,7 +66,7 @@ impl Publisher {
     }
 
     /// Removes the pulled files from `found`, and requests a refresh if their diagnostics are new.
-    fn pulled(&mut self, found: &mut Found) {
+    fn pulled(&mut self, found: &mut DiagnosticsByFile) {
         let Some(pulls) = &mut self.pulls else { return };
         let all = self.pulls_all;
         let is_asked = |version: &Option<i32>| all || version.is_some();
@@ -81,11 +81,11 @@ impl Publisher {
 
     /// Publishes the differences from the last diagnostics: changed diagnostics, new versions, and empty lists for
     /// files that are not in `found`.
-    pub(crate) fn publish(&mut self, mut found: Found) {
+    pub(crate) fn publish(&mut self, mut found: DiagnosticsByFile) {
         self.pulled(&mut found);
         let gone: Vec<Url> = self.published.keys().filter(|url| !found.contains_key(*url)).cloned().collect();
         let gone = gone.into_iter().map(|url| (url, (None, Items::default())));
-        let new: Found = found
+        let new: DiagnosticsByFile = found
             .iter()
             .filter(|(url, found)| self.published.get(*url) != Some(*found))
             .map(|(url, found)| (url.clone(), found.clone()))

@@ -156,7 +156,7 @@ async fn received(
             }
             return None;
         }
-        Ok(Err(Refusal { response, is_answer })) => {
+        Ok(Err(NoMessage { response, is_answer })) => {
             if !is_answer {
                 backend.texts_unknown();
             }
@@ -287,7 +287,7 @@ enum Message {
 }
 
 /// What a message that is none is answered with.
-struct Refusal {
+struct NoMessage {
     response: Response,
     /// Whether it can only be an answer, which changes no text. JavaScript omits `undefined` values: an answer may have only
     /// its id.
@@ -295,7 +295,7 @@ struct Refusal {
 }
 
 /// Parses a JSON value as a message.
-fn understood(mut message: Value) -> Result<Message, Refusal> {
+fn understood(mut message: Value) -> Result<Message, NoMessage> {
     // Some clients send `null` for missing parameters or methods.
     let takes_none = message["method"].as_str().is_some_and(|it| WITHOUT_PARAMS.contains(&it));
     if message.get("params").is_some_and(|params| params.is_null() || takes_none)
@@ -313,7 +313,7 @@ fn understood(mut message: Value) -> Result<Message, Refusal> {
     understood.map_err(|error| {
         let message = format!("neither a request nor an answer: {error}");
         let error = Error { code: ErrorCode::InvalidRequest, message: message.into(), data: None };
-        Refusal { response: Response::from_error(if is_request { id } else { Id::Null }, error), is_answer }
+        NoMessage { response: Response::from_error(if is_request { id } else { Id::Null }, error), is_answer }
     })
 }
 

@@ -87,13 +87,20 @@ pub(super) fn read<'a>(
     let pieces = Vec::with_capacity(text.len() / 6);
     let file = Frame { kind: SOURCE_FILE, first: 0, whole: errors.is_empty(), list: None };
     let file = List { lines: true, ..List::new(&file, 0, 0) };
-    let mut reader =
-        Reader { text, errors, pieces, lists: vec![file], keep: Keep::Nothing, item: None, open: Vec::new() };
+    let mut reader = PieceReader {
+        text,
+        errors,
+        pieces,
+        lists: vec![file],
+        keep: Keep::Nothing,
+        item: None,
+        open: Vec::new(),
+    };
     reader.walk(root, interrupt);
     (reader.pieces, reader.lists)
 }
 
-struct Reader<'a> {
+struct PieceReader<'a> {
     text: &'a str,
     /// The ranges of errors; they are not nested.
     errors: Vec<TextRange>,
@@ -113,7 +120,7 @@ struct Frame {
     list: Option<usize>,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> PieceReader<'a> {
     fn walk(&mut self, root: &SyntaxNode, interrupt: &dyn Fn()) {
         let mut frames: Vec<Frame> = Vec::new();
         for event in root.preorder_with_tokens() {

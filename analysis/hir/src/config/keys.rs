@@ -40,7 +40,7 @@ pub enum Entries {
 #[allow(missing_docs)]
 pub struct Key<T: 'static> {
     pub name: &'static str,
-    pub kind: Kind<T>,
+    pub kind: KeyKind<T>,
     pub default: Option<&'static str>,
     pub examples: &'static str,
     pub documentation: &'static str,
@@ -53,7 +53,7 @@ pub type Field<T, V> = fn(&mut T) -> &mut V;
 pub type Located = (String, Range<usize>);
 
 /// The valid values of a key, and the field that stores them.
-pub enum Kind<T> {
+pub enum KeyKind<T> {
     /// The path of a model, or a list of them.
     Models(Field<T, Vec<Located>>),
     /// The path of a timing table, or a list of them; a path may have wildcards.
@@ -109,33 +109,33 @@ pub const SEVERITIES: [(&str, Option<Severity>); 4] = [
 #[rustfmt::skip] // rustfmt would put each field on its own line.
 pub static SECTIONS: [Section; 10] = [
     Section { name: "project", summary: "the roots of the models", entries: Entries::Keys(&[
-        Key { name: "root", kind: Kind::Models(|it| &mut it.roots), default: None, examples: r#"["robot.mal"]"#,
+        Key { name: "root", kind: KeyKind::Models(|it| &mut it.roots), default: None, examples: r#"["robot.mal"]"#,
             documentation: "The model that includes all others, from the folder of mauve.toml." },
-        Key { name: "roots", kind: Kind::Models(|it| &mut it.roots), default: None,
+        Key { name: "roots", kind: KeyKind::Models(|it| &mut it.roots), default: None,
             examples: r#"[["robot.mal", "bench.mal"]]"#,
             documentation: "Several such models, each with its own project." },
     ]), documentation: "What is looked at. Without it, every model that no other one includes is the root of a project." },
     Section { name: "timing", summary: "where execution times stand", entries: Entries::Keys(&[
-        Key { name: "tables", kind: Kind::Tables(|it| &mut it.tables), default: None, examples: r#"[["timing/*.toml"]]"#,
+        Key { name: "tables", kind: KeyKind::Tables(|it| &mut it.tables), default: None, examples: r#"[["timing/*.toml"]]"#,
             documentation: "The timing tables, from the folder of mauve.toml; `*` stands for any part of a name." },
-        Key { name: "significance", kind: Kind::Level(|it, level, span| {
+        Key { name: "significance", kind: KeyKind::Level(|it, level, span| {
                 (it.significance, it.significance_span) = (Some(level), Some(span));
             }), default: Some("1e-4"), examples: "[1e-4]",
             documentation: "The significance level that is shown and checked: with which probability one execution of a codel \
                             may take longer than its time." },
         Key { name: "deployment",
-            kind: Kind::DeploymentTables(|it| &mut it.deployment_tables, &DEPLOYMENT_TABLES, "a deployment's own timing tables"),
+            kind: KeyKind::DeploymentTables(|it| &mut it.deployment_tables, &DEPLOYMENT_TABLES, "a deployment's own timing tables"),
             default: None, examples: r#"[{ "Sea": { "tables": ["timing/sea/*.toml"] } }]"#,
             documentation: "Timing tables of one deployment, by its name: its times were measured on another computer. The \
                             deployment uses them instead of `tables`, and no other deployment does." },
     ]), documentation: "Execution times." },
     Section { name: "types", summary: "types that no message package declares", entries: Entries::Types(&[
-        Key { name: "cpp", kind: Kind::Text {
+        Key { name: "cpp", kind: KeyKind::Text {
                 store: |it, text| is_cpp_type(text).then(|| text.clone_into(&mut it.cpp)),
                 expected: r#"is a C++ type, such as "ArRobot*""#,
                 pattern: "^[A-Za-z_:][A-Za-z0-9_:<>, *]*$", usual: &[],
             }, default: None, examples: r#"["ArRobot*"]"#, documentation: "The type in C++, and nothing else." },
-        Key { name: "header", kind: Kind::Text {
+        Key { name: "header", kind: KeyKind::Text {
                 store: |it, text| is_header(text).then(|| it.header = Some(text.to_owned())),
                 expected: "is the relative path of a C++ header, such as \"Aria/Aria.h\"; no part of it begins with `.` or `-`",
                 pattern: "^[A-Za-z0-9_+][A-Za-z0-9_+.-]*(/[A-Za-z0-9_+][A-Za-z0-9_+.-]*)*$", usual: &[],
@@ -143,22 +143,22 @@ pub static SECTIONS: [Section; 10] = [
             documentation: "The header that declares it, as an #include names it." },
     ]), documentation: "Types that no message package declares, and what they are in C++." },
     Section { name: "generate", summary: "where generated sources go", entries: Entries::Keys(&[
-        Key { name: "out", kind: Kind::Folder(|it| &mut it.out), default: None, examples: r#"["generated"]"#,
+        Key { name: "out", kind: KeyKind::Folder(|it| &mut it.out), default: None, examples: r#"["generated"]"#,
             documentation: "The folder that they go to." },
-        Key { name: "ros_streams", kind: Kind::Boolean(|it| &mut it.ros_streams), default: Some("true"), examples: "[false]",
+        Key { name: "ros_streams", kind: KeyKind::Boolean(|it| &mut it.ros_streams), default: Some("true"), examples: "[false]",
             documentation: "Are outputs of deployed components, and inputs that nothing is connected to, ROS topics too, \
                             instance/port? When left out, they are." },
-        Key { name: "introspection", kind: Kind::Boolean(|it| &mut it.introspection), default: Some("true"),
+        Key { name: "introspection", kind: KeyKind::Boolean(|it| &mut it.introspection), default: Some("true"),
             examples: "[false]",
             documentation: "Have components ports that show their state and their execution times? When left out, they have." },
-        Key { name: "maintainer", kind: Kind::Text {
+        Key { name: "maintainer", kind: KeyKind::Text {
                 store: |it, text| maintainer_of(text).map(|maintainer| it.maintainer = Some(maintainer)),
                 expected: r#"is a name and an address, such as "Ada Lovelace <ada@example.org>""#,
                 pattern: r"^\s*[^<]*[^<\s][^<]*<\s*[A-Za-z0-9_%+.-]+@[A-Za-z0-9.-]*[.][A-Za-z0-9]{2,}\s*>\s*$",
                 usual: &["Name <name@example.org>"],
             }, default: None, examples: r#"["Ada Lovelace <ada@example.org>"]"#,
             documentation: "Whom the packages name as their maintainer." },
-        Key { name: "license", kind: Kind::Text {
+        Key { name: "license", kind: KeyKind::Text {
                 store: |it, text| (!text.trim().is_empty()).then(|| it.license = Some(text.to_owned())),
                 expected: r#"names a licence, such as "BSD""#,
                 pattern: r"\S", usual: &["Apache-2.0", "BSD-3-Clause", "MIT"],
@@ -167,29 +167,29 @@ pub static SECTIONS: [Section; 10] = [
     Section { name: "lints", summary: "how bad a diagnostic is", entries: Entries::Lints,
         documentation: "How bad a diagnostic is here: \"error\", \"warn\", \"hint\", or \"allow\" not to show it at all." },
     Section { name: "assume", summary: "times that the tables lack", entries: Entries::Keys(&[
-        Key { name: "codel", kind: Kind::Time(|it| &mut it.assume), default: None, examples: r#"["5 ms", "250 us"]"#,
+        Key { name: "codel", kind: KeyKind::Time(|it| &mut it.assume), default: None, examples: r#"["5 ms", "250 us"]"#,
             documentation: "The execution time of every codel that no table has, with its unit: ns, us, ms or s." },
     ]), documentation: "What is assumed where nothing is known; shown wherever it is used." },
     Section { name: "platform", summary: "what the programs run on", entries: Entries::Keys(&[
-        Key { name: "cpus", kind: Kind::Integer(1, 64, |it| &mut it.cpus), default: None, examples: "[2]",
+        Key { name: "cpus", kind: KeyKind::Integer(1, 64, |it| &mut it.cpus), default: None, examples: "[2]",
             documentation: "How many CPUs there are: those that an activity without an affinity may use. When left out, those \
                             that affinities name." },
-        Key { name: "rt_throttling", kind: Kind::Boolean(|it| &mut it.rt_throttling), default: None, examples: "[false]",
+        Key { name: "rt_throttling", kind: KeyKind::Boolean(|it| &mut it.rt_throttling), default: None, examples: "[false]",
             documentation: "Does Linux keep 50 ms of each second from real-time tasks (kernel.sched_rt_runtime_us)? When left \
                             out, it does not, and that is shown as an assumption." },
         Key { name: "other",
-            kind: Kind::Others(|it| &mut it.others, &OTHER, "real-time work that is not in the model"), default: None,
+            kind: KeyKind::Others(|it| &mut it.others, &OTHER, "real-time work that is not in the model"), default: None,
             examples: r#"[[{ "name": "network interrupt", "priority": 50, "period": "1 ms", "time": "50 us" }]]"#,
             documentation: "Real-time work that is not in the model, such as interrupt threads and drivers: it interferes with \
                             the activities of every deployment." },
     ]), documentation: "The machine that the robot runs on." },
     Section { name: "clocks", summary: "which releases keep their distance", entries: Entries::Keys(&[
-        Key { name: "synchronised", kind: Kind::Instances(|it| &mut it.synchronised), default: None,
+        Key { name: "synchronised", kind: KeyKind::Instances(|it| &mut it.synchronised), default: None,
             examples: r#"[["hokuyo", "p3dx_driver"]]"#, documentation: "Instances whose activities have one clock: each is released at its offset in every \
                             period, counted from one instant. Without this, the phases of their releases are unknown." },
     ]), documentation: "Activities whose releases keep their distance." },
     Section { name: "deployment", summary: "what is accepted of a deployment", entries: Entries::Deployments(&[
-        Key { name: "accept", kind: Kind::Reasons(|it| &mut it.accepted), default: None,
+        Key { name: "accept", kind: KeyKind::Reasons(|it| &mut it.accepted), default: None,
             examples: r#"[{ "planner": "measured by hand" }]"#,
             documentation: "Instances whose deadlines need no proof, each with the reason. `mauve check` does not fail for \
                             them, shows the reason, and never calls their deadlines met." },
@@ -204,27 +204,27 @@ pub const REQUIRED_OF_OTHER: [&str; 4] = ["name", "priority", "period", "time"];
 /// The keys of `[[platform.other]]`.
 #[rustfmt::skip]
 static OTHER: [Key<OtherConfig>; 6] = [
-    Key { name: "name", kind: Kind::Text {
+    Key { name: "name", kind: KeyKind::Text {
             store: |it, text| is_name(text).then(|| it.name = Some(text.to_owned())),
             expected: r#"is a name on one line, such as "network interrupt""#,
             pattern: r"^[^\u0000-\u0020\u007f-\u00a0][^\u0000-\u001f\u007f-\u009f]*$", usual: &["network interrupt"],
         }, default: None, examples: r#"["network interrupt"]"#, documentation: "Its name in reports. No two have the same." },
-    Key { name: "priority", kind: Kind::Integer(1, 99, |it| &mut it.priority), default: None, examples: "[50]",
+    Key { name: "priority", kind: KeyKind::Integer(1, 99, |it| &mut it.priority), default: None, examples: "[50]",
         documentation: "Its priority, as that of an activity; 99 is the highest." },
-    Key { name: "period", kind: Kind::Period(|it| &mut it.period), default: None, examples: r#"["1 ms"]"#,
+    Key { name: "period", kind: KeyKind::Period(|it| &mut it.period), default: None, examples: r#"["1 ms"]"#,
         documentation: "The least time between two of its releases, with its unit: ns, us, ms or s." },
-    Key { name: "time", kind: Kind::Time(|it| &mut it.time), default: None, examples: r#"["50 us"]"#,
+    Key { name: "time", kind: KeyKind::Time(|it| &mut it.time), default: None, examples: r#"["50 us"]"#,
         documentation: "The greatest execution time of a release, with its unit: ns, us, ms or s." },
-    Key { name: "cpus", kind: Kind::Cpus(|it| &mut it.cpus), default: None, examples: "[[1], [1, 2]]",
+    Key { name: "cpus", kind: KeyKind::Cpus(|it| &mut it.cpus), default: None, examples: "[[1], [1, 2]]",
         documentation: "The CPUs that it may run on, numbered from 1. When left out, all." },
-    Key { name: "jitter", kind: Kind::Time(|it| &mut it.jitter), default: Some("\"0 ms\""), examples: r#"["0.1 ms"]"#,
+    Key { name: "jitter", kind: KeyKind::Time(|it| &mut it.jitter), default: Some("\"0 ms\""), examples: r#"["0.1 ms"]"#,
         documentation: "By how much a release may be late, with its unit: ns, us, ms or s." },
 ];
 
 /// The keys of `[timing.deployment.…]`.
 #[rustfmt::skip]
 static DEPLOYMENT_TABLES: [Key<DeploymentTables>; 1] = [
-    Key { name: "tables", kind: Kind::Tables(|it| &mut it.tables), default: None, examples: r#"[["timing/sea/*.toml"]]"#,
+    Key { name: "tables", kind: KeyKind::Tables(|it| &mut it.tables), default: None, examples: r#"[["timing/sea/*.toml"]]"#,
         documentation: "All timing tables of the deployment, from the folder of mauve.toml." },
 ];
 
@@ -250,28 +250,28 @@ impl Entries {
     }
 }
 
-impl<T> Kind<T> {
+impl<T> KeyKind<T> {
     /// Returns the valid values, as a predicate of the `key`.
     pub(super) fn expected(&self, key: &str) -> String {
         let text = match self {
-            Kind::Models(_) => "is a path, or a list of paths",
-            Kind::Tables(_) => "is a list of paths, which may have `*`",
-            Kind::Instances(_) => "is a list of instances",
-            Kind::Reasons(_) => {
+            KeyKind::Models(_) => "is a path, or a list of paths",
+            KeyKind::Tables(_) => "is a list of paths, which may have `*`",
+            KeyKind::Instances(_) => "is a list of instances",
+            KeyKind::Reasons(_) => {
                 "is a table of instances, each with a reason that is not empty, such as { planner = \"measured by hand\" }"
             }
-            Kind::Level(_) => "is a number between 0 and 1, such as 1e-4",
-            Kind::Time(_) => "is a time with its unit, such as \"5 ms\"",
-            Kind::Period(_) => "is a time greater than 0 with its unit, such as \"10 ms\"",
-            Kind::Cpus(_) => "is a list of CPUs, numbered from 1 to 64, such as [1, 2]",
-            Kind::Others(..) => return format!("is a list of sections, such as `[[platform.{key}]]`"),
-            Kind::DeploymentTables(..) => {
+            KeyKind::Level(_) => "is a number between 0 and 1, such as 1e-4",
+            KeyKind::Time(_) => "is a time with its unit, such as \"5 ms\"",
+            KeyKind::Period(_) => "is a time greater than 0 with its unit, such as \"10 ms\"",
+            KeyKind::Cpus(_) => "is a list of CPUs, numbered from 1 to 64, such as [1, 2]",
+            KeyKind::Others(..) => return format!("is a list of sections, such as `[[platform.{key}]]`"),
+            KeyKind::DeploymentTables(..) => {
                 "is a section of a deployment, such as `[timing.deployment.Sea]` with `tables`"
             }
-            Kind::Integer(from, to, _) => return format!("is a whole number from {from} to {to}"),
-            Kind::Boolean(_) => "is true or false",
-            Kind::Folder(_) => "is the path of a folder",
-            Kind::Text { expected, .. } => expected,
+            KeyKind::Integer(from, to, _) => return format!("is a whole number from {from} to {to}"),
+            KeyKind::Boolean(_) => "is true or false",
+            KeyKind::Folder(_) => "is the path of a folder",
+            KeyKind::Text { expected, .. } => expected,
         };
         text.to_owned()
     }
@@ -280,9 +280,9 @@ impl<T> Kind<T> {
     /// is no time, says the rest.
     pub(super) fn expected_instead(&self, key: &str, is_string: bool, has_reason: bool) -> String {
         match self {
-            Kind::Text { .. } if !is_string => "is a string".to_owned(),
-            Kind::Time(_) if has_reason => "is a time such as \"5 ms\"".to_owned(),
-            Kind::Period(_) if has_reason => "is a time such as \"10 ms\"".to_owned(),
+            KeyKind::Text { .. } if !is_string => "is a string".to_owned(),
+            KeyKind::Time(_) if has_reason => "is a time such as \"5 ms\"".to_owned(),
+            KeyKind::Period(_) if has_reason => "is a time such as \"10 ms\"".to_owned(),
             _ => self.expected(key),
         }
     }
@@ -290,20 +290,20 @@ impl<T> Kind<T> {
     /// Returns what completion offers as its value.
     fn suggestions(&self) -> Suggestions {
         match self {
-            Kind::Models(_) => Suggestions::Models,
-            Kind::Tables(_) => Suggestions::Tables,
-            Kind::Instances(_) => Suggestions::Instances,
-            Kind::Level(_) => Suggestions::Levels,
-            Kind::Boolean(_) => Suggestions::Words(&["true", "false"]),
-            Kind::Time(_) => Suggestions::Strings(&["5 ms"]),
-            Kind::Period(_) => Suggestions::Strings(&["10 ms"]),
-            Kind::Folder(_) => Suggestions::Strings(&["generated"]),
-            Kind::Text { usual, .. } => Suggestions::Strings(usual),
-            Kind::Integer(..)
-            | Kind::Reasons(_)
-            | Kind::Cpus(_)
-            | Kind::Others(..)
-            | Kind::DeploymentTables(..) => Suggestions::Words(&[]),
+            KeyKind::Models(_) => Suggestions::Models,
+            KeyKind::Tables(_) => Suggestions::Tables,
+            KeyKind::Instances(_) => Suggestions::Instances,
+            KeyKind::Level(_) => Suggestions::Levels,
+            KeyKind::Boolean(_) => Suggestions::Words(&["true", "false"]),
+            KeyKind::Time(_) => Suggestions::Strings(&["5 ms"]),
+            KeyKind::Period(_) => Suggestions::Strings(&["10 ms"]),
+            KeyKind::Folder(_) => Suggestions::Strings(&["generated"]),
+            KeyKind::Text { usual, .. } => Suggestions::Strings(usual),
+            KeyKind::Integer(..)
+            | KeyKind::Reasons(_)
+            | KeyKind::Cpus(_)
+            | KeyKind::Others(..)
+            | KeyKind::DeploymentTables(..) => Suggestions::Words(&[]),
         }
     }
 }
@@ -351,8 +351,8 @@ pub fn headers() -> Vec<Header> {
     let mut in_sections: Vec<(String, &str)> = Vec::new();
     for (name, kind) in all {
         match kind {
-            Kind::Others(_, _, summary) => in_sections.insert(0, (format!("[[{name}]]"), summary)),
-            Kind::DeploymentTables(_, _, summary) => in_sections.push((format!("[{name}.Name]"), summary)),
+            KeyKind::Others(_, _, summary) => in_sections.insert(0, (format!("[[{name}]]"), summary)),
+            KeyKind::DeploymentTables(_, _, summary) => in_sections.push((format!("[{name}.Name]"), summary)),
             _ => {}
         }
     }
@@ -371,12 +371,12 @@ pub fn keys_below(header: &str) -> Vec<(&'static str, Suggestions)> {
     match section_named(section).map(|it| &it.entries) {
         Some(Entries::Keys(keys)) if rest.is_empty() => {
             // The sections of deployments have headers of their own.
-            let keys = keys.iter().filter(|it| !matches!(it.kind, Kind::DeploymentTables(..)));
+            let keys = keys.iter().filter(|it| !matches!(it.kind, KeyKind::DeploymentTables(..)));
             keys.map(|key| (key.name, key.kind.suggestions())).collect()
         }
         Some(Entries::Keys(keys)) => match keys.iter().find(|it| it.name == name).map(|it| &it.kind) {
-            Some(Kind::Others(_, keys, _)) if below.is_empty() => all(keys),
-            Some(Kind::DeploymentTables(_, keys, _)) if !below.is_empty() => all(keys),
+            Some(KeyKind::Others(_, keys, _)) if below.is_empty() => all(keys),
+            Some(KeyKind::DeploymentTables(_, keys, _)) if !below.is_empty() => all(keys),
             _ => Vec::new(),
         },
         Some(Entries::Types(keys)) if !rest.is_empty() => all(keys),
@@ -396,6 +396,7 @@ pub fn list_keys() -> impl Iterator<Item = &'static str> {
         Entries::Keys(keys) => Some(keys.iter()),
         _ => None,
     });
-    let is_list = |kind: &Kind<_>| matches!(kind, Kind::Models(_) | Kind::Tables(_) | Kind::Instances(_));
+    let is_list =
+        |kind: &KeyKind<_>| matches!(kind, KeyKind::Models(_) | KeyKind::Tables(_) | KeyKind::Instances(_));
     keys.flatten().filter(move |key| is_list(&key.kind)).map(|key| key.name)
 }

@@ -7,7 +7,7 @@ use mauve_timing::{Level, Rounding, Time, TimeError};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::keys::{self, Entries, Key, Kind, Located, REQUIRED_OF_OTHER, SECTIONS, SEVERITIES, Section};
+use super::keys::{self, Entries, Key, KeyKind, Located, REQUIRED_OF_OTHER, SECTIONS, SEVERITIES, Section};
 use super::{Acceptance, Chain, Config, DeploymentTables, Mistake, MistakeKind, OtherConfig, toml_key};
 use crate::completeness::Completeness;
 use crate::item_tree::Name;
@@ -16,7 +16,7 @@ use crate::severity::Severity;
 /// Reads a `mauve.toml`. An error does not affect the other keys.
 pub(crate) fn read(text: &str) -> Config {
     let mut config = Config::default();
-    let mut reader = Reader { text, errors: Vec::new(), completeness: Completeness::Complete };
+    let mut reader = ConfigReader { text, errors: Vec::new(), completeness: Completeness::Complete };
     match DeTable::parse(text) {
         Ok(document) => reader.document(&mut config, document.get_ref()),
         Err(error) => {
@@ -27,7 +27,7 @@ pub(crate) fn read(text: &str) -> Config {
     Config { errors: reader.errors, completeness: reader.completeness, ..config }
 }
 
-struct Reader<'t> {
+struct ConfigReader<'t> {
     text: &'t str,
     errors: Vec<Mistake>,
     completeness: Completeness,
@@ -36,7 +36,7 @@ struct Reader<'t> {
 type TomlKey<'a> = Spanned<std::borrow::Cow<'a, str>>;
 type Value<'a> = Spanned<DeValue<'a>>;
 
-impl Reader<'_> {
+impl ConfigReader<'_> {
     /// Reports an error in a value that no response time depends on. A value over several lines may contain other keys.
     fn error(&mut self, kind: MistakeKind, at: Range<usize>) {
         self.completeness &= Completeness::of(!self.spans_lines(&at));
@@ -141,7 +141,7 @@ impl Reader<'_> {
         };
         let header = format!("{section}.{name}");
         match (&found.kind, value.get_ref()) {
-            (Kind::Others(field, keys, _), DeValue::Array(entries)) => {
+            (KeyKind::Others(field, keys, _), DeValue::Array(entries)) => {
                 for entry in entries.iter() {
                     match entry.get_ref().as_table() {
                         Some(values) => self.other(field(into), &header, keys, entry.span(), values),
@@ -150,7 +150,7 @@ impl Reader<'_> {
                 }
                 return;
             }
-            (Kind::DeploymentTables(field, keys, _), DeValue::Table(deployments)) => {
+            (KeyKind::DeploymentTables(field, keys, _), DeValue::Table(deployments)) => {
                 for (name, value) in deployments {
                     match value.get_ref().as_table() {
                         Some(values) => self.deployment_tables(field(into), &header, keys, name, values),
@@ -164,8 +164,8 @@ impl Reader<'_> {
         if let Err(error) = found.kind.read(into, value) {
             // No response time depends on a string in a wrong format, nor on a missing root.
             self.completeness &= Completeness::of(match found.kind {
-                Kind::Models(_) => true,
-                Kind::Text { .. } => value.get_ref().is_str(),
+                KeyKind::Models(_) => true,
+                KeyKind::Text { .. } => value.get_ref().is_str(),
                 _ => false,
             });
             let expected = found.kind.expected_instead(name, value.get_ref().is_str(), error.is_some());
@@ -255,7 +255,7 @@ fn severity(value: &Value<'_>) -> Option<Option<Severity>> {
     SEVERITIES.iter().find(|(name, _)| *name == text).map(|(_, severity)| *severity)
 }
 
-impl<T> Kind<T> {
+impl<T> KeyKind<T> {
     /// Stores a value.
     ///
     /// # Errors
@@ -265,10 +265,10 @@ impl<T> Kind<T> {
         let found = value.get_ref();
         let text = found.as_str();
         match self {
-            Kind::Models(field) | Kind::Tables(field) | Kind::Instances(field) => {
+            KeyKind::Models(field) | KeyKind::Tables(field) | KeyKind::Instances(field) => {
                 field(into).extend(strings(value).ok_or(None)?);
             }
-            Kind::Reasons(field) => {
+            KeyKind::Reasons(field) => {
                 let reasons = found.as_table().ok_or(None)?;
                 for (instance, reason) in reasons {
                     let text = reason.get_ref().as_str().map(str::trim).filter(|text| !text.is_empty());
@@ -279,33 +279,33 @@ impl<T> Kind<T> {
                     });
                 }
             }
-            Kind::Level(store) => {
+            KeyKind::Level(store) => {
                 let level = number(found).and_then(Level::from_f64);
                 store(into, level.ok_or(None)?, value.span());
             }
-            Kind::Time(field) => {
+            KeyKind::Time(field) => {
                 let text = text.ok_or(None)?;
                 *field(into) = Some(Time::parse_with_unit(text, Rounding::Up)?);
             }
-            Kind::Period(field) => {
+            KeyKind::Period(field) => {
                 let text = text.ok_or(None)?;
                 let time = Time::parse_with_unit(text, Rounding::Exact)?;
                 *field(into) = Some(time).filter(|time| *time > Time::ZERO);
                 field(into).ok_or(None)?;
             }
-            Kind::Cpus(field) => {
+            KeyKind::Cpus(field) => {
                 let cpus = cpus(found).ok_or(None)?;
                 *field(into) = Some((cpus, value.span()));
             }
             // The reader reads the entries of these one by one.
-            Kind::Others(..) | Kind::DeploymentTables(..) => return Err(None),
-            Kind::Integer(from, to, field) => {
+            KeyKind::Others(..) | KeyKind::DeploymentTables(..) => return Err(None),
+            KeyKind::Integer(from, to, field) => {
                 let number = integer(found).filter(|it| (from..=to).contains(&it));
                 *field(into) = Some(number.ok_or(None)?);
             }
-            Kind::Boolean(field) => *field(into) = Some(found.as_bool().ok_or(None)?),
-            Kind::Folder(field) => *field(into) = Some((text.ok_or(None)?.to_owned(), value.span())),
-            Kind::Text { store, .. } => store(into, text.ok_or(None)?).ok_or(None)?,
+            KeyKind::Boolean(field) => *field(into) = Some(found.as_bool().ok_or(None)?),
+            KeyKind::Folder(field) => *field(into) = Some((text.ok_or(None)?.to_owned(), value.span())),
+            KeyKind::Text { store, .. } => store(into, text.ok_or(None)?).ok_or(None)?,
         }
         Ok(())
     }

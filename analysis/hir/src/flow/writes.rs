@@ -25,7 +25,7 @@ pub(super) struct Writes {
 impl Writes {
     /// Returns the writes of a program.
     pub(super) fn of(statements: &[Statement], inference: &Inference<'_>, effects: &[Effects]) -> Writes {
-        let mut writer = Writer { inference, effects, lost: Vec::new(), last: Vec::new() };
+        let mut writer = WriteFinder { inference, effects, lost: Vec::new(), last: Vec::new() };
         let mut ports: Box<[Name]> =
             writer.block(statements, Ports::default()).into_iter().cloned().collect();
         ports.sort_unstable();
@@ -39,14 +39,14 @@ impl Writes {
 
 type Ports<'a> = FxHashSet<&'a Name>;
 
-struct Writer<'a, 'db> {
+struct WriteFinder<'a, 'db> {
     inference: &'a Inference<'db>,
     effects: &'a [Effects],
     lost: Vec<Write>,
     last: Vec<Write>,
 }
 
-impl<'a> Writer<'a, '_> {
+impl<'a> WriteFinder<'a, '_> {
     /// Returns the ports that every path from the start of `statements` writes; `after`: those that every path writes after
     /// them. A `return` ends the program.
     fn block(&mut self, statements: &'a [Statement], mut after: Ports<'a>) -> Ports<'a> {

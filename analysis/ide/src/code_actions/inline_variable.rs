@@ -16,7 +16,7 @@ use mauve_syntax::{SyntaxKind, SyntaxNode, TextRange, has_comment, next_signific
 use super::program::{Programs, bare, calls, statement_of};
 use super::{ActionKind, Actions, with_line};
 use crate::Change;
-use crate::occurrences::{Definition, Found, Role};
+use crate::occurrences::{Definition, FoundName, Role};
 
 pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     if !actions.wants(ActionKind::Inline) {
@@ -72,7 +72,7 @@ fn inlined<'db>(
     if has_comment(node) {
         return Err("a comment in its declaration would be removed".to_owned());
     }
-    let uses: Vec<&Found<'_>> =
+    let uses: Vec<&FoundName<'_>> =
         programs.names().iter().filter(|it| it.definition == *definition && it.range != name).collect();
     if uses.is_empty() {
         return Err("the variable is never read".to_owned());
@@ -115,7 +115,7 @@ fn check_call(
     programs: &Programs<'_>,
     node: &SyntaxNode,
     inner: &ast::Expr,
-    uses: &[&Found<'_>],
+    uses: &[&FoundName<'_>],
 ) -> Result<(), String> {
     let next = std::iter::successors(node.next_sibling(), SyntaxNode::next_sibling)
         .find(|it| ast::Statement::can_cast(it.kind()));
@@ -145,13 +145,13 @@ fn check_operands<'db>(
     value: &ast::Expr,
 ) -> Result<(), String> {
     let block = node.parent().ok_or_else(incomplete)?;
-    let operands: Vec<&Found<'_>> = programs.names_in(value.syntax().text_range()).collect();
-    let is_here = |it: &&&Found<'_>| {
+    let operands: Vec<&FoundName<'_>> = programs.names_in(value.syntax().text_range()).collect();
+    let is_here = |it: &&&FoundName<'_>| {
         block.text_range().contains_range(it.range) && it.range.start() > node.text_range().end()
     };
     let later = || programs.names().iter().filter(|it| is_here(&it));
     for operand in &operands {
-        let changes = |it: &Found<'_>| !matches!(it.role, Role::Read | Role::Call | Role::Mention);
+        let changes = |it: &FoundName<'_>| !matches!(it.role, Role::Read | Role::Call | Role::Mention);
         if later().any(|it| it.definition == operand.definition && changes(it)) {
             return Err(format!(
                 "`{}` is assigned between the declaration and the use",
@@ -169,7 +169,7 @@ fn check_operands<'db>(
     if operands.iter().any(|it| it.role == Role::Read)
         && calls_own.into_iter().any(|it| programs.calls_own_operation(&it))
     {
-        let is_local = |it: &&Found<'db>| {
+        let is_local = |it: &&FoundName<'db>| {
             let kind = programs.variable(&it.definition).map(|it| it.kind);
             matches!(kind, Some(VariableKind::Local | VariableKind::Parameter(_)))
         };

@@ -10,7 +10,7 @@ use mauve_hir::{
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{NodeOrToken, SyntaxKind, SyntaxNode, TextRange, is_whole};
 
-use crate::occurrences::{Definition, Found, Role, in_declaration};
+use crate::occurrences::{Definition, FoundName, Role, in_declaration};
 
 /// Returns the first free name of `wanted`, `wanted2`, `wanted3`, ….
 pub(super) fn free_name(wanted: &str, is_free: impl Fn(&str) -> bool) -> String {
@@ -23,7 +23,7 @@ pub(super) struct Programs<'db> {
     pub(super) db: &'db dyn ModelDb,
     pub(super) project: Project<'db>,
     pub(super) semantics: Semantics<'db>,
-    names: OnceCell<Vec<Found<'db>>>,
+    names: OnceCell<Vec<FoundName<'db>>>,
 }
 
 impl<'db> Programs<'db> {
@@ -50,7 +50,7 @@ impl<'db> Programs<'db> {
     }
 
     /// Returns all names in the core.
-    pub(super) fn names(&self) -> &[Found<'db>] {
+    pub(super) fn names(&self) -> &[FoundName<'db>] {
         self.names.get_or_init(|| in_declaration(self.db, self.project, self.semantics.core))
     }
 
@@ -173,7 +173,7 @@ impl<'db> Programs<'db> {
         self.semantics.inference.variables().map(|(_, it)| it).find(|it| is_it(it))
     }
 
-    pub(super) fn names_in(&self, range: TextRange) -> impl Iterator<Item = &Found<'db>> {
+    pub(super) fn names_in(&self, range: TextRange) -> impl Iterator<Item = &FoundName<'db>> {
         self.names().iter().filter(move |name| range.contains_range(name.range))
     }
 

@@ -12,7 +12,7 @@ use mauve_hir::{
 };
 use mauve_syntax::{TextRange, TextSize};
 use mauve_timing::Unit;
-use mauve_timing::table_keys::{KEYS, Key as TableKey, Kind as TableKind, OVERHEAD, kind_of};
+use mauve_timing::table_keys::{EntryKind, KEYS, Key as TableKey, OVERHEAD, kind_of};
 use mauve_wcrt::{Lookup, level_shown, levels_of_tables, table_files, table_sets, timetable_of};
 
 use super::{Completion, CompletionKind, Completions};
@@ -262,8 +262,8 @@ impl Toml<'_> {
             keys.map(|key| Completion::new(CompletionKind::Key, key.name)).collect()
         };
         match kind_of(section, &KEYS) {
-            Some(TableKind::Entries(..)) => {}
-            Some(TableKind::Overhead) => return fixed(&OVERHEAD),
+            Some(EntryKind::Entries(..)) => {}
+            Some(EntryKind::Overhead) => return fixed(&OVERHEAD),
             _ if section.is_empty() => return fixed(&KEYS),
             _ => return Vec::new(),
         }

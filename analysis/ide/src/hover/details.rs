@@ -19,7 +19,7 @@ use super::summary::{self, by_tables};
 use crate::document_symbols::SymbolKind;
 use crate::inlay_hints::components_of;
 use crate::markdown;
-use crate::occurrences::{Definition, Found};
+use crate::occurrences::{Definition, FoundName};
 use crate::sensitivity::limits_of_codel;
 
 const MOST_LINES: usize = 12;
@@ -29,7 +29,7 @@ const MOST_LINES: usize = 12;
 pub(super) fn details<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
-    found: &Found<'db>,
+    found: &FoundName<'db>,
     shown: &str,
     explained: Option<Decl<'db>>,
     format: HoverFormat<'_>,

@@ -5,7 +5,7 @@ use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, ModelDb, Project};
 
-use super::{Found, HintOptions, deployment, programs, values};
+use super::{HintOf, HintOptions, deployment, programs, values};
 
 /// Returns the hints of an architecture or a deployment. salsa keeps them: an edit of another file that changes none of them does
 /// not build them again.
@@ -15,7 +15,7 @@ pub(super) fn of_declaration<'db>(
     project: Project<'db>,
     decl: Decl<'db>,
     options: HintOptions,
-) -> Box<[Found]> {
+) -> Box<[HintOf]> {
     let mut found = Vec::new();
     if decl.kind(db) == Kind::Deployment {
         deployment::of_deployment(db, project, decl, options, &mut found);
@@ -38,7 +38,7 @@ pub(super) fn hash_of_declaration(
         Kind::Architecture | Kind::Deployment => {
             let mut hasher = DefaultHasher::new();
             let found = of_declaration(db, project, decl, options);
-            for Found { hint, .. } in found {
+            for HintOf { hint, .. } in found {
                 (&hint.label, &hint.labels, hint.status).hash(&mut hasher);
             }
             hasher.finish()

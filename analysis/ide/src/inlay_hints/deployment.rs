@@ -11,7 +11,7 @@ use mauve_timing::{CpuLoad, Status, Time};
 use mauve_wcrt::{ActivityReport, Deadlines, Query, Report, ResolvedActivity, response_times, system_of};
 
 use super::label::{MOST_CHARACTERS, Round, Texts, cut, most_at, short};
-use super::{Figure, Found, HintOptions, HintStatus, InlayHint, Subject, column, end_of_line};
+use super::{Figure, HintOf, HintOptions, HintStatus, InlayHint, Subject, column, end_of_line};
 
 /// The utilisation of a CPU, in percent, above which it is [`HintStatus::Tight`].
 const HIGH_LOAD: u32 = 90;
@@ -29,7 +29,7 @@ pub(super) fn of_deployment<'db>(
     project: Project<'db>,
     deployment: Decl<'db>,
     options: HintOptions,
-    found: &mut Vec<Found>,
+    found: &mut Vec<HintOf>,
 ) {
     if !options.response_times && !options.loads {
         return;
@@ -62,7 +62,7 @@ pub(super) fn of_deployment<'db>(
             let Shown { texts, status, figure } = shown;
             let hint = InlayHint::new(offset, texts, MOST_CHARACTERS, status);
             let hint = InlayHint { load, explained_at: Some(name.range(db).start()), ..hint };
-            found.push(Found { hint, subject: Some(subject), figure, room: SHARED_ROOM });
+            found.push(HintOf { hint, subject: Some(subject), figure, room: SHARED_ROOM });
         };
         if options.response_times {
             add(Subject::Deadlines, of_all(report, &shown, query), None);
@@ -82,7 +82,7 @@ pub(super) fn of_deployment<'db>(
         let hint = InlayHint::new(offset, texts, most, status);
         let hint = InlayHint { explained_at: Some(resolved.at.range(db).start()), ..hint };
         let subject = Some(Subject::Activity(resolved.instance.clone()));
-        found.push(Found { hint, subject, figure, room });
+        found.push(HintOf { hint, subject, figure, room });
     }
 }
 

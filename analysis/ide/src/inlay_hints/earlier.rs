@@ -15,7 +15,7 @@ use mauve_wcrt::level_shown;
 use super::declaration::{hash_of_declaration, of_declaration};
 use super::figures::{Figures, PATIENCE, is_newer, older};
 use super::label::{MOST_CHARACTERS, Texts, most_at};
-use super::{Figure, Found, HintOptions, HintStatus, InlayHint, Subject, column, end_of_line, programs};
+use super::{Figure, HintOf, HintOptions, HintStatus, InlayHint, Subject, column, end_of_line, programs};
 
 /// The last known figures of the declarations in open files.
 #[derive(Debug, Clone, Default)]
@@ -185,8 +185,8 @@ pub(super) fn of_lost_activities(
     file: File,
     range: TextRange,
     earlier: &EarlierFigures,
-    found: &[Found],
-) -> Vec<Found> {
+    found: &[HintOf],
+) -> Vec<HintOf> {
     let deployments: Vec<(&str, &Figures)> = earlier.of_deployments(db, project, file).collect();
     let parse = parse(db, file);
     if deployments.is_empty() || parse.errors().is_empty() {
@@ -222,8 +222,8 @@ pub(super) fn of_lost_activities(
                     let reason =
                         Texts::of(["not analysed: syntax error", "not analysed", "?"].map(str::to_owned));
                     let hint = InlayHint::new(offset, reason, MOST_CHARACTERS, HintStatus::Unknown);
-                    let reason = Found { hint, subject: Some(subject), figure: None, room };
-                    lost.push(Found { hint: older(&reason, figure), ..reason.clone() });
+                    let reason = HintOf { hint, subject: Some(subject), figure: None, room };
+                    lost.push(HintOf { hint: older(&reason, figure), ..reason.clone() });
                     lost.extend(figures.are_reasons_shown().then_some(reason));
                 }
             }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
 use super::label::{MOST_CHARACTERS, Texts, cut};
-use super::{Figure, Found, HintStatus, InlayHint, Subject};
+use super::{Figure, HintOf, HintStatus, InlayHint, Subject};
 
 /// How long a text is incomplete before hints say why a figure is unknown, beside the older figure.
 pub(super) const PATIENCE: Duration = Duration::from_secs(3);
@@ -46,7 +46,7 @@ pub(super) fn is_newer(figure: Option<&Figure>, earlier: Option<&Figure>) -> boo
 }
 
 /// Returns a hint, or in its place the older one of its subject. After a while, the new one stands beside the older.
-pub(super) fn with_earlier(found: Found, earlier: Option<&Figures>) -> Vec<Found> {
+pub(super) fn with_earlier(found: HintOf, earlier: Option<&Figures>) -> Vec<HintOf> {
     let shown = earlier.zip(found.subject.as_ref()).and_then(|(figures, subject)| {
         let earlier =
             figures.get(subject).filter(|earlier| !is_newer(found.figure.as_ref(), Some(*earlier)))?;
@@ -57,14 +57,14 @@ pub(super) fn with_earlier(found: Found, earlier: Option<&Figures>) -> Vec<Found
         None => vec![found],
         Some((hint, are_reasons_shown)) => {
             let beside = (are_reasons_shown && !found.hint.label.is_empty()).then(|| found.clone());
-            [Found { hint, ..found }].into_iter().chain(beside).collect()
+            [HintOf { hint, ..found }].into_iter().chain(beside).collect()
         }
     }
 }
 
 /// Returns the earlier utilisations of CPUs that the hints of a deployment lack: where no time is known, no CPU has any.
-pub(super) fn missing_loads(found: &[Found], earlier: Option<&Figures>) -> Vec<Found> {
-    let is_deadlines = |it: &&Found| it.subject == Some(Subject::Deadlines);
+pub(super) fn missing_loads(found: &[HintOf], earlier: Option<&Figures>) -> Vec<HintOf> {
+    let is_deadlines = |it: &&HintOf| it.subject == Some(Subject::Deadlines);
     let Some((figures, deadlines)) = earlier.zip(found.iter().find(is_deadlines)) else { return Vec::new() };
     let is_missing = |subject: &&Subject| {
         matches!(subject, Subject::Cpus(_)) && !found.iter().any(|it| it.subject.as_ref() == Some(*subject))
@@ -72,7 +72,7 @@ pub(super) fn missing_loads(found: &[Found], earlier: Option<&Figures>) -> Vec<F
     let mut missing: Vec<(&Subject, &Figure)> =
         figures.of.iter().filter(|(subject, _)| is_missing(subject)).collect();
     missing.sort_by_key(|(_, figure)| &figure.text);
-    let load = |(subject, figure): (&Subject, &Figure)| Found {
+    let load = |(subject, figure): (&Subject, &Figure)| HintOf {
         hint: older(deadlines, figure),
         subject: Some(subject.clone()),
         figure: None,
@@ -82,7 +82,7 @@ pub(super) fn missing_loads(found: &[Found], earlier: Option<&Figures>) -> Vec<F
 }
 
 /// Returns the hint of an earlier figure.
-pub(super) fn older(Found { hint, room, .. }: &Found, figure: &Figure) -> InlayHint {
+pub(super) fn older(HintOf { hint, room, .. }: &HintOf, figure: &Figure) -> InlayHint {
     let text = cut(&figure.text, MOST_CHARACTERS - OLDER[0].len());
     let texts = OLDER.map(|marker| format!("{text}{marker}")).into_iter().chain(MARKS.map(str::to_owned));
     let texts = Texts::of(texts);

@@ -10,7 +10,7 @@ use super::declaration::{hash_of_declaration, of_declaration};
 use super::earlier::{EarlierFigures, Owner, of_lost_activities};
 use super::figures::{in_short, missing_loads, with_earlier};
 use super::label::{MOST_CHARACTERS, cut};
-use super::{Found, HintOptions, HintStatus, InlayHint, Subject, programs};
+use super::{HintOf, HintOptions, HintStatus, InlayHint, Subject, programs};
 
 /// A name before the label of a hint has so many characters at least, unless it is shorter.
 const SHORTEST_NAME: usize = 7;
@@ -55,7 +55,7 @@ pub fn inlay_hints(
     let declared = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
     let declared = declared.filter(|(_, map)| map.range.intersect(range).is_some());
     let hints = |(&decl, _)| hints_of(db, project, decl, range, options, earlier);
-    let mut found: Vec<Found> = declared.flat_map(hints).collect();
+    let mut found: Vec<HintOf> = declared.flat_map(hints).collect();
     if options.response_times {
         found.extend(of_lost_activities(db, project, file, range, earlier, &found));
     }
@@ -73,14 +73,14 @@ fn hints_of<'db>(
     range: TextRange,
     options: HintOptions,
     earlier: &EarlierFigures,
-) -> Vec<Found> {
-    let is_in_range = |found: &&Found| range.contains_inclusive(found.hint.offset);
+) -> Vec<HintOf> {
+    let is_in_range = |found: &&HintOf| range.contains_inclusive(found.hint.offset);
     let earlier = earlier.of(&Owner::of(db, project, decl));
     match decl.kind(db) {
         Kind::Core if options.program_times => programs::of_core(db, project, decl, range, earlier),
         Kind::Architecture | Kind::Deployment => {
             let all = of_declaration(db, project, decl, options).iter().filter(is_in_range);
-            let all: Vec<Found> = all.cloned().collect();
+            let all: Vec<HintOf> = all.cloned().collect();
             let loads = missing_loads(&all, earlier);
             all.into_iter().flat_map(|found| with_earlier(found, earlier)).chain(loads).collect()
         }
@@ -89,8 +89,8 @@ fn hints_of<'db>(
 }
 
 /// Returns the hints at one position, with the names of their subjects where there are several.
-fn on_one_line(found: &[Found]) -> Vec<InlayHint> {
-    let mut shown: Vec<&Found> = Vec::new();
+fn on_one_line(found: &[HintOf]) -> Vec<InlayHint> {
+    let mut shown: Vec<&HintOf> = Vec::new();
     for found in found {
         if !shown.contains(&found) {
             shown.push(found);
@@ -99,7 +99,7 @@ fn on_one_line(found: &[Found]) -> Vec<InlayHint> {
     let mut names = shown.iter().filter_map(|found| found.subject.as_ref()?.name());
     let first = names.next();
     let are_several = names.any(|name| Some(name) != first);
-    let hint = |found: &Found| {
+    let hint = |found: &HintOf| {
         let mut hint = found.hint.clone();
         if let Some(name) = found.subject.as_ref().and_then(Subject::name).filter(|_| are_several) {
             let with_name = |label: &String| with_name(name, label, hint.status);

@@ -15,7 +15,7 @@ use rustc_hash::FxHashMap;
 
 use super::figures::{Figures, with_earlier};
 use super::label::{MOST_CHARACTERS, Round, Texts, most_at, short};
-use super::{Figure, Found, HintStatus, InlayHint, Place, Subject, column, end_of_line};
+use super::{Figure, HintOf, HintStatus, InlayHint, Place, Subject, column, end_of_line};
 
 /// Returns the hints of a core in `range`.
 pub(super) fn of_core<'db>(
@@ -24,7 +24,7 @@ pub(super) fn of_core<'db>(
     of: Decl<'db>,
     range: TextRange,
     earlier: Option<&Figures>,
-) -> Vec<Found> {
+) -> Vec<HintOf> {
     let labels = labels_of(db, project, of).as_ref();
     if labels.map_or(earlier.is_none(), Vec::is_empty) {
         return Vec::new();
@@ -42,7 +42,7 @@ pub(super) fn of_core<'db>(
         let hint = InlayHint::new(offset, texts, room, HintStatus::Time);
         let hint = InlayHint { explained_at: Some(explained_at), ..hint };
         let (subject, figure) = (Some(Subject::Program(place.clone())), label.map(Label::figure));
-        found.extend(with_earlier(Found { hint, subject, figure, room }, earlier));
+        found.extend(with_earlier(HintOf { hint, subject, figure, room }, earlier));
     };
     match labels {
         Some(labels) => labels.iter().for_each(|label| add(label.id, &label.place, Some(label))),

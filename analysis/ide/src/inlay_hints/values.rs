@@ -11,13 +11,13 @@ use mauve_hir::{
 use rustc_hash::FxHashMap;
 
 use super::label::{MOST_CHARACTERS, Texts, cut};
-use super::{Found, HintStatus, InlayHint, end_of_line};
+use super::{HintOf, HintStatus, InlayHint, end_of_line};
 
 pub(super) fn of_values<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-    found: &mut Vec<Found>,
+    found: &mut Vec<HintOf>,
 ) {
     let (settings, values) = match (architecture(db, of), deployment(db, of)) {
         (Some(data), _) => {
@@ -80,11 +80,11 @@ fn value_of(values: &Values<'_>, setting: &Setting) -> Option<String> {
     known.value.as_ref().map(ToString::to_string)
 }
 
-fn behind(db: &dyn ModelDb, place: Location<'_>, label: &str) -> Found {
+fn behind(db: &dyn ModelDb, place: Location<'_>, label: &str) -> HintOf {
     let explained_at = place.range(db).start();
     let offset = end_of_line(place.file(db).text(db), place.range(db).end());
     let texts = Texts::of([label.to_owned()]);
     let hint = InlayHint::new(offset, texts, MOST_CHARACTERS, HintStatus::Value);
     let hint = InlayHint { explained_at: Some(explained_at), ..hint };
-    Found { hint, subject: None, figure: None, room: MOST_CHARACTERS }
+    HintOf { hint, subject: None, figure: None, room: MOST_CHARACTERS }
 }

@@ -5,7 +5,7 @@ use mauve_syntax::TextSize;
 use mauve_syntax::ast::{self, AstNode as _};
 
 use super::toml::in_toml;
-use super::{Definition, Found, in_declaration, located, occurrences_of, outside_declarations};
+use super::{Definition, FoundName, in_declaration, located, occurrences_of, outside_declarations};
 
 /// Returns the names at `offset` according to `project`: one, or several in tables, where a key may have several meanings.
 pub(crate) fn names_at<'db>(
@@ -13,9 +13,9 @@ pub(crate) fn names_at<'db>(
     project: Project<'db>,
     file: File,
     offset: TextSize,
-) -> Vec<Found<'db>> {
-    let is_here = |found: &Found<'db>| found.range.contains_inclusive(offset);
-    let mut found: Vec<Found<'db>> = match is_model(file.path(db)) {
+) -> Vec<FoundName<'db>> {
+    let is_here = |found: &FoundName<'db>| found.range.contains_inclusive(offset);
+    let mut found: Vec<FoundName<'db>> = match is_model(file.path(db)) {
         true => {
             let mut declarations = declarations(db, file).all.iter().zip(&source_map(db, file).declarations);
             let around = declarations.find(|(_, map)| map.range.contains_inclusive(offset));
@@ -47,7 +47,7 @@ pub(crate) fn definition_of_type<'db>(
     names.filter(|name| name.range == last).map(|name| name.definition).next()
 }
 
-pub(crate) fn names_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> Vec<Found<'db>> {
+pub(crate) fn names_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> Vec<FoundName<'db>> {
     let mut found = match is_model(file.path(db)) {
         true => {
             let mut found = outside_declarations(db, project, file);
@@ -67,9 +67,9 @@ pub(crate) fn names_of_definition<'db>(
     project: Project<'db>,
     file: File,
     definition: &Definition<'db>,
-) -> Vec<Found<'db>> {
-    let is_it = |found: &Found<'db>| found.definition == *definition;
-    let mut found: Vec<Found<'db>> = match is_model(file.path(db)) {
+) -> Vec<FoundName<'db>> {
+    let is_it = |found: &FoundName<'db>| found.definition == *definition;
+    let mut found: Vec<FoundName<'db>> = match is_model(file.path(db)) {
         true => {
             let mut found = outside_declarations(db, project, file);
             found.retain(is_it);

@@ -11,21 +11,21 @@ use mauve_syntax::TextRange;
 use mauve_wcrt::{table, table_files};
 use rustc_hash::FxHashSet;
 
-use super::{Definition, Finder, Found, Role, each_once, kind_of, mention, range_of, unquoted};
+use super::{Definition, Finder, FoundName, Role, each_once, kind_of, mention, range_of, unquoted};
 use crate::document_symbols::SymbolKind;
 
 #[derive(Debug, Default, Clone, PartialEq, Eq, salsa::SalsaValue)]
 pub(crate) struct InToml<'db> {
     /// Each name once, in no particular order.
-    pub(crate) names: Vec<Found<'db>>,
+    pub(crate) names: Vec<FoundName<'db>>,
     /// The names in strings with escapes, which a rename cannot replace.
-    pub(crate) escaped: Vec<Found<'db>>,
+    pub(crate) escaped: Vec<FoundName<'db>>,
 }
 
 #[salsa::tracked(returns(ref))]
 pub(crate) fn in_toml<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: File) -> InToml<'db> {
     let workspace = project.workspace(db);
-    let mut reader = Reader { file, found: InToml::default(), known: FxHashSet::default() };
+    let mut reader = KeyReader { file, found: InToml::default(), known: FxHashSet::default() };
     if mauve_hir::config_file(db, workspace) == Some(file) {
         reader.config(db, project);
     } else if table_files(db, workspace).files.contains(&file) {
@@ -34,13 +34,13 @@ pub(crate) fn in_toml<'db>(db: &'db dyn ModelDb, project: Project<'db>, file: Fi
     reader.found
 }
 
-struct Reader<'db> {
+struct KeyReader<'db> {
     file: File,
     found: InToml<'db>,
     known: FxHashSet<(TextRange, Definition<'db>)>,
 }
 
-impl<'db> Reader<'db> {
+impl<'db> KeyReader<'db> {
     /// Adds a name at `range`; if the text is escaped, the name is somewhere in `whole`.
     fn add(
         &mut self,

@@ -21,12 +21,12 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::{Renaming, shown, text_of};
 use crate::change::{Change, FileChange};
 use crate::document_symbols::SymbolKind;
-use crate::occurrences::{Definition, Found, Role, in_toml, is_of_value, names_in};
+use crate::occurrences::{Definition, FoundName, Role, in_toml, is_of_value, names_in};
 use crate::project::projects_with;
 use crate::references::files_of;
 
 impl<'db> Renaming<'_, 'db> {
-    pub(super) fn check_known(&self, all: &[(Project<'db>, Found<'db>)]) -> Result<(), String> {
+    pub(super) fn check_known(&self, all: &[(Project<'db>, FoundName<'db>)]) -> Result<(), String> {
         let (db, old) = (self.db, self.old_name);
         let home = self.home();
         let mut seen: FxHashSet<File> = FxHashSet::default();

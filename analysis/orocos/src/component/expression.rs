@@ -121,7 +121,7 @@ impl Scope<'_> {
     }
 }
 
-pub(super) struct Writer<'c, 'a, 'db> {
+pub(super) struct ExpressionWriter<'c, 'a, 'db> {
     pub(super) class: &'c Class<'a, 'db>,
     /// Includes the names of the enclosing blocks.
     pub(super) scope: Scope<'c>,
@@ -132,15 +132,15 @@ pub(super) struct Writer<'c, 'a, 'db> {
     of_shell: bool,
 }
 
-impl<'c, 'a, 'db> Writer<'c, 'a, 'db> {
-    pub(super) fn new(class: &'c Class<'a, 'db>) -> Writer<'c, 'a, 'db> {
+impl<'c, 'a, 'db> ExpressionWriter<'c, 'a, 'db> {
+    pub(super) fn new(class: &'c Class<'a, 'db>) -> ExpressionWriter<'c, 'a, 'db> {
         let scope = Scope { names: class.names.inner(), ..Scope::default() };
         let locals = FxHashMap::default();
-        Writer { class, scope, locals, lines: Vec::new(), depth: 1, of_shell: false }
+        ExpressionWriter { class, scope, locals, lines: Vec::new(), depth: 1, of_shell: false }
     }
 
-    pub(super) fn of_shell(class: &'c Class<'a, 'db>) -> Writer<'c, 'a, 'db> {
-        Writer { of_shell: true, ..Writer::new(class) }
+    pub(super) fn of_shell(class: &'c Class<'a, 'db>) -> ExpressionWriter<'c, 'a, 'db> {
+        ExpressionWriter { of_shell: true, ..ExpressionWriter::new(class) }
     }
 
     pub(super) fn line(&mut self, text: impl Into<String>) {

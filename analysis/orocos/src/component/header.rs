@@ -6,7 +6,7 @@ use mauve_hir::item_tree::{Expr, FeatureKind, HookKind, Variable};
 use mauve_hir::{ProgramId, Type, VariableId};
 
 use super::code::literal_text;
-use super::expression::Writer;
+use super::expression::ExpressionWriter;
 use super::layout::Text;
 use super::{Class, LastCall, Member};
 use crate::generated_file::generated_from;
@@ -171,7 +171,7 @@ fn variables<'db>(class: &Class<'_, 'db>, all: &'db [Variable]) -> Vec<(String, 
 
 /// A first value that is known beforehand.
 fn known<'db>(class: &Class<'_, 'db>, value: &'db Expr, ty: &Type) -> Option<String> {
-    let code = Writer::new(class).value(value, ty);
+    let code = ExpressionWriter::new(class).value(value, ty);
     code.value.is_some().then_some(code.text)
 }
 

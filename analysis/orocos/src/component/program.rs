@@ -3,14 +3,14 @@
 use mauve_hir::item_tree::{Expr, SourceId, Statement, Variable};
 use mauve_hir::{Builtin, Callee, Type, returns};
 
-use super::expression::{Line, Writer};
+use super::expression::{ExpressionWriter, Line};
 use super::{Body, Class, Routine};
 use crate::trace::program_key;
 
 /// Returns the head of a program, and the lines between the braces.
 pub(super) fn definition<'db>(class: &Class<'_, 'db>, routine: &Routine<'db>) -> (String, Vec<Line>) {
     class.model.db.unwind_if_revision_cancelled();
-    let mut writer = Writer::new(class);
+    let mut writer = ExpressionWriter::new(class);
     let parameters = class.parameters(routine, &mut writer.scope.names);
     let mut texts = Vec::new();
     for parameter in parameters {
@@ -36,7 +36,7 @@ pub(super) fn definition<'db>(class: &Class<'_, 'db>, routine: &Routine<'db>) ->
     (head, writer.lines)
 }
 
-impl<'db> Writer<'_, '_, 'db> {
+impl<'db> ExpressionWriter<'_, '_, 'db> {
     fn statements(&mut self, statements: &'db [Statement], result: &Type) {
         for statement in statements {
             self.statement(statement, result);

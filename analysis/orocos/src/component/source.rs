@@ -6,7 +6,7 @@ use mauve_hir::item_tree::{Direction, FeatureKind, HookKind, MethodKind, State, 
 use mauve_hir::{Callee, Integer, ProgramId, Type, Value};
 
 use super::code::Code;
-use super::expression::Writer;
+use super::expression::ExpressionWriter;
 use super::layout::Text;
 use super::obvious::MEANT;
 use super::program::definition;
@@ -37,7 +37,7 @@ pub(super) fn text(class: &Class<'_, '_>) -> String {
             0,
             format!("// Returns true while the last call of {} is running.", operation.data.name.name),
         );
-        let lines = Writer::new(class).ask_for_last_call(call, operation);
+        let lines = ExpressionWriter::new(class).ask_for_last_call(call, operation);
         body.function(&format!("bool {}::{}()", class.name, call.is_under_way), |text| text.lines(&lines));
     }
     for routine in &class.programs {
@@ -222,7 +222,7 @@ fn refuse(depth: usize, error: &str, text: &mut Text) {
 
 /// Gives variables their first values again: a program may have run before.
 fn first_values<'db>(class: &Class<'_, 'db>, variables: &'db [Variable], text: &mut Text) {
-    let mut writer = Writer::new(class);
+    let mut writer = ExpressionWriter::new(class);
     for (index, variable, name) in class.variables_of(variables) {
         match &variable.value {
             Some(value) => {
@@ -241,7 +241,7 @@ fn first_values<'db>(class: &Class<'_, 'db>, variables: &'db [Variable], text: &
 /// Checks that a property or constant lies in its interval.
 fn interval_check<'db>(class: &Class<'_, 'db>, member: &Member<'db>, text: &mut Text) {
     let Some(interval) = &member.data.interval else { return };
-    let mut writer = Writer::of_shell(class);
+    let mut writer = ExpressionWriter::of_shell(class);
     let (low, high) = (writer.value(&interval.low, &member.ty), writer.value(&interval.high, &member.ty));
     let value = member.property();
     let (least, greatest) = match &member.ty {

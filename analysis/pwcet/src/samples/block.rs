@@ -21,7 +21,7 @@ pub(super) const PREFIX: usize = 7;
 
 /// What a block is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum BlockKind {
     /// Declares the next series: its key and its instance.
     Series = 1,
     /// Begins a run: its source and its date.
@@ -32,16 +32,18 @@ pub(super) enum Kind {
     End = 4,
 }
 
-impl Kind {
-    fn of(byte: u8) -> Option<Kind> {
-        [Kind::Series, Kind::Begin, Kind::Data, Kind::End].into_iter().find(|kind| *kind as u8 == byte)
+impl BlockKind {
+    fn of(byte: u8) -> Option<BlockKind> {
+        [BlockKind::Series, BlockKind::Begin, BlockKind::Data, BlockKind::End]
+            .into_iter()
+            .find(|kind| *kind as u8 == byte)
     }
 }
 
 /// The head of a block, and the length of its body.
 #[derive(Debug)]
 pub(super) struct Block {
-    pub(super) kind: Kind,
+    pub(super) kind: BlockKind,
     pub(super) head: Vec<u8>,
     pub(super) body: usize,
 }
@@ -79,7 +81,7 @@ pub(super) fn read_head(file: &mut impl BufRead) -> io::Result<Result<Block, Dam
     if crc.finalize() != u32::from_le_bytes(checksum) || body > LONGEST_BODY {
         return Ok(Err(Damage::Checksum));
     }
-    let Some(kind) = Kind::of(kind) else { return Ok(Err(Damage::Content)) };
+    let Some(kind) = BlockKind::of(kind) else { return Ok(Err(Damage::Content)) };
     Ok(Ok(Block { kind, head, body }))
 }
 
@@ -97,7 +99,7 @@ pub(super) fn read_body(file: &mut impl Read, length: usize) -> io::Result<Resul
 /// Writes a block; returns its length.
 pub(super) fn write(
     file: &mut impl Write,
-    kind: Kind,
+    kind: BlockKind,
     head: &[u8],
     body: &[u8],
 ) -> Result<u64, SamplesError> {
@@ -138,13 +140,13 @@ mod tests {
     fn a_block_is_read_as_it_was_written() {
         for body in [b"".as_slice(), b"body"] {
             let mut bytes = Vec::new();
-            let length = write(&mut bytes, Kind::Data, b"head", body).unwrap();
+            let length = write(&mut bytes, BlockKind::Data, b"head", body).unwrap();
             assert_eq!(length, bytes.len() as u64);
             let mut file = bytes.as_slice();
             let block = read_head(&mut file).unwrap().unwrap();
             assert_eq!(
                 (block.kind, block.head.as_slice(), block.body),
-                (Kind::Data, b"head".as_slice(), body.len())
+                (BlockKind::Data, b"head".as_slice(), body.len())
             );
             assert_eq!(block.length(), length);
             assert_eq!(block.body_offset(), (bytes.len() - file.len()) as u64);

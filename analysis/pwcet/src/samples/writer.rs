@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest as _, Sha256};
 
-use super::block::{self, Kind, LONGEST_BODY, LONGEST_HEAD};
+use super::block::{self, BlockKind, LONGEST_BODY, LONGEST_HEAD};
 use super::encoding::{Codec, Has, Times, put, put_text};
 use super::overlap::Firsts;
 use super::{END_MARK, Execution, Index, MAGIC, Run, SamplesError, SeriesId, put_summary};
@@ -21,9 +21,9 @@ const BUFFERED: usize = 16 << 20;
 
 /// Appends runs to a sample file, which no other process can write at the same time.
 ///
-/// All that is written before [`Writer::commit`] is ignored by readers; without it, it is removed again.
+/// All that is written before [`SamplesWriter::commit`] is ignored by readers; without it, it is removed again.
 #[derive(Debug)]
-pub struct Writer {
+pub struct SamplesWriter {
     path: PathBuf,
     file: File,
     index: Index,
@@ -70,13 +70,13 @@ struct OpenBlock {
     codec: Codec,
 }
 
-impl Writer {
+impl SamplesWriter {
     /// Opens a sample file, or makes it. Removes what an import has left that did not end.
     ///
     /// # Errors
     ///
     /// The file cannot be read or written, is not a sample file, is damaged, or another process writes it.
-    pub fn open(path: &Path) -> Result<Writer, SamplesError> {
+    pub fn open(path: &Path) -> Result<SamplesWriter, SamplesError> {
         let mut options = OpenOptions::new();
         options.read(true).write(true);
         let (mut file, is_new) = match options.open(path) {
@@ -107,7 +107,7 @@ impl Writer {
             index.series.iter().map(|it| (it.key.clone(), it.instance.clone())).collect();
         let ids = names.iter().cloned().zip(index.series.iter().map(|it| it.id)).collect();
         let removed = index.size.saturating_sub(index.end);
-        let mut writer = Writer {
+        let mut writer = SamplesWriter {
             path: path.to_owned(),
             file,
             index,
@@ -145,7 +145,7 @@ impl Writer {
         let mut head = Vec::new();
         put_text(&mut head, source);
         put(&mut head, date);
-        block::write(&mut self.file, Kind::Begin, &head, b"")?;
+        block::write(&mut self.file, BlockKind::Begin, &head, b"")?;
         self.run = Some(OpenRun {
             source: source.to_owned(),
             date,
@@ -179,7 +179,7 @@ impl Writer {
         if head.len() > LONGEST_HEAD {
             return Err(SamplesError::LongName);
         }
-        block::write(&mut self.file, Kind::Series, &head, b"")?;
+        block::write(&mut self.file, BlockKind::Series, &head, b"")?;
         self.names.push(name.clone());
         self.ids.insert(name, id);
         Ok(id)
@@ -282,7 +282,7 @@ impl Writer {
         put_summary(&mut head, *summary);
         // What the end makes valid must be on the disk before it.
         self.sync()?;
-        block::write(&mut self.file, Kind::End, &head, b"")?;
+        block::write(&mut self.file, BlockKind::End, &head, b"")?;
         self.sync()?;
         if let Some(OpenRun { source, date, executions, firsts, .. }) = self.run.take() {
             if let Some(all) = &mut self.firsts {
@@ -320,7 +320,7 @@ impl Writer {
     }
 }
 
-impl Drop for Writer {
+impl Drop for SamplesWriter {
     fn drop(&mut self) {
         let _ = self.abort();
         if self.is_new && self.index.runs.is_empty() {
@@ -336,7 +336,7 @@ impl OpenBlock {
         for value in [u64::from(series.0), self.count, self.has.bits(), self.least, self.greatest] {
             put(&mut head, value);
         }
-        block::write(file, Kind::Data, &head, &self.body)?;
+        block::write(file, BlockKind::Data, &head, &self.body)?;
         // With many series, what each has allocated would add up.
         self.body = Vec::new();
         (self.count, self.codec) = (0, Codec::default());

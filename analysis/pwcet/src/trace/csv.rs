@@ -474,7 +474,7 @@ mod tests {
 
     use proptest::prelude::*;
 
-    use super::super::Reader;
+    use super::super::TraceReader;
     use super::*;
 
     /// An execution: key, instance, execution time, elapsed time, begin, end.
@@ -494,7 +494,7 @@ mod tests {
     }
 
     fn rows(text: &[u8]) -> Result<(Vec<Row>, Summary), TraceError> {
-        let (mut reader, mut rows) = (Reader::default(), Rows::default());
+        let (mut reader, mut rows) = (TraceReader::default(), Rows::default());
         reader.read_csv(text, Some(text.len() as u64), &mut rows)?;
         Ok((rows.0, reader.finish()))
     }

@@ -25,7 +25,7 @@ const MOST_ORIGINS: u32 = 1 << 12;
 ///
 /// ```
 /// use std::ops::ControlFlow;
-/// use mauve_pwcet::trace::{Names, Reader, Span, Visitor};
+/// use mauve_pwcet::trace::{Names, TraceReader, Span, Visitor};
 ///
 /// struct Longest(u64);
 ///
@@ -37,12 +37,12 @@ const MOST_ORIGINS: u32 = 1 << 12;
 /// }
 ///
 /// let text = "codel,execution_ns\nnav.plan,1200\nnav.plan,1300\n";
-/// let (mut reader, mut longest) = (Reader::default(), Longest(0));
+/// let (mut reader, mut longest) = (TraceReader::default(), Longest(0));
 /// reader.read_csv(text.as_bytes(), None, &mut longest).unwrap();
 /// assert_eq!((longest.0, reader.finish().spans), (1300, 2));
 /// ```
 #[derive(Debug, Default)]
-pub struct Reader {
+pub struct TraceReader {
     names: Names,
     summary: Summary,
     nesting: Nesting,
@@ -51,7 +51,7 @@ pub struct Reader {
     origin: (Vec<u8>, u32),
 }
 
-impl Reader {
+impl TraceReader {
     /// Reads a complete source.
     ///
     /// # Errors
@@ -226,7 +226,7 @@ impl Reader {
         std::mem::take(&mut self.summary)
     }
 
-    /// Ends the trace; returns the summary since the last [`Reader::take_summary`].
+    /// Ends the trace; returns the summary since the last [`TraceReader::take_summary`].
     pub fn finish(&mut self) -> Summary {
         self.nesting.finish(&mut self.summary);
         self.take_summary()
@@ -273,7 +273,7 @@ mod tests {
     }
 
     fn read(parts: Vec<(&str, Option<Lost>)>) -> Result<(Vec<(String, u64)>, Summary), TraceError> {
-        let (mut reader, mut keys) = (Reader::default(), Keys::default());
+        let (mut reader, mut keys) = (TraceReader::default(), Keys::default());
         let mut lines = Lines::new(Output { parts, lost: Vec::new() });
         reader.read_events(&mut lines, |it| &mut it.lost, &mut keys)?;
         Ok((keys.0, reader.finish()))
@@ -321,7 +321,7 @@ mod tests {
         assert!(matches!(read(vec![(&text, None)]), Err(TraceError::NoThread)));
         let text = format!("{}nonsense\n", line(1, 1, "f", 0, 1));
         assert!(matches!(read(vec![(&text, None)]), Err(TraceError::Malformed { line: 2, .. })));
-        assert!(matches!(Reader::default().require_events(), Err(TraceError::NoEvents { foreign: 0 })));
+        assert!(matches!(TraceReader::default().require_events(), Err(TraceError::NoEvents { foreign: 0 })));
     }
 
     /// Prints how many events are read in a second: `cargo test --release -p mauve-pwcet -- --nocapture speed`.
@@ -331,7 +331,7 @@ mod tests {
         let text: String = (0..1000).map(|it| line(it, 17_726, "lib.work", (it % 2) as u32, it)).collect();
         let parts = (0..count / 1000).map(|_| (text.as_str(), None)).collect();
         let begin = std::time::Instant::now();
-        let (mut reader, mut visitor) = (Reader::default(), Ignore);
+        let (mut reader, mut visitor) = (TraceReader::default(), Ignore);
         let mut lines = Lines::new(Output { parts, lost: Vec::new() });
         reader.read_events(&mut lines, |it| &mut it.lost, &mut visitor).unwrap();
         eprintln!("{:.0} events in a second", count as f64 / begin.elapsed().as_secs_f64());

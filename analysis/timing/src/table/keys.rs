@@ -6,13 +6,13 @@ use super::{Entry, Overhead, Table, Times};
 #[allow(missing_docs)]
 pub struct Key {
     pub name: &'static str,
-    pub kind: Kind,
+    pub kind: EntryKind,
     pub summary: &'static str,
     pub documentation: &'static str,
 }
 
 /// What the value of a [`Key`] is.
-pub enum Kind {
+pub enum EntryKind {
     /// The unit of all times.
     Unit,
     /// The significance levels.
@@ -32,64 +32,64 @@ pub enum Kind {
 /// The keys before the first section and the sections, in the order of messages and completion.
 #[rustfmt::skip] // rustfmt would give each field a line of its own.
 pub static KEYS: [Key; 7] = [
-    Key { name: "unit", kind: Kind::Unit, summary: "", documentation: "The unit of all times in this table." },
-    Key { name: "levels", kind: Kind::Levels, summary: "",
+    Key { name: "unit", kind: EntryKind::Unit, summary: "", documentation: "The unit of all times in this table." },
+    Key { name: "levels", kind: EntryKind::Levels, summary: "",
         documentation: "The significance levels of the columns of the arrays below: the probability that one execution takes \
                         longer than its time. Not needed if every time is one number." },
     Key { name: "codel", summary: "times of codels",
-        kind: Kind::Entries(|it| &mut it.codels, r#"{ "navigation.astar": [290, 297, 310], "navigation.dist": 1 }"#),
+        kind: EntryKind::Entries(|it| &mut it.codels, r#"{ "navigation.astar": [290, 297, 310], "navigation.dist": 1 }"#),
         documentation: "By library and codel, such as \"navigation.astar\"; by the codel alone, outside libraries or if its \
                         name is unique." },
     Key { name: "program", summary: "times of whole programs",
-        kind: Kind::Entries(|it| &mut it.programs, r#"{ "Hokuyo/update": [40, 43, 44] }"#),
+        kind: EntryKind::Entries(|it| &mut it.programs, r#"{ "Hokuyo/update": [40, 43, 44] }"#),
         documentation: "Whole programs, in place of the sums of their codels: \"Hokuyo/update\", \
                         \"Navigation/Planning.run\", \"Navigation/Planning.arrived.guard\", or the component and the name of \
                         an operation." },
     Key { name: "component", summary: "times of whole components, for the classic method",
-        kind: Kind::Entries(|it| &mut it.components, r#"{ "Navigation": 299 }"#),
+        kind: EntryKind::Entries(|it| &mut it.components, r#"{ "Navigation": 299 }"#),
         documentation: "Whole components, for the classic method, if they take longer than their programs." },
-    Key { name: "overhead", summary: "the overhead of each job", kind: Kind::Overhead,
+    Key { name: "overhead", summary: "the overhead of each job", kind: EntryKind::Overhead,
         documentation: "The overhead of each period of each activity: dispatch + 2 × context_switch." },
     Key { name: "measured", summary: "where measured times come from",
-        kind: Kind::Measured(r#"{ "navigation.astar": { "executions": 20000, "greatest": 281.5, "times": [290, 297, 310] } }"#),
+        kind: EntryKind::Measured(r#"{ "navigation.astar": { "executions": 20000, "greatest": 281.5, "times": [290, 297, 310] } }"#),
         documentation: "Where measured times come from. `mauve pwcet` writes this section; it changes no response time." },
 ];
 
 /// The keys of a record of `[measured]`.
 #[rustfmt::skip] // rustfmt would give each field a line of its own.
 pub static MEASURED: [Key; 11] = [
-    Key { name: "executions", kind: Kind::Value(r#""integer""#), summary: "", documentation: "How many executions were measured." },
-    Key { name: "greatest", kind: Kind::Value(r#""number""#), summary: "", documentation: "The greatest of them, the high-water mark, in `unit`." },
-    Key { name: "times", kind: Kind::Value(r#""array""#), summary: "",
+    Key { name: "executions", kind: EntryKind::Value(r#""integer""#), summary: "", documentation: "How many executions were measured." },
+    Key { name: "greatest", kind: EntryKind::Value(r#""number""#), summary: "", documentation: "The greatest of them, the high-water mark, in `unit`." },
+    Key { name: "times", kind: EntryKind::Value(r#""array""#), summary: "",
         documentation: "The measured bounds, one for each level, in `unit`. If the entry has other times, somebody edited it." },
-    Key { name: "method", kind: Kind::Value(r#""string""#), summary: "", documentation: "The method of the estimate." },
-    Key { name: "date", kind: Kind::Value(r#""string""#), summary: "", documentation: "When the times were estimated." },
-    Key { name: "samples", kind: Kind::Value(r#""string""#), summary: "", documentation: "The digest of the executions." },
-    Key { name: "files", kind: Kind::Value(r#""array""#), summary: "", documentation: "The sample files, relative to this table." },
-    Key { name: "bytes", kind: Kind::Value(r#""integer""#), summary: "", documentation: "Their size together: it grows with each run." },
-    Key { name: "source", kind: Kind::Value(r#""string""#), summary: "", documentation: "The source of the codel, relative to this table." },
-    Key { name: "source_digest", kind: Kind::Value(r#""string""#), summary: "",
+    Key { name: "method", kind: EntryKind::Value(r#""string""#), summary: "", documentation: "The method of the estimate." },
+    Key { name: "date", kind: EntryKind::Value(r#""string""#), summary: "", documentation: "When the times were estimated." },
+    Key { name: "samples", kind: EntryKind::Value(r#""string""#), summary: "", documentation: "The digest of the executions." },
+    Key { name: "files", kind: EntryKind::Value(r#""array""#), summary: "", documentation: "The sample files, relative to this table." },
+    Key { name: "bytes", kind: EntryKind::Value(r#""integer""#), summary: "", documentation: "Their size together: it grows with each run." },
+    Key { name: "source", kind: EntryKind::Value(r#""string""#), summary: "", documentation: "The source of the codel, relative to this table." },
+    Key { name: "source_digest", kind: EntryKind::Value(r#""string""#), summary: "",
         documentation: "The digest of the source: if it changes, the times are outdated." },
-    Key { name: "warnings", kind: Kind::Value(r#""array""#), summary: "", documentation: "Why the times need a look, in words." },
+    Key { name: "warnings", kind: EntryKind::Value(r#""array""#), summary: "", documentation: "Why the times need a look, in words." },
 ];
 
 /// The keys of `[overhead]`.
 #[rustfmt::skip] // rustfmt would give each field a line of its own.
 pub static OVERHEAD: [Key; 2] = [
-    Key { name: "dispatch", kind: Kind::Times(|it| &mut it.dispatch), summary: "", documentation: "To dispatch a job." },
-    Key { name: "context_switch", kind: Kind::Times(|it| &mut it.context_switch), summary: "",
+    Key { name: "dispatch", kind: EntryKind::Times(|it| &mut it.dispatch), summary: "", documentation: "To dispatch a job." },
+    Key { name: "context_switch", kind: EntryKind::Times(|it| &mut it.context_switch), summary: "",
         documentation: "For one context switch; a job takes two." },
 ];
 
 impl Key {
     /// Whether it is a section.
     pub fn is_section(&self) -> bool {
-        matches!(self.kind, Kind::Entries(..) | Kind::Overhead | Kind::Measured(_))
+        matches!(self.kind, EntryKind::Entries(..) | EntryKind::Overhead | EntryKind::Measured(_))
     }
 }
 
 /// What the value of the key of that name is.
-pub fn kind_of(name: &str, keys: &'static [Key]) -> Option<&'static Kind> {
+pub fn kind_of(name: &str, keys: &'static [Key]) -> Option<&'static EntryKind> {
     keys.iter().find(|key| key.name == name).map(|key| &key.kind)
 }
 

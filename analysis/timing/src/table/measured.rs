@@ -7,7 +7,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::error::{TableErrorKind, TomlKind};
 use super::keys::{MEASURED, kind_of};
-use super::reader::Reader;
+use super::reader::TableReader;
 use super::{Measured, Times};
 use crate::Time;
 
@@ -21,7 +21,7 @@ pub fn digest_of(content: &[u8]) -> String {
     format!("{:016x}", content.iter().fold(0xcbf2_9ce4_8422_2325, step))
 }
 
-impl Reader {
+impl TableReader {
     /// Reads the section. A record is a table with a value that is no table; other tables are parts of keys.
     pub(super) fn measured(&mut self, prefix: Option<&str>, section: &DeTable) {
         for (key, value) in section.iter() {
@@ -75,7 +75,7 @@ impl Reader {
 
 /// The fields of one record: a missing one, or one of another kind, is an error, and gets a default value.
 struct Fields<'a, 'text> {
-    reader: &'a mut Reader,
+    reader: &'a mut TableReader,
     table: &'a DeTable<'text>,
     record: Range<usize>,
 }

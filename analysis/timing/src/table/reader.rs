@@ -10,7 +10,7 @@ use toml_parser::Source;
 use toml_parser::parser::{EventKind, RecursionGuard, parse_document};
 
 use super::error::{TableError, TableErrorKind, TomlKind};
-use super::keys::{KEYS, Kind, OVERHEAD, kind_of};
+use super::keys::{EntryKind, KEYS, OVERHEAD, kind_of};
 use super::{Entry, KeyPart, Table, Times};
 use crate::level::MOST_LEVELS;
 use crate::{Level, Rounding, Time, TimeError, Unit};
@@ -18,7 +18,7 @@ use crate::{Level, Rounding, Time, TimeError, Unit};
 impl Table {
     /// Reads the text of a table. Never fails: see [`errors`](Table::errors) and [`lost`](Table::lost).
     pub fn parse(text: &str) -> Table {
-        let mut reader = Reader {
+        let mut reader = TableReader {
             table: Table::default(),
             unit: Unit::Milliseconds,
             levels: Some(0),
@@ -40,7 +40,7 @@ impl Table {
     }
 }
 
-pub(super) struct Reader {
+pub(super) struct TableReader {
     pub(super) table: Table,
     unit: Unit,
     /// How many levels there are; `None` where they were in error, so that no array can be judged.
@@ -52,7 +52,7 @@ pub(super) struct Reader {
     parts: HashMap<usize, Vec<KeyPart>>,
 }
 
-impl Reader {
+impl TableReader {
     pub(super) fn error(&mut self, span: Range<usize>, kind: TableErrorKind) {
         self.table.lost |= self.loses_all;
         self.table.errors.push(TableError { span, kind });
@@ -64,8 +64,8 @@ impl Reader {
         let mut without_section = Vec::new();
         for (key, value) in document.iter() {
             match kind_of(key.get_ref(), &KEYS) {
-                Some(Kind::Unit) => self.unit(value),
-                Some(Kind::Levels) => self.levels(value),
+                Some(EntryKind::Unit) => self.unit(value),
+                Some(EntryKind::Levels) => self.levels(value),
                 Some(_) => {}
                 None if matches!(value.get_ref(), DeValue::Integer(_) | DeValue::Float(_)) => {
                     self.table.lost = true;
@@ -86,17 +86,17 @@ impl Reader {
             // A section turns this off for its entries.
             self.loses_all = true;
             match (kind_of(key.get_ref(), &KEYS), value.get_ref()) {
-                (Some(Kind::Entries(field, _)), DeValue::Table(section)) => {
+                (Some(EntryKind::Entries(field, _)), DeValue::Table(section)) => {
                     let entries = self.section(section);
                     *field(&mut self.table) = entries;
                 }
-                (Some(Kind::Overhead), DeValue::Table(section)) => self.overhead(section),
-                (Some(Kind::Measured(_)), DeValue::Table(section)) => {
+                (Some(EntryKind::Overhead), DeValue::Table(section)) => self.overhead(section),
+                (Some(EntryKind::Measured(_)), DeValue::Table(section)) => {
                     // No time of a record is in a bound.
                     self.loses_all = false;
                     self.measured(None, section);
                 }
-                (Some(Kind::Entries(..) | Kind::Overhead | Kind::Measured(_)), other) => {
+                (Some(EntryKind::Entries(..) | EntryKind::Overhead | EntryKind::Measured(_)), other) => {
                     let (name, found) = (key.get_ref().to_string(), TomlKind::of(other));
                     self.error(value.span(), TableErrorKind::NotASection { name, found });
                 }
@@ -190,7 +190,7 @@ impl Reader {
             section.iter().map(|(key, _)| key.span()).min_by_key(|span| span.start).unwrap_or_default();
         for (key, value) in section.iter() {
             let name = key.get_ref();
-            if let Some(Kind::Times(field)) = kind_of(name, &OVERHEAD) {
+            if let Some(EntryKind::Times(field)) = kind_of(name, &OVERHEAD) {
                 *field(&mut self.table.overhead) = self.overhead_times(value);
             } else {
                 self.error(key.span(), TableErrorKind::UnknownOverhead(name.to_string()));

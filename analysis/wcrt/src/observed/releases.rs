@@ -38,7 +38,7 @@ pub(super) struct Longest<C> {
 
 /// What was found of the releases of an activity.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub(super) struct Found<C> {
+pub(super) struct FoundReleases<C> {
     pub(super) longest: Option<Longest<C>>,
     /// Periods whose response time is above the limit: at least so many, where releases are not recorded.
     pub(super) late: u64,
@@ -80,7 +80,7 @@ pub(super) struct Releases<C> {
     /// A job that is late by a period or more, and did not wait for its predecessor: what follows says whether it was delayed, or
     /// periods are missing before it.
     pending: Option<Job>,
-    found: Found<C>,
+    found: FoundReleases<C>,
 }
 
 impl<C: Clone + Default> Releases<C> {
@@ -92,7 +92,7 @@ impl<C: Clone + Default> Releases<C> {
             limit,
             segment: None,
             pending: None,
-            found: Found::default(),
+            found: FoundReleases::default(),
         }
     }
 
@@ -123,7 +123,7 @@ impl<C: Clone + Default> Releases<C> {
     }
 
     /// Returns what was found. Ends the recording.
-    pub(super) fn finish(mut self, cause: &mut dyn FnMut(i64, i64) -> C) -> Found<C> {
+    pub(super) fn finish(mut self, cause: &mut dyn FnMut(i64, i64) -> C) -> FoundReleases<C> {
         self.interrupt(cause);
         self.found
     }
@@ -258,7 +258,7 @@ impl<C: Clone + Default> Releases<C> {
     }
 }
 
-impl<C> Found<C> {
+impl<C> FoundReleases<C> {
     /// Returns the mean time from begin to begin, if it is not the period.
     pub(super) fn other_period(&self, period: u64) -> Option<u64> {
         let missing = self.skipped.saturating_add(self.irregular);
@@ -285,13 +285,13 @@ mod tests {
         Job { begin, end, execution: end - begin, release: None }
     }
 
-    fn found(jobs: &[Job], limit: Option<u64>) -> Found<()> {
+    fn found(jobs: &[Job], limit: Option<u64>) -> FoundReleases<()> {
         let mut releases = Releases::new(100, limit);
         jobs.iter().for_each(|job| releases.job(*job, &mut |_, _| ()));
         releases.finish(&mut |_, _| ())
     }
 
-    fn response(found: &Found<()>) -> Option<i64> {
+    fn response(found: &FoundReleases<()>) -> Option<i64> {
         found.longest.as_ref().map(|it| it.response)
     }
 

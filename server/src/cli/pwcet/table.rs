@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use mauve_pwcet::{LEAST_EXECUTIONS, Refusal, TailModel, rounded_up};
+use mauve_pwcet::{LEAST_EXECUTIONS, NoEstimate, TailModel, rounded_up};
 use mauve_timing::{Level, Time};
 
 use super::estimates::{Estimates, Measured};
@@ -85,7 +85,7 @@ fn row(estimates: &Estimates, it: &Measured, with_budgets: bool) -> Vec<String> 
 
 /// Returns whether all instances have too few executions.
 fn has_few(it: &Measured) -> bool {
-    it.measurement.instances.iter().all(|it| matches!(it.result, Err(Refusal::TooFew { .. })))
+    it.measurement.instances.iter().all(|it| matches!(it.result, Err(NoEstimate::TooFew { .. })))
 }
 
 /// Returns what is wrong with a codel: first its budget.

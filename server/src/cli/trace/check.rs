@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use mauve_diagnostics::errors_of;
 use mauve_hir::{CONFIG_FILE, Database, Decl, Project};
-use mauve_pwcet::trace::{Reader, Source, Summary, TraceError};
+use mauve_pwcet::trace::{Source, Summary, TraceError, TraceReader};
 use mauve_timing::Level;
 use mauve_wcrt::observed::{Expected, Observer, expected};
 use mauve_wcrt::{Query, Report, response_times};
@@ -41,11 +41,11 @@ pub(crate) struct Check {
     significance: Option<f64>,
     /// How to show the comparison.
     #[arg(long, value_enum, default_value = "table")]
-    format: Format,
+    format: TraceCheckFormat,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
+enum TraceCheckFormat {
     /// For people.
     Table,
     /// One document.
@@ -68,7 +68,7 @@ impl Check {
         let (project, deployment) = only(&db, &found)?;
         let (query, report, expected) = model_of(&db, project, deployment, level);
         let mut observer = Observer::new(expected.clone());
-        let mut reader = Reader::default();
+        let mut reader = TraceReader::default();
         let mut summary = Summary::default();
         for trace in &traces {
             read(trace, &mut reader, &mut observer)?;
@@ -80,8 +80,8 @@ impl Check {
         let name = deployment.name(&db).to_string();
         let checked = Checked { name, level: query.level, traces, report, expected, observed, summary };
         let text = match self.format {
-            Format::Table => table::text(&checked),
-            Format::Json => json::text(&document::document(&checked))?,
+            TraceCheckFormat::Table => table::text(&checked),
+            TraceCheckFormat::Json => json::text(&document::document(&checked))?,
         };
         say_errors(errors);
         Ok(Output::escaped(text, u8::from(!checked.is_fine() || errors > 0)))
@@ -144,7 +144,7 @@ pub(super) fn model_of<'db>(
 /// Reads a recording.
 pub(super) fn read(
     trace: &Path,
-    reader: &mut Reader,
+    reader: &mut TraceReader,
     visitor: &mut dyn mauve_pwcet::trace::Visitor,
 ) -> Result<(), String> {
     let said = |error: TraceError| match error {

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use mauve_diagnostics::cpu_names;
 use mauve_hir::Database;
-use mauve_pwcet::trace::{Names, Reader, Span, SpanKind, Visitor};
+use mauve_pwcet::trace::{Names, Span, SpanKind, TraceReader, Visitor};
 use mauve_wcrt::observed::{Expected, LatestReleases};
 use serde_json::{Value, json};
 
@@ -39,18 +39,18 @@ pub(crate) struct Export {
     output: Option<PathBuf>,
     /// The format of the file.
     #[arg(long, value_enum, default_value = "perfetto")]
-    format: Format,
+    format: ExportFormat,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
+enum ExportFormat {
     /// Trace events, for ui.perfetto.dev and chrome://tracing.
     Perfetto,
 }
 
 impl Export {
     pub(crate) fn run(self) -> Result<Output, String> {
-        let Format::Perfetto = self.format;
+        let ExportFormat::Perfetto = self.format;
         if let Some(path) = &self.output {
             check_own(path, BEGIN, "trace of a viewer", "--output")?;
         }
@@ -123,7 +123,7 @@ fn write_file(trace: &Path, expected: Expected, path: &Path) -> Result<(), Strin
 
 /// Writes the events one by one.
 fn write_events(trace: &Path, expected: Expected, to: impl Write) -> Result<(), Failure> {
-    let mut writer = Writer {
+    let mut writer = TraceWriter {
         to: BufWriter::new(to),
         releases: LatestReleases::new(&expected),
         expected,
@@ -134,7 +134,7 @@ fn write_events(trace: &Path, expected: Expected, to: impl Write) -> Result<(), 
         failure: None,
     };
     writer.to.write_all(BEGIN.as_bytes()).map_err(Failure::Io)?;
-    let read = read(trace, &mut Reader::default(), &mut writer);
+    let read = read(trace, &mut TraceReader::default(), &mut writer);
     if let Some(failure) = writer.failure {
         return Err(failure);
     }
@@ -148,7 +148,7 @@ fn write_events(trace: &Path, expected: Expected, to: impl Write) -> Result<(), 
 const UNKNOWN_CPU: u32 = 65;
 
 /// Writes spans as events. A CPU is a process, and each instance that was active on it a thread, with a thread for its bounds.
-struct Writer<W: Write> {
+struct TraceWriter<W: Write> {
     to: BufWriter<W>,
     expected: Expected,
     releases: LatestReleases,
@@ -161,7 +161,7 @@ struct Writer<W: Write> {
     failure: Option<Failure>,
 }
 
-impl<W: Write> Visitor for Writer<W> {
+impl<W: Write> Visitor for TraceWriter<W> {
     fn span(&mut self, span: &Span, names: &Names) -> ControlFlow<()> {
         match self.span_events(span, names) {
             Ok(()) => ControlFlow::Continue(()),
@@ -177,7 +177,7 @@ impl<W: Write> Visitor for Writer<W> {
     }
 }
 
-impl<W: Write> Writer<W> {
+impl<W: Write> TraceWriter<W> {
     fn write(&mut self, event: &str) -> Result<(), Failure> {
         let separator: &[u8] = if std::mem::take(&mut self.is_first) { b"" } else { b",\n" };
         self.to.write_all(separator).and_then(|()| self.to.write_all(event.as_bytes())).map_err(Failure::Io)

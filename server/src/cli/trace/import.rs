@@ -11,8 +11,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use mauve_pwcet::samples::{SamplesError, Writer};
-use mauve_pwcet::trace::{Reader, Source, Summary, TraceError};
+use mauve_pwcet::samples::{SamplesError, SamplesWriter};
+use mauve_pwcet::trace::{Source, Summary, TraceError, TraceReader};
 
 use crate::cli::sample_file::samples_error;
 use crate::cli::text::counted;
@@ -46,7 +46,8 @@ impl Import {
                 "--watch follows one TRACE: start a command for each, with its own sample file".to_owned()
             );
         }
-        let writer = Writer::open(&self.output).map_err(|error| samples_error(&self.output, &error))?;
+        let writer =
+            SamplesWriter::open(&self.output).map_err(|error| samples_error(&self.output, &error))?;
         if writer.removed_bytes() > 0 {
             let removed = counted(usize::try_from(writer.removed_bytes()).unwrap_or(usize::MAX), "byte");
             say(&format!(
@@ -82,7 +83,7 @@ impl Import {
 /// An open sample file, and what was added to it.
 struct Session {
     output: PathBuf,
-    writer: Writer,
+    writer: SamplesWriter,
     imported: Imported,
     /// Whether the user wants the command to end.
     stop: Arc<AtomicBool>,
@@ -103,7 +104,7 @@ impl Session {
     fn import(&mut self, trace: &Path) -> Result<(), String> {
         let said = |error: &TraceError| trace_error(trace, error);
         let source = Source::of(trace).map_err(|error| said(&error))?;
-        let mut reader = Reader::default();
+        let mut reader = TraceReader::default();
         let (chunks, is_recording) = match &source {
             Source::Ctf { chunks, is_recording } => (chunks.as_slice(), *is_recording),
             _ => {
@@ -128,7 +129,7 @@ impl Session {
         let mut all = Summary::default();
         for (index, chunk) in chunks.iter().enumerate() {
             let is_last = index + 1 == chunks.len();
-            let read = |reader: &mut Reader, to: &mut Recorder<'_>| reader.read_chunk(chunk, to);
+            let read = |reader: &mut TraceReader, to: &mut Recorder<'_>| reader.read_chunk(chunk, to);
             let (outcome, summary) = self.run(&chunk.display().to_string(), &mut reader, is_last, read)?;
             outcomes.push(outcome);
             all.add(&summary);
@@ -165,9 +166,9 @@ impl Session {
     fn run(
         &mut self,
         name: &str,
-        reader: &mut Reader,
+        reader: &mut TraceReader,
         is_last: bool,
-        read: impl FnOnce(&mut Reader, &mut Recorder<'_>) -> Result<(), TraceError>,
+        read: impl FnOnce(&mut TraceReader, &mut Recorder<'_>) -> Result<(), TraceError>,
     ) -> Result<(Outcome, Summary), String> {
         let date = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
         let output = self.output.clone();

@@ -14,7 +14,7 @@ use tower_lsp::lsp_types::{
 
 use crate::lsp::check::{diagnostics, diagnostics_of};
 use crate::lsp::diagnostics::defect;
-use crate::lsp::items::{Found, Items, OfFile};
+use crate::lsp::items::{DiagnosticsByFile, Items, OfFile};
 use crate::lsp::pulls::Given;
 use crate::lsp::snapshot::{Document, Failure, Snapshot, attempt};
 
@@ -89,7 +89,7 @@ pub(crate) fn workspace_diagnostic(
 
 /// Returns the diagnostics. If the analysis panics, returns a diagnostic about that instead, which replaces outdated
 /// ones.
-fn known(snapshot: &Snapshot, look: impl Fn(&Snapshot) -> Found) -> Result<Found> {
+fn known(snapshot: &Snapshot, look: impl Fn(&Snapshot) -> DiagnosticsByFile) -> Result<DiagnosticsByFile> {
     if snapshot.is_searching {
         return Err(cancelled("the folders are being searched", false));
     }

@@ -4,7 +4,7 @@ use std::io::{self, IsTerminal as _, Write as _};
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use mauve_pwcet::samples::{Execution, SamplesError, SeriesId, Writer};
+use mauve_pwcet::samples::{Execution, SamplesError, SamplesWriter, SeriesId};
 use mauve_pwcet::trace::{Names, Progress, Span, SpanKind, Visitor};
 
 use super::table::Series;
@@ -15,7 +15,7 @@ const PAUSE: Duration = Duration::from_millis(200);
 
 /// Writes the executions of one run.
 pub(super) struct Recorder<'a> {
-    writer: &'a mut Writer,
+    writer: &'a mut SamplesWriter,
     name: &'a str,
     /// By the number of the name in the trace; none for a period.
     series: Vec<Option<(SeriesId, Series)>>,
@@ -26,7 +26,7 @@ pub(super) struct Recorder<'a> {
 }
 
 impl<'a> Recorder<'a> {
-    pub(super) fn new(writer: &'a mut Writer, name: &'a str) -> Recorder<'a> {
+    pub(super) fn new(writer: &'a mut SamplesWriter, name: &'a str) -> Recorder<'a> {
         Recorder {
             writer,
             name,

@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::sleep;
 use std::time::Duration;
 
-use mauve_pwcet::trace::{Reader, Source, Summary, TraceError};
+use mauve_pwcet::trace::{Source, Summary, TraceError, TraceReader};
 
 use super::follow::Follow;
 use super::messages::{abandoned, known_chunks, no_chunk, trace_error, waiting_for_chunk};
@@ -43,7 +43,7 @@ impl Session {
         let file = Follow::open(path, complete, self.stop.clone());
         let file = file.map_err(|error| format!("cannot read `{}`: {error}", path.display()))?;
         let name = trace.display().to_string();
-        let mut reader = Reader::default();
+        let mut reader = TraceReader::default();
         let mut is_removed = false;
         let outcome = self.run(&name, &mut reader, true, |reader, to| {
             let result = reader.read_csv(file, None, to);
@@ -63,7 +63,7 @@ impl Session {
     }
 
     fn watch_chunks(&mut self, trace: &Path) -> Result<(), String> {
-        let mut reader = Reader::default();
+        let mut reader = TraceReader::default();
         let mut read: BTreeSet<PathBuf> = BTreeSet::new();
         let mut known = 0;
         let mut all = Summary::default();
@@ -87,7 +87,7 @@ impl Session {
                 }
                 idle = 0;
                 let name = chunk.display().to_string();
-                let read = |reader: &mut Reader, to: &mut Recorder<'_>| reader.read_chunk(&chunk, to);
+                let read = |reader: &mut TraceReader, to: &mut Recorder<'_>| reader.read_chunk(&chunk, to);
                 let (outcome, summary) = self.run(&name, &mut reader, false, read)?;
                 all.add(&summary);
                 known += usize::from(matches!(outcome, Outcome::Known(_)));
