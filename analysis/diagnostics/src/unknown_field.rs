@@ -30,7 +30,8 @@ pub(super) fn report<'db>(at: Location<'db>, name: &str) -> Diagnostic<'db> {
 }
 
 pub(super) fn message(name: &str) -> String {
-    let near = similar_field(name);
-    let near = near.map_or_else(String::new, |near| format!("; did you mean `{}`?", near.keyword()));
-    format!("unknown field `{name}`: expected {}{near}", alternatives(&ActivityField::KEYWORDS))
+    match similar_field(name) {
+        Some(near) => format!("unknown field `{name}`; did you mean `{}`?", near.keyword()),
+        None => format!("unknown field `{name}`: expected {}", alternatives(&ActivityField::KEYWORDS)),
+    }
 }
