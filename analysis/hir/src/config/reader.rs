@@ -102,23 +102,29 @@ impl ConfigReader<'_> {
         }
         let name = key.get_ref();
         let header = || format!("{}.{}", section.name, toml_key(name));
-        let read = match (&section.entries, value.get_ref().as_table()) {
-            (Entries::Keys(keys), _) => Some(self.key(config, section.name, keys, key, value)),
+        let is_read = match (&section.entries, value.get_ref().as_table()) {
+            (Entries::Keys(keys), _) => {
+                self.key(config, section.name, keys, key, value);
+                true
+            }
             (Entries::Types(keys), Some(entries)) => {
                 let ty = config.types.entry(name.as_ref().into()).or_default();
-                Some(self.keys(ty, &header(), keys, entries))
+                self.keys(ty, &header(), keys, entries);
+                true
             }
             (Entries::Deployments(keys), Some(entries)) => {
                 let deployment = config.deployments.entry(name.to_string()).or_default();
                 deployment.span = key.span();
-                Some(self.keys(deployment, &header(), keys, entries))
+                self.keys(deployment, &header(), keys, entries);
+                true
             }
-            (Entries::Types(_) | Entries::Deployments(_), None) => None,
-            (Entries::Chains, _) => chain(key, value).map(|chain| config.chains.push(chain)),
+            (Entries::Types(_) | Entries::Deployments(_), None) => false,
+            (Entries::Chains, _) => chain(key, value).map(|chain| config.chains.push(chain)).is_some(),
             (Entries::Lints, _) => severity(value)
-                .map(|severity| _ = config.lints.insert(name.to_string(), (severity, key.span()))),
+                .map(|severity| config.lints.insert(name.to_string(), (severity, key.span())))
+                .is_some(),
         };
-        if read.is_none() {
+        if !is_read {
             self.wrong_value(key, value, section.entries.expected(section.name, name));
         }
     }

@@ -79,7 +79,7 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
             }
         }
     }
-    ranked.sort_by(|(one, ..), (other, ..)| one.cmp(other));
+    ranked.sort_by_key(|(rank, ..)| *rank);
     let mut titles = BTreeSet::new();
     for (index, ((is_partial, ..), mut action, fields)) in ranked.into_iter().enumerate() {
         // The first solution; where nothing is to be solved, none.

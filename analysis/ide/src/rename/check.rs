@@ -415,7 +415,8 @@ impl Shift {
 fn in_key(before: &str, word: &str) -> bool {
     let line = before.rsplit('\n').next().unwrap_or_default();
     let is_section = section_named(word).is_some() || kind_of(word, &KEYS).is_some();
-    !line.contains('#') && !(line.trim_start() == "[" && is_section)
+    let is_header = line.trim_start() == "[" && is_section;
+    !line.contains('#') && !is_header
 }
 
 #[cfg(test)]
