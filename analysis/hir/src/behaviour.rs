@@ -3,6 +3,7 @@
 //! Combines the inference and the costs of the bodies. A behaviour has no times: a changed timing table invalidates no
 //! behaviour, a changed program only that of its core.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -10,7 +11,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::ModelDb;
 use crate::body::{BodyId, CoreScope, ProgramIn, core_scope, groups_of, of_program};
 use crate::completeness::Completeness;
-use crate::cost::{Cost, Costs, ProgramCost, costs_of_group, operations_in};
+use crate::cost::{Cost, Costs, ProgramCost, costs_of, operations_in};
 use crate::fact::{
     CorePart, CoreReason, Defined, Fact, FactKind, Reason, Refusal, Unreachable, repeated, unresolved_type,
 };
@@ -159,15 +160,14 @@ pub fn behaviour_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'
 /// What is known of the programs of a core, by group of bodies.
 struct Groups<'db> {
     scope: Option<&'db CoreScope>,
-    costs: Vec<&'db Costs<'db>>,
+    costs: Vec<Cow<'db, Costs<'db>>>,
     /// The unresolved names.
     problems: Vec<&'db Problems<'db>>,
 }
 
 fn known_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Groups<'db> {
     let problems = groups_of(db, of).map(|group| &inference_of(db, project, of, group).problems).collect();
-    let costs = groups_of(db, of).map(|group| costs_of_group(db, project, of, group)).collect();
-    Groups { scope: core_scope(db, of).as_ref(), costs, problems }
+    Groups { scope: core_scope(db, of).as_ref(), costs: costs_of(db, project, of), problems }
 }
 
 impl<'db> Groups<'db> {

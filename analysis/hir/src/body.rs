@@ -1,5 +1,6 @@
 //! The bodies of a core: the units of inference, checks and costs. An edit of one body does not invalidate the others.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use crate::ModelDb;
@@ -236,10 +237,42 @@ pub(crate) fn groups_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> std::ops::R
     core_scope(db, of).as_ref().map_or(0..0, CoreScope::groups)
 }
 
-/// Returns the bodies of a group, in the order of the checks: an edit of another group does not change the result.
-#[salsa::tracked(returns(deref))]
-pub(crate) fn bodies_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>, group: u32) -> Vec<(BodyId, Body)> {
-    let Some(core) = core(db, of) else { return Vec::new() };
+/// Returns a value for each group of the bodies of a core: the result of `query`, or of `only` for the only group, since a
+/// query for that one would be recomputed with each change of the core.
+pub(crate) fn by_group<'db, T: Clone>(
+    db: &'db dyn ModelDb,
+    of: Decl<'db>,
+    only: impl FnOnce() -> T,
+    query: impl Fn(u32) -> &'db T,
+) -> Vec<Cow<'db, T>> {
+    let groups = groups_of(db, of);
+    match groups.len() {
+        1 => vec![Cow::Owned(only())],
+        _ => groups.map(|group| Cow::Borrowed(query(group))).collect(),
+    }
+}
+
+/// Returns the bodies of a group, in the order of the checks.
+pub(crate) fn bodies_of<'db>(
+    db: &'db dyn ModelDb,
+    of: Decl<'db>,
+    scope: &CoreScope,
+    group: u32,
+) -> Cow<'db, [(BodyId, Body)]> {
+    match scope.groups().len() {
+        // A query for the only group would be recomputed with each change of the core.
+        1 => Cow::Owned(core(db, of).map_or_else(Vec::new, |core| bodies_in(core, group))),
+        _ => Cow::Borrowed(bodies_of_group(db, of, group)),
+    }
+}
+
+/// Returns the bodies of one of several groups: an edit of another group does not change the result.
+#[salsa::tracked(returns(ref))]
+fn bodies_of_group<'db>(db: &'db dyn ModelDb, of: Decl<'db>, group: u32) -> Vec<(BodyId, Body)> {
+    core(db, of).map_or_else(Vec::new, |core| bodies_in(core, group))
+}
+
+fn bodies_in(core: &Core, group: u32) -> Vec<(BodyId, Body)> {
     let values =
         |variables| Body::InitialValues(InitialValues { variables, completeness: core.completeness });
     let body = |id: BodyId| {

@@ -2,10 +2,11 @@
 //!
 //! A path ends at a `return`. A constant condition selects one branch; with any other condition, both branches are possible.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use crate::ModelDb;
-use crate::body::{ByProgram, Code, bodies_of, by_program};
+use crate::body::{ByProgram, Code, bodies_of, by_group, by_program, core_scope};
 use crate::builtin::Builtin;
 use crate::completeness::Completeness;
 use crate::fact::{Fact, FactKind, Unreachable};
@@ -83,16 +84,26 @@ pub(crate) struct ProgramCost<'db> {
 /// The costs of the programs of a group of bodies, without initial values, which no period evaluates.
 pub(crate) type Costs<'db> = ByProgram<ProgramCost<'db>>;
 
-/// Returns the costs of the programs of a group of bodies.
-#[salsa::tracked(returns(ref))]
-pub(crate) fn costs_of_group<'db>(
+/// Returns the costs of the programs of a core, by group of bodies.
+pub(crate) fn costs_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
-    group: u32,
-) -> Costs<'db> {
+) -> Vec<Cow<'db, Costs<'db>>> {
+    let of_group = |group| costs_of_group(db, project, of, group);
+    by_group(db, of, || costs_in(db, project, of, 0), of_group)
+}
+
+/// Returns the costs of the programs of one of several groups of bodies.
+#[salsa::tracked(returns(ref))]
+fn costs_of_group<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, group: u32) -> Costs<'db> {
+    costs_in(db, project, of, group)
+}
+
+fn costs_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, group: u32) -> Costs<'db> {
+    let Some(scope) = core_scope(db, of) else { return Costs::default() };
     let inference = inference_of(db, project, of, group);
-    by_program(bodies_of(db, of, group), |_, _, code| program_cost(of, code, inference))
+    by_program(&bodies_of(db, of, scope, group), |_, _, code| program_cost(of, code, inference))
 }
 
 fn program_cost<'db>(of: Decl<'db>, code: Code<'_>, inference: &'db Inference<'db>) -> ProgramCost<'db> {

@@ -1,5 +1,8 @@
 //! Checks of declared names and types: reserved names, unknown and invalid types, unused declarations.
 
+use std::borrow::Cow;
+use std::sync::Arc;
+
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
@@ -127,12 +130,12 @@ pub(crate) struct DeclaredInCore<'db> {
     structure: &'db Structure,
     scope: &'db CoreScope,
     /// The variables that its programs declare, by group of bodies.
-    local: Vec<&'db [Variable]>,
+    local: Vec<Cow<'db, Arc<[Variable]>>>,
 }
 
 impl DeclaredInCore<'_> {
     fn variables(&self) -> impl Iterator<Item = &Variable> {
-        self.structure.shared_variables().chain(self.local.iter().copied().flatten())
+        self.structure.shared_variables().chain(self.local.iter().flat_map(|group| group.iter()))
     }
 }
 

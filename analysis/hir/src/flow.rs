@@ -39,33 +39,34 @@ use crate::structure::{StateStructure, Structure, TransitionStructure, structure
 use self::indices::Indices;
 use self::lost_writes::lost_writes;
 use self::operations::{Effects, effects_of};
-use self::programs::{ProgramFlow, Programs, flow_of_group, unused};
+use self::programs::{ProgramFlow, Programs, groups_of, unused};
 
 /// Returns the facts about the data flow in a core.
 #[salsa::tracked(returns(ref))]
 pub(crate) fn flow_facts<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Fact<'db>> {
     let (Some(core), Some(scope)) = (structure_of(db, of), core_scope(db, of)) else { return Vec::new() };
-    let groups = scope.groups().map(|group| flow_of_group(db, project, of, group)).collect();
+    let effects = effects_of(db, project, of, scope);
+    let groups = groups_of(db, project, of, scope, &effects);
     let mut flow = Flow {
         db,
         project,
         of,
         core,
-        effects: effects_of(db, project, of),
-        programs: Programs::new(core, scope, groups),
+        effects: &effects,
+        programs: Programs::new(core, scope, &groups),
         variables: shared_variables(db, project, of),
         names: shared_names(db, project, of),
         assigned_anywhere: OnceCell::new(),
         found: Vec::new(),
     };
-    flow.found.extend(flow.programs.groups().flat_map(|group| &group.unreachable).cloned());
+    flow.found.extend(groups.iter().flat_map(|group| &group.unreachable).cloned());
     // The missing statements of an incomplete program, an unresolved name, or an expression with an error may assign or read.
     let is_error =
         |fact: &Fact<'db>| fact.is_error() && !matches!(fact.kind, FactKind::DuplicateDefinition { .. });
     if total_completeness(db, project, of).is_complete() {
         let inference = inference_of_core(db, project, of);
         if !inference.is_unresolved() && !inference.facts().any(is_error) {
-            flow.found.extend(flow.programs.groups().flat_map(|group| &group.local).cloned());
+            flow.found.extend(groups.iter().flat_map(|group| &group.local).cloned());
             flow.reads_before_assignment();
             flow.unused_variables(&inference);
         }
@@ -91,14 +92,14 @@ fn buffered_ports<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> FxHashSet
     buffered
 }
 
-struct Flow<'db> {
+struct Flow<'a, 'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
     core: &'db Structure,
     /// Those of each operation.
-    effects: &'db [Effects],
-    programs: Programs<'db>,
+    effects: &'a [Effects],
+    programs: Programs<'a, 'db>,
     /// The shared variables. An index is the number of a variable.
     variables: &'db [VariableOf],
     names: &'db SharedNames,
@@ -110,7 +111,7 @@ struct Flow<'db> {
 /// The first read of each variable that may be read before its assignment.
 type Unassigned = FxHashMap<usize, SourceId>;
 
-impl<'db> Flow<'db> {
+impl<'a, 'db> Flow<'a, 'db> {
     fn at(&self, id: SourceId) -> Location<'db> {
         Location::Source(self.of, id)
     }
@@ -119,7 +120,7 @@ impl<'db> Flow<'db> {
         self.found.push(Fact::new(self.at(id), kind));
     }
 
-    fn hook(&self, kind: HookKind) -> Option<&'db ProgramFlow> {
+    fn hook(&self, kind: HookKind) -> Option<&'a ProgramFlow> {
         self.programs.get(self.core.hook(kind)?, ProgramIn::Whole)
     }
 

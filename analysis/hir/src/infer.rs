@@ -49,6 +49,8 @@ pub(crate) struct Inference<'db> {
     pub(crate) problems: Problems<'db>,
     /// The type errors.
     pub(crate) facts: Vec<Fact<'db>>,
+    /// The shared variables, if the core has only one group.
+    shared: Option<Box<Shared<'db>>>,
 }
 
 /// The unresolved names, by program.
@@ -114,11 +116,14 @@ struct Shared<'db> {
     facts: Vec<Fact<'db>>,
 }
 
-/// Returns the variables that all bodies of a core share.
+/// Returns the shared variables of a core with several groups; [`Inference`] holds those of a core with one group.
 #[salsa::tracked(returns(ref))]
 fn shared_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Shared<'db> {
+    core_scope(db, of).as_ref().map_or_else(Shared::default, |scope| shared(db, project, of, scope))
+}
+
+fn shared<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>, scope: &CoreScope) -> Shared<'db> {
     let mut shared = Shared::default();
-    let Some(scope) = core_scope(db, of) else { return shared };
     let declare = |it: &SharedVariable, kind| VariableOf {
         name: it.name.clone(),
         kind,
@@ -222,7 +227,8 @@ fn infer<'db>(
     let Some(scope) = core_scope(db, of) else { return Inference::default() };
     let shell = resolve_type(db, project, of, Kind::Shell, scope.shell.as_ref()).ok();
     let features = shell.map_or_else(Features::unknown, |shell| features_of(db, project, shell));
-    let (shared, bodies) = (shared_of(db, project, of), bodies_of(db, of, group));
+    let own = (scope.groups().len() == 1).then(|| Box::new(shared(db, project, of, scope)));
+    let shared = own.as_deref().unwrap_or_else(|| shared_of(db, project, of));
     let resolver = Resolver {
         db,
         of,
@@ -252,7 +258,7 @@ fn infer<'db>(
         found: Inference::default(),
         types,
     };
-    for (id, body) in bodies {
+    for (id, body) in bodies_of(db, of, scope, group).iter() {
         context.resolver.scope.truncate(0);
         context.resolver.is_in_machine = matches!(id, BodyId::MachineValues | BodyId::State(..));
         context.body = *id;
@@ -261,11 +267,11 @@ fn infer<'db>(
     let InferenceContext { bindings, callees, mut found, .. } = context;
     found.variables.shrink_to_fit();
     let uses = Uses {
-        completeness: bodies.iter().map(|(_, body)| body.completeness()).collect(),
+        completeness: bodies_of(db, of, scope, group).iter().map(|(_, body)| body.completeness()).collect(),
         codels: callees.values().filter_map(Callee::codel).collect(),
         features: bindings.values().filter_map(Binding::feature).collect(),
     };
-    Inference { bindings: sorted(bindings), callees: sorted(callees), uses, ..found }
+    Inference { shared: own, bindings: sorted(bindings), callees: sorted(callees), uses, ..found }
 }
 
 fn sorted<T>(by_id: FxHashMap<SourceId, T>) -> Box<[(SourceId, T)]> {
@@ -333,7 +339,7 @@ pub(crate) fn shared_variables<'db>(
     project: Project<'db>,
     of: Decl<'db>,
 ) -> &'db [VariableOf] {
-    &shared_of(db, project, of).variables
+    &shared_in(db, project, of).variables
 }
 
 /// Returns the names that all bodies of a core share.
@@ -342,7 +348,13 @@ pub(crate) fn shared_names<'db>(
     project: Project<'db>,
     of: Decl<'db>,
 ) -> &'db SharedNames {
-    &shared_of(db, project, of).names
+    &shared_in(db, project, of).names
+}
+
+fn shared_in<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> &'db Shared<'db> {
+    let has_one_group = groups_of(db, of).len() == 1;
+    let own = has_one_group.then(|| inference_of(db, project, of, 0).shared.as_deref()).flatten();
+    own.unwrap_or_else(|| shared_of(db, project, of))
 }
 
 /// The bindings, callees and types of all bodies of a core.
@@ -364,7 +376,7 @@ pub fn inference_of_core<'db>(
     of: Decl<'db>,
 ) -> CoreInference<'db> {
     let scope = core_scope(db, of).as_ref();
-    let shared = shared_of(db, project, of);
+    let shared = shared_in(db, project, of);
     let mut found = CoreInference { scope, shared, groups: Vec::new(), db, of, by_source: OnceCell::new() };
     let mut variables = shared.variables.len();
     for group in scope.map_or(0..0, CoreScope::groups) {

@@ -5,12 +5,13 @@
 
 #![allow(missing_docs, reason = "most fields have the names of the language's terms")]
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
 use crate::ModelDb;
-use crate::body::{Body, BodyId, Code, ProgramIn, bodies_of, groups_of, statements};
+use crate::body::{Body, BodyId, Code, ProgramIn, bodies_of, by_group, core_scope, statements};
 use crate::completeness::Completeness;
 use crate::item_tree::{
     Handler, HookKind, Machine, MethodKind, Name, NameRef, SourceId, State, Statement, TypeRef, Variable,
@@ -85,6 +86,7 @@ pub fn structure_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Option<Structur
         variables: it.variables.clone(),
         completeness: it.completeness,
     };
+    let states = by_group(db, of, || states_in(db, of, 0), |group| states_of_group(db, of, group));
     Some(Structure {
         shell: core.shell.clone(),
         variables: core.variables.clone(),
@@ -93,30 +95,42 @@ pub fn structure_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Option<Structur
         hooks: core.hooks.iter().map(|it| (it.kind, it.id)).collect(),
         machines: core.machines.iter().map(machine).collect(),
         colon: core.colon,
-        states: groups_of(db, of).map(|group| states_of_group(db, of, group).clone()).collect(),
+        states: states.into_iter().map(|group| group.into_owned()).collect(),
         completeness: core.completeness,
     })
 }
 
-/// Returns the states in a group of bodies.
+/// Returns the states in one of several groups of bodies.
 #[salsa::tracked(returns(ref))]
 fn states_of_group<'db>(db: &'db dyn ModelDb, of: Decl<'db>, group: u32) -> Arc<Vec<StateStructure>> {
+    states_in(db, of, group)
+}
+
+fn states_in<'db>(db: &'db dyn ModelDb, of: Decl<'db>, group: u32) -> Arc<Vec<StateStructure>> {
+    let Some(scope) = core_scope(db, of) else { return Arc::default() };
+    let bodies = bodies_of(db, of, scope, group);
     let state = |(_, body): &(BodyId, Body)| match body {
         Body::State(state) => Some(StateStructure::of(state)),
         _ => None,
     };
-    Arc::new(bodies_of(db, of, group).iter().filter_map(state).collect())
+    Arc::new(bodies.iter().filter_map(state).collect())
 }
 
 /// Returns the variables that the programs of a core declare, by group of bodies.
-pub(crate) fn local_variables_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<&'db [Variable]> {
-    groups_of(db, of).map(|group| local_variables_of_group(db, of, group)).collect()
+pub(crate) fn local_variables_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<Cow<'db, Arc<[Variable]>>> {
+    by_group(db, of, || local_variables_in(db, of, 0), |group| local_variables_of_group(db, of, group))
 }
 
-/// Returns the variables that the programs of a group of bodies declare.
-#[salsa::tracked(returns(deref))]
-fn local_variables_of_group<'db>(db: &'db dyn ModelDb, of: Decl<'db>, group: u32) -> Box<[Variable]> {
-    let code = bodies_of(db, of, group).iter().flat_map(|(_, body)| body.code());
+/// Returns the variables that the programs of one of several groups of bodies declare.
+#[salsa::tracked(returns(ref))]
+fn local_variables_of_group<'db>(db: &'db dyn ModelDb, of: Decl<'db>, group: u32) -> Arc<[Variable]> {
+    local_variables_in(db, of, group)
+}
+
+fn local_variables_in<'db>(db: &'db dyn ModelDb, of: Decl<'db>, group: u32) -> Arc<[Variable]> {
+    let Some(scope) = core_scope(db, of) else { return Arc::default() };
+    let bodies = bodies_of(db, of, scope, group);
+    let code = bodies.iter().flat_map(|(_, body)| body.code());
     let programs = code.filter_map(|(_, code)| match code {
         Code::Program(program) if program.declares => Some(program),
         _ => None,

@@ -8,7 +8,7 @@ use super::programs::{ProgramFlow, Programs};
 use super::writes::Write;
 
 /// Returns the writes of a core that every path overwrites in the same period.
-pub(super) fn lost_writes<'db>(core: &'db Structure, programs: &Programs<'db>) -> Vec<&'db Write> {
+pub(super) fn lost_writes<'a, 'db>(core: &'db Structure, programs: &Programs<'a, 'db>) -> Vec<&'a Write> {
     let operations = (0..core.operations.len()).map(|index| BodyId::Operation(index as u32));
     let bodies = operations.chain(core.hook(HookKind::Update));
     let mut lost: Vec<&Write> =
@@ -36,17 +36,17 @@ fn lost_after(
 
 /// Adds the writes in a state that the programs after them overwrite. The programs of a period are `run`, then `exit`, an effect
 /// and `entry`, or `handle`.
-fn lost_in_state<'db>(
+fn lost_in_state<'a, 'db>(
     index: usize,
     state: &StateStructure,
-    programs: &Programs<'db>,
-    lost: &mut Vec<&'db Write>,
+    programs: &Programs<'a, 'db>,
+    lost: &mut Vec<&'a Write>,
 ) {
     let method = |kind| programs.method(index, kind);
     let [entry, run, handle, exit] =
         [MethodKind::Entry, MethodKind::Run, MethodKind::Handle, MethodKind::Exit].map(method);
     let effect = |number| programs.of_state(index, ProgramIn::Effect(number as u32));
-    let next_entry = |number: usize| -> Option<&'db ProgramFlow> {
+    let next_entry = |number: usize| -> Option<&'a ProgramFlow> {
         programs.method(programs.target(state.transitions.get(number)?)?, MethodKind::Entry)
     };
     // The transitions that may fire.

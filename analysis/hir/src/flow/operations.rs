@@ -1,9 +1,11 @@
 //! What a call of an operation assigns and writes.
 
+use std::borrow::Cow;
+
 use rustc_hash::FxHashSet;
 
 use crate::ModelDb;
-use crate::body::{BodyId, core_scope, statements};
+use crate::body::{BodyId, CoreScope, core_scope, statements};
 use crate::builtin::Builtin;
 use crate::graph::topological_order;
 use crate::infer::{Inference, inference_of};
@@ -23,10 +25,35 @@ pub(super) struct Effects {
     pub(super) writes: Box<[Name]>,
 }
 
-/// Returns the effects of each operation of a core: few edits change them.
-#[salsa::tracked(returns(deref))]
-pub(super) fn effects_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Effects> {
-    let (Some(core), Some(scope)) = (core(db, of), core_scope(db, of)) else { return Vec::new() };
+/// Returns the effects of each operation of a core.
+pub(super) fn effects_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    scope: &CoreScope,
+) -> Cow<'db, [Effects]> {
+    match (scope.operations.is_empty(), scope.groups().len()) {
+        (true, _) => Cow::Borrowed(&[]),
+        // A query for the only group would be recomputed with each change of the core.
+        (false, 1) => Cow::Owned(effects(db, project, of, scope)),
+        (false, _) => Cow::Borrowed(effects_of_groups(db, project, of)),
+    }
+}
+
+/// Returns the effects of the operations of a core with several groups: few edits change them.
+#[salsa::tracked(returns(ref))]
+fn effects_of_groups<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> Vec<Effects> {
+    let scope = core_scope(db, of).as_ref();
+    scope.map_or_else(Vec::new, |scope| effects(db, project, of, scope))
+}
+
+fn effects<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    scope: &CoreScope,
+) -> Vec<Effects> {
+    let Some(core) = core(db, of) else { return Vec::new() };
     let (mut calls, mut effects) = (Vec::new(), Vec::new());
     for (index, operation) in core.operations.iter().enumerate() {
         let Some(group) = scope.group(BodyId::Operation(index as u32)) else { continue };

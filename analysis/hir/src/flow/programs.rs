@@ -4,14 +4,15 @@
 //! reads, assigns and writes describes this function: no other module reads its statements. Local variables and the
 //! statements after a `return` concern no other program: their facts are here.
 
+use std::borrow::Cow;
 use std::cell::{LazyCell, OnceCell};
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::ModelDb;
 use crate::body::{
-    Body, BodyId, ByProgram, Code, CoreScope, InitialValues, ProgramIn, bodies_of, by_program, core_scope,
-    of_program, statements,
+    Body, BodyId, ByProgram, Code, CoreScope, InitialValues, ProgramIn, bodies_of, by_group, by_program,
+    core_scope, of_program, statements,
 };
 use crate::fact::{Defined, Fact, FactKind, Unreachable, repeated};
 use crate::infer::{
@@ -65,45 +66,45 @@ pub(super) struct Read {
 }
 
 /// The data flow through all programs of a core.
-pub(super) struct Programs<'db> {
+pub(super) struct Programs<'a, 'db> {
     scope: &'db CoreScope,
-    groups: Vec<&'db GroupFlow<'db>>,
+    groups: &'a [Cow<'db, GroupFlow<'db>>],
     /// The states of its only state machine.
     states: Vec<&'db StateStructure>,
     indices: OnceCell<FxHashMap<&'db Name, usize>>,
 }
 
-impl<'db> Programs<'db> {
+impl<'a, 'db> Programs<'a, 'db> {
     pub(super) fn new(
         core: &'db Structure,
         scope: &'db CoreScope,
-        groups: Vec<&'db GroupFlow<'db>>,
-    ) -> Programs<'db> {
+        groups: &'a [Cow<'db, GroupFlow<'db>>],
+    ) -> Programs<'a, 'db> {
         let states = core.machine().map_or_else(Vec::new, |(_, states)| states);
         Programs { scope, groups, states, indices: OnceCell::new() }
     }
 
-    pub(super) fn groups(&self) -> impl Iterator<Item = &'db GroupFlow<'db>> {
-        self.groups.iter().copied()
+    pub(super) fn groups(&self) -> impl Iterator<Item = &'a GroupFlow<'db>> {
+        self.groups.iter().map(Cow::as_ref)
     }
 
-    pub(super) fn get(&self, body: BodyId, program: ProgramIn) -> Option<&'db ProgramFlow> {
+    pub(super) fn get(&self, body: BodyId, program: ProgramIn) -> Option<&'a ProgramFlow> {
         let (group, index) = self.scope.place(body)?;
         of_program(&self.groups.get(group)?.programs, index, program)
     }
 
     /// Returns a program of a state of the only state machine of the core.
-    pub(super) fn of_state(&self, index: usize, program: ProgramIn) -> Option<&'db ProgramFlow> {
+    pub(super) fn of_state(&self, index: usize, program: ProgramIn) -> Option<&'a ProgramFlow> {
         self.get(BodyId::State(0, index as u32), program)
     }
 
     /// Returns the method of a state of the only state machine of the core.
-    pub(super) fn method(&self, index: usize, kind: MethodKind) -> Option<&'db ProgramFlow> {
+    pub(super) fn method(&self, index: usize, kind: MethodKind) -> Option<&'a ProgramFlow> {
         self.of_state(index, self.states.get(index)?.method(kind)?)
     }
 
     /// Returns all programs and guards.
-    pub(super) fn all(&self) -> impl Iterator<Item = &'db (ProgramIn, ProgramFlow)> {
+    pub(super) fn all(&self) -> impl Iterator<Item = &'a (ProgramIn, ProgramFlow)> {
         self.groups().flat_map(|group| &group.programs).flatten()
     }
 
@@ -123,16 +124,39 @@ impl<'db> Programs<'db> {
     }
 }
 
-/// Returns the data flow of a group of bodies.
+/// Returns the data flow of each group of bodies of a core.
+pub(super) fn groups_of<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    scope: &'db CoreScope,
+    effects: &[Effects],
+) -> Vec<Cow<'db, GroupFlow<'db>>> {
+    let of_group = |group| flow_of_group(db, project, of, group);
+    by_group(db, of, || flow_in(db, project, of, scope, effects, 0), of_group)
+}
+
+/// Returns the data flow of one of several groups of bodies.
 #[salsa::tracked(returns(ref))]
-pub(super) fn flow_of_group<'db>(
+fn flow_of_group<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
     group: u32,
 ) -> GroupFlow<'db> {
     let Some(scope) = core_scope(db, of) else { return GroupFlow::default() };
-    let bodies = bodies_of(db, of, group);
+    flow_in(db, project, of, scope, &effects_of(db, project, of, scope), group)
+}
+
+fn flow_in<'db>(
+    db: &'db dyn ModelDb,
+    project: Project<'db>,
+    of: Decl<'db>,
+    scope: &'db CoreScope,
+    effects: &[Effects],
+    group: u32,
+) -> GroupFlow<'db> {
+    let bodies = bodies_of(db, of, scope, group);
     let mut flow = Flow {
         db,
         project,
@@ -140,35 +164,35 @@ pub(super) fn flow_of_group<'db>(
         scope,
         inference: inference_of(db, project, of, group),
         shared: shared_variables(db, project, of),
-        effects: effects_of(db, project, of),
+        effects,
         previous: FxHashMap::default(),
         conditions: 0,
         used: Indices::default(),
         reads: Vec::new(),
         found: GroupFlow::default(),
     };
-    flow.previous = flow.repeated_variables(bodies);
+    flow.previous = flow.repeated_variables(&bodies);
     for (id, body) in bodies.iter() {
         if let Body::InitialValues(values) = body {
             flow.initial_values(*id, values);
         }
     }
-    flow.found.programs = by_program(bodies, |body, program, code| flow.program(body, program, code));
-    flow.unused_variables(bodies);
+    flow.found.programs = by_program(&bodies, |body, program, code| flow.program(body, program, code));
+    flow.unused_variables(&bodies);
     flow.found.used = flow.used.below(flow.shared.len());
     flow.found.initial_values.shrink_to_fit();
     flow.found
 }
 
 /// Walks through the programs of a group. A variable is a number: first the shared variables, then those of the group.
-struct Flow<'db> {
+struct Flow<'a, 'db> {
     db: &'db dyn ModelDb,
     project: Project<'db>,
     of: Decl<'db>,
     scope: &'db CoreScope,
     inference: &'db Inference<'db>,
     shared: &'db [VariableOf],
-    effects: &'db [Effects],
+    effects: &'a [Effects],
     /// For each variable of the group that repeats a name of its scope, the previous variable of that name.
     previous: FxHashMap<usize, usize>,
     /// The number of conditions around the current statement.
@@ -180,7 +204,7 @@ struct Flow<'db> {
     found: GroupFlow<'db>,
 }
 
-impl<'db> Flow<'db> {
+impl<'db> Flow<'_, 'db> {
     fn at(&self, id: SourceId) -> Location<'db> {
         Location::Source(self.of, id)
     }
