@@ -254,9 +254,9 @@ fn orocos_deployer_starts_nothing_that_is_not_as_analysed() {
     let says = ["giver is not scheduled as analysed: ", "SCHED_FIFO", "Nothing runs."];
 
     // Without rights.
-    let nobody =
+    let without_rights =
         ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", "--bounding-set", "-sys_nice"];
-    let without = Deployer { wrapper: &nobody, ..Deployer::new(gcc()) };
+    let without = Deployer { wrapper: &without_rights, ..Deployer::new(gcc()) };
     assert_refused(&without.run(&over), &says);
 
     // Unless that is allowed: then it is said again when they run.

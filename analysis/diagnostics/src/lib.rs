@@ -242,7 +242,7 @@ macro_rules! codes {
     };
 }
 
-// A file for each code, with its page and messages; the code with its severity, unless `mauve.toml` sets another one.
+// Each code has a file with its page and its messages. `[lints]` of `mauve.toml` may set another severity than this one.
 codes! {
     syntax_error: SYNTAX_ERROR = Error "syntax-error" mechanical;
     unreadable_file: UNREADABLE_FILE = Error "unreadable-file";

@@ -1,7 +1,7 @@
 //! Fills the templates of generated files: those in the folder `templates`.
 //!
 //! ```text
-//! add_library({lib}-codels SHARED    {name}: a hole, in place of which its value is written
+//! add_library({lib}-codels SHARED    {lib}: a hole: the value of `lib` replaces it
 //! {codels}                           a line of its own: as many lines as the value has, so none if it is empty
 //! )
 //! @if messages                       the lines up to @else, or to @end: only if this value is not empty

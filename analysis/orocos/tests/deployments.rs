@@ -396,12 +396,12 @@ fn orocos_a_script_ends_where_something_fails() {
         let failing = random.of(&calls).key();
         let (executed, error) = run(&script, &failing);
         let error =
-            error.unwrap_or_else(|| panic!("seed {seed}: nobody says that {failing} failed\n{script}"));
+            error.unwrap_or_else(|| panic!("seed {seed}: no message says that {failing} failed\n{script}"));
         assert!(error.contains("Cannot ") && error.contains("Nothing runs."), "seed {seed}: {error}");
         let end = calls.iter().position(|call| call.key() == failing).unwrap();
         let (before, after) = executed.split_at(end + 1);
         assert_eq!(before, &calls[..=end], "seed {seed}: {failing}");
-        // What was started is stopped, where another one does not start.
+        // If a component does not start, the script stops those that it has started.
         let started = calls[..end].iter().rev().filter(|call| call.function == "start");
         let stopped: Vec<String> = started.map(|call| format!("stop {}", call.text(0))).collect();
         assert_eq!(after.iter().map(Call::key).collect::<Vec<_>>(), stopped, "seed {seed}: {failing}");

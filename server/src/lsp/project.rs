@@ -18,8 +18,8 @@ use super::snapshot::Snapshot;
 const MOST_PROJECTS: usize = 3;
 
 impl Snapshot {
-    /// Returns the projects with a file, the one that answers for it first: one of the nearest `mauve.toml` above the file, in the
-    /// order of its roots; the file's own, if the file is a root.
+    /// Returns the projects that contain a file. The first answers for it: a project of the nearest `mauve.toml` above the file, and
+    /// of several there, the project whose root is the file, otherwise the first.
     pub(crate) fn projects(&self, file: File) -> Vec<Project<'_>> {
         let db = &self.db;
         let mut found = projects_with(db, &self.workspaces, file);

@@ -3,13 +3,13 @@
 //! | parameter | is |
 //! |---|---|
 //! | `textDocument` | a file: a model, a timing table or `mauve.toml` |
-//! | `position` | a place in the deployment or architecture that is meant; if left out, the deployments of the file, else its architectures, else those of its project |
+//! | `position` | a position in a deployment or an architecture, which is selected; if left out, the deployments of the file, else its architectures, else those of its project |
 //! | `name` | instead of `position`: the name of a deployment or architecture of the file's project |
 //! | `significance` | a level; if left out, the one that is shown |
 //! | `drawing` | `"svg"` (if left out), `"dot"` or `"text"` |
 //!
-//! The result is a list, with a document for each that is meant, at least one; for a table or `mauve.toml`, in each project that
-//! has it. `root` is the path of the project's root and `name` that of the deployment or architecture, as in `mauve/analysis`.
+//! The result is a list with a document for each selected deployment or architecture, at least one; for a table or `mauve.toml`,
+//! for those of each project that has it. `root` is the path of the project's root and `name` that of the deployment or architecture, as in `mauve/analysis`.
 //!
 //! Of each, `source` and `target` are numbers of nodes, as are `data-instance`, `data-source` and `data-target` in the SVG;
 //! `data-edge` holds the number of an edge. `location` is that of an instance or a connection, `activity` that of the activity.
