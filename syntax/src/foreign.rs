@@ -2,7 +2,7 @@
 //! error that shows the form in MAUVE.
 //!
 //! A word of these tables is a name wherever the grammar allows a name. The parser reads no other words, only kinds of
-//! tokens: `reads_alike` in `parser.rs` tells whether a reparse may exchange two words.
+//! tokens.
 
 use crate::SyntaxKind::{self, *};
 

@@ -107,7 +107,11 @@ impl<'a> Parser<'a> {
     ) -> Parser<'a> {
         let mut parser = Parser::new(text, lexed);
         parser.position = parser.tokens.partition_point(|&token| lexed.range(token as usize).start < offset);
-        parser.first = parser.tokens.get(parser.position).map_or(lexed.len(), |&token| token as usize);
+        // At the beginning of the text, the white space and comments before the token are part of the tree.
+        if offset > 0 {
+            let token = parser.tokens.get(parser.position);
+            parser.first = token.map_or(lexed.len(), |&token| token as usize);
+        }
         parser.next_lex_error = lexed.errors().partition_point(|&(token, _)| (token as usize) < parser.first);
         parser.lists = lists;
         parser.depth = depth;
@@ -644,12 +648,4 @@ pub(crate) fn comment_error(lexed: &Lexed) -> Option<SyntaxError> {
         range: TextRange::at(start, TextSize::new(2)),
         kind: SyntaxErrorKind::Token(*error),
     })
-}
-
-/// Returns whether the parser treats two words in the same way.
-pub(crate) fn reads_alike(one: &str, other: &str) -> bool {
-    let is_plain = |word| foreign::meanings(word).next().is_none() && lexer::in_lower_case(word).is_none();
-    let is_alike = foreign::looks_like_type(one) == foreign::looks_like_type(other)
-        && foreign::is_scalar(one) == foreign::is_scalar(other);
-    is_plain(one) && is_plain(other) && is_alike
 }
