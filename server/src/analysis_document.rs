@@ -62,8 +62,8 @@ impl Proved {
 pub(crate) enum Origin<'db> {
     /// A deployment of a project, with these timing tables.
     Model(TableSet<'db>),
-    /// A task-set file at this path. Without a digest, its author is unknown.
-    File { path: &'db Path, set: &'db TaskSet, is_sealed: bool },
+    /// A task set of the file at this path.
+    File { path: &'db Path, set: &'db TaskSet },
 }
 
 impl<'db> Deployed<'db> {
@@ -120,11 +120,6 @@ impl<'db> Deployed<'db> {
         }
     }
 
-    /// Is it a file without a digest?
-    pub(crate) fn is_unsealed(&self) -> bool {
-        matches!(self.origin, Origin::File { is_sealed: false, .. })
-    }
-
     /// Is every deadline proved, at every level?
     pub(crate) fn schedulable(&self) -> bool {
         self.errors == 0 && self.reports.iter().all(|(_, report)| report.schedulable())
@@ -174,8 +169,6 @@ pub(crate) fn analysis_document(it: &Deployed<'_>) -> impl Serialize + use<> {
         rt_throttling: it.rt_throttling(),
         // The number of errors in its project: with an error, no deadline is proved.
         [errors]: Some(it.errors).filter(|errors| *errors > 0),
-        // Only for a file without a digest: its figures are those of its author.
-        [unsealed]: it.is_unsealed().then_some(true),
         // Real-time work that is not in the model, and interferes too.
         [other]: non_empty(others.map(other_document)),
         // Only with `--horizon`: `first_job` ignores later jobs, and is not a bound.

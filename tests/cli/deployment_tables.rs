@@ -204,9 +204,9 @@ fn a_component_has_the_tables_of_the_deployments_that_execute_it() {
         serde_json::from_str(&std::fs::read_to_string(folder.join(path)).unwrap()).unwrap()
     };
     let diver = exported("generated/marine/models/Diver.psm.json");
-    assert_eq!(diver["component"]["machine"]["edges"][0]["cost"][0], 4_000_000, "{diver}");
-    assert_eq!(diver["component"]["times"], "Sea");
-    assert_eq!(exported("generated/land/models/C.psm.json")["component"]["times"], Value::Null);
+    assert_eq!(diver["task"][0]["time"], 4_000_000, "{diver}");
+    assert_eq!(diver["times"], "Sea");
+    assert_eq!(exported("generated/land/models/C.psm.json")["times"], Value::Null);
     let sea = mauve(MAUVE, &folder, &["wcrt", "generated/marine/models/Sea.json"]).out;
     assert!(sea.starts_with("Sea: response times in ms at 1e-4, method best, times of Sea\n"), "{sea}");
 }

@@ -111,13 +111,14 @@ fn it_is_explained_as_far_as_it_is_known() {
         |of: &str| run(&folder, &["wcrt", of, "--explain", "navigation", "--significance", "1e-5"]);
     let (of_file, of_model) = (explained(&set), explained(model.to_str().unwrap()));
     assert_eq!(of_file.code, of_model.code);
-    let lines = |run: &Run| -> Vec<String> { run.out.lines().map(str::to_owned).collect() };
-    let (of_file, of_model) = (lines(&of_file), lines(&of_model));
-    // Codels stand below their program.
-    let is_codel = |line: &&String| line.starts_with(&" ".repeat(16)) && line.contains(" ms  ");
-    let without: Vec<&String> = of_model.iter().filter(|line| !is_codel(line)).collect();
-    assert_eq!(of_file.iter().collect::<Vec<_>>(), without);
-    assert!(without.len() < of_model.len() && without.len() > 10);
+    // Programs and codels are below the edge of the longest job.
+    let is_program = |line: &&str| line.contains(" ms  ") && line.ends_with(|c: char| c.is_ascii_lowercase());
+    let (of_file, of_model): (Vec<&str>, Vec<&str>) =
+        (of_file.out.lines().collect(), of_model.out.lines().collect());
+    let own = of_model.iter().position(|line| line.starts_with("execution time ")).unwrap();
+    let below = of_model[own + 1..].iter().take_while(|line| is_program(line)).count();
+    assert!(below > 2 && of_file.len() > 10);
+    assert_eq!(of_file, [&of_model[..=own], &of_model[own + 1 + below..]].concat());
     let unknown = run(&folder, &["wcrt", &set, "--explain", "navigatoin"]);
     assert_eq!(
         (unknown.code, unknown.err.as_str()),
@@ -130,12 +131,9 @@ fn a_reason_of_the_deployment_has_nothing_to_do_with_its_first_activity() {
     let (folder, set) = robot();
     let path = folder.join(&set);
     let mut document: Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
-    document.as_object_mut().unwrap().remove("digest");
-    let deployment = &mut document["deployment"];
-    deployment["not_analysed"] = serde_json::json!(["a table is missing"]);
-    deployment["activities"][0]["not_analysed"] =
-        serde_json::json!([{ "reason": "no scanner", "levels": null, "classic_only": false }]);
-    let first = deployment["activities"][0]["instance"].as_str().unwrap().to_owned();
+    document["not_analysed"] = serde_json::json!(["a table is missing"]);
+    document["task"][0]["not_analysed"] = serde_json::json!([{ "reason": "no scanner" }]);
+    let first = document["task"][0]["name"].as_str().unwrap().to_owned();
     std::fs::write(&path, document.to_string()).unwrap();
     let of = |instance: &str| run(&folder, &["wcrt", &set, "--explain", instance]).out;
     assert!(of("navigation").contains("reason: a table is missing\n"));
@@ -157,46 +155,81 @@ fn several_files_and_what_goes_with_none() {
     };
     let model = models().join("p3dx");
     says(&[&set, model.to_str().unwrap()], 2, "one after the other");
-    says(&[&set, "--significance", "1e-2"], 2, "has no times at 1e-2: it has 1e-3, 1e-4,");
+    says(&[&set, "--significance", "1e-2"], 2, "no times at 1e-2: the file has 1e-3, 1e-4,");
     says(&[&set, "--deployment", "Other"], 2, "no deployment `Other` in these files");
     says(&["nowhere.json"], 2, "cannot read `nowhere.json`");
     std::fs::create_dir(folder.join("folder.json")).unwrap();
     says(&["folder.json"], 2, "cannot read `folder.json`: this is not a file");
+    // A component has no period.
     let machine = set.replace("P3dxDeployment.json", "Navigation.psm.json");
     let mut files = files_in(&folder).into_iter();
     let machines = files.find(|path| path.ends_with("Navigation.psm.json"));
-    let machines = machines.map_or(machine, |path| path.display().to_string());
-    says(&[&machines], 2, "is the state machine of component ");
+    let machine = machines.map_or(machine, |path| path.display().to_string());
+    let shown = run(&folder, &["wcrt", &machine]);
+    assert!(shown.code == 1 && shown.out.contains("it has no period"), "{shown:?}");
     let text = std::fs::read_to_string(folder.join(&set)).unwrap();
-    let changed = text.replacen("100000000", "200000000", 1);
-    assert_ne!(changed, text);
+    let earlier = r#"{ "format": "mauve-3", "unit": "ns", "deployment": {} }"#;
     write(
         &folder,
-        &[("changed.json", changed.as_str()), ("torn.json", &text[..text.len() / 2]), ("other.json", "{}")],
+        &[
+            ("torn.json", &text[..text.len() / 2]),
+            ("other.json", "{}"),
+            ("earlier.json", earlier),
+            ("a.csv", "a,100,5,9\n"),
+        ],
     );
-    says(&["changed.json"], 2, "the file was changed after it was generated");
-    says(&["torn.json"], 2, "EOF while parsing");
-    says(&["other.json"], 2, "not a MAUVE task set: no `format`");
-    // Whoever means it says so.
-    let meant: String =
-        changed.lines().filter(|line| !line.contains("\"digest\"")).map(|line| format!("{line}\n")).collect();
-    write(&folder, &[("meant.json", meant.as_str())]);
-    let meant = run(&folder, &["wcrt", "meant.json"]);
-    assert!(meant.err.contains("`meant.json` has no digest"), "{}", meant.err);
+    says(&["torn.json"], 2, "`torn.json`: line ");
+    says(&["other.json"], 2, "`other.json`: line 1: missing field `task`");
+    says(&["earlier.json"], 2, "`mauve-3` is the format of an earlier version: generate the package again");
+    says(
+        &["a.csv"],
+        2,
+        "`a.csv`: no line with the names of the columns: expected `name,period,time,priority`",
+    );
+}
+
+/// Who has no model writes three lines.
+#[test]
+fn a_table_of_tasks_in_each_notation() {
+    let folder = folder();
+    let csv = "unit,us\nname,period,time,priority\nlaser,100000,43000,20\nmap,200000,50500,10\n";
+    let toml = "unit = \"us\"\ntask = [\n  { name = \"laser\", period = 100000, time = 43000, priority = 20 },\n  \
+                { name = \"map\", period = 200000, time = 50500, priority = 10 },\n]\n";
+    let json = "{ \"unit\": \"us\", \"task\": [\n  { \"name\": \"laser\", \"period\": 100000, \"time\": 43000, \"priority\": 20 },\n  \
+                { \"name\": \"map\", \"period\": 200000, \"time\": 50500, \"priority\": 10 }\n] }\n";
+    write(&folder, &[("robot.csv", csv), ("robot.toml", toml), ("robot.json", json)]);
+    let shown = run(&folder, &["wcrt", "robot.csv"]);
+    let expected = "robot: response times in ms at 1e-4, method best\n  \
+         instance  CPU  priority  period  deadline  WCET  response  slack\n  \
+         laser     1          20     100       100    43        43     57  ✓ met\n  \
+         map       1          10     200       200  50.5      93.5  106.5  ✓ met\n  \
+         CPU 1 utilisation: 68.2 %\n  \
+         assumption: real-time throttling is off; set `[platform] rt_throttling` in mauve.toml\n";
+    assert_eq!((shown.code, shown.out.as_str(), shown.err.as_str()), (0, expected, ""));
+    for other in ["robot.toml", "robot.json"] {
+        for arguments in
+            [&["wcrt"] as &[&str], &["wcrt", "--format", "csv"], &["simulate"], &["wcrt", "--explain", "map"]]
+        {
+            let of = |file: &str| run(&folder, &[arguments, &[file]].concat()).out.replace(file, "FILE");
+            assert_eq!(of(other), of("robot.csv"), "{arguments:?}");
+        }
+    }
+    // A level is chosen where times have none.
+    let at = run(&folder, &["wcrt", "robot.csv", "--significance", "1e-9,0.5"]);
+    assert!(at.code == 0 && at.out.contains("93.5"), "{at:?}");
+    write(
+        &folder,
+        &[("late.toml", &toml.replace("43000", "143000")), ("wrong.toml", &toml.replace("priority", "prio"))],
+    );
+    assert_eq!(run(&folder, &["wcrt", "late.toml"]).code, 1);
+    let wrong = run(&folder, &["wcrt", "wrong.toml"]);
+    assert_eq!(wrong.code, 2);
+    assert!(wrong.err.contains("`wrong.toml`: line 3: unknown key `prio`"), "{}", wrong.err);
+    let sensitivity = run(&folder, &["wcrt", "robot.csv", "--sensitivity"]);
     assert!(
-        meant.out.contains("  200  ") && meant.out.contains("  no digest: the figures are"),
-        "{}",
-        meant.out
+        sensitivity.code == 2 && sensitivity.err.contains("--sensitivity needs a model"),
+        "{sensitivity:?}"
     );
-    // So do tables for programs.
-    let csv = run(&folder, &["wcrt", "meant.json", "--format", "csv"]).out;
-    assert!(
-        csv.lines()
-            .skip(1)
-            .all(|line| line.ends_with(",no digest: the figures are those of the file's author"))
-    );
-    assert_eq!(document(&run(&folder, &["wcrt", "meant.json", "--format", "json"]))["unsealed"], true);
-    assert_eq!(document(&run(&folder, &["wcrt", &set, "--format", "json"])).get("unsealed"), None);
 }
 
 #[test]
@@ -238,6 +271,13 @@ fn what_is_not_analysed_stays_so() {
     }
 }
 
+/// Returns a line of a document without the list, or the text, of programs.
+fn without_programs(line: &str) -> String {
+    let Some((before, programs)) = line.split_once("\"programs\":") else { return line.to_owned() };
+    let (_, after) = programs.split_once([']', '}', ',']).unwrap_or_default();
+    format!("{before}{after}")
+}
+
 #[test]
 fn a_simulation_is_the_same() {
     let (folder, set) = robot();
@@ -247,11 +287,38 @@ fn a_simulation_is_the_same() {
     {
         let of_model = run(&folder, &[&["simulate", model.to_str().unwrap()], arguments].concat());
         let of_file = run(&folder, &[&["simulate", set.as_str()], arguments].concat());
-        assert_eq!((of_file.code, &of_file.out), (of_model.code, &of_model.out), "{arguments:?}");
+        // A file has no programs.
+        let without = |run: &Run| -> Vec<String> { run.out.lines().map(without_programs).collect() };
+        assert_eq!((of_file.code, without(&of_file)), (of_model.code, without(&of_model)), "{arguments:?}");
         assert_eq!(of_file.err, "");
     }
     let found = run(&folder, &["simulate", set.as_str(), "--significance", "0.5"]);
     assert_eq!(found.code, 2);
-    assert!(found.err.contains("has no times at 5e-1: it has 1e-3, 1e-4"), "{}", found.err);
+    assert!(found.err.contains("no times at 5e-1: the file has 1e-3, 1e-4"), "{}", found.err);
     assert_eq!(run(&folder, &["simulate", set.as_str(), "--deployment", "Other"]).code, 2);
+}
+
+/// Returns the blocks of a language in a section of the reference.
+fn blocks<'a>(page: &'a str, section: &str, language: &str) -> Vec<&'a str> {
+    let (_, section) = page.split_once(&format!("\n## {section}\n")).unwrap();
+    let section = section.split("\n## ").next().unwrap();
+    let fence = format!("```{language}\n");
+    section.split(fence.as_str()).skip(1).filter_map(|it| it.split("```").next()).collect()
+}
+
+#[test]
+fn the_reference_has_three_forms() {
+    let page = include_str!("../spec/10-configuration-and-tables.md");
+    let folder = folder();
+    for language in ["csv", "toml", "json"] {
+        let found = blocks(page, "Task sets without a model", language);
+        assert_eq!(found.len(), 1, "{language}");
+        write(&folder, &[(&*format!("robot.{language}"), found[0])]);
+    }
+    let shown = run(&folder, &["wcrt", "robot.csv"]);
+    assert!(shown.code == 0 && shown.out.contains("        43     57  ✓ met\n"), "{shown:?}");
+    assert!(shown.out.contains("        93    107  ✓ met\n"), "{shown:?}");
+    let all = |file: &str| run(&folder, &["wcrt", file, "--significance", "all"]);
+    let (of_toml, of_json) = (all("robot.toml"), all("robot.json"));
+    assert_eq!((of_toml.code, &of_toml.out), (0, &of_json.out), "{of_toml:?}");
 }

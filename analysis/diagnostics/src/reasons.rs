@@ -7,16 +7,13 @@ use mauve_hir::item_tree::Name;
 use mauve_hir::{Decl, File, ModelDb, Names, Project, features_of, names_of};
 use mauve_timing::{MachineError, NoBoundReason};
 use mauve_wcrt::{
-    ActivityReport, CallsReason, IncompleteTable, NoSuchCpu, Prose, Reason, Share, TooLong, UnknownPriority,
+    ActivityReport, CallsReason, IncompleteTable, NoSuchCpu, Reason, Share, TooLong, UnknownPriority,
     UnusableTime, file_name,
 };
 
 use super::lists::{cpu_names, enumerated};
 use super::table_reasons::{table_fault, table_levels, unusable_time};
 use super::{duplicate_activity, duplicate_field, render, unknown_field};
-
-/// The messages of reasons in exported files.
-pub const PROSE: Prose = Prose { reason: timing_reason, unknown_priority };
 
 /// A reason in words.
 struct Words {
@@ -320,7 +317,6 @@ fn unknown_priority(why: &UnknownPriority) -> String {
         UnknownPriority::PriorityAsPeriod => "whose priority may be intended as its period",
         UnknownPriority::AffinityAsPriority => "whose affinity may be intended as its priority",
         UnknownPriority::NoSuchCpu => "whose affinity is invalid and which may therefore run on this CPU",
-        UnknownPriority::Stated(text) => text,
         UnknownPriority::One => "whose priority is unknown",
         UnknownPriority::Several => "whose priorities are unknown",
         UnknownPriority::SeveralOrCpus => "whose priorities or CPUs are unknown",

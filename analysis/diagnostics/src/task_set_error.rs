@@ -1,18 +1,20 @@
-//! The messages of errors in an exported task set.
+//! The messages of errors in the files of task sets.
 
-use mauve_timing::task_set::{FORMAT, MOST_ACTIVITIES, MOST_OPERATIONS, TaskSetError, Times, Unknown};
-use mauve_timing::{Level, MOST_LEVELS};
+use mauve_syntax::similar;
+use mauve_timing::TimeError;
+use mauve_timing::task_set::TaskSetError;
 
+use crate::configuration::time_error;
 use crate::reasons::machine_error;
 
 /// Returns why a file is no task set. Control characters, which a terminal obeys, are replaced: a message quotes the file.
 ///
 /// ```
-/// use mauve_timing::task_set::Exported;
+/// use mauve_timing::task_set::{Notation, TaskSet};
 ///
-/// let error = Exported::parse("{}").unwrap_err();
+/// let error = TaskSet::parse("name,priod\npilot,50\n", Notation::Csv).unwrap_err();
 /// let message = mauve_diagnostics::task_set_error_message(&error);
-/// assert_eq!(message, "not a MAUVE task set: no `format`");
+/// assert_eq!(message, "line 2: unknown key `priod`; did you mean `period`?");
 /// ```
 pub fn task_set_error_message(error: &TaskSetError) -> String {
     let harmless = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
@@ -21,190 +23,163 @@ pub fn task_set_error_message(error: &TaskSetError) -> String {
 
 fn message(error: &TaskSetError) -> String {
     match error {
-        TaskSetError::Json(error) => error.clone(),
-        TaskSetError::NoFormat => "not a MAUVE task set: no `format`".to_owned(),
-        TaskSetError::OtherFormat(format) => {
-            format!("unknown format `{format}`: this version reads `{FORMAT}`; generate the file again")
+        TaskSetError::Syntax { message, line } => format!("line {line}: {}", of_parser(message)),
+        TaskSetError::EarlierFormat(format) => {
+            format!("`{format}` is the format of an earlier version: generate the package again")
         }
-        TaskSetError::OtherUnit(unit) => format!("unknown unit `{unit}`: expected `ns`"),
-        TaskSetError::NoContent => "expected either `deployment` or `component`".to_owned(),
-        TaskSetError::OtherDigest => {
-            "the file was changed after it was generated (other `digest`): generate it again, or remove `digest` to keep \
-             the change"
-                .to_owned()
+        TaskSetError::NoHeader => {
+            "no line with the names of the columns: expected `name,period,time,priority`".to_owned()
         }
+        TaskSetError::WrongColumns { line } => {
+            format!("line {line}: more cells than the header, or two columns with one name")
+        }
+        TaskSetError::Of { section, name, error } => format!("{section} `{name}`: {}", message(error)),
+        TaskSetError::NoName { section, number } => format!("{section} {number}: no `name`"),
+        TaskSetError::NoLevel { level, levels } => {
+            let levels: Vec<String> = levels.iter().map(ToString::to_string).collect();
+            format!("no times at {level}: the file has {}", levels.join(", "))
+        }
+        TaskSetError::TooMany { what, count, most } => format!("{count} {what}: the limit is {most}"),
+        TaskSetError::Repeated(what, name) => format!("a second {what} `{name}`"),
         TaskSetError::ControlCharacter(text) => format!("control character in {text:?}"),
-        TaskSetError::TooManyLevels(count) => {
-            format!("{count} levels: the limit is {MOST_LEVELS}")
+        TaskSetError::Missing { key, level } => {
+            format!("no `{key}` at {level}: give it, or say why in `not_analysed`")
         }
-        TaskSetError::NoLevels => "no levels".to_owned(),
-        TaskSetError::RepeatedLevel(level) => format!("a second level {level}"),
+        TaskSetError::TimeAndMachine => "`time` and `machine`: expected one of them".to_owned(),
+        TaskSetError::InvalidTime { key, text, unit, error } => {
+            let hint = match error {
+                TimeError::NotANumber => format!(": expected a number in {unit}, the `unit` of the file"),
+                _ => String::new(),
+            };
+            format!("`{key}` is `{text}`: {}{hint}", time_error(*error))
+        }
+        TaskSetError::ManyDigits(key) => {
+            format!("`{key}` has more than 15 digits: write the number in quotes")
+        }
+        TaskSetError::Zero(key) => format!("`{key}` is 0: expected more"),
+        TaskSetError::LateDeadline => "the deadline exceeds the period".to_owned(),
+        TaskSetError::LateOffset => "the offset is not less than the period".to_owned(),
+        TaskSetError::NoPriority(text) => format!("priority `{text}`: expected 1 to 99, or `background`"),
+        TaskSetError::NoCpu(text) => format!("`cpus` names `{text}`: expected 1 to the number of CPUs"),
+        TaskSetError::OtherCount { key, levels: 0, .. } => {
+            format!("`{key}` is a list, and the file has no `levels`")
+        }
+        TaskSetError::OtherCount { key, times, levels } => {
+            format!("`{key}` has {times} times for {levels} levels: expected one for each")
+        }
+        TaskSetError::FallingTimes(key) => format!("`{key}`: the time is shorter at a stricter level"),
         TaskSetError::ReasonForOtherLevel(level) => {
             format!("a reason is for {level}, which is not one of `levels`")
         }
-        TaskSetError::NoCpu => "`cpus` is 0: expected 1 or more".to_owned(),
-        TaskSetError::TooManyActivities(count) => {
-            format!("{count} activities: the limit is {MOST_ACTIVITIES}")
-        }
-        TaskSetError::TooManyOperations(count) => {
-            format!("{count} operations: the limit is {MOST_OPERATIONS}")
-        }
-        TaskSetError::RepeatedActivity(name) => format!("a second activity `{name}`"),
-        TaskSetError::OfActivity(name, error) => format!("activity `{name}`: {}", message(error)),
-        TaskSetError::OfOther(name, error) => format!("other work `{name}`: {}", message(error)),
-        TaskSetError::RepeatedOther(name) => format!("a second entry `{name}` in `other`"),
-        TaskSetError::OfOperation(name, error) => format!("operation `{name}`: {}", message(error)),
-        TaskSetError::NoActivity(name) => format!("no activity `{name}`"),
-        TaskSetError::NoOperation(number) => {
-            format!("`during` is {number}: expected the number of an earlier operation that the client executes")
-        }
-        TaskSetError::NoPriority(priority) => format!("priority {priority}: expected 1 to 99"),
-        TaskSetError::NoPeriod => "the period and the deadline must be greater than 0".to_owned(),
-        TaskSetError::LateDeadline => "the deadline exceeds the period".to_owned(),
-        TaskSetError::LateOffset => "the offset is not less than the period".to_owned(),
-        TaskSetError::BackgroundMachine => "a background activity has no state machine".to_owned(),
-        TaskSetError::NoReason(unknown, level) => {
-            let unknown = match unknown {
-                Unknown::Times => "no times",
-                Unknown::Priority => "the priority is unknown",
-                Unknown::PeriodOrDeadline => "the period or the deadline is unknown",
-                Unknown::Cpu => "the affinity is not one of `cpus`",
-            };
-            format!("{unknown} at {level}, and `not_analysed` has no reason")
-        }
-        TaskSetError::RepeatedState => "two states have the same name".to_owned(),
-        TaskSetError::NoInitialState(name) => {
-            format!("no state `{name}`, which `initial` names")
-        }
-        TaskSetError::RepeatedProgram => "two programs have the same name".to_owned(),
-        TaskSetError::NoState { edge, state } => format!("edge {edge}: no state `{state}`"),
-        TaskSetError::NoProgram { edge, program } => format!("edge {edge}: no program `{program}`"),
-        TaskSetError::NoProgramOfState { state, program } => format!("state `{state}`: no program `{program}`"),
-        TaskSetError::MoreFirst(edge) => {
-            format!("edge {edge}: `first` exceeds the number of programs in `first` of its source")
-        }
-        TaskSetError::NoCost(edge) => format!("edge {edge} has no cost"),
-        TaskSetError::LowCost(edge) => format!("edge {edge} costs less than its programs"),
+        TaskSetError::NoState(name) => format!("no edge of the machine starts at state `{name}`"),
         TaskSetError::Machine(error) => machine_error(*error),
-        TaskSetError::OtherCount { of, times, levels } => {
-            format!("{}: {times} for {levels} levels: expected one for each", name(of))
-        }
-        TaskSetError::FallingTimes(of) => format!(
-            "{}: the time is shorter at a stricter level",
-            name(of)
-        ),
-        TaskSetError::OtherLevels(of, level) => {
-            let at = level.map_or_else(String::new, |level: Level| format!(": see {level}"));
-            format!("{}: other levels than those of `overhead`{at}", name(of))
+        TaskSetError::NoTask(name) => format!("no task `{name}`"),
+        TaskSetError::NoOperation(number) => {
+            format!(
+                "`during` is {number}: expected the number of an earlier operation that the client executes"
+            )
         }
     }
 }
 
-fn name(of: &Times) -> String {
-    match of {
-        Times::Overhead => "overhead".to_owned(),
-        Times::ComponentTime => "component_time".to_owned(),
-        Times::Operation => "time".to_owned(),
-        Times::Program(name) => format!("program `{name}`"),
-        Times::Edge(index) => format!("edge {index}"),
+/// Returns the message for an error of a parser, which lists the known keys where one is unknown.
+fn of_parser(message: &str) -> String {
+    let mut names = message.strip_prefix("unknown field ").unwrap_or_default().split('`').skip(1).step_by(2);
+    let Some(unknown) = names.next() else { return message.to_owned() };
+    match similar(unknown, names.clone()) {
+        Some(near) => format!("unknown key `{unknown}`; did you mean `{near}`?"),
+        None => format!("unknown key `{unknown}`: expected {}", names.collect::<Vec<_>>().join(", ")),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use expect_test::expect;
-    use mauve_timing::MachineError;
+    use mauve_timing::task_set::{Notation, TaskSet};
+    use mauve_timing::{Level, MachineError, Unit};
 
     use super::*;
 
     #[test]
     fn each_error_has_its_message() {
         let level = Level::TEN_TO_MINUS_FOUR;
+        let of_task =
+            |error| TaskSetError::Of { section: "task", name: "pilot".to_owned(), error: Box::new(error) };
+        let not_a_time = |text: &str, error| TaskSetError::InvalidTime {
+            key: "period",
+            text: text.to_owned(),
+            unit: Unit::Milliseconds,
+            error,
+        };
         let errors = [
-            TaskSetError::OtherFormat("mauve\u{7}".to_owned()),
-            TaskSetError::OtherUnit("ms".to_owned()),
-            TaskSetError::NoContent,
-            TaskSetError::OtherDigest,
-            TaskSetError::ControlCharacter("a\nb".to_owned()),
-            TaskSetError::TooManyLevels(65),
-            TaskSetError::NoLevels,
-            TaskSetError::RepeatedLevel(level),
-            TaskSetError::ReasonForOtherLevel(level),
-            TaskSetError::NoCpu,
-            TaskSetError::TooManyActivities(9999),
-            TaskSetError::TooManyOperations(99999),
-            TaskSetError::RepeatedActivity("front".to_owned()),
-            TaskSetError::OfActivity("front".to_owned(), Box::new(TaskSetError::NoPeriod)),
-            TaskSetError::OfOther("lan".to_owned(), Box::new(TaskSetError::NoPriority(100))),
-            TaskSetError::RepeatedOther("lan".to_owned()),
-            TaskSetError::OfOperation(
-                "plan".to_owned(),
-                Box::new(TaskSetError::NoActivity("rear".to_owned())),
-            ),
-            TaskSetError::OfOperation("plan".to_owned(), Box::new(TaskSetError::NoOperation(3))),
-            TaskSetError::LateDeadline,
-            TaskSetError::LateOffset,
-            TaskSetError::BackgroundMachine,
-            TaskSetError::NoReason(Unknown::Times, level),
-            TaskSetError::NoReason(Unknown::Priority, level),
-            TaskSetError::NoReason(Unknown::PeriodOrDeadline, level),
-            TaskSetError::NoReason(Unknown::Cpu, level),
-            TaskSetError::RepeatedState,
-            TaskSetError::NoInitialState("Idle".to_owned()),
-            TaskSetError::RepeatedProgram,
-            TaskSetError::NoState { edge: 1, state: "Idle".to_owned() },
-            TaskSetError::NoProgram { edge: 1, program: "Idle.run".to_owned() },
-            TaskSetError::NoProgramOfState { state: "Idle".to_owned(), program: "Idle.run".to_owned() },
-            TaskSetError::MoreFirst(1),
-            TaskSetError::NoCost(1),
-            TaskSetError::LowCost(1),
-            TaskSetError::Machine(MachineError::DeadEnd { state: 0 }),
-            TaskSetError::OtherCount { of: Times::ComponentTime, times: 1, levels: 2 },
-            TaskSetError::FallingTimes(Times::Program("Idle.run".to_owned())),
-            TaskSetError::OtherLevels(Times::Edge(1), Some(level)),
-            TaskSetError::OtherLevels(Times::Overhead, None),
+            TaskSetError::Syntax { message: "duplicate field `cpus`".to_owned(), line: 3 },
+            TaskSetError::EarlierFormat("mauve\u{7}".to_owned()),
+            TaskSetError::NoHeader,
+            TaskSetError::WrongColumns { line: 3 },
+            TaskSetError::NoName { section: "task", number: 3 },
+            TaskSetError::NoLevel { level, levels: vec![level, level] },
+            TaskSetError::TooMany { what: "tasks", count: 9999, most: 2896 },
+            TaskSetError::Repeated("task", "pilot".to_owned()),
+            of_task(TaskSetError::ControlCharacter("a\nb".to_owned())),
+            of_task(TaskSetError::Missing { key: "period", level }),
+            of_task(TaskSetError::TimeAndMachine),
+            of_task(not_a_time("5 ms", TimeError::NotANumber)),
+            of_task(not_a_time("-5", TimeError::Negative)),
+            of_task(TaskSetError::ManyDigits("period")),
+            of_task(TaskSetError::Zero("period")),
+            of_task(TaskSetError::LateDeadline),
+            of_task(TaskSetError::LateOffset),
+            of_task(TaskSetError::NoPriority("100".to_owned())),
+            of_task(TaskSetError::NoCpu("0".to_owned())),
+            of_task(TaskSetError::OtherCount { key: "time", times: 1, levels: 0 }),
+            of_task(TaskSetError::OtherCount { key: "time", times: 1, levels: 2 }),
+            of_task(TaskSetError::FallingTimes("time")),
+            of_task(TaskSetError::ReasonForOtherLevel(level)),
+            of_task(TaskSetError::NoState("Idle".to_owned())),
+            of_task(TaskSetError::Machine(MachineError::NoState)),
+            TaskSetError::NoTask("pilot".to_owned()),
+            TaskSetError::NoOperation(3),
         ];
         let messages: String = errors.iter().map(|error| task_set_error_message(error) + "\n").collect();
         expect![[r#"
-            unknown format `mauve�`: this version reads `mauve-3`; generate the file again
-            unknown unit `ms`: expected `ns`
-            expected either `deployment` or `component`
-            the file was changed after it was generated (other `digest`): generate it again, or remove `digest` to keep the change
-            control character in "a\nb"
-            65 levels: the limit is 64
-            no levels
-            a second level 1e-4
-            a reason is for 1e-4, which is not one of `levels`
-            `cpus` is 0: expected 1 or more
-            9999 activities: the limit is 2896
-            99999 operations: the limit is 65536
-            a second activity `front`
-            activity `front`: the period and the deadline must be greater than 0
-            other work `lan`: priority 100: expected 1 to 99
-            a second entry `lan` in `other`
-            operation `plan`: no activity `rear`
-            operation `plan`: `during` is 3: expected the number of an earlier operation that the client executes
-            the deadline exceeds the period
-            the offset is not less than the period
-            a background activity has no state machine
-            no times at 1e-4, and `not_analysed` has no reason
-            the priority is unknown at 1e-4, and `not_analysed` has no reason
-            the period or the deadline is unknown at 1e-4, and `not_analysed` has no reason
-            the affinity is not one of `cpus` at 1e-4, and `not_analysed` has no reason
-            two states have the same name
-            no state `Idle`, which `initial` names
-            two programs have the same name
-            edge 1: no state `Idle`
-            edge 1: no program `Idle.run`
-            state `Idle`: no program `Idle.run`
-            edge 1: `first` exceeds the number of programs in `first` of its source
-            edge 1 has no cost
-            edge 1 costs less than its programs
-            state 0 has no outgoing edge
-            component_time: 1 for 2 levels: expected one for each
-            program `Idle.run`: the time is shorter at a stricter level
-            edge 1: other levels than those of `overhead`: see 1e-4
-            overhead: other levels than those of `overhead`
+            line 3: duplicate field `cpus`
+            `mauve�` is the format of an earlier version: generate the package again
+            no line with the names of the columns: expected `name,period,time,priority`
+            line 3: more cells than the header, or two columns with one name
+            task 3: no `name`
+            no times at 1e-4: the file has 1e-4, 1e-4
+            9999 tasks: the limit is 2896
+            a second task `pilot`
+            task `pilot`: control character in "a\nb"
+            task `pilot`: no `period` at 1e-4: give it, or say why in `not_analysed`
+            task `pilot`: `time` and `machine`: expected one of them
+            task `pilot`: `period` is `5 ms`: not a number: write a decimal number such as 40, 0.5 or 1e-3: expected a number in ms, the `unit` of the file
+            task `pilot`: `period` is `-5`: a time cannot be negative
+            task `pilot`: `period` has more than 15 digits: write the number in quotes
+            task `pilot`: `period` is 0: expected more
+            task `pilot`: the deadline exceeds the period
+            task `pilot`: the offset is not less than the period
+            task `pilot`: priority `100`: expected 1 to 99, or `background`
+            task `pilot`: `cpus` names `0`: expected 1 to the number of CPUs
+            task `pilot`: `time` is a list, and the file has no `levels`
+            task `pilot`: `time` has 1 times for 2 levels: expected one for each
+            task `pilot`: `time`: the time is shorter at a stricter level
+            task `pilot`: a reason is for 1e-4, which is not one of `levels`
+            task `pilot`: no edge of the machine starts at state `Idle`
+            task `pilot`: a state machine has at least one state
+            no task `pilot`
+            `during` is 3: expected the number of an earlier operation that the client executes
         "#]].assert_eq(&messages);
+    }
+
+    #[test]
+    fn unknown_keys_have_suggestions() {
+        let message = |text: &str| {
+            let error = TaskSet::parse(text, Notation::Toml).unwrap_err();
+            task_set_error_message(&error)
+        };
+        assert_eq!(message("unit = 'ms'\ntasks = []"), "line 2: unknown key `tasks`; did you mean `task`?");
+        let of_table = message("[codel]\nloop = 5");
+        assert!(of_table.starts_with("line 1: unknown key `codel`: expected generated, name,"), "{of_table}");
     }
 }

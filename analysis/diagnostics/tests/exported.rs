@@ -1,20 +1,20 @@
 //! A task set that is written to a file and read again gives what its model gives: every figure, every verdict, every
-//! reason, at every level, by each method, with traces that end early too. So it is for the sample robot, for random
+//! reason, at every level, by each method, with traces that end early too. Only why a priority is unknown is not in a file. So it is for the sample robot, for random
 //! models, and for models that are damaged, of which much is not analysed.
 //!
 //! `MAUVE_EXPORTS=20000 cargo test --release -p mauve-diagnostics --test main exported::` tries more.
 
 use std::path::PathBuf;
 
-use mauve_diagnostics::{PROSE, task_set_error_message, timing_reason};
+use mauve_diagnostics::{task_set_error_message, timing_reason};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, Project, Workspace, names_of, projects};
 use mauve_tests::{random_model, texts_in};
-use mauve_timing::task_set::{Component, Exported, TaskSet};
-use mauve_timing::{Level, Method, Status, Time};
+use mauve_timing::task_set::{Notation, Number, Numbers, TaskSet};
+use mauve_timing::{Demand, Level, Method, Status, Time};
 use mauve_wcrt::{
-    Query, Report, exported_component, first_tables, psm_of, response_times, response_times_of, tables_of,
-    task_set_of, timetable_of,
+    Query, Reason, Report, exported_component, first_tables, psm_of, response_times, response_times_of,
+    tables_of, task_set_of, timetable_of,
 };
 use serde_json::{Value, json};
 
@@ -30,14 +30,20 @@ struct Counted {
     machines: usize,
 }
 
-/// Everything that is said of a report.
+/// Everything that is said of a report, but why a priority is unknown.
 fn said<'db>(db: &'db Database, report: &Report<'db>) -> Vec<String> {
     let mut breakdown = report.breakdown(&|| ());
+    let reason = |it: &Reason<'db>| match it {
+        Reason::DelayedBy { first, instances, .. } => {
+            let (first, instances, unknown_priority) = (*first, instances.clone(), None);
+            timing_reason(db, &Reason::DelayedBy { first, instances, unknown_priority })
+        }
+        other => timing_reason(db, other),
+    };
     let activities = report.activities.iter().enumerate().map(|(index, it)| {
-        let reasons: Vec<String> =
-            it.reasons.iter().map(|reason| timing_reason(db, &reason.reason)).collect();
+        let reasons: Vec<String> = it.reasons.iter().map(|it| reason(&it.reason)).collect();
         format!(
-            "{} {} {:?} {:?} {:?} {:?} {} {:?}: {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {reasons:?}",
+            "{} {} {:?} {:?} {:?} {:?} {}: {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {:?} {reasons:?}",
             it.instance,
             it.component_name,
             it.priority,
@@ -45,7 +51,6 @@ fn said<'db>(db: &'db Database, report: &Report<'db>) -> Vec<String> {
             it.period,
             it.deadline,
             it.jitter,
-            it.unknown_priority.as_ref().map(PROSE.unknown_priority),
             it.verdict,
             it.own,
             it.first_job,
@@ -101,22 +106,23 @@ fn check_sums<'db>(
     counted
 }
 
-fn written(set: TaskSet) -> TaskSet {
-    let text = Exported::Deployment(set).to_json();
-    let parsed = Exported::parse(&text).unwrap_or_else(|why| panic!("{why:?}\n{text}"));
-    assert!(parsed.is_sealed);
-    let Exported::Deployment(read) = parsed.content else { panic!("a deployment") };
-    read
+fn written(set: &TaskSet) -> TaskSet {
+    let text = set.to_json();
+    TaskSet::parse(&text, Notation::Json).unwrap_or_else(|why| panic!("{why:?}\n{text}"))
+}
+
+/// Returns the levels of a set; one of all, where each time holds at every level.
+fn levels(set: &TaskSet) -> Vec<Level> {
+    if set.levels.is_empty() { vec![set.level()] } else { set.levels.clone() }
 }
 
 fn check(db: &Database, workspace: Workspace, what: &str, counted: &mut Counted) {
     for (project, deployment) in deployments(db, workspace) {
-        let set = task_set_of(db, project, deployment, &PROSE);
-        let read = written(set.clone());
+        let set = task_set_of(db, project, deployment, timing_reason);
+        let read = written(&set);
         assert_eq!(read, set, "{what}");
-        let known = timetable_of(db, tables_of(db, project, deployment)).levels.as_slice();
-        assert_eq!(read.levels, if known.is_empty() { vec![read.significance] } else { known.to_vec() });
-        for &level in &read.levels {
+        assert_eq!(read.levels, timetable_of(db, tables_of(db, project, deployment)).levels);
+        for level in levels(&read) {
             for (method, horizon) in [
                 (Method::Psm, None),
                 (Method::Classic, None),
@@ -137,17 +143,13 @@ fn check(db: &Database, workspace: Workspace, what: &str, counted: &mut Counted)
         }
         let other = Level::from_f64(0.123).unwrap();
         let query = Query { level: other, method: Method::Psm, horizon: None };
-        assert!(response_times_of(&read, query).is_none(), "a level that nobody measured");
+        let is_measured = response_times_of(&read, query).is_ok();
+        assert_eq!(is_measured, read.levels.is_empty(), "a level that nobody measured");
     }
     for &project in projects(db, workspace) {
         for &of in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Component) {
-            let component = exported_component(db, first_tables(db, project, of), of, &PROSE);
-            let text = Exported::Component(component.clone()).to_json();
-            assert_eq!(
-                Exported::parse(&text).map(|it| it.content),
-                Ok(Exported::Component(component.clone())),
-                "{what}"
-            );
+            let component = exported_component(db, first_tables(db, project, of), of, timing_reason);
+            assert_eq!(written(&component), component, "{what}");
             counted.machines += machines(db, project, of, &component, what);
         }
     }
@@ -158,13 +160,16 @@ fn machines<'db>(
     db: &'db Database,
     project: Project<'db>,
     of: Decl<'db>,
-    component: &Component,
+    set: &TaskSet,
     what: &str,
 ) -> usize {
     let is_timed = timetable_of(db, first_tables(db, project, of)).incomplete.is_none();
     let mut machines = 0;
-    for (column, &level) in component.levels.iter().enumerate() {
-        let machine = component.machine.as_ref().and_then(|machine| machine.state_machine(column));
+    for level in levels(set) {
+        let machine = match set.demand(&set.task[0], level) {
+            Demand::Machine { machine, .. } => Some(machine),
+            Demand::Unknown => None,
+        };
         let psm = psm_of(db, first_tables(db, project, of), of, level).as_ref().ok().filter(|_| is_timed);
         assert_eq!(machine.as_ref(), psm.map(|psm| &psm.machine), "{what}");
         machines += usize::from(machine.is_some());
@@ -242,20 +247,24 @@ deployment D {
     check(&db, workspace, "operations", &mut counted);
     assert!(counted.calls >= 12 && counted.responses >= 15 && counted.not_analysed > 0, "{counted:?}");
     let (project, deployment) = deployments(&db, workspace)[0];
-    let set = task_set_of(&db, project, deployment, &PROSE);
-    let milliseconds = |time: &Time| time.as_nanos() / 1_000_000;
-    let times = |times: &[Time]| times.iter().map(milliseconds).collect::<Vec<_>>();
+    let set = task_set_of(&db, project, deployment, timing_reason);
+    let times = |times: &Numbers| match times {
+        Numbers::One(_) => Vec::new(),
+        Numbers::List(times) => {
+            times.iter().flatten().map(|it| it.to_string().replace("000000", "")).collect()
+        }
+    };
     let operations: Vec<_> = set
-        .operations
+        .operation
         .iter()
-        .map(|it| (it.operation.as_str(), it.client.as_str(), it.sends, it.during, times(&it.time)))
+        .map(|it| (it.name.as_str(), it.client.as_str(), it.sends, it.during, times(&it.time).join(" ")))
         .collect();
     let expected = [
-        ("route", "drive", 2, None, vec![2, 3]),
-        ("route", "drive", 1, None, vec![2, 3]),
-        ("view", "plan", 1, None, vec![0, 40]),
-        ("view", "plan", 1, Some(0), vec![0, 40]),
-        ("view", "plan", 1, Some(1), vec![0, 40]),
+        ("route", "drive", 2, None, "2 3".to_owned()),
+        ("route", "drive", 1, None, "2 3".to_owned()),
+        ("view", "plan", 1, None, "0 40".to_owned()),
+        ("view", "plan", 1, Some(0), "0 40".to_owned()),
+        ("view", "plan", 1, Some(1), "0 40".to_owned()),
     ];
     assert_eq!(operations, expected);
 }
@@ -333,15 +342,16 @@ fn releases_and_other_work() {
     check(&db, workspace, "releases", &mut counted);
     assert!(counted.responses > 0 && counted.not_analysed == 0, "{counted:?}");
     let (project, deployment) = deployments(&db, workspace)[0];
-    let set = task_set_of(&db, project, deployment, &PROSE);
-    let millis = |time: Time| time.as_nanos() as f64 / 1e6;
-    let releases: Vec<_> =
-        set.activities.iter().map(|it| (millis(it.jitter), it.offset.map(millis))).collect();
-    assert_eq!(releases, [(0.5, Some(2.0)), (0.0, None), (50.0, Some(0.0))]);
+    let set = task_set_of(&db, project, deployment, timing_reason);
+    let millis = |time: &Option<Number>| time.as_ref().map(|it| it.to_string().parse::<f64>().unwrap() / 1e6);
+    let releases: Vec<_> = set.task.iter().map(|it| (millis(&it.jitter), millis(&it.offset))).collect();
+    assert_eq!(releases, [(Some(0.5), Some(2.0)), (None, None), (Some(50.0), Some(0.0))]);
     let [other] = set.other.as_slice() else { panic!("{:?}", set.other) };
-    assert_eq!((other.name.as_str(), other.cpus, other.priority), ("lan", 1, 25));
+    let whole = |number| Number::Whole(number);
+    assert_eq!((other.name.as_str(), &other.cpus), ("lan", &Some(Numbers::One(whole(1)))));
+    assert_eq!(other.priority, Some(whole(25)));
     // It delays only the activities of lower priority.
-    let query = Query { level: set.significance, method: Method::Psm, horizon: None };
+    let query = Query { level: set.level(), method: Method::Psm, horizon: None };
     let report = response_times(&db, project, deployment, query);
     let mut breakdown = report.breakdown(&|| ());
     let delays: Vec<bool> =
@@ -407,9 +417,8 @@ fn hostile_task_sets() {
     let folder = mauve_tests::models().join("p3dx");
     let workspace = Workspace::of_texts(&db, folder.clone(), texts_in(&folder));
     let (project, deployment) = deployments(&db, workspace)[0];
-    let text = Exported::Deployment(task_set_of(&db, project, deployment, &PROSE)).to_json();
-    let mut whole: Value = serde_json::from_str(&text).unwrap();
-    whole.as_object_mut().unwrap().remove("digest");
+    let text = task_set_of(&db, project, deployment, timing_reason).to_json();
+    let whole: Value = serde_json::from_str(&text).unwrap();
     let (mut refused, mut analysed) = (0, 0);
     cases(count() * 10, 0, |_, random| {
         let mut document = whole.clone();
@@ -422,21 +431,19 @@ fn hostile_task_sets() {
             };
             *document.pointer_mut(&path).unwrap() = other;
         }
-        match Exported::parse(&document.to_string()) {
+        match TaskSet::parse(&document.to_string(), Notation::Json) {
             Err(error) => {
                 let message = task_set_error_message(&error);
                 assert!(!message.chars().any(char::is_control), "{message:?}");
                 refused += 1;
             }
-            Ok(parsed) => {
-                assert!(!parsed.is_sealed);
-                let Exported::Deployment(set) = parsed.content else { panic!("a deployment") };
+            Ok(set) => {
                 for &level in &set.levels {
                     for method in [Method::Psm, Method::Classic] {
                         let query = Query { level, method, horizon: None };
                         let report = response_times_of(&set, query).unwrap();
                         // Of nothing that is said not to be known is there a figure.
-                        for (activity, asked) in report.activities.iter().zip(&set.activities) {
+                        for (activity, asked) in report.activities.iter().zip(&set.task) {
                             let unknown = asked.not_analysed.iter().any(|it| it.holds(level, method));
                             assert!(!unknown || activity.response.is_none());
                         }

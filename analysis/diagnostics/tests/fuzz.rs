@@ -6,6 +6,7 @@
 mod properties;
 
 use mauve_tests::{Random, char_boundary, models};
+use mauve_timing::task_set::{Notation, TaskSet};
 
 use crate::damaged::{cases, number};
 
@@ -21,12 +22,13 @@ const OTHER_PIECES: &str = "[codel] [program] [component] [overhead] [timing] [t
     \"l.f\" l.f = [1,2] K/A.run = 3 unit = \"us\" tables = [\"t.toml\"] significance = 1e-3 cpp = \"int\" header \"a/b.h\" \
     out \"out\" dispatch { } . , # ' \"\"\" \n \n \n uint8 FULL=1 string<=3 s \"x\" int32[] v geometry_msgs/Pose[<=4] p é";
 
-const TASK_SET: &str = r#"{"format":"mauve-3","unit":"ns","deployment":{"name":"D","levels":[1e-4],"significance":1e-4,
-    "cpus":1,"rt_throttling":null,"not_analysed":[],"other":[{"name":"lan","affinity":1,"priority":2,"period":9,"jitter":0,"time":1}],
-"operations":[{"operation":"o","provider":"i","client":"i","sends":1,"during":null,"time":[1]}],"activities":[{"instance":"i","component":"K","affinity":1,
-    "priority":1,"period":90,"deadline":80,"jitter":0,"offset":null,"not_analysed":[],"doubt":null,"machine":{"states":[{"state":"u","first":["p"]}],"initial":"u",
-    "overhead":[0],"component_time":[null],"assumed":[],"programs":[{"program":"p","time":[5]}],
-    "edges":[{"source":"u","target":"u","transition":null,"first":1,"then":[],"cost":[5]}]}}]}}"#;
+const TASK_SET: &str = r#"{"unit":"us","levels":[1e-4],"significance":1e-4,"cpus":1,"task":[{"name":"i","component":"K","cpus":1,
+    "priority":1,"period":90,"deadline":80.5,"jitter":0,"machine":[{"from":"u","to":"u","time":[5],"name":"t"}]},{"name":"j",
+    "not_analysed":[{"reason":"r"}]}],"other":[{"name":"lan","priority":2,"period":9,"time":1}],
+    "operation":[{"name":"o","provider":"i","client":"i","sends":1,"time":[1]}]}"#;
+
+const TASK_TABLE: &str =
+    "unit,us\nlevels,1e-3,1e-4\nname,period,time,priority,cpus\nlaser,100,40 43.5,20,1\nmap,200,50,10,\n";
 
 fn tried() -> u64 {
     number("MAUVE_FUZZ", 1500)
@@ -41,7 +43,8 @@ fn soup(pieces: &str, most: usize, random: &mut Random) -> String {
 
 #[test]
 fn the_task_set_is_one() {
-    assert!(mauve_timing::task_set::Exported::parse(TASK_SET).is_ok());
+    assert!(TaskSet::parse(TASK_SET, Notation::Json).is_ok());
+    assert!(TaskSet::parse(TASK_TABLE, Notation::Csv).is_ok());
 }
 
 #[test]
@@ -53,9 +56,11 @@ fn properties_hold_for_what_stands_beside_models() {
         properties::table(&text);
         properties::message(&text);
         // One number, name or sign is another.
-        let at = random.below(TASK_SET.len());
-        let other = random.of(&letters);
-        properties::task_set(&format!("{}{other}{}", &TASK_SET[..at], &TASK_SET[at + 1..]));
+        for text in [TASK_SET, TASK_TABLE] {
+            let at = random.below(text.len());
+            let other = random.of(&letters);
+            properties::task_set(&format!("{}{other}{}", &text[..at], &text[at + 1..]));
+        }
     });
 }
 

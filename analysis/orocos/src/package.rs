@@ -143,11 +143,7 @@ mod tests {
                 (is_generators, !is_generators),
                 "{path}"
             );
-            assert_eq!(
-                (is_marked(path, text), is_stub(text)),
-                (is_generators, !is_generators),
-                "{path}\n{text}"
-            );
+            assert_eq!((is_marked(text), is_stub(text)), (is_generators, !is_generators), "{path}\n{text}");
         }
         let count = |end: &str| {
             samples.iter().flat_map(|package| &package.files).filter(|file| file.path.ends_with(end)).count()

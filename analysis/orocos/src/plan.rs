@@ -219,7 +219,7 @@ impl Planner<'_> {
             Some(text) => {
                 let written = self.written.get(&path.to_ascii_lowercase());
                 let is_written = written.is_some_and(|written| written.contains(&hash(&text)));
-                if !is_written || !is_marked(path, &text) {
+                if !is_written || !is_marked(&text) {
                     self.plan.edited.push(self.path(path));
                 }
                 self.step(path, Action::Change(file.text.clone()));
@@ -232,7 +232,7 @@ impl Planner<'_> {
     /// Plans for a listed file that is no longer generated.
     fn stale(&mut self, path: &str, written: &str) -> Result<(), String> {
         let Some(text) = self.text(path)? else { return Ok(()) };
-        if !is_marked(path, &text) {
+        if !is_marked(&text) {
             self.plan.left_files.push(self.path(path));
             return Ok(());
         }

@@ -1,7 +1,6 @@
 //! What a deployment runs at one level: its activities, and what else delays them.
 
-use crate::task_set::{Called, NotAnalysed, Other, TaskSet};
-use crate::{Demand, Level, Method, Priority, StateMachine, Task, Time};
+use crate::{Demand, Priority, StateMachine, Task, Time};
 
 /// An operation that one activity executes for another: in its own thread, at the start of its next period or between two
 /// periods.
@@ -112,47 +111,4 @@ pub fn name_of_other(name: &str) -> String {
 fn throttling(cpu: u64) -> Task {
     let task = Task::new(0, THROTTLING_PERIOD, StateMachine::single(THROTTLED));
     Task { name: THROTTLING.into(), priority: Priority::Unknown, cpus: Some(cpu), ..task }
-}
-
-impl TaskSet {
-    /// The tasks at a level, by a method; none where it has no times at the level.
-    pub fn tasks_at(&self, level: Level, method: Method) -> Option<Tasks> {
-        let column = self.column(level)?;
-        let activities = self.activities.iter().map(|it| {
-            let is_refused = it.not_analysed.iter().any(|reason: &NotAnalysed| reason.holds(level, method));
-            let machine = it.machine.as_ref().filter(|_| !is_refused);
-            let demand = machine.and_then(|of| {
-                let whole = of.component_time.get(column).copied().flatten();
-                Some(Demand::Machine { machine: of.state_machine(column)?, whole })
-            });
-            Task {
-                name: it.instance.as_str().into(),
-                priority: it.priority,
-                period: it.period,
-                deadline: it.deadline,
-                jitter: it.jitter,
-                offset: it.offset,
-                cpus: it.affinity,
-                demand: demand.unwrap_or_default(),
-            }
-        });
-        let index = |name: &String| self.activities.iter().position(|activity| activity.instance == *name);
-        let operation = |it: &Called| {
-            Some(Operation {
-                provider: index(&it.provider)?,
-                client: index(&it.client)?,
-                sends: it.sends,
-                time: it.time.get(column).copied()?,
-                during: it.during,
-            })
-        };
-        let operations = self.operations.iter().filter_map(operation).collect();
-        let tasks = Tasks { operations, ..Tasks::new(activities.collect()) };
-        let other = |it: &Other| {
-            let task = Task::new(it.priority, it.period, StateMachine::single(it.time));
-            Task { name: it.name.as_str().into(), jitter: it.jitter, cpus: Some(it.cpus), ..task }
-        };
-        let others = self.other.iter().map(other).collect();
-        Some(tasks.with_platform(others, self.rt_throttling == Some(true)))
-    }
 }

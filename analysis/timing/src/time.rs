@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
 /// A duration, from 0 to 2⁶⁴ − 1 nanoseconds (584 years).
 ///
 /// ```
@@ -133,15 +135,20 @@ impl fmt::Display for Time {
 }
 
 /// A unit of time, as it is written in models and tables: `ns`, `us`, `ms`, `s`.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Default, Serialize, Deserialize)]
 pub enum Unit {
     /// `ns`, 10⁻⁹ s.
+    #[serde(rename = "ns")]
     Nanoseconds,
     /// `us`, 10⁻⁶ s.
+    #[serde(rename = "us")]
     Microseconds,
     /// `ms`, 10⁻³ s.
+    #[default]
+    #[serde(rename = "ms")]
     Milliseconds,
     /// `s`.
+    #[serde(rename = "s")]
     Seconds,
 }
 

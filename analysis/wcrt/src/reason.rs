@@ -179,8 +179,6 @@ pub enum UnknownPriority {
     AffinityAsPriority,
     /// Its affinity names no CPU, and may be a mistyped priority.
     NoSuchCpu,
-    /// An exported file states it in these words.
-    Stated(Name),
     /// One activity has no valid priority.
     One,
     /// Several activities have no valid priority.
@@ -297,11 +295,5 @@ pub enum PatternError {
     Invalid(String),
 }
 
-/// The messages of reasons, for exported files.
-#[derive(Clone, Copy)]
-pub struct Prose {
-    /// Returns the message of a reason.
-    pub reason: for<'db> fn(&'db dyn ModelDb, &Reason<'db>) -> String,
-    /// Returns why a priority is unknown, in words that follow a name.
-    pub unknown_priority: fn(&UnknownPriority) -> String,
-}
+/// Returns the message of a reason, for exported files.
+pub type Prose = for<'db> fn(&'db dyn ModelDb, &Reason<'db>) -> String;

@@ -1,6 +1,6 @@
 //! The response times of a deployment, of a model or of an exported file.
 
-use mauve_timing::task_set::TaskSet;
+use mauve_timing::task_set::{TaskSet, TaskSetError};
 use mauve_timing::{Bound, CpuLoad, Operation, Priority, Response, SetAnalysis, Status, Time};
 use rustc_hash::FxHashSet;
 
@@ -59,9 +59,13 @@ pub fn facts_if<'db>(
     system.facts.into_iter().chain(of_priorities).collect()
 }
 
-/// Computes the response times of an exported task set; none where it has no times at the level.
-pub fn response_times_of<'db>(set: &TaskSet, query: Query) -> Option<Report<'db>> {
-    Some(report(&DeployedTasks::of_file(set, query.level, query.method)?, query, &|| ()))
+/// Computes the response times of a task set of a file.
+///
+/// # Errors
+///
+/// The file has no times at the level.
+pub fn response_times_of<'db>(set: &TaskSet, query: Query) -> Result<Report<'db>, TaskSetError> {
+    Ok(report(&DeployedTasks::of_file(set, query.level, query.method)?, query, &|| ()))
 }
 
 fn report<'db>(deployed: &DeployedTasks<'db>, query: Query, interrupt: &dyn Fn()) -> Report<'db> {

@@ -18,7 +18,7 @@ enum Of {
     Configuration,
     /// A timing table.
     Table,
-    /// A task set, or a state machine, of a generated package.
+    /// A task set, by hand or of a generated package.
     TaskSet,
 }
 

@@ -6,16 +6,18 @@ mod simulation;
 mod trace_events;
 
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
 use clap::ValueEnum;
 use mauve_diagnostics::{errors_of, errors_of_text, reasons_of, times_of, timing_reason};
 use mauve_hir::{Database, Decl, Project};
 use mauve_ide::{Drawing, WorstOf, draw_schedule, no_worst_case};
+use mauve_timing::task_set::{Notation, TaskSet};
 use mauve_timing::{LeftOut, Level, Method, NoWorstCase, SimulationOptions, Statistics, Time, Unit};
 use mauve_wcrt::{DeployedTasks, Query, Report, response_times, response_times_of, system_of};
 
 use self::simulation::{Row, Simulation};
-use super::wcrt::{cpu_numbers, priority, say_errors, shown_tables, task_set, with_errors};
+use super::wcrt::{cpu_numbers, priority, refused, say_errors, shown_tables, task_sets, with_errors};
 use crate::analysis_document::deployments;
 use crate::cli::options::{Outside, Paths, level, time};
 use crate::cli::text::{columns, counted, number};
@@ -95,7 +97,7 @@ impl Simulate {
         let length = time("--for", "10s", self.length.as_deref())?;
         let level = level(self.significance)?;
         let mut db = Database::default();
-        if self.paths.paths.iter().any(|path| path.extension().is_some_and(|extension| extension == "json")) {
+        if self.paths.paths.iter().any(|path| Notation::of(path).is_some()) {
             let all = self.of_task_sets(&db, level, length)?;
             return self.output(&all, 0);
         }
@@ -135,26 +137,16 @@ impl Simulate {
         level: Option<Level>,
         length: Option<Time>,
     ) -> Result<Vec<Simulation<'db>>, String> {
-        let mut all = Vec::new();
-        for path in &self.paths.paths {
-            let (path, set, _) = task_set(path)?;
-            if self.deployment.as_ref().is_some_and(|only| *only != set.name) {
-                continue;
-            }
-            let level = level.unwrap_or(set.significance);
+        let simulation = |(path, set): (PathBuf, TaskSet)| {
+            let level = level.unwrap_or(set.level());
             let query = Query { level, method: Method::Best, horizon: None };
-            let simulated = DeployedTasks::of_file(&set, level, Method::Psm);
-            let Some((report, deployment)) = response_times_of(&set, query).zip(simulated) else {
-                let known: Vec<String> = set.levels.iter().map(Level::to_string).collect();
-                let (path, known) = (path.display(), known.join(", "));
-                return Err(format!("`{path}` has no times at {level}: it has {known}"));
-            };
-            all.push(self.simulate(db, set.name, query, report, deployment, length)?);
-        }
-        match (&self.deployment, all.as_slice()) {
-            (Some(only), []) => Err(format!("no deployment `{only}` in these files")),
-            _ => Ok(all),
-        }
+            let report = response_times_of(&set, query);
+            let found =
+                report.and_then(|report| Ok((report, DeployedTasks::of_file(&set, level, Method::Psm)?)));
+            let (report, deployment) = found.map_err(|why| refused(&path, &why))?;
+            self.simulate(db, set.name.unwrap_or_default(), query, report, deployment, length)
+        };
+        task_sets(&self.paths.paths, self.deployment.as_deref())?.into_iter().map(simulation).collect()
     }
 
     fn simulate<'db>(

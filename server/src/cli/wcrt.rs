@@ -12,7 +12,7 @@ use mauve_diagnostics::{
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Database, Decl, Location, Project, Workspace};
 use mauve_ide::{counted_cpus, explain_response, explain_response_of};
-use mauve_timing::task_set::{Exported, Parsed, TaskSet};
+use mauve_timing::task_set::{Notation, TaskSet, TaskSetError};
 use mauve_timing::{Level, Status, Time, name_of_other};
 use mauve_wcrt::{
     ActivityReport, Priority, Query, Refusal, Report, response_times_of, sensitivity, tables_of, timetable_of,
@@ -75,19 +75,11 @@ impl Wcrt {
         let horizon = time("--horizon", "1000ms", self.horizon.as_deref())?;
         let query = |level| Query { level, method: self.method.into(), horizon };
         let mut db = Database::default();
-        let is_task_set = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "json");
-        if self.paths.paths.iter().any(is_task_set) {
+        if self.paths.paths.iter().any(|path| Notation::of(path).is_some()) {
             if self.sensitivity {
                 return Err(
-                    "--sensitivity needs a model: task sets (*.json) do not have the times of codels"
-                        .to_owned(),
+                    "--sensitivity needs a model: task sets do not have the times of codels".to_owned()
                 );
-            }
-            if let Some(other) = self.paths.paths.iter().find(|path| !is_task_set(path)) {
-                return Err(format!(
-                    "`{}` is not a task set (*.json), and others in PATH are: analyse task sets and models one after the other",
-                    other.display()
-                ));
             }
             return self.task_sets(&db, &query);
         }
@@ -124,51 +116,28 @@ impl Wcrt {
     }
 
     fn task_sets(&self, db: &Database, query: &dyn Fn(Level) -> Query) -> Result<Output, String> {
-        let mut read = Vec::new();
-        for path in &self.paths.paths {
-            let (path, set, is_sealed) = task_set(path)?;
-            if self.deployment.as_ref().is_none_or(|only| *only == set.name) {
-                read.push((path, set, is_sealed));
-            }
-        }
-        if let (Some(only), []) = (&self.deployment, read.as_slice()) {
-            return Err(format!("no deployment `{only}` in these files"));
-        }
+        let read = task_sets(&self.paths.paths, self.deployment.as_deref())?;
         let mut reports = Vec::new();
-        for (path, set, _) in &read {
+        for (path, set) in &read {
             let levels = match &self.significance {
-                Some(Significance::These(levels)) => levels.as_slice(),
-                Some(Significance::All) => set.levels.as_slice(),
-                None => &[set.significance],
+                Some(Significance::These(levels)) => levels.clone(),
+                Some(Significance::All) if !set.levels.is_empty() => set.levels.clone(),
+                Some(Significance::All) | None => vec![set.level()],
             };
-            let mut of_file = Vec::new();
-            for query in levels.iter().map(|level| query(*level)) {
-                let report = response_times_of(set, query).ok_or_else(|| {
-                    let known: Vec<String> = set.levels.iter().map(Level::to_string).collect();
-                    format!(
-                        "`{}` has no times at {}: it has {}",
-                        path.display(),
-                        query.level,
-                        known.join(", ")
-                    )
-                })?;
-                of_file.push((query, report));
-            }
-            reports.push(of_file);
+            let report =
+                |query| Ok((query, response_times_of(set, query).map_err(|why| refused(path, &why))?));
+            reports.push(levels.into_iter().map(query).map(report).collect::<Result<Vec<_>, String>>()?);
         }
-        let all: Vec<Deployed<'_>> = read
-            .iter()
-            .zip(&reports)
-            .map(|((path, set, is_sealed), reports)| Deployed {
-                db,
-                name: &set.name,
-                origin: Origin::File { path, set, is_sealed: *is_sealed },
-                sensitivities: Vec::new(),
-                errors: 0,
-                accepted: BTreeMap::new(),
-                reports: reports.iter().map(|(query, report)| (*query, report)).collect(),
-            })
-            .collect();
+        let deployed = read.iter().zip(&reports).map(|((path, set), reports)| Deployed {
+            db,
+            name: set.name.as_deref().unwrap_or_default(),
+            origin: Origin::File { path, set },
+            sensitivities: Vec::new(),
+            errors: 0,
+            accepted: BTreeMap::new(),
+            reports: reports.iter().map(|(query, report)| (*query, report)).collect(),
+        });
+        let all: Vec<Deployed<'_>> = deployed.collect();
         let text = self.text(&all)?;
         Ok(Output::verbatim(text, u8::from(!all.iter().all(Deployed::schedulable))))
     }
@@ -188,30 +157,39 @@ impl Wcrt {
     }
 }
 
-/// Reads a task set, and gives it with its path behind all links, and whether it has a digest.
-pub(super) fn task_set(path: &Path) -> Result<(PathBuf, TaskSet, bool), String> {
-    let shown = path.display();
-    let read = || -> std::io::Result<(String, PathBuf)> {
-        let path = path.canonicalize()?;
-        let text = String::from_utf8(read(&path, LONGEST)?);
-        Ok((text.map_err(|_| std::io::Error::other("this is not UTF-8 text"))?, path))
-    };
-    let (text, path) = read().map_err(|error| format!("cannot read `{shown}`: {error}"))?;
-    let Parsed { content, is_sealed } =
-        Exported::parse(&text).map_err(|error| format!("`{shown}`: {}", task_set_error_message(&error)))?;
-    match content {
-        Exported::Deployment(set) => {
-            if !is_sealed {
-                say(&format!("`{shown}` has no digest: its figures are not checked against a model"));
-            }
-            Ok((path, set, is_sealed))
+/// Reads task sets, those called `only` if that is given, each with its path behind all links. One without a name has that of its
+/// file.
+pub(super) fn task_sets(paths: &[PathBuf], only: Option<&str>) -> Result<Vec<(PathBuf, TaskSet)>, String> {
+    let mut found = Vec::new();
+    for path in paths {
+        let notation = Notation::of(path).ok_or_else(|| {
+            format!(
+                "`{}` is not a task set (*.json, *.toml, *.csv), and others in PATH are: analyse task sets and models one after \
+                 the other",
+                path.display()
+            )
+        })?;
+        let read = || -> std::io::Result<(String, PathBuf)> {
+            let path = path.canonicalize()?;
+            let text = String::from_utf8(read(&path, LONGEST)?);
+            Ok((text.map_err(|_| std::io::Error::other("this is not UTF-8 text"))?, path))
+        };
+        let (text, real) = read().map_err(|error| format!("cannot read `{}`: {error}", path.display()))?;
+        let mut set = TaskSet::parse(&text, notation).map_err(|why| refused(path, &why))?;
+        set.name.get_or_insert_with(|| path.file_stem().unwrap_or_default().to_string_lossy().into_owned());
+        if only.is_none_or(|only| set.name.as_deref() == Some(only)) {
+            found.push((real, set));
         }
-        Exported::Component(component) => Err(format!(
-            "`{shown}` is the state machine of component {}: analyse the file of a deployment, in the \
-             same folder",
-            component.name
-        )),
     }
+    match only {
+        Some(only) if found.is_empty() => Err(format!("no deployment `{only}` in these files")),
+        _ => Ok(found),
+    }
+}
+
+/// Returns the message for a task set that cannot be used.
+pub(super) fn refused(path: &Path, why: &TaskSetError) -> String {
+    format!("`{}`: {}", path.display(), task_set_error_message(why))
 }
 
 /// Says that a project has errors, if it has.
@@ -269,9 +247,6 @@ pub(super) fn tables(all: &[Deployed<'_>]) -> Vec<String> {
     all.iter().map(|it| table(&heading(it), it)).collect()
 }
 
-/// The note on a task set without a digest, which anybody may have written.
-const NO_DIGEST: &str = "no digest: the figures are those of the file's author";
-
 /// All figures at one level, or the responses at several.
 fn table(name: &str, it: &Deployed<'_>) -> String {
     let mut out = String::new();
@@ -303,9 +278,6 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
             out,
             "  UNSAFE: with --horizon {horizon} the response times of first jobs leave out later interference: they are not bounds"
         );
-    }
-    if it.is_unsealed() {
-        let _ = writeln!(out, "  {NO_DIGEST}");
     }
     if it.errors > 0 {
         let _ = writeln!(out, "  not proved: the project has {}", counted(it.errors, "error"));
@@ -396,7 +368,10 @@ fn one_level(of: &Deployed<'_>, report: &Report<'_>) -> String {
         None => String::new(),
     };
     let has_methods = methods.len() > 1 || methods.iter().any(|(_, is_exhausted)| *is_exhausted);
-    let mut header = vec!["instance", "component", "CPU", "priority", "period", "deadline", "WCET"];
+    let has_components = report.activities.iter().any(|it| !it.component_name.is_empty());
+    let mut header = vec!["instance"];
+    header.extend(has_components.then_some("component"));
+    header.extend(["CPU", "priority", "period", "deadline", "WCET"]);
     header.extend((!is_first_greatest).then_some("first job"));
     header.extend(["response", "slack"]);
     header.extend(has_methods.then_some("method"));
@@ -409,15 +384,15 @@ fn one_level(of: &Deployed<'_>, report: &Report<'_>) -> String {
                 .deadline
                 .zip(activity.response)
                 .and_then(|(deadline, response)| deadline.checked_sub(response));
-            let mut cells = vec![
-                activity.instance.to_string(),
-                activity.component_name.to_string(),
+            let mut cells = vec![activity.instance.to_string()];
+            cells.extend(has_components.then(|| activity.component_name.to_string()));
+            cells.extend([
                 activity.cpus.map_or_else(|| "?".to_owned(), cpu_numbers),
                 priority(activity.priority),
                 number(activity.period),
                 number(activity.deadline),
                 number(activity.own),
-            ];
+            ]);
             cells.extend((!is_first_greatest).then(|| number(activity.first_job)));
             cells.extend([number(activity.response), number(slack)]);
             cells.extend(has_methods.then(|| method(activity)));
@@ -577,10 +552,9 @@ fn remark(of: &Deployed<'_>, of_all: &[String], activity: &ActivityReport<'_>) -
 /// Why the figures of all rows of a deployment are not what they seem to be.
 fn remarks(of: &Deployed<'_>, query: &Query) -> Vec<String> {
     let horizon = query.horizon.map(|horizon| format!("UNSAFE first_job_ms: --horizon {horizon}"));
-    let unsealed = of.is_unsealed().then(|| NO_DIGEST.to_owned());
     let errors = (of.errors > 0).then(|| "not proved: the project has errors".to_owned());
     let times = of.times().map(|section| format!("times of {section}"));
-    [times, horizon, unsealed, errors].into_iter().flatten().collect()
+    [times, horizon, errors].into_iter().flatten().collect()
 }
 
 /// The report of each deployment of these workspaces at its own level, for `mauve check`.

@@ -23,7 +23,7 @@ pub fn explain_response<'db>(
     with_facts(db, tables, report, activity, query, print).unwrap_or_default()
 }
 
-/// [`explain_response`] for the report of a task set, which has programs but not the codels that they call.
+/// [`explain_response`] for the report of a task set, which has neither programs nor codels.
 pub fn explain_response_of<'db>(
     db: &'db dyn ModelDb,
     set: &TaskSet,
@@ -31,8 +31,7 @@ pub fn explain_response_of<'db>(
     activity: usize,
     query: Query,
 ) -> String {
-    let machine = set.activities.get(activity).and_then(|activity| activity.machine.as_ref());
-    let psm = machine.zip(set.column(query.level)).and_then(|(machine, column)| psm_at(machine, column));
+    let psm = set.task.get(activity).and_then(|task| psm_at(set, task, query.level));
     let throttling = set.rt_throttling;
     let origin = Origin { throttling, psm: psm.as_ref(), worst_path: &|_| Vec::new() };
     let facts = Explanation::new(db, report, activity, query, &origin);

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use mauve_timing::task_set::Priority;
+use mauve_timing::Priority;
 use mauve_wcrt::observed::{EdgeCount, ExpectedInstance, IMPROBABLE, ObservedInstance, ObservedTime};
 
 use super::checked::Checked;

@@ -1,0 +1,374 @@
+//! What a file means at a level, and what is wrong with it.
+
+use std::cmp::Reverse;
+use std::collections::{HashMap, HashSet};
+
+use super::{
+    MOST_OPERATIONS, MOST_TASKS, NotAnalysed, Notation, Number, Numbers, OperationEntry, TaskEntry, TaskSet,
+    TaskSetError,
+};
+use crate::level::MOST_LEVELS;
+use crate::{Demand, Edge, Level, Method, Operation, Priority, Rounding, StateMachine, Task, Tasks, Time};
+
+type Result<T> = std::result::Result<T, TaskSetError>;
+
+impl TaskSet {
+    /// Reads a file.
+    ///
+    /// # Errors
+    ///
+    /// The text is not in this notation, a key is missing or unknown, or a value is invalid or inconsistent.
+    pub fn parse(text: &str, notation: Notation) -> Result<TaskSet> {
+        let set = notation.read(text)?;
+        check(&set)?;
+        Ok(set)
+    }
+
+    /// Returns the tasks at a level, by a method.
+    ///
+    /// # Errors
+    ///
+    /// There are no times at the level. A set that [`TaskSet::parse`] gives has no other error.
+    pub fn at(&self, level: Level, method: Method) -> Result<Tasks> {
+        Reader::new(self, level, method)?.set()
+    }
+
+    /// Returns what the jobs of a task execute at a level, as far as the file says, analysed or not.
+    pub fn demand(&self, task: &TaskEntry, level: Level) -> Demand {
+        let reader = Reader::new(self, level, Method::Classic);
+        reader.and_then(|reader| reader.demand(task)).unwrap_or(Demand::Unknown)
+    }
+
+    /// Returns the codels of a task whose time is assumed, with it.
+    pub fn assumed(&self, task: &TaskEntry) -> Vec<(String, Time)> {
+        let time = |time| time_of(self, "assumed", time, Rounding::Up).ok();
+        task.assumed.iter().filter_map(|(codel, assumed)| Some((codel.clone(), time(assumed)?))).collect()
+    }
+}
+
+/// Reads the entries of a file at one level.
+struct Reader<'a> {
+    set: &'a TaskSet,
+    level: Level,
+    method: Method,
+    /// The index of the level in each list.
+    column: usize,
+    /// The CPUs that there are, a bit each.
+    cpus: u64,
+}
+
+impl<'a> Reader<'a> {
+    fn new(set: &'a TaskSet, level: Level, method: Method) -> Result<Reader<'a>> {
+        let column = set.levels.iter().position(|it| *it == level).or(set.levels.is_empty().then_some(0));
+        let levels = || set.levels.clone();
+        let column = column.ok_or_else(|| TaskSetError::NoLevel { level, levels: levels() })?;
+        let cpus = match &set.cpus {
+            // Those up to this number.
+            Some(last) => cpu(last)? | (cpu(last)? - 1),
+            None => {
+                let named = set.task.iter().chain(&set.other).filter_map(|it| mask(it.cpus.as_ref()?).ok());
+                named.reduce(|all, of_task| all | of_task).unwrap_or(1)
+            }
+        };
+        Ok(Reader { set, level, method, column, cpus })
+    }
+
+    /// Reads the whole set.
+    fn set(&self) -> Result<Tasks> {
+        let indices: HashMap<&str, usize> =
+            self.set.task.iter().map(|it| it.name.as_str()).zip(0..).collect();
+        let all = |section, entries: &'a [TaskEntry], read: fn(&Self, &TaskEntry) -> Result<Task>| {
+            let read = move |entry| read(self, entry).map_err(|error| error.of(section, &entry.name));
+            entries.iter().map(read).collect::<Result<Vec<Task>>>()
+        };
+        let operation = |(number, entry): (usize, &OperationEntry)| {
+            self.operation(number, entry, &indices).map_err(|error| error.of("operation", &entry.name))
+        };
+        let activities = all("task", &self.set.task, Self::task)?;
+        let others = all("other", &self.set.other, Self::other)?;
+        let mut read = Tasks::new(activities).with_platform(others, self.set.rt_throttling == Some(true));
+        read.operations = self.set.operation.iter().enumerate().map(operation).collect::<Result<_>>()?;
+        Ok(read)
+    }
+
+    fn task(&self, entry: &TaskEntry) -> Result<Task> {
+        let time = |key, number: &Option<Number>| match number {
+            Some(number) => time_of(self.set, key, number, Rounding::Exact).map(Some),
+            None => Ok(None),
+        };
+        let (period, offset) = (time("period", &entry.period)?, time("offset", &entry.offset)?);
+        let mut deadline = time("deadline", &entry.deadline)?;
+        for (key, time) in [("period", period), ("deadline", deadline)] {
+            if time == Some(Time::ZERO) {
+                return Err(TaskSetError::Zero(key));
+            }
+        }
+        if period.is_some() && deadline > period {
+            return Err(TaskSetError::LateDeadline);
+        }
+        if period.is_some() && offset >= period {
+            return Err(TaskSetError::LateOffset);
+        }
+        let priority = entry.priority.as_ref().map_or(Ok(Priority::Unknown), priority)?;
+        let mut cpus = entry.cpus.as_ref().map(mask).transpose()?;
+        let demand = self.demand(entry)?;
+        if priority != Priority::Background
+            && self.set.not_analysed.is_empty()
+            && !self.has_reason(entry, Method::Psm)
+        {
+            let known = [
+                ("period", period.is_some()),
+                ("time", demand != Demand::Unknown),
+                ("priority", priority != Priority::Unknown),
+            ];
+            if let Some((key, _)) = known.into_iter().find(|(_, is_known)| !is_known) {
+                return Err(TaskSetError::Missing { key, level: self.level });
+            }
+            // Without it, the classic method would use the machine alone.
+            if entry.classic_time.is_some()
+                && matches!(demand, Demand::Machine { whole: None, .. })
+                && !self.has_reason(entry, Method::Classic)
+            {
+                return Err(TaskSetError::Missing { key: "classic_time", level: self.level });
+            }
+            deadline = deadline.or(period);
+            cpus = cpus.or(Some(self.cpus));
+            if let Some(other) = cpus.filter(|cpus| cpus & !self.cpus != 0) {
+                return Err(TaskSetError::NoCpu((u64::BITS - other.leading_zeros()).to_string()));
+            }
+        }
+        Ok(Task {
+            name: entry.name.as_str().into(),
+            priority,
+            period,
+            deadline,
+            jitter: time("jitter", &entry.jitter)?.unwrap_or_default(),
+            offset,
+            cpus,
+            demand: if self.has_reason(entry, self.method) { Demand::Unknown } else { demand },
+        })
+    }
+
+    /// Does the file say of the task why it is not analysed?
+    fn has_reason(&self, entry: &TaskEntry, method: Method) -> bool {
+        entry.not_analysed.iter().any(|it| it.holds(self.level, method))
+    }
+
+    fn other(&self, entry: &TaskEntry) -> Result<Task> {
+        let missing = |key| TaskSetError::Missing { key, level: self.level };
+        let (task, demand) = (self.task(entry)?, self.demand(entry)?.own(Method::Classic));
+        let priority = task.priority.real_time().ok_or_else(|| missing("priority"))?;
+        let period = task.period.ok_or_else(|| missing("period"))?;
+        // Nothing says what it takes at most if it has a reason of its own.
+        let time = demand.filter(|_| entry.not_analysed.is_empty()).ok_or_else(|| missing("time"))?;
+        let (jitter, cpus) = (task.jitter, task.cpus.or(Some(self.cpus)));
+        Ok(Task { name: task.name, jitter, cpus, ..Task::new(priority, period, StateMachine::single(time)) })
+    }
+
+    fn operation(
+        &self,
+        number: usize,
+        entry: &OperationEntry,
+        indices: &HashMap<&str, usize>,
+    ) -> Result<Operation> {
+        let index = |name: &String| {
+            indices.get(name.as_str()).copied().ok_or_else(|| TaskSetError::NoTask(name.clone()))
+        };
+        let is_sender = |during: usize| {
+            let sender = self.set.operation.get(during).filter(|_| during < number);
+            sender.is_some_and(|sender| sender.provider == entry.client)
+        };
+        if let Some(during) = entry.during.filter(|during| !is_sender(*during)) {
+            return Err(TaskSetError::NoOperation(during));
+        }
+        let missing = TaskSetError::Missing { key: "time", level: self.level };
+        Ok(Operation {
+            provider: index(&entry.provider)?,
+            client: index(&entry.client)?,
+            sends: entry.sends,
+            time: self.time_at("time", &entry.time)?.ok_or(missing)?,
+            during: entry.during,
+        })
+    }
+
+    /// Returns what the jobs of a task execute at the level, as far as the file says, analysed or not.
+    fn demand(&self, entry: &TaskEntry) -> Result<Demand> {
+        let machine = self.machine(entry)?;
+        let whole =
+            entry.classic_time.as_ref().map(|times| self.time_at("classic_time", times)).transpose()?;
+        let whole = whole.flatten();
+        Ok(machine.map_or(Demand::Unknown, |machine| Demand::Machine { machine, whole }))
+    }
+
+    fn machine(&self, entry: &TaskEntry) -> Result<Option<StateMachine>> {
+        let Some(edges) = &entry.machine else {
+            let Some(time) = &entry.time else { return Ok(None) };
+            return Ok(self.time_at("time", time)?.map(StateMachine::single));
+        };
+        if entry.time.is_some() {
+            return Err(TaskSetError::TimeAndMachine);
+        }
+        let numbers: HashMap<&str, u32> = entry.states().into_iter().zip(0..).collect();
+        let number = |state: &String| {
+            numbers.get(state.as_str()).copied().ok_or_else(|| TaskSetError::NoState(state.clone()))
+        };
+        entry.initial.as_ref().map(number).transpose()?;
+        let edges: Result<Option<Vec<Edge>>> = edges
+            .iter()
+            .map(|edge| {
+                let (source, target) = (number(&edge.from)?, number(&edge.to)?);
+                let cost = self.time_at("time", &edge.time)?;
+                Ok(cost.map(|cost| Edge { source, target, cost }))
+            })
+            .collect();
+        let states = u32::try_from(numbers.len()).unwrap_or(u32::MAX);
+        edges?.map(|edges| StateMachine::new(states, edges)).transpose().map_err(TaskSetError::Machine)
+    }
+
+    /// Returns the execution time at the level.
+    fn time_at(&self, key: &'static str, times: &Numbers) -> Result<Option<Time>> {
+        let number = match times {
+            Numbers::One(number) => Some(number),
+            Numbers::List(times) => times.get(self.column).and_then(Option::as_ref),
+        };
+        number.map(|number| time_of(self.set, key, number, Rounding::Up)).transpose()
+    }
+}
+
+/// Checks what no level shows alone, then each level.
+fn check(set: &TaskSet) -> Result<()> {
+    let tasks = set.task.len().saturating_add(set.other.len());
+    for (what, count, most) in [
+        ("tasks", tasks, MOST_TASKS),
+        ("operations", set.operation.len(), MOST_OPERATIONS),
+        ("levels", set.levels.len(), MOST_LEVELS),
+    ] {
+        if count > most {
+            return Err(TaskSetError::TooMany { what, count, most });
+        }
+    }
+    let mut seen = HashSet::new();
+    if let Some(level) = set.levels.iter().find(|level| !seen.insert(**level)) {
+        return Err(TaskSetError::Repeated("level", level.to_string()));
+    }
+    set.not_analysed.iter().chain(&set.name).chain(&set.times).try_for_each(|it| one_line(it))?;
+    for (section, entries) in [("task", &set.task), ("other", &set.other)] {
+        // Two may have one name only where neither is analysed.
+        let mut known: HashMap<&str, bool> = HashMap::new();
+        for (number, entry) in (1..).zip(entries) {
+            if entry.name.is_empty() {
+                return Err(TaskSetError::NoName { section, number });
+            }
+            check_entry(set, entry).map_err(|error| error.of(section, &entry.name))?;
+            let always = |it: &NotAnalysed| it.levels.is_none() && !it.classic_only;
+            let is_excused = !set.not_analysed.is_empty() || entry.not_analysed.iter().any(always);
+            if known.insert(&entry.name, is_excused).is_some_and(|other| !(other && is_excused)) {
+                return Err(TaskSetError::Repeated(section, entry.name.clone()));
+            }
+        }
+    }
+    for entry in &set.operation {
+        // One that takes no time at a level has 0 there.
+        let check = || one_line(&entry.name).and_then(|()| check_count(set, "time", &entry.time));
+        check().map_err(|error| error.of("operation", &entry.name))?;
+    }
+    let any = [set.level()];
+    let levels = if set.levels.is_empty() { &any } else { set.levels.as_slice() };
+    levels.iter().try_for_each(|level| Reader::new(set, *level, Method::Psm)?.set().map(drop))
+}
+
+fn check_entry(set: &TaskSet, entry: &TaskEntry) -> Result<()> {
+    let edges = || entry.machine.iter().flatten();
+    let of_edges = edges().flat_map(|edge| [Some(&edge.from), edge.name.as_ref()]).flatten();
+    let of_entry = [&entry.name, &entry.component].into_iter().chain(entry.assumed.keys());
+    let reasons = entry.not_analysed.iter().map(|it| &it.reason);
+    of_entry.chain(of_edges).chain(reasons).try_for_each(|text| one_line(text))?;
+    let of_reasons = entry.not_analysed.iter().flat_map(|it| &it.levels).flatten();
+    if let Some(other) = of_reasons.into_iter().find(|level| !set.levels.contains(level)) {
+        return Err(TaskSetError::ReasonForOtherLevel(*other));
+    }
+    for time in entry.assumed.values() {
+        time_of(set, "assumed", time, Rounding::Up)?;
+    }
+    edges().try_for_each(|edge| check_list(set, "time", &edge.time))?;
+    entry.time.iter().try_for_each(|times| check_list(set, "time", times))?;
+    entry.classic_time.iter().try_for_each(|times| check_list(set, "classic_time", times))
+}
+
+/// A terminal obeys control characters.
+fn one_line(text: &str) -> Result<()> {
+    match text.chars().any(char::is_control) {
+        true => Err(TaskSetError::ControlCharacter(text.to_owned())),
+        false => Ok(()),
+    }
+}
+
+/// A list has a time for each level.
+fn check_count(set: &TaskSet, key: &'static str, times: &Numbers) -> Result<()> {
+    match times {
+        Numbers::List(times) if times.len() != set.levels.len() => {
+            Err(TaskSetError::OtherCount { key, times: times.len(), levels: set.levels.len() })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The same; what is exceeded more rarely is not shorter.
+fn check_list(set: &TaskSet, key: &'static str, times: &Numbers) -> Result<()> {
+    check_count(set, key, times)?;
+    let Numbers::List(times) = times else { return Ok(()) };
+    let mut known: Vec<(Reverse<Level>, Time)> = Vec::new();
+    for (level, number) in set.levels.iter().zip(times) {
+        if let Some(number) = number {
+            known.push((Reverse(*level), time_of(set, key, number, Rounding::Up)?));
+        }
+    }
+    known.sort();
+    match known.is_sorted_by_key(|(_, time)| *time) {
+        true => Ok(()),
+        false => Err(TaskSetError::FallingTimes(key)),
+    }
+}
+
+fn time_of(set: &TaskSet, key: &'static str, number: &Number, rounding: Rounding) -> Result<Time> {
+    if number.is_inexact() {
+        return Err(TaskSetError::ManyDigits(key));
+    }
+    let (text, unit) = (number.to_string(), set.unit);
+    let time = Time::parse(&text, unit, rounding);
+    time.map_err(|error| TaskSetError::InvalidTime { key, text, unit, error })
+}
+
+fn priority(number: &Number) -> Result<Priority> {
+    match (number.to_string(), number.whole()) {
+        (word, _) if word == "background" => Ok(Priority::Background),
+        (_, Some(number @ 1..=99)) => Ok(Priority::RealTime(number as u32)),
+        (text, _) => Err(TaskSetError::NoPriority(text)),
+    }
+}
+
+/// Returns the CPUs of these numbers, a bit each.
+fn mask(numbers: &Numbers) -> Result<u64> {
+    match numbers {
+        Numbers::One(number) => cpu(number),
+        Numbers::List(numbers) => {
+            let cpu = |number: &Option<Number>| number.as_ref().map_or_else(|| Err(no_cpu("null")), cpu);
+            match numbers.iter().try_fold(0, |all, number| Ok(all | cpu(number)?))? {
+                0 => Err(no_cpu("[]")),
+                all => Ok(all),
+            }
+        }
+    }
+}
+
+fn no_cpu(text: &str) -> TaskSetError {
+    TaskSetError::NoCpu(text.to_owned())
+}
+
+/// Returns the bit of a CPU.
+fn cpu(number: &Number) -> Result<u64> {
+    match number.whole() {
+        Some(number @ 1..=64) => Ok(1 << (number - 1)),
+        _ => Err(no_cpu(&number.to_string())),
+    }
+}
