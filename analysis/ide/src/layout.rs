@@ -131,10 +131,10 @@ const MANY_ITEMS: usize = 600;
 pub(crate) fn place(diagram: &Diagram, spacing: Spacing) -> Placement {
     let exists =
         |&(number, port): &(usize, usize)| diagram.boxes.get(number).is_some_and(|it| port < it.ports.len());
-    let usable = |line: &LineEnds| exists(&line.source) && exists(&line.target);
-    let lines: Vec<usize> =
-        (0..diagram.lines.len()).filter(|&line| diagram.lines.get(line).is_some_and(usable)).collect();
-    Layout::new(diagram, spacing, &lines).placement()
+    let is_usable = |line: &LineEnds| exists(&line.source) && exists(&line.target);
+    // From here on, all numbers are those of boxes, ports and lines that exist.
+    let lines = (0..diagram.lines.len()).filter(|&line| is_usable(&diagram.lines[line])).collect();
+    Layout::new(diagram, spacing, lines).placement()
 }
 
 /// A place in the sequence of columns that a line passes: a slot, or a position in a column between.
@@ -177,13 +177,11 @@ struct Layout<'a> {
 }
 
 impl<'a> Layout<'a> {
-    fn new(diagram: &'a Diagram, spacing: Spacing, usable: &[usize]) -> Layout<'a> {
-        let is_loop =
-            |line: &&usize| diagram.lines.get(**line).is_some_and(|line| line.source.0 == line.target.0);
-        let loops: Vec<usize> = usable.iter().filter(is_loop).copied().collect();
-        let lines: Vec<usize> = usable.iter().filter(|line| !is_loop(line)).copied().collect();
-        let ends = |line: &usize| diagram.lines.get(*line).map(|line| (line.source.0, line.target.0));
-        let order = order_of(diagram.boxes.len(), &lines.iter().filter_map(ends).collect::<Vec<_>>());
+    fn new(diagram: &'a Diagram, spacing: Spacing, usable: Vec<usize>) -> Layout<'a> {
+        let ends = |line: &usize| (diagram.lines[*line].source.0, diagram.lines[*line].target.0);
+        let is_loop = |line: &usize| ends(line).0 == ends(line).1;
+        let (loops, lines): (Vec<usize>, Vec<usize>) = usable.into_iter().partition(is_loop);
+        let order = order_of(diagram.boxes.len(), &lines.iter().map(ends).collect::<Vec<_>>());
         let mut layout = Layout {
             diagram,
             spacing,
@@ -206,8 +204,7 @@ impl<'a> Layout<'a> {
     }
 
     fn line(&self, line: usize) -> LineEnds {
-        let none = LineEnds { source: (0, 0), target: (0, 0), label: None };
-        self.diagram.lines.get(line).copied().unwrap_or(none)
+        self.diagram.lines[line]
     }
 
     /// The left and the right box of a line.
@@ -223,9 +220,7 @@ impl<'a> Layout<'a> {
     fn lines_by(&self, end: impl Fn((usize, usize)) -> usize) -> Vec<Vec<usize>> {
         let mut lines = vec![Vec::new(); self.diagram.boxes.len()];
         for &line in &self.lines {
-            if let Some(of_box) = lines.get_mut(end(self.ends_of(line))) {
-                of_box.push(line);
-            }
+            lines[end(self.ends_of(line))].push(line);
         }
         lines
     }
@@ -236,10 +231,8 @@ impl<'a> Layout<'a> {
         for (index, items) in self.columns.iter_mut().enumerate() {
             items.sort_by(|a, b| (a.top + a.height / 2.0).total_cmp(&(b.top + b.height / 2.0)));
             for item in items.iter() {
-                if let Content::Box(number) = item.content
-                    && let Some(column) = self.column_of.get_mut(number)
-                {
-                    *column = index;
+                if let Content::Box(number) = item.content {
+                    self.column_of[number] = index;
                 }
             }
         }
@@ -277,8 +270,7 @@ impl<'a> Layout<'a> {
 
     /// The sides at which a line leaves its source and reaches its target.
     fn sides(&self, line: LineEnds) -> (Side, Side) {
-        let position = |number: usize| self.order.get(number).copied().unwrap_or_default();
-        match position(line.source.0) <= position(line.target.0) {
+        match self.order[line.source.0] <= self.order[line.target.0] {
             true => (Side::Right, Side::Left),
             false => (Side::Left, Side::Right),
         }
@@ -291,17 +283,13 @@ impl<'a> Layout<'a> {
             let ends = self.line(line);
             let (source, target) = self.sides(ends);
             for ((number, port), side) in [(ends.source, source), (ends.target, target)] {
-                if let Some(used) = used.get_mut(number) {
-                    used.insert((port, side));
-                }
+                used[number].insert((port, side));
             }
         }
         for &line in &self.loops {
             let LineEnds { source: (number, source), target: (_, target), .. } = self.line(line);
-            let has_ports = self.diagram.boxes.get(number).is_some_and(|it| it.head.is_some());
-            if let Some(used) = used.get_mut(number).filter(|_| has_ports) {
-                used.insert((source, Side::Right));
-                used.insert((target, Side::Left));
+            if self.diagram.boxes[number].head.is_some() {
+                used[number].extend([(source, Side::Right), (target, Side::Left)]);
             }
         }
         for ((size, placed), used) in self.diagram.boxes.iter().zip(&mut self.boxes).zip(&used) {
@@ -316,9 +304,7 @@ impl<'a> Layout<'a> {
 
     /// The width and the height of a box without the lines to itself.
     fn size(&self, number: usize) -> (f64, f64) {
-        let (Some(size), Some(placed)) = (self.diagram.boxes.get(number), self.boxes.get(number)) else {
-            return (0.0, 0.0);
-        };
+        let (size, placed) = (&self.diagram.boxes[number], &self.boxes[number]);
         let on = |side: Side| placed.slots.iter().filter(|slot| slot.side == side).count();
         let rows = on(Side::Left).max(on(Side::Right)) as f64;
         let mut width = size.width;
@@ -344,9 +330,8 @@ impl<'a> Layout<'a> {
     /// The width and the height of a box with the lines to itself.
     fn outer_size(&self, number: usize) -> (f64, f64) {
         let (width, height) = self.size(number);
-        let around = self.diagram.boxes.get(number).is_some_and(|it| it.head.is_some());
         let count = self.loops_of(number).count() as f64;
-        if around {
+        if self.diagram.boxes[number].head.is_some() {
             let side = if count > 0.0 { self.spacing.ends + count * self.spacing.turns } else { 0.0 };
             (width + 2.0 * side, height + count * (self.spacing.lines + self.spacing.line))
         } else {
@@ -371,15 +356,11 @@ impl<'a> Layout<'a> {
     fn place_tops(&mut self) {
         for number in 0..self.boxes.len() {
             let (width, height) = self.size(number);
-            if let Some(placed) = self.boxes.get_mut(number) {
-                (placed.area.width, placed.area.height) = (width, height);
-            }
+            self.boxes[number].area = Area { width, height, ..Area::default() };
         }
         for item in self.columns.iter().flatten() {
-            if let Content::Box(number) = item.content
-                && let Some(placed) = self.boxes.get_mut(number)
-            {
-                placed.area.y = item.top;
+            if let Content::Box(number) = item.content {
+                self.boxes[number].area.y = item.top;
             }
         }
     }
@@ -387,14 +368,13 @@ impl<'a> Layout<'a> {
     /// Orders the slots of each side by the other ends of their lines, and sets their positions.
     fn order_slots(&mut self) {
         let mut others: BTreeMap<(usize, usize, Side), (f64, f64)> = BTreeMap::new();
-        let centre =
-            |number: usize| self.boxes.get(number).map_or(0.0, |it| it.area.y + it.area.height / 2.0);
+        let centre = |number: usize| self.boxes[number].area.y + self.boxes[number].area.height / 2.0;
         for &line in &self.lines {
             let ends = self.line(line);
             let (source, target) = self.sides(ends);
             // The next stop of the line says more than its other end.
             let near = |number: usize, side: Side, other: usize| {
-                let column = self.column_of.get(number).copied().unwrap_or_default();
+                let column = self.column_of[number];
                 let next = if side == Side::Right { column.checked_add(1) } else { column.checked_sub(1) };
                 let items = next.and_then(|next| self.columns.get(next)).into_iter().flatten();
                 let mut of_line = items.filter(|item| is_of_line(item.content, line));
@@ -436,9 +416,8 @@ impl<'a> Layout<'a> {
     }
 
     fn slot(&self, (number, port): (usize, usize), side: Side) -> f64 {
-        let slots = self.boxes.get(number).into_iter().flat_map(|it| &it.slots);
-        let mut found = slots.filter(|slot| slot.port == port && slot.side == side);
-        found.next().map(|slot| slot.y).unwrap_or_default()
+        let mut slots = self.boxes[number].slots.iter();
+        slots.find(|slot| slot.port == port && slot.side == side).map(|slot| slot.y).unwrap_or_default()
     }
 
     /// The stops of each line between boxes, from left to right.
@@ -456,7 +435,7 @@ impl<'a> Layout<'a> {
             let ends = self.line(line);
             let (source, target) = self.sides(ends);
             let stop = |end: (usize, usize), side: Side| Stop {
-                column: self.column_of.get(end.0).copied().unwrap_or_default(),
+                column: self.column_of[end.0],
                 y: self.slot(end, side),
             };
             let mut stops = vec![stop(ends.source, source), stop(ends.target, target)];
@@ -473,11 +452,11 @@ impl<'a> Layout<'a> {
         let mut columns = std::mem::take(&mut self.columns);
         for (&line, stops) in self.lines.iter().zip(stops) {
             for index in 1..stops.len().saturating_sub(1) {
-                let neighbours = [index - 1, index + 1].map(|index| stops.get(index).map(|stop| stop.y));
-                let Some(stop) = stops.get_mut(index) else { continue };
-                let Some(items) = columns.get_mut(stop.column) else { continue };
+                let neighbours = [index - 1, index + 1].map(|index| stops[index].y);
+                let stop = &mut stops[index];
+                let items = &mut columns[stop.column];
                 let Some(at) = items.iter().position(|item| is_of_line(item.content, line)) else { continue };
-                let Some(item) = items.get(at).copied() else { continue };
+                let item = items[at];
                 let above = at.checked_sub(1).and_then(|above| items.get(above));
                 let least = above.map_or(self.spacing.margin, |above| {
                     above.top + above.height + self.gap(above.content, item.content)
@@ -486,15 +465,10 @@ impl<'a> Layout<'a> {
                 let greatest = below.map_or(f64::INFINITY, |below| {
                     below.top - self.gap(item.content, below.content) - item.height
                 });
-                for y in neighbours.into_iter().flatten() {
-                    let top = y - item.height + self.spacing.line;
-                    if top >= least && top <= greatest {
-                        stop.y = y;
-                        if let Some(item) = items.get_mut(at) {
-                            item.top = top;
-                        }
-                        break;
-                    }
+                let top = |y: f64| y - item.height + self.spacing.line;
+                if let Some(y) = neighbours.into_iter().find(|&y| top(y) >= least && top(y) <= greatest) {
+                    stop.y = y;
+                    items[at].top = top(y);
                 }
             }
         }
@@ -520,25 +494,19 @@ impl<'a> Layout<'a> {
         let width = ends.last().map_or(0.0, |last| last.1) + self.spacing.margin;
         for (items, &(left, right)) in self.columns.iter().zip(&ends) {
             for item in items {
-                if let Content::Box(number) = item.content
-                    && let Some(placed) = self.boxes.get_mut(number)
-                {
-                    placed.area.x = ((left + right - placed.area.width) / 2.0).floor();
+                if let Content::Box(number) = item.content {
+                    let area = &mut self.boxes[number].area;
+                    area.x = ((left + right - area.width) / 2.0).floor();
                 }
             }
         }
         let mut lines = vec![PlacedLine::default(); self.diagram.lines.len()];
         for (&line, stops) in self.lines.iter().zip(stops) {
             let points = self.points(line, stops, &gaps, &ends);
-            let label = self.label(line, &ends);
-            if let Some(placed) = lines.get_mut(line) {
-                *placed = PlacedLine { points, label };
-            }
+            lines[line] = PlacedLine { points, label: self.label(line, &ends) };
         }
         for (line, placed) in self.placed_loops() {
-            if let Some(it) = lines.get_mut(line) {
-                *it = placed;
-            }
+            lines[line] = placed;
         }
         let bottom = self.columns.iter().flatten().map(|item| item.top + item.height).fold(0.0, f64::max);
         Placement { width, height: bottom + self.spacing.margin, boxes: self.boxes, lines }
@@ -547,27 +515,19 @@ impl<'a> Layout<'a> {
     fn points(&self, line: usize, stops: &[Stop], gaps: &[Gap], ends: &[(f64, f64)]) -> Vec<(f64, f64)> {
         let (source_side, _) = self.sides(self.line(line));
         let (left, right) = self.ends_of(line);
-        let area = |number: usize| self.boxes.get(number).map(|it| it.area).unwrap_or_default();
+        let (left, right) = (self.boxes[left].area, self.boxes[right].area);
         let mut points: Vec<(f64, f64)> = Vec::new();
-        if let Some(first) = stops.first() {
-            points.push((area(left).x + area(left).width - self.spacing.line, first.y));
-        }
-        for pair in stops.windows(2) {
-            let [from, to] = pair else { continue };
-            if from.y == to.y {
-                continue;
-            }
+        points.extend(stops.first().map(|first| (left.x + left.width - self.spacing.line, first.y)));
+        for (from, to) in stops.iter().zip(stops.iter().skip(1)).filter(|(from, to)| from.y != to.y) {
             // All columns between have a stop, so that these two are neighbours.
-            let x = gaps.get(from.column).and_then(|gap| gap.turn_of(line)).map(|turn| {
-                let end = ends.get(from.column).map_or(0.0, |end| end.1);
-                end + self.spacing.ends + turn as f64 * self.spacing.turns
-            });
+            let x = gaps
+                .get(from.column)
+                .and_then(|gap| gap.turn_of(line))
+                .map(|turn| ends[from.column].1 + self.spacing.ends + turn as f64 * self.spacing.turns);
             let x = x.unwrap_or_default();
             points.extend([(x, from.y), (x, to.y)]);
         }
-        if let Some(last) = stops.last() {
-            points.push((area(right).x, last.y));
-        }
+        points.extend(stops.last().map(|last| (right.x, last.y)));
         if source_side == Side::Left {
             points.reverse();
         }
@@ -587,14 +547,13 @@ impl<'a> Layout<'a> {
     /// The lines from a box to itself: below it, or around it to the port on its other side.
     fn placed_loops(&self) -> Vec<(usize, PlacedLine)> {
         let mut count_of: BTreeMap<usize, f64> = BTreeMap::new();
-        let placed = self.loops.iter().filter_map(|&line| {
+        let placed = self.loops.iter().map(|&line| {
             let ends = self.line(line);
-            let placed = self.boxes.get(ends.source.0)?;
-            let Area { x, y, width, height } = placed.area;
+            let Area { x, y, width, height } = self.boxes[ends.source.0].area;
             let (right, bottom) = (x + width - self.spacing.line, y + height - self.spacing.line);
             let count = count_of.entry(ends.source.0).or_default();
             *count += 1.0;
-            if self.diagram.boxes.get(ends.source.0)?.head.is_some() {
+            if self.diagram.boxes[ends.source.0].head.is_some() {
                 let (from, to) = (self.slot(ends.source, Side::Right), self.slot(ends.target, Side::Left));
                 let side = self.spacing.ends + (*count - 1.0) * self.spacing.turns;
                 let below = bottom + *count * (self.spacing.lines + self.spacing.line);
@@ -606,7 +565,7 @@ impl<'a> Layout<'a> {
                     (x - side, to),
                     (x, to),
                 ];
-                return Some((line, PlacedLine { points, label: None }));
+                return (line, PlacedLine { points, label: None });
             }
             let middle = x + (width / 2.0).floor();
             let reach = self.loop_reach(ends);
@@ -625,7 +584,7 @@ impl<'a> Layout<'a> {
                 width: label_width,
                 height: label_height,
             });
-            Some((line, PlacedLine { points, label }))
+            (line, PlacedLine { points, label })
         });
         placed.collect()
     }

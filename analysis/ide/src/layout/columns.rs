@@ -11,14 +11,12 @@ impl Layout<'_> {
     pub(super) fn ranks(&self) -> Vec<usize> {
         let outgoing = self.lines_by(|(left, _)| left);
         let mut boxes: Vec<usize> = (0..self.diagram.boxes.len()).collect();
-        boxes.sort_by_key(|&number| self.order.get(number).copied());
+        boxes.sort_by_key(|&number| self.order[number]);
         let mut ranks = vec![0; self.diagram.boxes.len()];
         for left in boxes {
-            let rank: usize = ranks.get(left).copied().unwrap_or_default();
-            for &line in outgoing.get(left).into_iter().flatten() {
-                if let Some(other) = ranks.get_mut(self.ends_of(line).1) {
-                    *other = (*other).max(rank + 2);
-                }
+            for &line in &outgoing[left] {
+                let right = self.ends_of(line).1;
+                ranks[right] = ranks[right].max(ranks[left] + 2);
             }
         }
         ranks
@@ -27,8 +25,7 @@ impl Layout<'_> {
     /// The ranks between the ends of a line.
     pub(super) fn span(&self, line: usize, ranks: &[usize]) -> std::ops::Range<usize> {
         let (left, right) = self.ends_of(line);
-        let rank = |number: usize| ranks.get(number).copied().unwrap_or_default();
-        rank(left) + 1..rank(right)
+        ranks[left] + 1..ranks[right]
     }
 
     /// The content of a column where a line passes, and its height.
@@ -84,12 +81,11 @@ impl Layout<'_> {
                 continue;
             };
             let label_at = edge.x.map(rank);
-            let rank_of = |number: usize| rank_of.get(number).copied().unwrap_or_default();
             for point in &edge.points {
                 let at = rank(point.x);
                 // The first and the last one are on the borders of the boxes.
                 let is_known = ranks.get(&at).is_some_and(|items| has_line(items, line));
-                if at > rank_of(left) && at < rank_of(right) && !is_known {
+                if at > rank_of[left] && at < rank_of[right] && !is_known {
                     let (content, height) = self.passing(line, label_at == Some(at));
                     ranks.entry(at).or_default().push(Item { content, top: point.y - height / 2.0, height });
                 }
@@ -103,17 +99,13 @@ impl Layout<'_> {
         let mut columns: Vec<Vec<Item>> = vec![Vec::new(); ranks.iter().max().map_or(0, |most| most + 1)];
         for (number, &rank) in ranks.iter().enumerate() {
             let (_, height) = self.outer_size(number);
-            if let Some(items) = columns.get_mut(rank) {
-                items.push(Item { content: Content::Box(number), top: 0.0, height });
-            }
+            columns[rank].push(Item { content: Content::Box(number), top: 0.0, height });
         }
         for &line in &self.lines {
             let span = self.span(line, ranks);
             for rank in span.clone() {
                 let (content, height) = self.passing(line, rank == span.start);
-                if let Some(items) = columns.get_mut(rank) {
-                    items.push(Item { content, top: 0.0, height });
-                }
+                columns[rank].push(Item { content, top: 0.0, height });
             }
         }
         let (outgoing, incoming) = (self.lines_by(|(left, _)| left), self.lines_by(|(_, right)| right));
@@ -126,7 +118,7 @@ impl Layout<'_> {
                         height_of.get(&line).copied().unwrap_or_default()
                     }
                     Content::Box(number) => {
-                        let lines = incoming.get(number).into_iter().flatten();
+                        let lines = incoming[number].iter();
                         let heights: Vec<f64> =
                             lines.filter_map(|line| height_of.get(line).copied()).collect();
                         heights.iter().sum::<f64>() / heights.len().max(1) as f64
@@ -144,7 +136,7 @@ impl Layout<'_> {
             }
             for item in items.iter() {
                 if let Content::Box(number) = item.content {
-                    for &line in outgoing.get(number).into_iter().flatten() {
+                    for &line in &outgoing[number] {
                         height_of.insert(line, item.top + item.height / 2.0);
                     }
                 }

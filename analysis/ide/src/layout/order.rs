@@ -7,27 +7,23 @@ use std::collections::BTreeSet;
 pub(super) fn order_of(count: usize, lines: &[(usize, usize)]) -> Vec<usize> {
     let (mut sources, mut targets) = (vec![Vec::new(); count], vec![Vec::new(); count]);
     for &(source, target) in lines {
-        if let (Some(of_target), Some(of_source)) = (sources.get_mut(target), targets.get_mut(source)) {
-            of_target.push(source);
-            of_source.push(target);
-        }
+        sources[target].push(source);
+        targets[source].push(target);
     }
     // Lines to and from boxes that are left.
     let degrees = |lists: &[Vec<usize>]| lists.iter().map(Vec::len).collect::<Vec<usize>>();
     let (mut incoming, mut outgoing) = (degrees(&sources), degrees(&targets));
     let mut left: BTreeSet<usize> = (0..count).collect();
     let (mut start, mut end) = (Vec::new(), Vec::new());
-    let degree = |degrees: &[usize], number: usize| degrees.get(number).copied().unwrap_or_default();
     while !left.is_empty() {
-        let source = left.iter().copied().find(|&number| degree(&incoming, number) == 0);
-        let sink = left.iter().rev().copied().find(|&number| degree(&outgoing, number) == 0);
+        let source = left.iter().copied().find(|&number| incoming[number] == 0);
+        let sink = left.iter().rev().copied().find(|&number| outgoing[number] == 0);
         let chosen = match (source, sink) {
             (Some(source), _) => source,
             (None, Some(sink)) => sink,
             // The first of those with the most lines out and the fewest in.
             (None, None) => {
-                let gain =
-                    |&number: &usize| degree(&outgoing, number) as isize - degree(&incoming, number) as isize;
+                let gain = |&number: &usize| outgoing[number] as isize - incoming[number] as isize;
                 left.iter().copied().rev().max_by_key(gain).unwrap_or_default()
             }
         };
@@ -36,22 +32,12 @@ pub(super) fn order_of(count: usize, lines: &[(usize, usize)]) -> Vec<usize> {
             false => start.push(chosen),
         }
         left.remove(&chosen);
-        for &other in targets.get(chosen).into_iter().flatten() {
-            if let Some(degree) = incoming.get_mut(other) {
-                *degree = degree.saturating_sub(1);
-            }
-        }
-        for &other in sources.get(chosen).into_iter().flatten() {
-            if let Some(degree) = outgoing.get_mut(other) {
-                *degree = degree.saturating_sub(1);
-            }
-        }
+        targets[chosen].iter().for_each(|&other| incoming[other] -= 1);
+        sources[chosen].iter().for_each(|&other| outgoing[other] -= 1);
     }
     let mut order = vec![0; count];
     for (position, number) in start.into_iter().chain(end.into_iter().rev()).enumerate() {
-        if let Some(it) = order.get_mut(number) {
-            *it = position;
-        }
+        order[number] = position;
     }
     order
 }
