@@ -1,16 +1,17 @@
 //! Call hierarchy: the callers of a codel or an operation, and the calls of a program. Calls of a required operation lead to the
 //! operations that are connected to it in any architecture.
+//!
+//! A node is a [`Definition`]: a codel; an operation of a shell, if it is required or has no definition in a core; or a program
+//! of a core, which is an operation, a hook, a method or a transition.
 
 use mauve_hir::item_tree::{FeatureKind, Kind, Name, SourceId};
-use mauve_hir::{
-    Decl, File, Location, ModelDb, Project, core, declarations, flat_of, names_of, parse, shell,
-};
-use mauve_syntax::SyntaxKind::{HOOK, METHOD, OPERATION_DEFINITION, TRANSITION};
+use mauve_hir::{Decl, File, Location, ModelDb, Project, core, declarations, flat_of, names_of, shell};
 use mauve_syntax::{TextRange, TextSize};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::document_symbols::SymbolKind;
 use crate::hierarchy::{HierarchyItem, declaration_of, id_of, item_of};
+use crate::hover::declaration_in;
 use crate::occurrences::{Definition, FoundName, Role, each_once, in_declaration, names_at, occurrences_of};
 
 /// The calls between two items.
@@ -31,14 +32,14 @@ pub fn call_items(
 ) -> Vec<HierarchyItem> {
     if mauve_hir::is_model(file.path(db)) {
         let cores = declarations(db, file).all.iter().filter(|decl| decl.kind(db) == Kind::Core);
-        let mut programs = cores.flat_map(|&core| programs_of(db, core));
+        let mut programs = cores.flat_map(|&core| members_of(db, core));
         if let Some(program) = programs.find(|it| it.place().range(db).contains_inclusive(offset)) {
             return program.item(db).into_iter().collect();
         }
     }
     let names = names_at(db, project, file, offset);
     let nodes = names.iter().flat_map(|name| nodes_of(db, project, name));
-    each_once(nodes.filter_map(|node| node.item(db)))
+    each_once(nodes.filter_map(|node| item(db, &node)))
 }
 
 /// Returns the callers of an item.
@@ -55,156 +56,149 @@ pub fn call_items(
 /// assert_eq!(&mauve_ide::outgoing_calls(&db, project, file, &caller.id)[0].item, codel);
 /// ```
 pub fn incoming_calls(db: &dyn ModelDb, project: Project<'_>, file: File, id: &str) -> Vec<Calls> {
-    let mut found = Collected::default();
-    let Some(node) = node(db, file, id) else { return found.calls };
-    let Some(called) = node.definition(db, project) else { return found.calls };
-    // Calls in any core, and in its own core.
-    let mut anywhere: FxHashSet<&Definition<'_>> = requirers(db, project, &called).collect();
-    let own = match &node {
-        Node::Program(program) => Some(program.core),
-        Node::Codel(_) | Node::Operation(..) => {
-            anywhere.insert(&called);
-            None
-        }
+    let Some(node) = node(db, file, id) else { return Vec::new() };
+    let own = program(db, &node);
+    let called = match own {
+        // Not every program can be called.
+        Some((core, id)) => definitions_in(db, project, core).iter().find(|it| it.1 == id).map(|it| &it.0),
+        None => Some(&node),
     };
+    let Some(called) = called else { return Vec::new() };
+    // Calls in any core, and in its own core.
+    let mut anywhere: FxHashSet<&Definition<'_>> = requirers(db, project, called).collect();
+    anywhere.extend(own.is_none().then_some(called));
+    let mut found = Vec::new();
     for core in names_of(db, project).of_kind(db, Kind::Core) {
         db.unwind_if_revision_cancelled();
-        let is_it = |it: &Definition<'_>| own == Some(core) && *it == called || anywhere.contains(it);
+        let is_own = own.is_some_and(|(own, _)| own == core);
+        let is_it = |it: &Definition<'_>| is_own && it == called || anywhere.contains(it);
         let mut calls = in_declaration(db, project, core);
         calls.retain(|it| it.role == Role::Call && is_it(&it.definition));
         if calls.is_empty() {
             continue;
         }
-        let programs = programs_of(db, core);
+        let programs = members_of(db, core);
         for call in calls {
             let before = programs.partition_point(|it| it.place().range(db).end() <= call.range.start());
-            let last = before.checked_sub(1).and_then(|last| programs.get(last)?.item(db));
+            let last = programs[..before].last().map(Member::place);
+            let caller = last.filter(|it| range_of(db, it).is_some_and(|it| it.contains_range(call.range)));
             // Otherwise it is in the initial value of a variable.
-            let caller = last.filter(|it| it.range.contains_range(call.range));
-            found.add(caller.or_else(|| item_of(db, core, SymbolKind::Core)), call.range);
+            found.push((caller.map_or(Definition::Declaration(core), Definition::At), call.range));
         }
     }
-    found.calls
+    grouped(db, &found)
 }
 
 /// Returns the calls in an item.
 pub fn outgoing_calls(db: &dyn ModelDb, project: Project<'_>, file: File, id: &str) -> Vec<Calls> {
-    let mut found = Collected::default();
-    match node(db, file, id) {
-        Some(Node::Codel(_)) | None => {}
-        Some(Node::Operation(shell, id)) => {
-            let place = Location::Source(shell, id);
-            let range = place.range(db);
-            for provider in providers(db, project, &Definition::At(place)) {
-                provided(db, project, provider).iter().for_each(|node| found.add(node.item(db), range));
-            }
+    let mut found = Vec::new();
+    let Some(node) = node(db, file, id) else { return Vec::new() };
+    let Definition::At(place) = &node else { return Vec::new() };
+    let range = range_of(db, place).unwrap_or_default();
+    if let Some((core, _)) = program(db, &node) {
+        let mut calls = in_declaration(db, project, core);
+        calls.retain(|it| it.role == Role::Call && range.contains_range(it.range));
+        for call in calls {
+            let callees = called(db, project, core, &call.definition);
+            found.extend(callees.into_iter().map(|callee| (callee, call.range)));
         }
-        Some(Node::Program(program)) => {
-            let range = program.range(db).unwrap_or_default();
-            let mut calls = in_declaration(db, project, program.core);
-            calls.retain(|it| it.role == Role::Call && range.contains_range(it.range));
-            for call in calls {
-                let nodes = called(db, project, program.core, &call);
-                nodes.iter().for_each(|node| found.add(node.item(db), call.range));
-            }
-        }
+    } else {
+        let callees = providers(db, project, &node).flat_map(|it| provided(db, project, it));
+        found.extend(callees.map(|callee| (callee, range)));
     }
-    found.calls
+    grouped(db, &found)
 }
 
-#[derive(Default)]
-struct Collected {
-    calls: Vec<Calls>,
-    index: FxHashMap<(File, TextRange, String), usize>,
-    known: FxHashSet<(usize, TextRange)>,
-}
-
-impl Collected {
-    fn add(&mut self, item: Option<HierarchyItem>, range: TextRange) {
-        let Some(item) = item else { return };
-        let key = (item.file, item.name_range, item.id.clone());
-        let index = *self.index.entry(key).or_insert(self.calls.len());
-        if self.known.insert((index, range)) {
-            match self.calls.get_mut(index) {
-                Some(calls) => calls.ranges.push(range),
-                None => self.calls.push(Calls { item, ranges: vec![range] }),
-            }
-        }
+/// Returns calls by their callers or callees, each once, in order.
+fn grouped<'db>(db: &'db dyn ModelDb, found: &[(Definition<'db>, TextRange)]) -> Vec<Calls> {
+    let mut known = FxHashSet::default();
+    let mut ranges: FxHashMap<&Definition<'db>, Vec<TextRange>> = FxHashMap::default();
+    let mut nodes = Vec::new();
+    for (node, range) in found.iter().filter(|it| known.insert(*it)) {
+        let of_node = ranges.entry(node).or_insert_with(|| {
+            nodes.push(node);
+            Vec::new()
+        });
+        of_node.push(*range);
     }
+    let calls = nodes.into_iter().filter_map(|node| {
+        let ranges = ranges.remove(node)?;
+        Some(Calls { item: item(db, node)?, ranges })
+    });
+    calls.collect()
 }
 
-enum Node<'db> {
-    Codel(Decl<'db>),
-    /// An operation of a shell, by its name: a required one, or one without a definition.
-    Operation(Decl<'db>, SourceId),
-    Program(Program<'db>),
-}
-
-/// An operation, a hook, a method or a transition of a core.
-#[derive(Clone)]
-struct Program<'db> {
-    core: Decl<'db>,
+/// A node inside a declaration: a program of a core, or an operation of a shell.
+struct Member<'db> {
+    of: Decl<'db>,
     /// Its name or keyword.
     id: SourceId,
-    /// `f`, `update`, `Idle.run`, `Idle.go`: unique in the core.
+    /// `f`, `update`, `Idle.run`, `Idle.go`: unique in a core.
     name: String,
     kind: SymbolKind,
+    /// `core`, or how a shell has the operation.
+    container: &'static str,
 }
 
-impl<'db> Program<'db> {
-    /// Returns the location of its name or keyword.
+impl<'db> Member<'db> {
     fn place(&self) -> Location<'db> {
-        Location::Source(self.core, self.id)
-    }
-
-    /// Returns its full range.
-    fn range(&self, db: &dyn ModelDb) -> Option<TextRange> {
-        let (name, root) = (self.place().range(db), parse(db, self.core.file(db)).syntax());
-        let element = root.text_range().contains_range(name).then(|| root.covering_element(name))?;
-        let is_program = |kind| matches!(kind, OPERATION_DEFINITION | HOOK | METHOD | TRANSITION);
-        element.ancestors().find(|node| is_program(node.kind())).map(|node| node.text_range())
+        Location::Source(self.of, self.id)
     }
 
     fn item(&self, db: &dyn ModelDb) -> Option<HierarchyItem> {
         Some(HierarchyItem {
             name: self.name.clone(),
             kind: self.kind,
-            detail: format!("core {}", self.core.name(db)),
-            file: self.core.file(db),
-            range: self.range(db)?,
+            detail: format!("{} {}", self.container, self.of.name(db)),
+            file: self.of.file(db),
+            range: range_of(db, &self.place())?,
             name_range: self.place().range(db),
-            id: format!("{} {}", id_of(db, self.core), self.name),
+            id: format!("{} {}", id_of(db, self.of), self.name),
         })
     }
 }
 
-/// Returns the programs of a core, in text order.
-fn programs_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<Program<'db>> {
-    let Some(data) = core(db, of) else { return Vec::new() };
-    let program = |id, name: String, kind| Program { core: of, id, name, kind };
-    let hooks = data.hooks.iter();
-    let hooks = hooks.map(|it| program(it.id, it.kind.keyword().to_owned(), SymbolKind::Hook));
-    let mut found: Vec<Program<'db>> = operations_of(db, of).chain(hooks).collect();
+/// Returns the full range of a program, and the name of an operation of a shell.
+fn range_of(db: &dyn ModelDb, place: &Location<'_>) -> Option<TextRange> {
+    match place {
+        Location::Source(of, _) if of.kind(db) == Kind::Core => {
+            declaration_in(db, place.file(db), place.range(db)).map(|it| it.text_range())
+        }
+        _ => Some(place.range(db)),
+    }
+}
+
+/// Returns the programs of a core, in text order, or the operations of a shell.
+fn members_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<Member<'db>> {
+    let mut found = Vec::new();
+    let mut add = |id, name: String, kind, container| found.push(Member { of, id, name, kind, container });
+    for feature in shell(db, of).into_iter().flat_map(|data| &data.features) {
+        let container = match feature.kind {
+            FeatureKind::Required => "required by shell",
+            FeatureKind::Provided => "provided by shell",
+            _ => continue,
+        };
+        add(feature.name.id, feature.name.name.to_string(), SymbolKind::Operation, container);
+    }
+    let Some(data) = core(db, of) else { return found };
+    for it in &data.operations {
+        add(it.name.id, it.name.name.to_string(), SymbolKind::Operation, "core");
+    }
+    for it in &data.hooks {
+        add(it.id, it.kind.keyword().to_owned(), SymbolKind::Hook, "core");
+    }
     for state in data.states() {
         let name = |name: &str| format!("{}.{name}", state.name.name);
-        let methods = state.methods.iter();
-        found.extend(methods.map(|it| program(it.id, name(it.kind.keyword()), SymbolKind::Hook)));
-        let transitions = state.transitions.iter();
-        found.extend(transitions.map(|it| program(it.name.id, name(&it.name.name), SymbolKind::Transition)));
+        for it in &state.methods {
+            add(it.id, name(it.kind.keyword()), SymbolKind::Hook, "core");
+        }
+        for it in &state.transitions {
+            add(it.name.id, name(&it.name.name), SymbolKind::Transition, "core");
+        }
     }
     found.retain(|it| !it.name.starts_with('.') && !it.name.ends_with('.') && !it.name.is_empty());
     found.sort_by_key(|it| it.id);
     found
-}
-
-fn operations_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> impl Iterator<Item = Program<'db>> {
-    let all = core(db, of).into_iter().flat_map(|data| &data.operations);
-    all.map(move |it| Program {
-        core: of,
-        id: it.name.id,
-        name: it.name.name.to_string(),
-        kind: SymbolKind::Operation,
-    })
 }
 
 #[salsa::tracked(returns(ref))]
@@ -238,70 +232,44 @@ pub(crate) fn definitions<'db>(
     found
 }
 
-impl<'db> Node<'db> {
-    /// Returns the codel or the operation that is called; `None` for a program that cannot be called.
-    fn definition(&self, db: &'db dyn ModelDb, project: Project<'db>) -> Option<Definition<'db>> {
-        match self {
-            Node::Codel(codel) => Some(Definition::Declaration(*codel)),
-            Node::Operation(of, id) => Some(Definition::At(Location::Source(*of, *id))),
-            Node::Program(Program { core, id, .. }) => {
-                let mut defined = definitions_in(db, project, *core).iter();
-                defined.find(|(_, name)| name == id).map(|(operation, _)| operation.clone())
-            }
-        }
-    }
-
-    fn item(&self, db: &dyn ModelDb) -> Option<HierarchyItem> {
-        match self {
-            Node::Codel(codel) => item_of(db, *codel, SymbolKind::Codel),
-            Node::Program(program) => program.item(db),
-            Node::Operation(of, id) => {
-                let feature = shell(db, *of)?.features.iter().find(|feature| feature.name.id == *id)?;
-                let range = Location::Source(*of, *id).range(db);
-                let word = if feature.kind == FeatureKind::Required { "required" } else { "provided" };
-                Some(HierarchyItem {
-                    name: feature.name.name.to_string(),
-                    kind: SymbolKind::Operation,
-                    detail: format!("{word} by shell {}", of.name(db)),
-                    file: of.file(db),
-                    range,
-                    name_range: range,
-                    id: format!("{} {}", id_of(db, *of), feature.name.name),
-                })
-            }
-        }
+/// Returns the core of a program, and the name or keyword of the program there.
+fn program<'db>(db: &'db dyn ModelDb, node: &Definition<'db>) -> Option<(Decl<'db>, SourceId)> {
+    match node {
+        Definition::At(Location::Source(of, id)) if of.kind(db) == Kind::Core => Some((*of, *id)),
+        _ => None,
     }
 }
 
-/// Returns the item with this key, or `None` if it no longer exists.
-fn node<'db>(db: &'db dyn ModelDb, file: File, id: &str) -> Option<Node<'db>> {
-    let (decl, rest) = declaration_of(db, file, id)?;
-    match decl.kind(db) {
-        Kind::Codel => Some(Node::Codel(decl)),
-        Kind::Shell => {
-            let mut features = shell(db, decl)?.features.iter();
-            let named = features.find(|it| it.kind.is_operation() && rest == [it.name.name.as_str()]);
-            named.map(|it| Node::Operation(decl, it.name.id))
-        }
-        Kind::Core => {
-            programs_of(db, decl).into_iter().find(|it| rest == [it.name.as_str()]).map(Node::Program)
+fn item(db: &dyn ModelDb, node: &Definition<'_>) -> Option<HierarchyItem> {
+    match node {
+        Definition::Declaration(decl) => item_of(db, *decl),
+        Definition::At(Location::Source(of, id)) => {
+            members_of(db, *of).into_iter().find(|it| it.id == *id)?.item(db)
         }
         _ => None,
     }
 }
 
-/// Returns the items of a name: a codel, or the definitions of an operation.
-fn nodes_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, name: &FoundName<'db>) -> Vec<Node<'db>> {
+/// Returns the node of the item with this key, or `None` if it no longer exists.
+fn node<'db>(db: &'db dyn ModelDb, file: File, id: &str) -> Option<Definition<'db>> {
+    let (decl, rest) = declaration_of(db, file, id)?;
+    if decl.kind(db) == Kind::Codel {
+        return Some(Definition::Declaration(decl));
+    }
+    let named = members_of(db, decl).into_iter().find(|it| rest == [it.name.as_str()]);
+    named.map(|it| Definition::At(it.place()))
+}
+
+/// Returns the nodes of a name: a codel, or the definitions of an operation.
+fn nodes_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, name: &FoundName<'db>) -> Vec<Definition<'db>> {
     match &name.definition {
-        Definition::Declaration(decl) if decl.kind(db) == Kind::Codel => vec![Node::Codel(*decl)],
+        Definition::Declaration(decl) if decl.kind(db) == Kind::Codel => vec![name.definition.clone()],
         Definition::At(_) if name.kind == SymbolKind::Operation => match name.of {
-            Some(of) if of.kind(db) == Kind::Core => called(db, project, of, name),
+            Some(of) if of.kind(db) == Kind::Core => called(db, project, of, &name.definition),
             _ => provided(db, project, &name.definition),
         },
         // A method, a hook or a transition in the key of a timing table.
-        Definition::At(Location::Source(core, id)) if core.kind(db) == Kind::Core => {
-            programs_of(db, *core).into_iter().filter(|it| it.id == *id).map(Node::Program).collect()
-        }
+        it if program(db, it).is_some() => vec![it.clone()],
         _ => Vec::new(),
     }
 }
@@ -311,43 +279,34 @@ fn called<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     core: Decl<'db>,
-    call: &FoundName<'db>,
-) -> Vec<Node<'db>> {
-    let operation = match &call.definition {
-        Definition::Declaration(codel) => return vec![Node::Codel(*codel)],
-        operation => operation,
-    };
-    let own = provided_by(db, project, operation).filter(|it| it.core == core).map(Node::Program);
-    let own: Vec<Node<'db>> = own.collect();
+    callee: &Definition<'db>,
+) -> Vec<Definition<'db>> {
+    if let Definition::Declaration(_) = callee {
+        return vec![callee.clone()];
+    }
+    let mut own = provided(db, project, callee);
+    own.retain(|it| program(db, it).is_some_and(|(of, _)| of == core));
     if !own.is_empty() {
         return own;
     }
-    let providers = providers(db, project, operation);
-    let connected: Vec<Node<'db>> = providers.flat_map(|it| provided(db, project, it)).collect();
-    if connected.is_empty() { provided(db, project, operation) } else { connected }
+    let providers = providers(db, project, callee);
+    let connected: Vec<Definition<'db>> = providers.flat_map(|it| provided(db, project, it)).collect();
+    if connected.is_empty() { provided(db, project, callee) } else { connected }
 }
 
 /// Returns the definitions of an operation, or without any, the operation itself.
-fn provided<'db>(db: &'db dyn ModelDb, project: Project<'db>, operation: &Definition<'db>) -> Vec<Node<'db>> {
-    let nodes: Vec<Node<'db>> = provided_by(db, project, operation).map(Node::Program).collect();
-    match operation {
-        Definition::At(Location::Source(of, id)) if nodes.is_empty() && of.kind(db) == Kind::Shell => {
-            vec![Node::Operation(*of, *id)]
-        }
-        _ => nodes,
-    }
-}
-
-fn provided_by<'db>(
+fn provided<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
     operation: &Definition<'db>,
-) -> impl Iterator<Item = Program<'db>> {
-    let names = definitions(db, project).get(operation).into_iter().flatten();
-    names.filter_map(|name| match *name {
-        Location::Source(core, id) => operations_of(db, core).find(|it| it.id == id),
-        _ => None,
-    })
+) -> Vec<Definition<'db>> {
+    match (definitions(db, project).get(operation), operation) {
+        (Some(places), _) => places.iter().cloned().map(Definition::At).collect(),
+        (None, Definition::At(Location::Source(of, _))) if of.kind(db) == Kind::Shell => {
+            vec![operation.clone()]
+        }
+        (None, _) => Vec::new(),
+    }
 }
 
 /// Returns the provided operations that are connected to a required one, in any architecture of the project.

@@ -6,6 +6,7 @@ use mauve_syntax::TextRange;
 
 use crate::definition::of_declaration;
 use crate::document_symbols::SymbolKind;
+use crate::occurrences::kind_of;
 
 /// A node of a hierarchy of calls or of types.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -26,11 +27,11 @@ pub struct HierarchyItem {
     pub id: String,
 }
 
-pub(crate) fn item_of(db: &dyn ModelDb, decl: Decl<'_>, kind: SymbolKind) -> Option<HierarchyItem> {
+pub(crate) fn item_of(db: &dyn ModelDb, decl: Decl<'_>) -> Option<HierarchyItem> {
     let at = of_declaration(db, decl)?;
     Some(HierarchyItem {
         name: decl.name(db).to_string(),
-        kind,
+        kind: kind_of(decl.kind(db)),
         detail: decl.library(db).as_ref().map(|library| format!("library {library}")).unwrap_or_default(),
         file: at.file,
         range: at.range,

@@ -4,7 +4,6 @@ use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, File, ModelDb, Project, bases_of, names_of};
 use mauve_syntax::TextSize;
 
-use crate::document_symbols::SymbolKind;
 use crate::hierarchy::{HierarchyItem, declaration_of, item_of};
 use crate::occurrences::{Definition, each_once, names_at};
 
@@ -49,7 +48,7 @@ pub fn subtypes(db: &dyn ModelDb, project: Project<'_>, file: File, id: &str) ->
 }
 
 fn items<'db>(db: &'db dyn ModelDb, shells: impl Iterator<Item = Decl<'db>>) -> Vec<HierarchyItem> {
-    each_once(shells.filter_map(|decl| item_of(db, decl, SymbolKind::Shell)))
+    each_once(shells.filter_map(|decl| item_of(db, decl)))
 }
 
 #[cfg(test)]
