@@ -7,6 +7,7 @@ use mauve_diagnostics::cpu_names;
 use mauve_timing::{Job, LeftOut, Schedule, Slice, Time, Unit};
 use mauve_wcrt::DeployedTasks;
 
+use crate::code_actions::shortened;
 use crate::drawing::{Drawing, svg_head, svg_text};
 use crate::text_canvas::cells;
 
@@ -31,6 +32,8 @@ struct Lane<'a> {
     /// The index of the task: see [`Slice::activity`].
     activity: usize,
     name: String,
+    /// Its name where there is little room.
+    shown: String,
     /// None for throttling.
     priority: Option<u32>,
     cpus: u64,
@@ -50,35 +53,25 @@ fn lanes<'a>(deployment: &DeployedTasks<'_>, schedule: &'a Schedule) -> Vec<Lane
         .map(|(activity, task)| Lane {
             activity,
             name: tasks.name(activity),
+            shown: shortened(&tasks.name(activity), MOST_LETTERS),
             priority: task.priority.real_time(),
             cpus: task.cpus.unwrap_or_default(),
-            jobs: Vec::new(),
-            slices: Vec::new(),
+            jobs: schedule.jobs.iter().filter(|job| job.activity == activity).collect(),
+            slices: schedule.slices.iter().filter(|slice| slice.activity == activity).collect(),
         })
         .collect();
     lanes.sort_by_key(|lane| {
         let priority = lane.priority.unwrap_or(u32::MAX);
         (lane.cpus.trailing_zeros(), lane.cpus, Reverse(priority), lane.activity)
     });
-    let last = lanes.iter().map(|lane| lane.activity + 1).max().unwrap_or_default();
-    let mut lane_of = vec![None; last];
-    for (index, lane) in lanes.iter().enumerate() {
-        if let Some(lane_of) = lane_of.get_mut(lane.activity) {
-            *lane_of = Some(index);
-        }
-    }
-    let lane_of = |activity: usize| lane_of.get(activity).copied().flatten();
-    for job in &schedule.jobs {
-        if let Some(lane) = lane_of(job.activity).and_then(|lane| lanes.get_mut(lane)) {
-            lane.jobs.push(job);
-        }
-    }
-    for slice in &schedule.slices {
-        if let Some(lane) = lane_of(slice.activity).and_then(|lane| lanes.get_mut(lane)) {
-            lane.slices.push(slice);
-        }
-    }
     lanes
+}
+
+impl Lane<'_> {
+    /// Returns its priority as a text; empty for throttling.
+    fn priority(&self) -> String {
+        self.priority.map_or_else(String::new, |priority| priority.to_string())
+    }
 }
 
 /// The width of the part with the times, in pixels.
@@ -120,14 +113,13 @@ impl<'a, 'db> Chart<'a, 'db> {
             17..=40 => (26.0, 12.0),
             _ => (18.0, 11.0),
         };
-        let longest =
-            lanes.iter().map(|lane| shortened(&lane.name).chars().count()).max().unwrap_or_default();
+        let longest = lanes.iter().map(|lane| lane.shown.chars().count()).max().unwrap_or_default();
         let left = 64.0 + 0.6 * font * longest as f64;
         Chart { lanes, deployment, schedule, lane, font, left }
     }
 
     fn draw(&self, title: &str) -> String {
-        let groups = self.groups();
+        let groups = self.groups().count();
         let bottom = TOP + self.lane * self.lanes.len() as f64 + HEADING * groups as f64 + 8.0;
         let width = self.left + PLOT + 40.0;
         let left_out = self.left_out();
@@ -135,21 +127,16 @@ impl<'a, 'db> Chart<'a, 'db> {
         let mut out =
             svg_head((width, bottom + 66.0 + notes), "x=\"20\" y=\"26\"", &format!("{title}; times in ms"));
         self.axis(&mut out, bottom);
-        let mut y = TOP;
-        let mut cpus = None;
-        for (index, lane) in self.lanes.iter().enumerate() {
-            if cpus != Some(lane.cpus) {
-                cpus = Some(lane.cpus);
-                let _ = writeln!(
-                    out,
-                    "<text x=\"20\" y=\"{:.1}\" class=\"name\">{}</text>",
-                    y + HEADING - 7.0,
-                    cpu_names(lane.cpus)
-                );
-                y += HEADING;
+        let (mut y, mut index) = (TOP, 0);
+        for lanes in self.groups() {
+            let (at, cpus) = (y + HEADING - 7.0, cpu_names(lanes[0].cpus));
+            let _ = writeln!(out, "<text x=\"20\" y=\"{at:.1}\" class=\"name\">{cpus}</text>");
+            y += HEADING;
+            for lane in lanes {
+                self.lane(&mut out, lane, y, index % 2 == 0);
+                y += self.lane;
+                index += 1;
             }
-            self.lane(&mut out, lane, y, index % 2 == 0);
-            y += self.lane;
         }
         self.legend(&mut out, bottom + 44.0);
         if !left_out.is_empty() {
@@ -168,15 +155,13 @@ impl<'a, 'db> Chart<'a, 'db> {
         const COLUMNS: usize = 100;
         let end = self.schedule.end.as_nanos().max(1);
         let column = |time: Time| (u128::from(time.as_nanos()) * COLUMNS as u128 / u128::from(end)) as usize;
-        let longest =
-            self.lanes.iter().map(|lane| cells(&shortened(&lane.name)) as usize).max().unwrap_or_default();
+        let longest = self.lanes.iter().map(|lane| cells(&lane.shown) as usize).max().unwrap_or_default();
         let left = longest + 6;
         let mut out = format!("{title}; times in ms\n");
         // The marks of the axis, where they do not touch.
-        let (mut axis, mut at) = (vec![' '; left + COLUMNS + 12], 0_u64);
+        let mut axis = vec![' '; left + COLUMNS + 12];
         let mut free = 0;
-        while at <= end {
-            let time = Time::from_nanos(at);
+        for time in marks(end) {
             let start = left + column(time);
             if start >= free {
                 let label = format!("│{}", time.number());
@@ -185,67 +170,59 @@ impl<'a, 'db> Chart<'a, 'db> {
                     *cell = letter;
                 }
             }
-            let Some(next) = at.checked_add(step(end)) else { break };
-            at = next;
         }
         out += axis.iter().collect::<String>().trim_end();
         out.push('\n');
-        let mut cpus = None;
-        for lane in self.lanes {
-            if cpus != Some(lane.cpus) {
-                cpus = Some(lane.cpus);
-                let _ = writeln!(out, "{}", cpu_names(lane.cpus));
-            }
-            let mut row = vec![' '; COLUMNS + 1];
-            let mut fill = |from: Time, to: Time, letter: char| {
-                // What is shorter than a column is shown, too.
-                let (from, to) = (column(from), column(to).max(column(from) + 1));
-                for cell in row.iter_mut().take(to).skip(from) {
-                    *cell = letter;
+        for lanes in self.groups() {
+            let _ = writeln!(out, "{}", cpu_names(lanes[0].cpus));
+            for lane in lanes {
+                let mut row = vec![' '; COLUMNS + 1];
+                let mut fill = |from: Time, to: Time, letter: char| {
+                    // What is shorter than a column is shown, too.
+                    let (from, to) = (column(from), column(to).max(column(from) + 1));
+                    row.iter_mut().take(to).skip(from).for_each(|cell| *cell = letter);
+                };
+                for job in &lane.jobs {
+                    fill(job.release, job.end.unwrap_or(self.schedule.end), '·');
                 }
-            };
-            for job in &lane.jobs {
-                fill(job.release, job.end.unwrap_or(self.schedule.end), '·');
+                for slice in &lane.slices {
+                    fill(slice.start, slice.end, '█');
+                }
+                for job in lane.jobs.iter().filter(|job| job.is_missed) {
+                    fill(job.deadline, job.end.unwrap_or(self.schedule.end), '!');
+                }
+                let (name, priority) = (&lane.shown, lane.priority());
+                let space = " ".repeat(longest.saturating_sub(cells(name) as usize));
+                let row: String = row.into_iter().collect();
+                let _ = writeln!(out, "{}", format!("  {name}{space}{priority:>3} {row}").trim_end());
             }
-            for slice in &lane.slices {
-                fill(slice.start, slice.end, '█');
-            }
-            for job in lane.jobs.iter().filter(|job| job.is_missed) {
-                fill(job.deadline, job.end.unwrap_or(self.schedule.end), '!');
-            }
-            let name = shortened(&lane.name);
-            let space = " ".repeat(longest.saturating_sub(cells(&name) as usize));
-            let priority = lane.priority.map_or_else(String::new, |priority| priority.to_string());
-            let row: String = row.into_iter().collect();
-            let _ = writeln!(out, "{}", format!("  {name}{space}{priority:>3} {row}").trim_end());
         }
         out += "█ executes  · waits  ! after its deadline; the number is the priority\n";
         let left_out = self.left_out();
         if left_out.is_empty() { out } else { format!("{out}{left_out}\n") }
     }
 
-    fn groups(&self) -> usize {
-        let mut masks: Vec<u64> = self.lanes.iter().map(|lane| lane.cpus).collect();
-        masks.dedup();
-        masks.len()
+    /// Returns the lanes by their CPUs.
+    fn groups(&self) -> impl Iterator<Item = &'a [Lane<'a>]> {
+        self.lanes.chunk_by(|one, other| one.cpus == other.cpus)
     }
 
     fn left_out(&self) -> String {
-        let names = |reason: LeftOut| {
+        let reasons = [
+            (LeftOut::Unknown, "not simulated, and may delay others"),
+            (LeftOut::Background, "not simulated, in the background"),
+            (LeftOut::Unscripted, "not simulated, since they do not delay it"),
+        ];
+        let listed = |(reason, what): (LeftOut, &str)| {
             let of_reason = self.schedule.left_out.iter().filter(|(_, why)| *why == reason);
             let names = of_reason.filter_map(|(index, _)| self.deployment.tasks.activities().get(*index));
-            names.map(|activity| &*activity.name).collect::<Vec<_>>()
-        };
-        let listed = |what: &str, names: Vec<&str>| {
+            let names: Vec<&str> = names.map(|activity| &*activity.name).collect();
             let left = names.len().saturating_sub(MOST_NAMES);
             let more = if left > 0 { format!(" and {left} more") } else { String::new() };
-            let shown: Vec<&str> = names.into_iter().take(MOST_NAMES).collect();
-            (!shown.is_empty()).then(|| format!("{what}: {}{more}", shown.join(", ")))
+            let shown = names[..names.len() - left].join(", ");
+            (!names.is_empty()).then(|| format!("{what}: {shown}{more}"))
         };
-        let unknown = listed("not simulated, and may delay others", names(LeftOut::Unknown));
-        let background = listed("not simulated, in the background", names(LeftOut::Background));
-        let unscripted = listed("not simulated, since they do not delay it", names(LeftOut::Unscripted));
-        unknown.into_iter().chain(background).chain(unscripted).collect::<Vec<_>>().join("; ")
+        reasons.into_iter().filter_map(listed).collect::<Vec<_>>().join("; ")
     }
 
     fn x(&self, time: Time) -> f64 {
@@ -256,10 +233,7 @@ impl<'a, 'db> Chart<'a, 'db> {
 
     /// The times above and below the lanes, with a line for each.
     fn axis(&self, out: &mut String, bottom: f64) {
-        let step = step(self.schedule.end.as_nanos());
-        let mut at = 0_u64;
-        while at <= self.schedule.end.as_nanos() {
-            let time = Time::from_nanos(at);
+        for time in marks(self.schedule.end.as_nanos()) {
             let x = self.x(time);
             let _ = writeln!(
                 out,
@@ -271,8 +245,6 @@ impl<'a, 'db> Chart<'a, 'db> {
                 bottom + 14.0,
                 label = time.number(),
             );
-            let Some(next) = at.checked_add(step) else { break };
-            at = next;
         }
     }
 
@@ -286,7 +258,7 @@ impl<'a, 'db> Chart<'a, 'db> {
                 self.left, self.lane
             );
         }
-        let priority = lane.priority.map_or_else(String::new, |priority| priority.to_string());
+        let priority = lane.priority();
         let _ = writeln!(
             out,
             "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\" font-size=\"{}\">{}<title>{}</title></text>\n\
@@ -295,7 +267,7 @@ impl<'a, 'db> Chart<'a, 'db> {
             self.left - 34.0,
             base - 0.3 * height,
             self.font,
-            svg_text(&shortened(&lane.name)),
+            svg_text(&lane.shown),
             svg_text(&lane.name),
             self.left - 10.0,
             base - 0.3 * height,
@@ -319,9 +291,7 @@ impl<'a, 'db> Chart<'a, 'db> {
                 let _ = write!(preempted, "M{:.1} {y:.1} H{:.1}", self.x(before.end), self.x(after.start));
             }
         }
-        if !preempted.is_empty() {
-            let _ = writeln!(out, "<path d=\"{preempted}\" class=\"waits\"/>");
-        }
+        path(out, &preempted, "waits");
         let deadline = |slice: &Slice| {
             let first = lane.jobs.first()?.number;
             let index = usize::try_from(slice.job.checked_sub(first)?).ok()?;
@@ -377,12 +347,8 @@ impl<'a, 'db> Chart<'a, 'db> {
                 let _ = write!(marks, "M{:.1} {:.1} v6", self.x(job.deadline), base - 1.0);
             }
         }
-        if !arrows.is_empty() {
-            let _ = writeln!(out, "<path d=\"{arrows}\" class=\"release\"/>");
-        }
-        if !marks.is_empty() {
-            let _ = writeln!(out, "<path d=\"{marks}\" class=\"deadline\"/>");
-        }
+        path(out, &arrows, "release");
+        path(out, &marks, "deadline");
     }
 
     /// A red line from each missed deadline to the end of the job.
@@ -392,9 +358,7 @@ impl<'a, 'db> Chart<'a, 'db> {
             let end = self.x(job.end.unwrap_or(self.schedule.end));
             let _ = write!(lines, "M{:.1} {:.1} v6 m0 -3 H{end:.1}", self.x(job.deadline), base - 1.0);
         }
-        if !lines.is_empty() {
-            let _ = writeln!(out, "<path d=\"{lines}\" class=\"overrun\"/>");
-        }
+        path(out, &lines, "overrun");
     }
 
     /// The name of the state that a slice executes.
@@ -461,14 +425,18 @@ const MOST_NAMES: usize = 8;
 /// The most letters of a name in a lane.
 const MOST_LETTERS: usize = 28;
 
-/// Returns a name without the middle of a long one: names of a series differ at their ends.
-fn shortened(name: &str) -> String {
-    let letters = name.chars().count();
-    if letters <= MOST_LETTERS {
-        return name.to_owned();
+/// Draws lines of a class, if there are any.
+fn path(out: &mut String, lines: &str, class: &str) {
+    if !lines.is_empty() {
+        let _ = writeln!(out, "<path d=\"{lines}\" class=\"{class}\"/>");
     }
-    let start = name.chars().take(MOST_LETTERS / 2);
-    start.chain(['…']).chain(name.chars().skip(letters + 1 - MOST_LETTERS / 2)).collect()
+}
+
+/// Returns the marks of an axis of this length.
+fn marks(length: u64) -> impl Iterator<Item = Time> {
+    let step = step(length);
+    let marks = std::iter::successors(Some(0_u64), move |at| at.checked_add(step));
+    marks.take_while(move |at| *at <= length).map(Time::from_nanos)
 }
 
 /// Returns the time between two marks of the axis: 1, 2 or 5 times a power of ten, for about ten marks.
