@@ -7,6 +7,7 @@ use mauve_hir::{
     Decl, Location, ModelDb, ProgramId, Project, core_of, declarations, file_groups, files_in_group, parse,
     structure_of,
 };
+use mauve_syntax::SyntaxKind::{HOOK, METHOD, NAME, STATE, STATE_MACHINE, TRANSITION};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::{SyntaxNode, SyntaxToken, TextRange, TextSize, tokens_at};
 use mauve_timing::{Level, Time};
@@ -108,7 +109,8 @@ fn labels_of<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) ->
         return None;
     }
     let label = |(id, place): &(SourceId, Place)| {
-        let mut times: Vec<Time> = all.iter().map(|costs| costs.of(place)).collect::<Option<_>>()?;
+        let mut times: Vec<Time> =
+            all.iter().map(|costs| costs.times.get(place).copied()).collect::<Option<_>>()?;
         times.sort_unstable();
         let is_assumed = all.iter().any(|costs| costs.assumed);
         let (least, greatest) = (*times.first()?, *times.last().filter(|time| **time > Time::ZERO)?);
@@ -162,25 +164,10 @@ fn places_of<'db>(db: &'db dyn ModelDb, of: Decl<'db>) -> Vec<(SourceId, Place)>
 
 #[derive(Debug, Clone, PartialEq, Eq, Default, salsa::SalsaValue)]
 struct Costs {
-    /// Each program that some period executes and that takes time.
-    programs: FxHashMap<ProgramId, Time>,
-    /// The longest period that begins in a state.
-    states: FxHashMap<Name, Time>,
-    /// The longest period that ends with a transition, by its state and its name.
-    transitions: FxHashMap<(Name, Name), Time>,
+    /// The time of each program that some period executes and that takes time, and the longest period that begins in a state or
+    /// ends with a transition.
+    times: FxHashMap<Place, Time>,
     assumed: bool,
-}
-
-impl Costs {
-    fn of(&self, place: &Place) -> Option<Time> {
-        match place {
-            Place::Update => self.programs.get(&ProgramId::UPDATE),
-            Place::State(name) => self.states.get(name),
-            Place::Method(program) => self.programs.get(program),
-            Place::Transition(of) => self.transitions.get(of),
-        }
-        .copied()
-    }
 }
 
 #[salsa::tracked(returns(as_ref))]
@@ -197,21 +184,22 @@ fn costs_of<'db>(
     for (number, name) in psm.states.iter().enumerate() {
         numbers.entry(name).or_insert(number);
     }
-    let longer = |known: &mut Time, cost: Time| *known = (*known).max(cost);
-    for (program, time) in psm.edges.executed().filter_map(|index| psm.programs.get(index)) {
-        if *time > Time::ZERO && !costs.programs.contains_key(program) {
-            costs.programs.insert(program.clone(), *time);
-        }
+    let programs = psm.edges.executed().filter_map(|index| psm.programs.get(index));
+    for (program, time) in programs.filter(|(_, time)| *time > Time::ZERO) {
+        let is_update = *program == ProgramId::UPDATE;
+        let place = if is_update { Place::Update } else { Place::Method(program.clone()) };
+        costs.times.entry(place).or_insert(*time);
     }
     for (edge, described) in psm.machine.edges().iter().zip(&psm.edges.all) {
         let source = edge.source as usize;
         let Some(state) = psm.states.get(source).filter(|state| numbers.get(state) == Some(&source)) else {
             continue;
         };
-        longer(costs.states.entry(state.clone()).or_default(), edge.cost);
-        if let Some(transition) = &described.transition {
-            let of = (state.clone(), transition.clone());
-            longer(costs.transitions.entry(of).or_default(), edge.cost);
+        let transition = described.transition.as_ref();
+        let transition = transition.map(|it| Place::Transition((state.clone(), it.clone())));
+        for place in [Place::State(state.clone())].into_iter().chain(transition) {
+            let known = costs.times.entry(place).or_default();
+            *known = (*known).max(edge.cost);
         }
     }
     Some(costs)
@@ -262,44 +250,33 @@ fn heads(db: &dyn ModelDb, of: Decl<'_>, range: TextRange) -> FxHashMap<TextSize
         return heads;
     };
     let text = of.file(db).text(db);
-    let mut add = |node: &SyntaxNode, begins: Option<TextRange>, brace: &dyn Fn() -> Option<SyntaxToken>| {
-        let whole = node.text_range();
-        let Some(begins) = begins.filter(|_| whole.intersect(range).is_some()) else { return };
-        let is_one_line =
-            text.get(std::ops::Range::<usize>::from(whole)).is_some_and(|it| !it.contains('\n'));
-        let offset =
-            if is_one_line { Some(whole.end()) } else { brace().map(|brace| brace.text_range().end()) };
-        heads.extend(offset.map(|offset| (begins.start(), end_of_line(text, offset))));
-    };
-    let brace_of = |block: Option<ast::Block>| block.and_then(|block| block.l_curly_token());
-    let of_name = |name: Option<ast::Name>| name.map(|name| name.syntax().text_range());
-    let of_keyword = |keyword: Option<SyntaxToken>| keyword.map(|keyword| keyword.text_range());
-    for item in core.core_items() {
-        match item {
-            ast::CoreItem::Hook(hook) => {
-                add(hook.syntax(), of_keyword(hook.keyword()), &|| brace_of(hook.block()));
+    let mut lists = vec![core.syntax().clone()];
+    while let Some(list) = lists.pop() {
+        for node in list.children().filter(|it| it.text_range().intersect(range).is_some()) {
+            if matches!(node.kind(), STATE_MACHINE | STATE) {
+                lists.push(node.clone());
             }
-            ast::CoreItem::StateMachine(machine) => {
-                for item in machine.state_machine_items() {
-                    let ast::StateMachineItem::State(state) = item else { continue };
-                    add(state.syntax(), of_name(state.name()), &|| state.l_curly_token());
-                    if state.syntax().text_range().intersect(range).is_none() {
-                        continue;
-                    }
-                    for item in state.state_items() {
-                        match item {
-                            ast::StateItem::Method(it) => {
-                                add(it.syntax(), of_keyword(it.keyword()), &|| brace_of(it.block()));
-                            }
-                            ast::StateItem::Transition(it) => {
-                                add(it.syntax(), of_name(it.name()), &|| brace_of(it.block()));
-                            }
-                        }
-                    }
-                }
-            }
-            _ => {}
+            let begins = match node.kind() {
+                HOOK | METHOD => node.first_token().map(|keyword| keyword.text_range()),
+                STATE | TRANSITION => node.children().find(|it| it.kind() == NAME).map(|it| it.text_range()),
+                _ => None,
+            };
+            let Some(begins) = begins else { continue };
+            let whole = node.text_range();
+            let offset = match text.get(std::ops::Range::<usize>::from(whole)) {
+                Some(text) if !text.contains('\n') => Some(whole.end()),
+                _ => first_brace(&node).map(|brace| brace.text_range().end()),
+            };
+            heads.extend(offset.map(|offset| (begins.start(), end_of_line(text, offset))));
         }
     }
     heads
+}
+
+/// Returns the first brace of a program, a state or a transition.
+fn first_brace(node: &SyntaxNode) -> Option<SyntaxToken> {
+    match ast::State::cast(node.clone()) {
+        Some(state) => state.l_curly_token(),
+        None => node.children().find_map(ast::Block::cast)?.l_curly_token(),
+    }
 }
