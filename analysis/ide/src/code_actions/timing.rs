@@ -111,14 +111,8 @@ fn action<'db>(
     if !is_better || outcomes.iter().any(|outcome| outcome.loses) {
         return None;
     }
-    Some(CodeAction {
-        title,
-        kind: if fixed.is_empty() { ActionKind::Rewrite } else { ActionKind::QuickFix },
-        preferred: false,
-        fixed,
-        disabled: None,
-        change: None,
-    })
+    let kind = if fixed.is_empty() { ActionKind::Rewrite } else { ActionKind::QuickFix };
+    Some(CodeAction { fixed, ..CodeAction::new(kind, title) })
 }
 
 /// Returns a title with as much of the effects as fits: the remarks always, then the number of met deadlines, then the response

@@ -66,11 +66,8 @@ impl<'db> Completer<'_, 'db> {
         let detail = component.map_or_else(String::new, |it| format!(": {}", it.name(self.db)));
         let flat = flat_of(self.db, self.project, of);
         let declared = flat.instance(name).map_or(of, |instance| instance.declared.0);
-        Completion::new(CompletionKind::Instance, name.as_str()).detail(detail).subject(Subject::of(
-            self.db,
-            declared,
-            Some(name.clone()),
-        ))
+        let subject = Subject::of(self.db, declared, Some(name.clone()));
+        Completion::new(CompletionKind::Instance, name.as_str()).detail(detail).subject(subject)
     }
 
     fn sources(&mut self, of: Decl<'db>, kind: FeatureKind, path: &[&str]) {
@@ -155,8 +152,7 @@ impl<'db> Completer<'_, 'db> {
                 [] => {
                     for (port, shell, feature, _) in fitting.iter().filter(|(.., is_open)| *is_open) {
                         let whole = self.of_feature(&format!("{name}.{port}"), *shell, feature);
-                        let subject = Subject::of(self.db, *shell, Some((*port).clone()));
-                        self.add(whole.rank(u8::from(is_source(name))).subject(subject));
+                        self.add(whole.rank(u8::from(is_source(name))));
                     }
                     if !fitting.is_empty() || features.is_empty() {
                         self.add(self.of_instance(of, name, *component).rank(2));

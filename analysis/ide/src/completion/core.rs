@@ -78,14 +78,9 @@ impl Completer<'_, '_> {
             if known.iter().any(|known| *known == **name) {
                 continue;
             }
-            let (parameters, result) =
-                (parameters_text(&feature.parameters), result_text(feature.ty.as_ref()));
-            let item = Completion::new(CompletionKind::Operation, format!("handler for {name}"))
-                .detail(format!("{parameters}{result}"))
-                .note("no handler yet")
-                .rank(0)
-                .subject(Subject::of(self.db, of, Some(name.clone())));
-            self.add(item.completed(false, format!("handler ${{1:{name}_handler}}: {name};")));
+            let item = self.of_feature(&format!("handler for {name}"), of, feature);
+            let item = item.note("no handler yet").rank(0);
+            self.add(item.snippet(format!("handler ${{1:{name}_handler}}: {name};")));
         }
     }
 
@@ -96,14 +91,9 @@ impl Completer<'_, '_> {
             if scope.visible.definer_of(name).is_some() && !is_followed {
                 continue;
             }
-            let (parameters, result) =
-                (parameters_text(&feature.parameters), result_text(feature.ty.as_ref()));
-            let item = Completion::new(CompletionKind::Operation, format!("{keyword}{name}"))
-                .detail(format!("{parameters}{result}"))
-                .note(of.name(self.db).as_str())
-                .rank(0)
-                .subject(Subject::of(self.db, of, Some(name.clone())));
-            let snippet = format!("{keyword}{name}{parameters}{result} = {{\n\t$0\n}}");
+            let item = self.of_feature(&format!("{keyword}{name}"), of, feature);
+            let item = item.note(of.name(self.db).as_str()).rank(0);
+            let snippet = format!("{keyword}{name}{} = {{\n\t$0\n}}", item.detail);
             self.add(item.completed(is_followed, snippet));
         }
     }
@@ -213,7 +203,7 @@ impl Completer<'_, '_> {
 
     pub(super) fn of_feature(
         &self,
-        name: &str,
+        label: &str,
         of: mauve_hir::Decl<'_>,
         feature: &mauve_hir::item_tree::Feature,
     ) -> Completion {
@@ -227,9 +217,9 @@ impl Completer<'_, '_> {
             true => parameters_text(&feature.parameters),
             false => String::new(),
         };
-        Completion::new(kind, name)
+        Completion::new(kind, label)
             .detail(format!("{parameters}{}", result_text(feature.ty.as_ref())))
-            .subject(Subject::of(self.db, of, Some(name.into())))
+            .subject(Subject::of(self.db, of, Some(feature.name.name.clone())))
     }
 
     pub(super) fn expression(&mut self) {

@@ -69,14 +69,15 @@ pub(super) fn completions(
     Completions { items, incomplete: false }
 }
 
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 enum What {
     Header,
+    #[default]
     Key,
     Value(String),
 }
 
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 struct Location {
     what: What,
     /// The section around the cursor; empty before the first one.
@@ -172,17 +173,9 @@ impl Location {
         if is_value && !is_quoted && typed.starts_with(|c: char| c.is_ascii_digit()) {
             return None;
         }
-        Some(Location {
-            what,
-            section: String::new(),
-            number: 0,
-            sections: BTreeSet::new(),
-            given: BTreeSet::new(),
-            start: line_start + start,
-            end: line_start + before.len() + rest,
-            is_quoted,
-            has_value: equals(without_comment(behind)).is_some() || is_value,
-        })
+        let (start, end) = (line_start + start, line_start + before.len() + rest);
+        let has_value = equals(without_comment(behind)).is_some() || is_value;
+        Some(Location { what, start, end, is_quoted, has_value, ..Location::default() })
     }
 }
 
