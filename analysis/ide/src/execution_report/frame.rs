@@ -5,36 +5,6 @@ use std::fmt::Write as _;
 use super::axis::Axis;
 use super::figures::{self, TimeUnit};
 
-/// A plot with its caption and legend.
-pub(super) struct Figure {
-    pub(super) class: &'static str,
-    pub(super) caption: &'static str,
-    /// HTML.
-    pub(super) note: String,
-    pub(super) svg: String,
-    pub(super) legend: Legend,
-}
-
-/// The mark of each entry, as SVG of 28 × 14, and its text.
-pub(super) type Legend = Vec<(&'static str, String)>;
-
-impl Figure {
-    pub(super) fn html(&self) -> String {
-        let Figure { class, caption, note, svg, legend } = self;
-        let entries: String = legend
-            .iter()
-            .map(|(mark, text)| {
-                format!(
-                    "<li><svg viewBox=\"0 0 28 14\" width=\"28\" height=\"14\" aria-hidden=\"true\">{mark}</svg>{text}</li>"
-                )
-            })
-            .collect();
-        format!(
-            "<figure class=\"{class}\">\n<figcaption><b>{caption}</b> {note}</figcaption>\n{svg}<ul class=\"legend\">{entries}</ul>\n</figure>\n"
-        )
-    }
-}
-
 /// The width of all plots. On a narrow screen, a letter is 10 wide: margins have room for these.
 pub(super) const WIDTH: f64 = 560.0;
 pub(super) const LETTER: f64 = 9.5;
@@ -65,48 +35,95 @@ impl Frame {
 /// The positions and the labels of an axis.
 pub(super) type Ticks = Vec<(f64, String)>;
 
-/// Returns the head of a plot, its grid and its axes.
-pub(super) fn begin(
-    frame: &Frame,
-    title: &str,
-    (x_title, x_ticks): (&str, &Ticks),
-    (y_title, y_ticks): (&str, &Ticks),
-) -> String {
-    let Frame { left, right, bottom, .. } = *frame;
-    let mut out = format!(
-        "<svg class=\"plot\" viewBox=\"0 0 {WIDTH} {:.0}\" role=\"img\"><title>{title}</title>\n",
-        bottom + 52.0
-    );
-    let grid: String = y_ticks.iter().map(|(y, _)| format!("M{left:.1} {y:.1}H{right:.1}")).collect();
-    let marks: String = x_ticks.iter().map(|(x, _)| format!("M{x:.1} {bottom:.1}v4")).collect();
-    let _ = writeln!(
-        out,
-        "<path class=\"grid\" d=\"{grid}\"/><path class=\"axis\" d=\"M{left:.1} {bottom:.1}H{right:.1}{marks}\"/>"
-    );
-    let alternating = |ticks: &Ticks, index: usize, most: usize| ticks.len() > most && index % 2 == 1;
-    for (index, (x, label)) in x_ticks.iter().enumerate() {
-        let class = if alternating(x_ticks, index, 4) { " class=\"alt\"" } else { "" };
+/// A plot with its legend.
+pub(super) struct Plot {
+    frame: Frame,
+    svg: String,
+    /// The mark of each entry, as SVG of 28 × 14, and its text.
+    legend: Vec<(&'static str, String)>,
+}
+
+impl Plot {
+    /// Returns a plot with its grid and its axes only.
+    pub(super) fn new(
+        frame: Frame,
+        title: &str,
+        (x_title, x_ticks): (&str, &Ticks),
+        (y_title, y_ticks): (&str, &Ticks),
+    ) -> Plot {
+        let Frame { left, right, bottom, .. } = frame;
+        let mut out = format!(
+            "<svg class=\"plot\" viewBox=\"0 0 {WIDTH} {:.0}\" role=\"img\"><title>{title}</title>\n",
+            bottom + 52.0
+        );
+        let grid: String = y_ticks.iter().map(|(y, _)| format!("M{left:.1} {y:.1}H{right:.1}")).collect();
+        let marks: String = x_ticks.iter().map(|(x, _)| format!("M{x:.1} {bottom:.1}v4")).collect();
         let _ = writeln!(
             out,
-            "<text{class} x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{label}</text>",
-            bottom + 19.0
+            "<path class=\"grid\" d=\"{grid}\"/><path class=\"axis\" d=\"M{left:.1} {bottom:.1}H{right:.1}{marks}\"/>"
         );
-    }
-    for (index, (y, label)) in y_ticks.iter().enumerate() {
-        let class = if alternating(y_ticks, index, 7) { " class=\"alt\"" } else { "" };
+        let alternating = |ticks: &Ticks, index: usize, most: usize| ticks.len() > most && index % 2 == 1;
+        for (index, (x, label)) in x_ticks.iter().enumerate() {
+            let class = if alternating(x_ticks, index, 4) { " class=\"alt\"" } else { "" };
+            let _ = writeln!(
+                out,
+                "<text{class} x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{label}</text>",
+                bottom + 19.0
+            );
+        }
+        for (index, (y, label)) in y_ticks.iter().enumerate() {
+            let class = if alternating(y_ticks, index, 7) { " class=\"alt\"" } else { "" };
+            let _ = writeln!(
+                out,
+                "<text{class} x=\"{:.1}\" y=\"{y:.1}\" dy=\".35em\" text-anchor=\"end\">{label}</text>",
+                left - 8.0
+            );
+        }
         let _ = writeln!(
             out,
-            "<text{class} x=\"{:.1}\" y=\"{y:.1}\" dy=\".35em\" text-anchor=\"end\">{label}</text>",
-            left - 8.0
+            "<text class=\"name\" x=\"{right:.1}\" y=\"{:.1}\" text-anchor=\"end\">{x_title}</text>\n\
+             <text class=\"name\" x=\"4\" y=\"14\">{y_title}</text>",
+            bottom + 42.0
         );
+        Plot { frame, svg: out, legend: Vec::new() }
     }
-    let _ = writeln!(
-        out,
-        "<text class=\"name\" x=\"{right:.1}\" y=\"{:.1}\" text-anchor=\"end\">{x_title}</text>\n\
-         <text class=\"name\" x=\"4\" y=\"14\">{y_title}</text>",
-        bottom + 42.0
-    );
-    out
+
+    /// Draws lines or shapes, each of a class.
+    pub(super) fn paths(&mut self, paths: &[(&str, String)]) {
+        let paths: String =
+            paths.iter().map(|(class, d)| format!("<path class=\"{class}\" d=\"{d}\"/>")).collect();
+        self.line(&paths);
+    }
+
+    /// Draws a line from the top to the bottom.
+    pub(super) fn vertical(&mut self, class: &str, x: f64) {
+        let Frame { top, bottom, .. } = self.frame;
+        self.paths(&[(class, format!("M{x:.1} {top:.1}V{bottom:.1}"))]);
+    }
+
+    /// Writes a line of SVG.
+    pub(super) fn line(&mut self, svg: &str) {
+        self.svg += svg;
+        self.svg.push('\n');
+    }
+
+    /// Adds an entry to the legend.
+    pub(super) fn explain(&mut self, mark: &'static str, text: impl Into<String>) {
+        self.legend.push((mark, text.into()));
+    }
+
+    /// Returns the plot with its caption, a note in HTML, and its legend.
+    pub(super) fn figure(self, class: &str, caption: &str, note: &str) -> String {
+        let entry = |(mark, text): &(&str, String)| {
+            format!(
+                "<li><svg viewBox=\"0 0 28 14\" width=\"28\" height=\"14\" aria-hidden=\"true\">{mark}</svg>{text}</li>"
+            )
+        };
+        let (svg, entries) = (self.svg, self.legend.iter().map(entry).collect::<String>());
+        format!(
+            "<figure class=\"{class}\">\n<figcaption><b>{caption}</b> {note}</figcaption>\n{svg}</svg>\n<ul class=\"legend\">{entries}</ul>\n</figure>\n"
+        )
+    }
 }
 
 /// Returns the ticks of an axis of times.

@@ -239,7 +239,7 @@ fn section(out: &mut String, index: usize, measured: &Measured<'_>, options: &Op
             estimate.and_then(|it| plots::convergence(&plotted, it, options)),
         ];
         out.push_str("<div class=\"plots\">\n");
-        out.extend(figures.into_iter().flatten().map(|figure| figure.html()));
+        out.extend(figures.into_iter().flatten());
         out.push_str("</div>\n");
     }
     if let Some(estimate) = estimate {

@@ -8,11 +8,10 @@ use mauve_pwcet::{CurvePoint, Estimate, Options};
 use super::axis::Axis;
 use super::figures::{self, TimeUnit};
 use super::frame::{
-    BAND, BARS, BLOCKS, BOUND, BUDGET, DOTS, FIT, Figure, Frame, HIGH_WATER, IDENTITY, LETTER, Legend, MEAN,
-    RANGE, RECORD, RUNS, THRESHOLD, Ticks, begin, count_ticks, diamond, dots, line, square, time_ticks,
-    triangle,
+    BAND, BARS, BLOCKS, BOUND, BUDGET, DOTS, FIT, Frame, HIGH_WATER, IDENTITY, LETTER, MEAN, Plot, RANGE,
+    RECORD, RUNS, THRESHOLD, Ticks, count_ticks, diamond, dots, line, square, time_ticks, triangle,
 };
-use super::samples::{histogram, parts, ranks};
+use super::samples::{Part, histogram, parts, ranks};
 
 /// What the plots of a codel show.
 pub(super) struct Plotted<'a> {
@@ -27,7 +26,7 @@ pub(super) struct Plotted<'a> {
 }
 
 /// Draws the executions in the order in which they were recorded.
-pub(super) fn recording(of: &Plotted<'_>) -> Figure {
+pub(super) fn recording(of: &Plotted<'_>) -> String {
     const PARTS: usize = 280;
     let count = of.executions.len();
     let frame = Frame::new(270.0, 26.0);
@@ -38,72 +37,54 @@ pub(super) fn recording(of: &Plotted<'_>) -> Figure {
     let y = Axis::linear((low, greatest), 0.05, frame.vertical());
     let (x_ticks, thousands) = count_ticks(&x, 5, count);
     let title = format!("Execution times of {} in the order of recording", of.name);
-    let mut out = begin(
-        &frame,
+    let mut plot = Plot::new(
+        frame,
         &title,
         (&format!("execution{thousands}"), &x_ticks),
         (&format!("time in {}", of.unit.name), &time_ticks(&y, 5, &of.unit)),
     );
-    let mut legend = Vec::new();
-    shade_runs(&mut out, &mut legend, of, &frame, &x);
+    shade_runs(&mut plot, of, &frame, &x);
     let found = parts(of.executions, PARTS);
     let at = |index: usize| x.at(index as f64 + 1.0);
+    let middle = |part: &Part| x.at(part.first as f64 + 0.5 + part.count as f64 / 2.0);
     let records: Vec<(f64, f64)> =
         found.iter().filter_map(|part| Some((at(part.record?), y.at(part.greatest as f64)))).collect();
     if count <= 2 * PARTS {
         let points = of.executions.iter().enumerate().map(|(index, &time)| (at(index), y.at(time as f64)));
-        let _ = writeln!(out, "<path class=\"dots\" d=\"{}\"/>", dots(points));
-        legend.push((DOTS, "execution".to_owned()));
+        plot.paths(&[("dots", dots(points))]);
+        plot.explain(DOTS, "execution");
     } else {
-        let bars: String = found
-            .iter()
-            .map(|part| {
-                let middle = x.at(part.first as f64 + 0.5 + part.count as f64 / 2.0);
-                // A line of equal times has a length too.
-                format!(
-                    "M{middle:.1} {:.1}V{:.1}",
-                    y.at(part.least as f64) + 0.4,
-                    y.at(part.greatest as f64) - 0.4
-                )
-            })
-            .collect();
-        let _ = writeln!(out, "<path class=\"range\" d=\"{bars}\"/>");
+        let bar = |part: &Part| {
+            // A line of equal times has a length too.
+            let (from, to) = (y.at(part.least as f64) + 0.4, y.at(part.greatest as f64) - 0.4);
+            format!("M{:.1} {from:.1}V{to:.1}", middle(part))
+        };
+        plot.paths(&[("range", found.iter().map(bar).collect())]);
         let size = count.div_ceil(PARTS);
-        legend.push((RANGE, format!("least to greatest of about {} executions", figures::count(size))));
+        plot.explain(RANGE, format!("least to greatest of about {} executions", figures::count(size)));
     }
     if count >= 200 {
-        let means = parts(of.executions, 40)
-            .into_iter()
-            .map(|part| (x.at(part.first as f64 + 0.5 + part.count as f64 / 2.0), y.at(part.mean)));
-        let _ = writeln!(out, "<path class=\"mean\" d=\"{}\"/>", line(means));
-        legend.push((MEAN, "mean of each fortieth".to_owned()));
+        let means = parts(of.executions, 40).into_iter().map(|part| (middle(&part), y.at(part.mean)));
+        plot.paths(&[("mean", line(means))]);
+        plot.explain(MEAN, "mean of each fortieth");
     }
     let mut steps = String::new();
     for (x, y) in &records {
         let _ =
             if steps.is_empty() { write!(steps, "M{x:.1} {y:.1}") } else { write!(steps, "H{x:.1}V{y:.1}") };
     }
-    let _ = writeln!(
-        out,
-        "<path class=\"record\" d=\"{steps}H{:.1}\"/><path class=\"records\" d=\"{}\"/>",
-        frame.right,
-        dots(records.into_iter())
-    );
-    legend.push((RECORD, format!("high-water mark so far, at the end {}", of.unit.bound(greatest))));
-    Figure {
-        class: "recording",
-        caption: "Recording.",
-        note: "Executions in recorded order: trends, phases and start-up are visible here.".to_owned(),
-        svg: out + "</svg>\n",
-        legend,
-    }
+    let steps = format!("{steps}H{:.1}", frame.right);
+    plot.paths(&[("record", steps), ("records", dots(records.into_iter()))]);
+    plot.explain(RECORD, format!("high-water mark so far, at the end {}", of.unit.bound(greatest)));
+    let note = "Executions in recorded order: trends, phases and start-up are visible here.";
+    plot.figure("recording", "Recording.", note)
 }
 
 /// More runs are too narrow for a drawing.
 const MOST_RUNS: usize = 40;
 
 /// Shades every second run.
-fn shade_runs(out: &mut String, legend: &mut Legend, of: &Plotted<'_>, frame: &Frame, x: &Axis) {
+fn shade_runs(plot: &mut Plot, of: &Plotted<'_>, frame: &Frame, x: &Axis) {
     let count = of.executions.len();
     let starts: Vec<usize> = of.runs.iter().copied().filter(|&start| 0 < start && start < count).collect();
     let runs = starts.len() + 1;
@@ -116,15 +97,14 @@ fn shade_runs(out: &mut String, legend: &mut Legend, of: &Plotted<'_>, frame: &F
     };
     for run in (1..runs).step_by(2) {
         let (from, to) = (x.at(edge(run) as f64 + 0.5), x.at(edge(run + 1) as f64 + 0.5));
-        let _ = writeln!(
-            out,
+        plot.line(&format!(
             "<rect class=\"run\" x=\"{from:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\"/>",
             frame.top,
             to - from,
             frame.bottom - frame.top
-        );
+        ));
     }
-    legend.push((RUNS, format!("every second of {runs} runs")));
+    plot.explain(RUNS, format!("every second of {runs} runs"));
 }
 
 fn ends(ascending: &[u64]) -> (f64, f64) {
@@ -133,7 +113,7 @@ fn ends(ascending: &[u64]) -> (f64, f64) {
 }
 
 /// Draws the density as a histogram.
-pub(super) fn density(of: &Plotted<'_>, estimate: Option<&Estimate>) -> Option<Figure> {
+pub(super) fn density(of: &Plotted<'_>, estimate: Option<&Estimate>) -> Option<String> {
     let found = histogram(&of.ascending)?;
     let frame = Frame::new(270.0, 26.0);
     let end = found.start + found.width * found.counts.len() as f64;
@@ -144,8 +124,8 @@ pub(super) fn density(of: &Plotted<'_>, estimate: Option<&Estimate>) -> Option<F
     let (percentages, decimals) = y.ticks(4, 1.0);
     let y_ticks = percentages.into_iter().map(|it| (y.at(it), format!("{it:.decimals$}\u{a0}%"))).collect();
     let title = format!("Histogram of the execution times of {}", of.name);
-    let mut out = begin(
-        &frame,
+    let mut plot = Plot::new(
+        frame,
         &title,
         (&format!("execution time in {}", of.unit.name), &time_ticks(&x, 5, &of.unit)),
         ("share of executions", &y_ticks),
@@ -156,24 +136,18 @@ pub(super) fn density(of: &Plotted<'_>, estimate: Option<&Estimate>) -> Option<F
         let end = x.at(found.start + found.width * (index + 1) as f64);
         let _ = write!(bars, "V{:.1}H{end:.1}", y.at(share(count)));
     }
-    let _ = writeln!(out, "<path class=\"bar\" d=\"{bars}V{base:.1}z\"/>");
+    plot.paths(&[("bar", format!("{bars}V{base:.1}z"))]);
     let width = of.unit.time(found.width);
-    let mut legend = vec![(BARS, format!("{} of {width}", figures::counted(found.counts.len(), "bin")))];
+    plot.explain(BARS, format!("{} of {width}", figures::counted(found.counts.len(), "bin")));
     let mut vertical = |class: &str, mark, time: f64, text: String| {
         if x.has(time) {
-            let at = x.at(time);
-            let _ = writeln!(out, "<path class=\"{class}\" d=\"M{at:.1} {:.1}V{base:.1}\"/>", frame.top);
+            plot.vertical(class, x.at(time));
         }
-        legend.push((mark, text));
+        plot.explain(mark, text);
     };
-    if let Some(estimate) = estimate {
-        let threshold = estimate.tail.threshold;
-        vertical(
-            "threshold",
-            THRESHOLD,
-            threshold,
-            format!("threshold of the tail, {}", of.unit.time(threshold)),
-        );
+    if let Some(threshold) = estimate.map(|it| it.tail.threshold) {
+        let text = format!("threshold of the tail, {}", of.unit.time(threshold));
+        vertical("threshold", THRESHOLD, threshold, text);
     }
     let (_, greatest) = ends(&of.ascending);
     if found.above == 0 {
@@ -191,11 +165,11 @@ pub(super) fn density(of: &Plotted<'_>, estimate: Option<&Estimate>) -> Option<F
     } else {
         "Several peaks suggest several modes.".to_owned()
     };
-    Some(Figure { class: "density", caption: "Density.", note, svg: out + "</svg>\n", legend })
+    Some(plot.figure("density", "Density.", &note))
 }
 
 /// Draws the probabilities of longer executions: observed, fitted, and the bounds of the levels.
-pub(super) fn tail(of: &Plotted<'_>, estimate: &Estimate, budgets: &[Option<u64>]) -> Figure {
+pub(super) fn tail(of: &Plotted<'_>, estimate: &Estimate, budgets: &[Option<u64>]) -> String {
     let frame = Frame::new(410.0, 112.0);
     let count = estimate.count as f64;
     let strictest = estimate.levels.iter().map(|it| it.level).fold(1.0 / count, f64::min);
@@ -210,37 +184,32 @@ pub(super) fn tail(of: &Plotted<'_>, estimate: &Estimate, budgets: &[Option<u64>
         "Exceedance probabilities of {}: observed executions, the fitted tail, and the bounds of the levels",
         of.name
     );
-    let mut out = begin(
-        &frame,
+    let mut plot = Plot::new(
+        frame,
         &title,
         (&format!("execution time in {}{scale}", of.unit.name), &time_ticks(&x, 6, &of.unit)),
         ("exceedance probability", &powers_of_ten(&y, lowest)),
     );
-    let mut legend = vec![(DOTS, "observed".to_owned())];
+    plot.explain(DOTS, "observed");
     let at = |time: f64, probability: f64| (x.at(time), y.at(probability));
     let edge = curve.iter().map(|it| at(it.upper, it.probability));
     let band = edge.clone().chain(curve.iter().rev().map(|it| at(it.lower, it.probability)));
-    let _ = writeln!(
-        out,
-        "<path class=\"band\" d=\"{}z\"/><path class=\"edge\" d=\"{}\"/><path class=\"fit\" d=\"{}\"/>",
-        line(band),
-        line(edge),
-        line(curve.iter().map(|it| at(it.point, it.probability)))
-    );
-    legend.push((FIT, "fitted tail".to_owned()));
-    legend.push((BAND, "its 95\u{a0}% confidence band".to_owned()));
-    let mut vertical = |class: &str, mark, time: f64, text: String| {
-        let (at, Frame { top, bottom, .. }) = (x.at(time), frame);
-        let _ = writeln!(out, "<path class=\"{class}\" d=\"M{at:.1} {top:.1}V{bottom:.1}\"/>");
-        legend.push((mark, format!("{text}, {}", of.unit.time(time))));
-    };
-    vertical("threshold", THRESHOLD, estimate.tail.threshold, "threshold of the tail".to_owned());
-    vertical("hwm", HIGH_WATER, greatest, "high-water mark".to_owned());
+    let fit = line(curve.iter().map(|it| at(it.point, it.probability)));
+    plot.paths(&[("band", line(band) + "z"), ("edge", line(edge)), ("fit", fit)]);
+    plot.explain(FIT, "fitted tail");
+    plot.explain(BAND, "its 95\u{a0}% confidence band");
+    for (class, mark, time, text) in [
+        ("threshold", THRESHOLD, estimate.tail.threshold, "threshold of the tail"),
+        ("hwm", HIGH_WATER, greatest, "high-water mark"),
+    ] {
+        plot.vertical(class, x.at(time));
+        plot.explain(mark, format!("{text}, {}", of.unit.time(time)));
+    }
     let observed = ranks(of.ascending.len(), 180).into_iter().filter_map(|rank| {
         let time = of.ascending.get(of.ascending.len().checked_sub(rank)?)?;
         Some(at(*time as f64, rank as f64 / count))
     });
-    let _ = writeln!(out, "<path class=\"dots\" d=\"{}\"/>", dots(observed));
+    plot.paths(&[("dots", dots(observed))]);
     let blocks = estimate.levels.iter().filter_map(|it| Some((it.block_maxima?.0, it.level)));
     let blocks: String =
         blocks.filter(|(time, _)| x.has(*time)).map(|(time, level)| square(at(time, level))).collect();
@@ -248,28 +217,22 @@ pub(super) fn tail(of: &Plotted<'_>, estimate: &Estimate, budgets: &[Option<u64>
         estimate.levels.iter().zip(budgets).filter_map(|(it, budget)| Some(((*budget)? as f64, it.level)));
     let budgets: String =
         budgets.filter(|(time, _)| x.has(*time)).map(|(time, level)| triangle(at(time, level))).collect();
-    for (class, marks, entry) in [
-        ("blocks", blocks, (BLOCKS, "estimate from block maxima".to_owned())),
-        ("budget", budgets, (BUDGET, "budget".to_owned())),
-    ] {
+    for (class, marks, mark, text) in
+        [("blocks", blocks, BLOCKS, "estimate from block maxima"), ("budget", budgets, BUDGET, "budget")]
+    {
         if !marks.is_empty() {
-            let _ = writeln!(out, "<path class=\"{class}\" d=\"{marks}\"/>");
-            legend.push(entry);
+            plot.paths(&[(class, marks)]);
+            plot.explain(mark, text);
         }
     }
-    level_marks(&mut out, &frame, of, estimate, at);
-    legend.push((BOUND, "95\u{a0}% upper bound of a level".to_owned()));
-    Figure {
-        class: "tail",
-        caption: "Tail.",
-        note: format!(
-            "Probability that an execution takes longer than a time. An event that is rarer than 3/n = {} may be missing from \
-             these executions.",
-            figures::rate(3.0 / count)
-        ),
-        svg: out + "</svg>\n",
-        legend,
-    }
+    level_marks(&mut plot, &frame, of, estimate, at);
+    plot.explain(BOUND, "95\u{a0}% upper bound of a level");
+    let note = format!(
+        "Probability that an execution takes longer than a time. An event that is rarer than 3/n = {} may be missing from \
+         these executions.",
+        figures::rate(3.0 / count)
+    );
+    plot.figure("tail", "Tail.", &note)
 }
 
 /// Returns the marks of an axis of probabilities from 1 to the lowest one.
@@ -300,7 +263,7 @@ fn times_of_tail(estimate: &Estimate, curve: &[&CurvePoint], budgets: &[Option<u
 
 /// Draws a mark for the bound of each level, and its time to the right of the plot.
 fn level_marks(
-    out: &mut String,
+    plot: &mut Plot,
     frame: &Frame,
     of: &Plotted<'_>,
     estimate: &Estimate,
@@ -329,20 +292,18 @@ fn level_marks(
     for (index, label) in &labels {
         let (Some((x, y)), Some(level)) = (marks.get(*index), levels.get(*index)) else { continue };
         let _ = write!(leaders, "M{x:.1} {y:.1}H{:.1}L{:.1} {label:.1}", frame.right, frame.right + 6.0);
-        let _ = writeln!(
-            out,
+        plot.line(&format!(
             "<text class=\"value\" x=\"{:.1}\" y=\"{label:.1}\" dy=\".35em\"><tspan class=\"alt\">{}: </tspan>{}</text>",
             frame.right + 9.0,
             figures::level(level.level),
             of.unit.bound(level.upper)
-        );
+        ));
     }
-    let diamonds: String = marks.into_iter().map(diamond).collect();
-    let _ = writeln!(out, "<path class=\"leader\" d=\"{leaders}\"/><path class=\"bound\" d=\"{diamonds}\"/>");
+    plot.paths(&[("leader", leaders), ("bound", marks.into_iter().map(diamond).collect())]);
 }
 
 /// Draws the observed excesses against those of the fitted tail.
-pub(super) fn quantiles(of: &Plotted<'_>, estimate: &Estimate) -> Figure {
+pub(super) fn quantiles(of: &Plotted<'_>, estimate: &Estimate) -> String {
     let frame = Frame::new(270.0, 26.0);
     let tail = &estimate.tail;
     let points: Vec<(f64, f64)> = ranks(tail.excesses, 180)
@@ -358,38 +319,25 @@ pub(super) fn quantiles(of: &Plotted<'_>, estimate: &Estimate) -> Figure {
     let x = Axis::linear((0.0, greatest.0), 0.03, frame.horizontal());
     let y = Axis::linear((0.0, greatest.1), 0.03, frame.vertical());
     let title = format!("Observed excesses of {} against the excesses of the fitted tail", of.name);
-    let mut out = begin(
-        &frame,
+    let mut plot = Plot::new(
+        frame,
         &title,
         (&format!("fitted excess in {}", of.unit.name), &time_ticks(&x, 5, &of.unit)),
         (&format!("observed excess in {}", of.unit.name), &time_ticks(&y, 5, &of.unit)),
     );
+    let at = |(fitted, observed): (f64, f64)| (x.at(fitted), y.at(observed));
     let end = x.range().1.min(y.range().1);
-    let _ = writeln!(
-        out,
-        "<path class=\"identity\" d=\"M{:.1} {:.1}L{:.1} {:.1}\"/><path class=\"dots\" d=\"{}\"/>",
-        x.at(0.0),
-        y.at(0.0),
-        x.at(end),
-        y.at(end),
-        dots(points.into_iter().map(|(fitted, observed)| (x.at(fitted), y.at(observed))))
-    );
-    Figure {
-        class: "quantiles",
-        caption: "Fit.",
-        note: "Times above the threshold, against those of the fitted tail. Points far above the line at the right are longer than \
-               the fit expects."
-            .to_owned(),
-        svg: out + "</svg>\n",
-        legend: vec![
-            (DOTS, format!("{} above the threshold", figures::counted(tail.excesses, "execution"))),
-            (IDENTITY, "observed = fitted".to_owned()),
-        ],
-    }
+    let identity = line([(0.0, 0.0), (end, end)].into_iter().map(at));
+    plot.paths(&[("identity", identity), ("dots", dots(points.into_iter().map(at)))]);
+    plot.explain(DOTS, format!("{} above the threshold", figures::counted(tail.excesses, "execution")));
+    plot.explain(IDENTITY, "observed = fitted");
+    let note = "Times above the threshold, against those of the fitted tail. Points far above the line at the right are longer than \
+                the fit expects.";
+    plot.figure("quantiles", "Fit.", note)
 }
 
 /// Draws the estimates and the bounds of one or two levels as the sample grows; `None` if it has no parts that are large enough.
-pub(super) fn convergence(of: &Plotted<'_>, estimate: &Estimate, options: &Options) -> Option<Figure> {
+pub(super) fn convergence(of: &Plotted<'_>, estimate: &Estimate, options: &Options) -> Option<String> {
     if estimate.convergence.is_empty() {
         return None;
     }
@@ -417,28 +365,26 @@ pub(super) fn convergence(of: &Plotted<'_>, estimate: &Estimate, options: &Optio
     let (x_ticks, thousands) = count_ticks(&x, 4, estimate.count);
     let title = format!("Estimates and bounds of {} from the first executions", of.name);
     let scale = if y.is_logarithmic() { ", logarithmic" } else { "" };
-    let mut out = begin(
-        &frame,
+    let mut plot = Plot::new(
+        frame,
         &title,
         (&format!("executions used{thousands}"), &x_ticks),
         (&format!("time in {}{scale}", of.unit.name), &time_ticks(&y, 5, &of.unit)),
     );
-    let mut legend = Vec::new();
     let mut labels: Vec<(f64, String)> = Vec::new();
     for ((points, &index), (class, marks)) in all.iter().zip(&shown).zip(SERIES) {
         let upper = points.iter().map(|it| (x.at(it.0), y.at(it.2)));
         let point = points.iter().map(|it| (x.at(it.0), y.at(it.1)));
-        let _ = writeln!(
-            out,
+        plot.line(&format!(
             "<g class=\"{class}\"><path class=\"between\" d=\"{}z\"/><path class=\"upper\" d=\"{}\"/>\
              <path class=\"point\" d=\"{}\"/><path class=\"ends\" d=\"{}\"/></g>",
             line(upper.clone().chain(point.clone().rev())),
             line(upper.clone()),
             line(point.clone()),
             dots(upper.clone().chain(point))
-        );
+        ));
         let level = figures::level(order(&index));
-        legend.push((marks, format!("level {level}: estimate to upper bound")));
+        plot.explain(marks, format!("level {level}: estimate to upper bound"));
         labels.extend(points.last().map(|it| y.at(it.2)).map(|y| (y, level)));
     }
     if let [(first, _), (second, _)] = labels.as_mut_slice()
@@ -449,20 +395,11 @@ pub(super) fn convergence(of: &Plotted<'_>, estimate: &Estimate, options: &Optio
         *second = *first - 20.0;
     }
     for (y, level) in labels {
-        let _ = writeln!(
-            out,
-            "<text class=\"value\" x=\"{:.1}\" y=\"{y:.1}\" dy=\".35em\">{level}</text>",
-            frame.right + LETTER
-        );
+        let x = frame.right + LETTER;
+        plot.line(&format!("<text class=\"value\" x=\"{x:.1}\" y=\"{y:.1}\" dy=\".35em\">{level}</text>"));
     }
-    Some(Figure {
-        class: "convergence",
-        caption: "Convergence.",
-        note: "Estimates from the first executions only. They are stable if more executions move them within their earlier band."
-            .to_owned(),
-        svg: out + "</svg>\n",
-        legend,
-    })
+    let note = "Estimates from the first executions only. They are stable if more executions move them within their earlier band.";
+    Some(plot.figure("convergence", "Convergence.", note))
 }
 
 /// Returns the indices of the level next to 1e-4 and of the strictest one, if that is another.
