@@ -15,6 +15,8 @@ pub use earlier::EarlierFigures;
 pub use in_file::{hash_of_hints, inlay_hints};
 pub(crate) use programs::components_of;
 
+use std::hash::{BuildHasher as _, BuildHasherDefault, DefaultHasher, Hash};
+
 use mauve_hir::ProgramId;
 use mauve_hir::item_tree::{HookKind, Name};
 use mauve_syntax::TextSize;
@@ -172,6 +174,11 @@ impl Figure {
     fn complete(text: String) -> Figure {
         Figure { text, missing: 0 }
     }
+}
+
+/// Returns the hash of what an editor shows.
+fn hash_of(shown: impl Hash) -> u64 {
+    BuildHasherDefault::<DefaultHasher>::default().hash_one(shown)
 }
 
 /// Returns the number of characters before `offset` in its line.

@@ -1,11 +1,9 @@
 //! The hints of a declaration, without the figures of earlier texts.
 
-use std::hash::{DefaultHasher, Hash as _, Hasher as _};
-
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, ModelDb, Project};
 
-use super::{HintOf, HintOptions, deployment, programs, values};
+use super::{HintOf, HintOptions, deployment, hash_of, programs, values};
 
 /// Returns the hints of an architecture or a deployment. salsa keeps them: an edit of another file that changes none of them does
 /// not build them again.
@@ -36,12 +34,9 @@ pub(super) fn hash_of_declaration(
     match decl.kind(db) {
         Kind::Core if options.program_times => programs::hash_of_labels(db, project, decl),
         Kind::Architecture | Kind::Deployment => {
-            let mut hasher = DefaultHasher::new();
-            let found = of_declaration(db, project, decl, options);
-            for HintOf { hint, .. } in found {
-                (&hint.label, &hint.labels, hint.status).hash(&mut hasher);
-            }
-            hasher.finish()
+            let found = of_declaration(db, project, decl, options).iter();
+            let shown = found.map(|HintOf { hint, .. }| (&hint.label, &hint.labels, hint.status));
+            hash_of(shown.collect::<Vec<_>>())
         }
         _ => 0,
     }

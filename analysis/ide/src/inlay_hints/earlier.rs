@@ -2,7 +2,6 @@
 //! an editor shows the last known ones, marked as older. They are shown in hints only: nothing else reads them.
 
 use std::collections::{HashMap, HashSet};
-use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -15,7 +14,9 @@ use mauve_wcrt::level_shown;
 use super::declaration::{hash_of_declaration, of_declaration};
 use super::figures::{Figures, PATIENCE, is_newer, older};
 use super::label::{MOST_CHARACTERS, Texts, most_at};
-use super::{Figure, HintOf, HintOptions, HintStatus, InlayHint, Subject, column, end_of_line, programs};
+use super::{
+    Figure, HintOf, HintOptions, HintStatus, InlayHint, Subject, column, end_of_line, hash_of, programs,
+};
 
 /// The last known figures of the declarations in open files.
 #[derive(Debug, Clone, Default)]
@@ -52,10 +53,8 @@ impl EarlierFigures {
 
     /// Returns a value that changes when the older figures of a declaration, or their reasons, are shown or hidden.
     pub(super) fn hash_of(&self, owner: &Owner) -> u64 {
-        let mut hasher = DefaultHasher::new();
         let figures = self.of(owner).filter(|figures| figures.older.is_some());
-        figures.map(|figures| (figures.hash, figures.are_reasons_shown())).hash(&mut hasher);
-        hasher.finish()
+        hash_of(figures.map(|figures| (figures.hash, figures.are_reasons_shown())))
     }
 
     /// Returns the time after which hints say why figures are unknown; none if they do already, or all figures are known.
@@ -127,9 +126,7 @@ impl EarlierFigures {
         let mut shown: Vec<(&str, bool)> =
             lacking.map(|(name, figures)| (name, figures.are_reasons_shown())).collect();
         shown.sort_unstable();
-        let mut hasher = DefaultHasher::new();
-        shown.hash(&mut hasher);
-        hasher.finish()
+        hash_of(shown)
     }
 }
 

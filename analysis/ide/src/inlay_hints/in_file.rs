@@ -1,7 +1,5 @@
 //! The hints of a file.
 
-use std::hash::{DefaultHasher, Hash as _, Hasher as _};
-
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, File, ModelDb, Project, declarations, is_model, source_map};
 use mauve_syntax::TextRange;
@@ -10,7 +8,7 @@ use super::declaration::{hash_of_declaration, of_declaration};
 use super::earlier::{EarlierFigures, Owner, of_lost_activities};
 use super::figures::{in_short, missing_loads, with_earlier};
 use super::label::{MOST_CHARACTERS, cut};
-use super::{HintOf, HintOptions, HintStatus, InlayHint, Subject, programs};
+use super::{HintOf, HintOptions, HintStatus, InlayHint, Subject, hash_of, programs};
 
 /// A name before the label of a hint has so many characters at least, unless it is shorter.
 const SHORTEST_NAME: usize = 7;
@@ -131,11 +129,10 @@ pub fn hash_of_hints(
     options: HintOptions,
     earlier: &EarlierFigures,
 ) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    for &decl in &declarations(db, file).all {
-        hash_of_declaration(db, project, decl, options).hash(&mut hasher);
-        earlier.hash_of(&Owner::of(db, project, decl)).hash(&mut hasher);
-    }
-    earlier.hash_of_lacking(db, project, file).hash(&mut hasher);
-    hasher.finish()
+    let of_declaration = |&decl: &Decl<'_>| {
+        let own = hash_of_declaration(db, project, decl, options);
+        (own, earlier.hash_of(&Owner::of(db, project, decl)))
+    };
+    let of_each: Vec<(u64, u64)> = declarations(db, file).all.iter().map(of_declaration).collect();
+    hash_of((of_each, earlier.hash_of_lacking(db, project, file)))
 }

@@ -1,7 +1,5 @@
 //! Hints with the execution times of programs, and the longest period of each state and each transition.
 
-use std::hash::{DefaultHasher, Hash as _, Hasher as _};
-
 use mauve_hir::item_tree::{HookKind, Kind, Name, SourceId};
 use mauve_hir::{
     Decl, Location, ModelDb, ProgramId, Project, core_of, declarations, file_groups, files_in_group, parse,
@@ -16,7 +14,7 @@ use rustc_hash::FxHashMap;
 
 use super::figures::{Figures, with_earlier};
 use super::label::{MOST_CHARACTERS, Round, Texts, most_at, short};
-use super::{Figure, HintOf, HintStatus, InlayHint, Place, Subject, column, end_of_line};
+use super::{Figure, HintOf, HintStatus, InlayHint, Place, Subject, column, end_of_line, hash_of};
 
 /// Returns the hints of a core in `range`.
 pub(super) fn of_core<'db>(
@@ -65,9 +63,7 @@ pub(super) fn figures<'db>(
 /// Returns a hash of the labels in a core.
 #[salsa::tracked(returns(copy))]
 pub(super) fn hash_of_labels<'db>(db: &'db dyn ModelDb, project: Project<'db>, of: Decl<'db>) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    labels_of(db, project, of).hash(&mut hasher);
-    hasher.finish()
+    hash_of(labels_of(db, project, of))
 }
 
 /// The label of a program, a state or a transition.
