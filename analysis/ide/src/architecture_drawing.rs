@@ -7,7 +7,9 @@ use std::fmt::Write as _;
 use mauve_hir::item_tree::{FeatureKind, Name};
 use mauve_timing::{Status, Time, Unit};
 
-use crate::drawing::{Drawing, dot_text, fitted, moved, number, svg_head, svg_path, svg_text, text_width};
+use crate::drawing::{
+    Drawing, dot_text, fitted, moved, number, svg_frame, svg_head, svg_path, svg_text, text_width,
+};
 use crate::graph::{Graph, GraphNode};
 use crate::layout::{Area, BoxSize, Diagram, LineEnds, PlacedBox, Side, Slot, Spacing, place};
 use crate::text_canvas::{TextCanvas, cells};
@@ -219,22 +221,19 @@ fn end_name(graph: &Graph<'_>, (number, feature): &(usize, Name)) -> String {
 }
 
 fn svg_box(out: &mut String, index: usize, node: &GraphNode<'_>, placed: &PlacedBox, ports: &[(Name, bool)]) {
-    let Area { x, y, width, height } = placed.area;
+    let Area { x, y, width, .. } = placed.area;
     let figures = Figures::of(node);
     let status = figures.as_ref().map_or("", |figures| figures.status);
     let spoken = figures.as_ref().map(|it| format!(", {}, {}", it.verdict, it.settings)).unwrap_or_default();
     let _ = writeln!(
         out,
         "<g class=\"box {status}\" data-instance=\"{index}\" data-place=\"{}\"><title>{}: {}{}</title>\n\
-         <rect class=\"frame\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"7\"/>",
+         {}",
         svg_text(&node.place),
         svg_text(&node.instance),
         svg_text(&node.component),
         svg_text(&spoken),
-        number(x),
-        number(y),
-        number(width),
-        number(height),
+        svg_frame(placed.area, 7),
     );
     let line = |class: &str, at: (f64, f64), anchor: &str, text: &str| {
         format!(
@@ -311,13 +310,7 @@ fn text(graph: &Graph<'_>) -> String {
         }
     });
     let placement = place(&diagram, CELLS);
-    let mut canvas = TextCanvas::new(placement.width, placement.height);
-    for placed in &placement.boxes {
-        canvas.border(placed.area);
-    }
-    for line in &placement.lines {
-        canvas.line(&line.points);
-    }
+    let mut canvas = TextCanvas::of(&placement);
     for (line, edge) in placement.lines.iter().zip(&graph.edges) {
         canvas.tip(&line.points, edge.operation);
     }

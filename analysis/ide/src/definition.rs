@@ -30,6 +30,13 @@ pub struct Target {
     pub name: TextRange,
 }
 
+impl Target {
+    /// Returns a name as a target.
+    pub(crate) fn of_name(file: File, name: TextRange) -> Target {
+        Target { file, range: name, name }
+    }
+}
+
 /// Returns the definitions of the name at `offset`.
 pub fn definition(
     db: &dyn ModelDb,
@@ -53,7 +60,7 @@ pub(crate) fn definition_of<'db>(
             names.find(|it| it.role == Role::Definition && it.definition == name.definition)
         });
         match executed {
-            Some(it) => vec![Target { file: it.file, range: it.range, name: it.range }],
+            Some(it) => vec![Target::of_name(it.file, it.range)],
             None => targets(db, project, &name.definition),
         }
     };
@@ -75,14 +82,8 @@ pub(crate) fn destination<'db>(
 pub(crate) fn targets(db: &dyn ModelDb, project: Project<'_>, definition: &Definition<'_>) -> Vec<Target> {
     match definition {
         Definition::Declaration(decl) => of_declaration(db, *decl).into_iter().collect(),
-        Definition::At(place) => {
-            let range = place.range(db);
-            vec![Target { file: place.file(db), range, name: range }]
-        }
-        Definition::File(file) => {
-            let start = TextRange::empty(0.into());
-            vec![Target { file: *file, range: start, name: start }]
-        }
+        Definition::At(place) => vec![Target::of_name(place.file(db), place.range(db))],
+        Definition::File(file) => vec![Target::of_name(*file, TextRange::empty(0.into()))],
         Definition::Library(library) => {
             let of_file = |&file: &File| {
                 let blocks =

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 
 use serde::Deserialize;
 
-use crate::layout::Placement;
+use crate::layout::{Area, Placement};
 
 /// The format of a drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
@@ -33,6 +33,14 @@ pub(crate) fn svg_head((width, height): (f64, f64), place: &str, title: &str) ->
          <text {place} class=\"heading\">{title}</text>\n",
         title = svg_text(title),
         style = include_str!("drawing.css"),
+    )
+}
+
+/// Returns the frame of a box, with corners of this radius.
+pub(crate) fn svg_frame(area: Area, radius: u32) -> String {
+    let [x, y, width, height] = [area.x, area.y, area.width, area.height].map(number);
+    format!(
+        "<rect class=\"frame\" x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" rx=\"{radius}\"/>"
     )
 }
 

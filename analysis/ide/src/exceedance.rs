@@ -11,6 +11,7 @@ use mauve_timing::{Level, Time, Unit};
 use mauve_wcrt::{Lookup, Query, TableSet, table_sets, timetable_of};
 
 use crate::drawing::{Drawing, number, svg_head, svg_text, text_width};
+use crate::execution_report::step;
 use crate::occurrences::{Definition, names_at};
 
 /// The execution times of a codel.
@@ -139,7 +140,8 @@ fn svg(of: &Exceedance) -> String {
     let decades = of.levels.iter().map(|(level, _)| -level.as_f64().log10()).fold(1.0, f64::max).ceil();
     let height = (decades * 34.0).clamp(170.0, 420.0);
     let greatest = of.levels.iter().map(|(_, time)| time.as_f64(Unit::Milliseconds)).fold(0.0, f64::max);
-    let step = tick_step(greatest);
+    // At most ten marks.
+    let step = step(greatest / 9.0);
     let end = if greatest > 0.0 { (greatest * 1.12 / step).ceil() * step } else { 1.0 };
     let x = |milliseconds: f64| LEFT + WIDTH * milliseconds / end;
     let y = |probability: f64| TOP + height * (-probability.log10() / decades).clamp(0.0, 1.0);
@@ -210,19 +212,6 @@ fn svg(of: &Exceedance) -> String {
     out + "</svg>\n"
 }
 
-/// Returns 1, 2 or 5 times a power of ten: the distance of at most ten marks up to `greatest`.
-fn tick_step(greatest: f64) -> f64 {
-    if greatest <= 0.0 {
-        return 1.0;
-    }
-    let power = 10_f64.powf((greatest / 10.0).log10().floor());
-    [1.0, 2.0, 5.0, 10.0]
-        .into_iter()
-        .map(|factor| factor * power)
-        .find(|step| greatest / step <= 9.0)
-        .unwrap_or(power)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -284,6 +273,7 @@ codel.see = [20, 23, 30.5]
 
     #[test]
     fn marks_are_round() {
-        assert_eq!([0.0, 0.9, 9.0, 30.5, 1234.0].map(tick_step), [1.0, 0.1, 1.0, 5.0, 200.0]);
+        let step_of = |greatest: f64| step(greatest / 9.0);
+        assert_eq!([0.0, 0.9, 9.0, 9.5, 30.5, 1234.0].map(step_of), [1.0, 0.1, 1.0, 2.0, 5.0, 200.0]);
     }
 }

@@ -23,6 +23,7 @@ mod plots;
 mod samples;
 mod tables;
 
+pub(crate) use axis::step;
 pub use page::execution_report;
 
 use mauve_pwcet::{Estimate, NoEstimate, Options};

@@ -281,7 +281,7 @@ impl<'db> Overload<'db> {
             Reason::Overloaded { cpu, priority, utilisation } => Some((cpu, priority, utilisation)),
             _ => None,
         })?;
-        let is_counted = |it: &&ActivityReport<'db>| {
+        let is_counted = |it: &Task| {
             it.priority.real_time() >= Some(priority) && it.cpus.is_some_and(|cpus| cpus & cpu != 0)
         };
         let of_activity = |it: &ActivityReport<'db>| {
@@ -292,10 +292,8 @@ impl<'db> Overload<'db> {
             let share = Share(time.as_nanos() as f64 / period.as_nanos() as f64);
             Some(Load { of: Row::other(it), period: it.period, share })
         };
-        let others = report.others().iter().filter(|it| {
-            it.priority.real_time() >= Some(priority) && it.cpus.is_some_and(|cpus| cpus & cpu != 0)
-        });
-        let activities = report.activities.iter().filter(is_counted).filter_map(of_activity);
+        let others = report.others().iter().filter(|it| is_counted(it));
+        let activities = report.activities.iter().filter(|it| is_counted(it)).filter_map(of_activity);
         let mut parts: Vec<Load<'db>> = activities.chain(others.filter_map(of_other)).collect();
         if is_throttled {
             parts.push(Load { of: Row::named(THROTTLING), period: None, share: Share(0.05) });

@@ -68,7 +68,7 @@ fn in_tables<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>)
     for &file in &table_files(db, project.workspace(db)).files {
         let names = names_in(db, project, file).into_iter();
         let names = names.filter(|it| it.definition == Definition::Declaration(codel));
-        found.extend(names.map(|it| Target { file, range: it.range, name: it.range }));
+        found.extend(names.map(|it| Target::of_name(file, it.range)));
     }
     found
 }
@@ -77,8 +77,7 @@ fn in_tables<'db>(db: &'db dyn ModelDb, project: Project<'db>, codel: Decl<'db>)
 fn defined(db: &dyn ModelDb, project: Project<'_>, operation: &Definition<'_>) -> Vec<Target> {
     let Definition::At(Location::Source(of, _)) = operation else { return Vec::new() };
     let all = definitions(db, project).get(operation).filter(|_| of.kind(db) == Kind::Shell);
-    let target =
-        |name: &Location<'_>| Target { file: name.file(db), range: name.range(db), name: name.range(db) };
+    let target = |name: &Location<'_>| Target::of_name(name.file(db), name.range(db));
     all.into_iter().flatten().map(target).collect()
 }
 

@@ -10,7 +10,9 @@ use mauve_timing::{Level, Time, Unit};
 #[cfg(doc)]
 use mauve_wcrt::TableSet;
 
-use crate::drawing::{Drawing, dot_text, moved, number, svg_head, svg_path, svg_text, svg_tip, text_width};
+use crate::drawing::{
+    Drawing, dot_text, moved, number, svg_frame, svg_head, svg_path, svg_text, svg_tip, text_width,
+};
 use crate::layout::{Area, BoxSize, Diagram, LineEnds, Placement, Spacing, place};
 use crate::machine_view::{MachineEdge, MachineView};
 use crate::text_canvas::{TextCanvas, cells};
@@ -253,15 +255,12 @@ impl<'a> Machine<'a> {
             let _ = writeln!(
                 out,
                 "<g class=\"box{initial}{worst}\" data-state=\"{index}\" data-place=\"{}\"><title>{}{}</title>\n\
-                 <rect class=\"frame\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"12\"/>\n\
+                 {}\n\
                  <text class=\"name\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text></g>",
                 svg_text(&state.place),
                 svg_text(state.name),
                 if state.is_initial { ", the initial state" } else { "" },
-                number(x),
-                number(y),
-                number(width),
-                number(height),
+                svg_frame(placed.area, 12),
                 number(x + width / 2.0),
                 number(y + height / 2.0 + 4.5),
                 svg_text(state.name),
@@ -279,13 +278,7 @@ impl<'a> Machine<'a> {
         let spacing =
             Spacing { boxes: 1.0, lines: 1.0, turns: 2.0, ends: 2.0, label: 0.0, margin: 0.0, line: 1.0 };
         let placement = self.place(spacing, 1.0, size, label);
-        let mut canvas = TextCanvas::new(placement.width, placement.height);
-        for placed in &placement.boxes {
-            canvas.border(placed.area);
-        }
-        for line in &placement.lines {
-            canvas.line(&line.points);
-        }
+        let mut canvas = TextCanvas::of(&placement);
         for (arrow, line) in self.arrows.iter().zip(&placement.lines) {
             canvas.tip(&line.points, false);
             let Some(area) = line.label else { continue };

@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 
 use unicode_width::UnicodeWidthChar;
 
-use crate::layout::Area;
+use crate::layout::{Area, Placement};
 
 /// A grid of characters; positions are columns and rows from 0.
 #[derive(Debug, Default)]
@@ -37,6 +37,14 @@ impl TextCanvas {
             return TextCanvas::default();
         }
         TextCanvas { rows: vec![vec![Cell::Lines(0); width]; height] }
+    }
+
+    /// Draws the borders of all boxes, then all lines.
+    pub(crate) fn of(placement: &Placement) -> TextCanvas {
+        let mut canvas = TextCanvas::new(placement.width, placement.height);
+        placement.boxes.iter().for_each(|placed| canvas.border(placed.area));
+        placement.lines.iter().for_each(|line| canvas.line(&line.points));
+        canvas
     }
 
     fn cell(&mut self, x: f64, y: f64) -> Option<&mut Cell> {

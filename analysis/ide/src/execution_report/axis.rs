@@ -72,7 +72,7 @@ impl Axis {
 }
 
 /// Returns the least of 1, 2 and 5 times a power of ten that is at least `least`.
-pub(super) fn step(least: f64) -> f64 {
+pub(crate) fn step(least: f64) -> f64 {
     if !(least.is_finite() && least > 0.0) {
         return 1.0;
     }
