@@ -385,6 +385,11 @@ impl<'a> Parser<'a> {
         self.nth_foreign(n, |it| (it == word).then_some(())).is_some()
     }
 
+    /// Returns whether the `n`th token after the current one is the name `word`.
+    pub(crate) fn nth_is_name(&self, n: usize, word: &str) -> bool {
+        self.nth(n) == IDENT && self.nth_text(n) == Some(word)
+    }
+
     /// Returns whether the `n`th token after the current one marks a reference or a pointer: `&`, `*`.
     pub(crate) fn nth_is_reference(&self, n: usize) -> bool {
         matches!(self.nth(n), STAR | AMP2) || self.nth(n) == ERROR_CHARACTERS && self.nth_text(n) == Some("&")
