@@ -142,8 +142,13 @@ fn rule(form: Foreign) -> &'static str {
 }
 
 /// Returns the rewrite of one range.
-fn writing(range: TextRange, written: String) -> Rewrite {
+pub(super) fn writing(range: TextRange, written: String) -> Rewrite {
     (format!("Write `{written}`"), vec![(range, written)])
+}
+
+/// Returns the rewrite that removes one range.
+pub(super) fn removing(title: &str, range: TextRange) -> Rewrite {
+    (title.to_owned(), vec![(range, String::new())])
 }
 
 /// Returns the message for the name of a value that other languages have, and how MAUVE writes the value.
@@ -202,12 +207,11 @@ fn spelling(token: &SyntaxToken, tokens: u8, written: &'static str) -> Said {
 
 /// Removes tokens, or the `;` that separates an `else` from its `if`.
 fn superfluous(token: &SyntaxToken, tokens: u8) -> Said {
-    let removing = |title: String, range: TextRange| Some((title, vec![(range, String::new())]));
     match token.text() {
         "else" => match semicolon_behind_block(token) {
             Some(semicolon) => (
                 "this `else` belongs to no `if`: remove the `;` before it".to_owned(),
-                removing("Remove the `;`".to_owned(), semicolon.text_range()),
+                Some(removing("Remove the `;`", semicolon.text_range())),
             ),
             None => ("this `else` belongs to no `if`".to_owned(), None),
         },
@@ -217,7 +221,7 @@ fn superfluous(token: &SyntaxToken, tokens: u8) -> Said {
                 "void" => "a signature without parameters has `()`".to_owned(),
                 _ => format!("unexpected `{joined}`"),
             };
-            (message, removing(format!("Remove `{joined}`"), without_gap(token, tokens)))
+            (message, Some(removing(&format!("Remove `{joined}`"), without_gap(token, tokens))))
         }
     }
 }
@@ -266,7 +270,7 @@ fn message_type(token: &SyntaxToken) -> Option<Rewrite> {
         [package, folder, name] if folder == "msg" => format!("{package}::{name}"),
         segments => segments.join("::"),
     };
-    Some((format!("Write `{written}`"), vec![(ty.syntax().text_range(), written)]))
+    Some(writing(ty.syntax().text_range(), written))
 }
 
 /// Returns the range of `count` tokens, with the white space before them on their line.

@@ -31,7 +31,7 @@ use mauve_syntax::{
 
 use super::*;
 use crate::lists::alternatives;
-use crate::foreign_syntax::{self, Rewrite, Said};
+use crate::foreign_syntax::{self, Rewrite, Said, removing, writing};
 
 pub(super) fn report<'db>(parse: &Parse, file: File, error: &SyntaxError, at: Location<'db>) -> Diagnostic<'db> {
     let (message, rewrite) = said(parse, error);
@@ -98,10 +98,6 @@ fn said(parse: &Parse, error: &SyntaxError) -> Said {
         }
     };
     (message.to_owned(), None)
-}
-
-fn removing(title: &str, range: TextRange) -> Rewrite {
-    (title.to_owned(), vec![(range, String::new())])
 }
 
 /// Returns the message for a token or a part that is missing, and the rewrite that adds it.
@@ -191,7 +187,7 @@ fn token_before_error(parse: &Parse, error: &SyntaxError) -> Option<SyntaxToken>
 /// Returns the message for a comment, a string, a number with a unit, and the token as MAUVE writes it.
 fn of_token(error: TokenError, token: &SyntaxToken) -> Said {
     let text = token.text();
-    let writing = |written: String| (format!("Write `{written}`"), vec![(token.text_range(), written)]);
+    let instead = |written: String| writing(token.text_range(), written);
     let message = token_error(error).to_owned();
     match error {
         TokenError::Hash if next_significant(token).is_some_and(|it| text == "#" && it.kind() == SyntaxKind::INCLUDE_KW) => {
@@ -204,7 +200,7 @@ fn of_token(error: TokenError, token: &SyntaxToken) -> Said {
         TokenError::SingleQuotes => {
             let inner = text.strip_prefix('\'').and_then(|text| text.strip_suffix('\''));
             let inner = inner.filter(|inner| !inner.contains(['"', '\\']));
-            (message, inner.map(|inner| writing(format!("\"{inner}\""))))
+            (message, inner.map(|inner| instead(format!("\"{inner}\""))))
         }
         TokenError::BadNumber => {
             let digits = text.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
@@ -212,7 +208,7 @@ fn of_token(error: TokenError, token: &SyntaxToken) -> Said {
             let is_number = digits.ends_with(|letter: char| letter.is_ascii_digit()) && !unit.is_empty() && digits != "0";
             let field = foreign_syntax::field_name(token);
             match foreign_syntax::without_unit(digits, unit, field.as_deref()).filter(|_| is_number) {
-                Some(written) => (foreign_syntax::no_unit(field.is_some()), Some(writing(written))),
+                Some(written) => (foreign_syntax::no_unit(field.is_some()), Some(instead(written))),
                 None => (message, None),
             }
         }
@@ -230,7 +226,7 @@ fn quoted_path(token: &SyntaxToken) -> Option<Rewrite> {
     let path = text.trim_matches(['<', '>', '\'']).trim();
     let written = format!("\"{path}\"");
     let is_path = !path.is_empty() && !path.contains(['"', ' ', ';', '\n']);
-    is_path.then(|| (format!("Write `{written}`"), vec![(error.text_range(), written)]))
+    is_path.then(|| writing(error.text_range(), written))
 }
 
 /// Returns the call of a built-in function for `port.read(variable)`.

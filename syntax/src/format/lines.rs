@@ -21,13 +21,7 @@ pub(super) fn lines_of(text: &str, lines: TextRange) -> TextRange {
 
 /// Returns the number of line breaks.
 pub(super) fn breaks(text: &str) -> usize {
-    let bytes = text.as_bytes();
-    let ends = |index: usize| match bytes[index] {
-        b'\n' => true,
-        b'\r' => bytes.get(index + 1) != Some(&b'\n'),
-        _ => false,
-    };
-    (0..bytes.len()).filter(|&index| ends(index)).count()
+    text.matches(['\n', '\r']).count() - text.matches("\r\n").count()
 }
 
 /// Returns the offset of the last line.
