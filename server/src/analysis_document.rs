@@ -375,7 +375,7 @@ pub(crate) fn deployments_of<'db>(
     db: &'db dyn ModelDb,
     project: Project<'db>,
 ) -> impl Iterator<Item = Decl<'db>> + use<'db> {
-    names_of(db, project).all.iter().copied().filter(move |decl| decl.kind(db) == Kind::Deployment)
+    names_of(db, project).of_kind(db, Kind::Deployment)
 }
 
 /// Returns a time in milliseconds, as an integer if it is one.

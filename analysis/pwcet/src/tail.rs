@@ -16,6 +16,16 @@ pub enum TailModel {
     Exponential,
 }
 
+impl TailModel {
+    /// Returns the name of the family.
+    pub fn name(self) -> &'static str {
+        match self {
+            TailModel::GeneralisedPareto => "generalised Pareto",
+            TailModel::Exponential => "exponential",
+        }
+    }
+}
+
 /// The tail of execution times, in nanoseconds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tail {

@@ -86,8 +86,7 @@ impl Psm {
                     }
                     (Some(_), Some(tables)) => Some(tables),
                 };
-                let all = names_of(&db, project).all.iter().copied();
-                for component in all.filter(|decl| decl.kind(&db) == Kind::Component) {
+                for component in names_of(&db, project).of_kind(&db, Kind::Component) {
                     // A file that several projects include is listed once.
                     if found.iter().any(|(_, known, _)| *known == component) {
                         continue;

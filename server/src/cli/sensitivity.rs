@@ -8,7 +8,7 @@ use mauve_timing::Time;
 use mauve_wcrt::{ActivitySensitivity, Limit, Query, Sensitivity, TimeSensitivity};
 
 use crate::analysis_document::{Deployed, factor};
-use crate::cli::text::{columns, number, quoted};
+use crate::cli::text::{columns, csv, number};
 
 /// Returns two tables for each level: times and periods. Empty where the sensitivity was not requested.
 pub(super) fn sensitivity_tables(it: &Deployed<'_>) -> String {
@@ -103,11 +103,11 @@ fn remark(limit: &Limit, unproved: Option<&str>) -> String {
 
 /// Returns a line for each time and each period, at each level.
 pub(super) fn sensitivity_csv(all: &[Deployed<'_>], root: &dyn Fn(&Deployed<'_>) -> String) -> String {
-    let mut out = String::from(
-        "deployment,significance,method,kind,name,now_ms,limit_ms,factor,limit,slack_ms,unproved,root,remark\n",
-    );
+    let header =
+        "deployment,significance,method,kind,name,now_ms,limit_ms,factor,limit,slack_ms,unproved,root,remark";
+    let mut rows = Vec::new();
     for it in all {
-        let root = quoted(&root(it));
+        let root = root(it);
         let errors = if it.errors > 0 { "not proved: the project has errors" } else { "" };
         for ((query, _), found) in it.reports.iter().zip(&it.sensitivities) {
             let mut line = |kind: &str,
@@ -120,22 +120,21 @@ pub(super) fn sensitivity_csv(all: &[Deployed<'_>], root: &dyn Fn(&Deployed<'_>)
                 let multiple = now.zip(limit.time()).and_then(|(now, limit)| factor(now, limit));
                 let remarks = [remark(limit, unproved), errors.to_owned()];
                 let remarks: Vec<String> = remarks.into_iter().filter(|it| !it.is_empty()).collect();
-                let cells = [
-                    quoted(it.name),
+                rows.push(vec![
+                    it.name.to_owned(),
                     query.level.to_string(),
                     query.method.to_string(),
                     kind.to_owned(),
-                    quoted(name),
+                    name.to_owned(),
                     time(now),
                     time(limit.time()),
                     multiple.map(|it| it.to_string()).unwrap_or_default(),
                     limit.name().to_owned(),
                     time(slack),
-                    quoted(unproved.unwrap_or_default()),
+                    unproved.unwrap_or_default().to_owned(),
                     root.clone(),
-                    quoted(&remarks.join("; ")),
-                ];
-                let _ = writeln!(out, "{}", cells.join(","));
+                    remarks.join("; "),
+                ]);
             };
             for of in &found.times {
                 line("time", &of.key(it.db), of.time, &of.limit, None, of.unproved.as_deref());
@@ -145,5 +144,5 @@ pub(super) fn sensitivity_csv(all: &[Deployed<'_>], root: &dyn Fn(&Deployed<'_>)
             }
         }
     }
-    out
+    csv(header, rows)
 }

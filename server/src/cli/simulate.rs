@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use mauve_diagnostics::{errors_of, errors_of_text, reasons_of, times_of, timing_reason};
+use mauve_diagnostics::{errors_of, reasons_of, times_of, timing_reason};
 use mauve_hir::{Database, Decl, Project};
 use mauve_ide::{Drawing, WorstOf, draw_schedule, no_worst_case};
 use mauve_timing::task_set::{Notation, TaskSet};
@@ -17,7 +17,9 @@ use mauve_timing::{LeftOut, Level, Method, NoWorstCase, SimulationOptions, Stati
 use mauve_wcrt::{DeployedTasks, Query, Report, response_times, response_times_of, system_of};
 
 use self::simulation::{Row, Simulation};
-use super::wcrt::{cpu_numbers, priority, refused, say_errors, shown_tables, task_sets, with_errors};
+use super::wcrt::{
+    cpu_numbers, errors_of_all, nothing_to, priority, refused, say_errors, shown_tables, task_sets,
+};
 use crate::analysis_document::deployments;
 use crate::cli::options::{Outside, Paths, level, time};
 use crate::cli::text::{columns, counted, number};
@@ -103,10 +105,9 @@ impl Simulate {
         }
         let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
         let mut found = deployments(&db, &workspaces, self.deployment.as_deref())?;
-        let errors = workspaces.iter().map(|&workspace| errors_of_text(&db, workspace)).sum();
+        let errors = errors_of_all(&db, &workspaces);
         if found.is_empty() {
-            let nothing = "no deployment in these models: nothing to simulate".to_owned();
-            return Err(if errors == 0 { nothing } else { format!("{nothing}; {}", with_errors(errors)) });
+            return Err(nothing_to("simulate", errors));
         }
         if let Some(instance) = &self.worst {
             let has_it = |&(project, deployment): &(Project<'_>, Decl<'_>)| {

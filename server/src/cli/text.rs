@@ -52,8 +52,14 @@ pub(super) fn number(time: Option<Time>) -> String {
     time.map_or_else(|| "—".to_owned(), Time::number)
 }
 
+/// Formats a table of CSV: its header, and a line for each row.
+pub(super) fn csv(header: &str, rows: Vec<Vec<String>>) -> String {
+    let lines = rows.iter().map(|row| row.iter().map(|cell| quoted(cell)).collect::<Vec<_>>().join(","));
+    std::iter::once(header.to_owned()).chain(lines).map(|line| line + "\n").collect()
+}
+
 /// Returns a cell of CSV, in quotes if it needs them.
-pub(super) fn quoted(cell: &str) -> String {
+fn quoted(cell: &str) -> String {
     if cell.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", cell.replace('"', "\"\""))
     } else {

@@ -22,7 +22,7 @@ use super::sensitivity::{sensitivity_csv, sensitivity_tables};
 use crate::analysis_document::{Deployed, Origin, Significance, analysis_document, deployments, levels};
 use crate::cli::lines::Lines;
 use crate::cli::options::{Method, Outside, Paths, time};
-use crate::cli::text::{columns, counted, number, quoted, shown};
+use crate::cli::text::{columns, counted, csv, number, shown};
 use crate::disk::{LONGEST, read};
 use crate::harmless::harmless;
 use crate::json;
@@ -85,10 +85,9 @@ impl Wcrt {
         }
         let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
         let found = deployments(&db, &workspaces, self.deployment.as_deref())?;
-        let errors = workspaces.iter().map(|&workspace| errors_of_text(&db, workspace)).sum();
+        let errors = errors_of_all(&db, &workspaces);
         if found.is_empty() {
-            let nothing = "no deployment in these models: nothing to analyse".to_owned();
-            return Err(if errors == 0 { nothing } else { format!("{nothing}; {}", with_errors(errors)) });
+            return Err(nothing_to("analyse", errors));
         }
         if matches!(self.significance, Some(Significance::All)) {
             let partial = |&(project, deployment): &(Project<'_>, Decl<'_>)| {
@@ -151,7 +150,7 @@ impl Wcrt {
                 shown_tables(&tables.collect::<Vec<_>>()).join("\n")
             }
             (None, Format::Csv) if self.sensitivity => sensitivity_csv(all, &root),
-            (None, Format::Csv) => csv(all),
+            (None, Format::Csv) => figures_csv(all),
             (None, Format::Json) => json::one_or_all(all.iter().map(analysis_document))?,
         })
     }
@@ -199,7 +198,18 @@ pub(super) fn say_errors(errors: usize) {
     }
 }
 
-pub(super) fn with_errors(errors: usize) -> String {
+/// Says that there is no deployment, for which the errors may be the reason.
+pub(super) fn nothing_to(doing: &str, errors: usize) -> String {
+    let nothing = format!("no deployment in these models: nothing to {doing}");
+    if errors == 0 { nothing } else { format!("{nothing}; {}", with_errors(errors)) }
+}
+
+/// Returns the number of errors in the texts of these workspaces.
+pub(super) fn errors_of_all(db: &Database, workspaces: &[Workspace]) -> usize {
+    workspaces.iter().map(|&workspace| errors_of_text(db, workspace)).sum()
+}
+
+fn with_errors(errors: usize) -> String {
     let them = if errors == 1 { "it" } else { "them" };
     format!("the project has {} (`mauve check` shows {them})", counted(errors, "error"))
 }
@@ -505,23 +515,22 @@ pub(super) fn shown_tables(tables: &[String]) -> Vec<String> {
     tables.iter().map(shown).collect()
 }
 
-fn csv(all: &[Deployed<'_>]) -> String {
-    let mut out = String::from(
-        "deployment,significance,method,instance,component,affinity,priority,period_ms,deadline_ms,own_ms,first_job_ms,response_ms,status,assumed,root,remark\n",
-    );
+fn figures_csv(all: &[Deployed<'_>]) -> String {
+    let header = "deployment,significance,method,instance,component,affinity,priority,period_ms,deadline_ms,own_ms,first_job_ms,response_ms,status,assumed,root,remark";
+    let mut rows = Vec::new();
     for it in all {
-        let root = quoted(&root(it));
+        let root = root(it);
         for (query, report) in &it.reports {
             let of_all = remarks(it, query);
             for activity in &report.activities {
                 let cell = |time: Option<Time>| time.map(Time::number).unwrap_or_default();
                 let assumed: Vec<&str> = activity.assumed.iter().map(|(codel, _)| codel.as_str()).collect();
-                let cells = [
-                    quoted(it.name),
+                rows.push(vec![
+                    it.name.to_owned(),
                     query.level.to_string(),
                     activity.method.map_or(query.method, |(method, _)| method).to_string(),
-                    quoted(&activity.instance),
-                    quoted(&activity.component_name),
+                    activity.instance.to_string(),
+                    activity.component_name.to_string(),
                     activity.cpus.map(|cpus| cpus.to_string()).unwrap_or_default(),
                     activity.priority.real_time().map(|it| it.to_string()).unwrap_or_default(),
                     cell(activity.period),
@@ -530,15 +539,14 @@ fn csv(all: &[Deployed<'_>]) -> String {
                     cell(activity.first_job),
                     cell(activity.response),
                     activity.verdict.name().to_owned(),
-                    quoted(&assumed.join(" ")),
+                    assumed.join(" "),
                     root.clone(),
-                    quoted(&remark(it, &of_all, activity)),
-                ];
-                let _ = writeln!(out, "{}", cells.join(","));
+                    remark(it, &of_all, activity),
+                ]);
             }
         }
     }
-    out
+    csv(header, rows)
 }
 
 /// Why a row has no figures, or why they are not what they seem to be: nothing, for most.

@@ -8,12 +8,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use mauve_diagnostics::{errors_of_text, workspace_diagnostics};
+use mauve_diagnostics::workspace_diagnostics;
 use mauve_hir::{Database, File, Workspace};
 use mauve_ide::Change;
 use similar::TextDiff;
 
 use crate::cli::text::shown;
+use crate::cli::wcrt::errors_of_all as errors;
 use crate::disk::text_of;
 use crate::harmless::harmless;
 use crate::load::models_in;
@@ -116,10 +117,6 @@ fn changes(db: &Database, workspaces: &[Workspace], writable: &BTreeSet<PathBuf>
         }
     }
     found
-}
-
-fn errors(db: &Database, workspaces: &[Workspace]) -> usize {
-    workspaces.iter().map(|&workspace| errors_of_text(db, workspace)).sum()
 }
 
 /// Returns the changes after which there are at most as many errors as before: where there are more after all of them, looks for

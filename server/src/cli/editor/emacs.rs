@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::embedded::EMACS;
+use super::embedded::{EMACS, text};
 use super::home::{Home, quoted};
 use super::installation::Wanted;
 use crate::generate::behind_links;
@@ -10,15 +10,10 @@ use crate::generate::behind_links;
 pub(super) fn wanted(home: &Home) -> Result<Wanted, String> {
     let emacs = user_directory(home);
     let folder = behind_links(&emacs.join("elpa"))?.join("mauve");
-    let mut wanted = Wanted { folders: vec![folder.clone()], ..Wanted::default() };
-    for (path, text) in EMACS {
-        let mut text = (*text).to_owned();
-        if let Some(program) = home.program_elsewhere().filter(|_| *path == AUTOLOADS) {
-            text = text.replace(PROGRAM, &format!("(defvar mauve-program {})", quoted(program)));
-        }
-        wanted.add(&folder, path, text);
-    }
+    let mut wanted = Wanted::in_folder(&folder, EMACS);
     if let Some(program) = home.program_elsewhere() {
+        let named = format!("(defvar mauve-program {})", quoted(program));
+        wanted.add(&folder, AUTOLOADS, text(EMACS, AUTOLOADS).replace(PROGRAM, &named));
         wanted.notes.push(format!(
             "`mauve` on PATH is another program, or missing: Emacs starts {program}, unless mauve-program is set"
         ));
@@ -56,7 +51,6 @@ fn user_directory(home: &Home) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::editor::embedded::text;
 
     #[test]
     fn the_program_of_the_package_can_be_replaced() {

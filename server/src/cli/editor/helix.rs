@@ -15,18 +15,14 @@ const PROGRAM: &str = "command = \"mauve\"";
 pub(super) fn wanted(home: &Home, is_install: bool) -> Result<Wanted, String> {
     let folder = behind_links(&home.config.join("helix"))?;
     let grammar = behind_links(&home.data.join("mauve/tree-sitter"))?;
-    let queries = ["mauve", "mauve-toml"].map(|name| folder.join("runtime/queries").join(name));
-    let mut wanted =
-        Wanted { folders: [grammar.clone()].into_iter().chain(queries).collect(), ..Wanted::default() };
+    let [queries, other_queries] =
+        ["mauve", "mauve-toml"].map(|name| folder.join("runtime/queries").join(name));
+    let mut wanted = Wanted::in_folder(&grammar, GRAMMAR);
     for (path, text) in HELIX.iter().filter(|(path, _)| path.starts_with("runtime/")) {
         wanted.add(&folder, path, *text);
     }
-    for (path, text) in HELIX_QUERIES {
-        wanted.add(&folder, &format!("runtime/queries/mauve/{path}"), *text);
-    }
-    for (path, text) in GRAMMAR {
-        wanted.add(&grammar, path, *text);
-    }
+    wanted.add_all(&queries, HELIX_QUERIES);
+    wanted.folders.extend([queries, other_queries]);
     let mut languages = Settings::read(&folder.join("languages.toml"))?;
     let mut config = Settings::read(&folder.join("config.toml"))?;
     if is_install {

@@ -8,6 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
+use super::embedded::Embedded;
 use super::home::Home;
 use super::{block, mark};
 use crate::disk::{LONGEST, bytes_of};
@@ -32,6 +33,18 @@ pub(super) struct Wanted {
 }
 
 impl Wanted {
+    /// What needs a folder with these files, whose links are resolved by now.
+    pub(super) fn in_folder(folder: &Path, files: &[Embedded]) -> Wanted {
+        let mut wanted = Wanted { folders: vec![folder.to_owned()], ..Wanted::default() };
+        wanted.add_all(folder, files);
+        wanted
+    }
+
+    /// Adds files of our own in a folder.
+    pub(super) fn add_all(&mut self, folder: &Path, files: &[Embedded]) {
+        self.files.extend(files.iter().map(|(path, text)| (folder.join(path), (*text).to_owned())));
+    }
+
     /// Adds a file of our own in a folder, whose links are resolved by now.
     pub(super) fn add(&mut self, folder: &Path, path: &str, text: impl Into<String>) {
         self.files.insert(folder.join(path), text.into());

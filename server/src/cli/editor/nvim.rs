@@ -13,14 +13,9 @@ pub(super) fn wanted(home: &Home) -> Result<Wanted, String> {
     let data = home.data.join(app);
     // The last folder is ours: if it is a link, as to a clone of the repository, files behind it are not changed.
     let folder = behind_links(&data.join("site/pack/mauve/start"))?.join("mauve");
-    let mut wanted = Wanted { folders: vec![folder.clone()], ..Wanted::default() };
-    for (path, text) in NVIM {
-        wanted.add(&folder, path, *text);
-    }
+    let mut wanted = Wanted::in_folder(&folder, NVIM);
     // For a parser that the user has compiled; without one, they have no effect.
-    for (path, text) in NVIM_QUERIES {
-        wanted.add(&folder, &format!("queries/mauve/{path}"), *text);
-    }
+    wanted.add_all(&folder.join("queries/mauve"), NVIM_QUERIES);
     wanted.add(&folder, "doc/tags", tags("mauve.txt", text(NVIM, "doc/mauve.txt")));
     if let Some(program) = home.program_elsewhere() {
         // Neovim runs this file before `plugin/mauve.lua`, and after the user's `init.lua`.

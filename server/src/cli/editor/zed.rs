@@ -7,10 +7,7 @@ use crate::generate::behind_links;
 
 pub(super) fn wanted(home: &Home) -> Result<Wanted, String> {
     let folder = behind_links(&home.data.join("mauve/zed"))?;
-    let mut wanted = Wanted { folders: vec![folder.clone()], ..Wanted::default() };
-    for (path, text) in ZED {
-        wanted.add(&folder, path, *text);
-    }
+    let mut wanted = Wanted::in_folder(&folder, ZED);
     wanted.notes = vec![
         "the support for Zed is not tested".to_owned(),
         format!(

@@ -67,7 +67,7 @@ pub(super) fn budgets(path: &Path, allows_outside: bool) -> Result<Budgets, Stri
         }
     }
     for project in workspaces.iter().flat_map(|&workspace| projects(&db, workspace)) {
-        for &codel in names_of(&db, *project).all.iter().filter(|it| it.kind(&db) == Kind::Codel) {
+        for codel in names_of(&db, *project).of_kind(&db, Kind::Codel) {
             let source = codel_file(&db, *project, codel).filter(|path| path.is_file());
             budgets.sources.extend(source.map(|path| (codel.qualified(&db), path)));
         }

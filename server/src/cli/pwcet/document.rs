@@ -1,7 +1,7 @@
 //! The estimates as a JSON document.
 
 use mauve_diagnostics::{check_name, measurement_refusal, measurement_warning};
-use mauve_pwcet::{Estimate, InstanceMeasurement, TailModel};
+use mauve_pwcet::{Estimate, InstanceMeasurement};
 use mauve_timing::Level;
 use serde::Serialize;
 
@@ -14,10 +14,7 @@ pub(super) fn document(estimates: &Estimates) -> Result<String, String> {
     json::text(&object! {
         unit: "ms",
         levels: estimates.levels.iter().map(|level| level.as_f64()).collect::<Vec<_>>(),
-        tail: match estimates.options.model {
-            TailModel::GeneralisedPareto => "generalised Pareto",
-            TailModel::Exponential => "exponential",
-        },
+        tail: estimates.options.model.name(),
         confidence: 0.95,
         seed: estimates.options.seed,
         budget_level: estimates.budgets.as_ref().map(|it| it.level.as_f64()),

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use mauve_pwcet::{LEAST_EXECUTIONS, NoEstimate, TailModel, rounded_up};
+use mauve_pwcet::{LEAST_EXECUTIONS, NoEstimate, rounded_up};
 use mauve_timing::{Level, Time};
 
 use super::estimates::{Estimates, Measured};
@@ -19,10 +19,7 @@ pub(super) fn table(estimates: &Estimates) -> String {
     header.push("");
     let rows: Vec<Vec<String>> =
         estimates.measurements.iter().map(|it| row(estimates, it, with_budgets)).collect();
-    let model = match estimates.options.model {
-        TailModel::GeneralisedPareto => "generalised Pareto",
-        TailModel::Exponential => "exponential",
-    };
+    let model = estimates.options.model.name();
     let mut out = format!(
         "95 % upper confidence bounds in ms, by the probability that an execution takes longer (tail: {model})\n\n"
     );

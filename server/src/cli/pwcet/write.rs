@@ -4,8 +4,8 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use mauve_diagnostics::table_error_message;
+use mauve_pwcet::rounded_up;
 use mauve_pwcet::samples::Samples;
-use mauve_pwcet::{TailModel, rounded_up};
 use mauve_timing::{Kept, Measured as Record, Table, Time, Times, UpdateError, digest_of, update_table};
 
 use super::date::today;
@@ -182,10 +182,7 @@ impl Origin<'_> {
             executions: it.measurement.count() as u64,
             greatest: Time::from_nanos(it.measurement.greatest()),
             times: Times::PerLevel(times.to_vec()),
-            method: match estimates.options.model {
-                TailModel::GeneralisedPareto => "generalised Pareto, 95 % upper confidence bound".to_owned(),
-                TailModel::Exponential => "exponential, 95 % upper confidence bound".to_owned(),
-            },
+            method: format!("{}, 95 % upper confidence bound", estimates.options.model.name()),
             date: today(),
             samples: self.samples.clone(),
             files: self.files.clone(),

@@ -105,19 +105,10 @@ impl Session {
         let said = |error: &TraceError| trace_error(trace, error);
         let source = Source::of(trace).map_err(|error| said(&error))?;
         let mut reader = TraceReader::default();
+        let whole = [trace.to_owned()];
         let (chunks, is_recording) = match &source {
             Source::Ctf { chunks, is_recording } => (chunks.as_slice(), *is_recording),
-            _ => {
-                let name = trace.display().to_string();
-                let (outcome, summary) =
-                    self.run(&name, &mut reader, true, |reader, to| reader.read(&source, to))?;
-                warn(trace, &summary);
-                return match outcome {
-                    Outcome::Added => Ok(()),
-                    Outcome::Empty => Err(said(&TraceError::NoEvents { foreign: 0 })),
-                    Outcome::Known(run) => Err(self.known(trace, run)),
-                };
-            }
+            _ => (whole.as_slice(), false),
         };
         if is_recording {
             match chunks.is_empty() {
@@ -129,7 +120,10 @@ impl Session {
         let mut all = Summary::default();
         for (index, chunk) in chunks.iter().enumerate() {
             let is_last = index + 1 == chunks.len();
-            let read = |reader: &mut TraceReader, to: &mut Recorder<'_>| reader.read_chunk(chunk, to);
+            let read = |reader: &mut TraceReader, to: &mut Recorder<'_>| match &source {
+                Source::Ctf { .. } => reader.read_chunk(chunk, to),
+                _ => reader.read(&source, to),
+            };
             let (outcome, summary) = self.run(&chunk.display().to_string(), &mut reader, is_last, read)?;
             outcomes.push(outcome);
             all.add(&summary);

@@ -40,12 +40,14 @@
 //! - `expected`: the number of executions that exceed the time on average, at this level; `probability`: that of as many as
 //!   `exceeded` or more; `fails_at`: the level of the tables at which so many are improbable (below 0.001), which is a finding.
 
+use mauve_timing::Time;
 use mauve_wcrt::observed::{ExpectedInstance, IMPROBABLE, ObservedInstance};
 use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::checked::Checked;
 use super::findings::{code, instance, message};
+use crate::analysis_document;
 use crate::json::object;
 
 pub(super) fn document(it: &Checked<'_>) -> impl Serialize + use<> {
@@ -149,10 +151,6 @@ fn of_instance(
     }
 }
 
-fn milliseconds(time: Option<u64>) -> Value {
-    match time {
-        None => Value::Null,
-        Some(time) if time.is_multiple_of(1_000_000) => (time / 1_000_000).into(),
-        Some(time) => (time as f64 / 1e6).into(),
-    }
+fn milliseconds(nanoseconds: Option<u64>) -> Option<Value> {
+    nanoseconds.map(|time| analysis_document::milliseconds(Time::from_nanos(time)))
 }

@@ -32,12 +32,11 @@ pub(super) fn code(kind: &FindingKind) -> &'static str {
 pub(super) fn message(it: &Checked<'_>, finding: &Finding) -> String {
     let instance = instance(it, finding).unwrap_or_default();
     let count = finding.count;
-    let first = finding
-        .at
-        .map_or_else(String::new, |at| format!(", first {} after the begin", duration(it.since_begin(at))));
-    let at = finding
-        .at
-        .map_or_else(String::new, |at| format!(", {} after the begin", duration(it.since_begin(at))));
+    let after = |first: &str| match finding.at {
+        Some(at) => format!(", {first}{} after the begin", duration(it.since_begin(at))),
+        None => String::new(),
+    };
+    let (first, at) = (after("first "), after(""));
     match &finding.kind {
         FindingKind::NotObserved => format!(
             "`{instance}` is not in the recording: it did not run, or its package was built without -DMAUVE_TRACING=ON"

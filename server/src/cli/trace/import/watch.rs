@@ -12,6 +12,7 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use mauve_pwcet::trace::{Source, Summary, TraceError, TraceReader};
+use tokio::signal::unix::{SignalKind, signal};
 
 use super::follow::Follow;
 use super::messages::{abandoned, known_chunks, no_chunk, trace_error, waiting_for_chunk};
@@ -116,28 +117,20 @@ impl Session {
 fn stop_on_signal(stop: Arc<AtomicBool>) -> Result<(), String> {
     let failed = |error: std::io::Error| format!("cannot wait for signals: {error}");
     let runtime = tokio::runtime::Builder::new_current_thread().enable_io().build().map_err(failed)?;
-    let (ready, is_ready) = std::sync::mpsc::channel();
+    let on = |kind| {
+        let _entered = runtime.enter();
+        signal(kind).map_err(failed)
+    };
+    // From here on, neither of them ends the process.
+    let (mut terminate, mut interrupt) = (on(SignalKind::terminate())?, on(SignalKind::interrupt())?);
     std::thread::spawn(move || {
         runtime.block_on(async {
-            let mut terminate = {
-                use tokio::signal::unix::{SignalKind, signal};
-                match (signal(SignalKind::terminate()), signal(SignalKind::interrupt())) {
-                    (Ok(terminate), Ok(interrupt)) => {
-                        let _ = ready.send(Ok(()));
-                        (terminate, interrupt)
-                    }
-                    (Err(error), _) | (_, Err(error)) => {
-                        let _ = ready.send(Err(error));
-                        return;
-                    }
-                }
-            };
             tokio::select! {
-                _ = terminate.0.recv() => {}
-                _ = terminate.1.recv() => {}
+                _ = terminate.recv() => {}
+                _ = interrupt.recv() => {}
             }
-            stop.store(true, Ordering::Relaxed);
         });
+        stop.store(true, Ordering::Relaxed);
     });
-    is_ready.recv().unwrap_or(Ok(())).map_err(failed)
+    Ok(())
 }
