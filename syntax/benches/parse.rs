@@ -39,13 +39,13 @@ fn edits(c: &mut Criterion) {
             let parse = mauve_syntax::parse(&text);
             let middle = text.len() / 2;
             for (what, from, to, tier) in [
-                ("name", "value = sense", "valuex = sense", Tier::Items),
-                ("comment at the top", "// Part", "// The part", Tier::Items),
+                ("name", "value = sense", "valuex = sense", Tier::Token),
+                ("comment at the top", "// Part", "// The part", Tier::Token),
                 ("statement", "value = sense", "x = 1; value = sense", Tier::Items),
                 ("open statement", "write(command, value);", "write(command, value;", Tier::Items),
                 ("open block", "write(command, value); }", "write(command, value); ", Tier::Items),
             ] {
-                let from_middle = if what.starts_with("comment") { 0 } else { middle };
+                let from_middle = if tier == Tier::Token && what.starts_with("comment") { 0 } else { middle };
                 let Some(at) = text.get(from_middle..).and_then(|text| text.find(from)) else { continue };
                 let mut edited = text.clone();
                 edited.replace_range(from_middle + at..from_middle + at + from.len(), to);

@@ -1,8 +1,8 @@
 //! Forms of other languages. The parser recognises them where the grammar does not allow them, and reports each as one
 //! error that shows the form in MAUVE.
 //!
-//! A word of these tables, or of a rule in `grammar/foreign.rs`, is a name wherever the grammar allows a name. The parser
-//! reads no other words, only kinds of tokens.
+//! A word of these tables is a name wherever the grammar allows a name. The parser reads no other words, only kinds of
+//! tokens: `reads_alike` in `parser.rs` tells whether a reparse may exchange two words.
 
 use crate::SyntaxKind::{self, *};
 
@@ -93,11 +93,12 @@ pub enum Foreign {
     ConstantVariable,
 }
 
-/// The role of several words in other languages.
+/// The role of a word in other languages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Word {
     /// A binary operator.
     Operator(SyntaxKind),
+    Not,
     ElseIf,
     /// It begins a guard.
     Guard,
@@ -109,6 +110,19 @@ pub(crate) enum Word {
     Switch,
     /// It begins a variable that has no type.
     Untyped,
+    /// It begins a type that is not changed.
+    Const,
+    /// It is all of an empty list of parameters.
+    NoParameters,
+    /// It begins the use of a library.
+    Using,
+    From,
+    /// The second word of `state machine`.
+    Machine,
+    /// The end of the name of a file.
+    FileEnding,
+    /// It begins a function.
+    Function,
     /// It opens or closes a block, or is all of one.
     Brace,
     Unit,
@@ -118,31 +132,78 @@ pub(crate) enum Word {
     Keyword(SyntaxKind),
 }
 
-/// The roles with their words. A word may have several: `const` has two.
-const WORDS: &[(Word, &[&str])] = &[
-    (Word::Operator(AMP2), &["and"]),
-    (Word::Operator(PIPE2), &["or"]),
-    (Word::Operator(EQ2), &["is"]),
-    (Word::Operator(PERCENT), &["mod"]),
-    (Word::ElseIf, &["elif", "elsif", "elseif"]),
-    (Word::Guard, &["when", "on"]),
-    (Word::Target, &["goto", "go"]),
-    (Word::Loop, &["for", "foreach", "while", "do", "loop", "repeat"]),
-    (Word::Jump, &["break", "continue"]),
-    (Word::Brace, &["pass", "begin", "end", "endif", "fi"]),
-    (Word::Switch, &["switch", "match", "case", "default"]),
-    (Word::Untyped, &["let", "auto", "const"]),
-    (Word::Unit, &["ns", "us", "ms", "s", "sec", "min", "Hz", "kHz", "mm", "cm", "m", "rad", "deg"]),
-    (Word::ForShell, &["of", "implements"]),
-    (Word::Keyword(CONNECTION_KW), &["connect", "link"]),
-    (Word::Keyword(LIBRARY_KW), &["namespace", "package", "module"]),
-    (Word::Keyword(PROPERTY_KW), &["param", "parameter"]),
-    (Word::Keyword(CONSTANT_KW), &["const"]),
-    (Word::Keyword(CONFIGURE_KW), &["configureHook"]),
-    (Word::Keyword(START_KW), &["startHook"]),
-    (Word::Keyword(UPDATE_KW), &["updateHook"]),
-    (Word::Keyword(STOP_KW), &["stopHook"]),
-    (Word::Keyword(CLEANUP_KW), &["cleanupHook"]),
+/// The words with their roles.
+const WORDS: &[(&str, Word)] = &[
+    ("and", Word::Operator(AMP2)),
+    ("or", Word::Operator(PIPE2)),
+    ("is", Word::Operator(EQ2)),
+    ("mod", Word::Operator(PERCENT)),
+    ("not", Word::Not),
+    ("elif", Word::ElseIf),
+    ("elsif", Word::ElseIf),
+    ("elseif", Word::ElseIf),
+    ("when", Word::Guard),
+    ("on", Word::Guard),
+    ("goto", Word::Target),
+    ("go", Word::Target),
+    ("for", Word::Loop),
+    ("foreach", Word::Loop),
+    ("while", Word::Loop),
+    ("do", Word::Loop),
+    ("loop", Word::Loop),
+    ("repeat", Word::Loop),
+    ("break", Word::Jump),
+    ("continue", Word::Jump),
+    ("pass", Word::Brace),
+    ("switch", Word::Switch),
+    ("match", Word::Switch),
+    ("case", Word::Switch),
+    ("default", Word::Switch),
+    ("let", Word::Untyped),
+    ("auto", Word::Untyped),
+    ("const", Word::Untyped),
+    ("function", Word::Function),
+    ("func", Word::Function),
+    ("def", Word::Function),
+    ("fn", Word::Function),
+    ("begin", Word::Brace),
+    ("end", Word::Brace),
+    ("endif", Word::Brace),
+    ("fi", Word::Brace),
+    ("ns", Word::Unit),
+    ("us", Word::Unit),
+    ("ms", Word::Unit),
+    ("s", Word::Unit),
+    ("sec", Word::Unit),
+    ("min", Word::Unit),
+    ("Hz", Word::Unit),
+    ("kHz", Word::Unit),
+    ("mm", Word::Unit),
+    ("cm", Word::Unit),
+    ("m", Word::Unit),
+    ("rad", Word::Unit),
+    ("deg", Word::Unit),
+    ("of", Word::ForShell),
+    ("implements", Word::ForShell),
+    ("connect", Word::Keyword(CONNECTION_KW)),
+    ("link", Word::Keyword(CONNECTION_KW)),
+    ("namespace", Word::Keyword(LIBRARY_KW)),
+    ("package", Word::Keyword(LIBRARY_KW)),
+    ("module", Word::Keyword(LIBRARY_KW)),
+    ("param", Word::Keyword(PROPERTY_KW)),
+    ("parameter", Word::Keyword(PROPERTY_KW)),
+    ("const", Word::Keyword(CONSTANT_KW)),
+    ("const", Word::Const),
+    ("using", Word::Using),
+    ("from", Word::From),
+    ("machine", Word::Machine),
+    ("mal", Word::FileEnding),
+    ("configureHook", Word::Keyword(CONFIGURE_KW)),
+    ("startHook", Word::Keyword(START_KW)),
+    ("updateHook", Word::Keyword(UPDATE_KW)),
+    ("stopHook", Word::Keyword(STOP_KW)),
+    ("cleanupHook", Word::Keyword(CLEANUP_KW)),
+    ("void", Word::NoParameters),
 ];
 
 /// Types that are written in lower case.
@@ -151,9 +212,9 @@ const SCALARS: &[&str] = &[
     "size_t", "str", "string", "uint", "unsigned", "void",
 ];
 
-/// Returns the roles of `word` in other languages.
+/// Returns the roles of `word` in other languages: `const` has two.
 pub(crate) fn meanings(word: &str) -> impl Iterator<Item = Word> {
-    WORDS.iter().filter(move |(_, words)| words.contains(&word)).map(|(meaning, _)| *meaning)
+    WORDS.iter().filter(move |(other, _)| *other == word).map(|(_, meaning)| *meaning)
 }
 
 /// Returns whether `word` looks like a type and not like the name of a variable: `int`, `uint8_t`, `Pose`.

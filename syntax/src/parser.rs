@@ -107,11 +107,7 @@ impl<'a> Parser<'a> {
     ) -> Parser<'a> {
         let mut parser = Parser::new(text, lexed);
         parser.position = parser.tokens.partition_point(|&token| lexed.range(token as usize).start < offset);
-        // At the beginning of the text, the white space and comments before the token are part of the tree.
-        if offset > 0 {
-            let token = parser.tokens.get(parser.position);
-            parser.first = token.map_or(lexed.len(), |&token| token as usize);
-        }
+        parser.first = parser.tokens.get(parser.position).map_or(lexed.len(), |&token| token as usize);
         parser.next_lex_error = lexed.errors().partition_point(|&(token, _)| (token as usize) < parser.first);
         parser.lists = lists;
         parser.depth = depth;
@@ -385,11 +381,6 @@ impl<'a> Parser<'a> {
         self.nth_foreign(n, |it| (it == word).then_some(())).is_some()
     }
 
-    /// Returns whether the `n`th token after the current one is the name `word`.
-    pub(crate) fn nth_is_name(&self, n: usize, word: &str) -> bool {
-        self.nth(n) == IDENT && self.nth_text(n) == Some(word)
-    }
-
     /// Returns whether the `n`th token after the current one marks a reference or a pointer: `&`, `*`.
     pub(crate) fn nth_is_reference(&self, n: usize) -> bool {
         matches!(self.nth(n), STAR | AMP2) || self.nth(n) == ERROR_CHARACTERS && self.nth_text(n) == Some("&")
@@ -653,4 +644,12 @@ pub(crate) fn comment_error(lexed: &Lexed) -> Option<SyntaxError> {
         range: TextRange::at(start, TextSize::new(2)),
         kind: SyntaxErrorKind::Token(*error),
     })
+}
+
+/// Returns whether the parser treats two words in the same way.
+pub(crate) fn reads_alike(one: &str, other: &str) -> bool {
+    let is_plain = |word| foreign::meanings(word).next().is_none() && lexer::in_lower_case(word).is_none();
+    let is_alike = foreign::looks_like_type(one) == foreign::looks_like_type(other)
+        && foreign::is_scalar(one) == foreign::is_scalar(other);
+    is_plain(one) && is_plain(other) && is_alike
 }

@@ -5,27 +5,34 @@
 //! on; it examines at most the current token and [`AHEAD`] further ones. So with an equal state and equal tokens, it
 //! does the same in both texts until it examines a changed token.
 //!
-//! - [`Tier::Items`]: some items of one list are parsed again: from an item whose first tokens did not change or from
-//!   the beginning of the text, to an item behind the edit where the parser reaches the state that it had in the old
-//!   text.
+//! - [`Tier::Token`]: only the text of one token changed. The parser examines kinds of tokens and beginnings of lines.
+//!   It reads the text of a token only for an error at that token, and for words of other languages (`foreign.rs`).
+//! - [`Tier::Trivia`]: white space and comments between two tokens changed; the second token begins a line in both
+//!   texts, or in neither.
+//! - [`Tier::Items`]: some items of one list are parsed again: from an item whose first tokens did not change, to an
+//!   item behind the edit where the parser reaches the state that it had in the old text.
 //! - [`Tier::Whole`]: the whole text is parsed again.
 
-use rowan::{GreenNode, Language as _, NodeOrToken, TextRange, TextSize};
+use rowan::{GreenNode, GreenToken, Language as _, NodeOrToken, TextRange, TextSize};
 
 use crate::SyntaxKind::*;
 use crate::error::SyntaxError;
 use crate::grammar::{self, LONGEST_TEXT, parse};
-use crate::lexer::lex_from;
+use crate::lexer::{Lexed, lex_from};
 use crate::list::List;
-use crate::parser::{Parser, comment_error};
+use crate::parser::{self, Parser, comment_error};
 use crate::tree::{self, Parse};
-use crate::{Mauve, SyntaxNode};
+use crate::{Mauve, SyntaxNode, SyntaxToken};
 
 /// The part of a tree that was rebuilt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Tier {
     /// No part: the texts are equal.
     Nothing,
+    /// One token.
+    Token,
+    /// The white space and comments between two tokens.
+    Trivia,
     /// Some consecutive items of one list.
     Items,
     /// The whole tree.
@@ -61,7 +68,10 @@ impl Parse {
         }
         let Some(edit) = Edit::between(old, new) else { return (self.clone(), Tier::Nothing) };
         let before = Before { parse: self, root: self.syntax(), old, new, edit };
-        before.items().map_or_else(|| (parse(new), Tier::Whole), |parse| (parse, Tier::Items))
+        let token = || Some((before.token()?, Tier::Token));
+        let trivia = || Some((before.trivia()?, Tier::Trivia));
+        let items = || Some((before.items()?, Tier::Items));
+        token().or_else(trivia).or_else(items).unwrap_or_else(|| (parse(new), Tier::Whole))
     }
 }
 
@@ -130,6 +140,126 @@ struct Boundary {
 }
 
 impl Before<'_> {
+    // One token
+
+    fn token(&self) -> Option<Parse> {
+        let Edit { start, old_end, new_end } = self.edit;
+        // From a token that the lexer had finished before it read the edit, or that contains the edit, to the next
+        // significant token behind it.
+        let from = self.finished()?;
+        let lexed = |text, end| lex_from(text, from, 16, |kind, start| start >= end && !kind.is_trivia());
+        let (old, new) = (lexed(self.old, old_end), lexed(self.new, new_end));
+        let is_same = |index| old.begins_line(index) == new.begins_line(index);
+        if old.kinds() != new.kinds() || old.errors() != new.errors() || !(0..old.len()).all(is_same) {
+            return None;
+        }
+        let holds =
+            |lexed: &Lexed, index, end| lexed.range(index).start <= start && end <= lexed.range(index).end;
+        let index =
+            (0..old.len()).find(|&index| holds(&old, index, old_end) && holds(&new, index, new_end))?;
+        let is_shifted = |later| self.edit.shifted(old.range(later).start) == new.range(later).start;
+        if !(0..=index).all(|earlier| old.range(earlier).start == new.range(earlier).start)
+            || !(index + 1..=old.len()).all(is_shifted)
+        {
+            return None;
+        }
+        let range = old.range(index);
+        if !self.errors(range.start..range.end).is_empty() {
+            return None;
+        }
+        let is_characters = old.kind(index) == ERROR_CHARACTERS;
+        let words = (self.old.get(range.clone())?, self.new.get(new.range(index))?);
+        if is_characters || old.kind(index) == IDENT && !parser::reads_alike(words.0, words.1) {
+            return None;
+        }
+        let token = self.root.covering_element(text_range(range.clone())).into_token()?;
+        if token.text_range() != text_range(range.clone()) {
+            return None;
+        }
+        let text = self.new.get(new.range(index))?;
+        let green = token.replace_with(GreenToken::new(Mauve::kind_to_raw(token.kind()), text));
+        Some(self.parse_of(green, range, Vec::new()))
+    }
+
+    /// Returns the start of the token that the lexer had finished before it read the edit, or that contains the edit.
+    fn finished(&self) -> Option<usize> {
+        match self.edit.start.checked_sub(LEXER_AHEAD) {
+            Some(at) => Some(self.root.covering_element(empty(at)).into_token()?.text_range().start().into()),
+            None => Some(0),
+        }
+    }
+
+    // White space and comments between two tokens
+
+    fn trivia(&self) -> Option<Parse> {
+        let Edit { start, old_end, .. } = self.edit;
+        let first = match self.root.covering_element(empty(start)) {
+            NodeOrToken::Token(token) => token,
+            NodeOrToken::Node(node) => node.first_token()?,
+        };
+        let before = std::iter::successors(Some(first), SyntaxToken::prev_token);
+        let before = before.into_iter().find(|token| !token.kind().is_trivia());
+        let (last, end) = before.as_ref().map_or((0, 0), |token| bounds(token.text_range()));
+        let from = last.min(self.finished()?);
+        // Without trivia in the old text, only the parser knows their position in the tree.
+        let next = match &before {
+            Some(token) => token.next_token(),
+            None => self.root.first_token(),
+        };
+        let gap =
+            std::iter::successors(next, SyntaxToken::next_token).take_while(|token| token.kind().is_trivia());
+        let gap: Vec<SyntaxToken> = gap.collect();
+        let behind = bounds(gap.last()?.text_range()).1;
+        let parent = gap.first()?.parent()?;
+        let is_in_one_row = gap.iter().enumerate().all(|(index, token)| {
+            token.parent().as_ref() == Some(&parent)
+                && Some(token.index()) == gap.first().map(|it| it.index() + index)
+        });
+        if end > start || old_end > behind || !is_in_one_row || !self.errors(end..behind + 1).is_empty() {
+            return None;
+        }
+        // Up to and including the next token.
+        let lexed = |text, end| {
+            let mut is_behind = false;
+            lex_from(text, from, 16, |kind, start| {
+                std::mem::replace(&mut is_behind, start >= end && !kind.is_trivia())
+            })
+        };
+        let new_behind = self.edit.shifted(behind);
+        let (old, new) = (lexed(self.old, behind), lexed(self.new, new_behind));
+        let solid = |lexed: &Lexed| {
+            let solid = (0..lexed.len()).filter(|&index| !lexed.kind(index).is_trivia());
+            solid
+                .map(|index| (lexed.kind(index), lexed.range(index), lexed.begins_line(index)))
+                .collect::<Vec<_>>()
+        };
+        let mut expected = solid(&old);
+        for (_, range, _) in expected.iter_mut().filter(|(_, range, _)| range.start >= behind) {
+            *range = self.edit.shifted(range.start)..self.edit.shifted(range.end);
+        }
+        // An unclosed comment and stray characters are errors of the text.
+        if solid(&new) != expected || !old.errors().is_empty() || !new.errors().is_empty() {
+            return None;
+        }
+        let is_between = |&index: &usize| {
+            new.kind(index).is_trivia() && (end..new_behind).contains(&new.range(index).start)
+        };
+        let between = (0..new.len()).filter(is_between);
+        let between: Option<Vec<_>> = between
+            .map(|index| {
+                let text = self.new.get(new.range(index))?;
+                Some(NodeOrToken::Token(GreenToken::new(Mauve::kind_to_raw(new.kind(index)), text)))
+            })
+            .collect();
+        let at = gap.first()?.index();
+        let green = parent.green();
+        let children = green.children().take(at).map(|child| child.to_owned());
+        let rest = green.children().skip(at + gap.len()).map(|child| child.to_owned());
+        let children: Vec<_> = children.chain(between?).chain(rest).collect();
+        let green = parent.replace_with(GreenNode::new(green.kind(), children));
+        Some(self.parse_of(green, end..behind, Vec::new()))
+    }
+
     // Some items of a list
 
     fn items(&self) -> Option<Parse> {
@@ -176,10 +306,8 @@ impl Before<'_> {
         }
         let part = tree::build(self.new, &lexed, parser.finish());
         let green = list.green();
-        // The allowed positions of an `include` depend on all preceding items. Without an item before the edit, those of
-        // all others may change.
-        let end = if from.previous.is_none() { green.children().len() } else { until.index };
-        let replaced = green.children().take(end).skip(from.index);
+        let replaced = green.children().take(until.index).skip(from.index);
+        // The allowed positions of an `include` depend on all preceding items.
         let is_include = |kind| kind == Mauve::kind_to_raw(INCLUDE);
         if kind == List::File && replaced.chain(part.green.children()).any(|child| is_include(child.kind())) {
             return None;
@@ -191,7 +319,7 @@ impl Before<'_> {
         Some(self.parse_of(green, from.offset..until.offset, part.errors.to_vec()))
     }
 
-    /// Returns the last item of `list` whose first tokens the edit does not touch, or the beginning of the text.
+    /// Returns the last item of `list` whose first tokens the edit does not touch.
     fn last_before(&self, list: &SyntaxNode) -> Option<Boundary> {
         let open = opening(list)?;
         let start = self.edit.start;
@@ -210,9 +338,7 @@ impl Before<'_> {
             }
             element = child.prev_sibling_or_token();
         }
-        // Nothing before the first token of the text could depend on the edit.
-        let is_near = list.kind() == SOURCE_FILE && start <= self.old.len() / 2;
-        is_near.then_some(Boundary { offset: 0, begins_line: true, previous: None, index: 0 })
+        None
     }
 
     /// Returns whether the edit touches none of the tokens that the parser examines at `offset`.
@@ -329,6 +455,10 @@ fn depth(list: &SyntaxNode) -> u32 {
         _ => false,
     };
     list.ancestors().filter(is_deeper).count() as u32
+}
+
+fn bounds(range: TextRange) -> (usize, usize) {
+    (range.start().into(), range.end().into())
 }
 
 fn empty(offset: usize) -> TextRange {

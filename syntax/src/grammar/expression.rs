@@ -60,7 +60,7 @@ fn operators(p: &mut Parser<'_>, weakest: u8) -> Option<(CompletedMarker, u32)> 
     loop {
         lhs = foreign::opt_ternary(p, lhs);
         let other = foreign::operator(p);
-        let strength = strength(other.map_or(p.current(), |(kind, _)| kind));
+        let strength = strength(other.as_ref().map_or(p.current(), |other| other.kind));
         if strength == 0 || strength < weakest {
             return Some((lhs, height));
         }
@@ -75,7 +75,7 @@ fn operators(p: &mut Parser<'_>, weakest: u8) -> Option<(CompletedMarker, u32)> 
         }
         let m = lhs.precede(p);
         match other {
-            Some(other) => foreign::take_operator(p, other),
+            Some(other) => other.take(p),
             None => p.bump(),
         }
         p.depth += 1;

@@ -38,13 +38,18 @@ fn item_as(
 }
 
 /// An operator of another language: the operator of MAUVE, and the number of tokens.
-pub(super) type Operator = (SyntaxKind, u8);
+pub(super) struct Operator {
+    pub(super) kind: SyntaxKind,
+    tokens: u8,
+}
 
-/// Reports an operator, and takes its first token as the operator of MAUVE.
-pub(super) fn take_operator(p: &mut Parser<'_>, (kind, tokens): Operator) {
-    p.foreign(Foreign::Spelling { tokens, written: kind.text().unwrap_or_default() });
-    p.bump_as(kind);
-    p.drop_tokens(usize::from(tokens) - 1);
+impl Operator {
+    /// Reports the operator, and takes its first token as the operator of MAUVE.
+    pub(super) fn take(&self, p: &mut Parser<'_>) {
+        p.foreign(Foreign::Spelling { tokens: self.tokens, written: self.kind.text().unwrap_or_default() });
+        p.bump_as(self.kind);
+        p.drop_tokens(usize::from(self.tokens) - 1);
+    }
 }
 
 // test_err operators_of_other_languages
@@ -57,7 +62,7 @@ pub(super) fn take_operator(p: &mut Parser<'_>, (kind, tokens): Operator) {
 // } }
 /// Returns the binary operator of another language behind an operand.
 pub(super) fn operator(p: &Parser<'_>) -> Option<Operator> {
-    let operator = match (p.current(), p.nth(1)) {
+    let (kind, tokens) = match (p.current(), p.nth(1)) {
         (LT, GT) => (NEQ, 2),
         (EQ2, EQ) => (EQ2, 2),
         (NEQ, EQ) => (NEQ, 2),
@@ -68,17 +73,17 @@ pub(super) fn operator(p: &Parser<'_>) -> Option<Operator> {
         // At the beginning of a line, `and (x);` may call a codel of that name.
         (IDENT, L_PAREN) if p.begins_line() && !p.in_condition => return None,
         (IDENT, next) if begins_operand(next) && !p.nth_begins_line(1) && !p.at_item() => {
-            let of_word = |word| match word {
+            let operator = |word| match word {
                 Word::Operator(kind) => Some(kind),
                 _ => None,
             };
-            (p.nth_foreign(0, of_word)?, 1)
+            (p.nth_foreign(0, operator)?, 1)
         }
         (ERROR_CHARACTERS, _) if p.at_characters("&") => (AMP2, 1),
         (ERROR_CHARACTERS, _) if p.at_characters("|") => (PIPE2, 1),
         _ => return None,
     };
-    Some(operator)
+    Some(Operator { kind, tokens })
 }
 
 fn begins_operand(kind: SyntaxKind) -> bool {
@@ -91,12 +96,12 @@ pub(super) fn at_not(p: &Parser<'_>) -> bool {
         && !p.nth_begins_line(1)
         && !matches!(p.nth(1), L_PAREN | MINUS | THEN_KW | TO_KW)
         && begins_operand(p.nth(1))
-        && p.nth_is_name(0, "not")
+        && p.nth_is_foreign(0, Word::Not)
 }
 
 /// Takes `not` as `!`.
 pub(super) fn not(p: &mut Parser<'_>) {
-    take_operator(p, (BANG, 1));
+    Operator { kind: BANG, tokens: 1 }.take(p);
 }
 
 /// Takes `.5`.
@@ -156,7 +161,8 @@ pub(super) fn opt_statement(p: &mut Parser<'_>) -> bool {
         (word, COLON, EQ) if word.is_word() => {
             assignment(p, Foreign::Spelling { tokens: 2, written: "=" });
         }
-        (PLUS, PLUS, word) | (word, PLUS, PLUS) if word.is_word() => increment(p),
+        (PLUS, PLUS, word) if word.is_word() => p.skip_foreign(Foreign::Increment, ends_statement),
+        (word, PLUS, PLUS) if word.is_word() => p.skip_foreign(Foreign::Increment, ends_statement),
         (IDENT, ..) if at_brace(p) => superfluous(p, 1),
         (IDENT, L_CURLY, _) if p.nth_foreign(0, section).is_some() => foreign_section(p),
         (IDENT, SEMICOLON | R_CURLY, _) if p.nth_is_foreign(0, Word::Jump) => {
@@ -167,7 +173,7 @@ pub(super) fn opt_statement(p: &mut Parser<'_>) -> bool {
         }
         (IDENT, INT_NUMBER, _) if on_line && p.nth_foreign(0, section).is_some() => foreign_section(p),
         (IDENT, ty, name)
-            if p.nth_is_name(0, "const")
+            if p.nth_is_foreign(0, Word::Const)
                 && on_line
                 && ty.is_word()
                 && name.is_word()
@@ -240,31 +246,28 @@ pub(super) fn is_decrement(p: &mut Parser<'_>, before: &Checkpoint) -> bool {
 
 /// Reads a failed statement again as one error, if it is a form of another language.
 pub(super) fn opt_whole_statement(p: &mut Parser<'_>, before: &Checkpoint) -> bool {
-    let rule = p.from::<Option<fn(&mut Parser<'_>)>>(before, |p| match (p.current(), p.nth(1), p.nth(2)) {
-        (IDENT, ..) if p.nth_foreign(0, section).is_some() => Some(foreign_section),
-        (IDENT, ..) if p.nth_is_foreign(0, Word::ElseIf) => Some(else_if),
-        (word, MINUS, MINUS) | (MINUS, MINUS, word) if word.is_word() => Some(increment),
-        (ELSE_KW, L_CURLY | IF_KW, _) => Some(|p| superfluous(p, 1)),
+    let form = p.from(before, |p| match (p.current(), p.nth(1), p.nth(2)) {
+        (IDENT, ..) if p.nth_foreign(0, section).is_some() => Some(Word::Loop),
+        (IDENT, ..) if p.nth_is_foreign(0, Word::ElseIf) => Some(Word::ElseIf),
+        (word, MINUS, MINUS) if word.is_word() => Some(Word::Jump),
+        (MINUS, MINUS, word) if word.is_word() => Some(Word::Jump),
+        (ELSE_KW, L_CURLY | IF_KW, _) => Some(Word::Brace),
         _ => None,
     });
-    if let Some(rule) = rule {
-        p.rewind(before);
-        rule(p);
+    let Some(form) = form else { return false };
+    p.rewind(before);
+    match form {
+        Word::Loop => foreign_section(p),
+        Word::ElseIf => {
+            let m = p.start();
+            drop_as(p, Foreign::Spelling { tokens: 1, written: "else if" }, 1);
+            statement::if_rest(p, true);
+            m.complete(p, IF_STATEMENT);
+        }
+        Word::Brace => superfluous(p, 1),
+        _ => p.skip_foreign(Foreign::Increment, ends_statement),
     }
-    rule.is_some()
-}
-
-/// Takes `elif` behind no `if`, with its branches.
-fn else_if(p: &mut Parser<'_>) {
-    let m = p.start();
-    drop_as(p, Foreign::Spelling { tokens: 1, written: "else if" }, 1);
-    statement::if_rest(p, true);
-    m.complete(p, IF_STATEMENT);
-}
-
-/// Takes `n++`, `n--`, `++n` or `--n`.
-fn increment(p: &mut Parser<'_>) {
-    p.skip_foreign(Foreign::Increment, ends_statement);
+    true
 }
 
 /// Returns whether this is a word that opens or closes a block in other languages, and is neither assigned nor called.
@@ -303,11 +306,11 @@ pub(super) fn opt_declaration(p: &mut Parser<'_>) -> bool {
     match (p.current(), p.nth(1), p.nth(2)) {
         (IMPORT_KW, STRING, _) if on_line => item_as(p, (1, INCLUDE_KW), INCLUDE, |p| p.bump()),
         (IMPORT_KW, next, _) if next.is_word() && on_line => item_as(p, (1, USE_KW), USE, package),
-        (IDENT, ..) if on_line && p.nth_is_name(0, "using") && p.nth(1).is_word() => {
+        (IDENT, ..) if on_line && p.nth_is_foreign(0, Word::Using) && p.nth(1).is_word() => {
             let has_namespace = u8::from(p.nth(2).is_word() && !p.nth_begins_line(2));
             item_as(p, (1 + has_namespace, USE_KW), USE, package);
         }
-        (IDENT, ..) if on_line && p.nth_is_name(0, "from") => {
+        (IDENT, ..) if on_line && p.nth_is_foreign(0, Word::From) => {
             p.skip_foreign(Foreign::ImportFrom, |p| p.begins_line());
         }
         (IDENT, next, L_PAREN) if next.is_word() && on_line => {
@@ -539,7 +542,7 @@ pub(super) fn opt_behind_use(p: &mut Parser<'_>) {
             p.drop_tokens(1);
             name_ref(p, Expected::PackageName);
         }
-    } else if p.at(DOT) && p.nth_is_name(1, "mal") {
+    } else if p.at(DOT) && p.nth_is_foreign(1, Word::FileEnding) {
         drop_as(p, Foreign::UsedFile, 2);
     }
 }
@@ -583,7 +586,7 @@ pub(super) fn opt_instance_values(p: &mut Parser<'_>) {
 
 /// Takes `machine` between `state` and the list of a state machine.
 pub(super) fn opt_state_machine(p: &mut Parser<'_>) -> bool {
-    let is_machine = p.at(STATE_KW) && p.nth_is_name(1, "machine") && p.nth(2) == L_CURLY;
+    let is_machine = p.at(STATE_KW) && p.nth_is_foreign(1, Word::Machine) && p.nth(2) == L_CURLY;
     if is_machine {
         item_as(p, (2, STATEMACHINE_KW), STATE_MACHINE, |p| list(p, List::StateMachine));
     }
@@ -597,14 +600,14 @@ pub(super) fn opt_state_machine(p: &mut Parser<'_>) -> bool {
 // codel bool d(in n: int)
 /// Takes `void` in `(void)`.
 pub(super) fn opt_no_parameters(p: &mut Parser<'_>) {
-    if p.nth(1) == R_PAREN && p.nth_is_name(0, "void") {
+    if p.nth(1) == R_PAREN && p.nth_is_foreign(0, Word::NoParameters) {
         superfluous(p, 1);
     }
 }
 
 /// Takes a parameter of C++: `const Pose& goal`, or a type without a name.
 pub(super) fn opt_parameter(p: &mut Parser<'_>) -> bool {
-    let is_const = p.nth_is_name(0, "const") && p.nth(1).is_word();
+    let is_const = p.nth_is_foreign(0, Word::Const) && p.nth(1).is_word();
     let mut tokens = usize::from(is_const) + 1;
     while p.nth(tokens) == COLON2 && p.nth(tokens + 1).is_word() {
         tokens += 2;
