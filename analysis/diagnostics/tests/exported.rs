@@ -143,8 +143,8 @@ fn check(db: &Database, workspace: Workspace, what: &str, counted: &mut Counted)
         }
         let other = Level::from_f64(0.123).unwrap();
         let query = Query { level: other, method: Method::Psm, horizon: None };
-        let is_measured = response_times_of(&read, query).is_ok();
-        assert_eq!(is_measured, read.levels.is_empty(), "a level that nobody measured");
+        let has_times = response_times_of(&read, query).is_ok();
+        assert_eq!(has_times, read.levels.is_empty(), "a level without times");
     }
     for &project in projects(db, workspace) {
         for &of in names_of(db, project).all.iter().filter(|decl| decl.kind(db) == Kind::Component) {

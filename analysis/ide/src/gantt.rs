@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 use mauve_diagnostics::cpu_names;
 use mauve_timing::{Job, LeftOut, Schedule, Slice, Time, Unit};
 use mauve_wcrt::DeployedTasks;
+use rustc_hash::FxHashMap;
 
 use crate::code_actions::shortened;
 use crate::drawing::{Drawing, svg_head, svg_text};
@@ -48,6 +49,14 @@ fn lanes<'a>(deployment: &DeployedTasks<'_>, schedule: &'a Schedule) -> Vec<Lane
         Some(statistics) => statistics.is_some(),
         None => schedule.slices.iter().any(|slice| slice.activity == index),
     };
+    let mut jobs: FxHashMap<usize, Vec<&Job>> = FxHashMap::default();
+    for job in &schedule.jobs {
+        jobs.entry(job.activity).or_default().push(job);
+    }
+    let mut slices: FxHashMap<usize, Vec<&Slice>> = FxHashMap::default();
+    for slice in &schedule.slices {
+        slices.entry(slice.activity).or_default().push(slice);
+    }
     let simulated = tasks.all().iter().enumerate().filter(|(index, _)| is_simulated(*index));
     let mut lanes: Vec<Lane<'_>> = simulated
         .map(|(activity, task)| Lane {
@@ -56,8 +65,8 @@ fn lanes<'a>(deployment: &DeployedTasks<'_>, schedule: &'a Schedule) -> Vec<Lane
             shown: shortened(&tasks.name(activity), MOST_LETTERS),
             priority: task.priority.real_time(),
             cpus: task.cpus.unwrap_or_default(),
-            jobs: schedule.jobs.iter().filter(|job| job.activity == activity).collect(),
-            slices: schedule.slices.iter().filter(|slice| slice.activity == activity).collect(),
+            jobs: jobs.remove(&activity).unwrap_or_default(),
+            slices: slices.remove(&activity).unwrap_or_default(),
         })
         .collect();
     lanes.sort_by_key(|lane| {

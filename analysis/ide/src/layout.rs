@@ -127,6 +127,7 @@ pub(crate) struct PlacedLine {
 /// With more boxes and places where lines pass a column, `dagre` takes too long for an editor: its time grows with the square. Such a
 /// diagram is drawn in a simpler way, with more crossings.
 const MANY_ITEMS: usize = 600;
+
 /// Places a diagram. Lines whose boxes or ports do not exist have no points.
 pub(crate) fn place(diagram: &Diagram, spacing: Spacing) -> Placement {
     let exists =

@@ -68,14 +68,14 @@ pub struct TaskSet {
     /// level.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub levels: Vec<Level>,
-    /// The level that is shown when none is asked for; the first of `levels`, otherwise 1e-4, if it is left out.
+    /// The level that `mauve wcrt` shows without `--significance`. Default: the first of `levels`, or 1e-4 without `levels`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub significance: Option<Level>,
     /// The number of CPUs; if it is left out, there are those that tasks name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cpus: Option<Number>,
-    /// Whether Linux reserves 50 ms of each second for non-real-time tasks. `None` if nobody said so: then no throttling is
-    /// assumed.
+    /// Whether Linux reserves 50 ms of each second for non-real-time tasks. Default: the analysis assumes that it does not, and
+    /// lists this as an assumption.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rt_throttling: Option<bool>,
     /// Why nothing of it can be analysed: a task or a time may be missing.
@@ -121,7 +121,7 @@ pub struct TaskEntry {
     /// The greatest execution time of a job.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<Numbers>,
-    /// In place of the time: the edges of a state machine, of which each job executes one.
+    /// The edges of a state machine, in place of `time`. Each job executes one edge.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub machine: Option<Vec<EdgeEntry>>,
     /// The initial state of the machine; that of the first edge, if it is left out. Only simulations begin there.
@@ -201,7 +201,7 @@ pub const MOST_OPERATIONS: usize = 1 << 16;
 pub const MOST_TASKS: usize = 2896;
 
 impl TaskSet {
-    /// Returns the level that is shown when none is asked for.
+    /// Returns the level that `mauve wcrt` shows without `--significance`.
     pub fn level(&self) -> Level {
         self.significance.or(self.levels.first().copied()).unwrap_or(Level::TEN_TO_MINUS_FOUR)
     }

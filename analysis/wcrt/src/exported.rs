@@ -149,8 +149,8 @@ pub fn exported_component<'db>(
 
 type Psms<'db> = Vec<Option<&'db PsmResult<'db>>>;
 
-/// Returns the levels of tables, and a set that has no tasks yet. If no time depends on a level, the level is that of `mauve.toml`,
-/// and not the one that an editor shows; the set has none.
+/// Returns the levels of tables, and a set without tasks, whose `levels` are the same. Tables without levels give the level of
+/// `mauve.toml`, and a set without `levels`.
 fn set_of<'db>(db: &'db dyn ModelDb, tables: TableSet<'db>) -> (Vec<Level>, TaskSet) {
     let levels = timetable_of(db, tables).levels.clone();
     let times = tables.section(db).as_deref().map(one_line);

@@ -29,7 +29,8 @@ pub enum Numbers {
     List(Vec<Option<Number>>),
 }
 
-/// Reads a number that may be left out, but not `null`: a default is for what nobody wrote, not for what is unknown.
+/// Reads a number that may be left out, but may not be `null`: a missing key has a default value, and `null` means that the value
+/// is unknown.
 pub(super) fn known<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Number>, D::Error> {
     Number::deserialize(from).map(Some)
 }
@@ -37,7 +38,10 @@ pub(super) fn known<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Number>
 impl Number {
     /// Returns the number if it is whole.
     pub(super) fn whole(&self) -> Option<u64> {
-        self.to_string().parse().ok()
+        match self {
+            Number::Whole(number) => Some(*number),
+            Number::Fraction(_) | Number::Text(_) => self.to_string().parse().ok(),
+        }
     }
 
     /// Returns whether the file may have more digits than a fraction keeps.

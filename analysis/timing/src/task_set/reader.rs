@@ -35,8 +35,7 @@ impl TaskSet {
 
     /// Returns what the jobs of a task execute at a level, as far as the file says, analysed or not.
     pub fn demand(&self, task: &TaskEntry, level: Level) -> Demand {
-        let reader = Reader::new(self, level, Method::Classic);
-        reader.and_then(|reader| reader.demand(task)).unwrap_or(Demand::Unknown)
+        Column::of(self, level).and_then(|column| column.demand(task)).unwrap_or(Demand::Unknown)
     }
 
     /// Returns the codels of a task whose time is assumed, with it.
@@ -46,31 +45,37 @@ impl TaskSet {
     }
 }
 
+/// Reads the execution times of one level.
+struct Column<'a> {
+    set: &'a TaskSet,
+    /// The index of the level in each list.
+    index: usize,
+}
+
 /// Reads the entries of a file at one level.
 struct Reader<'a> {
     set: &'a TaskSet,
     level: Level,
     method: Method,
-    /// The index of the level in each list.
-    column: usize,
+    times: Column<'a>,
     /// The CPUs that there are, a bit each.
     cpus: u64,
 }
 
 impl<'a> Reader<'a> {
     fn new(set: &'a TaskSet, level: Level, method: Method) -> Result<Reader<'a>> {
-        let column = set.levels.iter().position(|it| *it == level).or(set.levels.is_empty().then_some(0));
-        let levels = || set.levels.clone();
-        let column = column.ok_or_else(|| TaskSetError::NoLevel { level, levels: levels() })?;
+        let times = Column::of(set, level)?;
         let cpus = match &set.cpus {
-            // Those up to this number.
-            Some(last) => cpu(last)? | (cpu(last)? - 1),
+            Some(number) => {
+                let last = cpu(number)?;
+                last | (last - 1)
+            }
             None => {
                 let named = set.task.iter().chain(&set.other).filter_map(|it| mask(it.cpus.as_ref()?).ok());
                 named.reduce(|all, of_task| all | of_task).unwrap_or(1)
             }
         };
-        Ok(Reader { set, level, method, column, cpus })
+        Ok(Reader { set, level, method, times, cpus })
     }
 
     /// Reads the whole set.
@@ -111,7 +116,7 @@ impl<'a> Reader<'a> {
         }
         let priority = entry.priority.as_ref().map_or(Ok(Priority::Unknown), priority)?;
         let mut cpus = entry.cpus.as_ref().map(mask).transpose()?;
-        let demand = self.demand(entry)?;
+        let demand = self.times.demand(entry)?;
         if priority != Priority::Background
             && self.set.not_analysed.is_empty()
             && !self.has_reason(entry, Method::Psm)
@@ -156,11 +161,12 @@ impl<'a> Reader<'a> {
 
     fn other(&self, entry: &TaskEntry) -> Result<Task> {
         let missing = |key| TaskSetError::Missing { key, level: self.level };
-        let (task, demand) = (self.task(entry)?, self.demand(entry)?.own(Method::Classic));
+        let task = self.task(entry)?;
         let priority = task.priority.real_time().ok_or_else(|| missing("priority"))?;
         let period = task.period.ok_or_else(|| missing("period"))?;
-        // Nothing says what it takes at most if it has a reason of its own.
-        let time = demand.filter(|_| entry.not_analysed.is_empty()).ok_or_else(|| missing("time"))?;
+        // With a reason of its own, nothing says what it takes at most.
+        let time = task.demand.own(Method::Classic).filter(|_| entry.not_analysed.is_empty());
+        let time = time.ok_or_else(|| missing("time"))?;
         let (jitter, cpus) = (task.jitter, task.cpus.or(Some(self.cpus)));
         Ok(Task { name: task.name, jitter, cpus, ..Task::new(priority, period, StateMachine::single(time)) })
     }
@@ -186,9 +192,17 @@ impl<'a> Reader<'a> {
             provider: index(&entry.provider)?,
             client: index(&entry.client)?,
             sends: entry.sends,
-            time: self.time_at("time", &entry.time)?.ok_or(missing)?,
+            time: self.times.time_at("time", &entry.time)?.ok_or(missing)?,
             during: entry.during,
         })
+    }
+}
+
+impl<'a> Column<'a> {
+    fn of(set: &'a TaskSet, level: Level) -> Result<Column<'a>> {
+        let index = set.levels.iter().position(|it| *it == level).or(set.levels.is_empty().then_some(0));
+        let index = index.ok_or_else(|| TaskSetError::NoLevel { level, levels: set.levels.clone() })?;
+        Ok(Column { set, index })
     }
 
     /// Returns what the jobs of a task execute at the level, as far as the file says, analysed or not.
@@ -229,7 +243,7 @@ impl<'a> Reader<'a> {
     fn time_at(&self, key: &'static str, times: &Numbers) -> Result<Option<Time>> {
         let number = match times {
             Numbers::One(number) => Some(number),
-            Numbers::List(times) => times.get(self.column).and_then(Option::as_ref),
+            Numbers::List(times) => times.get(self.index).and_then(Option::as_ref),
         };
         number.map(|number| time_of(self.set, key, number, Rounding::Up)).transpose()
     }
