@@ -1,9 +1,11 @@
 //! An architecture as a drawing: a box for each instance with its ports, and a line for each connection. For a deployment, boxes
 //! have the colour of their deadline's status.
 
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use mauve_diagnostics::{cpu_names, utilisation};
 use mauve_hir::item_tree::{FeatureKind, Name};
 use mauve_timing::{Status, Time, Unit};
 
@@ -56,7 +58,7 @@ impl Figures {
         };
         let priority = activity.priority.real_time().map(|priority| format!("priority {priority}"));
         let period = activity.period.map(|period| format!("{} ms", period.number()));
-        let cpus = activity.cpus.filter(|cpus| *cpus != 0).map(mauve_diagnostics::cpu_names);
+        let cpus = activity.cpus.filter(|cpus| *cpus != 0).map(cpu_names);
         let settings: Vec<String> = priority.into_iter().chain(period).chain(cpus).collect();
         let milliseconds = |time: Time| time.as_f64(Unit::Milliseconds);
         let part = activity.response.zip(activity.deadline).map(|(response, deadline)| {
@@ -331,6 +333,29 @@ fn text(graph: &Graph<'_>) -> String {
     format!("{}\n\n{}", graph.title, canvas.finish())
 }
 
+/// Lists the instances of a graph below their CPUs, those of a higher priority first: `  pilot  ✗ 50 > 40 ms`.
+pub fn instance_tree(graph: &Graph<'_>) -> String {
+    let mut groups: BTreeMap<u64, Vec<&GraphNode<'_>>> = BTreeMap::new();
+    for node in &graph.nodes {
+        groups.entry(node.activity.and_then(|it| it.cpus).unwrap_or_default()).or_default().push(node);
+    }
+    let mut out = format!("{}\n", graph.title.split(": ").next().unwrap_or_default());
+    for (mask, mut nodes) in groups {
+        let load = graph.report.and_then(|report| report.cpus.iter().find(|load| load.mask == mask));
+        let load = load.map(|load| format!("  {}", utilisation(load))).unwrap_or_default();
+        let _ = writeln!(out, "  {}{load}", cpu_names(mask));
+        let priority = |node: &GraphNode<'_>| node.activity.and_then(|it| it.priority.real_time());
+        nodes.sort_by_key(|node| (Reverse(priority(node)), node.instance.as_str()));
+        let longest = nodes.iter().map(|node| node.instance.chars().count()).max().unwrap_or_default();
+        for node in nodes {
+            let verdict = Figures::of(node).map(|figures| figures.verdict).unwrap_or_default();
+            let line = format!("    {:longest$}  {verdict}", node.instance.as_str());
+            let _ = writeln!(out, "{}", line.trim_end());
+        }
+    }
+    out
+}
+
 #[cfg(test)]
 mod tests {
     use expect_test::{Expect, expect};
@@ -343,15 +368,39 @@ mod tests {
     use crate::graph::tests::MODEL;
 
     fn drawn(name: &str, drawing: Drawing) -> String {
+        made(name, |graph| draw_graph(graph, drawing))
+    }
+
+    fn made(name: &str, make: impl Fn(&Graph<'_>) -> String) -> String {
         let Fixture { db, workspace, .. } = Fixture::new(MODEL);
         let project = projects(&db, workspace)[0];
         let of = names_of(&db, project).all.iter().find(|decl| *decl.name(&db) == *name).copied().unwrap();
         let graph = graph(&db, project, of, Query::shown(&db, project)).unwrap();
-        draw_graph(&graph, drawing)
+        make(&graph)
     }
 
     fn check(name: &str, drawing: Drawing, expected: Expect) {
         expected.assert_eq(&drawn(name, drawing));
+    }
+
+    #[test]
+    fn the_instances_below_their_cpus() {
+        expect![[r#"
+            D at 1e-4
+              CPU 1  50.0 %
+                laser  ✓ 20 ≤ 100 ms
+                pilot  ✗ 50 > 40 ms
+                spare  background
+        "#]]
+        .assert_eq(&made("D", instance_tree));
+        expect![[r#"
+            A
+              no CPU
+                laser
+                pilot
+                spare
+        "#]]
+        .assert_eq(&made("A", instance_tree));
     }
 
     #[test]

@@ -87,7 +87,7 @@ mod type_hierarchy;
 mod workspace_symbols;
 mod worst_schedule;
 
-pub use architecture_drawing::draw_graph;
+pub use architecture_drawing::{draw_graph, instance_tree};
 pub use call_hierarchy::{Calls, call_items, incoming_calls, outgoing_calls};
 pub use change::{Change, FileChange};
 pub use code_actions::{ActionKind, ActionQuestion, Changes, CodeAction, code_actions};

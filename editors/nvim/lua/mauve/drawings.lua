@@ -10,198 +10,61 @@ local M = {}
 ---@field method string
 ---@field at_cursor boolean  whether it shows what is at the cursor
 ---@field is_tree? boolean
----@field pin? fun(params: table, answer: any)  asks for the same thing by its name, since edits move positions
----@field lines fun(answer: any): string[]
----@field places fun(answer: any): table<string, lsp.Location>  by the words that stand for them
-
-local function lines_of(text)
-  return vim.split((text:gsub('\n+$', '')), '\n', { plain = true })
-end
-
---- Adds a place for a word, if it has none. Null is `vim.NIL`.
-local function add(places, word, place)
-  if type(place) == 'table' and word ~= vim.NIL and not places[word] then
-    places[word] = place
-  end
-end
-
-local function reasons(answer)
-  local found = {}
-  for _, reason in ipairs(answer.reasons or {}) do
-    table.insert(found, 'no times: ' .. reason)
-  end
-  return found
-end
-
---- A drawing, or why there is none.
-local function drawing_of(answer)
-  local lines = type(answer.drawing) == 'string' and lines_of(answer.drawing) or {}
-  return vim.list_extend(lines, reasons(answer))
-end
-
-local function graph_places(graphs)
-  local places = {}
-  for _, graph in ipairs(graphs) do
-    for _, node in ipairs(graph.nodes) do
-      add(places, node.instance, type(node.activity) == 'table' and node.activity or node.location)
-      add(places, node.component, node.location)
-    end
-  end
-  return places
-end
-
-local MARKS = { met = '✓', missed = '✗', unbounded = '✗', ['no-bound'] = '✗', background = '·', ['not-analysed'] = '?' }
-
-local function number(value)
-  return ('%.10g'):format(value)
-end
-
---- `53 ≤ 100 ms`, or why there is no figure.
-local function figure(node)
-  if type(node.response) == 'number' and type(node.deadline) == 'number' then
-    local sign = node.response <= node.deadline and '≤' or '>'
-    return ('%s %s %s ms'):format(number(node.response), sign, number(node.deadline))
-  end
-  return node.status ~= vim.NIL and (node.status:gsub('-', ' ')) or ''
-end
-
---- A significance level as the server writes it: `1e-4`.
-local function level(value)
-  return (('%.6e'):format(value):gsub('%.?0*e', 'e'):gsub('e([+-])0+', 'e%1'))
-end
-
---- The CPUs of a mask: `CPU 1`, `CPUs 1 and 2`.
-local function cpus(mask)
-  local names = {}
-  for bit = 0, 52 do
-    if math.floor(mask / 2 ^ bit) % 2 == 1 then
-      table.insert(names, tostring(bit + 1))
-    end
-  end
-  return (#names == 1 and 'CPU ' or 'CPUs ') .. table.concat(names, ', ')
-end
-
---- The instances of a graph below their CPUs, those of a higher priority first.
-local function tree_of(graph)
-  local at = graph.significance ~= vim.NIL and ' at ' .. level(graph.significance) or ''
-  local lines, groups, masks = { graph.name .. at }, {}, {}
-  for _, node in ipairs(graph.nodes) do
-    local mask = type(node.affinity) == 'number' and node.affinity or 0
-    if not groups[mask] then
-      groups[mask] = {}
-      table.insert(masks, mask)
-    end
-    table.insert(groups[mask], node)
-  end
-  table.sort(masks)
-  local utilisation = {}
-  for _, cpu in ipairs(graph.cpus) do
-    utilisation[cpu.mask] = cpu.utilisation
-  end
-  for _, mask in ipairs(masks) do
-    local used = type(utilisation[mask]) == 'number' and ('  %.1f %%'):format(utilisation[mask] * 100) or ''
-    table.insert(lines, '  ' .. (mask == 0 and 'no CPU' or cpus(mask)) .. used)
-    local longest = 0
-    for _, node in ipairs(groups[mask]) do
-      longest = math.max(longest, vim.fn.strdisplaywidth(node.instance))
-    end
-    table.sort(groups[mask], function(a, b)
-      local of_a = type(a.priority) == 'number' and a.priority or -1
-      local of_b = type(b.priority) == 'number' and b.priority or -1
-      return of_a == of_b and a.instance < b.instance or of_a > of_b
-    end)
-    for _, node in ipairs(groups[mask]) do
-      local space = (' '):rep(longest - vim.fn.strdisplaywidth(node.instance))
-      local mark = MARKS[node.status] or ' '
-      table.insert(lines, (('    %s %s%s  %s'):format(mark, node.instance, space, figure(node)):gsub('%s+$', '')))
-    end
-  end
-  return lines
-end
-
-local function of_each(graphs, make)
-  local lines = {}
-  for index, graph in ipairs(graphs) do
-    if index > 1 then
-      table.insert(lines, '')
-    end
-    vim.list_extend(lines, make(graph))
-    for _, reason in ipairs(graph.lost) do
-      table.insert(lines, 'incomplete: ' .. reason)
-    end
-  end
-  return lines
-end
+---@field names? string[]  the fields of the answer that, as parameters, ask for the same thing again
 
 ---@type table<string, mauve.Drawing>
 M.kinds = {
-  graph = {
-    method = 'mauve/graph',
-    at_cursor = false,
-    lines = function(graphs)
-      return of_each(graphs, function(graph)
-        return lines_of(graph.drawing)
-      end)
-    end,
-    places = graph_places,
-  },
-  tree = {
-    method = 'mauve/graph',
-    at_cursor = false,
-    is_tree = true,
-    lines = function(graphs)
-      return of_each(graphs, tree_of)
-    end,
-    places = graph_places,
-  },
-  machine = {
-    method = 'mauve/stateMachine',
-    at_cursor = true,
-    lines = drawing_of,
-    pin = function(params, machine)
-      params.component = machine.component
-    end,
-    places = function(machine)
-      local places = {}
-      for _, state in ipairs(machine.states) do
-        add(places, state.name, state.location)
-      end
-      for _, edge in ipairs(machine.edges) do
-        add(places, edge.transition, edge.location)
-      end
-      return places
-    end,
-  },
-  schedule = {
-    method = 'mauve/schedule',
-    at_cursor = true,
-    lines = drawing_of,
-    pin = function(params, schedule)
-      params.deployment = schedule.deployment
-      params.instance = schedule.instance ~= vim.NIL and schedule.instance or nil
-    end,
-    places = function(schedule)
-      local places = {}
-      for _, activity in ipairs(schedule.activities) do
-        add(places, activity.instance, activity.location)
-      end
-      return places
-    end,
-  },
-  times = {
-    method = 'mauve/executionTimes',
-    at_cursor = true,
-    lines = drawing_of,
-    pin = function(params, times)
-      params.codel = times.codel
-    end,
-    places = function(times)
-      local places = {}
-      add(places, times.codel:match('[^.]+$'), times.location)
-      return places
-    end,
-  },
+  graph = { method = 'mauve/graph', at_cursor = false },
+  tree = { method = 'mauve/graph', at_cursor = false, is_tree = true },
+  machine = { method = 'mauve/stateMachine', at_cursor = true, names = { 'component' } },
+  schedule = { method = 'mauve/schedule', at_cursor = true, names = { 'deployment', 'instance' } },
+  times = { method = 'mauve/executionTimes', at_cursor = true, names = { 'codel' } },
 }
+
+--- The answers to a request: the method for graphs answers with a list.
+local function each(answer)
+  return answer[1] and answer or { answer }
+end
+
+--- The lines that are shown: drawings, and why something is missing.
+---@param kind mauve.Drawing
+---@return string[]
+local function lines_of(kind, answer)
+  local lines = {}
+  for index, drawn in ipairs(each(answer)) do
+    local text = kind.is_tree and drawn.tree or drawn.drawing
+    if type(text) == 'string' then
+      vim.list_extend(lines, vim.split((index > 1 and '\n' or '') .. text:gsub('\n+$', ''), '\n', { plain = true }))
+    end
+    for why, reasons in pairs({ ['incomplete: '] = drawn.lost or {}, ['no times: '] = drawn.reasons or {} }) do
+      for _, reason in ipairs(reasons) do
+        table.insert(lines, why .. reason)
+      end
+    end
+  end
+  return lines
+end
+
+--- The places in the sources, by the words that stand for them in a drawing: of the first that has one. Null is `vim.NIL`.
+---@return table<string, lsp.Location>
+local function places_of(answer)
+  local places = {}
+  local function add(word, place)
+    if type(word) == 'string' and type(place) == 'table' and not places[word] then
+      places[word] = place
+    end
+  end
+  for _, drawn in ipairs(each(answer)) do
+    for _, list in ipairs({ 'nodes', 'states', 'edges', 'activities' }) do
+      for _, it in ipairs(drawn[list] or {}) do
+        add(it.instance or it.name or it.transition, type(it.activity) == 'table' and it.activity or it.location)
+        add(it.component, it.location)
+      end
+    end
+    add(drawn.codel and drawn.codel:match('[^.]+$'), drawn.location)
+  end
+  return places
+end
 
 --- The drawings in windows, by their buffers.
 ---@type table<integer, { kind: string, source: integer, params: table, places: table, from: integer }>
@@ -286,13 +149,13 @@ local function update(buffer)
       for _, window in ipairs(vim.fn.win_findbuf(buffer)) do
         views[window] = vim.api.nvim_win_call(window, vim.fn.winsaveview)
       end
-      write(buffer, kind.lines(answer))
+      write(buffer, lines_of(kind, answer))
       for window, view in pairs(views) do
         vim.api.nvim_win_call(window, function()
           vim.fn.winrestview(view)
         end)
       end
-      drawing.places = kind.places(answer)
+      drawing.places = places_of(answer)
       mark(buffer)
       if not shown[vim.api.nvim_get_current_buf()] then
         M.light()
@@ -360,34 +223,36 @@ local function go_to_source(buffer)
   end
 end
 
---- Opens a window for a drawing; returns it.
-local function open(buffer, kind, where)
+--- Opens a window for a drawing.
+local function open(buffer, kind, where, height)
+  local config
   if where == 'float' then
-    local width, height = math.floor(vim.o.columns * 0.9), math.floor(vim.o.lines * 0.8)
-    return vim.api.nvim_open_win(buffer, true, {
+    local width, rows = math.floor(vim.o.columns * 0.9), math.floor(vim.o.lines * 0.8)
+    config = {
       relative = 'editor',
       width = width,
-      height = height,
+      height = rows,
       col = math.floor((vim.o.columns - width) / 2),
-      row = math.floor((vim.o.lines - height) / 2),
+      row = math.floor((vim.o.lines - rows) / 2),
       border = 'rounded',
       title = ' MAUVE ' .. kind .. ' ',
-      style = 'minimal',
-    })
+    }
+  elseif M.kinds[kind].is_tree then
+    config = { split = 'left', win = -1, width = 44 }
+  else
+    config = { split = 'below', win = -1, height = math.max(3, math.min(height, math.floor(vim.o.lines / 2))) }
   end
-  vim.cmd(M.kinds[kind].is_tree and 'topleft 44vsplit' or 'botright split')
-  local window = vim.api.nvim_get_current_win()
-  vim.api.nvim_win_set_buf(window, buffer)
-  return window
+  config.style = 'minimal'
+  vim.wo[vim.api.nvim_open_win(buffer, true, config)][0].wrap = false
 end
 
 --- Draws in the browser instead.
 local function browse(client, kind, params)
   params.drawing = 'svg'
   mauve.request(client, M.kinds[kind].method, params, function(answer)
-    local drawing = answer.drawing or answer[1] and answer[1].drawing
+    local drawing = each(answer)[1].drawing
     if type(drawing) ~= 'string' then
-      vim.notify('mauve: ' .. table.concat(reasons(answer), '; '), vim.log.levels.ERROR)
+      vim.notify('mauve: ' .. table.concat(lines_of(M.kinds[kind], answer), '; '), vim.log.levels.ERROR)
       return
     end
     local path = vim.fn.tempname() .. '.svg'
@@ -424,33 +289,22 @@ function M.show(kind, where)
     local buffer = vim.api.nvim_create_buf(false, true)
     vim.bo[buffer].bufhidden = 'wipe'
     vim.api.nvim_buf_set_name(buffer, ('mauve://%s/%d'):format(kind, buffer))
-    local lines = M.kinds[kind].lines(answer)
-    local window = open(buffer, kind, where)
-    vim.wo[window][0].wrap = false
-    vim.wo[window][0].number = false
-    vim.wo[window][0].relativenumber = false
-    vim.wo[window][0].signcolumn = 'no'
-    vim.wo[window][0].foldcolumn = '0'
-    vim.wo[window][0].list = false
-    vim.wo[window][0].spell = false
-    if where ~= 'float' and not M.kinds[kind].is_tree then
-      vim.api.nvim_win_set_height(window, math.max(3, math.min(#lines, math.floor(vim.o.lines / 2))))
-    end
+    local lines = lines_of(M.kinds[kind], answer)
+    open(buffer, kind, where, #lines)
     vim.bo[buffer].filetype = 'mauve-drawing'
     colour(buffer)
     write(buffer, lines)
-    if M.kinds[kind].pin then
-      M.kinds[kind].pin(params, answer)
-      params.position = nil
+    -- By their names, since edits move positions.
+    for _, name in ipairs(M.kinds[kind].names or {}) do
+      params[name], params.position = answer[name] ~= vim.NIL and answer[name] or nil, nil
     end
-    shown[buffer] = { kind = kind, source = source, params = params, places = M.kinds[kind].places(answer), from = from }
+    shown[buffer] = { kind = kind, source = source, params = params, places = places_of(answer), from = from }
     vim.keymap.set('n', 'q', '<Cmd>close<CR>', { buffer = buffer, nowait = true, desc = 'Close the drawing' })
-    vim.keymap.set('n', '<CR>', function()
-      go_to_source(buffer)
-    end, { buffer = buffer, desc = 'Go to the source of the word at the cursor' })
-    vim.keymap.set('n', '<2-LeftMouse>', function()
-      go_to_source(buffer)
-    end, { buffer = buffer, desc = 'Go to the source of the word at the cursor' })
+    for _, key in ipairs({ '<CR>', '<2-LeftMouse>' }) do
+      vim.keymap.set('n', key, function()
+        go_to_source(buffer)
+      end, { buffer = buffer, desc = 'Go to the source of the word at the cursor' })
+    end
     vim.keymap.set('n', 'gx', function()
       if not M.kinds[kind].is_tree then
         browse(client, kind, vim.deepcopy(params))
