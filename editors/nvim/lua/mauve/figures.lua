@@ -1,6 +1,8 @@
 -- Figures at the ends of lines, each in the highlight group of its status. Neovim's own inlay hints have one group, stand within
 -- the text, and are switched off for this server.
 
+local mauve = require('mauve')
+
 local M = {}
 
 local namespace = vim.api.nvim_create_namespace('mauve.figures')
@@ -200,14 +202,8 @@ local function ask(buffer, client)
       ['end'] = { line = vim.api.nvim_buf_line_count(buffer), character = 0 },
     },
   }
-  -- Functions of a client are methods since 0.11. Changes that wait are sent before a request.
-  local sent
-  if vim.fn.has('nvim-0.11') == 1 then
-    sent = client:request(method, params, answered, buffer)
-  else
-    sent = client.request(method, params, answered, buffer)
-  end
-  state.asking = sent
+  -- Changes that wait are sent before a request.
+  state.asking = mauve.call(client, 'request', method, params, answered, buffer)
 end
 
 --- Draws the figures of a buffer anew.

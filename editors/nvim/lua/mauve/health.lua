@@ -30,47 +30,21 @@ local function check_server()
   end
 end
 
-local function check_clients()
-  health.start('mauve: clients')
-  local clients = vim.lsp.get_clients({ name = 'mauve' })
-  if #clients == 0 then
-    health.info('No server is running. One starts with the first `.mal` file')
-  end
-  for _, client in ipairs(clients) do
-    local info = client.server_info or {}
-    health.ok(('Client %d runs %s %s in `%s`'):format(
-      client.id,
-      info.name or client.name,
-      info.version or '',
-      client.config.root_dir or 'no project: a single file'
-    ))
-  end
-  health.info(('Log: `%s`'):format(vim.lsp.log.get_filename()))
-end
-
-local function check_buffers()
-  health.start('mauve: buffers')
+local function check_files()
+  health.start('mauve: files')
   for _, buffer in ipairs(vim.api.nvim_list_bufs()) do
     local name = vim.api.nvim_buf_get_name(buffer)
-    if vim.api.nvim_buf_is_loaded(buffer) and (vim.bo[buffer].filetype == 'mauve' or name:find('%.mal$')) then
-      local attached = #vim.lsp.get_clients({ name = 'mauve', bufnr = buffer }) > 0
-      local text = ('`%s`: filetype "%s", %s'):format(
-        name == '' and '[No Name]' or vim.fn.fnamemodify(name, ':~:.'),
-        vim.bo[buffer].filetype,
-        attached and 'attached' or 'not attached'
-      )
-      if attached then
-        health.ok(text)
-      elseif vim.bo[buffer].filetype == 'mauve' then
-        health.warn(text)
-      else
-        health.info(text .. ' (`.mal` is the Meta Attack Language too; `:set filetype=mauve` if this is MAUVE)')
-      end
+    if vim.api.nvim_buf_is_loaded(buffer) and name:find('%.mal$') and vim.bo[buffer].filetype ~= 'mauve' then
+      local text = '`%s`: filetype "%s" (`.mal` is the Meta Attack Language too; `:set filetype=mauve` if this is MAUVE)'
+      health.info(text:format(vim.fn.fnamemodify(name, ':~:.'), vim.bo[buffer].filetype))
     end
   end
-  if vim.filetype.match({ filename = 'x.mal' }) ~= 'mauve' then
+  if vim.filetype.match({ filename = 'x.mal' }) == 'mauve' then
+    health.ok('Files ending in `.mal` are recognised')
+  else
     health.error('Files ending in `.mal` are not recognised', 'Is `:filetype on` in effect?')
   end
+  health.info('`:checkhealth vim.lsp` lists the servers that run, their folders and buffers, and the log')
 end
 
 function M.check()
@@ -83,8 +57,7 @@ function M.check()
   end
   health.ok(text .. (vim.lsp.enable and '' or ' (`vim.lsp.config` needs 0.11)'))
   check_server()
-  check_clients()
-  check_buffers()
+  check_files()
 end
 
 return M

@@ -133,6 +133,16 @@ function M.client(buffer)
   return client
 end
 
+--- Calls a function of a client: these are methods since 0.11.
+---@param client vim.lsp.Client
+---@param name 'request'|'stop'
+function M.call(client, name, ...)
+  if vim.fn.has('nvim-0.11') == 1 then
+    return client[name](client, ...)
+  end
+  return client[name](...)
+end
+
 --- An edit has overtaken a request: the answer would be about another text.
 local CONTENT_MODIFIED = -32801
 
@@ -157,12 +167,7 @@ function M.request(client, method, params, take, refuse)
         take(result)
       end
     end
-    -- Functions of a client are methods since 0.11.
-    if vim.fn.has('nvim-0.11') == 1 then
-      client:request(method, params, answered)
-    else
-      client.request(method, params, answered)
-    end
+    M.call(client, 'request', method, params, answered)
   end
   ask()
 end
@@ -174,17 +179,14 @@ function M.choose_significance(level)
   if not client then
     return
   end
-  local function request(...)
-    M.request(client, ...)
-  end
   local function choose(chosen)
-    request('workspace/executeCommand', { command = 'mauve.setSignificance', arguments = { chosen } })
+    M.request(client, 'workspace/executeCommand', { command = 'mauve.setSignificance', arguments = { chosen } })
   end
   if level then
     choose(level == 'mauve.toml' and vim.NIL or level)
     return
   end
-  request('mauve/status', nil, function(status)
+  M.request(client, 'mauve/status', nil, function(status)
     local levels = vim.list_extend(status.levels, { vim.NIL })
     vim.ui.select(levels, {
       prompt = 'Significance level',
@@ -212,11 +214,7 @@ function M.restart()
   local clients = vim.lsp.get_clients({ name = 'mauve' })
   local function stop(force)
     for _, client in ipairs(clients) do
-      if vim.fn.has('nvim-0.11') == 1 then
-        client:stop(force)
-      else
-        client.stop(force)
-      end
+      M.call(client, 'stop', force)
     end
     return vim.wait(1000, function()
       return #vim.lsp.get_clients({ name = 'mauve' }) == 0
