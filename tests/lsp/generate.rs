@@ -374,14 +374,10 @@ fn what_users_wrote_stays() {
     let errors = client.diagnostics(&text);
     assert!(errors.iter().all(|it| it["severity"] != 1), "{errors:#?}");
     let found = generate(&mut client, &text.uri).unwrap();
-    let changed = found["changedCodels"].as_array().unwrap();
-    assert_eq!(changed.len(), 1, "{found:#}");
-    assert_eq!(changed[0]["path"], "parts/src/codels/scan.cpp");
-    assert!(changed[0]["before"].as_str().unwrap().starts_with("int scan("), "{changed:?}");
-    assert!(changed[0]["now"].as_str().unwrap().starts_with("void scan("), "{changed:?}");
     let action = actions(&mut client, &text, "deployment D", json!({})).remove(0);
     let resolved = client.call("codeAction/resolve", action).unwrap();
     let warning = said(&mut client);
+    assert_eq!(found["warning"], warning);
     assert!(
         warning.contains("scan.cpp is now `void scan(") && warning.contains("it was `int scan("),
         "{warning}"
@@ -484,15 +480,41 @@ fn what_is_not_generated_any_more_is_removed() {
 }
 
 #[test]
+fn the_server_writes_all_or_nothing() {
+    let folder = project("written");
+    let (mut client, text) = opened(&folder, &good_editor());
+    let planned = generate(&mut client, &text.uri).unwrap();
+    let params = json!({"textDocument": {"uri": text.uri}, "write": planned["edit"]});
+    // Of another plan, nothing.
+    let mut other = params.clone();
+    other["write"]["documentChanges"].as_array_mut().unwrap().pop();
+    assert_eq!(client.call("mauve/generate", other).unwrap(), planned);
+    assert!(!folder.join("generated").exists());
+    // It is not the server's.
+    write(&folder, &[("generated/.mauve-staging", "Mine.")]);
+    let refused = client.call("mauve/generate", params.clone()).unwrap_err();
+    assert!(refused["message"].as_str().unwrap().ends_with("nothing was written"), "{refused}");
+    assert!(!folder.join(HEADER).exists());
+    std::fs::remove_file(folder.join("generated/.mauve-staging")).unwrap();
+    let written = client.call("mauve/generate", params).unwrap();
+    assert_eq!(written, planned);
+    assert!(folder.join(HEADER).is_file() && folder.join(CODEL).is_file());
+    let found = generate(&mut client, &text.uri).unwrap();
+    assert_eq!(
+        (files(&found).len(), &found["nothing"]),
+        (0, &json!("The Orocos packages in generated are up to date."))
+    );
+}
+
+#[test]
 fn what_the_models_make_no_more_is_said() {
     let folder = project("left");
     let (mut client, mut text) = opened(&folder, &good_editor());
     generated(&mut client, &text.uri);
-    assert_eq!(generate(&mut client, &text.uri).unwrap()["leftPackages"], json!([]));
+    assert_eq!(generate(&mut client, &text.uri).unwrap()["warning"], json!(null));
     client.edit(&mut text, "library parts", "library pieces");
     client.diagnostics(&text);
     let found = generate(&mut client, &text.uri).unwrap();
-    assert_eq!(found["leftPackages"], json!(["parts"]));
     execute(&mut client, json!([text.uri])).unwrap();
     let warning = said(&mut client);
     assert_eq!(
@@ -500,9 +522,10 @@ fn what_the_models_make_no_more_is_said() {
         "These packages in generated are no longer generated from the models; remove them if you do not need \
          them: parts."
     );
+    assert_eq!(found["warning"], warning);
     // A deployment is not all of them.
     let params = json!({"textDocument": {"uri": text.uri}, "deployment": "D"});
-    assert_eq!(client.call("mauve/generate", params).unwrap()["leftPackages"], json!([]));
+    assert_eq!(client.call("mauve/generate", params).unwrap()["warning"], json!(null));
     // Nor is a workspace where another one that is open puts its packages as well.
     write(
         &folder,
@@ -513,7 +536,7 @@ fn what_the_models_make_no_more_is_said() {
     let inner = client.open_file(&folder.join("inner/it.mal"));
     client.diagnostics(&inner);
     generated(&mut client, &inner.uri);
-    assert_eq!(generate(&mut client, &text.uri).unwrap()["leftPackages"], json!([]));
+    assert_eq!(generate(&mut client, &text.uri).unwrap()["warning"], json!(null));
 }
 
 #[test]

@@ -42,7 +42,7 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
       server.showReferences(uri, position, locations),
     ),
     vscode.commands.registerCommand("mauve.reloadModels", () =>
-      server.ask("workspace/executeCommand", { command: "mauve.reload" }),
+      server.request("workspace/executeCommand", { command: "mauve.reload" }),
     ),
     vscode.commands.registerCommand("mauve.restartServer", () => server.restart()),
     vscode.commands.registerCommand("mauve.showLog", () => log.show()),
@@ -68,10 +68,7 @@ export function deactivate(): Promise<void> | undefined {
 
 /** Asks at which level of the timing tables response times are to be shown, for the rest of the session. */
 async function chooseSignificance(server: Server): Promise<void> {
-  const status = await server.ask<{ levels: number[]; workspaces: { significance: number }[] }>("mauve/status");
-  if (status === undefined) {
-    return;
-  }
+  const status = await server.request<{ levels: number[]; workspaces: { significance: number }[] }>("mauve/status");
   const shown = new Set(status.workspaces.map(({ significance }) => significance));
   const levels = status.levels.map((level) => ({
     label: level.toExponential(),

@@ -1,17 +1,17 @@
 import { realpath } from "node:fs/promises";
 import * as path from "node:path";
 import * as vscode from "vscode";
-import { LSPErrorCodes, ResponseError, WorkspaceEdit } from "vscode-languageclient/node";
-import { Server } from "./server";
+import type { WorkspaceEdit } from "vscode-languageclient/node";
+import { messageOf, Server } from "./server";
 
 /** What the server answers to `mauve/generate`. */
 interface Generated {
   folder: string;
   files: { path: string; action: "create" | "change" | "remove" }[];
-  changedCodels: { path: string; before: string; now: string }[];
-  leftCodels: string[];
-  leftFiles: string[];
-  leftPackages: string[];
+  /** What stays, though the models have left it behind. */
+  warning: string | null;
+  /** That nothing changes. */
+  nothing: string | null;
   edit: WorkspaceEdit;
 }
 
@@ -30,26 +30,18 @@ export async function generatePackages(server: Server): Promise<void> {
  * makes it, since the server asks for that; then the files are saved: they are for a compiler.
  */
 export async function generate(server: Server, uri: string, deployment?: string | null): Promise<boolean> {
-  const generated = await ask(server, uri, deployment ?? undefined);
-  if (generated === undefined) {
+  let generated: Generated;
+  try {
+    generated = await server.request("mauve/generate", { textDocument: { uri }, deployment: deployment ?? undefined });
+  } catch (error) {
+    void vscode.window.showErrorMessage(`Nothing was generated: ${messageOf(error)}`);
     return false;
   }
-  const codels = generated.changedCodels.map(({ path, before, now }) =>
-    before === "" ? `The prototype of the codel in ${path} is now "${now}".` : `The prototype of the codel in ${path} is now "${now}"; it was "${before}".`,
-  );
-  codels.push(...generated.leftCodels.map((path) => `${path}: the model no longer has this codel.`));
-  codels.push(...generated.leftFiles.map((path) => `${path} is no longer generated; it is kept because you may have written it.`));
-  if (codels.length > 0) {
-    void vscode.window.showWarningMessage(`Your own files in ${generated.folder} are kept. ${codels.join(" ")}`);
+  if (generated.warning !== null) {
+    void vscode.window.showWarningMessage(generated.warning);
   }
-  if (generated.leftPackages.length > 0) {
-    const packages = generated.leftPackages.join(", ");
-    void vscode.window.showWarningMessage(
-      `These packages in ${generated.folder} are no longer generated from the models; remove them if you do not need them: ${packages}.`,
-    );
-  }
-  if (generated.files.length === 0) {
-    void vscode.window.showInformationMessage(`The Orocos packages in ${generated.folder} are up to date.`);
+  if (generated.nothing !== null) {
+    void vscode.window.showInformationMessage(generated.nothing);
     return true;
   }
   const files = new Set(await Promise.all(generated.files.map((file) => behindLinks(path.join(generated.folder, file.path)))));
@@ -79,21 +71,5 @@ async function behindLinks(file: string): Promise<string> {
   } catch {
     const folder = path.dirname(file);
     return folder === file ? file : path.join(await behindLinks(folder), path.basename(file));
-  }
-}
-
-/** What is to be done; nothing where the server says why not, which the user is told. */
-async function ask(server: Server, uri: string, deployment?: string): Promise<Generated | undefined> {
-  for (let attempt = 0; ; attempt++) {
-    try {
-      return await server.ask<Generated>("mauve/generate", { textDocument: { uri }, deployment });
-    } catch (error) {
-      // What is typed meanwhile overtakes it.
-      const isOvertaken = error instanceof ResponseError && error.code === LSPErrorCodes.ContentModified;
-      if (!isOvertaken || attempt === 9) {
-        void vscode.window.showErrorMessage(`Nothing was generated: ${error instanceof Error ? error.message : error}`);
-        return undefined;
-      }
-    }
   }
 }

@@ -4,6 +4,7 @@ import * as path from "node:path";
 import * as vscode from "vscode";
 import {
   CloseAction,
+  CodeLens,
   CodeLensRefreshRequest,
   CodeLensRequest,
   DocumentSelector,
@@ -11,27 +12,24 @@ import {
   InlayHintRefreshRequest,
   LanguageClient,
   Location,
+  LSPErrorCodes,
   Position,
+  ResponseError,
   RevealOutputChannelOn,
   State as ClientState,
   StaticFeature,
   WorkspaceEdit,
 } from "vscode-languageclient/node";
-import { OwnColours } from "./colours";
+import { ownCapabilities } from "./capabilities";
 import { Figures } from "./figures";
 import { findServer, Found } from "./find";
 import { Lenses } from "./lenses";
 import { openServerSetting } from "./settings";
 import { complete } from "./walkthrough";
 
-/** The commands of this extension that code lenses execute. */
-const lensCommands = [
-  "mauve.chooseSignificance",
-  "mauve.showReferences",
-  "mauve.showArchitecture",
-  "mauve.showSchedule",
-  "mauve.showStateMachine",
-];
+/** A request of the kinds of errors that end soon is sent so often, and so many milliseconds after each other. */
+const [mostAttempts, pause] = [200, 50];
+const overtaken: number[] = [LSPErrorCodes.ContentModified, LSPErrorCodes.RequestCancelled, LSPErrorCodes.ServerCancelled];
 
 /** What the status bar shows. */
 export type State =
@@ -84,21 +82,21 @@ export class Server {
     [this.edited, this.updated, this.ended].forEach((it) => it.dispose());
   }
 
-  /** The answer to a request of ours; nothing where no server runs, which is said. */
-  async ask<T>(method: string, parameters?: object): Promise<T | undefined> {
-    if (!this.client?.isRunning()) {
-      void vscode.window.showWarningMessage("The MAUVE server is not running.");
-      return undefined;
+  /** The answer to a request of ours, which waits while edits overtake it, or a project is read. Throws the reason for none. */
+  async request<T>(method: string, parameters?: object): Promise<T> {
+    for (let attempt = 1; ; attempt++) {
+      if (!this.client?.isRunning()) {
+        throw new Error("The MAUVE server is not running.");
+      }
+      try {
+        return await this.client.sendRequest<T>(method, parameters);
+      } catch (error) {
+        if (attempt === mostAttempts || !(error instanceof ResponseError && overtaken.includes(error.code))) {
+          throw error;
+        }
+        await new Promise((resolve) => setTimeout(resolve, pause));
+      }
     }
-    return this.client.sendRequest<T>(method, parameters);
-  }
-
-  /** The answer to a request of ours. Throws where there is none, with the reason. */
-  async request<T>(method: string, parameters: object): Promise<T> {
-    if (!this.client?.isRunning()) {
-      throw new Error("The MAUVE server is not running.");
-    }
-    return this.client.sendRequest<T>(method, parameters);
   }
 
   /** The answer to a request of ours; nothing where there is none now. */
@@ -107,16 +105,13 @@ export class Server {
     return client?.isRunning() ? client.sendRequest<T>(method, parameters).catch(() => undefined) : undefined;
   }
 
-  /** The code lenses of a document; "later" while the server starts, or reads the project. */
-  private async lensesOf(document: vscode.TextDocument): Promise<vscode.CodeLens[] | "later" | undefined> {
-    const client = this.client;
-    if (!client?.isRunning()) {
-      return this.state.kind === "starting" ? "later" : undefined;
-    }
-    const { asCodeLensParams } = client.code2ProtocolConverter;
-    const answer = client.sendRequest(CodeLensRequest.type, asCodeLensParams(document));
-    const lenses = await answer.catch(() => "later" as const);
-    return lenses === "later" ? lenses : client.protocol2CodeConverter.asCodeLenses(lenses);
+  /** The code lenses of a document, as soon as the server has started and read the project. */
+  private async lensesOf(document: vscode.TextDocument): Promise<vscode.CodeLens[]> {
+    await this.queue;
+    const { code2ProtocolConverter, protocol2CodeConverter } = this.client ?? {};
+    const parameters = code2ProtocolConverter?.asCodeLensParams(document);
+    const lenses = await this.request<CodeLens[] | null>(CodeLensRequest.method, parameters).catch(() => null);
+    return (await protocol2CodeConverter?.asCodeLenses(lenses)) ?? [];
   }
 
   /** An edit of VS Code's, of one that is given as the protocol writes it. */
@@ -225,19 +220,9 @@ export class Server {
         },
       },
     });
-    client.registerFeature(new OwnColours());
-    client.registerFeature(this.lenses);
+    client.registerFeature(ownCapabilities);
     client.onRequest(CodeLensRefreshRequest.type, () => this.lenses.refresh());
     client.onRefresh = () => this.updated.fire();
-    // Code lenses show places by it.
-    client.registerFeature({
-      fillClientCapabilities: (capabilities) => {
-        capabilities.experimental = { ...(capabilities.experimental as object), commands: lensCommands };
-      },
-      initialize: () => undefined,
-      getState: () => ({ kind: "static" }),
-      clear: () => undefined,
-    });
     const restarts = client.createDefaultErrorHandler();
     this.client = client;
     client.onDidChangeState(({ newState }) => {
@@ -377,6 +362,6 @@ async function exit(process: ChildProcess | undefined): Promise<void> {
   }
 }
 
-function messageOf(error: unknown): string {
+export function messageOf(error: unknown): string {
   return error instanceof Error ? error.message : String(error);
 }

@@ -1,4 +1,4 @@
--- Orocos packages: what would be done is shown, and done when the user says so. The server only plans: it writes nothing.
+-- Orocos packages: what would be done is shown, and done by the server when the user says so.
 
 local mauve = require('mauve')
 
@@ -21,10 +21,8 @@ end
 ---@class mauve.Generated  What the server answers.
 ---@field folder string
 ---@field files { path: string, action: 'create'|'change'|'remove' }[]
----@field changedCodels { path: string, before: string, now: string }[]
----@field leftCodels string[]
----@field leftFiles string[]
----@field leftPackages string[]
+---@field warning string?  what stays, though the models have left it behind
+---@field nothing string?  that nothing changes
 ---@field edit lsp.WorkspaceEdit
 
 --- Where a file is behind all links, be it there or not.
@@ -51,15 +49,6 @@ local function texts_of(generated)
   return texts
 end
 
-local function read(path)
-  local file = io.open(path, 'rb')
-  local text = file and file:read('*a')
-  if file then
-    file:close()
-  end
-  return text or ''
-end
-
 --- `2 files to create, 1 to remove`
 local function counts(generated, words)
   local count = {}
@@ -78,34 +67,6 @@ end
 local TO_DO = { create = 'to create', change = 'to change', remove = 'to remove' }
 local DONE = { create = 'created', change = 'changed', remove = 'removed' }
 
---- What stays, though the models have left it behind: the codels of which the user's files are of another prototype, as
---- differences; files of no codel, files that may be the user's, and packages.
----@param generated mauve.Generated
----@return string[]
-local function left(generated)
-  local lines = {}
-  for _, codel in ipairs(generated.changedCodels) do
-    table.insert(lines, ('--- %s: your file, kept unchanged'):format(codel.path))
-    table.insert(lines, ('+++ %s.new'):format(codel.path))
-    for _, prototype in ipairs({ { '-', codel.before }, { '+', codel.now } }) do
-      local sign, text = unpack(prototype)
-      for line in vim.gsplit(text, '\n', { trimempty = true }) do
-        table.insert(lines, sign .. line)
-      end
-    end
-  end
-  for _, path in ipairs(generated.leftCodels) do
-    table.insert(lines, ('%s: the model no longer has this codel; your file is kept'):format(path))
-  end
-  for _, path in ipairs(generated.leftFiles) do
-    table.insert(lines, ('%s: no longer generated; kept because you may have written it'):format(path))
-  end
-  for _, name in ipairs(generated.leftPackages) do
-    table.insert(lines, ('%s: this package is no longer generated from these models; remove it if you do not need it'):format(name))
-  end
-  return lines
-end
-
 --- All that would be done, with the differences of what is there already.
 ---@param generated mauve.Generated
 ---@return string[]
@@ -115,17 +76,15 @@ function M.preview(generated)
   for _, file in ipairs(generated.files) do
     table.insert(lines, ('%s  %s'):format(file.action, file.path))
   end
-  local kept = left(generated)
-  if #kept > 0 then
-    vim.list_extend(lines, { '', 'No longer in the models:', '' })
-    vim.list_extend(lines, kept)
+  if type(generated.warning) == 'string' then
+    vim.list_extend(lines, { '', generated.warning })
   end
   for _, file in ipairs(generated.files) do
     local path = vim.fs.joinpath(generated.folder, file.path)
     if file.action == 'change' then
       vim.list_extend(lines, { '', '--- ' .. file.path, '+++ ' .. file.path })
       local diff = vim.text and vim.text.diff or vim.diff
-      local difference = diff(read(path), texts[real(path)], { ctxlen = 2 })
+      local difference = diff(vim.fn.readblob(path), texts[real(path)], { ctxlen = 2 })
       vim.list_extend(lines, vim.split(vim.trim(difference), '\n'))
     end
   end
@@ -151,137 +110,6 @@ local function unsaved(generated)
     if name then
       return name
     end
-  end
-end
-
---- Makes the folder of a file, and those above; `made` gets them, the outermost first.
-local function make_folder(path, made)
-  local folder = vim.fs.dirname(path)
-  if vim.uv.fs_stat(folder) then
-    return true
-  end
-  local there, why = make_folder(folder, made)
-  if there then
-    there, why = vim.uv.fs_mkdir(folder, 511)
-  end
-  if there then
-    table.insert(made, folder)
-  end
-  return there, why
-end
-
---- Writes a file that must not be there yet.
-local function write_new(path, text, mode)
-  local file, why = vim.uv.fs_open(path, 'wx', mode)
-  if not file then
-    return nil, why
-  end
-  local written, failed = vim.uv.fs_write(file, text)
-  local closed, lost = vim.uv.fs_close(file)
-  if written ~= #text or not closed then
-    vim.uv.fs_unlink(path)
-    return nil, failed or lost or ('no space for ' .. path)
-  end
-  return true
-end
-
---- Writes files: all of them, or none where one cannot be written.
----@param generated mauve.Generated
----@return string? problem
-local function write(generated)
-  local texts = texts_of(generated)
-  local undo, aside = {}, {}
-  local function undone_by(what, ...)
-    table.insert(undo, { what, ... })
-  end
-  local function give_up(problem)
-    for index = #undo, 1, -1 do
-      local what, path, to = unpack(undo[index])
-      local back, why = what(path, to)
-      if not back and what == vim.uv.fs_rename then
-        problem = ('%s; the file %s is now %s (%s)'):format(problem, to, path, why)
-      end
-    end
-    return problem
-  end
-
-  -- All texts are on the disk before the first of them takes its place.
-  for _, file in ipairs(generated.files) do
-    local path = vim.fs.joinpath(generated.folder, file.path)
-    if file.action ~= 'remove' then
-      local made = {}
-      local there, why = make_folder(path, made)
-      for _, folder in ipairs(made) do
-        undone_by(vim.uv.fs_rmdir, folder)
-      end
-      if not there then
-        return give_up(why)
-      end
-      local known = vim.uv.fs_stat(path)
-      -- One that is there already is somebody else's.
-      local new = path .. '.mauve-new'
-      local written, failed = write_new(new, texts[real(path)], known and known.mode or 438)
-      if not written then
-        return give_up(failed)
-      end
-      undone_by(vim.uv.fs_unlink, new)
-    end
-  end
-
-  local function put(file)
-    local path = vim.fs.joinpath(generated.folder, file.path)
-    local new, old = path .. '.mauve-new', path .. '.mauve-old'
-    if file.action == 'create' then
-      -- Unlike a new name, a link takes nobody's place.
-      local linked, why, code = vim.uv.fs_link(new, path)
-      if not linked and code ~= 'EEXIST' and not vim.uv.fs_lstat(path) then
-        linked, why = vim.uv.fs_rename(new, path) -- Not all file systems have links.
-      end
-      if not linked then
-        return why
-      end
-      undone_by(vim.uv.fs_unlink, path)
-      vim.uv.fs_unlink(new)
-      return
-    end
-    if vim.uv.fs_lstat(old) then
-      return 'EEXIST: file already exists: ' .. old
-    end
-    -- By a link it is never missing.
-    local linked = file.action == 'change' and vim.uv.fs_link(path, old)
-    if not linked then
-      local kept, why = vim.uv.fs_rename(path, old)
-      if not kept then
-        return why
-      end
-      undone_by(vim.uv.fs_rename, old, path)
-    end
-    if file.action == 'change' then
-      local moved, why = vim.uv.fs_rename(new, path)
-      if linked and not moved then
-        vim.uv.fs_unlink(old)
-      elseif linked then
-        undone_by(vim.uv.fs_rename, old, path)
-      end
-      if not moved then
-        return why
-      end
-    end
-    table.insert(aside, old)
-  end
-  -- A manifest says what was written, and comes behind it.
-  for _, are_manifests in ipairs({ false, true }) do
-    for _, file in ipairs(generated.files) do
-      if vim.endswith(file.path, '.mauve-manifest.json') == are_manifests then
-        local problem = put(file)
-        if problem then
-          return give_up(problem)
-        end
-      end
-    end
-  end
-  for _, old in ipairs(aside) do
-    vim.uv.fs_unlink(old)
   end
 end
 
@@ -333,13 +161,10 @@ function M.generate(client, uri, deployment)
     if is_unsaved(generated) then
       return
     end
-    if #generated.files == 0 then
-      local kept = left(generated)
-      tell(
-        ('the Orocos packages in %s are up to date'):format(generated.folder)
-          .. (#kept > 0 and ('; but:\n' .. table.concat(kept, '\n')) or ''),
-        #kept > 0 and vim.log.levels.WARN or vim.log.levels.INFO
-      )
+    if type(generated.nothing) == 'string' then
+      local warning = type(generated.warning) == 'string' and generated.warning
+      local level = warning and vim.log.levels.WARN or vim.log.levels.INFO
+      tell(generated.nothing .. (warning and '\n' .. warning or ''), level)
       return
     end
     local close = show(M.preview(generated))
@@ -351,19 +176,16 @@ function M.generate(client, uri, deployment)
       if choice ~= 'Generate' then
         return
       end
-      mauve.request(client, 'mauve/generate', params, function(now)
+      -- Some that choose leave the user at work meanwhile.
+      if is_unsaved(generated) then
+        return
+      end
+      -- What was shown is written, and nothing else.
+      local writing = vim.tbl_extend('error', params, { write = generated.edit })
+      mauve.request(client, 'mauve/generate', writing, function(now)
         if not vim.deep_equal(now, generated) then
           tell('the files have changed in the meantime: this is the new preview', vim.log.levels.WARN)
           ask(now)
-          return
-        end
-        -- Some that choose leave the user at work meanwhile.
-        if is_unsaved(now) then
-          return
-        end
-        local problem = write(now)
-        if problem then
-          tell(('nothing was written: %s'):format(problem), vim.log.levels.ERROR)
           return
         end
         vim.cmd('silent! checktime')

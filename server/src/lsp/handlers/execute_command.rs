@@ -106,5 +106,5 @@ fn generate_params(arguments: &[Value]) -> Result<GenerateParams> {
     };
     let uri = Url::parse(uri)
         .map_err(|error| Error::invalid_params(format!("`{}` is not a URI: {error}", uri.escape_debug())))?;
-    Ok(GenerateParams { text_document: TextDocumentIdentifier { uri }, deployment })
+    Ok(GenerateParams { text_document: TextDocumentIdentifier { uri }, deployment, write: None })
 }

@@ -5,12 +5,12 @@
 //! |---|---|---|
 //! | `textDocument` | a file: that of the deployment, or any other of its projects | |
 //! | `deployment` | a name, with its library or without: its packages and those that they need | all packages |
+//! | `write` | the `edit` of an earlier answer: where it is still the same, the server makes it, all of it or nothing | nothing is written |
 //!
 //! The result has the `folder` of the packages, absolute; `files`, each with its `path` in there and the `action` that is
-//! due, `create`, `change` or `remove`; `changedCodels`, files of the user's that were written for another prototype, with
-//! the `path`, the prototype `before` and `now`; `leftCodels`, such files of no codel of the model any more; `leftFiles`,
-//! files that a manifest lists as generated, that are made no more, and that may be the user's all the same; `leftPackages`,
-//! folders of packages that the models make no more; all of these stay. And the `edit` that does it all: each text edit in it
+//! due, `create`, `change` or `remove`; a `warning` for the user, or null, about what stays though the models have left it
+//! behind: the user's codels of another prototype or of none, files that may be the user's, and packages; the message that
+//! `nothing` changes, or null. And the `edit` that does it all: each text edit in it
 //! gives a file all of its text, and the manifest of a package comes last. It is refused in words for the user where something
 //! is to be put right first.
 //!
@@ -48,6 +48,7 @@ pub(crate) const KIND: CodeActionKind = CodeActionKind::new("source.generate.mau
 pub(crate) struct GenerateParams {
     pub(crate) text_document: TextDocumentIdentifier,
     pub(crate) deployment: Option<String>,
+    pub(crate) write: Option<WorkspaceEdit>,
 }
 
 /// The result of `mauve/generate`.
@@ -56,17 +57,13 @@ pub(crate) struct GenerateParams {
 pub(crate) struct GenerateDocument {
     folder: std::path::PathBuf,
     files: Vec<Value>,
-    changed_codels: Vec<Value>,
-    left_codels: Vec<String>,
-    left_files: Vec<String>,
-    left_packages: Vec<String>,
     pub(crate) edit: WorkspaceEdit,
-    #[serde(skip)]
+    #[serde(flatten)]
     pub(crate) messages: Messages,
 }
 
 /// Messages about an edit, for the user.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub(crate) struct Messages {
     /// Which of the user's files, and which packages, the model no longer has.
     pub(crate) warning: Option<String>,
@@ -96,10 +93,16 @@ pub(crate) fn generate(snapshot: &Snapshot, params: &GenerateParams) -> Result<G
     if let Some(deployment) = &params.deployment {
         request = only(&snapshot.db, &request, deployment).map_err(refused)?;
     }
+    request.is_written = params.write.is_some();
     let preview = preview(snapshot, &request).map_err(refused)?;
     let edit = edit(snapshot, &preview, uri)?;
     let messages = Messages { warning: preview.warning(), nothing: preview.nothing() };
-    let Generated { out, plan, left_packages, .. } = preview.generated;
+    let Generated { out, plan, site, .. } = preview.generated;
+    // As a client sends it back: what was read may differ from what was written.
+    let sent = serde_json::to_value(&edit).and_then(WorkspaceEdit::deserialize).ok();
+    if let Some(site) = site.filter(|_| params.write == sent) {
+        site.write(&plan.steps).map_err(refused)?;
+    }
     let files = plan.steps.iter().map(|step| {
         let action = match step.action {
             Action::Create(_) => "create",
@@ -108,18 +111,7 @@ pub(crate) fn generate(snapshot: &Snapshot, params: &GenerateParams) -> Result<G
         };
         json!({ "path": step.path, "action": action })
     });
-    let changed = plan.changed_codels.iter();
-    let changed = changed.map(|it| json!({ "path": it.path, "before": it.before, "now": it.now }));
-    Ok(GenerateDocument {
-        files: files.collect(),
-        changed_codels: changed.collect(),
-        left_codels: plan.left_codels,
-        left_files: plan.left_files,
-        left_packages,
-        edit,
-        messages,
-        folder: out.real,
-    })
+    Ok(GenerateDocument { files: files.collect(), edit, messages, folder: out.real })
 }
 
 /// The data of an offered action with which it is resolved.
@@ -222,7 +214,7 @@ pub(crate) fn chosen(action: &CodeAction) -> Option<Chosen> {
 pub(crate) fn resolve(snapshot: &Snapshot, chosen: Chosen) -> Result<GenerateDocument> {
     snapshot.unchanged(&chosen.document, chosen.version)?;
     let Chosen { document: text_document, generate: Generate { deployment }, .. } = chosen;
-    generate(snapshot, &GenerateParams { text_document, deployment })
+    generate(snapshot, &GenerateParams { text_document, deployment, write: None })
 }
 
 /// Returns the workspace edit; `asked` is the document from which it was requested.
