@@ -1,4 +1,4 @@
-import type { Answers, Choice, Graph, Machine, PanelKind, Subject } from "./answers";
+import type { Answers, Choice, ExecutionTimes, Graph, Machine, PanelKind, Schedule, Subject } from "./answers";
 
 /** Sends a request to the server. */
 export type Request = <T>(method: string, parameters: object) => Promise<T>;
@@ -12,8 +12,8 @@ export interface Loaded<Answer> {
 }
 
 /** A kind of panel. */
-export interface Kind<Answer> {
-  title(answer: Answer): string;
+interface Kind<Answer> {
+  title: string;
   load(request: Request, subject: Subject): Promise<Loaded<Answer>>;
   /** The subject after a choice. */
   choose(subject: Subject, value: string): Subject;
@@ -22,15 +22,15 @@ export interface Kind<Answer> {
 /** The kinds of panels. */
 export const kinds: { [Name in PanelKind]: Kind<Answers[Name]> } = {
   architecture: {
-    title: ({ name }) => `Architecture: ${name}`,
+    title: "Architecture",
     load: loadGraph,
-    choose: (subject, value) => {
+    choose: ({ uri }, value) => {
       const [root, name] = JSON.parse(value) as [string, string];
-      return { uri: subject.uri, root, name };
+      return { uri, root, name };
     },
   },
   stateMachine: {
-    title: ({ component }) => `State machine: ${component}`,
+    title: "State machine",
     load: async (request, subject) => {
       const answer = await named(request, "mauve/stateMachine", "component", subject, (it: Machine) => it.component);
       return { answer, subject: { ...subject, name: answer.component }, choices: [], chosen: "" };
@@ -38,15 +38,24 @@ export const kinds: { [Name in PanelKind]: Kind<Answers[Name]> } = {
     choose: (subject) => subject,
   },
   schedule: {
-    title: ({ deployment, instance }) => `Schedule: ${instance ?? deployment}`,
-    load: loadSchedule,
+    title: "Schedule",
+    load: async (request, subject) => {
+      const ask = (of: Subject) => named(request, "mauve/schedule", "deployment", of, (it: Schedule) => it.deployment);
+      // An instance that is gone was renamed or removed.
+      const answer = await ask(subject).catch(() => ask({ ...subject, instance: undefined }));
+      const choices = answer.instances.map(({ instance, response, deadline }) => ({
+        label: deadline === null ? instance : `${instance} (${response} of ${deadline} ms)`,
+        value: instance,
+      }));
+      const instance = answer.instance ?? subject.instance;
+      return { answer, subject: { ...subject, name: answer.deployment, instance }, choices, chosen: answer.instance ?? "" };
+    },
     choose: (subject, instance) => ({ ...subject, instance }),
   },
   executionTimes: {
-    title: ({ codel }) => `Execution times: ${codel}`,
+    title: "Execution times",
     load: async (request, subject) => {
-      const method = "mauve/executionTimes";
-      const answer = await named<Answers["executionTimes"]>(request, method, "codel", subject, (it) => it.codel);
+      const answer = await named(request, "mauve/executionTimes", "codel", subject, (it: ExecutionTimes) => it.codel);
       const choices = answer.codels.map((codel) => ({ label: codel, value: codel }));
       return { answer, subject: { ...subject, name: answer.codel }, choices, chosen: answer.codel };
     },
@@ -54,24 +63,26 @@ export const kinds: { [Name in PanelKind]: Kind<Answers[Name]> } = {
   },
 };
 
+/** The name of what a panel shows. */
+export function nameOf({ name, instance }: Subject): string {
+  return instance ?? name ?? "";
+}
+
 /** The deployments of a document, and the one of the subject: by its name, else where it was, else the first. */
 async function loadGraph(request: Request, subject: Subject): Promise<Loaded<Graph>> {
-  const textDocument = { uri: subject.uri };
-  let { name, root, position } = subject;
-  if (name === undefined && position !== undefined) {
-    // Elsewhere in the document, it selects none.
-    const at = await request<Graph[]>("mauve/graph", { textDocument, position, drawing: "dot" }).catch(() => []);
-    ({ name, root } = at[0] ?? {});
-  }
-  const graphs = await request<Graph[]>("mauve/graph", { textDocument });
+  const { uri, name, root, position } = subject;
+  const ask = (parameters: object) => request<Graph[]>("mauve/graph", { textDocument: { uri }, ...parameters });
   const isIt = (graph: Graph) => graph.name === name && (root === undefined || graph.root === root);
+  const graphs = await ask({});
   let answer = graphs.find(isIt);
   if (answer === undefined && name !== undefined) {
-    // A deployment of another file, such as one of the tree view; else it was renamed or removed.
-    answer = (await request<Graph[]>("mauve/graph", { textDocument, name }).catch(() => [])).find(isIt);
-    const isRenamed = answer === undefined && graphs.length > 1 && position !== undefined;
-    const at = isRenamed ? await request<Graph[]>("mauve/graph", { textDocument, position }).catch(() => []) : [];
-    answer ??= graphs.find(({ name, root }) => name === at[0]?.name && root === at[0]?.root);
+    // A deployment of another file, such as one of the tree view.
+    answer = (await ask({ name }).catch(() => [])).find(isIt);
+  }
+  if (answer === undefined && position !== undefined) {
+    // Elsewhere in the document, it selects none.
+    const [at] = await ask({ position }).catch(() => []);
+    answer = graphs.find(({ name, root }) => name === at?.name && root === at.root) ?? at;
   }
   answer ??= graphs[0];
   const value = (graph: Graph) => JSON.stringify([graph.root, graph.name]);
@@ -80,27 +91,10 @@ async function loadGraph(request: Request, subject: Subject): Promise<Loaded<Gra
   const label = (graph: Graph) => (isAmbiguous(graph) ? `${graph.name} (${graph.root})` : graph.name);
   return {
     answer,
-    subject: { uri: subject.uri, position, name: answer.name, root: answer.root },
+    subject: { uri, position, name: answer.name, root: answer.root },
     choices: all.map((graph) => ({ label: label(graph), value: value(graph) })),
     chosen: value(answer),
   };
-}
-
-/** The schedule of an instance, by the names; where these are outdated, at the position. */
-async function loadSchedule(request: Request, subject: Subject): Promise<Loaded<Answers["schedule"]>> {
-  const { uri, position, name: deployment, instance } = subject;
-  const ask = (parameters: object) =>
-    request<Answers["schedule"]>("mauve/schedule", { textDocument: { uri }, ...parameters });
-  const answer =
-    deployment === undefined
-      ? await ask({ position, instance })
-      : await ask({ deployment, instance }).catch(() => ask({ position }));
-  const choices = answer.instances.map(({ instance, response, deadline }) => ({
-    label: deadline === null ? instance : `${instance} (${response} of ${deadline} ms)`,
-    value: instance,
-  }));
-  const chosen = answer.instance ?? "";
-  return { answer, subject: { uri, position, name: answer.deployment, instance: answer.instance ?? instance }, choices, chosen };
 }
 
 /**
@@ -111,14 +105,15 @@ async function named<T>(
   request: Request,
   method: string,
   parameter: string,
-  { uri, position, name }: Subject,
+  { uri, position, name, instance }: Subject,
   nameOf: (answer: T) => string,
 ): Promise<T> {
-  const byName = () => request<T>(method, { textDocument: { uri }, [parameter]: name });
+  const ask = (parameters: object) => request<T>(method, { textDocument: { uri }, instance, ...parameters });
+  const byName = () => ask({ [parameter]: name });
   if (position === undefined) {
     return byName();
   }
-  const atPosition = request<T>(method, { textDocument: { uri }, position });
+  const atPosition = ask({ position });
   if (name === undefined) {
     return atPosition;
   }

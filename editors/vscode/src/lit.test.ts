@@ -13,13 +13,13 @@ test("an instance is lit at its activity and at its declaration", () => {
     { activity: at("d", 4), location: at("a", 1) },
     { activity: null, location: at("a", 2) },
   ];
-  const places = placesOf("architecture", { nodes, edges: [{ location: at("a", 7) }] } as Graph);
-  assert.deepEqual(litAt("architecture", places, "d", 4), ["instance:0"]);
-  assert.deepEqual(litAt("architecture", places, "a", 1), ["instance:0"]);
-  assert.deepEqual(litAt("architecture", places, "a", 2), ["instance:1"]);
-  assert.deepEqual(litAt("architecture", places, "a", 7), ["edge:0"]);
-  assert.deepEqual(litAt("architecture", places, "a", 4), []);
-  assert.deepEqual(litAt("architecture", places, "other", 4), []);
+  const places = placesOf({ nodes, edges: [{ location: at("a", 7) }] } as Graph);
+  assert.deepEqual(litAt(places, "d", 4), ["instance:0"]);
+  assert.deepEqual(litAt(places, "a", 1), ["instance:0"]);
+  assert.deepEqual(litAt(places, "a", 2), ["instance:1"]);
+  assert.deepEqual(litAt(places, "a", 7), ["edge:0"]);
+  assert.deepEqual(litAt(places, "a", 4), []);
+  assert.deepEqual(litAt(places, "other", 4), []);
 });
 
 test("a state is lit down to the next one, a transition on its line", () => {
@@ -28,12 +28,12 @@ test("a state is lit down to the next one, a transition on its line", () => {
     { source: 0, location: at("c", 5) },
     { source: 1, location: null },
   ];
-  const places = placesOf("stateMachine", { states, edges } as Machine);
-  assert.deepEqual(litAt("stateMachine", places, "c", 2), []);
-  assert.deepEqual(litAt("stateMachine", places, "c", 4), ["state:0"]);
-  assert.deepEqual(litAt("stateMachine", places, "c", 5), ["edge:0"]);
-  assert.deepEqual(litAt("stateMachine", places, "c", 6), ["state:0"]);
-  assert.deepEqual(litAt("stateMachine", places, "c", 12), ["state:1"]);
+  const places = placesOf({ states, edges } as Machine);
+  assert.deepEqual(litAt(places, "c", 2), []);
+  assert.deepEqual(litAt(places, "c", 4), ["state:0"]);
+  assert.deepEqual(litAt(places, "c", 5), ["edge:0"]);
+  assert.deepEqual(litAt(places, "c", 6), ["state:0"]);
+  assert.deepEqual(litAt(places, "c", 12), ["state:1"]);
   // The edge without a transition is declared with its state.
-  assert.deepEqual(litAt("stateMachine", places, "c", 10), ["state:1", "edge:1"]);
+  assert.deepEqual(litAt(places, "c", 10), ["state:1", "edge:1"]);
 });

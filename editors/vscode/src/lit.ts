@@ -4,43 +4,35 @@ import type { Answers, Item, PanelKind } from "./answers";
 /** The declarations of the elements of a drawing, by their items. */
 export type Places = Map<Item, (Location | null)[]>;
 
+/** The parts of answers that have elements in the drawing, and the kinds of these. */
+const parts = { nodes: "instance", states: "state", edges: "edge", activities: "activity", levels: "level" };
+
+/** What a part of an answer may have. */
+interface Part {
+  location?: Location | null;
+  activity?: Location | null;
+  source?: number;
+}
+
 /** Returns the declarations of the elements of a drawing; those to go to first. */
-export function placesOf<Kind extends PanelKind>(kind: Kind, answer: Answers[Kind]): Places {
+export function placesOf(answer: Answers[PanelKind]): Places {
+  const all = answer as Partial<Record<keyof typeof parts, Part[]>> & Part;
   const places: Places = new Map();
-  const add = (part: string, all: (Location | null)[][]) => all.forEach((at, index) => places.set(`${part}:${index}`, at));
-  switch (kind) {
-    case "architecture": {
-      const { nodes, edges } = answer as Answers["architecture"];
-      add("instance", nodes.map(({ activity, location }) => [activity, location]));
-      add("edge", edges.map(({ location }) => [location]));
-      break;
-    }
-    case "stateMachine": {
-      const { states, edges } = answer as Answers["stateMachine"];
-      add("state", states.map(({ location }) => [location]));
-      // The period in which no transition is taken is declared with its state.
-      add("edge", edges.map(({ location, source }) => [location ?? states[source]?.location ?? null]));
-      break;
-    }
-    case "schedule": {
-      const { activities } = answer as Answers["schedule"];
-      activities.forEach(({ index, location }) => places.set(`activity:${index}`, [location]));
-      break;
-    }
-    case "executionTimes": {
-      const { levels, location } = answer as Answers["executionTimes"];
-      add("level", levels.map(() => [location]));
-      places.set("codel:0", [location]);
-    }
+  for (const [part, kind] of Object.entries(parts)) {
+    all[part as keyof typeof parts]?.forEach(({ activity = null, location, source = -1 }, index) => {
+      // The period in which no transition is taken is declared with its state; a level with its codel.
+      const own = location ?? all.states?.[source]?.location ?? all.location ?? null;
+      places.set(`${kind}:${index}`, activity === null ? [own] : [activity, own]);
+    });
   }
-  return places;
+  return all.location === undefined ? places : places.set("codel:0", [all.location]);
 }
 
 /**
  * Returns the elements that are declared at a line of a document. States and transitions reach to the next one: their
  * places are only their names.
  */
-export function litAt(kind: PanelKind, places: Places, uri: string, line: number): Item[] {
+export function litAt(places: Places, uri: string, line: number): Item[] {
   const found: Item[] = [];
   let nearest: { item: Item; line: number } | undefined;
   for (const [item, locations] of places) {
@@ -57,6 +49,5 @@ export function litAt(kind: PanelKind, places: Places, uri: string, line: number
       }
     }
   }
-  const isMachine = kind === "stateMachine" && found.length === 0 && nearest !== undefined;
-  return isMachine ? [nearest!.item] : found;
+  return found.length === 0 && nearest !== undefined ? [nearest.item] : found;
 }

@@ -1,13 +1,14 @@
 import { randomBytes } from "node:crypto";
 import * as path from "node:path";
 import * as vscode from "vscode";
-import { LSPErrorCodes, ResponseError, type Location } from "vscode-languageclient/node";
+import type { Location } from "vscode-languageclient/node";
 import type { Answers, FromPanel, Item, PanelKind, Subject, ToPanel } from "./answers";
-import { kinds, Loaded } from "./kinds";
+import { kinds, Loaded, nameOf } from "./kinds";
 import { Latest } from "./latest";
 import { hasLost, typingTime } from "./lost";
 import { litAt, Places, placesOf } from "./lit";
-import { Server } from "./server";
+import { moved } from "./moved";
+import { messageOf, Server } from "./server";
 
 /** The commands that open panels. */
 const commands: Record<PanelKind, string> = {
@@ -19,8 +20,6 @@ const commands: Record<PanelKind, string> = {
 
 /** So many milliseconds after a change without an answer, a drawing is marked as an earlier one. */
 const patience = 500;
-/** So many milliseconds later a request is sent again that the server could not answer yet. */
-const pause = 50;
 
 /** The panels: one of each kind at most. */
 export class Panels implements vscode.Disposable {
@@ -50,7 +49,7 @@ export class Panels implements vscode.Disposable {
       ),
       ...["save", "copy"].map((what) =>
         vscode.commands.registerCommand(`mauve.${what}Drawing`, () => {
-          const panel = all().find((it) => it.isActive) ?? all().find((it) => it.isVisible);
+          const panel = all().find(({ view }) => view.active) ?? all().find(({ view }) => view.visible);
           return panel?.export(what as "save" | "copy");
         }),
       ),
@@ -83,7 +82,7 @@ export class Panels implements vscode.Disposable {
   }
 
   private add(kind: PanelKind, view: vscode.WebviewPanel, subject: Subject): void {
-    this.open.get(kind)?.close();
+    this.open.get(kind)?.view.dispose();
     const panel = new Panel(kind, view, subject, this.server, this.extension);
     this.open.set(kind, panel);
     view.onDidDispose(() => {
@@ -112,7 +111,7 @@ class Panel {
 
   constructor(
     private readonly kind: PanelKind,
-    private readonly view: vscode.WebviewPanel,
+    readonly view: vscode.WebviewPanel,
     private subject: Subject,
     private readonly server: Server,
     extension: vscode.Uri,
@@ -125,18 +124,6 @@ class Panel {
     view.onDidChangeViewState(() => view.visible && this.update());
     webview.html = page(webview, extension, kind);
     this.update();
-  }
-
-  get isActive(): boolean {
-    return this.view.active;
-  }
-
-  get isVisible(): boolean {
-    return this.view.visible;
-  }
-
-  close(): void {
-    this.view.dispose();
   }
 
   dispose(): void {
@@ -161,7 +148,7 @@ class Panel {
   edit({ document, contentChanges }: vscode.TextDocumentChangeEvent): void {
     const { uri, position } = this.subject;
     if (position !== undefined && document.uri.toString() === uri) {
-      this.subject = { ...this.subject, position: contentChanges.reduce(moveBy, position) };
+      this.subject = { ...this.subject, position: contentChanges.reduce(moved, position) };
     }
     this.typingEnds = Date.now() + typingTime;
     this.timer ??= setTimeout(() => this.setMark("Earlier drawing: the server has not answered since the last edit"), patience);
@@ -204,7 +191,7 @@ class Panel {
     }
     clearTimeout(this.again);
     const left = this.typingEnds - Date.now();
-    if (left > 0 && isOfSame && hasLost(kind, before.answer, answer)) {
+    if (left > 0 && isOfSame && hasLost(before.answer, answer)) {
       this.stopWaiting();
       this.setMark("Earlier drawing: figures are unknown since the last edit");
       this.again = setTimeout(() => this.update(), left);
@@ -215,8 +202,8 @@ class Panel {
     const isSame = before !== undefined && JSON.stringify(before) === JSON.stringify(loaded);
     this.loaded = loaded;
     if (!isSame) {
-      this.places = placesOf(kind, answer);
-      this.view.title = (kinds[kind].title as (answer: object) => string)(answer);
+      this.places = placesOf(answer);
+      this.view.title = `${kinds[kind].title}: ${nameOf(loaded.subject)}`;
       this.send();
     }
     if (!isOutdated()) {
@@ -232,13 +219,10 @@ class Panel {
   }
 
   private fail(error: unknown): void {
-    const code = error instanceof ResponseError ? error.code : undefined;
-    const isBusy = [LSPErrorCodes.ContentModified, LSPErrorCodes.RequestCancelled, LSPErrorCodes.ServerCancelled].includes(code as never);
-    if (isBusy || this.server.current.kind === "starting") {
-      setTimeout(() => this.update(), pause);
-      return;
+    if (this.server.current.kind === "starting") {
+      return; // It says when it runs.
     }
-    const message = error instanceof Error ? error.message : String(error);
+    const message = messageOf(error);
     this.stopWaiting();
     if (this.loaded === undefined || this.subject.name === undefined) {
       this.loaded = undefined;
@@ -273,7 +257,7 @@ class Panel {
     const editor = vscode.window.activeTextEditor;
     if (editor !== undefined && this.view.visible) {
       const line = editor.selection.active.line;
-      this.post({ type: "light", items: litAt(this.kind, this.places, editor.document.uri.toString(), line) });
+      this.post({ type: "light", items: litAt(this.places, editor.document.uri.toString(), line) });
     }
   }
 
@@ -318,7 +302,7 @@ class Panel {
       return;
     }
     const folder = path.dirname(vscode.Uri.parse(this.subject.uri).fsPath);
-    const name = `${this.view.title.replace(/^.*: /, "").replace(/[^\w.-]+/g, "-")}.svg`;
+    const name = `${nameOf(this.subject).replace(/[^\w.-]+/g, "-")}.svg`;
     const file = await vscode.window.showSaveDialog({
       defaultUri: vscode.Uri.file(path.join(folder, name)),
       filters: { SVG: ["svg"] },
@@ -357,23 +341,6 @@ function subjectOf(uri: unknown, place?: Partial<Subject>): Subject | undefined 
   }
   const { line, character } = editor.selection.active;
   return { uri: editor.document.uri.toString(), position: { line, character } };
-}
-
-/** A position after a change. */
-function moveBy(
-  position: { line: number; character: number },
-  { range, text }: vscode.TextDocumentContentChangeEvent,
-): { line: number; character: number } {
-  const { start, end } = range;
-  const isBefore = end.line < position.line || (end.line === position.line && end.character <= position.character);
-  if (!isBefore) {
-    return position;
-  }
-  const lines = text.split("\n");
-  const line = position.line + lines.length - 1 - (end.line - start.line);
-  const last = lines.at(-1)!.length + (lines.length === 1 ? start.character : 0);
-  const character = end.line === position.line ? position.character - end.character + last : position.character;
-  return { line, character };
 }
 
 /** The page of a panel: all of it is in the extension, and only its own script and styles have effect. */

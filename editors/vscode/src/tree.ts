@@ -96,7 +96,7 @@ export class Tree implements vscode.TreeDataProvider<Entry>, vscode.Disposable {
         const key = `${graph.root} ${graph.name}`;
         const before = this.graphs.get(key);
         // Of an incomplete text, the last figures say more.
-        const isLost = before !== undefined && left > 0 && hasLost("architecture", before, graph);
+        const isLost = before !== undefined && left > 0 && hasLost(before, graph);
         const isKept = before !== undefined && (graph.incomplete || isLost);
         found.set(key, isKept ? before : graph);
         isEarlier ||= isKept;

@@ -1,7 +1,7 @@
 // What a panel shows beside its drawing, by its kind.
-import type { Answers, Graph, Item, Machine, PanelKind, Program } from "../answers";
+import type { Answers, Graph, Item, Machine, PanelKind, Program, Scheduled } from "../answers";
 import { bar, h } from "./dom";
-import { cpus, number, percent, Row, rows, signs, statusOf, steps, summary } from "./figures";
+import { cpus, number, percent, Row, rows, signs, statusOf, Step, steps, summary } from "./figures";
 
 /** What a part of the page does. */
 export interface Actions {
@@ -66,88 +66,95 @@ export function level(significance: number): string {
   return significance.toExponential();
 }
 
+/** A table; `columns` has the classes of its columns. */
+function table(name: string, caption: string, columns: Record<string, "" | "figure">, rows: HTMLElement[]): HTMLElement {
+  const head = Object.entries(columns).map(([column, kind]) => h("th", { scope: "col", class: kind }, column));
+  const parts = [h("caption", {}, caption), h("thead", {}, h("tr", {}, ...head)), h("tbody", {}, ...rows)];
+  return rows.length === 0 ? h("div") : h("div", { class: "scroll" }, h("table", { class: name }, ...parts));
+}
+
+function figure(...children: (Node | string)[]): HTMLElement {
+  return h("td", { class: "figure" }, ...children);
+}
+
+function name(...children: (Node | string | undefined)[]): HTMLElement {
+  return h("th", { scope: "row" }, ...children);
+}
+
+function verdict(status: Row["status"], words: string): HTMLElement {
+  return h("td", { class: "verdict" }, `${signs[status]} ${words}`);
+}
+
+/** A response time and its deadline, with the part of the one in the other. */
+function response(text: string, status: Row["status"], part: number): HTMLElement {
+  return h("td", { class: "response" }, h("span", {}, text), status === "none" ? undefined : bar(part, status));
+}
+
+/** A row whose element in the drawing is lit while the pointer is on it. */
+function rowOf(item: Item, actions: Actions, status: string | undefined, ...cells: HTMLElement[]): HTMLElement {
+  const row = h("tr", { class: status, "data-item": item }, ...cells);
+  row.addEventListener("pointerenter", () => actions.hover(item));
+  row.addEventListener("pointerleave", () => actions.hover());
+  return row;
+}
+
 function ofGraph({ nodes, cpus: loads, lost, significance }: Graph, actions: Actions): HTMLElement[] {
   if (significance === null) {
     return [reasons("Not in the drawing", lost)];
   }
-  const sorted = rows(nodes);
-  const row = (row: Row) => {
-    const item: Item = `instance:${row.index}`;
-    const figures = [row.slack, row.load, row.priority, row.period, row.cpu];
-    const tr = h(
-      "tr",
-      { class: row.status, "data-item": item },
-      h("th", { scope: "row" }, link(row.instance, item, actions, row.component)),
-      h("td", { class: "verdict" }, `${signs[row.status]} ${row.verdict}`),
-      h(
-        "td",
-        { class: "response" },
-        h("span", {}, row.response === "–" && row.deadline === "–" ? "–" : `${row.response} / ${row.deadline}`),
-        row.status === "none" ? undefined : (bar(row.part === Infinity ? 1 : row.part, row.status) ),
-      ),
-      ...figures.map((figure) => h("td", { class: "figure" }, figure)),
-   );
-    tr.addEventListener("pointerenter", () => actions.hover(item));
-    tr.addEventListener("pointerleave", () => actions.hover());
-    return row.reasons.length === 0 ? [tr] : [tr, h("tr", { class: "why" }, h("td", { colspan: 8 }, row.reasons.join("; ")))];
+  const row = (it: Row) => {
+    const item: Item = `instance:${it.index}`;
+    const times = it.response === "–" && it.deadline === "–" ? "–" : `${it.response} / ${it.deadline}`;
+    const cells = [
+      name(link(it.instance, item, actions, it.component)),
+      verdict(it.status, it.verdict),
+      response(times, it.status, it.part),
+      ...[it.slack, it.load, it.priority, it.period, it.cpu].map((text) => figure(text)),
+    ];
+    const tr = rowOf(item, actions, it.status, ...cells);
+    return it.reasons.length === 0 ? [tr] : [tr, h("tr", { class: "why" }, h("td", { colspan: 8 }, it.reasons.join("; ")))];
   };
-  const columns = ["Instance", "Status", "Response / deadline", "Slack", "Utilisation", "Priority", "Period", "CPU"];
-  const head = columns.map((name, index) => h("th", { scope: "col", class: index < 2 ? undefined : "figure" }, name));
-  const table = h(
-    "table",
-    { class: "activities" },
-    h("caption", {}, "Response times in ms, the worst first"),
-    h("thead", {}, h("tr", {}, ...head)),
-    h("tbody", {}, ...sorted.flatMap(row)),
- );
+  const figures = { Slack: "figure", Utilisation: "figure", Priority: "figure", Period: "figure", CPU: "figure" } as const;
+  const columns = { Instance: "", Status: "", "Response / deadline": "figure", ...figures } as const;
   const cpu = ({ mask, utilisation, complete }: Graph["cpus"][number]) => {
     const status = utilisation === null ? "unknown" : utilisation > 1 ? "missed" : "met";
     const text = utilisation === null ? "utilisation unknown" : `${complete ? "" : "≥ "}${percent(utilisation)}`;
-    return h("li", { class: status }, h("span", {}, cpus(mask)), bar(utilisation ?? 0, status) , h("strong", {}, text));
+    return h("li", { class: status }, h("span", {}, cpus(mask)), bar(utilisation ?? 0, status), h("strong", {}, text));
   };
   return [
     h("section", { class: "cpus" }, h("h2", {}, "Utilisation"), h("ul", {}, ...loads.map(cpu))),
-    h("div", { class: "scroll" }, table),
+    table("activities", "Response times in ms, the worst first", columns, rows(nodes).flatMap(row)),
     reasons("Not analysed", lost),
   ];
 }
 
 function ofMachine(machine: Machine, actions: Actions, selected?: Item): HTMLElement[] {
   const { states, edges, worstTrace, assumed } = machine;
-  const trace = steps(worstTrace, edges.map(({ time }) => time));
-  const name = (edge: number) => {
+  const edgeName = (edge: number) => {
     const { source, target, transition } = edges[edge];
     const to = source === target ? "stays" : `→ ${states[target].name}`;
     return `${states[source].name} ${to}${transition === null ? "" : ` (${transition})`}`;
   };
   let period = 0;
-  const row = ({ edge, count, time, total }: (typeof trace)[number]) => {
+  const row = ({ edge, count, time, total }: Step) => {
     const item: Item = `edge:${edge}`;
     const first = period + 1;
     period += count;
-    const tr = h(
-      "tr",
-      { "data-item": item },
-      h("td", { class: "figure" }, count === 1 ? `${first}` : `${first} to ${period}`),
-      h("th", { scope: "row" }, link(name(edge), item, actions)),
-      h("td", { class: "figure" }, count === 1 ? number(time) : `${count} × ${number(time / count)}`),
-      h("td", { class: "figure" }, h("strong", {}, number(total))),
-   );
-    tr.addEventListener("pointerenter", () => actions.hover(item));
-    tr.addEventListener("pointerleave", () => actions.hover());
-    return tr;
+    return rowOf(
+      item,
+      actions,
+      undefined,
+      figure(count === 1 ? `${first}` : `${first} to ${period}`),
+      name(link(edgeName(edge), item, actions)),
+      figure(count === 1 ? number(time) : `${count} × ${number(time / count)}`),
+      figure(h("strong", {}, number(total))),
+    );
   };
-  const head = ["Period", "From state to state", "Time ms", "Total ms"];
-  const worst = h(
-    "table",
-    { class: "trace" },
-    h("caption", {}, "Periods with the greatest total"),
-    h("thead", {}, h("tr", {}, ...head.map((it, index) => h("th", { scope: "col", class: index === 1 ? undefined : "figure" }, it)))),
-    h("tbody", {}, ...trace.map(row)),
- );
+  const trace = steps(worstTrace, edges.map(({ time }) => time));
+  const columns = { Period: "figure", "From state to state": "", "Time ms": "figure", "Total ms": "figure" } as const;
   return [
     reasons("Times are unknown", machine.reasons),
-    ...(trace.length === 0 ? [] : [h("div", { class: "scroll" }, worst)]),
+    table("trace", "Periods with the greatest total", columns, trace.map(row)),
     programs(machine, selected),
     reasons("Assumed times", assumed),
   ];
@@ -166,62 +173,37 @@ function programs({ states, edges }: Machine, selected?: Item): HTMLElement {
     edge === undefined
       ? `Programs of state ${state.name}`
       : `Programs from ${state.name} to ${states[edge.target]?.name}${edge.transition === null ? "" : ` (${edge.transition})`}`;
-  const total = edge === undefined || edge.time === null ? undefined : h("tr", { class: "total" }, h("th", { scope: "row" }, "in total"), h("td", { class: "figure" }, number(edge.time)));
-  const row = ({ program, time }: Program) => h("tr", {}, h("th", { scope: "row" }, program), h("td", { class: "figure" }, number(time)));
-  return h(
-    "div",
-    { class: "scroll" },
-    h(
-      "table",
-      { class: "programs" },
-      h("caption", {}, title),
-      h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "Program"), h("th", { scope: "col", class: "figure" }, "Time ms"))),
-      h("tbody", {}, ...all.map(row), total),
-    ),
- );
+  const executed = all.map(({ program, time }) => h("tr", {}, name(program), figure(number(time))));
+  if (edge !== undefined && edge.time !== null) {
+    executed.push(h("tr", { class: "total" }, name("in total"), figure(number(edge.time))));
+  }
+  return table("programs", title, { Program: "", "Time ms": "figure" }, executed);
 }
 
 function ofSchedule({ instance, instances, reasons: why }: Answers["schedule"], actions: Actions): HTMLElement[] {
-  const part = ({ response, deadline }: (typeof instances)[number]) => (deadline === null ? 0 : response / Math.max(deadline, Number.MIN_VALUE));
-  const sorted = [...instances].sort((one, other) => part(other) - part(one));
-  const row = (it: (typeof instances)[number]) => {
+  const part = ({ response, deadline }: Scheduled) => (deadline === null ? 0 : response / Math.max(deadline, Number.MIN_VALUE));
+  const row = (it: Scheduled) => {
     const status = statusOf(it.status);
-    const button = h("button", { class: "link", "aria-pressed": String(it.instance === instance), "data-key": it.instance }, it.instance);
+    const isChosen = it.instance === instance;
+    const button = h("button", { class: "link", "aria-pressed": String(isChosen), "data-key": it.instance }, it.instance);
     button.addEventListener("click", () => actions.choose(it.instance));
-    return h(
-      "tr",
-      { class: `${status}${it.instance === instance ? " chosen" : ""}` },
-      h("th", { scope: "row" }, button),
-      h("td", { class: "verdict" }, `${signs[status]} ${it.status.replaceAll("-", " ")}`),
-      h("td", { class: "response" }, h("span", {}, `${number(it.response)} / ${number(it.deadline)}`), bar(part(it), status) ),
-   );
+    const times = response(`${number(it.response)} / ${number(it.deadline)}`, status, part(it));
+    return h("tr", { class: `${status}${isChosen ? " chosen" : ""}` }, name(button), verdict(status, it.status.replaceAll("-", " ")), times);
   };
-  const table = h(
-    "table",
-    { class: "activities" },
-    h("caption", {}, "Response times in ms, the worst first: show the schedule of"),
-    h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "Instance"), h("th", { scope: "col" }, "Status"), h("th", { scope: "col", class: "figure" }, "Response / deadline"))),
-    h("tbody", {}, ...sorted.map(row)),
- );
-  return [reasons("No schedule", why), ...(instances.length === 0 ? [] : [h("div", { class: "scroll" }, table)])];
+  const sorted = [...instances].sort((one, other) => part(other) - part(one));
+  const caption = "Response times in ms, the worst first: show the schedule of";
+  const columns = { Instance: "", Status: "", "Response / deadline": "figure" } as const;
+  return [reasons("No schedule", why), table("activities", caption, columns, sorted.map(row))];
 }
 
 function ofTimes({ levels, shown, source, reasons: why }: Answers["executionTimes"]): HTMLElement[] {
-  const row = ({ significance, time }: (typeof levels)[number]) =>
-    h(
-      "tr",
-      { class: significance === shown ? "chosen" : undefined },
-      h("th", { scope: "row" }, level(significance), significance === shown ? h("small", {}, " shown") : undefined),
-      h("td", { class: "figure" }, number(time)),
-   );
-  const table = h(
-    "table",
-    { class: "levels" },
-    h("caption", {}, source === null ? "Execution times" : `Execution times of ${source}`),
-    h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "Level"), h("th", { scope: "col", class: "figure" }, "Time ms"))),
-    h("tbody", {}, ...levels.map(row)),
- );
-  return [reasons("Times are missing", why), ...(levels.length === 0 ? [] : [h("div", { class: "scroll" }, table)])];
+  const row = ({ significance, time }: (typeof levels)[number]) => {
+    const isShown = significance === shown;
+    const mark = isShown ? h("small", {}, " shown") : undefined;
+    return h("tr", { class: isShown ? "chosen" : undefined }, name(level(significance), mark), figure(number(time)));
+  };
+  const caption = source === null ? "Execution times" : `Execution times of ${source}`;
+  return [reasons("Times are missing", why), table("levels", caption, { Level: "", "Time ms": "figure" }, levels.map(row))];
 }
 
 /** A button that goes to the source. */

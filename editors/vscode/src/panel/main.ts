@@ -1,5 +1,6 @@
 // The page of a panel: it shows what the extension sends, and says what the user does.
 import type { Answers, FromPanel, Item, PanelKind, Subject, ToPanel } from "../answers";
+import { nameOf } from "../kinds";
 import { details, headline, level } from "./details";
 import { h } from "./dom";
 import { signs } from "./figures";
@@ -22,7 +23,7 @@ const post = (message: FromPanel) => vscode.postMessage(message);
 const keep = (state: State) => vscode.setState({ ...vscode.getState(), ...state });
 const nonce = (document.currentScript as HTMLScriptElement).nonce;
 
-let shown: { kind: PanelKind; answer: Answers[PanelKind] } | undefined;
+let shown: { kind: PanelKind; answer: Answers[PanelKind]; name: string } | undefined;
 /** The sources of parts of the page, to leave alone what is the same. */
 const parts = new Map<string, string>();
 let selected: Item | undefined;
@@ -153,16 +154,15 @@ function receive(message: ToPanel): void {
 }
 
 function show({ kind, answer, choices, chosen, subject }: Extract<ToPanel, { type: "show" }>): void {
-  const isOther = shown !== undefined && nameOf(shown.kind, shown.answer) !== nameOf(kind, answer);
-  if (isOther) {
+  const name = nameOf(subject);
+  if (shown !== undefined && shown.name !== name) {
     stage.reset();
     selected = undefined;
   }
-  shown = { kind, answer };
+  shown = { kind, answer, name };
   keep({ subject });
   problem.hidden = true;
   content.hidden = false;
-  const name = nameOf(kind, answer);
   title.textContent = name;
   title.hidden = choices.length > 1;
   choice.hidden = choices.length < 2;
@@ -180,19 +180,6 @@ function show({ kind, answer, choices, chosen, subject }: Extract<ToPanel, { typ
   stage.show(answer.drawing);
   arrange();
   showDetails();
-}
-
-function nameOf(kind: PanelKind, answer: Answers[PanelKind]): string {
-  switch (kind) {
-    case "architecture":
-      return (answer as Answers["architecture"]).name;
-    case "stateMachine":
-      return (answer as Answers["stateMachine"]).component;
-    case "schedule":
-      return (answer as Answers["schedule"]).instance ?? (answer as Answers["schedule"]).deployment;
-    default:
-      return (answer as Answers["executionTimes"]).codel;
-  }
 }
 
 function showDetails(): void {

@@ -90,7 +90,7 @@ export class Stage {
     }
     this.apply();
     if (hadFocus) {
-      this.drawing.items.find(({ key }) => key === this.focusKey)?.element.focus({ preventScroll: true });
+      this.focus();
     }
   }
 

@@ -1,14 +1,7 @@
-// The server's drawing as elements of the page. Only elements and attributes of drawings are taken over.
+// The server's drawing as elements of the page, whose policy leaves it no scripts and nothing from elsewhere.
 import type { Item } from "../answers";
 import { s } from "./dom";
 
-const elements = new Set(["svg", "g", "path", "rect", "circle", "line", "polyline", "text", "tspan", "title"]);
-const attributes = new Set(
-  (
-    "class d x y width height rx ry cx cy r x1 y1 x2 y2 points transform text-anchor font-size dx dy viewBox " +
-    "data-instance data-edge data-state data-activity data-level data-codel data-source data-target"
-  ).split(" "),
-);
 const parts = ["instance", "edge", "state", "activity", "level", "codel"];
 
 /** An element of a drawing that has a place in the source. */
@@ -35,36 +28,11 @@ export function drawingOf(text: string, nonce: string): Drawing {
   if (parsed.localName !== "svg") {
     throw new Error("The drawing of the server is not SVG.");
   }
-  const svg = taken(parsed, nonce) as SVGSVGElement;
-  const { width, height } = { width: svg.getAttribute("width"), height: svg.getAttribute("height") };
-  svg.setAttribute("data-size", `${width} ${height}`);
+  const svg = document.importNode(parsed, true) as unknown as SVGSVGElement;
+  svg.setAttribute("data-size", `${svg.getAttribute("width")} ${svg.getAttribute("height")}`);
   svg.setAttribute("width", "100%");
   svg.setAttribute("height", "100%");
-  svg.setAttribute("role", "group");
-  svg.setAttribute("aria-label", parsed.getAttribute("aria-label") ?? "Drawing");
   return { svg, items: itemsOf(svg) };
-}
-
-function taken(element: Element, nonce: string): SVGElement {
-  const copy = s(element.localName);
-  for (const { name, value } of element.attributes) {
-    if (attributes.has(name)) {
-      copy.setAttribute(name, value);
-    }
-  }
-  for (const child of element.childNodes) {
-    if (child.nodeType === Node.TEXT_NODE) {
-      copy.append(child.textContent ?? "");
-    } else if (child instanceof Element && elements.has(child.localName)) {
-      copy.append(taken(child, nonce));
-    } else if (child instanceof Element && child.localName === "style" && element.localName === "svg") {
-      const style = s("style");
-      style.setAttribute("nonce", nonce);
-      style.textContent = child.textContent;
-      copy.append(style);
-    }
-  }
-  return copy;
 }
 
 /** Finds the elements with a place, in reading order, and makes them operable. */
