@@ -3,7 +3,7 @@ import type { Location } from "vscode-languageclient/node";
 import type { Graph, GraphNode } from "./answers";
 import { Latest } from "./latest";
 import { hasLost, typingTime } from "./lost";
-import { cpus, number, percent, rows, statusOf, summary } from "./panel/figures";
+import { cpus, number, percent, rows, statusOf, summary, words } from "./panel/figures";
 import { showLocation } from "./panels";
 import { Server } from "./server";
 
@@ -151,7 +151,7 @@ function instance(id: string, { instance, component, response, deadline, status,
   const isKnown = response !== null && deadline !== null;
   const compared = isKnown ? `${number(response)} ms ${response <= deadline ? "≤" : ">"} ${number(deadline)} ms` : "";
   const slack = isKnown ? (response <= deadline ? `slack ${number(deadline - response)} ms` : `${number(response - deadline)} ms late`) : "";
-  const description = isKnown ? `${compared} · ${slack}` : (status ?? "no activity").replaceAll("-", " ");
+  const description = isKnown ? `${compared} · ${slack}` : words(status);
   return {
     id: `${id} ${instance}`,
     label: instance,

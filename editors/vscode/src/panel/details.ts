@@ -1,7 +1,7 @@
 // What a panel shows beside its drawing, by its kind.
 import type { Answers, Graph, Item, Machine, PanelKind, Program, Scheduled } from "../answers";
 import { bar, h } from "./dom";
-import { cpus, number, percent, Row, rows, signs, statusOf, Step, steps, summary } from "./figures";
+import { cpus, number, percent, Row, rows, signs, statusOf, Step, steps, summary, words } from "./figures";
 
 /** What a part of the page does. */
 export interface Actions {
@@ -102,17 +102,19 @@ function ofGraph({ nodes, cpus: loads, lost, significance }: Graph, actions: Act
   if (significance === null) {
     return [reasons("Not in the drawing", lost)];
   }
-  const row = (it: Row) => {
-    const item: Item = `instance:${it.index}`;
-    const times = it.response === "–" && it.deadline === "–" ? "–" : `${it.response} / ${it.deadline}`;
+  const row = ({ index, node, status, slack, part }: Row) => {
+    const item: Item = `instance:${index}`;
+    const times = node.response === null && node.deadline === null ? "–" : `${number(node.response)} / ${number(node.deadline)}`;
+    const cpu = cpus(node.affinity).replace(/^CPUs? /, "");
+    const figures = [number(slack), percent(node.load), number(node.priority), number(node.period), cpu];
     const cells = [
-      name(link(it.instance, item, actions, it.component)),
-      verdict(it.status, it.verdict),
-      response(times, it.status, it.part),
-      ...[it.slack, it.load, it.priority, it.period, it.cpu].map((text) => figure(text)),
+      name(link(node.instance, item, actions, node.component)),
+      verdict(status, words(node.status)),
+      response(times, status, part),
+      ...figures.map((text) => figure(text)),
     ];
-    const tr = rowOf(item, actions, it.status, ...cells);
-    return it.reasons.length === 0 ? [tr] : [tr, h("tr", { class: "why" }, h("td", { colspan: 8 }, it.reasons.join("; ")))];
+    const tr = rowOf(item, actions, status, ...cells);
+    return node.reasons.length === 0 ? [tr] : [tr, h("tr", { class: "why" }, h("td", { colspan: 8 }, node.reasons.join("; ")))];
   };
   const figures = { Slack: "figure", Utilisation: "figure", Priority: "figure", Period: "figure", CPU: "figure" } as const;
   const columns = { Instance: "", Status: "", "Response / deadline": "figure", ...figures } as const;
@@ -188,7 +190,7 @@ function ofSchedule({ instance, instances, reasons: why }: Answers["schedule"], 
     const button = h("button", { class: "link", "aria-pressed": String(isChosen), "data-key": it.instance }, it.instance);
     button.addEventListener("click", () => actions.choose(it.instance));
     const times = response(`${number(it.response)} / ${number(it.deadline)}`, status, part(it));
-    return h("tr", { class: `${status}${isChosen ? " chosen" : ""}` }, name(button), verdict(status, it.status.replaceAll("-", " ")), times);
+    return h("tr", { class: `${status}${isChosen ? " chosen" : ""}` }, name(button), verdict(status, words(it.status)), times);
   };
   const sorted = [...instances].sort((one, other) => part(other) - part(one));
   const caption = "Response times in ms, the worst first: show the schedule of";

@@ -1,23 +1,15 @@
 import type { GraphNode } from "../answers";
 
-/** What is said of an activity in a table; `status` is a class of the styles. */
+/** An activity in a table. */
 export interface Row {
+  /** Its number in the answer. */
   index: number;
-  instance: string;
-  component: string;
+  node: GraphNode;
+  /** A class of the styles. */
   status: "met" | "missed" | "unknown" | "none";
-  /** The status in words. */
-  verdict: string;
-  response: string;
-  deadline: string;
-  slack: string;
-  load: string;
-  priority: string;
-  period: string;
-  cpu: string;
+  slack: number | null;
   /** The response time as a part of the deadline; infinite without a bound. */
   part: number;
-  reasons: string[];
 }
 
 /** A number without needless decimals. */
@@ -60,30 +52,21 @@ export function statusOf(status: string | null): Row["status"] {
 
 export const signs: Record<Row["status"], string> = { met: "✓", missed: "✗", unknown: "?", none: "–" };
 
+/** The status in words. */
+export function words(status: string | null): string {
+  return (status ?? "no activity").replaceAll("-", " ");
+}
+
 /** The rows of the activities, the worst first: those without a bound, then by the response time as a part of the deadline. */
 export function rows(nodes: GraphNode[]): Row[] {
-  const found = nodes.map((node, index) => {
-    const { response, deadline, status } = node;
+  const found = nodes.map((node, index): Row => {
+    const { response, deadline } = node;
     const isKnown = response !== null && deadline !== null;
-    const state = statusOf(status);
-    return {
-      index,
-      instance: node.instance,
-      component: node.component,
-      status: state,
-      verdict: state === "none" ? (status ?? "no activity") : (status ?? "").replaceAll("-", " "),
-      response: number(response),
-      deadline: number(deadline),
-      slack: isKnown ? number(deadline - response) : "–",
-      load: percent(node.load),
-      priority: number(node.priority),
-      period: number(node.period),
-      cpu: cpus(node.affinity).replace(/^CPUs? /, ""),
-      part: state === "none" ? -1 : isKnown ? response / Math.max(deadline, Number.MIN_VALUE) : Infinity,
-      reasons: node.reasons,
-    };
+    const status = statusOf(node.status);
+    const part = status === "none" ? -1 : isKnown ? response / Math.max(deadline, Number.MIN_VALUE) : Infinity;
+    return { index, node, status, slack: isKnown ? deadline - response : null, part };
   });
-  const byName = (one: Row, other: Row) => one.instance.localeCompare(other.instance);
+  const byName = (one: Row, other: Row) => one.node.instance.localeCompare(other.node.instance);
   return found.sort((one, other) => (one.part === other.part ? byName(one, other) : one.part > other.part ? -1 : 1));
 }
 
@@ -92,7 +75,7 @@ export function summary(all: Row[]): { status: Row["status"]; text: string } {
   const of = (status: Row["status"]) => all.filter((row) => row.status === status);
   const [missed, unknown, met] = [of("missed"), of("unknown"), of("met")];
   const names = (rows: Row[]) => {
-    const shown = rows.slice(0, 3).map(({ instance }) => instance).join(", ");
+    const shown = rows.slice(0, 3).map(({ node }) => node.instance).join(", ");
     return rows.length > 3 ? `${shown} and ${rows.length - 3} more` : shown;
   };
   const deadlines = (count: number) => (count === 1 ? "1 deadline" : `${count} deadlines`);
@@ -109,9 +92,9 @@ export function summary(all: Row[]): { status: Row["status"]; text: string } {
   if (met.length === 0) {
     return { status: "none", text: "No activity has a deadline" };
   }
-  const least = met.reduce((one, other) => (Number(other.slack) < Number(one.slack) ? other : one));
+  const least = met.reduce((one, other) => ((other.slack ?? 0) < (one.slack ?? 0) ? other : one));
   const deadlinesMet = met.length === 1 ? "The deadline is met" : `All ${met.length} deadlines are met`;
-  return { status: "met", text: `${deadlinesMet}; least slack: ${least.instance}, ${least.slack} ms` };
+  return { status: "met", text: `${deadlinesMet}; least slack: ${least.node.instance}, ${number(least.slack)} ms` };
 }
 
 /** A step of the worst periods: the same edge several times in a row is one. */

@@ -4,7 +4,7 @@ import { nameOf } from "../kinds";
 import { details, headline, level } from "./details";
 import { h } from "./dom";
 import { signs } from "./figures";
-import { Stage } from "./stage";
+import { Stage, step } from "./stage";
 import type { Place } from "./view";
 
 interface State {
@@ -61,9 +61,9 @@ const tools = h(
   h(
     "span",
     { class: "group", role: "group", "aria-label": "Zoom" },
-    button("", "−", "Zoom out (-)", () => stage.out()),
+    button("", "−", "Zoom out (-)", () => stage.zoom(1 / step)),
     button("", "Fit", "Show all (0)", () => stage.fit()),
-    button("", "+", "Zoom in (+)", () => stage.in()),
+    button("", "+", "Zoom in (+)", () => stage.zoom(step)),
   ),
   h(
     "span",
@@ -103,7 +103,7 @@ searchField.addEventListener("keydown", (event) => {
 addEventListener("keydown", (event) => {
   const isTyping = event.target instanceof HTMLInputElement || event.target instanceof HTMLSelectElement;
   const isFind = (event.ctrlKey || event.metaKey) && event.key === "f";
-  const action = { "+": () => stage.in(), "=": () => stage.in(), "-": () => stage.out(), "0": () => stage.fit() }[event.key];
+  const action = { "+": () => stage.zoom(step), "=": () => stage.zoom(step), "-": () => stage.zoom(1 / step), "0": () => stage.fit() }[event.key];
   if (isFind || (event.key === "/" && !isTyping)) {
     event.preventDefault();
     event.stopPropagation();

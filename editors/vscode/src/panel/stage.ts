@@ -5,7 +5,7 @@ import { Area, clamped, initial, neighbour, Place, revealed, whole, zoomed } fro
 
 const directions = { ArrowLeft: "left", ArrowRight: "right", ArrowUp: "up", ArrowDown: "down" } as const;
 /** A zoom by a key or a button. */
-const step = 1.25;
+export const step = 1.25;
 
 /** What the stage tells the panel. */
 interface Listener {
@@ -103,14 +103,6 @@ export class Stage {
   zoom(factor: number): void {
     const { width, height } = this.window;
     this.moveTo(zoomed(this.placed, factor, { x: width / 2, y: height / 2 }));
-  }
-
-  in(): void {
-    this.zoom(step);
-  }
-
-  out(): void {
-    this.zoom(1 / step);
   }
 
   fit(): void {
