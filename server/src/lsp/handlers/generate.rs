@@ -10,9 +10,8 @@
 //! The result has the `folder` of the packages, absolute; `files`, each with its `path` in there and the `action` that is
 //! due, `create`, `change` or `remove`; a `warning` for the user, or null, about what stays though the models have left it
 //! behind: the user's codels of another prototype or of none, files that may be the user's, and packages; the message that
-//! `nothing` changes, or null. And the `edit` that does it all: each text edit in it
-//! gives a file all of its text, and the manifest of a package comes last. It is refused in words for the user where something
-//! is to be put right first.
+//! `nothing` changes, or null. And the `edit` that does it all: each text edit in it gives a file all of its text, and the
+//! manifest of a package comes last. It is refused in words for the user where something is to be put right first.
 //!
 //! A client that has the command `mauve.generateOrocos` itself says so in its capabilities, `experimental.commands`. Then
 //! code actions are that command, with the same arguments, and the client asks by the request.

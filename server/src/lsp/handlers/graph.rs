@@ -15,7 +15,8 @@
 //! `data-edge` holds the number of an edge. `location` is that of an instance or a connection, `activity` that of the activity.
 //! `load` is the share of a CPU, 1 being all of it; `status` is that of `mauve wcrt --format json`. Only deployments have a
 //! `significance`, `cpus` and what concerns times; a deployment whose architecture is unknown has no graph. `lost` has the
-//! reasons why something may be missing. `tree` lists the instances below their CPUs, in lines of text. `incomplete` is whether a text has syntax errors, such as one that is being typed.
+//! reasons why something may be missing. `tree` lists the instances below their CPUs, in lines of text. `incomplete` is whether a
+//! text has syntax errors, such as one that is being typed.
 
 use mauve_hir::{Decl, File, Location, Project};
 use mauve_ide::{Drawing, GraphsOf, draw_graph, graph as graph_of, instance_tree, selected_graphs};
