@@ -15,7 +15,7 @@ test("an activity that is no longer analysed is a loss, a missed deadline or a r
   assert.ok(!hasLost(graph({ a: "not-analysed" }), graph({ a: "not-analysed" })));
 });
 
-test("so are all times of which a reason is said", () => {
+test("a reason says that all times are unknown", () => {
   const machine = (reasons: string[]) => ({ reasons }) as Machine;
   assert.ok(hasLost(machine([]), machine(["a codel has no time"])));
   assert.ok(!hasLost(machine(["old"]), machine(["new"])));

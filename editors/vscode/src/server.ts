@@ -27,9 +27,9 @@ import { Lenses } from "./lenses";
 import { openServerSetting } from "./settings";
 import { complete } from "./walkthrough";
 
-/** A request of the kinds of errors that end soon is sent so often, and so many milliseconds after each other. */
+/** A request is sent at most so often, so many milliseconds after each other, while it is refused for reasons that end soon. */
 const [mostAttempts, pause] = [200, 50];
-const overtaken: number[] = [LSPErrorCodes.ContentModified, LSPErrorCodes.RequestCancelled, LSPErrorCodes.ServerCancelled];
+const outdated: number[] = [LSPErrorCodes.ContentModified, LSPErrorCodes.RequestCancelled, LSPErrorCodes.ServerCancelled];
 
 /** What the status bar shows. */
 export type State =
@@ -91,7 +91,7 @@ export class Server {
       try {
         return await this.client.sendRequest<T>(method, parameters);
       } catch (error) {
-        if (attempt === mostAttempts || !(error instanceof ResponseError && overtaken.includes(error.code))) {
+        if (attempt === mostAttempts || !(error instanceof ResponseError && outdated.includes(error.code))) {
           throw error;
         }
         await new Promise((resolve) => setTimeout(resolve, pause));
