@@ -176,6 +176,7 @@ fn several_files_and_what_goes_with_none() {
             ("other.json", "{}"),
             ("earlier.json", earlier),
             ("a.csv", "a,100,5,9\n"),
+            ("empty.csv", "name,period,time,priority\n"),
         ],
     );
     says(&["torn.json"], 2, "`torn.json`: line ");
@@ -185,6 +186,11 @@ fn several_files_and_what_goes_with_none() {
         &["a.csv"],
         2,
         "`a.csv`: no line with the names of the columns: expected `name,period,time,priority`",
+    );
+    says(
+        &["empty.csv"],
+        2,
+        "`empty.csv`: line 1: no task below the names of the columns: write a line for each task",
     );
 }
 

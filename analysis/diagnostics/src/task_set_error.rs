@@ -30,6 +30,9 @@ fn message(error: &TaskSetError) -> String {
         TaskSetError::NoHeader => {
             "no line with the names of the columns: expected `name,period,time,priority`".to_owned()
         }
+        TaskSetError::NoTasks { line } => {
+            format!("line {line}: no task below the names of the columns: write a line for each task")
+        }
         TaskSetError::WrongColumns { line } => {
             format!("line {line}: more cells than the header, or two columns with one name")
         }
@@ -115,6 +118,7 @@ mod tests {
             TaskSetError::Syntax { message: "duplicate field `cpus`".to_owned(), line: 3 },
             TaskSetError::EarlierFormat("mauve\u{7}".to_owned()),
             TaskSetError::NoHeader,
+            TaskSetError::NoTasks { line: 3 },
             TaskSetError::WrongColumns { line: 3 },
             TaskSetError::NoName { section: "task", number: 3 },
             TaskSetError::NoLevel { level, levels: vec![level, level] },
@@ -145,6 +149,7 @@ mod tests {
             line 3: duplicate field `cpus`
             `mauve�` is the format of an earlier version: generate the package again
             no line with the names of the columns: expected `name,period,time,priority`
+            line 3: no task below the names of the columns: write a line for each task
             line 3: more cells than the header, or two columns with one name
             task 3: no `name`
             no times at 1e-4: the file has 1e-4, 1e-4

@@ -10,6 +10,8 @@ pub enum TaskSetError {
     EarlierFormat(String),
     /// No line of a table has the names of its columns.
     NoHeader,
+    /// A table has the names of its columns, in this line, and no task.
+    NoTasks { line: usize },
     /// A line of a table has more cells than the header, or two of one name.
     WrongColumns { line: usize },
     /// An entry of this section and of this name has an error.

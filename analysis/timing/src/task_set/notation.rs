@@ -64,7 +64,7 @@ fn csv(text: &str) -> Result<TaskSet, TaskSetError> {
     let mut reader = csv::ReaderBuilder::new();
     let reader = reader.has_headers(false).flexible(true).trim(csv::Trim::All);
     let mut head = Map::from_iter([("task".to_owned(), Value::Array(Vec::new()))]);
-    let mut header: Option<Vec<String>> = None;
+    let mut header: Option<(usize, Vec<String>)> = None;
     let mut tasks = Vec::new();
     for record in reader.from_reader(text.as_bytes()).records() {
         let line = |at: Option<&csv::Position>| at.and_then(|at| at.line().try_into().ok()).unwrap_or(1);
@@ -75,13 +75,13 @@ fn csv(text: &str) -> Result<TaskSet, TaskSetError> {
         cells.truncate(cells.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1));
         match (cells.as_slice(), &header) {
             ([], _) => {}
-            (cells, Some(header)) => {
+            (cells, Some((_, header))) => {
                 let entry = fields(header, cells).ok_or(TaskSetError::WrongColumns { line })?;
                 let task = TaskEntry::deserialize(Value::Object(entry));
                 tasks.push(task.map_err(|error| syntax(error.to_string(), line))?);
             }
             (cells, None) if cells.contains(&"name") => {
-                header = Some(cells.iter().map(|&key| key.to_owned()).collect());
+                header = Some((line, cells.iter().map(|&key| key.to_owned()).collect()));
             }
             ([key, values @ ..], None) => {
                 let value = match values {
@@ -96,11 +96,10 @@ fn csv(text: &str) -> Result<TaskSet, TaskSetError> {
             }
         }
     }
-    if header.is_none() {
-        return Err(TaskSetError::NoHeader);
-    }
+    let (line, _) = header.ok_or(TaskSetError::NoHeader)?;
     let head = TaskSet::deserialize(Value::Object(head)).map_err(|error| syntax(error.to_string(), 1))?;
-    Ok(TaskSet { task: tasks, ..head })
+    // An exported set may have no task; nobody writes a table without one.
+    if tasks.is_empty() { Err(TaskSetError::NoTasks { line }) } else { Ok(TaskSet { task: tasks, ..head }) }
 }
 
 /// Reads the fields of a line; `None` if it has more cells than the header, or two with one name. A cell with several words is

@@ -432,6 +432,7 @@ fn what_is_refused_of_a_text() {
         "a,100,4,3\n",
         "unit,us\nunit,ms\nname\n",
         "rt_throttling,maybe\nname\n",
+        "unit,us\n\nname,period,time,priority\n,,,\n",
         "levels,1e-3\nname,period,time,priority\na,9,1,1\n",
         "levels,1e-3,1e-4\nname,period,time,priority\na,9,1,1\n",
         "name,period,time,priority\na,9,1,1,5\n",
@@ -464,6 +465,7 @@ fn what_is_refused_of_a_text() {
         "a,100,4,3\n": NoHeader
         "unit,us\nunit,ms\nname\n": Syntax { message: "duplicate field `unit`", line: 2 }
         "rt_throttling,maybe\nname\n": Syntax { message: "invalid type: string \"maybe\", expected a boolean", line: 1 }
+        "unit,us\n\nname,period,time,priority\n,,,\n": NoTasks { line: 3 }
         "levels,1e-3\nname,period,time,priority\na,9,1,1\n": fine: 1 tasks
         "levels,1e-3,1e-4\nname,period,time,priority\na,9,1,1\n": fine: 1 tasks
         "name,period,time,priority\na,9,1,1,5\n": WrongColumns { line: 2 }
