@@ -120,11 +120,18 @@ pub(crate) fn load(
     paths: &[PathBuf],
     allows_outside: bool,
 ) -> Result<Vec<Workspace>, String> {
-    let mut loader = Loader { allows_outside, ..Loader::default() };
-    match loader.load(db, paths) {
-        Ok(Loaded { workspaces, problems }) => problems.into_iter().next().map_or(Ok(workspaces), Err),
-        // It walks by itself.
-        Err(_) => Err("the folders were not searched".to_owned()),
+    let mut loader = Loader::new(allows_outside);
+    let mut left = Left::default();
+    loop {
+        match loader.load(db, paths) {
+            Ok(Loaded { workspaces, problems }) => {
+                return problems.into_iter().next().map_or(Ok(workspaces), Err);
+            }
+            Err(wanted) => wanted.into_iter().for_each(|walk| {
+                let walked = walk.run(&mut left, &|| false);
+                loader.learn(walk, walked);
+            }),
+        }
     }
 }
 
@@ -176,17 +183,14 @@ pub(crate) fn models_in(paths: &[PathBuf]) -> Result<(BTreeSet<PathBuf>, Vec<Str
 }
 
 impl Loader {
-    /// Creates a loader that returns the walks it requires instead of walking itself, see [`Loader::load`]. Where it
-    /// `allows_outside`, projects may read files outside their folders.
-    pub(crate) fn deferred(allows_outside: bool) -> Loader {
-        let mut loader = Loader { allows_outside, ..Loader::default() };
-        loader.walks.is_deferred = true;
-        loader
+    /// Creates a loader. Where it `allows_outside`, projects may read files outside their folders.
+    pub(crate) fn new(allows_outside: bool) -> Loader {
+        Loader { allows_outside, ..Loader::default() }
     }
 
     /// Returns a loader that has read nothing, with the options of this one.
     pub(crate) fn emptied(&self) -> Loader {
-        Loader { significance: self.significance, ..Loader::deferred(self.allows_outside) }
+        Loader { significance: self.significance, ..Loader::new(self.allows_outside) }
     }
 
     /// The workspaces that `paths` name.
@@ -196,7 +200,7 @@ impl Loader {
     ///
     /// # Errors
     ///
-    /// The walks that are required first, from a loader that is [`Loader::deferred`]; their results go to [`Loader::learn`].
+    /// The walks that are required first; their results go to [`Loader::learn`].
     pub(crate) fn load(&mut self, db: &mut Database, paths: &[PathBuf]) -> Result<Loaded, Vec<Walk>> {
         let before = std::mem::take(&mut self.watch_set);
         self.packages.clear();
@@ -517,7 +521,7 @@ impl Loader {
 
     /// Returns the result of a walk, and watches its folders; `None` while the walk is required.
     fn walked(&mut self, walk: Walk) -> Option<Walked> {
-        let walked = self.walks.walked(walk.clone())?;
+        let walked = self.walks.walked(&walk)?;
         let folders = walked.folders.iter().cloned();
         match walk {
             Walk::Models { folder, .. } => {
@@ -526,7 +530,7 @@ impl Loader {
             }
             Walk::Tables { .. } => self.watch_set.folders.extend(folders),
         }
-        let Walked { files, configs, problems, .. } = &*walked;
+        let Walked { files, configs, problems, .. } = walked;
         let (files, configs, problems) = (files.clone(), configs.clone(), problems.clone());
         Some(Walked { files, configs, problems, ..Walked::default() })
     }
@@ -824,7 +828,7 @@ mod tests {
         for name in ["a", "b"] {
             std::fs::write(top.join(name).with_extension("mal"), "codel old(): int\n").unwrap();
         }
-        let (mut db, mut loader) = (Database::default(), Loader::deferred(false));
+        let (mut db, mut loader) = (Database::default(), Loader::new(false));
         let walked = |walk: &Walk| {
             let mut left = Left::default();
             let mut walked = walk.run(&mut left, &|| false);

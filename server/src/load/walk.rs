@@ -2,13 +2,14 @@
 //! a server can walk on a separate thread while edits are handled.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs::DirEntry;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
-use std::sync::{Arc, Mutex, PoisonError};
 
+use globset::GlobMatcher;
+use ignore::Match;
 use ignore::gitignore::{Gitignore, GitignoreBuilder};
-use ignore::{DirEntry, Match, WalkBuilder};
 use mauve_hir::{CONFIG_FILE, is_model};
 use mauve_wcrt::table_pattern;
 
@@ -117,27 +118,16 @@ impl Walked {
 /// The results of walks.
 #[derive(Debug, Default)]
 pub(super) struct Walks {
-    known: BTreeMap<Walk, Arc<Walked>>,
+    known: BTreeMap<Walk, Walked>,
     /// The requested walks since the last reset.
     asked: BTreeSet<Walk>,
-    /// Whether the caller runs the walks later.
-    pub(super) is_deferred: bool,
-    left: Left,
 }
 
 impl Walks {
-    /// Returns the result of a walk; none if walks are deferred and this one has not run.
-    pub(super) fn walked(&mut self, walk: Walk) -> Option<Arc<Walked>> {
+    /// Requests a walk, and returns its result if it is known.
+    pub(super) fn walked(&mut self, walk: &Walk) -> Option<&Walked> {
         self.asked.insert(walk.clone());
-        if let Some(known) = self.known.get(&walk) {
-            return Some(known.clone());
-        }
-        if self.is_deferred {
-            return None;
-        }
-        let walked = Arc::new(walk.run(&mut self.left, &|| false));
-        self.known.insert(walk, walked.clone());
-        Some(walked)
+        self.known(walk)
     }
 
     /// Returns the requested walks without a result.
@@ -146,19 +136,18 @@ impl Walks {
     }
 
     pub(super) fn learn(&mut self, walk: Walk, walked: Walked) {
-        self.known.insert(walk, walked.into());
+        self.known.insert(walk, walked);
     }
 
     /// Discards all results, and returns the requested walks.
     pub(super) fn reset(&mut self) -> Vec<Walk> {
         self.known.clear();
-        self.left = Left::default();
         std::mem::take(&mut self.asked).into_iter().collect()
     }
 
     /// Returns the result of a walk, if it is known.
     pub(super) fn known(&self, walk: &Walk) -> Option<&Walked> {
-        self.known.get(walk).map(Arc::as_ref)
+        self.known.get(walk)
     }
 }
 
@@ -176,16 +165,16 @@ impl Walk {
                 models.walk(folder, *depth)
             }
             Walk::Tables { from, depth, folder, pattern, boundary } => {
-                tables(from, *depth, folder, pattern, boundary, left, is_cancelled)
+                let Ok(glob) = table_pattern(folder, pattern) else { return Walked::default() };
+                let (found, around) = (Walked::default(), Vec::new());
+                let mut tables = Tables { found, left, is_cancelled, glob, boundary, around };
+                if from.exists() {
+                    tables.entry(from.clone(), depth.unwrap_or(usize::MAX));
+                }
+                tables.found
             }
         }
     }
-}
-
-type Problems = Arc<Mutex<Vec<(PathBuf, String)>>>;
-
-fn note(problems: &Problems, path: &Path, why: String) {
-    problems.lock().unwrap_or_else(PoisonError::into_inner).push((path.to_owned(), why));
 }
 
 /// The files with ignore rules; the first one has precedence.
@@ -272,14 +261,10 @@ impl Models<'_> {
             Ok(rules) => Rc::new(rules),
             Err((why, _)) => return self.found.problems.push(problem(why)),
         };
-        let entries = std::fs::read_dir(folder).and_then(|entries| entries.collect::<Result<Vec<_>, _>>());
-        let mut entries = match entries {
+        let entries = match entries(folder) {
             Ok(entries) => entries,
-            Err(error) => {
-                return self.found.problems.push(problem(format!("cannot read this folder: {error}")));
-            }
+            Err(why) => return self.found.problems.push(problem(why)),
         };
-        entries.sort_by_key(std::fs::DirEntry::file_name);
         if self.is_own && depth > 0 && entries.iter().any(|entry| entry.file_name() == CONFIG_FILE) {
             self.found.configs.push(folder.join(CONFIG_FILE));
             return;
@@ -368,91 +353,73 @@ fn device_of(folder: &Path) -> Option<u64> {
     folder.symlink_metadata().ok().map(|data| data.dev())
 }
 
-fn tables(
-    from: &Path,
-    depth: Option<usize>,
-    folder: &Path,
-    pattern: &str,
-    boundary: &Boundary,
-    left: &mut Left,
-    is_cancelled: &dyn Fn() -> bool,
-) -> Walked {
-    let mut found = Walked::default();
-    let Ok(glob) = table_pattern(folder, pattern) else { return found };
-    if let Some(why) = from.canonicalize().ok().and_then(|real| boundary.refusal(&real)) {
-        found.problems.push((from.to_owned(), why));
-        return found;
-    }
-    let problems = Problems::default();
-    let (noted, allowed) = (problems.clone(), boundary.clone());
-    let is_within = move |entry: &DirEntry| {
-        // As in a shell, a star does not match hidden names.
-        if entry.depth() > 0 && is_hidden(Path::new(entry.file_name())) {
+/// Returns the entries of a folder, sorted by name; why there are none if it cannot be read.
+fn entries(folder: &Path) -> Result<Vec<DirEntry>, String> {
+    let entries = std::fs::read_dir(folder).and_then(Iterator::collect::<Result<Vec<_>, _>>);
+    let mut entries = entries.map_err(|error| format!("cannot read this folder: {error}"))?;
+    entries.sort_by_key(DirEntry::file_name);
+    Ok(entries)
+}
+
+/// The search for the files of a pattern. Tables that the configuration names are read even if `.gitignore` ignores them or a
+/// link leads to them.
+struct Tables<'a> {
+    found: Walked,
+    left: &'a mut Left,
+    is_cancelled: &'a dyn Fn() -> bool,
+    glob: GlobMatcher,
+    boundary: &'a Boundary,
+    /// The folders around the present one, with links resolved.
+    around: Vec<PathBuf>,
+}
+
+impl Tables<'_> {
+    /// Looks at a file or a folder, and at `deeper` levels below. Returns whether the search goes on.
+    fn entry(&mut self, path: PathBuf, deeper: usize) -> bool {
+        if (self.is_cancelled)() {
             return false;
         }
-        if !entry.path_is_symlink() || !entry.path().is_dir() {
-            return true;
-        }
-        let refusal = entry.path().canonicalize().ok().and_then(|real| allowed.refusal(&real));
-        refusal.is_none_or(|why| {
-            note(&noted, entry.path(), why);
-            false
-        })
-    };
-    // Tables that the configuration names are read even if `.gitignore` ignores them or a link leads to them.
-    let walk = WalkBuilder::new(from)
-        .standard_filters(false)
-        .follow_links(true)
-        .max_depth(depth)
-        .sort_by_file_path(Path::cmp)
-        .filter_entry(is_within)
-        .build();
-    for entry in walk {
-        if is_cancelled() {
-            break;
-        }
-        let Some(less) = left.tables.checked_sub(1) else {
+        let Some(left) = self.left.tables.checked_sub(1) else {
             let why = format!(
                 "patterns search at most {MOST_FOR_TABLES} files and folders, and there are more: name \
                  smaller folders"
             );
-            note(&problems, from, why);
-            break;
+            let first = self.found.folders.first().cloned().unwrap_or(path);
+            self.found.problems.push((first, why));
+            return false;
         };
-        left.tables = less;
-        match entry {
-            Ok(entry) if entry.path().is_dir() => found.folders.push(entry.into_path()),
-            Ok(entry) => found.files.extend(Some(entry.into_path()).filter(|path| glob.is_match(path))),
-            Err(error) => match path_of(&error) {
-                // A broken link is a table that cannot be read.
-                Some(path) if !path.is_dir() && path.symlink_metadata().is_ok() => {
-                    found.files.extend(Some(path.to_owned()).filter(|path| glob.is_match(path)));
-                }
-                path if from.exists() => {
-                    let path = path.unwrap_or(from).to_owned();
-                    note(&problems, &path, cannot_be_read(&error));
-                }
-                _ => {}
-            },
+        self.left.tables = left;
+        if path.is_dir() {
+            return self.folder(path, deeper);
         }
+        // A broken link is a table that cannot be read.
+        self.found.files.extend(Some(path).filter(|path| self.glob.is_match(path)));
+        true
     }
-    found.problems = std::mem::take(&mut *problems.lock().unwrap_or_else(PoisonError::into_inner));
-    found
-}
 
-/// Returns the message without the path, which is reported separately.
-fn cannot_be_read(error: &ignore::Error) -> String {
-    match error.io_error() {
-        Some(why) => format!("cannot read this folder: {why}"),
-        None => error.to_string(),
-    }
-}
-
-fn path_of(error: &ignore::Error) -> Option<&Path> {
-    match error {
-        ignore::Error::WithPath { path, .. } => Some(path),
-        ignore::Error::WithDepth { err, .. } | ignore::Error::WithLineNumber { err, .. } => path_of(err),
-        _ => None,
+    fn folder(&mut self, path: PathBuf, deeper: usize) -> bool {
+        let real = path.canonicalize().unwrap_or_else(|_| path.clone());
+        let is_around = self.around.contains(&real);
+        let refusal = is_around.then(|| "this link leads to a folder around it".to_owned());
+        if let Some(why) = refusal.or_else(|| self.boundary.refusal(&real)) {
+            self.found.problems.push((path, why));
+            return true;
+        }
+        self.found.folders.push(path.clone());
+        let Some(deeper) = deeper.checked_sub(1) else { return true };
+        let entries = match entries(&path) {
+            Ok(entries) => entries,
+            Err(why) => {
+                self.found.problems.push((path, why));
+                return true;
+            }
+        };
+        self.around.push(real);
+        // As in a shell, a star does not match hidden names.
+        let mut shown = entries.iter().filter(|entry| !is_hidden(Path::new(&entry.file_name())));
+        let goes_on = shown.all(|entry| self.entry(entry.path(), deeper));
+        self.around.pop();
+        goes_on
     }
 }
 

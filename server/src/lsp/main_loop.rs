@@ -93,7 +93,7 @@ impl MainLoop {
     ) -> MainLoop {
         MainLoop {
             db: Database::default(),
-            loader: Loader::deferred(allows_outside),
+            loader: Loader::new(allows_outside),
             documents: Documents::default(),
             changing: None,
             folders: Vec::new(),
