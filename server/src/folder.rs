@@ -161,10 +161,14 @@ impl Folders {
     }
 }
 
+/// Returns the parent folder of a path with links resolved, and the name in it.
+pub(crate) fn above(real: &Path) -> io::Result<(Folder, &OsStr)> {
+    Folders::below(Folder::top(real)?).above(real)
+}
+
 /// Opens a regular file for reading by its path with links resolved.
 pub(crate) fn open_file(real: &Path) -> io::Result<File> {
-    let (folder, name) = Folders::below(Folder::top(real)?).above(real)?;
-    folder.open_read(name)
+    above(real).and_then(|(folder, name)| folder.open_read(name))
 }
 
 fn split(path: &Path) -> io::Result<(&Path, &OsStr)> {

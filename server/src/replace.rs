@@ -5,7 +5,7 @@ use std::fs::Permissions;
 use std::io::{self, Write as _};
 use std::path::Path;
 
-use crate::folder::{Folder, Folders};
+use crate::folder::{Folder, Folders, above};
 
 /// Replaces a file by a new one with this text and the permissions of the old one. `path` has no links.
 ///
@@ -14,7 +14,7 @@ use crate::folder::{Folder, Folders};
 /// The file cannot be written, or the path leads through a link by now.
 pub(crate) fn replace(path: &Path, text: &str) -> io::Result<()> {
     // The folder stays open: the path may lead to another one before the text is written.
-    let (folder, name) = Folders::below(Folder::top(path)?).above(path)?;
+    let (folder, name) = above(path)?;
     // Write permission for the folder does not permit to replace a read-only file.
     let permissions = folder.writable(name)?;
     write_beside(&folder, name, Some(&permissions), text, |new| folder.rename(new, &folder, name))

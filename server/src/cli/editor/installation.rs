@@ -12,7 +12,7 @@ use super::embedded::Embedded;
 use super::home::Home;
 use super::{block, mark};
 use crate::disk::{LONGEST, bytes_of};
-use crate::folder::{Folder, Folders, Kind};
+use crate::folder::{Kind, above};
 use crate::generate::behind_links;
 use crate::output::Output;
 use crate::replace::{create, replace};
@@ -300,9 +300,9 @@ fn failed(doing: &str, path: &Path) -> impl Fn(io::Error) -> String {
 
 /// Returns the state of a path, and does not follow links.
 fn state(path: &Path) -> Result<State, String> {
-    let mut folders = Folders::below(Folder::top(path).map_err(failed("read", path))?);
-    let kind = match folders.kind(path) {
-        Ok(kind) => kind,
+    let found = above(path).and_then(|(folder, name)| Ok((folder.kind(name)?, folder, name)));
+    let (kind, folder, name) = match found {
+        Ok(found) => found,
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(State::Missing),
         Err(error) if error.kind() == ErrorKind::NotADirectory => {
             return Ok(State::Other("below a file or a link"));
@@ -311,7 +311,7 @@ fn state(path: &Path) -> Result<State, String> {
     };
     Ok(match kind {
         Kind::File => {
-            let file = folders.above(path).and_then(|(folder, name)| folder.open_read(name));
+            let file = folder.open_read(name);
             State::File(file.and_then(|file| bytes_of(file, LONGEST)).map_err(failed("read", path))?)
         }
         Kind::Folder => State::Other("a folder"),
@@ -349,10 +349,7 @@ fn installed(
 }
 
 fn remove_file(path: &Path) -> Result<(), String> {
-    let removed = Folder::top(path)
-        .and_then(|top| Folders::below(top).above(path))
-        .and_then(|(folder, name)| folder.remove_file(name));
-    match removed {
+    match above(path).and_then(|(folder, name)| folder.remove_file(name)) {
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
         removed => removed.map_err(failed("remove", path)),
     }
@@ -366,8 +363,5 @@ fn has_only(folder: &Path, removed: &BTreeSet<&Path>) -> bool {
 
 /// Removes a folder if it is empty.
 fn remove_folder(path: &Path) -> bool {
-    let removed = Folder::top(path)
-        .and_then(|top| Folders::below(top).above(path))
-        .and_then(|(folder, name)| folder.remove_folder(name));
-    removed.is_ok()
+    above(path).and_then(|(folder, name)| folder.remove_folder(name)).is_ok()
 }
