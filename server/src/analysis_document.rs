@@ -352,19 +352,29 @@ pub(crate) fn deployments<'db>(
     workspaces: &[Workspace],
     only: Option<&str>,
 ) -> Result<Vec<(Project<'db>, Decl<'db>)>, String> {
+    declared(db, workspaces, Kind::Deployment, only)
+}
+
+/// The same for declarations of another kind.
+pub(crate) fn declared<'db>(
+    db: &'db Database,
+    workspaces: &[Workspace],
+    kind: Kind,
+    only: Option<&str>,
+) -> Result<Vec<(Project<'db>, Decl<'db>)>, String> {
     let mut found = Vec::new();
     for &workspace in workspaces {
         for &project in projects(db, workspace) {
-            found.extend(deployments_of(db, project).map(|decl| (project, decl)));
+            found.extend(names_of(db, project).of_kind(db, kind).map(|decl| (project, decl)));
         }
     }
     let Some(only) = only else { return Ok(found) };
     let known: Vec<String> = found.iter().map(|(_, decl)| decl.qualified(db)).collect();
-    found.retain(|(_, decl)| decl.name(db) == only || decl.qualified(db) == only);
+    found.retain(|(_, decl)| decl.is_called(db, only));
     if found.is_empty() {
         return Err(match known.as_slice() {
-            [] => format!("no deployment `{only}`: the project has no deployments"),
-            known => format!("no deployment `{only}`: there is {}", known.join(", ")),
+            [] => format!("no {kind} `{only}`: the project has no {kind}s"),
+            known => format!("no {kind} `{only}`: there is {}", known.join(", ")),
         });
     }
     Ok(found)

@@ -3,6 +3,7 @@
 mod analysis_stats;
 mod check;
 mod editor;
+mod errors;
 mod explain;
 mod fmt;
 mod generate;

@@ -23,7 +23,7 @@ pub(crate) use problem::problem_message;
 pub(crate) use write::{Site, target};
 
 /// A request to generate packages, from the command line or from an editor.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct GenerateRequest<'db> {
     /// What to generate and where to.
     pub(crate) selected: Vec<Selected<'db>>,
@@ -82,6 +82,26 @@ pub(crate) struct Generated {
     pub(crate) left_packages: Vec<String>,
     /// Where the plan is written, if the request says that it will be.
     pub(crate) site: Option<Site>,
+}
+
+impl Generated {
+    /// Returns the paths of the user's files and of packages that the models no longer have, each with a sentence about it.
+    pub(crate) fn left(&self) -> impl Iterator<Item = (&str, &'static str)> {
+        let Plan { left_codels, left_files, .. } = &self.plan;
+        let codels =
+            left_codels.iter().map(|it| (it, "the model no longer has this codel; your file is kept"));
+        let files = left_files.iter().map(|it| {
+            let kept = "the manifest lists this file, and it is no longer generated; it is kept because you may have written \
+                        it: remove it if you do not need it";
+            (it, kept)
+        });
+        let packages = self.left_packages.iter().map(|it| {
+            let kept =
+                "this package is no longer generated from these models; remove it if you do not need it";
+            (it, kept)
+        });
+        codels.chain(files).chain(packages).map(|(path, why)| (path.as_str(), why))
+    }
 }
 
 impl<'db> GenerateRequest<'db> {

@@ -460,8 +460,8 @@ fn what_does_not_exist_is_said_and_exits_with_2() {
         ),
         (&["wcrt", "p3dx", "--explain", "navigaton"], "no instance `navigaton`; did you mean `navigation`?"),
         (&["wcrt", "p3dx", "--significance", "2"], "`2` is not a significance level"),
-        (&["wcrt", "p3dx", "--horizon", "0ms"], "--horizon is greater than 0"),
-        (&["wcrt", "p3dx", "--horizon", "12"], "--horizon is a time such as 1000ms"),
+        (&["wcrt", "p3dx", "--horizon", "0ms"], "expected a time greater than 0"),
+        (&["wcrt", "p3dx", "--horizon", "12"], "expected a time such as 10s"),
         (&["wcrt", "p3dx", "--method", "fastest"], "invalid value 'fastest'"),
         (&["psm", "p3dx", "Navigaton"], "no component `Navigaton`; did you mean `Navigation`?"),
         (

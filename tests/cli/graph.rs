@@ -71,7 +71,7 @@ fn what_cannot_be_shown_is_refused() {
     for (arguments, message) in [
         (&["p3dx", "--deployment", "Sea"][..], "no deployment `Sea`: there is exploration.P3dxDeployment"),
         (&["p3dx", "--architecture", "Sea"], "no architecture `Sea`: there is "),
-        (&["p3dx", "--significance", "2"], "the significance is a number between 0 and 1"),
+        (&["p3dx", "--significance", "2"], "expected a number between 0 and 1"),
         (&["p3dx", "--architecture", "A", "--deployment", "B"], "cannot be used with"),
         (&["missing"], "missing"),
     ] {

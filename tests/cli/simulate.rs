@@ -231,13 +231,13 @@ fn what_is_too_long_ends_early() {
 #[test]
 fn wrong_usage() {
     for (arguments, message) in [
-        (&["p3dx", "--for", "0s"][..], "--for is greater than 0"),
+        (&["p3dx", "--for", "0s"][..], "expected a time greater than 0"),
         (&["p3dx", "--worst", "x"], "no deployment here has an activity `x`; `mauve wcrt` lists them"),
         (
             &["p3dx", "--worst", "exploration"],
             "`exploration` has no response time in P3dxDeployment: `mauve wcrt` says why",
         ),
-        (&["p3dx", "--for", "12"], "--for is a time such as 10s"),
+        (&["p3dx", "--for", "12"], "expected a time such as 10s"),
         (&["p3dx", "--significance", "2"], "a number between 0 and 1"),
         (&["p3dx", "--deployment", "P3dx"], "no deployment `P3dx`: there is exploration.P3dxDeployment"),
         (&["p3dx", "--seed", "-1"], "unexpected argument '-1'"),

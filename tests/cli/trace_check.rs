@@ -447,7 +447,7 @@ fn what_cannot_be_compared_is_said() {
         (&["missing", model][..], "cannot read `missing`"),
         (&["empty", model], "`empty` is not a trace"),
         (&["codels.csv", model, "--deployment", "Nope"], "no deployment `Nope`"),
-        (&["codels.csv", model, "--significance", "2"], "the significance is a number between 0 and 1"),
+        (&["codels.csv", model, "--significance", "2"], "expected a number between 0 and 1"),
     ] {
         let run = mauve(MAUVE, &folder, &[&["trace", "check"], arguments].concat());
         assert_eq!((run.code, run.out.as_str()), (2, ""), "{arguments:?}");

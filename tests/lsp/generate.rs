@@ -519,8 +519,7 @@ fn what_the_models_make_no_more_is_said() {
     let warning = said(&mut client);
     assert_eq!(
         warning,
-        "These packages in generated are no longer generated from the models; remove them if you do not need \
-         them: parts."
+        "generated/parts: this package is no longer generated from these models; remove it if you do not need it."
     );
     assert_eq!(found["warning"], warning);
     // A deployment is not all of them.

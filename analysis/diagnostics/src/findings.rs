@@ -56,10 +56,10 @@ pub fn errors_of<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> usize {
     all.filter(|diagnostic| diagnostic.code.is_of_text()).count()
 }
 
-/// Returns the sum of [`errors_of`] all projects of a workspace, counting each error once.
-pub fn errors_of_text(db: &dyn ModelDb, workspace: Workspace) -> usize {
-    let files = checked_files(db, workspace).iter();
-    let all = files.flat_map(|&file| diagnostics_at(db, workspace, file, Extent::All));
+/// Returns the sum of [`errors_of`] all projects of these workspaces, counting each error of a workspace once.
+pub fn errors_of_text(db: &dyn ModelDb, workspaces: &[Workspace]) -> usize {
+    let files = workspaces.iter().flat_map(|&it| checked_files(db, it).iter().map(move |&file| (it, file)));
+    let all = files.flat_map(|(workspace, file)| diagnostics_at(db, workspace, file, Extent::All));
     all.filter(|(_, diagnostic, _)| diagnostic.code.is_of_text()).count()
 }
 

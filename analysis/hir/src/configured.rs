@@ -209,8 +209,8 @@ fn check_acceptances<'db>(
 ) -> Vec<Fact<'db>> {
     let mut found = Vec::new();
     for (deployment, section) in sections {
-        let is_it = |of: Decl<'db>| of.name(db) == deployment.as_str() || of.qualified(db) == *deployment;
-        let flats: Vec<_> = deployed.iter().filter(|(_, of, _)| is_it(*of)).map(|(.., flat)| flat).collect();
+        let flats = deployed.iter().filter(|(_, of, _)| of.is_called(db, deployment));
+        let flats: Vec<_> = flats.map(|(.., flat)| flat).collect();
         if flats.is_empty() {
             let near = similar(deployment, deployed.iter().map(|(_, of, _)| of.name(db)));
             let kind = FactKind::UnresolvedDeployment { name: deployment.as_str().into(), near };

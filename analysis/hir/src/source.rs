@@ -44,6 +44,11 @@ impl<'db> Decl<'db> {
             None => self.name(db).to_string(),
         }
     }
+
+    /// Returns whether this is its name, with its library or without.
+    pub fn is_called(self, db: &'db dyn ModelDb, name: &str) -> bool {
+        *self.name(db) == *name || self.qualified(db) == name
+    }
 }
 
 /// Parses a file. salsa does not compare the result: each new text gives a new tree.

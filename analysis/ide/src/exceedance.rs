@@ -48,9 +48,9 @@ pub fn selected_codel<'db>(
     selection: CodelOf<'_>,
 ) -> Option<Decl<'db>> {
     match selection {
-        CodelOf::Name(name) => names_of(db, project)
-            .of_kind(db, Kind::Codel)
-            .find(|of| *of.name(db) == *name || of.qualified(db) == name),
+        CodelOf::Name(name) => {
+            names_of(db, project).of_kind(db, Kind::Codel).find(|of| of.is_called(db, name))
+        }
         CodelOf::At(offset) => {
             names_at(db, project, file, offset).into_iter().find_map(|found| match found.definition {
                 Definition::Declaration(of) if of.kind(db) == Kind::Codel => Some(of),

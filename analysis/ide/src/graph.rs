@@ -102,7 +102,7 @@ pub fn selected_graphs<'db>(
     let own = if is_model(file.path(db)) { declarations(db, file).all.as_slice() } else { &[] };
     let found = match selection {
         GraphsOf::Name(name) => {
-            let found = of_project(&|of| is_graph(of) && (*of.name(db) == *name || of.qualified(db) == name));
+            let found = of_project(&|of| is_graph(of) && of.is_called(db, name));
             if found.is_empty() {
                 return Err(format!("no deployment or architecture `{name}` in the project of this file"));
             }

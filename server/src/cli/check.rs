@@ -11,7 +11,7 @@ use std::path::Path;
 use annotate_snippets::{AnnotationKind, Level, Message, Origin, Renderer, Snippet, Title};
 use clap::ValueEnum;
 use mauve_diagnostics::{
-    Code, Finding, Findings, Fix, Severity, Suppression, code_named, workspace_findings,
+    Code, Finding, Findings, Fix, Severity, Suppression, code_named, errors_of_text, workspace_findings,
 };
 use mauve_hir::{Database, Location, Workspace};
 use serde::Serialize;
@@ -182,7 +182,7 @@ fn lowered(
     findings: &[Finding<'_>],
     suppressed: &Suppressed<'_>,
 ) -> String {
-    let all = wcrt::errors_of_all(db, workspaces);
+    let all = errors_of_text(db, workspaces);
     let is_of_text = |it: &&Finding<'_>| it.diagnostic.code.is_of_text();
     let (errors, others): (Vec<_>, Vec<_>) =
         findings.iter().filter(is_of_text).partition(|it| it.severity == Severity::Error);

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use mauve_diagnostics::time_error_message;
+use mauve_ide::Drawing;
 use mauve_timing::{Level, Rounding, Time};
 
 /// The paths that most commands take.
@@ -23,27 +24,42 @@ pub(super) struct Outside {
     pub(super) allow_outside: bool,
 }
 
-/// Returns the significance level of an option.
-///
-/// # Errors
-///
-/// It is not between 0 and 1.
-pub(super) fn level(significance: Option<f64>) -> Result<Option<Level>, String> {
-    let Some(level) = significance else { return Ok(None) };
-    let level = Level::from_f64(level).ok_or("the significance is a number between 0 and 1, such as 1e-4")?;
-    Ok(Some(level))
+/// Reads the significance level of an option.
+pub(super) fn level(text: &str) -> Result<Level, String> {
+    let level = text.parse().ok().and_then(Level::from_f64);
+    level.ok_or_else(|| "expected a number between 0 and 1, such as 1e-4".to_owned())
 }
 
-/// Returns the time of an option such as `--for`.
-///
-/// # Errors
-///
-/// It is not a time with its unit, such as `example`, or not greater than 0.
-pub(super) fn time(option: &str, example: &str, text: Option<&str>) -> Result<Option<Time>, String> {
-    let Some(text) = text else { return Ok(None) };
+/// Reads the time of an option such as `--for`.
+pub(super) fn time(text: &str) -> Result<Time, String> {
     let time = Time::parse_with_unit(text, Rounding::Exact)
-        .map_err(|error| format!("{option} is a time such as {example}: {}", time_error_message(error)))?;
-    if time == Time::ZERO { Err(format!("{option} is greater than 0")) } else { Ok(Some(time)) }
+        .map_err(|error| format!("expected a time such as 10s: {}", time_error_message(error)))?;
+    if time == Time::ZERO { Err("expected a time greater than 0".to_owned()) } else { Ok(time) }
+}
+
+/// How to show a graph or a state machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum DrawingFormat {
+    /// A drawing for terminals.
+    Text,
+    /// A drawing for browsers.
+    Svg,
+    /// A drawing for Graphviz.
+    Dot,
+    /// One document.
+    Json,
+}
+
+impl DrawingFormat {
+    /// Returns the kind of drawing; none for a document.
+    pub(super) fn drawing(self) -> Option<Drawing> {
+        match self {
+            DrawingFormat::Text => Some(Drawing::Text),
+            DrawingFormat::Svg => Some(Drawing::Svg),
+            DrawingFormat::Dot => Some(Drawing::Dot),
+            DrawingFormat::Json => None,
+        }
+    }
 }
 
 /// How the analysis bounds the demand of several jobs of one activity.

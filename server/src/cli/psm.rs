@@ -3,17 +3,16 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
 use mauve_diagnostics::{times_of, timing_reason};
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Database, Decl, config_of, names_of, projects, similar};
-use mauve_ide::{Drawing, MachineTitle, draw_state_machine, state_machine};
+use mauve_ide::{MachineTitle, draw_state_machine, state_machine};
 use mauve_timing::{Level, Time};
 use mauve_wcrt::{Refusal, TableSet, first_tables, psm_of, tables_for, tables_of};
 use serde_json::{Value, json};
 
 use crate::analysis_document::{deployments, deployments_of, milliseconds};
-use crate::cli::options::{Outside, level};
+use crate::cli::options::{DrawingFormat, Outside, level};
 use crate::cli::text::columns;
 use crate::load::load;
 use crate::output::{Output, say};
@@ -31,23 +30,11 @@ pub(crate) struct Psm {
     #[arg(long, value_name = "NAME")]
     deployment: Option<String>,
     /// The significance level of the times; by default that of mauve.toml, otherwise 1e-4.
-    #[arg(long, value_name = "LEVEL")]
-    significance: Option<f64>,
+    #[arg(long, value_name = "LEVEL", value_parser = level)]
+    significance: Option<Level>,
     /// How to show it.
     #[arg(long, value_enum, default_value = "dot")]
-    format: MachineFormat,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum MachineFormat {
-    /// A drawing for Graphviz.
-    Dot,
-    /// A drawing for browsers.
-    Svg,
-    /// A drawing for terminals.
-    Text,
-    /// The states, and the edges with their programs.
-    Json,
+    format: DrawingFormat,
 }
 
 /// A component, with the timing tables and the level of its times.
@@ -63,7 +50,6 @@ impl Psm {
         };
         let mut db = Database::default();
         let workspaces = load(&mut db, &[PathBuf::from(path)], self.outside.allow_outside)?;
-        let level = level(self.significance)?;
         let only = self.deployment.as_deref();
         let of_deployments = match only {
             Some(_) => deployments(&db, &workspaces, only)?,
@@ -71,7 +57,7 @@ impl Psm {
         };
         let mut found: Vec<FoundMachine<'_>> = Vec::new();
         for &workspace in &workspaces {
-            let level = level.unwrap_or_else(|| config_of(&db, workspace).level());
+            let level = self.significance.unwrap_or_else(|| config_of(&db, workspace).level());
             for &project in projects(&db, workspace) {
                 let of = of_deployments.iter().filter(|(having, _)| *having == project);
                 let mut of = of.map(|&(_, deployment)| tables_of(&db, project, deployment));
@@ -97,9 +83,7 @@ impl Psm {
             }
         }
         if let Some(name) = name {
-            let is_it =
-                |it: &&FoundMachine<'_>| it.1.name(&db) == name.as_str() || it.1.qualified(&db) == *name;
-            let Some(&one) = found.iter().find(is_it) else {
+            let Some(&one) = found.iter().find(|(_, component, _)| component.is_called(&db, name)) else {
                 let known: Vec<Name> =
                     found.iter().map(|(_, component, _)| component.name(&db).clone()).collect();
                 let near = similar(name, &known)
@@ -140,7 +124,7 @@ fn note_other_tables<'db>(db: &'db Database, shown: TableSet<'db>, component: De
 fn list<'db>(
     db: &'db Database,
     found: &[FoundMachine<'db>],
-    format: MachineFormat,
+    format: DrawingFormat,
 ) -> Result<Output, String> {
     let mut rows = Vec::new();
     let mut documents = Vec::new();
@@ -168,7 +152,7 @@ fn list<'db>(
             }
         }
     }
-    if format == MachineFormat::Json {
+    if format == DrawingFormat::Json {
         return Ok(Output::verbatim(
             crate::json::text(&json!({ "unit": "ms", "components": documents }))?,
             0,
@@ -189,7 +173,7 @@ fn show<'db>(
     tables: TableSet<'db>,
     component: Decl<'db>,
     level: Level,
-    format: MachineFormat,
+    format: DrawingFormat,
 ) -> Result<Output, String> {
     let name = component.name(db);
     let times = tables.section(db).as_deref();
@@ -200,16 +184,13 @@ fn show<'db>(
             return Ok(Output::verbatim("", 1));
         }
     };
-    let draw = |drawing: Drawing| {
-        let view = state_machine(db, tables, component, level);
-        let title = MachineTitle { component: name, level, times };
-        draw_state_machine(db, tables.project(db).workspace(db), title, &view, drawing)
-    };
-    let text = match format {
-        MachineFormat::Dot => draw(Drawing::Dot),
-        MachineFormat::Svg => draw(Drawing::Svg),
-        MachineFormat::Text => draw(Drawing::Text),
-        MachineFormat::Json => {
+    let text = match format.drawing() {
+        Some(drawing) => {
+            let view = state_machine(db, tables, component, level);
+            let title = MachineTitle { component: name, level, times };
+            draw_state_machine(db, tables.project(db).workspace(db), title, &view, drawing)
+        }
+        None => {
             let programs = |indices: &[usize]| -> Vec<Value> {
                 let timed = indices.iter().filter_map(|&index| psm.programs.get(index));
                 timed

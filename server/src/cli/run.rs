@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use mauve_hir::{Database, Decl, Project, Workspace};
 use mauve_orocos::{GeneratedFile, Package, packages_with_stubs, problems, standalone};
+use mauve_timing::Time;
 
 use super::generate::{refusal_text, warn_of_deadlines};
 use crate::analysis_document::deployments;
@@ -30,8 +31,8 @@ pub(crate) struct Run {
     #[arg(long, value_name = "NAME")]
     deployment: Option<String>,
     /// Stop after this time, such as 10s; by default when interrupted.
-    #[arg(long = "for", value_name = "TIME")]
-    length: Option<String>,
+    #[arg(long = "for", value_name = "TIME", value_parser = time)]
+    length: Option<Time>,
     /// Run the codels in this folder, in which `mauve generate` wrote the packages. By default, codels are stubs: they return
     /// pseudo-random values, and take the execution times of the timing tables.
     #[arg(long, value_name = "DIR", value_hint = clap::ValueHint::DirPath)]
@@ -77,8 +78,7 @@ impl Run {
     /// Returns the arguments of the program.
     fn arguments(&self) -> Result<Vec<String>, String> {
         let mut arguments = Vec::new();
-        let length = time("--for", "10s", self.length.as_deref())?;
-        arguments.extend(length.map(|length| format!("--for={}ns", length.as_nanos())));
+        arguments.extend(self.length.map(|length| format!("--for={}ns", length.as_nanos())));
         for parameter in &self.param {
             let name = parameter.split_once('=').and_then(|(name, _)| name.split_once('.'));
             if name.is_none_or(|(instance, property)| instance.is_empty() || property.is_empty()) {
@@ -166,12 +166,8 @@ impl Run {
         folder: &Path,
     ) -> Result<PathBuf, String> {
         let out = Out::named(folder);
-        let request = GenerateRequest {
-            selected: vec![Selected::new(db, project, Some(deployment), out.clone())],
-            is_whole: false,
-            is_standalone: false,
-            is_written: false,
-        };
+        let selected = vec![Selected::new(db, project, Some(deployment), out.clone())];
+        let request = GenerateRequest { selected, ..GenerateRequest::default() };
         let folders = match generate(db, &request, &read) {
             Ok(folders) => folders,
             Err(GenerateRefusal::Other(why)) => return Err(why),

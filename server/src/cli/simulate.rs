@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use mauve_diagnostics::{errors_of, reasons_of, times_of, timing_reason};
+use mauve_diagnostics::{errors_of, errors_of_text, reasons_of, times_of, timing_reason};
 use mauve_hir::{Database, Decl, Project};
 use mauve_ide::{Drawing, WorstOf, draw_schedule, no_worst_case};
 use mauve_timing::task_set::{Notation, TaskSet};
@@ -17,10 +17,9 @@ use mauve_timing::{LeftOut, Level, Method, NoWorstCase, SimulationOptions, Stati
 use mauve_wcrt::{DeployedTasks, Query, Report, response_times, response_times_of, system_of};
 
 use self::simulation::{Row, Simulation};
-use super::wcrt::{
-    cpu_numbers, errors_of_all, nothing_to, priority, refused, say_errors, shown_tables, task_sets,
-};
+use super::wcrt::{cpu_numbers, priority, refused, shown_tables, task_sets};
 use crate::analysis_document::deployments;
+use crate::cli::errors::{nothing_to, say_errors};
 use crate::cli::options::{Outside, Paths, level, time};
 use crate::cli::text::{columns, counted, number};
 use crate::json;
@@ -37,12 +36,12 @@ pub(crate) struct Simulate {
     #[arg(long, value_name = "NAME")]
     deployment: Option<String>,
     /// The significance level of the execution times; by default that of mauve.toml, otherwise 1e-4.
-    #[arg(long, value_name = "LEVEL")]
-    significance: Option<f64>,
+    #[arg(long, value_name = "LEVEL", value_parser = level)]
+    significance: Option<Level>,
     /// The simulated time, such as 10s. By default the hyperperiod or ten times the longest period, whichever is less; the
     /// table simulates 100 times as long.
-    #[arg(long = "for", value_name = "TIME")]
-    length: Option<String>,
+    #[arg(long = "for", value_name = "TIME", value_parser = time)]
+    length: Option<Time>,
     /// Determines the random choices: the same seed gives the same schedule.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -96,16 +95,14 @@ impl Format {
 
 impl Simulate {
     pub(crate) fn run(self) -> Result<Output, String> {
-        let length = time("--for", "10s", self.length.as_deref())?;
-        let level = level(self.significance)?;
         let mut db = Database::default();
         if self.paths.paths.iter().any(|path| Notation::of(path).is_some()) {
-            let all = self.of_task_sets(&db, level, length)?;
+            let all = self.of_task_sets(&db)?;
             return self.output(&all, 0);
         }
         let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
         let mut found = deployments(&db, &workspaces, self.deployment.as_deref())?;
-        let errors = errors_of_all(&db, &workspaces);
+        let errors = errors_of_text(&db, &workspaces);
         if found.is_empty() {
             return Err(nothing_to("simulate", errors));
         }
@@ -121,31 +118,26 @@ impl Simulate {
         }
         let of_model = |(project, deployment)| {
             let shown = Query::shown(&db, project);
-            let query = Query { level: level.unwrap_or(shown.level), ..shown };
+            let query = Query { level: self.significance.unwrap_or(shown.level), ..shown };
             let report = response_times(&db, project, deployment, query).clone();
             let name = deployment.name(&db).to_string();
             let deployment = DeployedTasks::simulated(&db, project, deployment, query.level);
             let errors = errors_of(&db, project);
-            Ok(Simulation { errors, ..self.simulate(&db, name, query, report, deployment, length)? })
+            Ok(Simulation { errors, ..self.simulate(&db, name, query, report, deployment)? })
         };
         let all: Result<Vec<Simulation<'_>>, String> = found.into_iter().map(of_model).collect();
         self.output(&all?, errors)
     }
 
-    fn of_task_sets<'db>(
-        &self,
-        db: &'db Database,
-        level: Option<Level>,
-        length: Option<Time>,
-    ) -> Result<Vec<Simulation<'db>>, String> {
+    fn of_task_sets<'db>(&self, db: &'db Database) -> Result<Vec<Simulation<'db>>, String> {
         let simulation = |(path, set): (PathBuf, TaskSet)| {
-            let level = level.unwrap_or(set.level());
+            let level = self.significance.unwrap_or(set.level());
             let query = Query { level, method: Method::Best, horizon: None };
             let report = response_times_of(&set, query);
             let found =
                 report.and_then(|report| Ok((report, DeployedTasks::of_file(&set, level, Method::Psm)?)));
             let (report, deployment) = found.map_err(|why| refused(&path, &why))?;
-            self.simulate(db, set.name.unwrap_or_default(), query, report, deployment, length)
+            self.simulate(db, set.name.unwrap_or_default(), query, report, deployment)
         };
         task_sets(&self.paths.paths, self.deployment.as_deref())?.into_iter().map(simulation).collect()
     }
@@ -157,7 +149,6 @@ impl Simulate {
         query: Query,
         report: Report<'db>,
         deployment: DeployedTasks<'db>,
-        length: Option<Time>,
     ) -> Result<Simulation<'db>, String> {
         let set = &deployment.tasks;
         let worst = match &self.worst {
@@ -173,7 +164,7 @@ impl Simulate {
             }
             None => None,
         };
-        let length = length.or(worst.as_ref().map(|worst| worst.case.length)).unwrap_or_else(|| {
+        let length = self.length.or(worst.as_ref().map(|worst| worst.case.length)).unwrap_or_else(|| {
             let shown = set.length_to_show(self.format.most_jobs(set.activities().len()));
             let times = if self.format == Format::Table { 100 } else { 1 };
             shown.checked_mul(times).unwrap_or(shown)

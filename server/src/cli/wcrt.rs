@@ -20,6 +20,7 @@ use mauve_wcrt::{
 
 use super::sensitivity::{sensitivity_csv, sensitivity_tables};
 use crate::analysis_document::{Deployed, Origin, Significance, analysis_document, deployments, levels};
+use crate::cli::errors::{nothing_to, say_errors};
 use crate::cli::lines::Lines;
 use crate::cli::options::{Method, Outside, Paths, time};
 use crate::cli::text::{columns, counted, csv, number, shown};
@@ -46,8 +47,8 @@ pub(crate) struct Wcrt {
     method: Method,
     /// UNSAFE: let traces end at this time, such as 1000ms, in the first job's figure. Only to compare with the
     /// published tables; verdicts never depend on it.
-    #[arg(long, value_name = "TIME")]
-    horizon: Option<String>,
+    #[arg(long, value_name = "TIME", value_parser = time)]
+    horizon: Option<Time>,
     /// Show where the response time of this instance comes from; not with --format.
     #[arg(long, value_name = "INSTANCE", conflicts_with = "format")]
     explain: Option<String>,
@@ -72,8 +73,7 @@ enum Format {
 
 impl Wcrt {
     pub(crate) fn run(self) -> Result<Output, String> {
-        let horizon = time("--horizon", "1000ms", self.horizon.as_deref())?;
-        let query = |level| Query { level, method: self.method.into(), horizon };
+        let query = |level| Query { level, method: self.method.into(), horizon: self.horizon };
         let mut db = Database::default();
         if self.paths.paths.iter().any(|path| Notation::of(path).is_some()) {
             if self.sensitivity {
@@ -85,7 +85,7 @@ impl Wcrt {
         }
         let workspaces = load(&mut db, &self.paths.paths, self.outside.allow_outside)?;
         let found = deployments(&db, &workspaces, self.deployment.as_deref())?;
-        let errors = errors_of_all(&db, &workspaces);
+        let errors = errors_of_text(&db, &workspaces);
         if found.is_empty() {
             return Err(nothing_to("analyse", errors));
         }
@@ -189,29 +189,6 @@ pub(super) fn task_sets(paths: &[PathBuf], only: Option<&str>) -> Result<Vec<(Pa
 /// Returns the message for a task set that cannot be used.
 pub(super) fn refused(path: &Path, why: &TaskSetError) -> String {
     format!("`{}`: {}", path.display(), task_set_error_message(why))
-}
-
-/// Says that a project has errors, if it has.
-pub(super) fn say_errors(errors: usize) {
-    if errors > 0 {
-        say(&with_errors(errors));
-    }
-}
-
-/// Says that there is no deployment, for which the errors may be the reason.
-pub(super) fn nothing_to(doing: &str, errors: usize) -> String {
-    let nothing = format!("no deployment in these models: nothing to {doing}");
-    if errors == 0 { nothing } else { format!("{nothing}; {}", with_errors(errors)) }
-}
-
-/// Returns the number of errors in the texts of these workspaces.
-pub(super) fn errors_of_all(db: &Database, workspaces: &[Workspace]) -> usize {
-    workspaces.iter().map(|&workspace| errors_of_text(db, workspace)).sum()
-}
-
-fn with_errors(errors: usize) -> String {
-    let them = if errors == 1 { "it" } else { "them" };
-    format!("the project has {} (`mauve check` shows {them})", counted(errors, "error"))
 }
 
 fn explain(all: &[Deployed<'_>], instance: &str) -> Result<String, String> {

@@ -8,7 +8,7 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use mauve_hir::{Decl, File, ModelDb, Workspace, config_of, normalised, projects};
+use mauve_hir::{File, ModelDb, Workspace, config_of, normalised, projects};
 use mauve_orocos::{MANIFEST, Step};
 use mauve_syntax::similar;
 use salsa::Database as _;
@@ -45,37 +45,15 @@ impl Preview {
 
     /// Returns the warning about the user's files and packages that the model no longer has.
     pub(crate) fn warning(&self) -> Option<String> {
-        let Generated { plan, left_packages, .. } = &self.generated;
-        let changed = plan.changed_codels.iter().map(|it| match it.before.as_str() {
-            "" => format!("the prototype of the codel in {} is now `{}`", it.path, it.now),
-            before => format!(
-                "the prototype of the codel in {} is now `{}`; it was \
-                `{before}`",
-                it.path, it.now
-            ),
+        let folder = &self.shown_folder;
+        let changed = self.generated.plan.changed_codels.iter().map(|it| {
+            let before =
+                if it.before.is_empty() { String::new() } else { format!("; it was `{}`", it.before) };
+            format!("the prototype of the codel in {folder}/{} is now `{}`{before}", it.path, it.now)
         });
-        let left = plan.left_codels.iter().map(|path| format!("{path}: the model no longer has this codel"));
-        let files = plan.left_files.iter();
-        let files = files.map(|path| {
-            format!(
-                "{path} is no longer generated; it is kept because you may have written \
-                it"
-            )
-        });
-        let all: Vec<String> = changed.chain(left).chain(files).collect();
-        let mut said = Vec::new();
-        if !all.is_empty() {
-            said.push(format!("Your own files in {} are kept: {}.", self.shown_folder, all.join("; ")));
-        }
-        if !left_packages.is_empty() {
-            said.push(format!(
-                "These packages in {} are no longer generated from the models; remove them if you do not need \
-                 them: {}.",
-                self.shown_folder,
-                left_packages.join(", ")
-            ));
-        }
-        (!said.is_empty()).then(|| harmless_line(&said.join(" ")))
+        let left = self.generated.left().map(|(path, why)| format!("{folder}/{path}: {why}"));
+        let all: Vec<String> = changed.chain(left).collect();
+        (!all.is_empty()).then(|| harmless_line(&(all.join(". ") + ".")))
     }
 
     /// Returns the message that nothing changes, if nothing does.
@@ -93,12 +71,7 @@ pub(crate) fn request(snapshot: &Snapshot, file: File) -> Result<GenerateRequest
     projects.retain(|project| project.workspace(db) == nearest);
     let out = out_folder(snapshot, nearest);
     let selected = projects.into_iter().map(|project| Selected::new(db, project, None, out.clone()));
-    Ok(GenerateRequest {
-        selected: selected.collect(),
-        is_whole: false,
-        is_standalone: false,
-        is_written: false,
-    })
+    Ok(GenerateRequest { selected: selected.collect(), ..GenerateRequest::default() })
 }
 
 const NO_PROJECT: &str = "this file does not belong to a project";
@@ -113,10 +86,9 @@ pub(crate) fn only<'db>(
     request: &GenerateRequest<'db>,
     name: &str,
 ) -> Result<GenerateRequest<'db>, String> {
-    let is_meant = |decl: &Decl<'db>| decl.qualified(db) == name || **decl.name(db) == *name;
     let of_project = |it: &Selected<'db>| {
         let it = it.clone();
-        let found = deployments_of(db, it.project).filter(is_meant);
+        let found = deployments_of(db, it.project).filter(|decl| decl.is_called(db, name));
         found.map(move |decl| Selected { deployment: Some(decl), ..it.clone() })
     };
     let selected: Vec<Selected<'db>> = request.selected.iter().flat_map(of_project).collect();

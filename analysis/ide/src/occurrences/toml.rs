@@ -121,8 +121,7 @@ impl<'db> KeyReader<'db> {
         let written = Range::<usize>::from(unquoted(text, range_of(span)));
         let is_verbatim = text.get(written.clone()) == Some(key);
         let piece = |from: usize, to: usize| is_verbatim.then_some(written.start + from..written.start + to);
-        let named = names_of(db, project).of_kind(db, Kind::Deployment);
-        let named = named.filter(|it| *it.name(db) == *key || it.qualified(db) == key);
+        let named = names_of(db, project).of_kind(db, Kind::Deployment).filter(|it| it.is_called(db, key));
         for decl in named.filter(|it| is_meant(*it)) {
             let name = key.len() - decl.name(db).len();
             let kind = kind_of(Kind::Deployment);

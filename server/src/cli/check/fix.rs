@@ -8,13 +8,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use mauve_diagnostics::workspace_diagnostics;
+use mauve_diagnostics::{errors_of_text, workspace_diagnostics};
 use mauve_hir::{Database, File, Workspace};
 use mauve_ide::Change;
 use similar::TextDiff;
 
 use crate::cli::text::shown;
-use crate::cli::wcrt::errors_of_all as errors;
 use crate::disk::text_of;
 use crate::harmless::harmless;
 use crate::load::models_in;
@@ -46,7 +45,7 @@ pub(super) fn fix(db: &mut Database, workspaces: &[Workspace], paths: &[PathBuf]
     let mut fixes = 0;
     let mut trials = MOST_TRIALS;
     let mut all = changes(db, workspaces, &writable);
-    let mut left = (errors(db, workspaces), all.len());
+    let mut left = (errors_of_text(db, workspaces), all.len());
     for _ in 0..MOST_ROUNDS {
         let good = without_more_errors(db, workspaces, left.0, &all, &mut trials);
         let (change, count) = joined(&good);
@@ -55,7 +54,7 @@ pub(super) fn fix(db: &mut Database, workspaces: &[Workspace], paths: &[PathBuf]
         }
         let texts = apply(db, &change);
         all = changes(db, workspaces, &writable);
-        let now = (errors(db, workspaces), all.len());
+        let now = (errors_of_text(db, workspaces), all.len());
         if now >= left {
             // The fixes have more errors together than alone, or do not have the effect that they are offered for.
             restore(db, &texts);
@@ -132,7 +131,7 @@ fn without_more_errors(
     let Some(left) = trials.checked_sub(1).filter(|_| count > 0) else { return Vec::new() };
     *trials = left;
     let texts = apply(db, &change);
-    let has_more = errors(db, workspaces) > most;
+    let has_more = errors_of_text(db, workspaces) > most;
     restore(db, &texts);
     match changes.split_at_checked(changes.len() / 2) {
         _ if !has_more => changes.to_vec(),

@@ -20,7 +20,7 @@ pub(super) enum Doing {
 
 /// What was done in a folder, or is to be done, for people.
 pub(super) fn report(it: &Generated, doing: Doing) -> String {
-    let Generated { out: Out { shown: out, .. }, packages, plan, left_packages, .. } = it;
+    let Generated { out: Out { shown: out, .. }, packages, plan, .. } = it;
     let here = std::env::current_dir().unwrap_or_default();
     let out = shown(&normalised(&here.join(out)), &here);
     let path = |path: &str| Path::new(&out).join(path).display().to_string();
@@ -32,24 +32,7 @@ pub(super) fn report(it: &Generated, doing: Doing) -> String {
         plan.edited.iter().for_each(|it| text += &line("edited", &path(it)));
     }
     plan.changed_codels.iter().for_each(|codel| text += &prototypes(codel, &path(&codel.path)));
-    for it in &plan.left_codels {
-        let path = path(it);
-        text += &format!("{path}: the model no longer has this codel; your file is kept\n");
-    }
-    for it in &plan.left_files {
-        let path = path(it);
-        text += &format!(
-            "{path}: the manifest lists this file, and it is no longer generated; it is kept because you may \
-             have written it: remove it if you do not need it\n"
-        );
-    }
-    for name in left_packages {
-        let path = path(name);
-        text += &format!(
-            "{path}: this package is no longer generated from these models; remove it if you do \
-            not need it\n"
-        );
-    }
+    it.left().for_each(|(left, why)| text += &format!("{}: {why}\n", path(left)));
     if !text.is_empty() {
         text.push('\n');
     }

@@ -19,8 +19,8 @@ use mauve_wcrt::{Query, Report, response_times};
 use self::checked::Checked;
 use super::import::messages::{still_recording, trace_error};
 use crate::analysis_document::deployments;
+use crate::cli::errors::say_errors;
 use crate::cli::options::{Outside, level};
-use crate::cli::wcrt::say_errors;
 use crate::json;
 use crate::load::load;
 use crate::output::{Output, say};
@@ -37,8 +37,8 @@ pub(crate) struct Check {
     #[arg(long, value_name = "NAME")]
     deployment: Option<String>,
     /// The significance level of the times; by default that of mauve.toml, else 1e-4.
-    #[arg(long, value_name = "LEVEL")]
-    significance: Option<f64>,
+    #[arg(long, value_name = "LEVEL", value_parser = level)]
+    significance: Option<Level>,
     /// How to show the comparison.
     #[arg(long, value_enum, default_value = "table")]
     format: TraceCheckFormat,
@@ -54,7 +54,6 @@ enum TraceCheckFormat {
 
 impl Check {
     pub(crate) fn run(self) -> Result<Output, String> {
-        let level = level(self.significance)?;
         let (traces, model) = traces_and_model(&self.paths);
         let mut known = BTreeSet::new();
         if let Some(twice) =
@@ -66,7 +65,7 @@ impl Check {
         let workspaces = load(&mut db, &[model], self.outside.allow_outside)?;
         let found = deployments(&db, &workspaces, self.deployment.as_deref())?;
         let (project, deployment) = only(&db, &found)?;
-        let (query, report, expected) = model_of(&db, project, deployment, level);
+        let (query, report, expected) = model_of(&db, project, deployment, self.significance);
         let mut observer = Observer::new(expected.clone());
         let mut reader = TraceReader::default();
         let mut summary = Summary::default();

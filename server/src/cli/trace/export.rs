@@ -10,6 +10,7 @@ use clap::ValueEnum;
 use mauve_diagnostics::cpu_names;
 use mauve_hir::Database;
 use mauve_pwcet::trace::{Names, Span, SpanKind, TraceReader, Visitor};
+use mauve_timing::Level;
 use mauve_wcrt::observed::{Expected, LatestReleases};
 use serde_json::{Value, json};
 
@@ -32,8 +33,8 @@ pub(crate) struct Export {
     #[arg(long, value_name = "NAME")]
     deployment: Option<String>,
     /// The significance level of the bounds; by default that of mauve.toml, else 1e-4.
-    #[arg(long, value_name = "LEVEL")]
-    significance: Option<f64>,
+    #[arg(long, value_name = "LEVEL", value_parser = level)]
+    significance: Option<Level>,
     /// The file to write; standard output when left out.
     #[arg(short, long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     output: Option<PathBuf>,
@@ -54,7 +55,6 @@ impl Export {
         if let Some(path) = &self.output {
             check_own(path, BEGIN, "trace of a viewer", "--output")?;
         }
-        let level = level(self.significance)?;
         let (traces, model) = traces_and_model(&self.paths);
         let [trace] = traces.as_slice() else {
             return Err(format!("`{}` is not a model", model.display()));
@@ -69,7 +69,7 @@ impl Export {
             }
             false => {
                 let (project, deployment) = only(&db, &found)?;
-                model_of(&db, project, deployment, level).2
+                model_of(&db, project, deployment, self.significance).2
             }
         };
         match &self.output {

@@ -18,14 +18,13 @@
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, ProgramId, names_of};
 use mauve_ide::{Drawing, MachineTitle, component_at, draw_state_machine, state_machine as machine_of};
-use mauve_timing::Time;
+use mauve_timing::{Level, Time};
 use mauve_wcrt::{Query, TableSet, first_tables, table_sets, tables_of};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use tower_lsp::jsonrpc::{Error, Result};
 use tower_lsp::lsp_types::{Position, TextDocumentIdentifier};
 
-use super::analysis::read_level;
 use crate::analysis_document::milliseconds;
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
@@ -38,7 +37,7 @@ pub(crate) struct StateMachineParams {
     position: Option<Position>,
     component: Option<String>,
     deployment: Option<String>,
-    significance: Option<f64>,
+    significance: Option<Level>,
     #[serde(default)]
     drawing: Drawing,
 }
@@ -49,10 +48,7 @@ pub(crate) fn state_machine(snapshot: &Snapshot, params: &StateMachineParams) ->
     let db = &snapshot.db;
     let (tables, component) = component_of(snapshot, params)?;
     let project = tables.project(db);
-    let level = match params.significance {
-        Some(level) => read_level(level)?,
-        None => Query::shown(db, project).level,
-    };
+    let level = params.significance.unwrap_or_else(|| Query::shown(db, project).level);
     let view = machine_of(db, tables, component, level);
     let location = |at: &Option<_>| at.as_ref().and_then(|at| to_proto::location(snapshot, at));
     let programs = |all: &[(ProgramId, Option<Time>)]| -> Vec<Value> {
@@ -108,7 +104,7 @@ fn component_of<'db>(
     let Some(name) = &params.deployment else { return Ok((tables, component)) };
     let (db, project) = (&snapshot.db, tables.project(&snapshot.db));
     let deployments = names_of(db, project).of_kind(db, Kind::Deployment);
-    let named = deployments.filter(|it| *it.name(db) == *name.as_str() || it.qualified(db) == *name);
+    let named = deployments.filter(|it| it.is_called(db, name));
     let mut tables = named.map(|it| tables_of(db, project, it));
     let refuse = |why: &str| Error::invalid_params(format!("{why} `{name}` in this project"));
     let first = tables.next().ok_or_else(|| refuse("no deployment"))?;
@@ -124,7 +120,7 @@ fn place_of<'db>(snapshot: &'db Snapshot, params: &StateMachineParams) -> Result
     let project = snapshot.project(file);
     if let Some(name) = &params.component {
         let components = project.into_iter().flat_map(|it| names_of(db, it).of_kind(db, Kind::Component));
-        let mut named = components.filter(|it| *it.name(db) == *name.as_str() || it.qualified(db) == *name);
+        let mut named = components.filter(|it| it.is_called(db, name));
         let found = project.zip(named.next());
         let found = found.map(|(project, component)| (first_tables(db, project, component), component));
         let refuse = || Error::invalid_params(format!("no component `{name}` in the project of this file"));
