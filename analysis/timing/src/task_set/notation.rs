@@ -67,7 +67,12 @@ fn csv(text: &str) -> Result<TaskSet, TaskSetError> {
     let mut header: Option<(usize, Vec<String>)> = None;
     let mut tasks = Vec::new();
     for record in reader.from_reader(text.as_bytes()).records() {
-        let line = |at: Option<&csv::Position>| at.and_then(|at| at.line().try_into().ok()).unwrap_or(1);
+        let line = |at: Option<&csv::Position>| {
+            let (line, byte) = at.map_or((1, 0), |at| (at.line() as usize, at.byte() as usize));
+            // It is the position before blank lines.
+            let before = text.get(byte..).unwrap_or_default();
+            line + before.chars().take_while(|c| matches!(c, '\r' | '\n')).filter(|c| *c == '\n').count()
+        };
         let record = record.map_err(|error| syntax(error.to_string(), line(error.position())))?;
         let line = line(record.position());
         // Spreadsheets fill lines with empty cells.
