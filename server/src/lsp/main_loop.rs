@@ -324,8 +324,8 @@ impl MainLoop {
 
     fn disk(&mut self, paths: &BTreeSet<PathBuf>, missed: bool) {
         if missed {
-            // The folders that are watched may be gone.
-            self.watcher.forget_all();
+            // Any folder that is watched may be gone.
+            self.watcher.forget(Path::new("/"));
             self.staleness.outdate_workspaces();
         }
         // Many files are read by a walk, on its thread.
@@ -461,6 +461,8 @@ impl MainLoop {
     /// Takes the result of a walk and loads the workspaces. Then starts the jobs that waited for it, before another walk
     /// begins.
     fn walked(&mut self, flag: &Arc<AtomicBool>, walked: Option<Vec<(Walk, Walked)>>) {
+        // What is loaded depends on the texts: those that came since the last event are among them.
+        self.apply_documents();
         if !self.staleness.end_walk(flag) {
             return;
         }
