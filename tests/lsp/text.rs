@@ -104,7 +104,7 @@ fn folds_are_of_the_kind_that_a_client_knows() {
         "behind the brace, up to the other"
     );
     let able = json!({"textDocument": {"foldingRange": {
-        "lineFoldingOnly": true, "rangeLimit": 2, "foldingRange": {"collapsedText": true},
+        "lineFoldingOnly": true, "foldingRange": {"collapsedText": true},
     }}});
     let (mut lines, _) = start(&folder, &able);
     let text = lines.open_file(&path);
@@ -115,7 +115,9 @@ fn folds_are_of_the_kind_that_a_client_knows() {
             format!("{}–{} {}", fold["startLine"], fold["endLine"], fold["collapsedText"].as_str().unwrap())
         })
         .collect();
-    assert_eq!(shown, ["0–1 include \"b.mal\" … 1 lines …", "3–4 // One. … 1 lines …"]);
+    let expected =
+        ["0–1 include \"b.mal\" … 1 lines …", "3–4 // One. … 1 lines …", "5–7 library l { … 2 lines … }"];
+    assert_eq!(shown, expected);
 }
 
 #[test]

@@ -6,13 +6,19 @@ use tower_lsp::lsp_types::*;
 use super::commands::{CHOOSE_SIGNIFICANCE, GENERATE, LENS_DRAWINGS, SHOW_REFERENCES, drawing_command};
 use super::position::Encoding;
 
-/// Declares [`Capabilities`]: the flags, each with its path in the protocol, and the fields that are more than a flag.
+/// Declares [`Capabilities`]: the flags, each with its path in the protocol; whether a list of the client has a value, each with
+/// the path of the list; and the fields that are more than that.
 macro_rules! capabilities {
-    (flags: { $($flag:ident: $path:literal,)* } others: { $($(#[$doc:meta])* $field:ident: $type:ty,)* }) => {
+    (
+        flags: { $($flag:ident: $path:literal,)* }
+        listed: { $($(#[$about:meta])* $listed:ident: $list:literal => $value:expr,)* }
+        others: { $($(#[$doc:meta])* $field:ident: $type:ty,)* }
+    ) => {
         /// The client's capabilities that affect the server.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
         pub(crate) struct Capabilities {
             $(pub(crate) $flag: bool,)*
+            $($(#[$about])* pub(crate) $listed: bool,)*
             $($(#[$doc])* pub(crate) $field: $type,)*
         }
 
@@ -20,6 +26,7 @@ macro_rules! capabilities {
             fn with_flags(client: &Value) -> Capabilities {
                 Capabilities {
                     $($flag: client.pointer($path).and_then(Value::as_bool).unwrap_or(false),)*
+                    $($listed: has(client, $list, json!($value)),)*
                     ..Capabilities::default()
                 }
             }
@@ -57,37 +64,41 @@ capabilities! {
         type_definition_links: "/textDocument/typeDefinition/linkSupport",
         will_rename_files: "/workspace/fileOperations/willRename",
     }
+    listed: {
+        adjust_indentation: "/textDocument/completion/completionItem/insertTextModeSupport/valueSet"
+            => InsertTextMode::ADJUST_INDENTATION,
+        /// Whether it implements the command `mauve.chooseSignificance`.
+        chooses_significance: "/experimental/commands" => CHOOSE_SIGNIFICANCE,
+        /// Whether it supports all kinds of completion, not only those of the protocol's first version.
+        completion_kinds: "/textDocument/completion/completionItemKind/valueSet"
+            => CompletionItemKind::TYPE_PARAMETER,
+        completion_markdown: "/textDocument/completion/completionItem/documentationFormat" => "markdown",
+        creates_files: "/workspace/workspaceEdit/resourceOperations" => "create",
+        deletes_files: "/workspace/workspaceEdit/resourceOperations" => "delete",
+        /// Whether it implements the command `mauve.generateOrocos`.
+        generates: "/experimental/commands" => GENERATE,
+        /// Whether it shows Markdown in a hover.
+        markdown: "/textDocument/hover/contentFormat" => "markdown",
+        /// Whether it implements the command `mauve.showReferences`.
+        shows_references: "/experimental/commands" => SHOW_REFERENCES,
+        signature_markdown: "/textDocument/signatureHelp/signatureInformation/documentationFormat"
+            => "markdown",
+    }
     others: {
-        adjust_indentation: bool,
-        /// Whether it implements the command `mauve.chooseSignificance`, as listed in `experimental.commands`.
-        chooses_significance: bool,
         change_annotations: bool,
         /// Whether it supports code actions that are not commands.
         code_actions: bool,
-        /// Whether it supports all kinds of completion, not only those of the protocol's first version.
-        completion_kinds: bool,
-        completion_markdown: bool,
-        creates_files: bool,
-        deletes_files: bool,
         /// Whether it implements the commands that show drawings, as listed in `experimental.commands`.
         draws: bool,
         encoding: Encoding,
-        /// Whether it implements the command `mauve.generateOrocos`, as listed in `experimental.commands`.
-        generates: bool,
         /// Whether it keeps an empty line after text that is inserted into an empty file.
         keeps_last_line: bool,
-        /// Whether it shows Markdown in a hover.
-        markdown: bool,
-        most_folds: Option<u32>,
         /// Whether it requests diagnostics of all files correctly.
         pull_all_diagnostics: bool,
         /// Whether it requests diagnostics, and can be asked to request them again. Then none are published.
         pull_diagnostics: bool,
         /// Whether it requests the edit of an action when the user has chosen it.
         resolves_edits: bool,
-        /// Whether it implements the command `mauve.showReferences`, as listed in `experimental.commands`.
-        shows_references: bool,
-        signature_markdown: bool,
         /// Whether it supports all kinds of symbol, not only those of the protocol's first version.
         symbol_kinds: bool,
         tokens: Legend,
@@ -106,6 +117,11 @@ pub(crate) struct Legend {
     pub(crate) with_range: bool,
 }
 
+/// Returns whether the list at a path has a value.
+fn has(client: &Value, path: &str, value: Value) -> bool {
+    client.pointer(path).and_then(Value::as_array).is_some_and(|values| values.contains(&value))
+}
+
 impl Capabilities {
     /// Returns the capabilities of a client; `raw` are its parameters as JSON.
     pub(crate) fn of(params: &InitializeParams, raw: &Value) -> Capabilities {
@@ -115,43 +131,18 @@ impl Capabilities {
         // Serialising plain data never fails.
         let client = serde_json::to_value(&params.capabilities).unwrap_or_default();
         let at = |path: &str| client.pointer(path).filter(|value| !value.is_null());
-        let has = |path: &str, value: Value| {
-            at(path).and_then(Value::as_array).is_some_and(|values| values.contains(&value))
-        };
         let all_symbols = |path: &str| {
             let kinds = [SymbolKind::ENUM_MEMBER, SymbolKind::EVENT, SymbolKind::STRUCT, SymbolKind::OBJECT];
-            kinds.into_iter().all(|kind| has(path, json!(kind)))
+            kinds.into_iter().all(|kind| has(&client, path, json!(kind)))
         };
         let is_true = |value: Option<&Value>| value.and_then(Value::as_bool).unwrap_or(false);
-        let edit = |kind: &str| has("/workspace/workspaceEdit/resourceOperations", json!(kind));
+        let draws = |it| has(&client, "/experimental/commands", json!(drawing_command(it)));
         Capabilities {
-            adjust_indentation: has(
-                "/textDocument/completion/completionItem/insertTextModeSupport/valueSet",
-                json!(InsertTextMode::ADJUST_INDENTATION),
-            ),
             change_annotations: at("/workspace/workspaceEdit/changeAnnotationSupport").is_some(),
             code_actions: at("/textDocument/codeAction/codeActionLiteralSupport").is_some(),
-            chooses_significance: has("/experimental/commands", json!(CHOOSE_SIGNIFICANCE)),
-            completion_kinds: has(
-                "/textDocument/completion/completionItemKind/valueSet",
-                json!(CompletionItemKind::TYPE_PARAMETER),
-            ),
-            completion_markdown: has(
-                "/textDocument/completion/completionItem/documentationFormat",
-                json!("markdown"),
-            ),
-            creates_files: edit("create"),
-            deletes_files: edit("delete"),
-            draws: LENS_DRAWINGS.iter().all(|it| has("/experimental/commands", json!(drawing_command(*it)))),
+            draws: LENS_DRAWINGS.into_iter().all(draws),
             encoding: Encoding::negotiated(encodings),
-            generates: has("/experimental/commands", json!(GENERATE)),
             keeps_last_line: name == "Neovim",
-            markdown: has("/textDocument/hover/contentFormat", json!("markdown")),
-            most_folds: params
-                .capabilities
-                .text_document
-                .as_ref()
-                .and_then(|it| it.folding_range.as_ref()?.range_limit),
             // Where the server has diagnostics of the workspace, Neovim (0.12.0) on a refresh asks for these only, and drops
             // what it gets for files that it has shown.
             pull_all_diagnostics: name != "Neovim",
@@ -160,12 +151,7 @@ impl Capabilities {
                 && is_true(raw.pointer("/capabilities/workspace/diagnostics/refreshSupport")),
             // A client that does not keep `data` cannot resolve the action.
             resolves_edits: is_true(at("/textDocument/codeAction/dataSupport"))
-                && has("/textDocument/codeAction/resolveSupport/properties", json!("edit")),
-            shows_references: has("/experimental/commands", json!(SHOW_REFERENCES)),
-            signature_markdown: has(
-                "/textDocument/signatureHelp/signatureInformation/documentationFormat",
-                json!("markdown"),
-            ),
+                && has(&client, "/textDocument/codeAction/resolveSupport/properties", json!("edit")),
             symbol_kinds: all_symbols("/textDocument/documentSymbol/symbolKind/valueSet"),
             tokens: Legend::of(tokens, name),
             workspace_symbol_kinds: all_symbols("/workspace/symbol/symbolKind/valueSet"),

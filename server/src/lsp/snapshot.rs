@@ -176,16 +176,10 @@ impl Snapshot {
         })
     }
 
-    /// Returns the URIs under which the client has a file open, otherwise the URI of its path.
-    pub(crate) fn urls(&self, file: File) -> Vec<Url> {
-        let open = self.documents.iter().filter(|(_, document)| document.file == file);
-        let open: Vec<Url> = open.map(|(url, _)| url.clone()).collect();
-        if open.is_empty() { diagnostics::url_of(&self.db, file).into_iter().collect() } else { open }
-    }
-
-    /// Returns one URI of a file.
+    /// Returns a URI under which the client has a file open, otherwise the URI of its path.
     pub(crate) fn url(&self, file: File) -> Option<Url> {
-        self.urls(file).into_iter().next()
+        let open = self.documents.iter().find(|(_, document)| document.file == file);
+        open.map(|(url, _)| url.clone()).or_else(|| diagnostics::url_of(&self.db, file))
     }
 }
 

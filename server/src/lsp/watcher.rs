@@ -76,13 +76,6 @@ impl Watcher {
         !gone.is_empty()
     }
 
-    /// Stops watching all folders: any of them may have been replaced.
-    pub(crate) fn forget_all(&mut self) {
-        for folder in std::mem::take(&mut self.watched) {
-            let _ = self.watcher.as_mut().map(|watcher| watcher.unwatch(&folder));
-        }
-    }
-
     /// Watches these folders, without those in them, and no others. Returns whether one is new.
     ///
     /// # Errors

@@ -31,11 +31,11 @@ pub(crate) struct AnalysisParams {
 }
 
 #[derive(Debug, Clone, Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "expected a significance between 0 and 1 such as 1e-4, a list, or \"all\"")]
 enum Levels {
-    One(f64),
-    Several(Vec<f64>),
     All(All),
+    One(Level),
+    Several(Vec<Level>),
 }
 
 #[derive(Debug, Clone, Copy, Deserialize)]
@@ -51,15 +51,13 @@ pub(crate) fn analysis(snapshot: &Snapshot, params: &AnalysisParams) -> Result<V
     let significance = match &params.significance {
         None => None,
         Some(Levels::All(All::All)) => Some(Significance::All),
-        Some(Levels::One(level)) => Some(Significance::These(vec![read_level(*level)?])),
+        Some(Levels::One(level)) => Some(Significance::These(vec![*level])),
         Some(Levels::Several(levels)) if levels.is_empty() => {
             return Err(Error::invalid_params(
                 "`significance` is an empty list: omit it, or name a level such as 1e-4",
             ));
         }
-        Some(Levels::Several(levels)) => {
-            Some(Significance::These(levels.iter().map(|it| read_level(*it)).collect::<Result<_>>()?))
-        }
+        Some(Levels::Several(levels)) => Some(Significance::These(levels.clone())),
     };
     let method = params.method.unwrap_or(Method::Best);
     let file = params.text_document.as_ref().map(|document| snapshot.file(document)).transpose()?;
@@ -74,11 +72,4 @@ pub(crate) fn analysis(snapshot: &Snapshot, params: &AnalysisParams) -> Result<V
         to_value(&analysis_document(&Deployed::of_model(db, project, deployment, queries)))
     });
     documents.collect()
-}
-
-/// Parses a significance level of a client.
-pub(crate) fn read_level(level: f64) -> Result<Level> {
-    Level::from_f64(level).ok_or_else(|| {
-        Error::invalid_params(format!("expected a significance between 0 and 1 such as 1e-4, found {level}"))
-    })
 }

@@ -7,7 +7,7 @@ use tower_lsp::lsp_types::{self, FoldingRangeKind, FoldingRangeParams};
 
 use crate::lsp::snapshot::Snapshot;
 
-/// Returns the folding ranges of a document; the outermost ones if the client has a limit.
+/// Returns the folding ranges of a document. A client that has a limit leaves out the inner ones itself.
 pub(crate) fn folding_ranges(
     snapshot: &Snapshot,
     params: &FoldingRangeParams,
@@ -17,7 +17,7 @@ pub(crate) fn folding_ranges(
     let folds = mauve_ide::folding_ranges(&snapshot.db, file);
     let text: &str = file.text(&snapshot.db);
     let line = |offset: TextSize| lines.position(offset).line;
-    let found = match capabilities.line_folds_only {
+    let mut found: Vec<lsp_types::FoldingRange> = match capabilities.line_folds_only {
         true => whole_lines(text, &folds, line),
         false => {
             let fold = |fold: &FoldingRange| {
@@ -34,8 +34,6 @@ pub(crate) fn folding_ranges(
             folds.iter().map(fold).collect()
         }
     };
-    let most = capabilities.most_folds.map_or(usize::MAX, |most| most as usize);
-    let mut found = outermost(found, most);
     if !capabilities.collapsed_texts {
         found.iter_mut().for_each(|fold| fold.collapsed_text = None);
     }
@@ -94,36 +92,6 @@ fn whole_lines(
     found
 }
 
-/// Returns at most `most` folds, in order: those with the smallest nesting depth.
-fn outermost(mut folds: Vec<lsp_types::FoldingRange>, most: usize) -> Vec<lsp_types::FoldingRange> {
-    if folds.len() <= most {
-        return folds;
-    }
-    let end = |fold: &lsp_types::FoldingRange| (fold.end_line, fold.end_character);
-    let mut around = Vec::new();
-    let mut depths = Vec::new();
-    for fold in &folds {
-        while around.last().is_some_and(|around| *around < end(fold)) {
-            around.pop();
-        }
-        depths.push(around.len());
-        around.push(end(fold));
-    }
-    let mut sorted = depths.clone();
-    sorted.sort_unstable();
-    let deepest = sorted.get(most).copied().unwrap_or_default();
-    let (mut depths, mut left) =
-        (depths.iter(), most - sorted.iter().filter(|depth| **depth < deepest).count());
-    folds.retain(|_| match depths.next() {
-        Some(depth) if *depth == deepest && left > 0 => {
-            left -= 1;
-            true
-        }
-        depth => depth.is_some_and(|depth| *depth < deepest),
-    });
-    folds
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -180,18 +148,5 @@ mod tests {
                 }
             }
         }
-    }
-
-    #[test]
-    fn a_limit_keeps_the_outermost_folds() {
-        let text = "library l {\n shell S {\n  property\n }\n shell T {\n  property\n }\n}\nuse a\nuse b\n";
-        let all = folds(text);
-        assert_eq!(all.len(), 4);
-        let starts = |most| outermost(all.clone(), most).iter().map(|it| it.start_line).collect::<Vec<_>>();
-        assert_eq!(starts(9), [0, 1, 4, 8]);
-        assert_eq!(starts(3), [0, 1, 8]);
-        assert_eq!(starts(2), [0, 8]);
-        assert_eq!(starts(1), [0]);
-        assert!(starts(0).is_empty());
     }
 }

@@ -27,7 +27,6 @@ use serde_json::{Value, json};
 use tower_lsp::jsonrpc::{Error, Result};
 use tower_lsp::lsp_types::{Position, TextDocumentIdentifier};
 
-use super::analysis::read_level;
 use crate::graph_document::graph_document;
 use crate::lsp::snapshot::Snapshot;
 use crate::lsp::to_proto;
@@ -39,7 +38,7 @@ pub(crate) struct GraphParams {
     text_document: TextDocumentIdentifier,
     position: Option<Position>,
     name: Option<String>,
-    significance: Option<f64>,
+    significance: Option<Level>,
     #[serde(default)]
     drawing: Drawing,
 }
@@ -48,7 +47,6 @@ pub(crate) struct GraphParams {
 pub(crate) fn graph(snapshot: &Snapshot, params: &GraphParams) -> Result<Vec<Value>> {
     snapshot.complete()?;
     let db = &snapshot.db;
-    let level = params.significance.map(read_level).transpose()?;
     let (file, lines) = snapshot.file(&params.text_document)?;
     let selection = match (&params.name, params.position) {
         (Some(name), _) => GraphsOf::Name(name),
@@ -58,7 +56,9 @@ pub(crate) fn graph(snapshot: &Snapshot, params: &GraphParams) -> Result<Vec<Val
     let selected = selected(snapshot, file, selection).map_err(Error::invalid_params)?;
     let documents: Vec<Value> = selected
         .iter()
-        .filter_map(|&(project, of)| document(snapshot, project, of, level, params.drawing).transpose())
+        .filter_map(|&(project, of)| {
+            document(snapshot, project, of, params.significance, params.drawing).transpose()
+        })
         .collect::<Result<_>>()?;
     match selected.first() {
         Some((_, of)) if documents.is_empty() => {

@@ -46,9 +46,8 @@ pub(crate) fn incoming(
     params: &CallHierarchyIncomingCallsParams,
 ) -> Result<Option<Vec<CallHierarchyIncomingCall>>> {
     snapshot.complete()?;
-    let Some((project, file, id)) = asked(snapshot, &params.item.uri, &params.item.data)? else {
-        return Ok(None);
-    };
+    let CallHierarchyItem { uri, data, .. } = &params.item;
+    let Some((project, file, id)) = asked(snapshot, uri, data)? else { return Ok(None) };
     let found = mauve_ide::incoming_calls(&snapshot.db, project, file, &id);
     let found = found.into_iter().filter_map(|Calls { item, ranges }| {
         let lines = snapshot.lines(item.file);
@@ -63,9 +62,8 @@ pub(crate) fn outgoing(
     params: &CallHierarchyOutgoingCallsParams,
 ) -> Result<Option<Vec<CallHierarchyOutgoingCall>>> {
     snapshot.complete()?;
-    let Some((project, file, id)) = asked(snapshot, &params.item.uri, &params.item.data)? else {
-        return Ok(None);
-    };
+    let CallHierarchyItem { uri, data, .. } = &params.item;
+    let Some((project, file, id)) = asked(snapshot, uri, data)? else { return Ok(None) };
     let lines = snapshot.lines(file);
     let found = mauve_ide::outgoing_calls(&snapshot.db, project, file, &id);
     let found = found.into_iter().filter_map(|Calls { item, ranges }| {

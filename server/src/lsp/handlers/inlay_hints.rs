@@ -10,7 +10,8 @@
 //! | `at` | what the server needs to resolve the hint |
 
 use mauve_ide::HintStatus;
-use serde_json::{Value, json};
+use serde::Deserialize as _;
+use serde_json::json;
 use tower_lsp::jsonrpc::Result;
 use tower_lsp::lsp_types::{
     self, InlayHintLabel, InlayHintParams, InlayHintTooltip, Position, TextDocumentIdentifier, Url,
@@ -19,30 +20,8 @@ use tower_lsp::lsp_types::{
 use super::hover::hover_at;
 use crate::lsp::snapshot::Snapshot;
 
-/// What a hint needs to be explained, later. One text, since a deployment may have thousands of hints.
-struct Explained {
-    document: TextDocumentIdentifier,
-    version: Option<i32>,
-    at: Position,
-}
-
-impl Explained {
-    fn write(uri: &Url, version: Option<i32>, at: Position) -> Value {
-        let version = version.map_or_else(String::new, |version| version.to_string());
-        Value::String(format!("{}:{}:{version}:{uri}", at.line, at.character))
-    }
-
-    fn read(data: &Value) -> Option<Explained> {
-        let mut parts = data.get("at")?.as_str()?.splitn(4, ':');
-        let at = Position::new(parts.next()?.parse().ok()?, parts.next()?.parse().ok()?);
-        let version = match parts.next()? {
-            "" => None,
-            version => Some(version.parse().ok()?),
-        };
-        let document = TextDocumentIdentifier::new(Url::parse(parts.next()?).ok()?);
-        Some(Explained { document, version, at })
-    }
-}
+/// What a hint needs to be explained, later: its document and the version of that, a line and a column.
+type Explained = (Url, Option<i32>, u32, u32);
 
 /// The tooltip of a hint with an older figure.
 const OLDER: &str =
@@ -72,7 +51,8 @@ pub(crate) fn inlay_hints(
             data["load"] = json!(load);
         }
         if let Some(offset) = hint.explained_at {
-            data["at"] = Explained::write(&params.text_document.uri, version, lines.position(offset));
+            let at = lines.position(offset);
+            data["at"] = json!([params.text_document.uri, version, at.line, at.character]);
         }
         lsp_types::InlayHint {
             position: lines.position(hint.offset),
@@ -92,12 +72,14 @@ pub(crate) fn inlay_hints(
 /// A hint with its explanation.
 pub(crate) fn resolve(snapshot: &Snapshot, hint: &lsp_types::InlayHint) -> Result<lsp_types::InlayHint> {
     let mut hint = hint.clone();
-    let explained = hint.data.as_ref().and_then(Explained::read);
-    let Some(Explained { document, version, at }) = explained else { return Ok(hint) };
+    let at = hint.data.as_ref().and_then(|data| data.get("at"));
+    let explained = at.and_then(|at| Explained::deserialize(at).ok());
+    let Some((uri, version, line, column)) = explained else { return Ok(hint) };
+    let document = TextDocumentIdentifier::new(uri);
     snapshot.unchanged(&document, version)?;
     snapshot.complete()?;
     let (file, lines) = snapshot.file(&document)?;
-    let offset = lines.offset(at);
+    let offset = lines.offset(Position::new(line, column));
     if hint.tooltip.is_none()
         && let Some((_, contents)) = hover_at(snapshot, file, offset)
     {

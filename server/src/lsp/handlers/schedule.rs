@@ -17,7 +17,7 @@ use mauve_diagnostics::{reasons_of, times_of};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Decl, Project};
 use mauve_ide::{Drawing, GraphsOf, WorstOf, draw_schedule, end_of_item, no_worst_case};
-use mauve_timing::{Status, Unit};
+use mauve_timing::{Level, Status, Unit};
 use mauve_wcrt::{ActivityReport, DeployedTasks, Query, response_times};
 use salsa::Database as _;
 use serde::Deserialize;
@@ -25,7 +25,6 @@ use serde_json::{Value, json};
 use tower_lsp::jsonrpc::{Error, Result};
 use tower_lsp::lsp_types::{Position, TextDocumentIdentifier};
 
-use super::analysis::read_level;
 use super::graph::selected;
 use crate::analysis_document::milliseconds;
 use crate::lsp::snapshot::Snapshot;
@@ -42,7 +41,7 @@ pub(crate) struct ScheduleParams {
     position: Option<Position>,
     deployment: Option<String>,
     instance: Option<String>,
-    significance: Option<f64>,
+    significance: Option<Level>,
     #[serde(default)]
     drawing: Drawing,
 }
@@ -51,10 +50,9 @@ pub(crate) struct ScheduleParams {
 pub(crate) fn schedule(snapshot: &Snapshot, params: &ScheduleParams) -> Result<Value> {
     snapshot.complete()?;
     let db = &snapshot.db;
-    let level = params.significance.map(read_level).transpose()?;
     let (project, of) = deployment(snapshot, params)?;
     let shown = Query::shown(db, project);
-    let query = Query { level: level.unwrap_or(shown.level), ..shown };
+    let query = Query { level: params.significance.unwrap_or(shown.level), ..shown };
     let report = response_times(db, project, of, query);
     let activity = match &params.instance {
         Some(name) => {
