@@ -103,6 +103,8 @@ struct Part {
     count: u64,
     has: Has,
     run: u32,
+    least: u64,
+    greatest: u64,
 }
 
 /// A sample file, opened for reading.
@@ -154,10 +156,10 @@ impl Samples {
     /// The file cannot be read, is not a sample file, or is damaged.
     pub fn open(path: &Path) -> Result<Samples, SamplesError> {
         // A pipe would wait for its writer.
-        if !path.metadata().map_err(SamplesError::Io)?.is_file() {
+        if !path.metadata()?.is_file() {
             return Err(SamplesError::NotSamples);
         }
-        let mut file = File::open(path).map_err(SamplesError::Io)?;
+        let mut file = File::open(path)?;
         let index = Index::read(&mut file)?;
         if index.end == 0 {
             // A file that is empty, or has a part of the first line.
@@ -231,8 +233,8 @@ impl Part {
         take: &mut dyn FnMut(Execution) -> ControlFlow<()>,
     ) -> Result<(), SamplesError> {
         let damaged = |damage| SamplesError::Damaged { offset: self.offset, damage };
-        file.seek(SeekFrom::Start(self.offset)).map_err(SamplesError::Io)?;
-        let body = block::read_body(file, self.length).map_err(SamplesError::Io)?;
+        file.seek(SeekFrom::Start(self.offset))?;
+        let body = block::read_body(file, self.length)?;
         let body = body.map_err(damaged)?;
         let (mut bytes, mut codec) = (Bytes(&body), Codec::default());
         for _ in 0..self.count {
@@ -254,11 +256,11 @@ impl Part {
 impl Index {
     /// Reads the heads of all blocks. A file that is new, or ends in its first line, has no end.
     fn read(file: &mut File) -> Result<Index, SamplesError> {
-        let size = file.metadata().map_err(SamplesError::Io)?.len();
-        file.seek(SeekFrom::Start(0)).map_err(SamplesError::Io)?;
+        let size = file.metadata()?.len();
+        file.seek(SeekFrom::Start(0))?;
         let mut reader = BufReader::new(&mut *file);
         let mut magic = Vec::new();
-        reader.by_ref().take(MAGIC.len() as u64).read_to_end(&mut magic).map_err(SamplesError::Io)?;
+        reader.by_ref().take(MAGIC.len() as u64).read_to_end(&mut magic)?;
         if magic.len() < MAGIC.len() && MAGIC.starts_with(&magic) {
             return Ok(Index::default());
         }
@@ -276,7 +278,7 @@ impl Index {
             if offset == size {
                 break Damage::Truncated;
             }
-            let block = match block::read_head(&mut reader).map_err(SamplesError::Io)? {
+            let block = match block::read_head(&mut reader)? {
                 Ok(block) => block,
                 Err(damage) => break damage,
             };
@@ -288,7 +290,7 @@ impl Index {
             match index.take(&block, body, &mut open) {
                 Some(true) => {
                     index.end = offset + length;
-                    open = OpenRun::default();
+                    index.add(std::mem::take(&mut open));
                     if index.runs.len() >= MOST_RUNS {
                         return Err(SamplesError::TooMany);
                     }
@@ -298,15 +300,11 @@ impl Index {
             }
             offset += length;
             let skipped = i64::try_from(length - block.body_offset()).unwrap_or(i64::MAX);
-            reader.seek_relative(skipped).map_err(SamplesError::Io)?;
+            reader.seek_relative(skipped)?;
         };
         // A run that was not completed may end anywhere. A complete one behind the damage would be lost.
-        if offset < size && contains_end(reader, offset).map_err(SamplesError::Io)? {
+        if offset < size && contains_end(reader, offset)? {
             return Err(SamplesError::Damaged { offset, damage });
-        }
-        index.forget(&open);
-        for it in index.series.iter_mut().filter(|it| it.count == 0) {
-            it.least = 0;
         }
         Ok(index)
     }
@@ -323,11 +321,9 @@ impl Index {
             }
             BlockKind::Series => {
                 open.run.as_ref()?;
-                let id = SeriesId(u32::try_from(self.series.len()).ok()?);
+                let id = SeriesId(u32::try_from(self.series.len() + open.series.len()).ok()?);
                 let (key, instance) = (head.text()?.to_owned(), head.text()?.to_owned());
-                self.series.push(Series { id, key, instance, count: 0, least: u64::MAX, greatest: 0 });
-                self.parts.push(Vec::new());
-                open.declared += 1;
+                open.series.push(Series { id, key, instance, count: 0, least: 0, greatest: 0 });
             }
             BlockKind::Data => {
                 open.run.as_ref()?;
@@ -335,24 +331,14 @@ impl Index {
                 let count = head.number()?;
                 let has = Has::of_bits(head.number()?)?;
                 let (least, greatest) = (head.number()?, head.number()?);
+                let is_known = series < self.series.len() + open.series.len();
                 // Each execution has a byte at least.
-                if count == 0 || count > block.body as u64 || least > greatest {
+                if !is_known || count == 0 || count > block.body as u64 || least > greatest {
                     return None;
                 }
-                let part = Part {
-                    offset: body,
-                    length: block.body,
-                    count,
-                    has,
-                    run: self.runs.len().try_into().ok()?,
-                };
-                let known = self.series.get_mut(series)?;
-                open.before.push((series, known.count, known.least, known.greatest));
-                known.count += count;
-                known.least = known.least.min(least);
-                known.greatest = known.greatest.max(greatest);
-                self.parts.get_mut(series)?.push(part);
-                open.executions += count;
+                let run = self.runs.len().try_into().ok()?;
+                let part = Part { offset: body, length: block.body, count, has, run, least, greatest };
+                open.parts.push((series, part));
             }
             BlockKind::End => {
                 let (source, date) = open.run.take()?;
@@ -361,7 +347,7 @@ impl Index {
                 head.0 = rest;
                 let executions = head.number()?;
                 let summary = read_summary(&mut head)?;
-                if executions != open.executions {
+                if executions != open.parts.iter().map(|(_, part)| part.count).sum::<u64>() {
                     return None;
                 }
                 self.runs.push(Run { source, date, summary, executions, fingerprint: *fingerprint });
@@ -371,30 +357,30 @@ impl Index {
         Some(false)
     }
 
-    /// Removes what the run without an end has added.
-    fn forget(&mut self, open: &OpenRun) {
-        for &(series, count, least, greatest) in open.before.iter().rev() {
-            if let Some(it) = self.series.get_mut(series) {
-                (it.count, it.least, it.greatest) = (count, least, greatest);
-            }
-            if let Some(parts) = self.parts.get_mut(series) {
-                parts.pop();
-            }
+    /// Adds what a run has that is now complete.
+    fn add(&mut self, run: OpenRun) {
+        self.parts.resize_with(self.series.len() + run.series.len(), Vec::new);
+        self.series.extend(run.series);
+        for (series, part) in run.parts {
+            let Some((known, parts)) = self.series.get_mut(series).zip(self.parts.get_mut(series)) else {
+                continue;
+            };
+            known.least = if parts.is_empty() { part.least } else { known.least.min(part.least) };
+            known.greatest = known.greatest.max(part.greatest);
+            known.count += part.count;
+            parts.push(part);
         }
-        let declared = self.series.len() - open.declared.min(self.series.len());
-        self.series.truncate(declared);
-        self.parts.truncate(declared);
     }
 }
 
-/// A run whose end has not been read.
+/// A run whose end has not been read: without it, nothing of the run counts.
 #[derive(Debug, Default)]
 struct OpenRun {
     run: Option<(String, u64)>,
-    declared: usize,
-    executions: u64,
-    /// The series of each block of executions, with count, least and greatest before it.
-    before: Vec<(usize, u64, u64, u64)>,
+    /// The series that it declares.
+    series: Vec<Series>,
+    /// Its blocks of executions, with the numbers of their series.
+    parts: Vec<(usize, Part)>,
 }
 
 /// Returns whether there is a valid end of a run behind an offset.

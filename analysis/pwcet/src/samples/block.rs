@@ -114,7 +114,7 @@ pub(super) fn write(
         bytes.extend(body);
         bytes.extend(crc32fast::hash(body).to_le_bytes());
     }
-    file.write_all(&bytes).map_err(SamplesError::Io)?;
+    file.write_all(&bytes)?;
     Ok(bytes.len() as u64)
 }
 

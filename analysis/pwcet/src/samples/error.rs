@@ -43,6 +43,12 @@ pub enum SamplesError {
     UnknownSeries,
 }
 
+impl From<io::Error> for SamplesError {
+    fn from(error: io::Error) -> SamplesError {
+        SamplesError::Io(error)
+    }
+}
+
 /// What is wrong with a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Damage {

@@ -7,8 +7,7 @@ use std::collections::HashMap;
 use std::fs::File;
 use std::ops::ControlFlow;
 
-use super::{Execution, Index, SamplesError, SeriesId};
-use crate::trace::Summary;
+use super::{Execution, Index, Run, SamplesError, SeriesId};
 
 /// The first executions of each series in each run.
 #[derive(Debug, Default)]
@@ -52,11 +51,11 @@ impl Firsts {
     }
 
     /// Returns the run of the file in which this run begins. Only runs of its time are read.
-    pub(super) fn begin_in(&self, file: &mut File, runs: &[Summary]) -> Result<Option<usize>, SamplesError> {
+    pub(super) fn begin_in(&self, file: &mut File, runs: &[Run]) -> Result<Option<usize>, SamplesError> {
         let begins = || self.runs.keys().map(|(_, end, _)| *end);
         let (Some(least), Some(greatest)) = (begins().min(), begins().max()) else { return Ok(None) };
-        let is_of_time = |run: &Summary| {
-            let (first, last) = (run.first.unwrap_or(0), run.last.unwrap_or(u64::MAX));
+        let is_of_time = |run: &Run| {
+            let (first, last) = (run.summary.first.unwrap_or(0), run.summary.last.unwrap_or(u64::MAX));
             first <= greatest && least <= last
         };
         let candidates: Vec<bool> = runs.iter().map(is_of_time).collect();

@@ -38,7 +38,7 @@ pub struct SamplesWriter {
     run: Option<OpenRun>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct OpenRun {
     source: String,
     date: u64,
@@ -81,12 +81,12 @@ impl SamplesWriter {
         options.read(true).write(true);
         let (mut file, is_new) = match options.open(path) {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                (options.create_new(true).open(path).map_err(SamplesError::Io)?, true)
+                (options.create_new(true).open(path)?, true)
             }
-            file => (file.map_err(SamplesError::Io)?, false),
+            file => (file?, false),
         };
         // A pipe or a device has no end.
-        if !file.metadata().map_err(SamplesError::Io)?.is_file() {
+        if !file.metadata()?.is_file() {
             return Err(SamplesError::NotSamples);
         }
         match file.try_lock() {
@@ -99,9 +99,9 @@ impl SamplesWriter {
         let mut index = Index::read(&mut file)?;
         if index.end == 0 {
             index.end = MAGIC.len() as u64;
-            file.set_len(0).map_err(SamplesError::Io)?;
-            file.seek(SeekFrom::Start(0)).map_err(SamplesError::Io)?;
-            file.write_all(MAGIC).map_err(SamplesError::Io)?;
+            file.set_len(0)?;
+            file.seek(SeekFrom::Start(0))?;
+            file.write_all(MAGIC)?;
         }
         let names: Vec<(String, String)> =
             index.series.iter().map(|it| (it.key.clone(), it.instance.clone())).collect();
@@ -146,19 +146,8 @@ impl SamplesWriter {
         put_text(&mut head, source);
         put(&mut head, date);
         block::write(&mut self.file, BlockKind::Begin, &head, b"")?;
-        self.run = Some(OpenRun {
-            source: source.to_owned(),
-            date,
-            blocks: Vec::new(),
-            buffered: 0,
-            executions: 0,
-            hash: Sha256::new(),
-            hashed: Vec::new(),
-            known: self.names.len(),
-            used: 0,
-            firsts: Firsts::default(),
-            overlapped: None,
-        });
+        let (source, known) = (source.to_owned(), self.names.len());
+        self.run = Some(OpenRun { source, date, known, ..OpenRun::default() });
         Ok(())
     }
 
@@ -263,34 +252,32 @@ impl SamplesWriter {
         run.hash.update(&run.hashed);
         run.hashed.clear();
         let fingerprint: [u8; 32] = run.hash.clone().finalize().into();
-        let same =
-            |it: &Run| it.fingerprint == fingerprint && it.executions == run.executions && it.executions > 0;
-        if let Some(run) = self.index.runs.iter().position(same) {
+        let (source, date, executions) = (run.source.clone(), run.date, run.executions);
+        let new = Run { source, date, summary: *summary, executions, fingerprint };
+        if let Some(run) = self.index.runs.iter().position(|it| it.is_same(&new)) {
             return Err(SamplesError::Duplicate { run });
         }
-        let summaries: Vec<Summary> = self.index.runs.iter().map(|run| run.summary).collect();
-        if let Some(run) = run
-            .overlapped
-            .map_or_else(|| run.firsts.begin_in(&mut self.file, &summaries), |it| Ok(Some(it)))?
-        {
+        let overlapped = match run.overlapped {
+            Some(run) => Some(run),
+            None => run.firsts.begin_in(&mut self.file, &self.index.runs)?,
+        };
+        if let Some(run) = overlapped {
             return Err(SamplesError::Overlap { run });
         }
-        self.file.seek(SeekFrom::End(0)).map_err(SamplesError::Io)?;
+        self.file.seek(SeekFrom::End(0))?;
         let mut head = END_MARK.to_vec();
         head.extend(fingerprint);
-        put(&mut head, run.executions);
+        put(&mut head, executions);
         put_summary(&mut head, *summary);
         // What the end makes valid must be on the disk before it.
         self.sync()?;
         block::write(&mut self.file, BlockKind::End, &head, b"")?;
         self.sync()?;
-        if let Some(OpenRun { source, date, executions, firsts, .. }) = self.run.take() {
-            if let Some(all) = &mut self.firsts {
-                all.extend(firsts, self.index.runs.len());
-            }
-            self.index.runs.push(Run { source, date, summary: *summary, executions, fingerprint });
+        if let Some((all, run)) = self.firsts.as_mut().zip(self.run.take()) {
+            all.extend(run.firsts, self.index.runs.len());
         }
-        self.index.end = self.file.stream_position().map_err(SamplesError::Io)?;
+        self.index.runs.push(new);
+        self.index.end = self.file.stream_position()?;
         Ok(())
     }
 
@@ -301,7 +288,7 @@ impl SamplesWriter {
             self.ids.retain(|_, id| (id.0 as usize) < run.known);
         }
         let end = self.index.end;
-        self.file.set_len(end).map_err(SamplesError::Io)?;
+        self.file.set_len(end)?;
         self.file.seek(SeekFrom::Start(end)).map(drop).map_err(SamplesError::Io)
     }
 
