@@ -29,23 +29,48 @@ use std::ops::ControlFlow;
 use super::column::{COLUMNS, Column, FileKind};
 use super::error::{CsvProblem, TraceError};
 use super::event::number;
-use super::lines::{LineError, Lines};
+use super::lines::Lines;
 use super::names::{Name, NameId, Names, SpanKind};
 use super::{Progress, Scheduling, Span, Summary, Visitor, is_suspicious};
 
-/// The columns, and the last end of each series.
-#[derive(Debug)]
-pub(super) struct Csv {
-    /// The index of each of [`Column::NAMES`].
-    columns: [Option<usize>; COLUMNS],
-    /// The number of fields in a line.
-    fields: usize,
-    kind: FileKind,
-    /// For each name, the last end, and the last one that was before it.
-    ends: Vec<(u64, u64)>,
-    /// What is reused for the name of each line.
-    name: Vec<u8>,
-    order: u64,
+/// Reads a file of executions to its end, and beside it that of the periods, in one order.
+pub(super) fn read<R: Read>(
+    executions: R,
+    periods: Option<R>,
+    size: Option<u64>,
+    names: &mut Names,
+    summary: &mut Summary,
+    visitor: &mut dyn Visitor,
+) -> Result<(), TraceError> {
+    let mut executions = Rows::of(executions, FileKind::Executions)?;
+    let mut periods = periods.map(|it| Rows::of(it, FileKind::Periods)).transpose()?;
+    let (mut execution, mut period) = (None, None);
+    loop {
+        executions.report(size, summary, visitor)?;
+        if execution.is_none() {
+            execution = executions.next(names, summary)?;
+        }
+        if let (None, Some(periods)) = (&period, &mut periods) {
+            period = periods.next(names, summary)?;
+        }
+        let row =
+            if is_before(period.as_ref(), execution.as_ref()) { period.take() } else { execution.take() };
+        let Some(row) = row else { return Ok(()) };
+        if row.report(names, visitor).is_break() {
+            return Err(TraceError::Stopped);
+        }
+    }
+}
+
+/// Returns whether a period comes before an execution.
+fn is_before(period: Option<&Row>, execution: Option<&Row>) -> bool {
+    let Some(period) = period else { return false };
+    let Some(execution) = execution else { return true };
+    match execution.order.zip(period.order) {
+        Some((execution, period)) => period < execution,
+        // An execution whose time is unknown comes first.
+        None => execution.span.end.is_some_and(|end| period.span.end.is_none_or(|period| period < end)),
+    }
 }
 
 /// A line.
@@ -93,225 +118,54 @@ impl Row {
 /// The lines of a file, one by one.
 struct Rows<R> {
     lines: Lines<R>,
-    csv: Csv,
-    scratch: Scratch,
+    kind: FileKind,
+    /// What each field of a line is; none of a column that is ignored.
+    columns: Vec<Option<Column>>,
+    values: Values,
+    /// For each name, the last end, and the last one that was before it.
+    ends: Vec<(u64, u64)>,
+    /// What is reused for the name of each line.
+    name: Vec<u8>,
+    order: u64,
 }
 
 impl<R: Read> Rows<R> {
     fn of(source: R, kind: FileKind) -> Result<Rows<R>, TraceError> {
         let mut lines = Lines::new(source);
-        let Some(header) = lines.next().map_err(reading)? else {
-            return Err(TraceError::Csv { file: kind, line: 1, problem: CsvProblem::NoHeader });
-        };
-        let csv = Csv::of_header(header, kind);
-        let csv = csv.map_err(|problem| TraceError::Csv { file: kind, line: 1, problem })?;
-        Ok(Rows { lines, csv, scratch: Scratch::default() })
+        let header = if lines.advance()? { columns(lines.line(), kind) } else { Err(CsvProblem::NoHeader) };
+        let columns = header.map_err(|problem| TraceError::Csv { file: kind, line: 1, problem })?;
+        let (ends, name) = (Vec::new(), Vec::new());
+        Ok(Rows { lines, kind, columns, values: Values::default(), ends, name, order: 0 })
     }
 
     fn next(&mut self, names: &mut Names, summary: &mut Summary) -> Result<Option<Row>, TraceError> {
-        loop {
-            let number = self.lines.number() + 1;
-            let Some(line) = self.lines.next().map_err(reading)? else { return Ok(None) };
-            if let Some(row) = self.csv.line(line, number, &mut self.scratch, names, summary)? {
-                return Ok(Some(row));
+        while self.lines.advance()? {
+            if !without_return(self.lines.line()).is_empty() {
+                return self.row(names, summary).map(Some);
             }
         }
+        Ok(None)
     }
 
-    /// Reports the progress now and then.
-    fn report(
-        &self,
-        size: Option<u64>,
-        summary: &Summary,
-        visitor: &mut dyn Visitor,
-    ) -> Result<(), TraceError> {
-        if !self.lines.number().is_multiple_of(1 << 16) {
-            return Ok(());
-        }
-        let done = self.lines.bytes();
-        let progress = Progress { events: summary.events, bytes: size.map(|size| (done, size)) };
-        if visitor.progress(progress).is_break() { Err(TraceError::Stopped) } else { Ok(()) }
-    }
-}
-
-fn reading(error: LineError) -> TraceError {
-    match error {
-        LineError::Io(error) => TraceError::Reading(error),
-        LineError::Long(line) => TraceError::LongLine(line),
-    }
-}
-
-/// Reads a file of executions to its end.
-pub(super) fn read<R: Read>(
-    source: R,
-    size: Option<u64>,
-    names: &mut Names,
-    summary: &mut Summary,
-    visitor: &mut dyn Visitor,
-) -> Result<(), TraceError> {
-    let mut rows = Rows::of(source, FileKind::Executions)?;
-    loop {
-        rows.report(size, summary, visitor)?;
-        let Some(row) = rows.next(names, summary)? else { return Ok(()) };
-        if row.report(names, visitor).is_break() {
-            return Err(TraceError::Stopped);
-        }
-    }
-}
-
-/// Reads both files of a recording to their ends, in one order.
-pub(super) fn read_both<R: Read>(
-    executions: R,
-    periods: R,
-    size: Option<u64>,
-    names: &mut Names,
-    summary: &mut Summary,
-    visitor: &mut dyn Visitor,
-) -> Result<(), TraceError> {
-    let mut executions = Rows::of(executions, FileKind::Executions)?;
-    let mut periods = Rows::of(periods, FileKind::Periods)?;
-    let mut execution = executions.next(names, summary)?;
-    let mut period = periods.next(names, summary)?;
-    loop {
-        executions.report(size, summary, visitor)?;
-        let is_period = match (&execution, &period) {
-            (None, None) => return Ok(()),
-            (Some(_), None) => false,
-            (None, Some(_)) => true,
-            (Some(one), Some(other)) => match one.order.zip(other.order) {
-                Some((one, other)) => other < one,
-                // An execution whose time is unknown comes first.
-                None => one.span.end.is_some_and(|end| other.span.end.is_none_or(|other| other < end)),
-            },
+    /// Reads the line that was read last.
+    fn row(&mut self, names: &mut Names, summary: &mut Summary) -> Result<Row, TraceError> {
+        let (file, line) = (self.kind, self.lines.number());
+        let problem = |problem| TraceError::Csv { file, line, problem };
+        self.values.read(without_return(self.lines.line()), &self.columns).map_err(problem)?;
+        let said = match file {
+            FileKind::Executions => self.values.execution(),
+            FileKind::Periods => self.values.period(),
         };
-        let row = match is_period {
-            true => std::mem::replace(&mut period, periods.next(names, summary)?),
-            false => std::mem::replace(&mut execution, executions.next(names, summary)?),
-        };
-        if row.is_some_and(|row| row.report(names, visitor).is_break()) {
-            return Err(TraceError::Stopped);
-        }
-    }
-}
-
-/// What is reused from line to line.
-#[derive(Debug, Default)]
-struct Scratch {
-    /// The fields of [`Column::NAMES`], one after the other.
-    text: Vec<u8>,
-    /// Where each of them is.
-    fields: [Option<(usize, usize)>; COLUMNS],
-}
-
-impl Scratch {
-    fn field(&self, column: Column) -> Option<&[u8]> {
-        let (begin, end) = (*self.fields.get(column as usize)?)?;
-        self.text.get(begin..end)
-    }
-}
-
-/// What a line says.
-#[derive(Debug, Default)]
-struct Values<'a> {
-    /// None of a period.
-    key: &'a [u8],
-    instance: &'a [u8],
-    execution: u64,
-    elapsed: Option<u64>,
-    end: Option<u64>,
-    release: Option<u64>,
-    scheduling: Option<Scheduling>,
-    cpu: Option<u32>,
-}
-
-impl<'a> Values<'a> {
-    fn of_execution(scratch: &'a Scratch) -> Result<Values<'a>, CsvProblem> {
-        Ok(Values {
-            key: text(scratch, Column::Codel)?,
-            execution: required(scratch, Column::Execution)?,
-            instance: scratch.field(Column::Instance).unwrap_or_default().trim_ascii(),
-            elapsed: time(scratch, Column::Elapsed)?,
-            end: time(scratch, Column::Time)?,
-            ..Values::default()
-        })
-    }
-
-    fn of_period(scratch: &'a Scratch) -> Result<Values<'a>, CsvProblem> {
-        let execution = required(scratch, Column::Execution)?;
-        let instance = text(scratch, Column::Instance)?;
-        let (begun, end) = (required(scratch, Column::Begin)?, required(scratch, Column::End)?);
-        let not_after_end = |first| CsvProblem::Order { first, second: Column::End };
-        let elapsed = end.checked_sub(begun).ok_or(not_after_end(Column::Begin))?;
-        let release = time(scratch, Column::Release)?;
-        if release.is_some_and(|release| release > end) {
-            return Err(not_after_end(Column::Release));
-        }
-        let cpus = time(scratch, Column::Cpus)?.unwrap_or_default();
-        let priority = small(scratch, Column::Priority)?;
-        Ok(Values {
-            key: b"",
-            instance,
-            execution,
-            elapsed: Some(elapsed),
-            end: Some(end),
-            release,
-            scheduling: priority.map(|priority| Scheduling { priority, cpus }),
-            cpu: small(scratch, Column::Cpu)?,
-        })
-    }
-}
-
-impl Csv {
-    fn of_header(line: &[u8], kind: FileKind) -> Result<Csv, CsvProblem> {
-        let line = line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line);
-        let mut columns = [None; COLUMNS];
-        let mut rest = Some(without_return(line));
-        let mut index = 0;
-        let mut text = Vec::new();
-        while let Some(field) = rest {
-            text.clear();
-            rest = take_field(field, Some(&mut text)).ok_or(CsvProblem::Quotes)?;
-            let known = Column::NAMES.iter().find(|(_, name)| name.as_bytes() == text.trim_ascii());
-            if let Some((column, _)) = known {
-                let place = columns.get_mut(*column as usize);
-                if place.is_some_and(|place| place.replace(index).is_some()) {
-                    return Err(CsvProblem::RepeatedColumn(*column));
-                }
-            }
-            index += 1;
-        }
-        for column in kind.required() {
-            if columns.get(*column as usize).is_none_or(Option::is_none) {
-                return Err(CsvProblem::MissingColumn(*column));
-            }
-        }
-        Ok(Csv { columns, fields: index, kind, ends: Vec::new(), name: Vec::new(), order: 0 })
-    }
-
-    fn line(
-        &mut self,
-        line: &[u8],
-        number: u64,
-        scratch: &mut Scratch,
-        names: &mut Names,
-        summary: &mut Summary,
-    ) -> Result<Option<Row>, TraceError> {
-        let line = without_return(line);
-        if line.is_empty() {
-            return Ok(None);
-        }
-        let file = self.kind;
-        let problem = |problem| TraceError::Csv { file, line: number, problem };
-        self.split(line, scratch).map_err(problem)?;
-        let values = match file {
-            FileKind::Executions => Values::of_execution(scratch),
-            FileKind::Periods => Values::of_period(scratch),
-        };
-        let Values { key, instance, execution, elapsed, mut end, release, scheduling, cpu } =
-            values.map_err(problem)?;
-        let line_order = time(scratch, Column::Order).map_err(problem)?;
-        let name = self.name(key, instance, names, problem)?;
-        if end.is_some_and(|end| self.runs_back(name, end)) {
+        let Said { key, instance, execution, elapsed, mut end, release, scheduling, cpu } =
+            said.map_err(problem)?;
+        let line_order = self.values.time(Column::Order).map_err(problem)?;
+        self.name.clear();
+        self.name.extend_from_slice(key);
+        // No text in UTF-8 has this byte.
+        self.name.push(0xff);
+        self.name.extend_from_slice(instance);
+        let name = names.of_text(&self.name, || name_of(file, key, instance).map_err(problem))?;
+        if end.is_some_and(|end| runs_back(&mut self.ends, name, end)) {
             // The execution counts, and its place in time is unknown.
             summary.clock_errors += 1;
             end = None;
@@ -336,123 +190,194 @@ impl Csv {
         let begin = end.zip(elapsed).and_then(|(end, elapsed)| end.checked_sub(elapsed));
         let thread = None;
         let span = Span { name, order, thread, cpu, begin, end, elapsed, execution, release, scheduling };
-        Ok(Some(Row { span, order: line_order, kind }))
+        Ok(Row { span, order: line_order, kind })
     }
 
-    fn name(
-        &mut self,
-        key: &[u8],
-        instance: &[u8],
-        names: &mut Names,
-        problem: impl Fn(CsvProblem) -> TraceError,
-    ) -> Result<NameId, TraceError> {
-        self.name.clear();
-        self.name.extend_from_slice(key);
-        // No text in UTF-8 has this byte.
-        self.name.push(0xff);
-        self.name.extend_from_slice(instance);
-        names.of_text(&self.name, || {
-            let utf8 =
-                |bytes: &[u8]| String::from_utf8(bytes.to_vec()).map_err(|_| problem(CsvProblem::NotUtf8));
-            let kind = match self.kind {
-                FileKind::Periods => SpanKind::Period,
-                FileKind::Executions if key.contains(&b'/') => SpanKind::Program,
-                FileKind::Executions => SpanKind::Codel,
-            };
-            Ok(Name { kind, key: utf8(key)?, instance: utf8(instance)? })
+    /// Reports the progress now and then.
+    fn report(
+        &self,
+        size: Option<u64>,
+        summary: &Summary,
+        visitor: &mut dyn Visitor,
+    ) -> Result<(), TraceError> {
+        if !self.lines.number().is_multiple_of(1 << 16) {
+            return Ok(());
+        }
+        let done = self.lines.bytes();
+        let progress = Progress { events: summary.events, bytes: size.map(|size| (done, size)) };
+        if visitor.progress(progress).is_break() { Err(TraceError::Stopped) } else { Ok(()) }
+    }
+}
+
+/// Reads the header.
+fn columns(line: &[u8], kind: FileKind) -> Result<Vec<Option<Column>>, CsvProblem> {
+    let line = line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line);
+    let mut columns = Vec::new();
+    let mut rest = Some(without_return(line));
+    let mut text = Vec::new();
+    while let Some(field) = rest {
+        rest = take_field(field, &mut text).ok_or(CsvProblem::Quotes)?;
+        let known = Column::NAMES.iter().find(|(_, name)| name.as_bytes() == text.trim_ascii());
+        let known = known.map(|(column, _)| *column);
+        if let Some(column) = known.filter(|_| columns.contains(&known)) {
+            return Err(CsvProblem::RepeatedColumn(column));
+        }
+        columns.push(known);
+    }
+    match kind.required().iter().find(|column| !columns.contains(&Some(**column))) {
+        Some(column) => Err(CsvProblem::MissingColumn(*column)),
+        None => Ok(columns),
+    }
+}
+
+/// Reads a name that is new.
+fn name_of(file: FileKind, key: &[u8], instance: &[u8]) -> Result<Name, CsvProblem> {
+    let utf8 = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).map_err(|_| CsvProblem::NotUtf8);
+    let kind = match file {
+        FileKind::Periods => SpanKind::Period,
+        FileKind::Executions if key.contains(&b'/') => SpanKind::Program,
+        FileKind::Executions => SpanKind::Codel,
+    };
+    Ok(Name { kind, key: utf8(key)?, instance: utf8(instance)? })
+}
+
+/// Returns whether the last execution of this name ended later. If two in a row did, in their order, the last one was wrong.
+fn runs_back(ends: &mut Vec<(u64, u64)>, name: NameId, time: u64) -> bool {
+    if ends.len() <= name.index() {
+        ends.resize(name.index() + 1, (0, 0));
+    }
+    let Some((last, back)) = ends.get_mut(name.index()) else { return true };
+    let follows = *last <= time || (*back > 0 && *back <= time);
+    *back = if follows { 0 } else { time };
+    if follows {
+        *last = time;
+    }
+    !follows
+}
+
+/// The values of a line by their columns; reused from line to line.
+#[derive(Debug, Default)]
+struct Values {
+    of: [Vec<u8>; COLUMNS],
+    ignored: Vec<u8>,
+}
+
+impl Values {
+    fn read(&mut self, line: &[u8], columns: &[Option<Column>]) -> Result<(), CsvProblem> {
+        let mut rest = Some(line);
+        let mut found = 0;
+        while let Some(field) = rest {
+            let column = columns.get(found).copied().flatten();
+            let place = column.and_then(|column| self.of.get_mut(column as usize));
+            rest = take_field(field, place.unwrap_or(&mut self.ignored)).ok_or(CsvProblem::Quotes)?;
+            found += 1;
+        }
+        match columns.len() {
+            expected if expected == found => Ok(()),
+            expected => Err(CsvProblem::Fields { expected, found }),
+        }
+    }
+
+    fn execution(&self) -> Result<Said<'_>, CsvProblem> {
+        Ok(Said {
+            key: self.name(Column::Codel)?,
+            execution: self.required(Column::Execution)?,
+            instance: self.text(Column::Instance),
+            elapsed: self.time(Column::Elapsed)?,
+            end: self.time(Column::Time)?,
+            ..Said::default()
         })
     }
 
-    /// Returns whether the last execution of this name ended later. If two in a row did, in their order, the last one was wrong.
-    fn runs_back(&mut self, name: NameId, time: u64) -> bool {
-        if self.ends.len() <= name.index() {
-            self.ends.resize(name.index() + 1, (0, 0));
+    fn period(&self) -> Result<Said<'_>, CsvProblem> {
+        let execution = self.required(Column::Execution)?;
+        let instance = self.name(Column::Instance)?;
+        let (begun, end) = (self.required(Column::Begin)?, self.required(Column::End)?);
+        let elapsed = end.checked_sub(begun).ok_or(CsvProblem::AfterEnd(Column::Begin))?;
+        let release = self.time(Column::Release)?;
+        if release.is_some_and(|release| release > end) {
+            return Err(CsvProblem::AfterEnd(Column::Release));
         }
-        let Some((last, back)) = self.ends.get_mut(name.index()) else { return true };
-        let follows = *last <= time || (*back > 0 && *back <= time);
-        *back = if follows { 0 } else { time };
-        if follows {
-            *last = time;
-        }
-        !follows
+        let cpus = self.time(Column::Cpus)?.unwrap_or_default();
+        let priority = self.small(Column::Priority)?;
+        Ok(Said {
+            key: b"",
+            instance,
+            execution,
+            elapsed: Some(elapsed),
+            end: Some(end),
+            release,
+            scheduling: priority.map(|priority| Scheduling { priority, cpus }),
+            cpu: self.small(Column::Cpu)?,
+        })
     }
 
-    /// Puts the fields that are read into the scratch.
-    fn split(&self, line: &[u8], scratch: &mut Scratch) -> Result<(), CsvProblem> {
-        scratch.text.clear();
-        scratch.fields = [None; COLUMNS];
-        let mut rest = Some(line);
-        let mut index = 0;
-        while let Some(field) = rest {
-            let begin = scratch.text.len();
-            let wanted = self.columns.iter().position(|column| *column == Some(index));
-            let text = wanted.is_some().then_some(&mut scratch.text);
-            rest = take_field(field, text).ok_or(CsvProblem::Quotes)?;
-            if let Some(place) = wanted.and_then(|wanted| scratch.fields.get_mut(wanted)) {
-                *place = Some((begin, scratch.text.len()));
+    /// Returns a value without the spaces around it; empty where the file has none.
+    fn text(&self, column: Column) -> &[u8] {
+        self.of.get(column as usize).map_or(b"", |text| text.trim_ascii())
+    }
+
+    /// Reads a name, which may not be empty.
+    fn name(&self, column: Column) -> Result<&[u8], CsvProblem> {
+        Some(self.text(column)).filter(|text| !text.is_empty()).ok_or(CsvProblem::Missing(column))
+    }
+
+    /// Reads a time that may not be missing.
+    fn required(&self, column: Column) -> Result<u64, CsvProblem> {
+        self.time(column)?.ok_or(CsvProblem::Missing(column))
+    }
+
+    /// Reads a number of 32 bits.
+    fn small(&self, column: Column) -> Result<Option<u32>, CsvProblem> {
+        let small =
+            |number: u64| u32::try_from(number).map_err(|_| CsvProblem::Number(column, number.to_string()));
+        self.time(column)?.map(small).transpose()
+    }
+
+    /// Reads a time in nanoseconds; none if the field is empty or missing.
+    fn time(&self, column: Column) -> Result<Option<u64>, CsvProblem> {
+        let text = self.text(column);
+        if text.is_empty() {
+            return Ok(None);
+        }
+        // Times are added and subtracted as signed numbers elsewhere; 292 years are enough.
+        match number(text).filter(|time| i64::try_from(*time).is_ok()) {
+            Some(time) => Ok(Some(time)),
+            None => {
+                let text = text.get(..text.len().min(40)).unwrap_or_default();
+                Err(CsvProblem::Number(column, String::from_utf8_lossy(text).into_owned()))
             }
-            index += 1;
-        }
-        match index == self.fields {
-            true => Ok(()),
-            false => Err(CsvProblem::Fields { expected: self.fields, found: index }),
         }
     }
 }
 
-/// Reads a name, which may not be empty.
-fn text(scratch: &Scratch, column: Column) -> Result<&[u8], CsvProblem> {
-    let text = scratch.field(column).unwrap_or_default().trim_ascii();
-    if text.is_empty() { Err(CsvProblem::Missing(column)) } else { Ok(text) }
-}
-
-/// Reads a time that may not be missing.
-fn required(scratch: &Scratch, column: Column) -> Result<u64, CsvProblem> {
-    time(scratch, column)?.ok_or(CsvProblem::Missing(column))
-}
-
-/// Reads a number of 32 bits.
-fn small(scratch: &Scratch, column: Column) -> Result<Option<u32>, CsvProblem> {
-    let Some(number) = time(scratch, column)? else { return Ok(None) };
-    let small = u32::try_from(number).map_err(|_| CsvProblem::Number(column, number.to_string()))?;
-    Ok(Some(small))
-}
-
-/// Reads a time in nanoseconds; none if the field is empty or missing.
-fn time(scratch: &Scratch, column: Column) -> Result<Option<u64>, CsvProblem> {
-    let text = scratch.field(column).unwrap_or_default().trim_ascii();
-    if text.is_empty() {
-        return Ok(None);
-    }
-    // Times are added and subtracted as signed numbers elsewhere; 292 years are enough.
-    match number(text).filter(|time| i64::try_from(*time).is_ok()) {
-        Some(time) => Ok(Some(time)),
-        None => {
-            let text = text.get(..text.len().min(40)).unwrap_or_default();
-            Err(CsvProblem::Number(column, String::from_utf8_lossy(text).into_owned()))
-        }
-    }
+/// What a line says.
+#[derive(Debug, Default)]
+struct Said<'a> {
+    /// None of a period.
+    key: &'a [u8],
+    instance: &'a [u8],
+    execution: u64,
+    elapsed: Option<u64>,
+    end: Option<u64>,
+    release: Option<u64>,
+    scheduling: Option<Scheduling>,
+    cpu: Option<u32>,
 }
 
 fn without_return(line: &[u8]) -> &[u8] {
     line.strip_suffix(b"\r").unwrap_or(line)
 }
 
-/// Appends the first field of a line to `text`. Returns what follows its comma, `Some(None)` at the end of the line; `None` if
-/// quotes do not match.
-fn take_field<'a>(line: &'a [u8], text: Option<&mut Vec<u8>>) -> Option<Option<&'a [u8]>> {
+/// Puts the first field of a line into `text`. Returns what follows its comma, `Some(None)` at the end of the line; `None` if quotes
+/// do not match.
+fn take_field<'a>(line: &'a [u8], text: &mut Vec<u8>) -> Option<Option<&'a [u8]>> {
+    text.clear();
     let Some(mut rest) = line.strip_prefix(b"\"") else {
-        let (field, rest) = match line.iter().position(|byte| *byte == b',') {
-            Some(comma) => (line.get(..comma)?, Some(line.get(comma + 1..)?)),
-            None => (line, None),
-        };
-        if let Some(text) = text {
-            text.extend_from_slice(field);
-        }
-        return Some(rest);
+        let end = line.iter().position(|byte| *byte == b',');
+        text.extend_from_slice(line.get(..end.unwrap_or(line.len()))?);
+        return Some(end.and_then(|comma| line.get(comma + 1..)));
     };
-    let mut ignored = Vec::new();
-    let text = text.unwrap_or(&mut ignored);
     loop {
         let quote = rest.iter().position(|byte| *byte == b'"')?;
         text.extend_from_slice(rest.get(..quote)?);
@@ -478,12 +403,12 @@ mod tests {
     use super::*;
 
     /// An execution: key, instance, execution time, elapsed time, begin, end.
-    type Row = (String, String, u64, Option<u64>, Option<u64>, Option<u64>);
+    type Execution = (String, String, u64, Option<u64>, Option<u64>, Option<u64>);
 
     #[derive(Default)]
-    struct Rows(Vec<Row>);
+    struct Found(Vec<Execution>);
 
-    impl Visitor for Rows {
+    impl Visitor for Found {
         fn span(&mut self, span: &Span, names: &Names) -> ControlFlow<()> {
             let name = names.get(span.name);
             assert_eq!(name.kind == SpanKind::Program, name.key.contains('/'));
@@ -493,8 +418,8 @@ mod tests {
         }
     }
 
-    fn rows(text: &[u8]) -> Result<(Vec<Row>, Summary), TraceError> {
-        let (mut reader, mut rows) = (TraceReader::default(), Rows::default());
+    fn rows(text: &[u8]) -> Result<(Vec<Execution>, Summary), TraceError> {
+        let (mut reader, mut rows) = (TraceReader::default(), Found::default());
         reader.read_csv(text, Some(text.len() as u64), &mut rows)?;
         Ok((rows.0, reader.finish()))
     }
@@ -506,7 +431,7 @@ mod tests {
         }
     }
 
-    fn row(key: &str, instance: &str, execution: u64, times: [Option<u64>; 3]) -> Row {
+    fn row(key: &str, instance: &str, execution: u64, times: [Option<u64>; 3]) -> Execution {
         (key.to_owned(), instance.to_owned(), execution, times[0], times[1], times[2])
     }
 
@@ -572,8 +497,8 @@ mod tests {
 
     #[test]
     fn periods_have_an_order_in_time() {
-        use Column::{Begin, Cpu, End, Priority, Release};
-        let order = |first| CsvProblem::Order { first, second: End };
+        use Column::{Begin, Cpu, Priority, Release};
+        let order = CsvProblem::AfterEnd;
         let number = |column| CsvProblem::Number(column, "4294967296".to_owned());
         for (line, expected) in [
             ("a,1,10,9,5,3,0", order(Begin)),
@@ -584,8 +509,14 @@ mod tests {
             let text = format!("instance,release_ns,begin_ns,end_ns,execution_ns,priority,cpu\n{line}\n");
             let (mut names, mut summary) = (Names::default(), Summary::default());
             let executions = &b"codel,execution_ns\n"[..];
-            let found =
-                read_both(executions, text.as_bytes(), None, &mut names, &mut summary, &mut Rows::default());
+            let found = read(
+                executions,
+                Some(text.as_bytes()),
+                None,
+                &mut names,
+                &mut summary,
+                &mut Found::default(),
+            );
             assert!(
                 matches!(found, Err(TraceError::Csv { line: 2, problem, .. }) if problem == expected),
                 "{line}"
@@ -634,7 +565,7 @@ mod tests {
     fn both(executions: &str, periods: &str) -> Vec<(String, Option<u64>, Option<Scheduling>)> {
         let (mut names, mut summary, mut found) = (Names::default(), Summary::default(), Both::default());
         let (executions, periods) = (executions.as_bytes(), periods.as_bytes());
-        read_both(executions, periods, None, &mut names, &mut summary, &mut found).unwrap();
+        read(executions, Some(periods), None, &mut names, &mut summary, &mut found).unwrap();
         assert_eq!(summary.spans, found.0.len() as u64);
         found.0
     }
@@ -681,7 +612,7 @@ mod tests {
                 text += &format!("{value},\"{}\"\n", keys[*key].replace('"', "\"\""));
             }
             let expected = values.iter().map(|(key, value)| row(keys[*key], "", *value, [None; 3]));
-            prop_assert_eq!(rows(text.as_bytes()).unwrap().0, expected.collect::<Vec<Row>>());
+            prop_assert_eq!(rows(text.as_bytes()).unwrap().0, expected.collect::<Vec<Execution>>());
         }
     }
 }

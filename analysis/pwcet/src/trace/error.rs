@@ -17,11 +17,11 @@ pub enum TraceError {
     /// The trace cannot be read further.
     Reading(std::io::Error),
     /// A folder has neither executions nor metadata of LTTng.
-    NotATrace(PathBuf),
+    NotATrace,
     /// A file of executions is not complete.
     Unfinished(PathBuf),
     /// No chunk of a session is complete.
-    Recording(PathBuf),
+    Recording,
     /// The program `babeltrace2` is not installed.
     NoBabeltrace,
     /// `babeltrace2` failed, with these last messages.
@@ -73,13 +73,8 @@ pub enum CsvProblem {
         /// That of the line.
         found: usize,
     },
-    /// A period has a first time that is later than the second.
-    Order {
-        /// The column of the earlier one.
-        first: Column,
-        /// The column of the later one.
-        second: Column,
-    },
+    /// A period has a time that is later than its end.
+    AfterEnd(Column),
     /// The file is empty.
     NoHeader,
     /// The header lacks a column.

@@ -3,19 +3,13 @@
 use std::io::{ErrorKind, Read};
 use std::ops::Range;
 
+use super::error::TraceError;
+
 /// The greatest length of a line in bytes. A recorded event has about 200.
 pub(super) const LONGEST_LINE: usize = 1 << 16;
 
 /// The number of bytes in one read.
 const CHUNK: usize = 1 << 18;
-
-/// Why there is no next line.
-#[derive(Debug)]
-pub(super) enum LineError {
-    Io(std::io::Error),
-    /// The line with this number, counted from 1, is longer than [`LONGEST_LINE`].
-    Long(u64),
-}
 
 /// Splits a stream into lines.
 pub(super) struct Lines<R> {
@@ -35,18 +29,13 @@ impl<R: Read> Lines<R> {
         Lines { source, buffer, begin: 0, end: 0, line: 0..0, number: 0, bytes: 0, is_ended: false }
     }
 
-    /// Returns the next line without its line feed; none at the end. The last line needs no line feed.
-    pub(super) fn next(&mut self) -> Result<Option<&[u8]>, LineError> {
-        Ok(if self.advance()? { Some(self.line()) } else { None })
-    }
-
     /// The line that was read last, without its line feed.
     pub(super) fn line(&self) -> &[u8] {
         self.buffer.get(self.line.clone()).unwrap_or_default()
     }
 
-    /// Reads the next line. Returns whether there is one.
-    pub(super) fn advance(&mut self) -> Result<bool, LineError> {
+    /// Reads the next line. Returns whether there is one; the last one needs no line feed.
+    pub(super) fn advance(&mut self) -> Result<bool, TraceError> {
         let mut searched = 0;
         let end = loop {
             let rest = self.buffer.get(self.begin + searched..self.end).unwrap_or_default();
@@ -55,7 +44,7 @@ impl<R: Read> Lines<R> {
             }
             searched = self.end - self.begin;
             if searched > LONGEST_LINE {
-                return Err(LineError::Long(self.number + 1));
+                return Err(TraceError::LongLine(self.number + 1));
             }
             if self.is_ended {
                 if searched == 0 {
@@ -63,10 +52,10 @@ impl<R: Read> Lines<R> {
                 }
                 break self.end;
             }
-            self.fill().map_err(LineError::Io)?;
+            self.fill().map_err(TraceError::Reading)?;
         };
         if end - self.begin > LONGEST_LINE {
-            return Err(LineError::Long(self.number + 1));
+            return Err(TraceError::LongLine(self.number + 1));
         }
         self.line = self.begin..end;
         self.bytes += (end + 1 - self.begin) as u64;
@@ -129,8 +118,8 @@ mod tests {
         fn lines_are_those_of_the_text(text in "[ab\n]{0,60}", at_once in 1_usize..20) {
             let mut lines = Lines::new(Slow(text.as_bytes(), at_once));
             let mut found = Vec::new();
-            while let Some(line) = lines.next().unwrap() {
-                found.push(String::from_utf8(line.to_vec()).unwrap());
+            while lines.advance().unwrap() {
+                found.push(String::from_utf8(lines.line().to_vec()).unwrap());
             }
             prop_assert_eq!(found, text.split_terminator('\n').collect::<Vec<_>>());
         }
@@ -139,10 +128,11 @@ mod tests {
     #[test]
     fn a_line_without_end_is_an_error_and_needs_little_memory() {
         let mut lines = Lines::new(std::io::repeat(b'x').take(1 << 30));
-        assert!(matches!(lines.next(), Err(LineError::Long(1))));
+        assert!(matches!(lines.advance(), Err(TraceError::LongLine(1))));
         let long = [b"a\n".as_slice(), &[b'x'; LONGEST_LINE + 1], b"\n"].concat();
         let mut lines = Lines::new(long.as_slice());
-        assert_eq!(lines.next().unwrap(), Some(b"a".as_slice()));
-        assert!(matches!(lines.next(), Err(LineError::Long(2))));
+        assert!(lines.advance().unwrap());
+        assert_eq!(lines.line(), b"a");
+        assert!(matches!(lines.advance(), Err(TraceError::LongLine(2))));
     }
 }

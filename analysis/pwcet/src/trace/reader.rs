@@ -1,15 +1,16 @@
 //! Reads the chunks of a trace.
 
 use std::collections::HashMap;
+use std::fs::File;
 use std::io::Read;
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::babeltrace::{Babeltrace, Lost};
 use super::csv;
 use super::error::TraceError;
 use super::event::{self, Event, Line};
-use super::lines::{LineError, Lines};
+use super::lines::Lines;
 use super::names::Names;
 use super::nesting::Nesting;
 use super::source::Source;
@@ -59,22 +60,11 @@ impl TraceReader {
     /// The source cannot be read, is not a trace, or has no event of a generated package.
     pub fn read(&mut self, source: &Source, visitor: &mut dyn Visitor) -> Result<(), TraceError> {
         match source {
-            Source::Csv(path) => {
-                let open = std::fs::File::open(path).and_then(|file| Ok((file.metadata()?.len(), file)));
-                let (size, file) = open.map_err(|error| TraceError::io(path, error))?;
-                self.read_csv(file, Some(size), visitor).map_err(|error| match error {
-                    TraceError::Reading(error) => TraceError::io(path, error),
-                    error => error,
-                })
-            }
-            Source::Run { executions, periods } => {
-                let open = |path: &Path| {
-                    let open = std::fs::File::open(path).and_then(|file| Ok((file.metadata()?.len(), file)));
-                    open.map_err(|error| TraceError::io(path, error))
-                };
-                let ((size, executions), (_, periods)) = (open(executions)?, open(periods)?);
-                let (names, summary) = (&mut self.names, &mut self.summary);
-                csv::read_both(executions, periods, Some(size), names, summary, visitor)
+            Source::Csv { executions, periods } => {
+                let open = |path: &PathBuf| File::open(path).map_err(|error| TraceError::io(path, error));
+                let (file, periods) = (open(executions)?, periods.as_ref().map(open).transpose()?);
+                let size = file.metadata().map_err(|error| TraceError::io(executions, error))?.len();
+                csv::read(file, periods, Some(size), &mut self.names, &mut self.summary, visitor)
             }
             Source::Growing { partial, .. } => Err(TraceError::Unfinished(partial.clone())),
             Source::Ctf { chunks, .. } => {
@@ -97,7 +87,7 @@ impl TraceReader {
         size: Option<u64>,
         visitor: &mut dyn Visitor,
     ) -> Result<(), TraceError> {
-        csv::read(source, size, &mut self.names, &mut self.summary, visitor)
+        csv::read(source, None, size, &mut self.names, &mut self.summary, visitor)
     }
 
     /// Reads the next chunk of a trace of LTTng. It may have no event.
@@ -124,13 +114,7 @@ impl TraceReader {
         visitor: &mut dyn Visitor,
     ) -> Result<(), TraceError> {
         let mut count = 0_u64;
-        loop {
-            match lines.advance() {
-                Ok(true) => {}
-                Ok(false) => return Ok(()),
-                Err(LineError::Io(error)) => return Err(TraceError::Reading(error)),
-                Err(LineError::Long(line)) => return Err(TraceError::LongLine(line)),
-            }
+        while lines.advance()? {
             for lost in lost(lines.source()).drain(..) {
                 self.lose(lost, visitor);
             }
@@ -152,6 +136,7 @@ impl TraceReader {
                 return Err(TraceError::Stopped);
             }
         }
+        Ok(())
     }
 
     fn event(&mut self, event: &Event<'_>, visitor: &mut dyn Visitor) -> Result<ControlFlow<()>, TraceError> {

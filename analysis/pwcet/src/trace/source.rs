@@ -19,14 +19,12 @@ const DEEPEST: usize = 10;
 /// A trace that can be read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Source {
-    /// A file of executions.
-    Csv(PathBuf),
-    /// A folder of `mauve run --trace`.
-    Run {
+    /// A file of executions, or the folder of `mauve run --trace`.
+    Csv {
         /// The file of executions.
         executions: PathBuf,
         /// The file of periods.
-        periods: PathBuf,
+        periods: Option<PathBuf>,
     },
     /// A file of executions that a program is still writing.
     Growing {
@@ -56,7 +54,7 @@ impl Source {
             let name = path.to_string_lossy();
             return Ok(match name.strip_suffix(PARTIAL) {
                 Some(complete) => Source::Growing { partial: path.to_owned(), complete: complete.into() },
-                None => Source::Csv(path.to_owned()),
+                None => Source::Csv { executions: path.to_owned(), periods: None },
             });
         }
         let complete = path.join(EXECUTIONS);
@@ -66,11 +64,8 @@ impl Source {
             return Ok(Source::Growing { partial, complete });
         }
         if complete.is_file() {
-            let periods = path.join(PERIODS);
-            return Ok(match periods.is_file() {
-                true => Source::Run { executions: complete, periods },
-                false => Source::Csv(complete),
-            });
+            let periods = Some(path.join(PERIODS)).filter(|it| it.is_file());
+            return Ok(Source::Csv { executions: complete, periods });
         }
         let (chunks, is_recording) = chunks(path)?;
         if !chunks.is_empty() || is_recording {
@@ -78,7 +73,7 @@ impl Source {
         }
         match has_metadata(path, DEEPEST)? {
             true => Ok(Source::Ctf { chunks: vec![path.to_owned()], is_recording: false }),
-            false => Err(TraceError::NotATrace(path.to_owned())),
+            false => Err(TraceError::NotATrace),
         }
     }
 }
@@ -171,7 +166,10 @@ mod tests {
     #[test]
     fn a_folder_of_the_runtime_is_its_file() {
         let run = folder("run", &["executions.csv"]);
-        assert_eq!(Source::of(&run).unwrap(), Source::Csv(run.join("executions.csv")));
+        assert_eq!(
+            Source::of(&run).unwrap(),
+            Source::Csv { executions: run.join("executions.csv"), periods: None }
+        );
         let open = folder("open", &["executions.csv.partial"]);
         let partial = open.join("executions.csv.partial");
         let growing = Source::Growing { partial: partial.clone(), complete: open.join("executions.csv") };
@@ -210,7 +208,7 @@ mod tests {
     #[test]
     fn other_paths_are_not_traces() {
         let other = folder("other", &["a/b.txt"]);
-        assert!(matches!(Source::of(&other), Err(TraceError::NotATrace(_))));
+        assert!(matches!(Source::of(&other), Err(TraceError::NotATrace)));
         assert!(matches!(Source::of(&other.join("c")), Err(TraceError::Io { .. })));
         std::fs::remove_dir_all(other).unwrap();
     }

@@ -105,7 +105,7 @@ fn is_model(path: &Path) -> bool {
         let mut entries = path.read_dir().into_iter().flatten().flatten().map(|it| it.path());
         path.join(CONFIG_FILE).is_file() || entries.any(|it| it.extension().is_some_and(|it| it == "mal"))
     };
-    is_text || is_project() || matches!(Source::of(path), Err(TraceError::NotATrace(_)))
+    is_text || is_project() || matches!(Source::of(path), Err(TraceError::NotATrace))
 }
 
 /// Returns the only deployment.
@@ -157,7 +157,7 @@ pub(super) fn read(
     let source = Source::of(trace).map_err(said)?;
     if let Source::Ctf { chunks, is_recording: true } = &source {
         if chunks.is_empty() {
-            return Err(said(TraceError::Recording(trace.to_owned())));
+            return Err(said(TraceError::Recording));
         }
         say(&still_recording(trace));
     }

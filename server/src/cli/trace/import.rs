@@ -112,7 +112,7 @@ impl Session {
         };
         if is_recording {
             match chunks.is_empty() {
-                true => return Err(said(&TraceError::Recording(trace.to_owned()))),
+                true => return Err(said(&TraceError::Recording)),
                 false => say(&messages::still_recording(trace)),
             }
         }

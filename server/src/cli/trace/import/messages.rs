@@ -12,7 +12,7 @@ pub(in crate::cli::trace) fn trace_error(trace: &Path, error: &TraceError) -> St
     match error {
         TraceError::Io { path, error } => format!("cannot read `{}`: {error}", path.display()),
         TraceError::Reading(error) => format!("cannot read `{shown}`: {error}"),
-        TraceError::NotATrace(_) => format!(
+        TraceError::NotATrace => format!(
             "`{shown}` is not a trace: the folder has neither `executions.csv` of `mauve run --trace` nor a file `metadata` of LTTng"
         ),
         TraceError::Unfinished(path) => format!(
@@ -20,7 +20,7 @@ pub(in crate::cli::trace) fn trace_error(trace: &Path, error: &TraceError) -> St
              with --watch, or copy the file to a name that ends in `.csv`, without its last line",
             path.display()
         ),
-        TraceError::Recording(_) => format!(
+        TraceError::Recording => format!(
             "`{shown}` has no complete chunk: LTTng still records the session; stop it with `lttng destroy`, or rotate it with \
              `lttng rotate`"
         ),
@@ -108,8 +108,8 @@ fn csv_problem(file: FileKind, problem: &CsvProblem) -> String {
         CsvProblem::Fields { expected, found } => format!(
             "the line has {found} fields, and the header {expected}: write numbers without commas, and names with commas in quotes"
         ),
-        CsvProblem::Order { first, second } => {
-            format!("`{}` is later than `{}`: write both by one clock", first.name(), second.name())
+        CsvProblem::AfterEnd(column) => {
+            format!("`{}` is later than `{}`: write both by one clock", column.name(), Column::End.name())
         }
         CsvProblem::Quotes => "a quoted field has no closing quote in this line".to_owned(),
         CsvProblem::NotUtf8 => "a name is not UTF-8 text".to_owned(),

@@ -29,9 +29,8 @@ impl Session {
         stop_on_signal(self.stop.clone())?;
         let said = |error: TraceError| trace_error(trace, &error);
         match Source::of(trace).map_err(said) {
-            Ok(Source::Run { .. }) => self.import(trace),
-            Ok(Source::Csv(path)) if path.as_path() != trace => self.import(trace),
-            Ok(Source::Csv(path)) => self.follow(trace, &path, None),
+            Ok(Source::Csv { executions, .. }) if executions == trace => self.follow(trace, trace, None),
+            Ok(Source::Csv { .. }) => self.import(trace),
             Ok(Source::Growing { partial, complete }) => self.follow(trace, &partial, Some(complete)),
             // A folder without a chunk may get one.
             Ok(Source::Ctf { .. }) | Err(_) if trace.is_dir() => self.watch_chunks(trace),
