@@ -26,61 +26,49 @@ mod tables;
 pub(crate) use axis::step;
 pub use page::execution_report;
 
-use mauve_pwcet::{Estimate, NoEstimate, Options};
+use mauve_pwcet::{InstanceMeasurement, Options};
 use mauve_timing::Time;
 
 /// All that a report shows. No text needs to be escaped.
 #[derive(Debug, Clone, Copy)]
 pub struct ExecutionReport<'a> {
-    /// The name of the project or of the measurement.
-    pub title: &'a str,
     /// The date of the report, as it is shown.
     pub date: &'a str,
-    /// The files with the samples.
-    pub sources: &'a [SampleSource<'a>],
+    /// The files with the samples: their names, as they are shown, and the digests of their contents with the name of the algorithm.
+    pub sources: &'a [(String, String)],
     /// The options of all estimates.
     pub options: &'a Options,
     /// The codels and programs, each instance of its own.
     pub measured: &'a [Measured<'a>],
 }
 
-/// A file with samples.
-#[derive(Debug, Clone, Copy)]
-pub struct SampleSource<'a> {
-    /// Its name, as it is shown.
-    pub name: &'a str,
-    /// The digest of its content, with the name of the algorithm.
-    pub digest: &'a str,
-}
-
-/// The measured executions of one codel or program, and their result.
+/// A codel or program in one instance.
 #[derive(Debug, Clone, Copy)]
 pub struct Measured<'a> {
-    /// Whether `key` is the key of a codel or of a program.
-    pub kind: MeasuredKind,
     /// The key in timing tables.
     pub key: &'a str,
-    /// The instance whose executions these are; `None` for those of all instances.
-    pub instance: Option<&'a str>,
-    /// The times in nanoseconds, in recorded order.
-    pub executions: &'a [u64],
-    /// The indices of the executions that begin a run, ascending. The index 0 may be missing.
-    pub runs: &'a [usize],
-    /// The estimate with the options of the report, or the reason why there is none.
-    pub result: Result<&'a Estimate, NoEstimate>,
+    /// What was measured, and the estimate with the options of the report.
+    pub measurement: &'a InstanceMeasurement,
     /// The time in the timing table for each level of the options; empty if the table has no time of this codel.
     pub table: &'a [Time],
-    /// The greatest acceptable time for each level of the options; empty without budgets.
-    pub budgets: &'a [Option<Time>],
+    /// The greatest acceptable time, and the index of its level in the options.
+    pub budget: Option<(usize, Time)>,
 }
 
-/// What was measured.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MeasuredKind {
-    /// A codel.
-    Codel,
-    /// A program of a component, such as an update or the run of a state.
-    Program,
+impl<'a> Measured<'a> {
+    /// Returns the instance; none if the measurement has all instances together.
+    fn instance(&self) -> Option<&'a str> {
+        Some(self.measurement.instance.as_str()).filter(|name| !name.is_empty())
+    }
+
+    fn is_program(&self) -> bool {
+        self.key.contains('/')
+    }
+
+    /// Returns the greatest acceptable time at a level.
+    fn budget_at(&self, index: usize) -> Option<Time> {
+        self.budget.filter(|(level, _)| *level == index).map(|(_, time)| time)
+    }
 }
 
 #[cfg(test)]
@@ -108,33 +96,34 @@ mod tests {
 
     struct Sample {
         key: &'static str,
-        instance: Option<&'static str>,
+        instance: &'static str,
         executions: Vec<u64>,
-        budgets: Vec<Option<Time>>,
+        budget: Option<(usize, Time)>,
     }
 
     fn sample(key: &'static str, executions: Vec<u64>) -> Sample {
-        Sample { key, instance: None, executions, budgets: Vec::new() }
+        Sample { key, instance: "", executions, budget: None }
     }
 
     fn report(samples: &[Sample]) -> String {
         let options =
             Options { levels: LEVELS.to_vec(), model: TailModel::GeneralisedPareto, seed: 1, bootstraps: 0 };
-        let estimates: Vec<_> = samples.iter().map(|it| estimate(&it.executions, &options)).collect();
-        let measured = samples.iter().zip(&estimates).map(|(sample, result)| Measured {
-            kind: MeasuredKind::Codel,
+        let measurement = |it: &Sample| InstanceMeasurement {
+            instance: it.instance.to_owned(),
+            executions: it.executions.clone(),
+            runs: vec![0, 100],
+            result: estimate(&it.executions, &options),
+        };
+        let measurements: Vec<_> = samples.iter().map(measurement).collect();
+        let measured = samples.iter().zip(&measurements).map(|(sample, measurement)| Measured {
             key: sample.key,
-            instance: sample.instance,
-            executions: &sample.executions,
-            runs: &[0, 100],
-            result: result.as_ref().map_err(|refusal| *refusal),
+            measurement,
             table: &[],
-            budgets: &sample.budgets,
+            budget: sample.budget,
         });
         execution_report(&ExecutionReport {
-            title: "<p3dx>",
             date: "2026-11-23",
-            sources: &[SampleSource { name: "a&b.csv", digest: "sha256 00ff" }],
+            sources: &[("<p3dx>".to_owned(), "sha256 00ff".to_owned())],
             options: &options,
             measured: &measured.collect::<Vec<_>>(),
         })
@@ -144,8 +133,8 @@ mod tests {
         vec![
             sample("scan.read", exponential(3000)),
             Sample {
-                instance: Some("left"),
-                budgets: vec![None, None, Some(Time::from_nanos(1_100_000))],
+                instance: "left",
+                budget: Some((2, Time::from_nanos(1_100_000))),
                 ..sample("scan.filter", exponential(5000))
             },
             sample("empty", Vec::new()),
@@ -305,7 +294,7 @@ mod tests {
     fn texts_from_outside_are_escaped() {
         let key = "<script>alert('1')</script>\" onload=\"x\"&\u{202e}\u{0}";
         let mut evil = sample(key, exponential(400));
-        evil.instance = Some("</title></style>");
+        evil.instance = "</title></style>";
         let html = report(&[evil]);
         check_tags(&html);
         assert!(
@@ -329,21 +318,19 @@ mod tests {
             };
             let first = estimate(&executions[..4000], &options);
             let size = |executions: &[u64]| {
+                let measurement = InstanceMeasurement {
+                    instance: String::new(),
+                    executions: executions.to_vec(),
+                    runs: (0..executions.len()).collect(),
+                    result: first.clone(),
+                };
+                let measured =
+                    [Measured { key: "Pilot/update", measurement: &measurement, table: &[], budget: None }];
                 execution_report(&ExecutionReport {
-                    title: "",
                     date: "",
                     sources: &[],
                     options: &options,
-                    measured: &[Measured {
-                        kind: MeasuredKind::Program,
-                        key: "Pilot/update",
-                        instance: None,
-                        executions,
-                        runs: &(0..executions.len()).collect::<Vec<_>>(),
-                        result: first.as_ref().map_err(|refusal| *refusal),
-                        table: &[],
-                        budgets: &[],
-                    }],
+                    measured: &measured,
                 })
                 .len()
             };

@@ -99,7 +99,7 @@ pub use document_links::{DocumentLink, document_links};
 pub use document_symbols::{Symbol, SymbolKind, document_symbols};
 pub use drawing::Drawing;
 pub use exceedance::{CodelOf, Exceedance, draw_exceedance, exceedance, selected_codel};
-pub use execution_report::{ExecutionReport, Measured, MeasuredKind, SampleSource, execution_report};
+pub use execution_report::{ExecutionReport, Measured, execution_report};
 pub use explanation::{counted_cpus, explain_response, explain_response_of};
 pub use folding_ranges::{FoldingKind, FoldingRange, folding_ranges};
 pub use formatting::{formatting, formatting_on_type};

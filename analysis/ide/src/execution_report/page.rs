@@ -1,19 +1,20 @@
 //! The document: header, overview and a section for each codel.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use mauve_diagnostics::{measurement_refusal, measurement_warning};
-use mauve_pwcet::{Estimate, Options, TailModel};
+use mauve_pwcet::{Estimate, InstanceMeasurement, Options, TailModel};
 
 use super::figures::{self, TimeUnit, count, counted};
 use super::html::{code, text};
 use super::plots::{self, Plotted};
-use super::{ExecutionReport, Measured, MeasuredKind, tables};
+use super::{ExecutionReport, Measured, tables};
 
 /// Returns the report as an HTML document. The same values give the same text.
 pub fn execution_report(report: &ExecutionReport<'_>) -> String {
-    let title = text(report.title);
+    let names: Vec<&str> = report.sources.iter().map(|(name, _)| name.as_str()).collect();
+    let title = text(&names.join(", "));
     let mut order: Vec<&Measured<'_>> = report.measured.iter().collect();
     // A stable sort keeps the order of the caller among equals.
     order.sort_by_key(|it| Verdict::of(it).rank());
@@ -44,7 +45,7 @@ fn header(out: &mut String, report: &ExecutionReport<'_>, title: &str) {
         TailModel::Exponential => "exponential, as chosen: too short times if the tail is heavier",
     };
     let levels: Vec<String> = levels.iter().copied().map(figures::level).collect();
-    let executions = report.measured.iter().map(|it| it.executions.len()).sum();
+    let executions = report.measured.iter().map(|it| it.measurement.executions.len()).sum();
     let _ = write!(
         out,
         "<header>\n<h1>Execution times of {title}</h1>\n\
@@ -69,11 +70,9 @@ fn header(out: &mut String, report: &ExecutionReport<'_>, title: &str) {
 
 /// Returns how many codels and programs there are, whatever the number of their instances: `7 codels and 2 programs`.
 fn kinds(measured: &[Measured<'_>]) -> String {
-    let number = |kind| {
-        let of_kind = measured.iter().filter(|it| it.kind == kind);
-        of_kind.map(|it| it.key).collect::<BTreeSet<_>>().len()
-    };
-    match (number(MeasuredKind::Codel), number(MeasuredKind::Program)) {
+    let keys: BTreeMap<&str, bool> = measured.iter().map(|it| (it.key, it.is_program())).collect();
+    let programs = keys.values().filter(|is_program| **is_program).count();
+    match (keys.len() - programs, programs) {
         (codels, 0) => counted(codels, "codel"),
         (0, programs) => counted(programs, "program"),
         (codels, programs) => format!("{} and {}", counted(codels, "codel"), counted(programs, "program")),
@@ -89,12 +88,11 @@ pub(super) struct Verdict {
 
 impl Verdict {
     fn of(measured: &Measured<'_>) -> Verdict {
-        let (warnings, refusal) = match &measured.result {
+        let (warnings, refusal) = match &measured.measurement.result {
             Ok(estimate) => (estimate.warnings.iter().map(measurement_warning).collect(), None),
             Err(refusal) => (Vec::new(), Some(measurement_refusal(refusal))),
         };
-        let bounds = measured.result.map(|it| it.levels.as_slice()).unwrap_or_default();
-        let is_over_budget = (0..bounds.len()).any(|index| tables::is_over_budget(measured, index));
+        let is_over_budget = tables::is_over_budget(measured);
         Verdict { refusal, warnings, is_over_budget }
     }
 
@@ -146,9 +144,13 @@ fn overview(out: &mut String, report: &ExecutionReport<'_>, order: &[&Measured<'
     for (index, measured) in order.iter().enumerate() {
         let verdict = Verdict::of(measured);
         let unit = unit_of(measured);
-        let high_water =
-            measured.executions.iter().max().map_or("–".to_owned(), |&time| unit.bound(time as f64));
-        let instance = measured.instance.map_or("all".to_owned(), code);
+        let high_water = measured
+            .measurement
+            .executions
+            .iter()
+            .max()
+            .map_or("–".to_owned(), |&time| unit.bound(time as f64));
+        let instance = measured.instance().map_or("all".to_owned(), code);
         let _ = write!(
             out,
             "<tr><th scope=\"row\"><a href=\"#codel-{}\">{}</a></th><td>{instance}</td><td>{}</td>\
@@ -156,9 +158,9 @@ fn overview(out: &mut String, report: &ExecutionReport<'_>, order: &[&Measured<'
             index + 1,
             code(measured.key),
             verdict.badges(),
-            count(measured.executions.len()),
+            count(measured.measurement.executions.len()),
         );
-        match (&measured.result, &verdict.refusal) {
+        match (&measured.measurement.result, &verdict.refusal) {
             (Ok(estimate), _) => {
                 for level in &estimate.levels {
                     let _ = write!(
@@ -185,18 +187,15 @@ fn overview(out: &mut String, report: &ExecutionReport<'_>, order: &[&Measured<'
 
 /// Returns the unit of all times of a codel: that of its high-water mark.
 fn unit_of(measured: &Measured<'_>) -> TimeUnit {
-    TimeUnit::of(measured.executions.iter().copied().max().unwrap_or_default() as f64)
+    TimeUnit::of(measured.measurement.executions.iter().copied().max().unwrap_or_default() as f64)
 }
 
 fn section(out: &mut String, index: usize, measured: &Measured<'_>, options: &Options) {
     let verdict = Verdict::of(measured);
-    let kind = match measured.kind {
-        MeasuredKind::Codel => "codel",
-        MeasuredKind::Program => "program",
-    };
+    let kind = if measured.is_program() { "program" } else { "codel" };
     let key = text(measured.key);
-    let instance = measured.instance.map(text);
-    let of_instance = measured.instance.map_or(String::new(), |it| format!(" of instance {}", code(it)));
+    let instance = measured.instance().map(text);
+    let of_instance = measured.instance().map_or(String::new(), |it| format!(" of instance {}", code(it)));
     let _ = write!(
         out,
         "<section id=\"codel-{number}\" aria-labelledby=\"name-{number}\">\n<div class=\"title\">\
@@ -218,7 +217,8 @@ fn section(out: &mut String, index: usize, measured: &Measured<'_>, options: &Op
             verdict.warnings.iter().map(|it| format!("<li>{}</li>", text(&sentence(it)))).collect();
         let _ = writeln!(out, "<div class=\"warnings\"><h3>Warnings</h3><ul>{items}</ul></div>");
     }
-    let mut ascending = measured.executions.to_vec();
+    let InstanceMeasurement { executions, runs, result, .. } = measured.measurement;
+    let mut ascending = executions.clone();
     ascending.sort_unstable();
     let unit = unit_of(measured);
     key_figures(out, measured, &ascending, &unit);
@@ -226,13 +226,12 @@ fn section(out: &mut String, index: usize, measured: &Measured<'_>, options: &Op
         Some(instance) => format!("{key} of instance {instance}"),
         None => key,
     };
-    let plotted = Plotted { name, unit, executions: measured.executions, ascending, runs: measured.runs };
-    let estimate = measured.result.ok();
-    if measured.executions.len() >= 2 {
-        let budgets: Vec<Option<u64>> =
-            measured.budgets.iter().map(|it| it.map(|it| it.as_nanos())).collect();
+    let plotted = Plotted { name, unit, executions, ascending, runs };
+    let estimate = result.as_ref().ok();
+    if executions.len() >= 2 {
+        let budget = measured.budget.map(|(level, time)| (level, time.as_nanos() as f64));
         let figures = [
-            estimate.map(|it| plots::tail(&plotted, it, &budgets)),
+            estimate.map(|it| plots::tail(&plotted, it, budget)),
             Some(plots::recording(&plotted)),
             plots::density(&plotted, estimate),
             estimate.map(|it| plots::quantiles(&plotted, it)),
@@ -257,7 +256,8 @@ fn sentence(message: &str) -> String {
 
 fn key_figures(out: &mut String, measured: &Measured<'_>, ascending: &[u64], unit: &TimeUnit) {
     let mut figures = vec![("executions", count(ascending.len()))];
-    let runs = measured.runs.iter().filter(|&&start| 0 < start && start < ascending.len()).count() + 1;
+    let runs =
+        measured.measurement.runs.iter().filter(|&&start| 0 < start && start < ascending.len()).count() + 1;
     if runs > 1 {
         figures.push(("runs", count(runs)));
     }
@@ -267,7 +267,7 @@ fn key_figures(out: &mut String, measured: &Measured<'_>, ascending: &[u64], uni
     figures.extend(ascending.last().map(|&time| ("high-water mark", unit.bound(time as f64))));
     let strictest =
         |estimate: &Estimate| estimate.levels.iter().copied().min_by(|a, b| a.level.total_cmp(&b.level));
-    let bound = measured.result.ok().and_then(strictest).map(|it| {
+    let bound = measured.measurement.result.as_ref().ok().and_then(strictest).map(|it| {
         (format!("bound at {}", figures::level(it.level)), unit.bound(it.upper), figures::ratio(it.ratio))
     });
     let _ = write!(out, "<dl class=\"keys\">");
@@ -287,7 +287,9 @@ fn footer(out: &mut String, report: &ExecutionReport<'_>) {
     let rows: String = report
         .sources
         .iter()
-        .map(|it| format!("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", code(it.name), code(it.digest)))
+        .map(|(name, digest)| {
+            format!("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", code(name), code(digest))
+        })
         .collect();
     let Options { seed, bootstraps, .. } = report.options;
     let _ = write!(

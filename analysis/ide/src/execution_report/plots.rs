@@ -169,7 +169,7 @@ pub(super) fn density(of: &Plotted<'_>, estimate: Option<&Estimate>) -> Option<S
 }
 
 /// Draws the probabilities of longer executions: observed, fitted, and the bounds of the levels.
-pub(super) fn tail(of: &Plotted<'_>, estimate: &Estimate, budgets: &[Option<u64>]) -> String {
+pub(super) fn tail(of: &Plotted<'_>, estimate: &Estimate, budget: Option<(usize, f64)>) -> String {
     let frame = Frame::new(410.0, 112.0);
     let count = estimate.count as f64;
     let strictest = estimate.levels.iter().map(|it| it.level).fold(1.0 / count, f64::min);
@@ -178,7 +178,7 @@ pub(super) fn tail(of: &Plotted<'_>, estimate: &Estimate, budgets: &[Option<u64>
     let y = Axis::logarithmic((lowest, 1.0), frame.vertical());
     let curve: Vec<_> = estimate.curve.iter().filter(|it| it.probability >= strictest * 0.99).collect();
     let greatest = estimate.greatest as f64;
-    let x = times_of_tail(estimate, &curve, budgets, &frame);
+    let x = times_of_tail(estimate, &curve, budget, &frame);
     let scale = if x.is_logarithmic() { ", logarithmic" } else { "" };
     let title = format!(
         "Exceedance probabilities of {}: observed executions, the fitted tail, and the bounds of the levels",
@@ -213,13 +213,12 @@ pub(super) fn tail(of: &Plotted<'_>, estimate: &Estimate, budgets: &[Option<u64>
     let blocks = estimate.levels.iter().filter_map(|it| Some((it.block_maxima?.0, it.level)));
     let blocks: String =
         blocks.filter(|(time, _)| x.has(*time)).map(|(time, level)| square(at(time, level))).collect();
-    let budgets =
-        estimate.levels.iter().zip(budgets).filter_map(|(it, budget)| Some(((*budget)? as f64, it.level)));
-    let budgets: String =
-        budgets.filter(|(time, _)| x.has(*time)).map(|(time, level)| triangle(at(time, level))).collect();
-    for (class, marks, mark, text) in
-        [("blocks", blocks, BLOCKS, "estimate from block maxima"), ("budget", budgets, BUDGET, "budget")]
-    {
+    let budget = budget.filter(|(_, time)| x.has(*time));
+    let budget = budget.and_then(|(level, time)| Some(triangle(at(time, estimate.levels.get(level)?.level))));
+    for (class, marks, mark, text) in [
+        ("blocks", blocks, BLOCKS, "estimate from block maxima"),
+        ("budget", budget.unwrap_or_default(), BUDGET, "budget"),
+    ] {
         if !marks.is_empty() {
             plot.paths(&[(class, marks)]);
             plot.explain(mark, text);
@@ -247,13 +246,19 @@ fn powers_of_ten(y: &Axis, lowest: f64) -> Ticks {
 }
 
 /// Returns the axis of times: logarithmic where the bounds are far beyond what was observed.
-fn times_of_tail(estimate: &Estimate, curve: &[&CurvePoint], budgets: &[Option<u64>], frame: &Frame) -> Axis {
+fn times_of_tail(
+    estimate: &Estimate,
+    curve: &[&CurvePoint],
+    budget: Option<(usize, f64)>,
+    frame: &Frame,
+) -> Axis {
     let bounds = estimate.levels.iter().map(|it| it.upper).chain(curve.iter().map(|it| it.upper));
     let (least, greatest) = (estimate.least as f64, estimate.greatest as f64);
     let mut high = bounds.filter(|it| it.is_finite()).fold(greatest, f64::max);
     // A much longer budget would leave no room for the tail.
-    let budget = budgets.iter().flatten().map(|&it| it as f64).filter(|it| *it <= 1.5 * high);
-    high = budget.fold(high, f64::max);
+    if let Some((_, budget)) = budget.filter(|(_, time)| *time <= 1.5 * high) {
+        high = high.max(budget);
+    }
     if high > 8.0 * greatest {
         Axis::logarithmic((least.max(1.0), high * 1.05), frame.horizontal())
     } else {

@@ -28,14 +28,13 @@ pub(super) fn tables(
 }
 
 /// Whether the time of a level exceeds its budget: the time in the table, otherwise the bound.
-pub(super) fn is_over_budget(measured: &Measured<'_>, index: usize) -> bool {
-    let Some(budget) = measured.budgets.get(index).copied().flatten() else { return false };
-    match (measured.table.get(index), measured.result) {
-        (Some(&time), _) => time > budget,
-        (None, Ok(estimate)) => {
-            estimate.levels.get(index).is_some_and(|it| it.upper > budget.as_nanos() as f64)
-        }
-        (None, Err(_)) => false,
+pub(super) fn is_over_budget(measured: &Measured<'_>) -> bool {
+    let (Some((index, budget)), Ok(estimate)) = (measured.budget, &measured.measurement.result) else {
+        return false;
+    };
+    match measured.table.get(index) {
+        Some(&time) => time > budget,
+        None => estimate.levels.get(index).is_some_and(|it| it.upper > budget.as_nanos() as f64),
     }
 }
 
@@ -74,7 +73,7 @@ fn badge(class: &str, text: &str) -> String {
 const NUMBER: &str = "number";
 
 fn levels(out: &mut String, measured: &Measured<'_>, estimate: &Estimate, unit: &TimeUnit) {
-    let (has_table, has_budgets) = (!measured.table.is_empty(), measured.budgets.iter().any(Option::is_some));
+    let (has_table, has_budget) = (!measured.table.is_empty(), measured.budget.is_some());
     let has_blocks = estimate.levels.iter().any(|it| it.block_maxima.is_some());
     let mut heads = vec![
         ("level", "level"),
@@ -85,7 +84,7 @@ fn levels(out: &mut String, measured: &Measured<'_>, estimate: &Estimate, unit: 
     if has_table {
         heads.push(("timing<br/>table", NUMBER));
     }
-    if has_budgets {
+    if has_budget {
         heads.extend([("budget", NUMBER), ("verdict", "")]);
     }
     if has_blocks {
@@ -107,10 +106,10 @@ fn levels(out: &mut String, measured: &Measured<'_>, estimate: &Estimate, unit: 
                     .map_or("–".to_owned(), |it| unit.bound_number(it.as_nanos() as f64)),
             );
         }
-        if has_budgets {
-            let budget = measured.budgets.get(index).copied().flatten();
+        if has_budget {
+            let budget = measured.budget_at(index);
             row.push(budget.map_or("–".to_owned(), |it| unit.number(it.as_nanos() as f64)));
-            row.push(match (budget, is_over_budget(measured, index)) {
+            row.push(match (budget, is_over_budget(measured)) {
                 (None, _) => String::new(),
                 (Some(_), true) => badge("failed", "exceeded"),
                 (Some(_), false) => badge("plain", "kept"),

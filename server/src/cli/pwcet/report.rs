@@ -2,48 +2,28 @@
 
 use std::path::PathBuf;
 
-use mauve_ide::{ExecutionReport, Measured as InReport, MeasuredKind, SampleSource, execution_report};
-use mauve_timing::Time;
+use mauve_ide::{ExecutionReport, Measured, execution_report};
 
 use super::date::today;
 use super::estimates::Estimates;
 
 /// Returns the report on all instances, as one HTML document.
 pub(super) fn report(estimates: &Estimates, samples: &[PathBuf], fingerprints: &[String]) -> String {
-    let names: Vec<String> = samples.iter().map(|path| path.display().to_string()).collect();
-    let digests: Vec<String> = fingerprints.iter().map(|it| format!("SHA-256 {it}")).collect();
-    let sources: Vec<SampleSource<'_>> =
-        names.iter().zip(&digests).map(|(name, digest)| SampleSource { name, digest }).collect();
+    let source = |(path, it): (&PathBuf, &String)| (path.display().to_string(), format!("SHA-256 {it}"));
+    let sources: Vec<(String, String)> = samples.iter().zip(fingerprints).map(source).collect();
     let budget_level = estimates.budget_level();
-    let budgets: Vec<Vec<Option<Time>>> = estimates
-        .measurements
-        .iter()
-        .map(|it| {
-            (0..estimates.levels.len())
-                .map(|level| it.budget.filter(|_| budget_level == Some(level)))
-                .collect()
-        })
-        .collect();
-    let mut measured = Vec::new();
-    for (it, budgets) in estimates.measurements.iter().zip(&budgets) {
-        let kind = if it.measurement.key.contains('/') { MeasuredKind::Program } else { MeasuredKind::Codel };
-        measured.extend(it.measurement.instances.iter().map(|instance| InReport {
-            kind,
+    let measured = estimates.measurements.iter().flat_map(|it| {
+        it.measurement.instances.iter().map(move |measurement| Measured {
             key: &it.measurement.key,
-            instance: Some(instance.instance.as_str()).filter(|name| !name.is_empty()),
-            executions: &instance.executions,
-            runs: &instance.runs,
-            result: instance.result.as_ref().map_err(|refusal| *refusal),
+            measurement,
             table: it.times.as_deref().unwrap_or_default(),
-            budgets,
-        }));
-    }
-    let title = names.join(", ");
+            budget: budget_level.zip(it.budget),
+        })
+    });
     execution_report(&ExecutionReport {
-        title: &title,
         date: &today(),
         sources: &sources,
         options: &estimates.options,
-        measured: &measured,
+        measured: &measured.collect::<Vec<_>>(),
     })
 }
