@@ -210,7 +210,7 @@ impl Simulate {
                 let drawing = if self.format == Format::Svg { Drawing::Svg } else { Drawing::Text };
                 draw_schedule(&title, &it.deployment, &it.schedule, drawing)
             }
-            Format::Perfetto => trace_events::text(only(all)?)?,
+            Format::Perfetto => trace_events::text(only(all)?),
         };
         say_errors(errors);
         for it in all.iter().filter(|it| it.schedule.statistics.iter().all(Option::is_none)) {

@@ -6,29 +6,28 @@ use std::fmt::Write as _;
 use serde_json::{Value, json};
 
 /// The name of a thread, and its place among those of its process: lesser orders are above.
-pub(crate) fn thread(pid: u32, tid: usize, name: &str, order: i64) -> Result<[String; 2], String> {
+pub(crate) fn thread(pid: u32, tid: usize, name: &str, order: i64) -> [String; 2] {
     let named = json!({ "ph": "M", "name": "thread_name", "pid": pid, "tid": tid, "args": { "name": name } });
     let args = json!({ "sort_index": order });
     let placed = json!({ "ph": "M", "name": "thread_sort_index", "pid": pid, "tid": tid, "args": args });
-    Ok([line(&[], named)?, line(&[], placed)?])
+    [line(&[], &named), line(&[], &placed)]
 }
 
 /// The name of a process, and its place.
-pub(crate) fn process(pid: u32, name: &str) -> Result<[String; 2], String> {
+pub(crate) fn process(pid: u32, name: &str) -> [String; 2] {
     let named = json!({ "ph": "M", "name": "process_name", "pid": pid, "args": { "name": name } });
     let args = json!({ "sort_index": pid });
     let placed = json!({ "ph": "M", "name": "process_sort_index", "pid": pid, "args": args });
-    Ok([line(&[], named)?, line(&[], placed)?])
+    [line(&[], &named), line(&[], &placed)]
 }
 
 /// Returns an event as text. The times are in nanoseconds.
-pub(crate) fn line(times: &[(&str, i64)], event: Value) -> Result<String, String> {
+pub(crate) fn line(times: &[(&str, i64)], event: &Value) -> String {
     let mut out = String::from("{");
     for (key, time) in times {
         let (sign, nanos) = (if *time < 0 { "-" } else { "" }, time.unsigned_abs());
         let _ = write!(out, "\"{key}\":{sign}{}.{:03},", nanos / 1000, nanos % 1000);
     }
-    let event = serde_json::to_string(&event).map_err(|error| error.to_string())?;
-    out += event.strip_prefix('{').unwrap_or(&event);
-    Ok(out)
+    let event = event.to_string();
+    out + event.strip_prefix('{').unwrap_or(&event)
 }

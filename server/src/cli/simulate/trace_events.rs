@@ -14,7 +14,7 @@ use super::simulation::Simulation;
 use crate::cli::trace_events::{line, process, thread};
 
 /// Returns the document: an event a line.
-pub(super) fn text(it: &Simulation<'_>) -> Result<String, String> {
+pub(super) fn text(it: &Simulation<'_>) -> String {
     let mut events: Vec<String> = Vec::new();
     let mut cpus: u64 = 0;
     for (index, activity) in it.deployment.tasks.activities().iter().enumerate() {
@@ -28,11 +28,11 @@ pub(super) fn text(it: &Simulation<'_>) -> Result<String, String> {
             let name = format!("{} (priority {priority})", activity.name);
             // Higher priorities are above.
             let (pid, tid) = place(it, cpu, index);
-            events.extend(thread(pid, tid, &name, -i64::from(priority))?);
+            events.extend(thread(pid, tid, &name, -i64::from(priority)));
         }
     }
     for cpu in (0..u64::BITS).filter(|cpu| cpus & (1 << cpu) != 0) {
-        events.extend(process(cpu + 1, &cpu_names(1 << cpu))?);
+        events.extend(process(cpu + 1, &cpu_names(1 << cpu)));
     }
     let tasks = &it.deployment.tasks;
     // Other work, which may change its CPU, and throttling.
@@ -44,30 +44,29 @@ pub(super) fn text(it: &Simulation<'_>) -> Result<String, String> {
         {
             let order = task.priority.real_time().map_or(-1000, |priority| -i64::from(priority));
             let (pid, tid) = place(it, slice.cpu, slice.activity);
-            events.extend(thread(pid, tid, &tasks.name(slice.activity), order)?);
+            events.extend(thread(pid, tid, &tasks.name(slice.activity), order));
         }
         let length = slice.end.checked_sub(slice.start).unwrap_or_default();
         let times = [("ts", nanos(slice.start)), ("dur", nanos(length))];
         let (name, args) = described(it, slice);
         let (pid, tid) = place(it, slice.cpu, slice.activity);
         let event = json!({ "ph": "X", "name": name, "cat": "job", "pid": pid, "tid": tid, "args": args });
-        events.push(line(&times, event)?);
+        events.push(line(&times, &event));
     }
     for job in &it.schedule.jobs {
         let mask = tasks.activities().get(job.activity).and_then(|it| it.cpus).unwrap_or(1);
         let (pid, tid) = place(it, mask.trailing_zeros(), job.activity);
-        let mut instant = |name: &str, at: Time| -> Result<(), String> {
+        let mut instant = |name: &str, at: Time| {
             let args = json!({ "job": job.number });
             let event = json!({ "ph": "i", "s": "t", "name": name, "cat": name, "pid": pid, "tid": tid, "args": args });
-            events.push(line(&[("ts", nanos(at))], event)?);
-            Ok(())
+            events.push(line(&[("ts", nanos(at))], &event));
         };
-        instant("release", job.release)?;
+        instant("release", job.release);
         if job.is_missed {
-            instant("deadline missed", job.deadline)?;
+            instant("deadline missed", job.deadline);
         }
     }
-    Ok(format!("{{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n{}\n]}}\n", events.join(",\n")))
+    format!("{{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n{}\n]}}\n", events.join(",\n"))
 }
 
 /// Returns the numbers of the process and of the thread of an activity on a CPU. Each thread has a number of its own, and none

@@ -74,12 +74,10 @@ impl Export {
         };
         match &self.output {
             None => {
-                let result = write_events(trace, expected, io::stdout().lock());
-                // The reader has enough.
-                let is_closed =
-                    matches!(&result, Err(Failure::Io(error)) if error.kind() == io::ErrorKind::BrokenPipe);
-                if !is_closed {
-                    result.map_err(|failure| failure.message("standard output"))?;
+                let written = write_events(trace, expected, io::stdout().lock())?;
+                // With a closed pipe, the reader has enough.
+                if let Some(error) = written.err().filter(|it| it.kind() != io::ErrorKind::BrokenPipe) {
+                    return Err(format!("cannot write standard output: {error}"));
                 }
             }
             Some(path) => write_file(trace, expected, path)?,
@@ -91,38 +89,23 @@ impl Export {
 /// What a file of trace events begins with.
 const BEGIN: &str = "{\"displayTimeUnit\":\"ms\",\"traceEvents\":[\n";
 
-/// Why a recording was not exported.
-enum Failure {
-    Io(io::Error),
-    Other(String),
-}
-
-impl Failure {
-    fn message(self, output: &str) -> String {
-        match self {
-            Failure::Io(error) => format!("cannot write {output}: {error}"),
-            Failure::Other(message) => message,
-        }
-    }
-}
-
 /// Writes a file, which has its name when it is complete.
 fn write_file(trace: &Path, expected: Expected, path: &Path) -> Result<(), String> {
     let mut partial = path.as_os_str().to_owned();
     partial.push(format!(".{}.tmp", std::process::id()));
     let partial = PathBuf::from(partial);
-    let shown = format!("`{}`", path.display());
-    let file = File::create_new(&partial).map_err(|error| Failure::Io(error).message(&shown))?;
+    let failed = |error: io::Error| format!("cannot write `{}`: {error}", path.display());
+    let file = File::create_new(&partial).map_err(failed)?;
     let written = write_events(trace, expected, file)
-        .and_then(|()| std::fs::rename(&partial, path).map_err(Failure::Io));
-    written.map_err(|failure| {
+        .and_then(|written| written.and_then(|()| std::fs::rename(&partial, path)).map_err(failed));
+    if written.is_err() {
         let _ = std::fs::remove_file(&partial);
-        failure.message(&shown)
-    })
+    }
+    written
 }
 
-/// Writes the events one by one.
-fn write_events(trace: &Path, expected: Expected, to: impl Write) -> Result<(), Failure> {
+/// Writes the events one by one; the message is for a recording that cannot be read.
+fn write_events(trace: &Path, expected: Expected, to: impl Write) -> Result<io::Result<()>, String> {
     let mut writer = TraceWriter {
         to: BufWriter::new(to),
         releases: LatestReleases::new(&expected),
@@ -133,15 +116,17 @@ fn write_events(trace: &Path, expected: Expected, to: impl Write) -> Result<(), 
         is_first: true,
         failure: None,
     };
-    writer.to.write_all(BEGIN.as_bytes()).map_err(Failure::Io)?;
-    let read = read(trace, &mut TraceReader::default(), &mut writer);
-    if let Some(failure) = writer.failure {
-        return Err(failure);
+    if let Err(error) = writer.to.write_all(BEGIN.as_bytes()) {
+        return Ok(Err(error));
     }
-    read.map_err(Failure::Other)?;
+    let read = read(trace, &mut TraceReader::default(), &mut writer);
+    if let Some(error) = writer.failure {
+        return Ok(Err(error));
+    }
+    read?;
     let base = writer.base.unwrap_or_default();
     let end = format!("\n],\"otherData\":{{\"zero_ns\":\"{base}\"}}}}\n");
-    writer.to.write_all(end.as_bytes()).and_then(|()| writer.to.flush()).map_err(Failure::Io)
+    Ok(writer.to.write_all(end.as_bytes()).and_then(|()| writer.to.flush()))
 }
 
 /// The process for periods whose CPU is unknown.
@@ -158,15 +143,15 @@ struct TraceWriter<W: Write> {
     numbers: BTreeMap<String, usize>,
     named: BTreeSet<(u32, usize)>,
     is_first: bool,
-    failure: Option<Failure>,
+    failure: Option<io::Error>,
 }
 
 impl<W: Write> Visitor for TraceWriter<W> {
     fn span(&mut self, span: &Span, names: &Names) -> ControlFlow<()> {
         match self.span_events(span, names) {
             Ok(()) => ControlFlow::Continue(()),
-            Err(failure) => {
-                self.failure = Some(failure);
+            Err(error) => {
+                self.failure = Some(error);
                 ControlFlow::Break(())
             }
         }
@@ -177,27 +162,19 @@ impl<W: Write> Visitor for TraceWriter<W> {
     }
 }
 
+/// No time is later: sums of some of them are still numbers.
+fn signed(time: u64) -> i64 {
+    i64::try_from(time).unwrap_or(i64::MAX / 4)
+}
+
 impl<W: Write> TraceWriter<W> {
-    fn write(&mut self, event: &str) -> Result<(), Failure> {
+    fn write(&mut self, event: &str) -> io::Result<()> {
         let separator: &[u8] = if std::mem::take(&mut self.is_first) { b"" } else { b",\n" };
-        self.to.write_all(separator).and_then(|()| self.to.write_all(event.as_bytes())).map_err(Failure::Io)
+        self.to.write_all(separator).and_then(|()| self.to.write_all(event.as_bytes()))
     }
 
-    fn write_all(&mut self, events: Result<[String; 2], String>) -> Result<(), Failure> {
-        for event in events.map_err(Failure::Other)? {
-            self.write(&event)?;
-        }
-        Ok(())
-    }
-
-    fn event(&mut self, times: &[(&str, i64)], event: Value) -> Result<(), Failure> {
-        let event = line(times, event).map_err(Failure::Other)?;
-        self.write(&event)
-    }
-
-    fn span_events(&mut self, span: &Span, names: &Names) -> Result<(), Failure> {
+    fn span_events(&mut self, span: &Span, names: &Names) -> io::Result<()> {
         let (Some(begin), Some(end)) = (span.begin, span.end) else { return Ok(()) };
-        let signed = |time: u64| i64::try_from(time).unwrap_or(i64::MAX / 4);
         let (begin, end) = (signed(begin), signed(end));
         // Spans that began before this one follow: a second before it, few of them are before 0.
         let base = *self.base.get_or_insert(begin.saturating_sub(1_000_000_000));
@@ -222,10 +199,10 @@ impl<W: Write> TraceWriter<W> {
         }
         let event =
             json!({ "ph": "X", "name": title, "cat": category, "pid": pid, "tid": tid, "args": args });
-        self.event(&[("ts", ts), ("dur", dur)], event)?;
+        self.write(&line(&[("ts", ts), ("dur", dur)], &event))?;
         for (what, at) in instants {
             let event = json!({ "ph": "i", "s": "t", "name": what, "cat": what, "pid": pid, "tid": tid });
-            self.event(&[("ts", at.saturating_sub(base))], event)?;
+            self.write(&line(&[("ts", at.saturating_sub(base))], &event))?;
         }
         Ok(())
     }
@@ -238,7 +215,7 @@ impl<W: Write> TraceWriter<W> {
         (pid, tid): (u32, usize),
         args: &mut serde_json::Map<String, Value>,
         instants: &mut Vec<(&str, i64)>,
-    ) -> Result<(), Failure> {
+    ) -> io::Result<()> {
         let Some(release) = self.releases.release(index, span) else { return Ok(()) };
         let Some(expected) = self.expected.instances.get(index) else { return Ok(()) };
         let end = span.end.and_then(|end| i64::try_from(end).ok()).unwrap_or_default();
@@ -246,7 +223,6 @@ impl<W: Write> TraceWriter<W> {
         let ms = |time: i64| time as f64 / 1e6;
         args.insert("response_ms".to_owned(), ms(response).into());
         instants.push(("release", release));
-        let signed = |time: u64| i64::try_from(time).unwrap_or(i64::MAX / 4);
         let (bound, deadline) = (expected.response.map(signed), expected.deadline.map(signed));
         if deadline.is_some_and(|deadline| response > deadline) {
             instants.push(("deadline missed", release.saturating_add(deadline.unwrap_or_default())));
@@ -260,7 +236,7 @@ impl<W: Write> TraceWriter<W> {
             let base = self.base.unwrap_or_default();
             let args = json!({ "bound_ms": ms(bound), "response_ms": ms(response) });
             let event = json!({ "ph": "X", "name": "bound", "cat": "bound", "pid": pid, "tid": tid + 1, "args": args });
-            self.event(&[("ts", release.saturating_sub(base)), ("dur", bound)], event)?;
+            self.write(&line(&[("ts", release.saturating_sub(base)), ("dur", bound)], &event))?;
         } else {
             // Slices of one thread do not overlap.
             instants.push(("bound", release.saturating_add(bound)));
@@ -269,7 +245,7 @@ impl<W: Write> TraceWriter<W> {
     }
 
     /// Returns the process and the thread of a span, and names them the first time.
-    fn place(&mut self, span: &Span, instance: &str, index: Option<usize>) -> Result<(u32, usize), Failure> {
+    fn place(&mut self, span: &Span, instance: &str, index: Option<usize>) -> io::Result<(u32, usize)> {
         let expected = index.and_then(|index| self.expected.instances.get(index));
         let only = expected.and_then(|it| it.cpus).filter(|mask| mask.is_power_of_two());
         let cpu = span.cpu.or(only.map(u64::trailing_zeros)).filter(|cpu| *cpu < 64);
@@ -282,16 +258,17 @@ impl<W: Write> TraceWriter<W> {
         if self.named.insert((pid, tid)) {
             if self.named.insert((pid, 0)) {
                 let name = cpu.map_or_else(|| "unknown CPU".to_owned(), |cpu| cpu_names(1 << cpu));
-                self.write_all(process(pid, &name))?;
+                process(pid, &name).iter().try_for_each(|event| self.write(event))?;
             }
             let title = match priority {
                 0 => instance.to_owned(),
                 priority => format!("{instance} (priority {priority})"),
             };
-            self.write_all(thread(pid, tid, &title, -2 * priority))?;
+            let mut named = thread(pid, tid, &title, -2 * priority).to_vec();
             if self.expected.instances.iter().any(|it| it.instance == instance && it.response.is_some()) {
-                self.write_all(thread(pid, tid + 1, &format!("{instance}: bound"), -2 * priority + 1))?;
+                named.extend(thread(pid, tid + 1, &format!("{instance}: bound"), -2 * priority + 1));
             }
+            named.iter().try_for_each(|event| self.write(event))?;
         }
         Ok((pid, tid))
     }
