@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 
 use mauve_diagnostics::{check_assumption, check_name};
-use mauve_pwcet::{Check, CheckKind, Estimate, HoldOut, Options, TailModel};
+use mauve_pwcet::{Check, CheckKind, Estimate, HoldOut, LevelEstimate, Options, TailModel};
+use mauve_timing::Time;
 
 use super::Measured;
 use super::figures::{self, TimeUnit, count, counted, p_value, significant};
@@ -38,20 +39,31 @@ pub(super) fn is_over_budget(measured: &Measured<'_>) -> bool {
     }
 }
 
-/// Writes a table. Each head has its class; the first cell of a row is its head.
-fn table(out: &mut String, title: &str, caption: &str, heads: &[(&str, &str)], rows: &[Vec<String>]) {
+/// A column of a table: its head, its class, and its cell for an item.
+struct Column<'a, T> {
+    head: &'static str,
+    class: &'static str,
+    cell: Box<dyn Fn(&T) -> String + 'a>,
+}
+
+fn column<'a, T>(head: &'static str, class: &'static str, cell: impl Fn(&T) -> String + 'a) -> Column<'a, T> {
+    Column { head, class, cell: Box::new(cell) }
+}
+
+/// Writes a table, with a row for each item. The first cell of a row is its head.
+fn table<T>(out: &mut String, title: &str, caption: &str, columns: &[Column<'_, T>], items: &[T]) {
     let _ = write!(
         out,
         "<h3>{title}</h3>\n<p class=\"note\">{caption}</p>\n<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{title}\">\n<table>\n<thead><tr>"
     );
-    for (head, class) in heads {
+    for Column { head, class, .. } in columns {
         let _ = write!(out, "<th scope=\"col\"{}>{head}</th>", attribute(class));
     }
     out.push_str("</tr></thead>\n<tbody>\n");
-    for row in rows {
+    for item in items {
         out.push_str("<tr>");
-        for (index, (cell, (_, class))) in row.iter().zip(heads).enumerate() {
-            let class = attribute(class);
+        for (index, Column { class, cell, .. }) in columns.iter().enumerate() {
+            let (class, cell) = (attribute(class), cell(item));
             let _ = match index {
                 0 => write!(out, "<th scope=\"row\"{class}>{cell}</th>"),
                 _ => write!(out, "<td{class}>{cell}</td>"),
@@ -60,6 +72,17 @@ fn table(out: &mut String, title: &str, caption: &str, heads: &[(&str, &str)], r
         out.push_str("</tr>\n");
     }
     out.push_str("</tbody>\n</table>\n</div>\n");
+}
+
+/// Writes a table of values and their names, which have the head `names`.
+fn values(out: &mut String, title: &str, caption: &str, names: &'static str, rows: &[(&str, String)]) {
+    // A probability below a limit is not equal to it.
+    let shown = |value: &str| value.replace("= <", "<").replace('<', "&lt;");
+    let columns = [
+        column(names, "", |(name, _): &(&str, String)| (*name).to_owned()),
+        column("value", NUMBER, |(_, value): &(&str, String)| shown(value)),
+    ];
+    table(out, title, caption, &columns, rows);
 }
 
 fn attribute(class: &str) -> String {
@@ -73,59 +96,47 @@ fn badge(class: &str, text: &str) -> String {
 const NUMBER: &str = "number";
 
 fn levels(out: &mut String, measured: &Measured<'_>, estimate: &Estimate, unit: &TimeUnit) {
-    let (has_table, has_budget) = (!measured.table.is_empty(), measured.budget.is_some());
-    let has_blocks = estimate.levels.iter().any(|it| it.block_maxima.is_some());
-    let mut heads = vec![
-        ("level", "level"),
-        ("estimate", NUMBER),
-        ("95\u{a0}% upper<br/>bound", NUMBER),
-        ("ratio", NUMBER),
+    type Level = (usize, LevelEstimate);
+    let time = |it: Time| it.as_nanos() as f64;
+    let or_none = |cell: Option<String>| cell.unwrap_or_else(|| "–".to_owned());
+    let mut columns = vec![
+        column("level", "level", |(_, it): &Level| figures::level(it.level)),
+        column("estimate", NUMBER, |(_, it): &Level| unit.number(it.point)),
+        column("95\u{a0}% upper<br/>bound", NUMBER, |(_, it): &Level| {
+            format!("<b>{}</b>", unit.bound_number(it.upper))
+        }),
+        column("ratio", NUMBER, |(_, it): &Level| figures::ratio(it.ratio)),
     ];
-    if has_table {
-        heads.push(("timing<br/>table", NUMBER));
+    if !measured.table.is_empty() {
+        columns.push(column("timing<br/>table", NUMBER, |(index, _): &Level| {
+            or_none(measured.table.get(*index).map(|it| unit.bound_number(time(*it))))
+        }));
     }
-    if has_budget {
-        heads.extend([("budget", NUMBER), ("verdict", "")]);
-    }
-    if has_blocks {
-        heads.extend([("block maxima:<br/>estimate", NUMBER), ("block maxima:<br/>bound", NUMBER)]);
-    }
-    heads.extend([("expected<br/>p·n", NUMBER), ("the bound is", "words")]);
-    let row = |(index, it): (usize, &mauve_pwcet::LevelEstimate)| {
-        let mut row = vec![
-            figures::level(it.level),
-            unit.number(it.point),
-            format!("<b>{}</b>", unit.bound_number(it.upper)),
-            figures::ratio(it.ratio),
-        ];
-        if has_table {
-            row.push(
-                measured
-                    .table
-                    .get(index)
-                    .map_or("–".to_owned(), |it| unit.bound_number(it.as_nanos() as f64)),
-            );
-        }
-        if has_budget {
-            let budget = measured.budget_at(index);
-            row.push(budget.map_or("–".to_owned(), |it| unit.number(it.as_nanos() as f64)));
-            row.push(match (budget, is_over_budget(measured)) {
+    if measured.budget.is_some() {
+        columns.push(column("budget", NUMBER, |(index, _): &Level| {
+            or_none(measured.budget_at(*index).map(|it| unit.number(time(it))))
+        }));
+        columns.push(column("verdict", "", |(index, _): &Level| {
+            match (measured.budget_at(*index), is_over_budget(measured)) {
                 (None, _) => String::new(),
                 (Some(_), true) => badge("failed", "exceeded"),
                 (Some(_), false) => badge("plain", "kept"),
-            });
-        }
-        if has_blocks {
-            let (point, upper) = it.block_maxima.unzip();
-            row.push(point.map_or("–".to_owned(), |it| unit.number(it)));
-            row.push(upper.map_or("–".to_owned(), |it| unit.bound_number(it)));
-        }
-        row.extend([significant(it.depth), depth(it.is_extrapolated, it.depth)]);
-        row
-    };
-    let rows: Vec<Vec<String>> = estimate.levels.iter().enumerate().map(row).collect();
+            }
+        }));
+    }
+    if estimate.levels.iter().any(|it| it.block_maxima.is_some()) {
+        columns.push(column("block maxima:<br/>estimate", NUMBER, |(_, it): &Level| {
+            or_none(it.block_maxima.map(|(point, _)| unit.number(point)))
+        }));
+        columns.push(column("block maxima:<br/>bound", NUMBER, |(_, it): &Level| {
+            or_none(it.block_maxima.map(|(_, upper)| unit.bound_number(upper)))
+        }));
+    }
+    columns.push(column("expected<br/>p·n", NUMBER, |(_, it): &Level| significant(it.depth)));
+    columns.push(column("the bound is", "words", |(_, it): &Level| depth(it.is_extrapolated, it.depth)));
+    let levels: Vec<Level> = estimate.levels.iter().copied().enumerate().collect();
     let caption = format!("Times in {}; the ratio is that of the bound to the high-water mark.", unit.name);
-    table(out, "Levels", &caption, &heads, &rows);
+    table(out, "Levels", &caption, &columns, &levels);
 }
 
 /// Returns how far a bound is from the executions.
@@ -146,27 +157,16 @@ fn depth(is_extrapolated: bool, expected: f64) -> String {
 }
 
 fn tests(out: &mut String, estimate: &Estimate) {
-    let row = |check: &Check| {
-        vec![
-            text(&check_name(check.kind)),
-            text(check_assumption(check.kind)),
-            significant(check.statistic),
-            p_value(check.p).replace('<', "&lt;"),
-            p_value(check.adjusted).replace('<', "&lt;"),
-            verdict(check.is_rejected()),
-        ]
-    };
-    let rows: Vec<Vec<String>> = estimate.checks.iter().map(row).collect();
-    let heads = [
-        ("test", ""),
-        ("assumption", ""),
-        ("statistic", NUMBER),
-        ("p", NUMBER),
-        ("adjusted p", NUMBER),
-        ("verdict", ""),
+    let columns = [
+        column("test", "", |it: &Check| text(&check_name(it.kind))),
+        column("assumption", "", |it: &Check| text(check_assumption(it.kind))),
+        column("statistic", NUMBER, |it: &Check| significant(it.statistic)),
+        column("p", NUMBER, |it: &Check| p_value(it.p).replace('<', "&lt;")),
+        column("adjusted p", NUMBER, |it: &Check| p_value(it.adjusted).replace('<', "&lt;")),
+        column("verdict", "", |it: &Check| verdict(it.is_rejected())),
     ];
     let caption = "Adjusted for the number of tests (Holm): below 0.05, the assumption is rejected.";
-    table(out, "Tests", caption, &heads, &rows);
+    table(out, "Tests", caption, &columns, &estimate.checks);
 }
 
 fn verdict(is_rejected: bool) -> String {
@@ -176,30 +176,19 @@ fn verdict(is_rejected: bool) -> String {
 fn hold_out(out: &mut String, estimate: &Estimate, unit: &TimeUnit) {
     let number = estimate.hold_out.len() as f64;
     let is_rejected = estimate.checks.iter().any(|it| it.kind == CheckKind::HoldOut && it.is_rejected());
-    let row = |it: &HoldOut| {
-        vec![
-            figures::level(it.level),
-            unit.bound_number(it.bound),
-            significant(it.level * it.executions as f64),
-            count(it.exceedances as usize),
-            p_value(it.p).replace('<', "&lt;"),
-            verdict(is_rejected && it.p * number < 0.05),
-        ]
-    };
-    let rows: Vec<Vec<String>> = estimate.hold_out.iter().map(row).collect();
-    let heads = [
-        ("level", "level"),
-        ("bound", NUMBER),
-        ("expected at most", NUMBER),
-        ("observed", NUMBER),
-        ("p", NUMBER),
-        ("verdict", ""),
+    let columns = [
+        column("level", "level", |it: &HoldOut| figures::level(it.level)),
+        column("bound", NUMBER, |it: &HoldOut| unit.bound_number(it.bound)),
+        column("expected at most", NUMBER, |it: &HoldOut| significant(it.level * it.executions as f64)),
+        column("observed", NUMBER, |it: &HoldOut| count(it.exceedances as usize)),
+        column("p", NUMBER, |it: &HoldOut| p_value(it.p).replace('<', "&lt;")),
+        column("verdict", "", |it: &HoldOut| verdict(is_rejected && it.p * number < 0.05)),
     ];
     let caption = format!(
         "Bounds from the first half of the executions, in {}, and the exceedances in the second half.",
         unit.name
     );
-    table(out, "Hold-out", &caption, &heads, &rows);
+    table(out, "Hold-out", &caption, &columns, &estimate.hold_out);
 }
 
 fn clock(out: &mut String, estimate: &Estimate) {
@@ -210,14 +199,7 @@ fn clock(out: &mut String, estimate: &Estimate) {
         ("executions with the time of another one", repeated(estimate)),
         ("mean", TimeUnit::of(estimate.mean).time(estimate.mean)),
     ];
-    let rows: Vec<Vec<String>> = rows.into_iter().map(|(name, value)| vec![name.to_owned(), value]).collect();
-    table(
-        out,
-        "Clock",
-        "Times without ties need a fine clock.",
-        &[("property", ""), ("value", NUMBER)],
-        &rows,
-    );
+    values(out, "Clock", "Times without ties need a fine clock.", "property", &rows);
 }
 
 fn repeated(estimate: &Estimate) -> String {
@@ -234,7 +216,11 @@ fn fits(out: &mut String, estimate: &Estimate, options: &Options, unit: &TimeUni
         TailModel::Exponential => "fit with ξ = 0",
     };
     let law = |shape: f64, scale: f64| format!("ξ = {}, σ = {}", significant(shape), unit.time(scale));
-    let mut rows = vec![
+    let bootstrapped = match estimate.bootstrapped_p {
+        Some(p) => format!("p = {} ({})", p_value(p), counted(options.bootstraps as usize, "sample")),
+        None => "not computed".to_owned(),
+    };
+    let rows = [
         ("threshold", unit.time(tail.threshold)),
         ("excesses", format!("{} ({}\u{a0}%)", count(tail.excesses), figures::rounded(share))),
         ("free fit", law(tail.free.shape, tail.free.scale)),
@@ -242,24 +228,14 @@ fn fits(out: &mut String, estimate: &Estimate, options: &Options, unit: &TimeUni
         ("greatest ξ that is not rejected", significant(tail.greatest_shape)),
         (
             "goodness of the free fit",
-            format!("Anderson–Darling {}, p = {}", significant(tail.statistic), p_value(tail.p))
-                .replace("= <", "<"),
+            format!("Anderson–Darling {}, p = {}", significant(tail.statistic), p_value(tail.p)),
         ),
+        ("the same by bootstrap", bootstrapped),
     ];
-    let bootstrapped = match estimate.bootstrapped_p {
-        Some(p) => format!("p = {} ({})", p_value(p), counted(options.bootstraps as usize, "sample"))
-            .replace("= <", "<"),
-        None => "not computed".to_owned(),
-    };
-    rows.push(("the same by bootstrap", bootstrapped));
-    let heads = [("peaks over threshold", ""), ("value", NUMBER)];
-    let cells = |rows: Vec<(&str, String)>| -> Vec<Vec<String>> {
-        rows.into_iter().map(|(name, value)| vec![name.to_owned(), value.replace('<', "&lt;")]).collect()
-    };
     out.push_str("<div class=\"tables\">\n<div>\n");
     let caption =
         "Excesses over the threshold, with a generalised Pareto distribution. The bounds come from this fit.";
-    table(out, "Fit of the tail", caption, &heads, &cells(rows));
+    values(out, "Fit of the tail", caption, "peaks over threshold", &rows);
     out.push_str("</div>\n<div>\n");
     let rows = match &estimate.block_maxima {
         Some(it) => {
@@ -280,6 +256,6 @@ fn fits(out: &mut String, estimate: &Estimate, options: &Options, unit: &TimeUni
         None => vec![("blocks", "too few for a fit".to_owned())],
     };
     let caption = "Maxima of blocks, with a generalised extreme value distribution. For comparison only.";
-    table(out, "Fit of block maxima", caption, &[("block maxima", ""), ("value", NUMBER)], &cells(rows));
+    values(out, "Fit of block maxima", caption, "block maxima", &rows);
     out.push_str("</div>\n</div>\n");
 }
