@@ -47,6 +47,13 @@ pub(super) fn columns(header: &[&str], rows: &[Vec<String>]) -> String {
     out
 }
 
+/// Formats a table with a row for each item, from the head of each column and its cell of an item.
+pub(super) fn table<T>(items: &[T], of_columns: &[(&str, &dyn Fn(&T) -> String)]) -> String {
+    let header: Vec<&str> = of_columns.iter().map(|(head, _)| *head).collect();
+    let row = |item: &T| of_columns.iter().map(|(_, cell)| cell(item)).collect();
+    columns(&header, &items.iter().map(row).collect::<Vec<Vec<String>>>())
+}
+
 /// Returns a time in ms.
 pub(super) fn number(time: Option<Time>) -> String {
     time.map_or_else(|| "—".to_owned(), Time::number)

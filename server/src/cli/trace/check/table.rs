@@ -7,7 +7,7 @@ use mauve_wcrt::observed::{EdgeCount, ExpectedInstance, IMPROBABLE, ObservedInst
 
 use super::checked::Checked;
 use super::findings::{message, number};
-use crate::cli::text::{columns, counted, duration};
+use crate::cli::text::{counted, duration, table};
 
 /// The names in a list of what was not observed.
 const MOST_NAMES: usize = 8;
@@ -17,28 +17,41 @@ pub(super) fn text(it: &Checked<'_>) -> String {
     let length = it.summary.last.zip(it.summary.first).map(|(last, first)| last.saturating_sub(first));
     let length = length.map_or_else(String::new, |length| format!(" of {}", duration(length)));
     let _ = writeln!(out, "{}: a recording{length} beside the model at {}, times in ms", it.name, it.level);
-    let header = [
-        "instance",
-        "periods",
-        "every",
-        "period",
-        "response",
-        "bound",
-        "of bound",
-        "jitter",
-        "execution",
-        "greatest",
-        "",
-    ];
-    let rows: Vec<Vec<String>> =
-        rows(it).map(|(index, expected, observed)| cells(it, index, expected, observed)).collect();
-    out += &columns(&header, &rows);
+    let ms = |time: Option<u64>| time.map_or_else(none, milliseconds);
+    let rows: Vec<Row<'_>> = rows(it).collect();
+    out += &table(
+        &rows,
+        &[
+            ("instance", &|(_, model, _)| model.instance.clone()),
+            ("periods", &|(.., seen)| seen.periods.to_string()),
+            ("every", &|(.., seen)| ms(seen.interval)),
+            ("period", &|(_, model, _)| ms(model.period)),
+            ("response", &|(.., seen)| ms(seen.response.map(|it| it.time))),
+            ("bound", &|(_, model, _)| ms(model.response)),
+            ("of bound", &of_bound),
+            ("jitter", &|(.., seen)| ms(seen.jitter)),
+            ("execution", &|(.., seen)| ms(seen.execution.map(|it| it.time))),
+            ("greatest", &|(_, model, _)| ms(model.own)),
+            ("", &|row| verdict(it, row)),
+        ],
+    );
     out += "  every, response, jitter, execution: observed; period, bound and the greatest execution of a period: model\n";
     out.push('\n');
-    let header = ["codel or program", "executions", "above", "expected", "longest", "time", ""];
-    let rows: Vec<Vec<String>> = it.observed.times.iter().map(|time| times(it, time)).collect();
-    if !rows.is_empty() {
-        out += &columns(&header, &rows);
+    // What no table has is compared with nothing.
+    let compared = |of: &ObservedTime, cell: String| of.time.map_or_else(none, |_| cell);
+    if !it.observed.times.is_empty() {
+        out += &table(
+            &it.observed.times,
+            &[
+                ("codel or program", &|of| of.key.clone()),
+                ("executions", &|of| of.executions.to_string()),
+                ("above", &|of| compared(of, of.exceeded.to_string())),
+                ("expected", &|of| compared(of, number(of.executions as f64 * it.expected.level))),
+                ("longest", &|of| ms(of.greatest.map(|it| it.time))),
+                ("time", &|of| ms(of.time)),
+                ("", &verdict_of_time),
+            ],
+        );
         out.push('\n');
     }
     for finding in &it.observed.findings {
@@ -57,46 +70,27 @@ pub(super) fn text(it: &Checked<'_>) -> String {
     out
 }
 
-fn rows<'a>(
-    it: &'a Checked<'_>,
-) -> impl Iterator<Item = (usize, &'a ExpectedInstance, &'a ObservedInstance)> {
-    it.expected
-        .instances
-        .iter()
-        .zip(&it.observed.instances)
-        .enumerate()
-        .map(|(index, (one, other))| (index, one, other))
+/// An instance: its index, what the model says of it, and what was observed.
+type Row<'a> = (usize, &'a ExpectedInstance, &'a ObservedInstance);
+
+fn rows<'a>(it: &'a Checked<'_>) -> impl Iterator<Item = Row<'a>> {
+    let both = it.expected.instances.iter().zip(&it.observed.instances).enumerate();
+    both.map(|(index, (model, seen))| (index, model, seen))
 }
 
-fn cells(
-    it: &Checked<'_>,
-    index: usize,
-    expected: &ExpectedInstance,
-    observed: &ObservedInstance,
-) -> Vec<String> {
-    let none = || "—".to_owned();
-    let ms = |time: Option<u64>| time.map_or_else(none, milliseconds);
-    let response = observed.response.map(|it| it.time);
-    let ratio = response.zip(expected.response.filter(|bound| *bound > 0));
-    vec![
-        expected.instance.clone(),
-        observed.periods.to_string(),
-        ms(observed.interval),
-        ms(expected.period),
-        ms(response),
-        ms(expected.response),
-        ratio.map_or_else(none, |(response, bound)| {
-            format!("{:.1} %", 100.0 * response as f64 / bound as f64)
-        }),
-        ms(observed.jitter),
-        ms(observed.execution.map(|it| it.time)),
-        ms(expected.own),
-        verdict(it, index, observed),
-    ]
+fn none() -> String {
+    "—".to_owned()
 }
 
-fn verdict(it: &Checked<'_>, index: usize, observed: &ObservedInstance) -> String {
-    let findings = it.observed.findings.iter().filter(|finding| finding.instance == Some(index)).count();
+fn of_bound((_, model, seen): &Row<'_>) -> String {
+    let ratio = seen.response.zip(model.response.filter(|bound| *bound > 0));
+    ratio.map_or_else(none, |(response, bound)| {
+        format!("{:.1} %", 100.0 * response.time as f64 / bound as f64)
+    })
+}
+
+fn verdict(it: &Checked<'_>, (index, _, observed): &Row<'_>) -> String {
+    let findings = it.observed.findings.iter().filter(|finding| finding.instance == Some(*index)).count();
     match findings {
         _ if !observed.is_observed => "not observed".to_owned(),
         0 if observed.periods == 0 => "codels only".to_owned(),
@@ -105,9 +99,8 @@ fn verdict(it: &Checked<'_>, index: usize, observed: &ObservedInstance) -> Strin
     }
 }
 
-fn times(it: &Checked<'_>, time: &ObservedTime) -> Vec<String> {
-    let none = || "—".to_owned();
-    let verdict = match (time.executions, time.time, time.exceeded) {
+fn verdict_of_time(time: &ObservedTime) -> String {
+    match (time.executions, time.time, time.exceeded) {
         (0, ..) => "not observed".to_owned(),
         (_, None, _) => "no time in the tables".to_owned(),
         _ if let Some(worst) = time.worst.filter(|it| it.probability < IMPROBABLE) => {
@@ -115,16 +108,7 @@ fn times(it: &Checked<'_>, time: &ObservedTime) -> Vec<String> {
         }
         (_, _, 0) => "✓".to_owned(),
         _ => "✓ as often as expected".to_owned(),
-    };
-    vec![
-        time.key.clone(),
-        time.executions.to_string(),
-        time.time.map_or_else(none, |_| time.exceeded.to_string()),
-        time.time.map_or_else(none, |_| number(time.executions as f64 * it.expected.level)),
-        time.greatest.map_or_else(none, |it| milliseconds(it.time)),
-        time.time.map_or_else(none, milliseconds),
-        verdict,
-    ]
+    }
 }
 
 /// What the recording does not show.
@@ -167,7 +151,7 @@ fn notes(it: &Checked<'_>) -> Vec<String> {
             it.summary.lost_events
         ));
     }
-    for (index, expected, observed) in rows(it) {
+    for (_, expected, observed) in rows(it) {
         let name = &expected.instance;
         if expected.priority == Priority::Background && observed.periods > 0 {
             notes.push(format!("`{name}` runs in the background: its response times are not compared"));
@@ -184,7 +168,7 @@ fn notes(it: &Checked<'_>) -> Vec<String> {
         if !observed.is_observed {
             continue;
         }
-        if let Some(not_observed) = coverage(it, index, observed) {
+        if let Some(not_observed) = coverage(expected, observed) {
             notes.push(format!("`{name}`: not observed: {not_observed}"));
         }
     }
@@ -198,8 +182,7 @@ fn notes(it: &Checked<'_>) -> Vec<String> {
 }
 
 /// What of an instance was never executed.
-fn coverage(it: &Checked<'_>, index: usize, observed: &ObservedInstance) -> Option<String> {
-    let expected = it.expected.instances.get(index)?;
+fn coverage(expected: &ExpectedInstance, observed: &ObservedInstance) -> Option<String> {
     let mut parts = Vec::new();
     if let Some(machine) = expected.machine.as_ref().filter(|_| !observed.edges.is_empty()) {
         let edges = machine.edges.all.iter().zip(&observed.edges);
@@ -215,7 +198,7 @@ fn coverage(it: &Checked<'_>, index: usize, observed: &ObservedInstance) -> Opti
             .map(|state| format!("`{}`", name(state)))
             .collect();
         if !states.is_empty() {
-            parts.push(format!("{} {}", if states.len() == 1 { "state" } else { "states" }, listed(&states)));
+            parts.push(listed("state", &states));
         }
         let missing: Vec<String> = edges
             .clone()
@@ -226,35 +209,32 @@ fn coverage(it: &Checked<'_>, index: usize, observed: &ObservedInstance) -> Opti
             })
             .collect();
         if !missing.is_empty() {
-            let what = if missing.len() == 1 { "transition" } else { "transitions" };
-            parts.push(format!("{what} {}", listed(&missing)));
+            parts.push(listed("transition", &missing));
         }
         let unclear = edges.filter(|(_, count)| count.observed == 0 && count.possible > 0).count();
         if unclear > 0 {
             parts.push(format!(
                 "{} may have been taken: others execute the same programs",
-                periods_of_edges(unclear)
+                counted(unclear, "transition")
             ));
         }
     }
     let codels: Vec<String> = observed.codels_not_observed.iter().map(|codel| format!("`{codel}`")).collect();
     if !codels.is_empty() {
-        parts.push(format!("{} {}", if codels.len() == 1 { "codel" } else { "codels" }, listed(&codels)));
+        parts.push(listed("codel", &codels));
     }
     (!parts.is_empty()).then(|| parts.join("; "))
 }
 
-fn periods_of_edges(count: usize) -> String {
-    counted(count, "transition")
-}
-
-fn listed(names: &[String]) -> String {
-    match names.len().checked_sub(MOST_NAMES) {
-        Some(rest) if rest > 0 => {
-            format!("{} and {rest} others", names.get(..MOST_NAMES).unwrap_or_default().join(", "))
-        }
-        _ => names.join(", "),
-    }
+/// Returns names of one kind: `state a`, `codels a, b`.
+fn listed(what: &str, names: &[String]) -> String {
+    let ending = if names.len() == 1 { "" } else { "s" };
+    let shown = names.get(..MOST_NAMES.min(names.len())).unwrap_or_default().join(", ");
+    let others = match names.len().saturating_sub(MOST_NAMES) {
+        0 => String::new(),
+        rest => format!(" and {rest} others"),
+    };
+    format!("{what}{ending} {shown}{others}")
 }
 
 fn milliseconds(time: u64) -> String {
