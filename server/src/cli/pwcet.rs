@@ -115,7 +115,8 @@ impl Pwcet {
             }
         }
         let budgets = self.budgets()?;
-        if let Some(level) = budgets.as_ref().map(|it| it.level).filter(|level| !levels.contains(level)) {
+        let budget_level = budgets.as_ref().and_then(|it| levels.iter().position(|level| *level == it.level));
+        if let Some(level) = budgets.as_ref().map(|it| it.level).filter(|_| budget_level.is_none()) {
             say(&format!(
                 "the project is analysed at {level}, which is not one of the levels: add it to --levels, or change `significance` in \
                  mauve.toml"
@@ -123,14 +124,23 @@ impl Pwcet {
         }
         let measured = |measurement: Measurement| {
             let time = |nanoseconds: f64| Time::from_nanos(rounded_up(nanoseconds));
-            let times = measurement.times().map(|times| times.into_iter().map(time).collect());
-            let budget = budgets.as_ref().and_then(|it| it.of(&measurement.key));
-            Measured { measurement, times, budget }
+            let times: Option<Vec<Time>> =
+                measurement.times().map(|times| times.into_iter().map(time).collect());
+            let budget = budgets.as_ref().and_then(|it| it.greatest.get(&measurement.key).copied());
+            let compared = times.as_ref().zip(budget_level).and_then(|(times, level)| times.get(level));
+            let is_over_budget = compared.zip(budget).is_some_and(|(time, budget)| *time > budget);
+            Measured { measurement, times, budget, is_over_budget }
         };
-        let measurements = measurements.into_iter().map(measured).collect();
-        let mut estimates = Estimates { options, levels, measurements, budgets, recording };
-        estimates.sort();
-        let mut code = u8::from(estimates.measurements.iter().any(|it| estimates.is_finding(it)));
+        let mut measurements: Vec<Measured> = measurements.into_iter().map(measured).collect();
+        // First the codels that exceed their budget, then those without an estimate, then those with warnings.
+        measurements.sort_by_key(|it| match () {
+            () if it.is_over_budget => 0,
+            () if it.times.is_none() => 1,
+            () if !it.remarks().is_empty() => 2,
+            () => 3,
+        });
+        let mut code = u8::from(measurements.iter().any(|it| it.times.is_none() || it.is_over_budget));
+        let estimates = Estimates { options, levels, measurements, budgets, budget_level, recording };
         if let Some(path) = &self.output {
             let written = write::write(path, &self.samples, &files, &estimates, self.replace)?;
             written.messages.iter().for_each(|message| say(message));
@@ -183,12 +193,12 @@ impl Pwcet {
     /// each, while the others keep their times.
     fn has_missed(&self, estimates: &Estimates) -> bool {
         let Some(project) = estimates.budgets.as_ref() else { return false };
-        if !project.has_sources() {
+        if project.sources.is_empty() {
             say(
                 "no C++ file of a codel was found below the folder `out` of [generate] in mauve.toml: changes of them will not be noticed",
             );
         }
-        let missed = budgets::missed(project.project(), self.outside.allow_outside).unwrap_or_default();
+        let missed = budgets::missed(&project.project, self.outside.allow_outside).unwrap_or_default();
         if let [first, ..] = missed.as_slice() {
             let others = match missed.len() - 1 {
                 0 => String::new(),
@@ -226,28 +236,5 @@ impl Pwcet {
         let found =
             read(folder).map_err(|error| say(&format!("the times are compared with no budgets: {error}")));
         Ok(found.ok())
-    }
-}
-
-impl Estimates {
-    /// The index of the level of the budgets.
-    fn budget_level(&self) -> Option<usize> {
-        let budgets = self.budgets.as_ref()?;
-        self.levels.iter().position(|level| *level == budgets.level)
-    }
-
-    /// First the codels that exceed their budget, then those without an estimate, then those with warnings.
-    fn sort(&mut self) {
-        let level = self.budget_level();
-        self.measurements.sort_by_key(|it| match () {
-            () if it.is_over_budget(level) => 0,
-            () if it.times.is_none() => 1,
-            () if !it.remarks().is_empty() => 2,
-            () => 3,
-        });
-    }
-
-    fn is_finding(&self, it: &Measured) -> bool {
-        it.times.is_none() || it.is_over_budget(self.budget_level())
     }
 }

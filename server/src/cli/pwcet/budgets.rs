@@ -17,29 +17,11 @@ pub(super) struct Budgets {
     /// The level of the project: budgets are compared with the times of this level.
     pub(super) level: Level,
     /// The least budget of each codel and program in all deployments.
-    greatest: BTreeMap<String, Time>,
+    pub(super) greatest: BTreeMap<String, Time>,
     /// The C++ files of the codels, where they exist.
-    sources: BTreeMap<String, PathBuf>,
+    pub(super) sources: BTreeMap<String, PathBuf>,
     /// What to load.
-    project: PathBuf,
-}
-
-impl Budgets {
-    pub(super) fn of(&self, key: &str) -> Option<Time> {
-        self.greatest.get(key).copied()
-    }
-
-    pub(super) fn project(&self) -> &Path {
-        &self.project
-    }
-
-    pub(super) fn has_sources(&self) -> bool {
-        !self.sources.is_empty()
-    }
-
-    pub(super) fn source(&self, key: &str) -> Option<&Path> {
-        self.sources.get(key).map(PathBuf::as_path)
-    }
+    pub(super) project: PathBuf,
 }
 
 /// Computes the budgets of the project at `path`, with the present times of all other codels.

@@ -19,11 +19,11 @@ pub(super) fn document(estimates: &Estimates) -> Result<String, String> {
         seed: estimates.options.seed,
         budget_level: estimates.budgets.as_ref().map(|it| it.level.as_f64()),
         recording: estimates.recording.clone(),
-        codels: estimates.measurements.iter().map(|it| codel(estimates, it)).collect::<Vec<_>>(),
+        codels: estimates.measurements.iter().map(|it| codel(&estimates.levels, it)).collect::<Vec<_>>(),
     })
 }
 
-fn codel(estimates: &Estimates, it: &Measured) -> impl Serialize + use<> {
+fn codel(levels: &[Level], it: &Measured) -> impl Serialize + use<> {
     object! {
         key: it.measurement.key.clone(),
         executions: it.measurement.count(),
@@ -31,8 +31,8 @@ fn codel(estimates: &Estimates, it: &Measured) -> impl Serialize + use<> {
         bounds: it.times.as_ref().map(|times| times.iter().map(|&time| milliseconds(time)).collect::<Vec<_>>()),
         budget: it.budget.map(milliseconds),
         remarks: it.remarks(),
-        over_budget: it.is_over_budget(estimates.budget_level()),
-        instances: it.measurement.instances.iter().map(|it| instance(&estimates.levels, it)).collect::<Vec<_>>(),
+        over_budget: it.is_over_budget,
+        instances: it.measurement.instances.iter().map(|it| instance(levels, it)).collect::<Vec<_>>(),
     }
 }
 

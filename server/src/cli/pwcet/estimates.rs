@@ -13,6 +13,8 @@ pub(super) struct Estimates {
     pub(super) measurements: Vec<Measured>,
     /// The level of the budgets, and their project; none without a project.
     pub(super) budgets: Option<Budgets>,
+    /// The index of the level of the budgets.
+    pub(super) budget_level: Option<usize>,
     /// What the recordings lack, in words.
     pub(super) recording: Vec<String>,
 }
@@ -24,6 +26,8 @@ pub(super) struct Measured {
     pub(super) times: Option<Vec<Time>>,
     /// The greatest time with which all deadlines are met.
     pub(super) budget: Option<Time>,
+    /// Whether its time at the level of the budgets is longer.
+    pub(super) is_over_budget: bool,
 }
 
 impl Measured {
@@ -50,11 +54,5 @@ impl Measured {
             }
         }
         remarks
-    }
-
-    /// Whether its time at the level of the budgets is longer than its budget.
-    pub(super) fn is_over_budget(&self, level: Option<usize>) -> bool {
-        let time = self.times.as_ref().zip(level).and_then(|(times, level)| times.get(level));
-        time.zip(self.budget).is_some_and(|(time, budget)| *time > budget)
     }
 }

@@ -11,13 +11,12 @@ use super::estimates::Estimates;
 pub(super) fn report(estimates: &Estimates, samples: &[PathBuf], fingerprints: &[String]) -> String {
     let source = |(path, it): (&PathBuf, &String)| (path.display().to_string(), format!("SHA-256 {it}"));
     let sources: Vec<(String, String)> = samples.iter().zip(fingerprints).map(source).collect();
-    let budget_level = estimates.budget_level();
     let measured = estimates.measurements.iter().flat_map(|it| {
         it.measurement.instances.iter().map(move |measurement| Measured {
             key: &it.measurement.key,
             measurement,
             table: it.times.as_deref().unwrap_or_default(),
-            budget: budget_level.zip(it.budget),
+            budget: estimates.budget_level.zip(it.budget),
         })
     });
     execution_report(&ExecutionReport {

@@ -71,7 +71,7 @@ fn row(estimates: &Estimates, it: &Measured, with_budgets: bool) -> Vec<String> 
     let warnings =
         it.measurement.instances.iter().filter_map(|it| it.result.as_ref().ok()).map(|it| it.warnings.len());
     row.push(match warnings.sum() {
-        _ if it.is_over_budget(estimates.budget_level()) => "✗ over budget".to_owned(),
+        _ if it.is_over_budget => "✗ over budget".to_owned(),
         _ if it.times.is_none() => "✗ no estimate".to_owned(),
         0 if it.measurement.instances.iter().all(|it| it.result.is_ok()) => "✓".to_owned(),
         0 => "! see below".to_owned(),
@@ -87,7 +87,7 @@ fn has_few(it: &Measured) -> bool {
 
 /// Returns what is wrong with a codel: first its budget.
 fn remarks(estimates: &Estimates, it: &Measured) -> Vec<String> {
-    let over = estimates.budgets.as_ref().filter(|_| it.is_over_budget(estimates.budget_level()));
+    let over = estimates.budgets.as_ref().filter(|_| it.is_over_budget);
     let over = over.zip(it.budget).map(|(budgets, budget)| match budget.as_nanos() {
         0 => format!("a deadline is missed at {}, whatever it takes", budgets.level),
         _ => format!(

@@ -168,7 +168,7 @@ struct Origin<'a> {
 impl Origin<'_> {
     fn record(&self, estimates: &Estimates, it: &Measured, times: &[Time]) -> Record {
         let key = &it.measurement.key;
-        let path = estimates.budgets.as_ref().and_then(|budgets| budgets.source(key));
+        let path = estimates.budgets.as_ref().and_then(|budgets| budgets.sources.get(key));
         let source = path.and_then(|path| {
             Some((relative(path, self.table), digest_of(&disk::read(path, disk::LONGEST).ok()?)))
         });
