@@ -149,7 +149,7 @@ check('packages that are no longer generated are listed', function()
   write('generated/old/.mauve-manifest.json', read('generated/motion/.mauve-manifest.json'))
   told = {}
   vim.cmd('Mauve generate')
-  wait_for_word('no longer generated from the models; remove them if you do not need them: old.')
+  wait_for_word('generated/old: this package is no longer generated from these models; remove it if you do not need it.')
   equal(true, told[1]:find('are up to date', 1, true) ~= nil, told[1])
   vim.fn.delete(in_robot('generated/old'), 'rf')
 end)
