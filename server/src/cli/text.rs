@@ -47,8 +47,11 @@ pub(super) fn columns(header: &[&str], rows: &[Vec<String>]) -> String {
     out
 }
 
-/// Formats a table with a row for each item, from the head of each column and its cell of an item.
-pub(super) fn table<T>(items: &[T], of_columns: &[(&str, &dyn Fn(&T) -> String)]) -> String {
+/// The head of a column, and its cell of an item.
+type Column<'a, T> = (&'a str, &'a dyn Fn(&T) -> String);
+
+/// Formats a table with a row for each item.
+pub(super) fn table<T>(items: &[T], of_columns: &[Column<'_, T>]) -> String {
     let header: Vec<&str> = of_columns.iter().map(|(head, _)| *head).collect();
     let row = |item: &T| of_columns.iter().map(|(_, cell)| cell(item)).collect();
     columns(&header, &items.iter().map(row).collect::<Vec<Vec<String>>>())
