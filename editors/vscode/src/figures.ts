@@ -85,6 +85,8 @@ export class Figures implements vscode.Disposable {
 
   /** Marks the figures as older, since the server has ended: another may follow. */
   expire(): void {
+    // It may never answer what it was asked.
+    this.asking.clear();
     [...this.shown.keys()].forEach((key) => this.markLate(key));
   }
 
