@@ -1,6 +1,5 @@
 import * as vscode from "vscode";
 import { Layout, Look, room, widths } from "./columns";
-import { moved } from "./moved";
 import { Figure, Status, statuses, text, worst } from "./label";
 import { InlayHint, InlayHintRequest, InlayHintResolveRequest, Middleware } from "vscode-languageclient/node";
 
@@ -105,14 +104,17 @@ export class Figures implements vscode.Disposable {
 
   private markLate(key: string): void {
     this.late.add(key);
-    this.drawAll(key);
+    vscode.window.visibleTextEditors
+      .filter(({ document }) => document.uri.toString() === key)
+      .forEach((editor) => this.draw(editor));
   }
 
   /** From a change on, the figures on the screen may be those of an earlier text. */
   private expect({ document, contentChanges }: vscode.TextDocumentChangeEvent): void {
     // VS Code has moved the figures with their lines.
-    for (const figure of this.shown.get(document.uri.toString()) ?? []) {
-      figure.position = contentChanges.reduce(moved, figure.position);
+    const moved = this.shown.get(document.uri.toString())?.map((figure) => contentChanges.reduce(moveBy, figure));
+    if (moved !== undefined) {
+      this.shown.set(document.uri.toString(), moved);
     }
     // An answer that is on its way may be older than the change.
     this.asking.forEach((asked) => (asked.again = true));
@@ -166,7 +168,7 @@ export class Figures implements vscode.Disposable {
     }
     if (!isDrawn(document)) {
       this.forget(key);
-      this.drawAll(key);
+      this.drawAll(document);
       return;
     }
     void this.measure();
@@ -192,15 +194,14 @@ export class Figures implements vscode.Disposable {
         if (!asked.again) {
           this.confirm(key);
         }
-        this.drawAll(key);
+        this.drawAll(document);
       }
     } while (asked.again);
     this.asking.delete(key);
   }
 
-  private drawAll(key: string): void {
-    const isOfIt = ({ document }: vscode.TextEditor) => document.uri.toString() === key;
-    vscode.window.visibleTextEditors.filter(isOfIt).forEach((editor) => this.draw(editor));
+  private drawAll(document: vscode.TextDocument): void {
+    vscode.window.visibleTextEditors.filter((editor) => editor.document === document).forEach((it) => this.draw(it));
   }
 
   private draw(editor: vscode.TextEditor): void {
@@ -242,6 +243,15 @@ export class Figures implements vscode.Disposable {
     }
     return tooltips.length === 0 ? undefined : new vscode.Hover(tooltips);
   }
+}
+
+/** A figure where VS Code shows it after a change. */
+function moveBy(figure: Figure, { range, text }: vscode.TextDocumentContentChangeEvent): Figure {
+  const { line, character } = figure.position;
+  // A figure stands at the end of its line.
+  const isBehind = range.end.line < line || (range.end.line === line && range.end.character <= character);
+  const by = text.split("\n").length - 1 - (range.end.line - range.start.line);
+  return isBehind ? { ...figure, position: { line: Math.max(0, line + by), character } } : figure;
 }
 
 /** Whether the figures of a document are drawn here: otherwise, VS Code shows them as it shows all inlay hints. */
