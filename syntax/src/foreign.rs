@@ -212,7 +212,7 @@ const SCALARS: &[&str] = &[
     "size_t", "str", "string", "uint", "unsigned", "void",
 ];
 
-/// Returns the roles of `word` in other languages: `const` has two.
+/// Returns the roles of `word` in other languages. A word may have several, such as `const`.
 pub(crate) fn meanings(word: &str) -> impl Iterator<Item = Word> {
     WORDS.iter().filter(move |(other, _)| *other == word).map(|(_, meaning)| *meaning)
 }

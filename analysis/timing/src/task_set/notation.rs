@@ -103,7 +103,7 @@ fn csv(text: &str) -> Result<TaskSet, TaskSetError> {
     }
     let (line, _) = header.ok_or(TaskSetError::NoHeader)?;
     let head = TaskSet::deserialize(Value::Object(head)).map_err(|error| syntax(error.to_string(), 1))?;
-    // An exported set may have no task; nobody writes a table without one.
+    // A table without tasks is a mistake. JSON and TOML may have none: such exports exist.
     if tasks.is_empty() { Err(TaskSetError::NoTasks { line }) } else { Ok(TaskSet { task: tasks, ..head }) }
 }
 

@@ -7,7 +7,7 @@ use tower_lsp::lsp_types::{self, FoldingRangeKind, FoldingRangeParams};
 
 use crate::lsp::snapshot::Snapshot;
 
-/// Returns the folding ranges of a document. A client that has a limit leaves out the inner ones itself.
+/// Returns all folding ranges of a document. The protocol has the limit of a client as a hint, which is not followed.
 pub(crate) fn folding_ranges(
     snapshot: &Snapshot,
     params: &FoldingRangeParams,
