@@ -1,6 +1,7 @@
 import * as vscode from "vscode";
 import { Layout, Look, room, widths } from "./columns";
 import { Figure, Status, statuses, text, worst } from "./label";
+import { moved } from "./moved";
 import { InlayHint, InlayHintRequest, InlayHintResolveRequest, Middleware } from "vscode-languageclient/node";
 
 /** Asks the server; nothing where it cannot answer now. */
@@ -112,9 +113,11 @@ export class Figures implements vscode.Disposable {
   /** From a change on, the figures on the screen may be those of an earlier text. */
   private expect({ document, contentChanges }: vscode.TextDocumentChangeEvent): void {
     // VS Code has moved the figures with their lines.
-    const moved = this.shown.get(document.uri.toString())?.map((figure) => contentChanges.reduce(moveBy, figure));
-    if (moved !== undefined) {
-      this.shown.set(document.uri.toString(), moved);
+    const key = document.uri.toString();
+    const figures = this.shown.get(key);
+    if (figures !== undefined) {
+      const moves = figures.map((figure) => ({ ...figure, position: contentChanges.reduce(moved, figure.position) }));
+      this.shown.set(key, moves);
     }
     // An answer that is on its way may be older than the change.
     this.asking.forEach((asked) => (asked.again = true));
@@ -243,15 +246,6 @@ export class Figures implements vscode.Disposable {
     }
     return tooltips.length === 0 ? undefined : new vscode.Hover(tooltips);
   }
-}
-
-/** A figure where VS Code shows it after a change. */
-function moveBy(figure: Figure, { range, text }: vscode.TextDocumentContentChangeEvent): Figure {
-  const { line, character } = figure.position;
-  // A figure stands at the end of its line.
-  const isBehind = range.end.line < line || (range.end.line === line && range.end.character <= character);
-  const by = text.split("\n").length - 1 - (range.end.line - range.start.line);
-  return isBehind ? { ...figure, position: { line: Math.max(0, line + by), character } } : figure;
 }
 
 /** Whether the figures of a document are drawn here: otherwise, VS Code shows them as it shows all inlay hints. */
