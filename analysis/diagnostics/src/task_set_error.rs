@@ -14,7 +14,7 @@ use crate::reasons::machine_error;
 ///
 /// let error = TaskSet::parse("name,priod\npilot,50\n", Notation::Csv).unwrap_err();
 /// let message = mauve_diagnostics::task_set_error_message(&error);
-/// assert_eq!(message, "line 2: unknown key `priod`; did you mean `period`?");
+/// assert_eq!(message, "line 1: unknown key `priod`; did you mean `period`?");
 /// ```
 pub fn task_set_error_message(error: &TaskSetError) -> String {
     let harmless = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };

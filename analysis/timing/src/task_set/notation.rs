@@ -80,10 +80,15 @@ fn csv(text: &str) -> Result<TaskSet, TaskSetError> {
         cells.truncate(cells.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1));
         match (cells.as_slice(), &header) {
             ([], _) => {}
-            (cells, Some((_, header))) => {
+            (cells, Some((first, header))) => {
                 let entry = fields(header, cells).ok_or(TaskSetError::WrongColumns { line })?;
-                let task = TaskEntry::deserialize(Value::Object(entry));
-                tasks.push(task.map_err(|error| syntax(error.to_string(), line))?);
+                let task = TaskEntry::deserialize(Value::Object(entry)).map_err(|error| {
+                    let message = error.to_string();
+                    // The header has the names of the fields.
+                    let line = if message.starts_with("unknown field") { *first } else { line };
+                    syntax(message, line)
+                });
+                tasks.push(task?);
             }
             (cells, None) if cells.contains(&"name") => {
                 header = Some((line, cells.iter().map(|&key| key.to_owned()).collect()));

@@ -439,6 +439,7 @@ fn what_is_refused_of_a_text() {
         "name,period,time,time,priority\na,9,1,1,5\n",
         "name,period,time,priority\na,9,1\n",
         "name,period,tine,priority\n\na,9,1,1\n",
+        "name,period,machine\n\na,9,x\n",
         "name,period,machine\na,9,x\n",
         "name,period,time,priority\n\"a\nb\",9,1,1\n",
         "name,period,time,priority\na,9,\"1\n",
@@ -471,7 +472,8 @@ fn what_is_refused_of_a_text() {
         "name,period,time,priority\na,9,1,1,5\n": WrongColumns { line: 2 }
         "name,period,time,time,priority\na,9,1,1,5\n": WrongColumns { line: 2 }
         "name,period,time,priority\na,9,1\n": Of { section: "task", name: "a", error: Missing { key: "priority", level: Level { bits: 4547007122018943789 } } }
-        "name,period,tine,priority\n\na,9,1,1\n": Syntax { message: "unknown field `tine`, expected one of `name`, `component`, `period`, `deadline`, `jitter`, `offset`, `priority`, `cpus`, `time`, `machine`, `initial`, `classic_time`, `assumed`, `not_analysed`", line: 3 }
+        "name,period,tine,priority\n\na,9,1,1\n": Syntax { message: "unknown field `tine`, expected one of `name`, `component`, `period`, `deadline`, `jitter`, `offset`, `priority`, `cpus`, `time`, `machine`, `initial`, `classic_time`, `assumed`, `not_analysed`", line: 1 }
+        "name,period,machine\n\na,9,x\n": Syntax { message: "invalid type: string \"x\", expected a sequence", line: 3 }
         "name,period,machine\na,9,x\n": Syntax { message: "invalid type: string \"x\", expected a sequence", line: 2 }
         "name,period,time,priority\n\"a\nb\",9,1,1\n": Of { section: "task", name: "a\nb", error: ControlCharacter("a\nb") }
         "name,period,time,priority\na,9,\"1\n": Of { section: "task", name: "a", error: Missing { key: "priority", level: Level { bits: 4547007122018943789 } } }
