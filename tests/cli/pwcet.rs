@@ -218,6 +218,18 @@ fn new_times_that_miss_a_deadline_together_are_a_finding() {
 }
 
 #[test]
+fn new_times_of_a_project_that_is_not_analysed_are_a_finding() {
+    let folder = project("pwcet-not-analysed", 0.1, 0.1);
+    let update = ["pwcet", "run.samples", "-o", "timing.toml", "--levels", "1e-4", "--replace"];
+    let found = mauve_in(&folder, &update);
+    assert!(found.code == 0 && !found.err.contains("proved"), "{}{}", found.out, found.err);
+    std::fs::write(folder.join("robot.mal"), MODEL.replace("period = 100", "")).unwrap();
+    let found = mauve_in(&folder, &update);
+    assert!(found.code == 1 && found.err.contains("is not proved"), "{}{}", found.out, found.err);
+    assert!(found.err.contains("the project has 2 errors"), "{}", found.err);
+}
+
+#[test]
 fn what_a_recording_lacks_is_said_with_its_times() {
     let folder = project("pwcet-lacks", 1.0, 0.5);
     let run = std::fs::read_to_string(folder.join("run.csv")).unwrap();

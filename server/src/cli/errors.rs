@@ -1,5 +1,10 @@
-//! What commands say about the errors of a project, without which a figure may be missing.
+//! What commands say about the errors of a project, without which a figure may be missing, and about several deployments.
 
+use mauve_diagnostics::errors_of_text;
+use mauve_hir::item_tree::Kind;
+use mauve_hir::{Database, Decl, Project, Workspace};
+
+use crate::analysis_document::deployments;
 use crate::cli::text::counted;
 use crate::output::say;
 
@@ -12,8 +17,42 @@ pub(super) fn say_errors(errors: usize) {
 
 /// Says that there is no deployment, for which the errors may be the reason.
 pub(super) fn nothing_to(doing: &str, errors: usize) -> String {
-    let nothing = format!("no deployment in these models: nothing to {doing}");
-    if errors == 0 { nothing } else { format!("{nothing}; {}", with_errors(errors)) }
+    missing(format!("no deployment in these models: nothing to {doing}"), errors)
+}
+
+/// Says that something is missing, for which the errors may be the reason.
+pub(super) fn missing(what: String, errors: usize) -> String {
+    if errors == 0 { what } else { format!("{what}; {}", with_errors(errors)) }
+}
+
+/// Returns the only deployment, or the only one called `name`.
+///
+/// # Errors
+///
+/// There is none, or there are several.
+pub(super) fn only_deployment<'db>(
+    db: &'db Database,
+    workspaces: &[Workspace],
+    name: Option<&str>,
+    doing: &str,
+) -> Result<(Project<'db>, Decl<'db>), String> {
+    match deployments(db, workspaces, name)?.as_slice() {
+        [one] => Ok(*one),
+        [] => Err(nothing_to(doing, errors_of_text(db, workspaces))),
+        several => Err(several_of(db, Kind::Deployment, several)),
+    }
+}
+
+/// Says how to choose one of several declarations.
+pub(super) fn several_of(db: &Database, kind: Kind, several: &[(Project<'_>, Decl<'_>)]) -> String {
+    let has_one_project = several.iter().all(|(project, _)| *project == several[0].0);
+    let name = |(project, decl): &(Project<'_>, Decl<'_>)| match has_one_project {
+        true => decl.qualified(db),
+        false => format!("{} of {}", decl.qualified(db), project.root(db).path(db).display()),
+    };
+    let names: Vec<String> = several.iter().map(name).collect();
+    let path = if has_one_project { "" } else { " and the path of a project" };
+    format!("several {kind}s: choose one with --{kind}{path}: {}", names.join(", "))
 }
 
 fn with_errors(errors: usize) -> String {

@@ -3,7 +3,7 @@
 
 use std::collections::HashSet;
 
-use mauve_diagnostics::errors_of;
+use mauve_diagnostics::{errors_of, errors_of_text};
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, Decl, Project, Workspace, target_of};
 use mauve_ide::{draw_graph, graph};
@@ -11,7 +11,7 @@ use mauve_timing::Level;
 use mauve_wcrt::Query;
 
 use crate::analysis_document::{declared, deployments};
-use crate::cli::errors::say_errors;
+use crate::cli::errors::{missing, say_errors, several_of};
 use crate::cli::options::{DrawingFormat, Outside, Paths, level};
 use crate::graph_document::graph_document;
 use crate::load::load;
@@ -87,11 +87,11 @@ impl Graph {
         }
         match found.as_slice() {
             [one] => Ok(*one),
-            [] => Err("no deployment and no architecture in these models".to_owned()),
-            several => {
-                let names: Vec<String> = several.iter().map(|(_, of)| of.qualified(db)).collect();
-                Err(format!("several {kind}s: choose one with --{kind}: {}", names.join(", ")))
+            [] => {
+                let nothing = "no deployment and no architecture in these models".to_owned();
+                Err(missing(nothing, errors_of_text(db, workspaces)))
             }
+            several => Err(several_of(db, kind, several)),
         }
     }
 }

@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use mauve_diagnostics::{times_of, timing_reason};
+use mauve_diagnostics::{errors_of_text, times_of, timing_reason};
 use mauve_hir::item_tree::{Kind, Name};
 use mauve_hir::{Database, Decl, config_of, names_of, projects, similar};
 use mauve_ide::{MachineTitle, draw_state_machine, state_machine};
@@ -12,6 +12,7 @@ use mauve_wcrt::{Refusal, TableSet, first_tables, psm_of, tables_for, tables_of}
 use serde_json::{Value, json};
 
 use crate::analysis_document::{deployments, deployments_of, milliseconds};
+use crate::cli::errors::{missing, say_errors};
 use crate::cli::options::{DrawingFormat, Outside, level};
 use crate::cli::text::columns;
 use crate::load::load;
@@ -82,21 +83,25 @@ impl Psm {
                 }
             }
         }
+        let errors = errors_of_text(&db, &workspaces);
         if let Some(name) = name {
             let Some(&one) = found.iter().find(|(_, component, _)| component.is_called(&db, name)) else {
                 let known: Vec<Name> =
                     found.iter().map(|(_, component, _)| component.name(&db).clone()).collect();
                 let near = similar(name, &known)
                     .map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-                return Err(format!("no component `{name}`{near}"));
+                return Err(missing(format!("no component `{name}`{near}"), errors));
             };
             found = vec![one];
+        }
+        if !found.is_empty() {
+            say_errors(errors);
         }
         for &(tables, component, _) in &found {
             note_other_tables(&db, tables, component);
         }
         match found.as_slice() {
-            [] => Err(format!("no components in `{path}`")),
+            [] => Err(missing(format!("no components in `{path}`"), errors)),
             &[(tables, component, level)] => show(&db, tables, component, level, self.format),
             several => list(&db, several, self.format),
         }

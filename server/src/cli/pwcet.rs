@@ -21,6 +21,7 @@ use self::estimates::{Estimates, Measured};
 use super::own_output::check_own;
 use super::sample_file::unreadable_samples;
 use super::trace::recording_warnings;
+use crate::cli::errors::say_errors;
 use crate::cli::options::Outside;
 use crate::cli::text::counted;
 use crate::disk;
@@ -144,7 +145,7 @@ impl Pwcet {
         if let Some(path) = &self.output {
             let written = write::write(path, &self.samples, &files, &estimates, self.replace)?;
             written.messages.iter().for_each(|message| say(message));
-            code |= u8::from(written.is_exceeded || self.has_missed(&estimates));
+            code |= u8::from(written.is_exceeded || self.has_open(&estimates));
         }
         if let Some(path) = &self.report {
             let fingerprints: Vec<String> = files.iter().map(Samples::fingerprint).collect();
@@ -189,18 +190,20 @@ impl Pwcet {
         }
     }
 
-    /// Returns whether a deadline of the project is missed with the table as it now is, and says which: budgets are for one codel
+    /// Returns whether a deadline of the project is not proved with the table as it now is, and says which: budgets are for one codel
     /// each, while the others keep their times.
-    fn has_missed(&self, estimates: &Estimates) -> bool {
+    fn has_open(&self, estimates: &Estimates) -> bool {
         let Some(project) = estimates.budgets.as_ref() else { return false };
         if project.sources.is_empty() {
             say(
-                "no C++ file of a codel was found below the folder `out` of [generate] in mauve.toml: changes of them will not be noticed",
+                "no C++ file of a codel was found: changes of them will not be noticed; `[generate] out` in mauve.toml is the folder to search",
             );
         }
-        let missed = budgets::missed(&project.project, self.outside.allow_outside).unwrap_or_default();
-        if let [first, ..] = missed.as_slice() {
-            let others = match missed.len() - 1 {
+        let found = budgets::not_proved(&project.project, self.outside.allow_outside);
+        let (open, errors) = found.unwrap_or_default();
+        say_errors(errors);
+        if let [first, ..] = open.as_slice() {
+            let others = match open.len() - 1 {
                 0 => String::new(),
                 others => format!(" and {others} more"),
             };
@@ -208,7 +211,7 @@ impl Pwcet {
                 "with the times of the tables, the deadline of `{first}`{others} is not proved: `mauve wcrt` shows it"
             ));
         }
-        !missed.is_empty()
+        !open.is_empty() || errors > 0
     }
 
     /// A report overwrites reports only.

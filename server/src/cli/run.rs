@@ -8,12 +8,12 @@ mod build;
 
 use std::path::{Path, PathBuf};
 
-use mauve_hir::{Database, Decl, Project, Workspace};
+use mauve_hir::{Database, Decl, Project};
 use mauve_orocos::{GeneratedFile, Package, packages_with_stubs, problems, standalone};
 use mauve_timing::Time;
 
 use super::generate::{refusal_text, warn_of_deadlines};
-use crate::analysis_document::deployments;
+use crate::cli::errors::only_deployment;
 use crate::cli::options::{Outside, time};
 use crate::generate::{GenerateRefusal, GenerateRequest, Out, Selected, generate, read};
 use crate::load::load;
@@ -59,7 +59,7 @@ impl Run {
         let arguments = self.arguments()?;
         let mut db = Database::default();
         let workspaces = load(&mut db, std::slice::from_ref(&self.path), self.outside.allow_outside)?;
-        let (project, deployment) = self.deployment(&db, &workspaces)?;
+        let (project, deployment) = only_deployment(&db, &workspaces, self.deployment.as_deref(), "run")?;
         let problems = problems(&db, project);
         if !problems.is_empty() {
             let text = refusal_text(&db, &workspaces, &problems);
@@ -101,28 +101,6 @@ impl Run {
         ];
         arguments.extend(flags.into_iter().filter(|(_, is_set)| *is_set).map(|(flag, _)| flag.to_owned()));
         Ok(arguments)
-    }
-
-    fn deployment<'db>(
-        &self,
-        db: &'db Database,
-        workspaces: &[Workspace],
-    ) -> Result<(Project<'db>, Decl<'db>), String> {
-        match deployments(db, workspaces, self.deployment.as_deref())?.as_slice() {
-            [one] => Ok(*one),
-            [] => Err("no deployment in these models: nothing to run".to_owned()),
-            several => {
-                let has_one_project = several.iter().all(|(project, _)| *project == several[0].0);
-                let name = |(project, decl): &(Project<'db>, Decl<'db>)| match has_one_project {
-                    true => decl.qualified(db),
-                    false => format!("{} of {}", decl.qualified(db), project.root(db).path(db).display()),
-                };
-                let names: Vec<String> = several.iter().map(name).collect();
-                let how =
-                    if has_one_project { "--deployment" } else { "--deployment and the path of a project" };
-                Err(format!("choose a deployment with {how}: {}", names.join(", ")))
-            }
-        }
     }
 
     /// Generates and builds the program, and returns its path.

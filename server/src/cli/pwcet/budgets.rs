@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use mauve_diagnostics::errors_of_text;
 use mauve_hir::item_tree::Kind;
 use mauve_hir::{Database, names_of, projects};
 use mauve_ide::codel_file;
@@ -58,17 +59,15 @@ pub(super) fn budgets(path: &Path, allows_outside: bool) -> Result<Budgets, Stri
 }
 
 /// Returns the activities whose deadlines are not proved with the times of the tables on the disk: those of a project whose table
-/// was just written. Activities that lack a time are not among them.
-pub(super) fn missed(path: &Path, allows_outside: bool) -> Result<Vec<String>, String> {
+/// was just written. And returns the number of errors in the project.
+pub(super) fn not_proved(path: &Path, allows_outside: bool) -> Result<(Vec<String>, usize), String> {
     let mut db = Database::default();
     let workspaces = load(&mut db, &[path.to_owned()], allows_outside)?;
-    let mut missed = Vec::new();
+    let mut open = Vec::new();
     for (project, deployment) in deployments(&db, &workspaces, None)? {
         let report = response_times(&db, project, deployment, Query::shown(&db, project));
-        let late = |it: &&ActivityReport<'_>| {
-            matches!(it.verdict, Status::Missed | Status::Unbounded | Status::NoBound)
-        };
-        missed.extend(report.activities.iter().filter(late).map(|it| it.instance.to_string()));
+        let is_open = |it: &&ActivityReport<'_>| !matches!(it.verdict, Status::Met | Status::Background);
+        open.extend(report.activities.iter().filter(is_open).map(|it| it.instance.to_string()));
     }
-    Ok(missed)
+    Ok((open, errors_of_text(&db, &workspaces)))
 }

@@ -18,8 +18,7 @@ use mauve_wcrt::{Query, Report, response_times};
 
 use self::checked::Checked;
 use super::import::messages::{still_recording, trace_error};
-use crate::analysis_document::deployments;
-use crate::cli::errors::say_errors;
+use crate::cli::errors::{only_deployment, say_errors};
 use crate::cli::options::{Outside, level};
 use crate::json;
 use crate::load::load;
@@ -63,8 +62,8 @@ impl Check {
         }
         let mut db = Database::default();
         let workspaces = load(&mut db, &[model], self.outside.allow_outside)?;
-        let found = deployments(&db, &workspaces, self.deployment.as_deref())?;
-        let (project, deployment) = only(&db, &found)?;
+        let name = self.deployment.as_deref();
+        let (project, deployment) = only_deployment(&db, &workspaces, name, "compare the recording with")?;
         let (query, report, expected) = model_of(&db, project, deployment, self.significance);
         let mut observer = Observer::new(expected.clone());
         let mut reader = TraceReader::default();
@@ -106,24 +105,6 @@ fn is_model(path: &Path) -> bool {
         path.join(CONFIG_FILE).is_file() || entries.any(|it| it.extension().is_some_and(|it| it == "mal"))
     };
     is_text || is_project() || matches!(Source::of(path), Err(TraceError::NotATrace))
-}
-
-/// Returns the only deployment.
-pub(super) fn only<'db>(
-    db: &'db Database,
-    found: &[(Project<'db>, Decl<'db>)],
-) -> Result<(Project<'db>, Decl<'db>), String> {
-    match found {
-        [one] => Ok(*one),
-        [] => Err("no deployment in these models: nothing to compare the recording with".to_owned()),
-        several => {
-            let names: Vec<&str> = several.iter().map(|(_, it)| it.name(db).as_str()).collect();
-            Err(format!(
-                "a recording is of one deployment: choose it with --deployment: {}",
-                names.join(", ")
-            ))
-        }
-    }
 }
 
 /// Returns what the model of a deployment promises.

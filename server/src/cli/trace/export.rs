@@ -14,8 +14,9 @@ use mauve_timing::Level;
 use mauve_wcrt::observed::{Expected, LatestReleases};
 use serde_json::{Value, json};
 
-use super::check::{model_of, only, read, traces_and_model};
+use super::check::{model_of, read, traces_and_model};
 use crate::analysis_document::deployments;
+use crate::cli::errors::only_deployment;
 use crate::cli::options::{Outside, level};
 use crate::cli::own_output::check_own;
 use crate::cli::trace_events::{line, process, thread};
@@ -57,7 +58,7 @@ impl Export {
         }
         let (traces, model) = traces_and_model(&self.paths);
         let [trace] = traces.as_slice() else {
-            return Err(format!("`{}` is not a model", model.display()));
+            return Err("one recording is exported at a time: name one, and then its model".to_owned());
         };
         let mut db = Database::default();
         let workspaces = load(&mut db, &[model], self.outside.allow_outside)?;
@@ -68,7 +69,8 @@ impl Export {
                 Expected::default()
             }
             false => {
-                let (project, deployment) = only(&db, &found)?;
+                let name = self.deployment.as_deref();
+                let (project, deployment) = only_deployment(&db, &workspaces, name, "export")?;
                 model_of(&db, project, deployment, self.significance).2
             }
         };
