@@ -456,6 +456,20 @@ fn a_model_with_errors_generates_nothing() {
 }
 
 #[test]
+fn a_root_that_does_not_exist_is_an_error() {
+    let it = Project::new("no_root");
+    it.change("mauve.toml", "assume", "project.root = \"robt.mal\"\nassume");
+    for arguments in [&[][..], &["--check"], &["--standalone"]] {
+        let said = it.expect(1, arguments);
+        assert!(said.contains("robt.mal") && said.contains("fix 1 error first"), "{said}");
+    }
+    for command in ["psm", "graph", "run"] {
+        let found = mauve(MAUVE, &it.0, &[command]);
+        assert!(found.code == 2 && found.err.contains("the project has 1 error"), "{command}: {}", found.err);
+    }
+}
+
+#[test]
 fn late_robots_are_generated_with_a_warning() {
     let it = Project::new("late");
     it.change("mauve.toml", "1 ms", "60 ms");

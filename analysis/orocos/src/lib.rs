@@ -59,7 +59,7 @@ mod template;
 mod trace;
 
 pub use generated_file::{GeneratedFile, Owner, Package, STANDALONE};
-pub use library::{Artifact, Problem, ProblemKind, problems};
+pub use library::{Artifact, Problem, ProblemKind, configuration_problems, problems};
 pub use manifest::{MANIFEST, ManifestError};
 pub use package::packages;
 pub use plan::{Action, ChangedCodel, Plan, PlanError, Step, plan};

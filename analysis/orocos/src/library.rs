@@ -1,8 +1,9 @@
 //! The packages of a project, one for each library with generated files, and their dependencies.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
-use mauve_diagnostics::{Severity, file_findings, project_diagnostics, severity_set};
+use mauve_diagnostics::{Diagnostic, Severity, file_findings, project_diagnostics, severity_set};
 use mauve_hir::item_tree::{Direction, Kind, Name, Parameter, TypeRef};
 use mauve_hir::{
     Callee, Config, Decl, FeatureOf, Location, ModelDb, Project, Type, Workspace, catalogue, codel,
@@ -139,14 +140,33 @@ impl<'db> Libraries<'db> {
 /// sorted by file and location.
 pub fn problems<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Problem<'db>> {
     let workspace = project.workspace(db);
-    let config = config_of(db, workspace);
     let own = project_diagnostics(db, project).cloned();
-    let configured = config_file(db, workspace).into_iter();
-    let configured =
-        configured.flat_map(|file| &file_findings(db, workspace, file).shown).map(|it| it.diagnostic.clone());
+    let found = errors(db, workspace, own.chain(configured(db, workspace)));
+    if found.is_empty() { libraries(db, project).1.clone() } else { found }
+}
+
+/// Returns the errors of the `mauve.toml` of a workspace, because of which it may have no project.
+pub fn configuration_problems<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Problem<'db>> {
+    errors(db, workspace, configured(db, workspace))
+}
+
+/// Returns the diagnostics of the `mauve.toml` of a workspace.
+fn configured<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> impl Iterator<Item = Arc<Diagnostic<'db>>> {
+    let shown =
+        config_file(db, workspace).into_iter().flat_map(move |it| &file_findings(db, workspace, it).shown);
+    shown.map(|it| it.diagnostic.clone())
+}
+
+/// Returns the errors of some diagnostics, each once, sorted by file and location.
+fn errors<'db>(
+    db: &'db dyn ModelDb,
+    workspace: Workspace,
+    diagnostics: impl Iterator<Item = Arc<Diagnostic<'db>>>,
+) -> Vec<Problem<'db>> {
+    let config = config_of(db, workspace);
     let mut found: Vec<Problem<'db>> = Vec::new();
     let mut seen: FxHashSet<Problem<'db>> = FxHashSet::default();
-    for diagnostic in own.chain(configured) {
+    for diagnostic in diagnostics {
         let here = severity_set(config, diagnostic.code).flatten();
         let is_error = diagnostic.code.severity == Severity::Error || here == Some(Severity::Error);
         let kind = ProblemKind::Diagnostic(diagnostic.message.clone());
@@ -157,9 +177,6 @@ pub fn problems<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Problem
     }
     // Otherwise, the first one would depend on the order in which files were read.
     found.sort_by_cached_key(|it| (it.at.file(db).path(db).clone(), it.at.range(db).start()));
-    if found.is_empty() {
-        found = libraries(db, project).1.clone();
-    }
     found
 }
 

@@ -10,7 +10,7 @@ use annotate_snippets::{AnnotationKind, Level};
 use clap::ValueEnum;
 use mauve_diagnostics::{Finding, Severity, workspace_diagnostics};
 use mauve_hir::{Database, Decl, Location, Project, Workspace, projects};
-use mauve_orocos::Problem;
+use mauve_orocos::{Problem, configuration_problems};
 use mauve_wcrt::Query;
 
 use super::check::{excerpt, excerpts, located, with_excerpts};
@@ -67,6 +67,11 @@ impl Generate {
     pub(crate) fn run(self) -> Result<Output, String> {
         let mut db = Database::default();
         let workspaces = load(&mut db, std::slice::from_ref(&self.path), self.outside.allow_outside)?;
+        let without_project = workspaces.iter().filter(|it| projects(&db, **it).is_empty());
+        let problems: Vec<_> = without_project.flat_map(|it| configuration_problems(&db, *it)).collect();
+        if !problems.is_empty() {
+            return self.refused(&db, &workspaces, &problems);
+        }
         let request = self.request(&db, &workspaces)?;
         let folders = match generate(&db, &request, &read) {
             Ok(folders) => folders,
