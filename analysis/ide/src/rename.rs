@@ -388,6 +388,22 @@ parts.Laser = 9
     }
 
     #[test]
+    fn an_instance_whose_deadline_is_accepted() {
+        check(
+            "shell S { }\ncore C(S) { }\ncomponent K(S, C)\narchitecture A { instance ma$0p: K }\n\
+             deployment Sea { architecture A activity map { priority = 1 } }\n\
+             architecture B { instance map: K }\ndeployment Land { architecture B activity map { priority = 1 } }\n\
+             //- /mauve.toml\n[deployment.Sea]\naccept = { map = \"by hand\" }\n[deployment.Land.accept]\nmap = \"by hand\"\n",
+            "chart",
+            expect![[r#"
+                /mauve.toml: accept = { chart = "by hand" }
+                /model.mal: architecture A { instance chart: K }
+                /model.mal: deployment Sea { architecture A activity chart { priority = 1 } }
+            "#]],
+        );
+    }
+
+    #[test]
     fn a_codel_is_renamed_in_all_files() {
         robot(
             "codel sh$0oot",

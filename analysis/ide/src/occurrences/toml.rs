@@ -78,32 +78,50 @@ impl<'db> KeyReader<'db> {
             let has_it = |decl: Decl<'db>| section_with_tables(db, project, decl) == Some(key);
             self.deployment(db, project, key, &section.span, &has_it);
         }
+        // Deployments may share an architecture.
+        let deployed = |key: Option<&str>| {
+            let named = names_of(db, project).of_kind(db, Kind::Deployment);
+            let named = named.filter(|it| key.is_none_or(|key| it.is_called(db, key)));
+            each_once(named.filter_map(|of| first_target_of(db, project, of)))
+        };
         for (key, section) in &config.deployments {
             self.deployment(db, project, key, &section.span, &|_| true);
+            for accepted in &section.accepted {
+                self.endpoint(db, project, &deployed(Some(key)), &accepted.instance, &accepted.span);
+            }
         }
-        let deployments = names_of(db, project).of_kind(db, Kind::Deployment);
-        // Deployments may share an architecture.
-        let deployed = each_once(deployments.filter_map(|of| first_target_of(db, project, of)));
+        let all = deployed(None);
         let chains = config.chains.iter().flat_map(|chain| &chain.ends);
         for (end, span) in config.synchronised.iter().chain(chains) {
-            let written = Range::<usize>::from(unquoted(text, range_of(span)));
-            let is_verbatim = text.get(written.clone()) == Some(end.as_str());
-            let piece =
-                |from: usize, to: usize| is_verbatim.then_some(written.start + from..written.start + to);
-            let (instance, port) =
-                end.split_once('.').map_or((end.as_str(), None), |(of, port)| (of, Some(port)));
-            for &target in &deployed {
-                let mut finder = Finder::new(db, project, target);
-                let name = |name: &str| NameRef { name: name.into(), id: SourceId(0) };
-                let endpoint = Endpoint { instance: name(instance), feature: port.map(name) };
-                finder.endpoint(target, &endpoint, Role::Mention);
-                for it in finder.found {
-                    let range = match it.kind {
-                        SymbolKind::Instance => piece(0, instance.len()),
-                        _ => piece(end.len() - port.map_or(0, str::len), end.len()),
-                    };
-                    self.add(range, span, it.definition, it.kind);
-                }
+            self.endpoint(db, project, &all, end, span);
+        }
+    }
+
+    /// Adds an instance of these architectures, and its port behind a dot.
+    fn endpoint(
+        &mut self,
+        db: &'db dyn ModelDb,
+        project: Project<'db>,
+        architectures: &[Decl<'db>],
+        end: &str,
+        span: &Range<usize>,
+    ) {
+        let text = self.file.text(db);
+        let written = Range::<usize>::from(unquoted(text, range_of(span)));
+        let is_verbatim = text.get(written.clone()) == Some(end);
+        let piece = |from: usize, to: usize| is_verbatim.then_some(written.start + from..written.start + to);
+        let (instance, port) = end.split_once('.').map_or((end, None), |(of, port)| (of, Some(port)));
+        for &target in architectures {
+            let mut finder = Finder::new(db, project, target);
+            let name = |name: &str| NameRef { name: name.into(), id: SourceId(0) };
+            let endpoint = Endpoint { instance: name(instance), feature: port.map(name) };
+            finder.endpoint(target, &endpoint, Role::Mention);
+            for it in finder.found {
+                let range = match it.kind {
+                    SymbolKind::Instance => piece(0, instance.len()),
+                    _ => piece(end.len() - port.map_or(0, str::len), end.len()),
+                };
+                self.add(range, span, it.definition, it.kind);
             }
         }
     }
