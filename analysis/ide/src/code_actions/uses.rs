@@ -5,8 +5,11 @@
 
 use std::collections::BTreeSet;
 
+use mauve_hir::fact::{Fact, FactKind};
 use mauve_hir::item_tree::Name;
-use mauve_hir::{Decl, ModelDb, Project, declarations, names_of, package, parse, project_files};
+use mauve_hir::{
+    Decl, ModelDb, Project, declaration_facts, declarations, names_of, package, parse, project_files,
+};
 use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
 use mauve_syntax::{NodeOrToken, SyntaxNode, TextRange};
@@ -109,6 +112,12 @@ fn needed_by<'db>(
     }
     let mut needed = BTreeSet::new();
     for &decl in libraries.declarations.get(library).into_iter().flatten() {
+        // A name that is wrong may be meant for any of them: ambiguous, misspelt, or not there yet.
+        let is_uncertain =
+            |fact: &Fact<'_>| fact.is_error() || matches!(fact.kind, FactKind::UnknownType { .. });
+        if declaration_facts(db, project, decl).iter().any(is_uncertain) {
+            return None;
+        }
         for name in occurrences_of(db, project, decl) {
             match &name.definition {
                 Definition::Declaration(of) => needed.extend(of.library(db).clone()),
@@ -224,6 +233,21 @@ mod tests {
         );
         organised("  use parts\n  // For poses.\n  use geometry_msgs", expect!["not offered\n"]);
         organised("  use parts\n  use geometry_msgs\n  codel g(", expect!["not offered\n"]);
+    }
+
+    #[test]
+    fn a_name_that_is_wrong_may_be_meant_for_any_of_them() {
+        let check = |own: &str| {
+            let text = format!(
+                "library front {{ shell S {{ }} }}\nlibrary rear {{ shell S {{ }} }}\nlibrary robot {{\n  use front\n  use rear\n  \
+                 use std_msgs\n  {own}\n}}\n"
+            );
+            check(&text, "Organise", expect!["not offered\n"]);
+        };
+        // Ambiguous, and without one of them no longer.
+        check("core C(S) { update = { } }");
+        check("shell T { input port p: Heade }");
+        check("core C(T) { update = { } }");
     }
 
     #[test]
