@@ -4,6 +4,7 @@ use mauve_syntax::ast::{self, AstNode as _};
 use mauve_syntax::format::Replacement;
 use mauve_syntax::keywords::{ActivityField, BACKGROUND};
 use mauve_syntax::{has_comment, is_whole};
+use mauve_timing::{Rounding, Time, Unit};
 
 use super::{ActionKind, Actions, put, with_line};
 use crate::Change;
@@ -21,7 +22,8 @@ pub(super) fn offer(actions: &mut Actions<'_, '_>) {
     let is_background =
         of(ActivityField::Priority).and_then(|it| value(&it)).is_some_and(|it| it == BACKGROUND);
     let has_deadline = activity.fields().any(|it| it.field() == Some(ActivityField::Deadline));
-    if !has_deadline && !is_background {
+    let is_time = || Time::parse(&text, Unit::Milliseconds, Rounding::Exact).is_ok_and(|it| it > Time::ZERO);
+    if !has_deadline && !is_background && is_time() {
         actions.offer(ActionKind::Rewrite, format!("Add `deadline = {text}`"), || {
             put(file, period.syntax().text_range().end(), format!(" deadline = {text}"))
         });
@@ -58,6 +60,13 @@ mod tests {
         );
         check(
             "deployment D { activity $0a { period = 2.5; priority = background } }",
+            written,
+            expect![[r#"
+            not offered
+        "#]],
+        );
+        check(
+            "deployment D { activity $0a { period = 0; priority = 1 } }",
             written,
             expect![[r#"
             not offered
