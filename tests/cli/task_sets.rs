@@ -210,7 +210,7 @@ fn a_table_of_tasks_in_each_notation() {
          laser       1        20     100       100    43        43     57  ✓ met\n  \
          map         1        10     200       200  50.5      93.5  106.5  ✓ met\n  \
          CPU 1 utilisation: 68.2 %\n  \
-         assumption: real-time throttling is off; set `[platform] rt_throttling` in mauve.toml\n";
+         assumption: real-time throttling is off; set `rt_throttling` in the file\n";
     assert_eq!((shown.code, shown.out.as_str(), shown.err.as_str()), (0, expected, ""));
     for other in ["robot.toml", "robot.json"] {
         for arguments in

@@ -361,7 +361,7 @@ pub use findings::{
 };
 use lists::enumerated;
 pub use lists::{cpu_names, utilisation};
-pub use reasons::{model_reason, reasons_of, short_reason, timing_reason};
+pub use reasons::{EXHAUSTED, model_reason, reasons_of, short_reason, timing_reason};
 pub use table_reasons::{times_of, unusable_time};
 use timing_facts::timing_diagnostic;
 pub use types::type_name;

@@ -36,6 +36,9 @@ pub fn short_reason<'db>(db: &'db dyn ModelDb, reason: &Reason<'db>) -> String {
     in_words(db, reason).short
 }
 
+/// What is said of an activity for which a better method did not end.
+pub const EXHAUSTED: &str = "the budget of a better method is exhausted: the response time may be shorter";
+
 /// Returns the message of the reason why a core or an architecture is not analysed.
 pub fn model_reason<'db>(db: &'db dyn ModelDb, reason: &fact::Reason<'db>) -> String {
     of_model(db, reason).message

@@ -11,7 +11,7 @@ pub use text::{explain_response, explain_response_of};
 
 use std::collections::HashMap;
 
-use mauve_diagnostics::{cpu_names, times_of, timing_reason};
+use mauve_diagnostics::{EXHAUSTED, cpu_names, times_of, timing_reason};
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Location, ModelDb, config_of};
 use mauve_timing::{CpuRule, Method, Status, THROTTLING, Task, Time, Window, name_of_other, worst_trace};
@@ -174,9 +174,7 @@ impl<'a, 'db> Explanation<'a, 'db> {
         let has_start = activity.window.as_ref().is_some_and(|window| window.start.is_some());
         let mut notes = Vec::new();
         if activity.method.is_some_and(|(_, is_exhausted)| is_exhausted) {
-            notes.push(
-                "the budget of a better method is exhausted: the response time may be shorter".to_owned(),
-            );
+            notes.push(EXHAUSTED.to_owned());
         }
         notes.extend(counted_cpus(report, activity));
         let is_analysed = activity.verdict != Status::NotAnalysed;

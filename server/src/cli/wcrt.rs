@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use mauve_diagnostics::{
-    cpu_names, errors_of_text, reasons_of, task_set_error_message, times_of, timing_reason, utilisation,
+    EXHAUSTED, cpu_names, errors_of_text, reasons_of, task_set_error_message, times_of, timing_reason,
+    utilisation,
 };
 use mauve_hir::item_tree::Name;
 use mauve_hir::{Database, Decl, Location, Project, Workspace};
@@ -270,7 +271,11 @@ fn table(name: &str, it: &Deployed<'_>) -> String {
         let _ = writeln!(out, "  not proved: the project has {}", counted(it.errors, "error"));
     }
     if it.rt_throttling().is_none() {
-        out += "  assumption: real-time throttling is off; set `[platform] rt_throttling` in mauve.toml\n";
+        let key = match it.origin {
+            Origin::Model(_) => "`[platform] rt_throttling` in mauve.toml",
+            Origin::File { .. } => "`rt_throttling` in the file",
+        };
+        let _ = writeln!(out, "  assumption: real-time throttling is off; set {key}");
     }
     let others = it.reports.first().into_iter().flat_map(|(_, report)| report.others());
     out.extend(others.map(|other| {
@@ -389,10 +394,14 @@ fn one_level(of: &Deployed<'_>, report: &Report<'_>) -> String {
         .collect();
     let mut out = columns(&header, &rows);
     if methods.iter().any(|(_, is_exhausted)| *is_exhausted) {
-        out += "  *: the budget of a better method is exhausted: the response time may be shorter\n";
+        let _ = writeln!(out, "  *: {EXHAUSTED}");
     }
     if report.assumes_clocks() {
-        out += "  assumes that the clocks which mauve.toml names are synchronised\n";
+        let clocks = match of.origin {
+            Origin::Model(_) => "the clocks which mauve.toml names",
+            Origin::File { .. } => "the clocks of the tasks with an offset",
+        };
+        let _ = writeln!(out, "  assumes that {clocks} are synchronised");
     }
     out
 }
@@ -530,6 +539,9 @@ fn figures_csv(all: &[Deployed<'_>]) -> String {
 fn remark(of: &Deployed<'_>, of_all: &[String], activity: &ActivityReport<'_>) -> String {
     let mut remarks = reasons_of(of.db, activity);
     remarks.extend(of.acceptance(activity).map(|reason| format!("accepted: {reason}")));
+    if activity.method.is_some_and(|(_, is_exhausted)| is_exhausted) {
+        remarks.push(EXHAUSTED.to_owned());
+    }
     remarks.extend_from_slice(of_all);
     remarks.join("; ")
 }
