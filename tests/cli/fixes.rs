@@ -58,6 +58,9 @@ fn what_needs_a_choice_is_left_to_the_user() {
         // A value is invented.
         "shell S { }\ncore K(S) { update = { } }\ncomponent C(S, K)\narchitecture A { instance a: C }\n\
          deployment D { architecture A  activity a { priority = 1 } }\n",
+        // The field would be set twice.
+        "shell S { }\ncore K(S) { update = { } }\ncomponent C(S, K)\narchitecture A { instance a: C }\n\
+         deployment D { architecture A  activity a { priority = 1 period = 10 perido = 5 } }\n",
     ] {
         let folder = folder("choice", &[("robot.mal", model)]);
         let fixed = check(&folder, &["--fix"]);

@@ -19,9 +19,10 @@ use crate::lists::alternatives;
 use mauve_hir::similar_field;
 use mauve_wcrt::ActivityField;
 
-pub(super) fn report<'db>(at: Location<'db>, name: &str) -> Diagnostic<'db> {
+/// With the similar field, the activity would have it twice where it is set.
+pub(super) fn report<'db>(at: Location<'db>, name: &str, is_similar_set: bool) -> Diagnostic<'db> {
     let found = Diagnostic::new(&UNKNOWN_FIELD, at.clone(), message(name));
-    match similar_field(name) {
+    match similar_field(name).filter(|_| !is_similar_set) {
         Some(near) => {
             found.fix(format!("Change to `{}`", near.keyword()), at, near.keyword().to_owned())
         }

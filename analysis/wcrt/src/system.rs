@@ -17,7 +17,8 @@ use mauve_hir::item_tree::{
 use mauve_hir::{
     ACTIVITY_FIELDS, Decl, Features, FieldEntry, FieldValue, FlatInstance, InvalidValue, Link, Location,
     ModelDb, Project, Unresolved, architecture, declarations, deployment, errors_in, field_entry, flat_of,
-    incomplete_file, mask, number, platform_of, resolve_path, resolve_type, similar, too_large,
+    incomplete_file, mask, number, platform_of, resolve_path, resolve_type, similar, similar_field,
+    too_large,
 };
 
 /// The activities of a deployment.
@@ -354,7 +355,7 @@ impl<'db> SystemReader<'db> {
         let of_instance = found.refusals.len();
         let mut fields = Fields::default();
         for field in &activity.fields {
-            self.field(&mut found, &mut fields, field);
+            self.field(&mut found, &mut fields, activity, field);
         }
         let has_wrong_field = found.refusals.len() > of_instance;
         if found.priority == Priority::Background && !has_wrong_field {
@@ -467,12 +468,19 @@ impl<'db> SystemReader<'db> {
         }
     }
 
-    fn field<'a>(&mut self, found: &mut ResolvedActivity<'db>, fields: &mut Fields<'a>, written: &'a Field) {
+    fn field<'a>(
+        &mut self,
+        found: &mut ResolvedActivity<'db>,
+        fields: &mut Fields<'a>,
+        activity: &Activity,
+        written: &'a Field,
+    ) {
         let at = self.at(written.name.id);
         let Some(field) = ActivityField::from_keyword(&written.name.name) else {
             let name = written.name.name.clone();
             found.refuse(Reason::UnknownField(name.clone()), at.clone());
-            self.report(at, TimingFactKind::UnknownField(name));
+            let is_similar_set = similar_field(&name).is_some_and(|near| activity.field(near).is_some());
+            self.report(at, TimingFactKind::UnknownField { name, is_similar_set });
             fields.has_unknown = true;
             return;
         };
