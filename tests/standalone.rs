@@ -314,7 +314,15 @@ fn orocos_programs_refuse_what_they_cannot_do() {
     let refusal = mauve_run(&folder, &cache, &["--codels", codels.to_str().unwrap()]);
     assert_eq!(refusal.status.code(), Some(2));
     assert!(text(&refusal.stderr).contains("mauve generate"), "{}", text(&refusal.stderr));
+    // The prototype in the user's file is left to the user.
+    write(&folder, &[("robot.mal", &ROBOT.replace("turn(in by: int)", "turn(in by: double)"))]);
+    let generate = || run(Command::new(MAUVE).arg("generate").arg(&folder).arg("--out").arg(&codels));
+    generate();
+    let refusal = mauve_run(&folder, &cache, &["--codels", codels.to_str().unwrap()]);
+    let said = text(&refusal.stderr);
+    assert!(said.contains("write `robot/src/codels/turn.cpp` for its new prototype"), "{said}");
     write(&folder, &[("robot.mal", ROBOT)]);
+    generate();
     write(&codels, &[("robot/src/codels/turn.cpp", &TURN.replace("return by", "return bye"))]);
     let failure = mauve_run(&folder, &cache, &["--codels", codels.to_str().unwrap()]);
     assert_eq!(failure.status.code(), Some(2));

@@ -5,6 +5,7 @@ use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use crate::cli::text::argument;
 use crate::output::Output;
 
 #[derive(Debug, clap::Args)]
@@ -29,7 +30,7 @@ impl New {
         }
         std::fs::create_dir_all(folder).map_err(failed)?;
         let text = written(folder)?;
-        Ok(Output::escaped(format!("{text}\nNext: mauve check {}\n", folder.display()), 0))
+        Ok(Output::escaped(format!("{text}\nNext: mauve check {}\n", argument(folder)), 0))
     }
 }
 

@@ -15,6 +15,7 @@ use mauve_timing::Time;
 use super::generate::{refusal_text, warn_of_deadlines};
 use crate::cli::errors::only_deployment;
 use crate::cli::options::{Outside, time};
+use crate::cli::text::argument;
 use crate::generate::{GenerateRefusal, GenerateRequest, Out, Selected, generate, read};
 use crate::load::load;
 use crate::output::{Output, say};
@@ -153,12 +154,18 @@ impl Run {
             Err(GenerateRefusal::Problems(_)) => Vec::new(),
         };
         if !folders.iter().all(|it| it.plan.is_settled()) {
-            return Err(format!(
-                "the packages in `{}` are not those of the model: run `mauve generate {} --out {}` first",
-                folder.display(),
-                self.path.display(),
-                folder.display()
-            ));
+            let plans = || folders.iter().map(|it| &it.plan);
+            let codel = plans().find_map(|plan| plan.changed_codels.first());
+            let is_generated = plans().all(|plan| plan.steps.is_empty() && plan.edited.is_empty());
+            let what = match codel.filter(|_| is_generated) {
+                Some(codel) => {
+                    format!("write `{}` for its new prototype, which the file beside it has", codel.path)
+                }
+                None => {
+                    format!("run `mauve generate {} --out {}` first", argument(&self.path), argument(folder))
+                }
+            };
+            return Err(format!("the packages in `{}` are not those of the model: {what}", folder.display()));
         }
         Ok(out?.real)
     }

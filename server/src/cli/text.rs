@@ -9,6 +9,13 @@ pub(super) fn shown(path: &Path, here: &Path) -> String {
     path.strip_prefix(here).unwrap_or(path).display().to_string()
 }
 
+/// Returns a path as an argument of a command that is printed for a shell.
+pub(super) fn argument(path: &Path) -> String {
+    let shown = path.display().to_string();
+    let is_plain = |letter: char| letter.is_alphanumeric() || "/._-+,@%=:".contains(letter);
+    if shown.chars().all(is_plain) { shown } else { format!("'{}'", shown.replace('\'', r"'\''")) }
+}
+
 /// Returns a count with its noun: `1 file`, `2 files`, `no files`.
 pub(super) fn counted(count: usize, what: &str) -> String {
     match count {
@@ -93,4 +100,17 @@ pub(super) fn duration(nanoseconds: u64) -> String {
         _ => 0,
     };
     format!("{value:.decimals$} {unit}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_path_is_one_argument() {
+        let of = |path: &str| argument(Path::new(path));
+        assert_eq!(of("../robot-1/é.mal"), "../robot-1/é.mal");
+        assert_eq!((of("my robot"), of("it's")), ("'my robot'".to_owned(), r"'it'\''s'".to_owned()));
+        assert_eq!((of("~x"), of("$(a)")), ("'~x'".to_owned(), "'$(a)'".to_owned()));
+    }
 }
