@@ -94,3 +94,24 @@ fn explain_all_has_one_line_per_code() {
         "{line}"
     );
 }
+
+/// Two projects in a folder have a component of the same name.
+#[test]
+fn a_component_of_several_projects_is_chosen_with_its_path() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), &test_name());
+    for project in ["one", "two"] {
+        let made = mauve(MAUVE, &folder, &["new", project]);
+        assert_eq!(made.code, 0, "{}", made.err);
+    }
+    let of = |arguments: &[&str]| mauve(MAUVE, &folder, arguments);
+    let list = of(&["psm"]);
+    for project in ["one/", "two/"] {
+        assert!(list.out.contains(&format!("Pilot of {}", folder.join(project).display())), "{}", list.out);
+    }
+    let several = of(&["psm", "Pilot"]);
+    assert!(
+        several.code == 2 && several.err.contains("several components are called `Pilot`"),
+        "{several:?}"
+    );
+    assert_eq!(of(&["psm", "one", "Pilot"]).code, 0);
+}

@@ -45,14 +45,21 @@ pub(super) fn only_deployment<'db>(
 
 /// Says how to choose one of several declarations.
 pub(super) fn several_of(db: &Database, kind: Kind, several: &[(Project<'_>, Decl<'_>)]) -> String {
-    let has_one_project = several.iter().all(|(project, _)| *project == several[0].0);
-    let name = |(project, decl): &(Project<'_>, Decl<'_>)| match has_one_project {
+    let path = if has_one_project(several) { "" } else { " and the path of a project" };
+    format!("several {kind}s: choose one with --{kind}{path}: {}", names_in(db, several).join(", "))
+}
+
+fn has_one_project(several: &[(Project<'_>, Decl<'_>)]) -> bool {
+    several.iter().all(|(project, _)| *project == several[0].0)
+}
+
+/// Returns the qualified names of declarations; of several projects, each with its project.
+pub(super) fn names_in(db: &Database, several: &[(Project<'_>, Decl<'_>)]) -> Vec<String> {
+    let name = |(project, decl): &(Project<'_>, Decl<'_>)| match has_one_project(several) {
         true => decl.qualified(db),
         false => format!("{} of {}", decl.qualified(db), project.root(db).path(db).display()),
     };
-    let names: Vec<String> = several.iter().map(name).collect();
-    let path = if has_one_project { "" } else { " and the path of a project" };
-    format!("several {kind}s: choose one with --{kind}{path}: {}", names.join(", "))
+    several.iter().map(name).collect()
 }
 
 fn with_errors(errors: usize) -> String {

@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 
 use mauve_diagnostics::{errors_of_text, times_of, timing_reason};
 use mauve_hir::item_tree::{Kind, Name};
-use mauve_hir::{Database, Decl, config_of, names_of, projects, similar};
+use mauve_hir::{Database, Decl, Project, config_of, names_of, projects, similar};
 use mauve_ide::{MachineTitle, draw_state_machine, state_machine};
 use mauve_timing::{Level, Time};
 use mauve_wcrt::{Refusal, TableSet, first_tables, psm_of, tables_for, tables_of};
 use serde_json::{Value, json};
 
 use crate::analysis_document::{deployments, deployments_of, milliseconds};
-use crate::cli::errors::{missing, say_errors};
+use crate::cli::errors::{missing, names_in, say_errors};
 use crate::cli::options::{DrawingFormat, Outside, level};
 use crate::cli::text::columns;
 use crate::load::load;
@@ -85,14 +85,20 @@ impl Psm {
         }
         let errors = errors_of_text(&db, &workspaces);
         if let Some(name) = name {
-            let Some(&one) = found.iter().find(|(_, component, _)| component.is_called(&db, name)) else {
-                let known: Vec<Name> =
-                    found.iter().map(|(_, component, _)| component.name(&db).clone()).collect();
+            let known: Vec<Name> =
+                found.iter().map(|(_, component, _)| component.name(&db).clone()).collect();
+            found.retain(|(_, component, _)| component.is_called(&db, name));
+            if found.is_empty() {
                 let near = similar(name, &known)
                     .map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
                 return Err(missing(format!("no component `{name}`{near}"), errors));
-            };
-            found = vec![one];
+            }
+            if found.len() > 1 {
+                let names = names_in(&db, &declared(&db, &found)).join(", ");
+                return Err(format!(
+                    "several components are called `{name}`: choose one with its library and the path of its project: {names}"
+                ));
+            }
         }
         if !found.is_empty() {
             say_errors(errors);
@@ -106,6 +112,10 @@ impl Psm {
             several => list(&db, several, self.format),
         }
     }
+}
+
+fn declared<'db>(db: &'db Database, found: &[FoundMachine<'db>]) -> Vec<(Project<'db>, Decl<'db>)> {
+    found.iter().map(|&(tables, component, _)| (tables.project(db), component)).collect()
 }
 
 /// Says on standard error that deployments have other times of a component than those that are shown.
@@ -135,9 +145,13 @@ fn list<'db>(
     let mut documents = Vec::new();
     let mut notes = String::new();
     for &(tables, component, level) in found {
-        let same = found.iter().filter(|(_, other, _)| other.name(db) == component.name(db)).count();
-        let name =
-            if same > 1 { component.qualified(db).to_string() } else { component.name(db).to_string() };
+        let mut same = declared(db, found);
+        same.retain(|(_, other)| other.name(db) == component.name(db));
+        let number = same.iter().position(|(_, other)| *other == component);
+        let name = match number.filter(|_| same.len() > 1) {
+            Some(number) => names_in(db, &same).swap_remove(number),
+            None => component.name(db).to_string(),
+        };
         let times = tables.section(db).as_deref();
         match psm_of(db, tables, component, level) {
             Ok(psm) => {
