@@ -21,7 +21,7 @@ pub(super) fn timing_diagnostic<'db>(
         Fact::DuplicateField { of, id, field, instance, first } => {
             duplicate_field::report((*of, *id), *field, instance, first)
         }
-        Fact::UnknownField { name, is_similar_set } => unknown_field::report(at, name, *is_similar_set),
+        Fact::UnknownField { name, near } => unknown_field::report(at, name, *near),
         Fact::MissingPriority { of, activity, free, period } => {
             missing_field::priority(*of, activity, *free, *period)
         }

@@ -19,10 +19,10 @@ use crate::lists::alternatives;
 use mauve_hir::similar_field;
 use mauve_wcrt::ActivityField;
 
-/// With the similar field, the activity would have it twice where it is set.
-pub(super) fn report<'db>(at: Location<'db>, name: &str, is_similar_set: bool) -> Diagnostic<'db> {
+/// The fix changes the field to `near`.
+pub(super) fn report<'db>(at: Location<'db>, name: &str, near: Option<ActivityField>) -> Diagnostic<'db> {
     let found = Diagnostic::new(&UNKNOWN_FIELD, at.clone(), message(name));
-    match similar_field(name).filter(|_| !is_similar_set) {
+    match near {
         Some(near) => {
             found.fix(format!("Change to `{}`", near.keyword()), at, near.keyword().to_owned())
         }

@@ -48,8 +48,8 @@ pub enum TimingFactKind<'db> {
     MissingActivity { of: Decl<'db>, instance: Name },
     /// An activity has a field twice.
     DuplicateField { of: Decl<'db>, id: SourceId, field: ActivityField, instance: Name, first: Location<'db> },
-    /// No activity has a field of this name. The field with a similar name, which it may be meant for, may be set already.
-    UnknownField { name: Name, is_similar_set: bool },
+    /// No activity has a field of this name. With the field of a similar name, if the activity does not have it yet.
+    UnknownField { name: Name, near: Option<ActivityField> },
     /// An activity has no priority. With a free priority on its CPU, and the location of its period.
     MissingPriority { of: Decl<'db>, activity: (Name, SourceId), free: u32, period: Option<SourceId> },
     /// An activity has no period. With the location of the value of its priority.

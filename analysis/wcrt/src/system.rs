@@ -479,8 +479,8 @@ impl<'db> SystemReader<'db> {
         let Some(field) = ActivityField::from_keyword(&written.name.name) else {
             let name = written.name.name.clone();
             found.refuse(Reason::UnknownField(name.clone()), at.clone());
-            let is_similar_set = similar_field(&name).is_some_and(|near| activity.field(near).is_some());
-            self.report(at, TimingFactKind::UnknownField { name, is_similar_set });
+            let near = similar_field(&name).filter(|near| activity.field(*near).is_none());
+            self.report(at, TimingFactKind::UnknownField { name, near });
             fields.has_unknown = true;
             return;
         };
