@@ -108,6 +108,11 @@ fn a_component_of_several_projects_is_chosen_with_its_path() {
     for project in ["one/", "two/"] {
         assert!(list.out.contains(&format!("Pilot of {}", folder.join(project).display())), "{}", list.out);
     }
+    let document: Value = serde_json::from_str(&of(&["psm", "--format", "json"]).out).unwrap();
+    let names = document["components"].as_array().unwrap().iter().map(|it| it["component"].as_str().unwrap());
+    assert!(
+        names.clone().any(|name| name.ends_with("Pilot")) && names.clone().all(|name| !name.contains('/'))
+    );
     let several = of(&["psm", "Pilot"]);
     assert!(
         several.code == 2 && several.err.contains("several components are called `Pilot`"),

@@ -50,12 +50,14 @@ pub(super) fn several_of(db: &Database, kind: Kind, several: &[(Project<'_>, Dec
 }
 
 fn has_one_project(several: &[(Project<'_>, Decl<'_>)]) -> bool {
-    several.iter().all(|(project, _)| *project == several[0].0)
+    let first = several.first().map(|(project, _)| project);
+    several.iter().all(|(project, _)| Some(project) == first)
 }
 
 /// Returns the qualified names of declarations; of several projects, each with its project.
 pub(super) fn names_in(db: &Database, several: &[(Project<'_>, Decl<'_>)]) -> Vec<String> {
-    let name = |(project, decl): &(Project<'_>, Decl<'_>)| match has_one_project(several) {
+    let has_one_project = has_one_project(several);
+    let name = |(project, decl): &(Project<'_>, Decl<'_>)| match has_one_project {
         true => decl.qualified(db),
         false => format!("{} of {}", decl.qualified(db), project.root(db).path(db).display()),
     };

@@ -100,14 +100,14 @@ impl Psm {
                 ));
             }
         }
-        if !found.is_empty() {
-            say_errors(errors);
+        if found.is_empty() {
+            return Err(missing(format!("no components in `{path}`"), errors));
         }
+        say_errors(errors);
         for &(tables, component, _) in &found {
             note_other_tables(&db, tables, component);
         }
         match found.as_slice() {
-            [] => Err(missing(format!("no components in `{path}`"), errors)),
             &[(tables, component, level)] => show(&db, tables, component, level, self.format),
             several => list(&db, several, self.format),
         }
@@ -144,20 +144,18 @@ fn list<'db>(
     let mut rows = Vec::new();
     let mut documents = Vec::new();
     let mut notes = String::new();
-    for &(tables, component, level) in found {
-        let mut same = declared(db, found);
-        same.retain(|(_, other)| other.name(db) == component.name(db));
-        let number = same.iter().position(|(_, other)| *other == component);
-        let name = match number.filter(|_| same.len() > 1) {
-            Some(number) => names_in(db, &same).swap_remove(number),
-            None => component.name(db).to_string(),
+    for (&(tables, component, level), in_project) in found.iter().zip(names_in(db, &declared(db, found))) {
+        let same = found.iter().filter(|(_, other, _)| other.name(db) == component.name(db)).count();
+        let (name, shown) = match same {
+            1 => (component.name(db).to_string(), component.name(db).to_string()),
+            _ => (component.qualified(db), in_project),
         };
         let times = tables.section(db).as_deref();
         match psm_of(db, tables, component, level) {
             Ok(psm) => {
                 let time = psm.machine.edges().iter().map(|edge| edge.cost).max().unwrap_or(Time::ZERO);
                 let (states, edges) = (psm.states.len(), psm.machine.edges().len());
-                let name_with_times = format!("{name}{}", times_of(times));
+                let name_with_times = format!("{shown}{}", times_of(times));
                 rows.push(vec![name_with_times, states.to_string(), edges.to_string(), time.number()]);
                 documents.push(json!({
                     "component": name, "times": times, "states": states, "edges": edges, "time": milliseconds(time),
@@ -165,8 +163,8 @@ fn list<'db>(
             }
             Err(refusals) => {
                 let unknown = ["—"; 3].map(str::to_owned);
-                rows.push(std::iter::once(name.clone()).chain(unknown).collect());
-                notes += &format!("  {name}: {}\n", reasons(db, refusals));
+                notes += &format!("  {shown}: {}\n", reasons(db, refusals));
+                rows.push(std::iter::once(shown).chain(unknown).collect());
                 documents.push(json!({ "component": name, "reasons": reasons(db, refusals) }));
             }
         }

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use mauve_diagnostics::cpu_names;
 use mauve_hir::Database;
+use mauve_hir::item_tree::Kind;
 use mauve_pwcet::trace::{Names, Span, SpanKind, TraceReader, Visitor};
 use mauve_timing::Level;
 use mauve_wcrt::observed::{Expected, LatestReleases};
@@ -16,7 +17,7 @@ use serde_json::{Value, json};
 
 use super::check::{model_of, read, traces_and_model};
 use crate::analysis_document::deployments;
-use crate::cli::errors::only_deployment;
+use crate::cli::errors::several_of;
 use crate::cli::options::{Outside, level};
 use crate::cli::own_output::check_own;
 use crate::cli::trace_events::{line, process, thread};
@@ -62,17 +63,13 @@ impl Export {
         };
         let mut db = Database::default();
         let workspaces = load(&mut db, &[model], self.outside.allow_outside)?;
-        let found = deployments(&db, &workspaces, self.deployment.as_deref())?;
-        let expected = match found.is_empty() {
-            true => {
+        let expected = match deployments(&db, &workspaces, self.deployment.as_deref())?.as_slice() {
+            [] => {
                 say("no deployment in this model: the recording is exported without bounds");
                 Expected::default()
             }
-            false => {
-                let name = self.deployment.as_deref();
-                let (project, deployment) = only_deployment(&db, &workspaces, name, "export")?;
-                model_of(&db, project, deployment, self.significance).2
-            }
+            &[(project, deployment)] => model_of(&db, project, deployment, self.significance).2,
+            several => return Err(several_of(&db, Kind::Deployment, several)),
         };
         match &self.output {
             None => {
