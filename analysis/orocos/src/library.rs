@@ -145,7 +145,7 @@ pub fn problems<'db>(db: &'db dyn ModelDb, project: Project<'db>) -> Vec<Problem
     if found.is_empty() { libraries(db, project).1.clone() } else { found }
 }
 
-/// Returns the errors of the `mauve.toml` of a workspace, because of which it may have no project.
+/// Returns the errors of the `mauve.toml` of a workspace. [`problems`] has them too, but a workspace without a valid root has no project.
 pub fn configuration_problems<'db>(db: &'db dyn ModelDb, workspace: Workspace) -> Vec<Problem<'db>> {
     errors(db, workspace, configured(db, workspace))
 }

@@ -58,8 +58,8 @@ pub(super) fn budgets(path: &Path, allows_outside: bool) -> Result<Budgets, Stri
     Ok(budgets)
 }
 
-/// Returns the activities whose deadlines are not proved with the times of the tables on the disk: those of a project whose table
-/// was just written. And returns the number of errors in the project.
+/// Returns the activities whose deadlines are not proved, and the number of errors in the project. Reads the tables from the disk
+/// again, since one was just written.
 pub(super) fn not_proved(path: &Path, allows_outside: bool) -> Result<(Vec<String>, usize), String> {
     let mut db = Database::default();
     let workspaces = load(&mut db, &[path.to_owned()], allows_outside)?;
