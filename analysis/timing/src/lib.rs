@@ -20,6 +20,7 @@
 //! | `time.rs` | [`Time`]: nanoseconds, read exactly from decimal text |
 //! | `level.rs` | [`Level`]: how probable it is that a time is exceeded |
 //! | `table.rs` | [`Table`]: execution times by codel, program and component, in TOML |
+//! | `observed.rs` | [`Observed`]: what recordings of a robot showed, in TOML |
 //! | `machine.rs` | [`StateMachine`]: states and edges, one edge a period |
 //! | `cycle_mean.rs` | λ, what a machine asks for in the long run |
 //! | `trace_bound.rs` | [`TraceBound`]: M(n), what n consecutive periods ask for at most |
@@ -52,6 +53,7 @@ mod lane;
 mod lane_analysis;
 mod level;
 mod machine;
+mod observed;
 mod operations;
 mod paths;
 mod response_time;
@@ -73,6 +75,9 @@ pub use breakdown::Breakdown;
 pub use cycle_mean::CycleMean;
 pub use level::{Level, MOST_LEVELS};
 pub use machine::{Edge, MachineError, StateMachine};
+pub use observed::{
+    Observed, ObservedCodel, ObservedError, ObservedErrorKind, ObservedTimes, ObservedWork, Recording,
+};
 pub use response_time::response_times;
 pub use set_analysis::SetAnalysis;
 pub use simulation::{

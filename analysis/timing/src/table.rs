@@ -3,7 +3,7 @@
 pub(crate) mod error;
 pub mod keys;
 pub(crate) mod measured;
-mod reader;
+pub(crate) mod reader;
 pub(crate) mod update;
 
 use std::ops::Range;

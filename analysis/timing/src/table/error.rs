@@ -82,7 +82,7 @@ pub enum TomlKind {
 }
 
 impl TomlKind {
-    pub(super) fn of(value: &DeValue) -> TomlKind {
+    pub(crate) fn of(value: &DeValue) -> TomlKind {
         match value {
             DeValue::String(_) => TomlKind::String,
             DeValue::Integer(_) | DeValue::Float(_) => TomlKind::Number,

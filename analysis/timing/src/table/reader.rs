@@ -380,7 +380,7 @@ fn parts_of_keys(text: &str) -> HashMap<usize, Vec<KeyPart>> {
 }
 
 /// In decimal; `None` where it does not fit.
-fn integer_text(integer: &DeInteger) -> Option<String> {
+pub(crate) fn integer_text(integer: &DeInteger) -> Option<String> {
     match integer.radix() {
         10 => Some(integer.as_str().to_owned()),
         radix => u64::from_str_radix(integer.as_str(), radix).ok().map(|value| value.to_string()),

@@ -1,0 +1,619 @@
+//! What recordings of a robot showed, as a small text file beside the timing tables: `robot.observed.toml`.
+//!
+//! `mauve trace import` writes it. A recording has many megabytes and stays outside the repository; this file is in it, and holds
+//! the greatest of all that was observed, so that each later check can compare it with the tables.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+use toml_edit::{ArrayOfTables, DocumentMut, Item, Table as EditTable};
+
+use crate::table::reader::integer_text;
+use crate::{Rounding, Time, TimeError, TomlKind, Unit};
+
+/// What recordings showed. All times are in nanoseconds.
+///
+/// ```
+/// use mauve_timing::Observed;
+///
+/// let text = r#"
+/// unit = "ms"
+/// [[recording]]
+/// source = "rec"
+/// date = 2026-11-26
+/// host = "arm"
+/// samples = "3abc82820ae84cf9"
+/// [codel."robot.grab"]
+/// executions = 3000
+/// greatest = 0.061
+/// wait = 8.06
+/// [access."robot.Camera.frame"]
+/// executions = 3000
+/// greatest = 0.6
+/// [lock.bus."drivers.imu_read"]
+/// executions = 100
+/// held = 0.2
+/// [work.worker]
+/// per_second = 0.5
+/// "#;
+/// let (observed, problems) = Observed::parse(text);
+/// assert!(problems.is_empty());
+/// let grab = &observed.codels["robot.grab"];
+/// assert_eq!((grab.executions, grab.greatest, grab.wait), (3000, 61_000, 8_060_000));
+/// assert_eq!(&text[grab.span.clone()], "\"robot.grab\"");
+/// ```
+#[derive(Clone, PartialEq, Eq, Hash, Default, Debug)]
+pub struct Observed {
+    /// The recordings, in the order in which they were imported.
+    pub recordings: Vec<Recording>,
+    /// `[codel]`, by the key of timing tables.
+    pub codels: BTreeMap<String, ObservedCodel>,
+    /// `[program]`, by the key of timing tables.
+    pub programs: BTreeMap<String, ObservedTimes>,
+    /// `[access]`: reads and writes of ports, by the key of the component, a dot and the name of the port.
+    pub accesses: BTreeMap<String, ObservedTimes>,
+    /// `[lock]`: for how long a lock was held, by the name of the lock and the codel that held it.
+    pub locks: BTreeMap<(String, String), ObservedTimes>,
+    /// `[work]`: the CPU time of threads that are not components, by the name of the thread.
+    pub work: BTreeMap<String, ObservedWork>,
+}
+
+/// One recording that the file summarises: `[[recording]]`.
+#[derive(Clone, PartialEq, Eq, Hash, Default, Debug)]
+pub struct Recording {
+    /// The bytes of `[[recording]]`'s first key.
+    pub span: Range<usize>,
+    /// The path that was imported.
+    pub source: String,
+    /// When it was imported, as a date in ISO 8601.
+    pub date: String,
+    /// The computer on which it was imported, unless the recording names another one.
+    pub host: String,
+    /// The digest of the recording: the same one is never counted twice.
+    pub samples: String,
+}
+
+/// The executions of a codel.
+#[derive(Clone, PartialEq, Eq, Hash, Default, Debug)]
+pub struct ObservedCodel {
+    /// The bytes of the last part of its key, quotes included.
+    pub span: Range<usize>,
+    /// How many executions were recorded.
+    pub executions: u64,
+    /// The greatest CPU time of one of them.
+    pub greatest: u64,
+    /// The greatest time that one execution spent off the CPU and that no thread of the recording explains.
+    pub wait: u64,
+    /// Whether the recording shows that `wait` was spent waiting: otherwise, it may have been preemption by a thread that the
+    /// recording does not have.
+    pub is_wait_known: bool,
+}
+
+/// The executions of a program, the accesses of a port, or the times for which a lock was held.
+#[derive(Clone, PartialEq, Eq, Hash, Default, Debug)]
+pub struct ObservedTimes {
+    /// The bytes of the last part of its key, quotes included.
+    pub span: Range<usize>,
+    /// How many were recorded.
+    pub executions: u64,
+    /// The greatest time of one of them: CPU time; for a lock, the elapsed time.
+    pub greatest: u64,
+}
+
+/// The work of a thread that is not a component.
+#[derive(Clone, PartialEq, Eq, Hash, Default, Debug)]
+pub struct ObservedWork {
+    /// The bytes of its key, quotes included.
+    pub span: Range<usize>,
+    /// The CPU time that it used in one second of the run, on average.
+    pub per_second: u64,
+}
+
+/// An error in such a file. `mauve-diagnostics` has the message.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub struct ObservedError {
+    /// Where, in bytes.
+    pub span: Range<usize>,
+    /// What is wrong.
+    pub kind: ObservedErrorKind,
+}
+
+/// The kinds of errors in such a file.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+#[allow(missing_docs, reason = "the documentation of a variant says what its fields are")]
+pub enum ObservedErrorKind {
+    /// The text is not TOML: the error of the parser.
+    NotToml(String),
+    /// A section or a key has an unknown name.
+    UnknownKey(String),
+    /// An entry lacks this key.
+    MissingKey(&'static str),
+    /// This key has a value of another kind than `expected`, in words.
+    OfKind { key: String, expected: &'static str, found: TomlKind },
+    /// The unit has an unknown name.
+    UnknownUnit(String),
+    /// This number is not a time.
+    InvalidTime { text: String, unit: Unit, error: TimeError },
+}
+
+impl Observed {
+    /// Reads the text of such a file, and returns what is wrong with it, in the order of the text. An entry with an error is
+    /// left out; a text that is not TOML has no entries.
+    pub fn parse(text: &str) -> (Observed, Vec<ObservedError>) {
+        let (document, errors) = DeTable::parse_recoverable(text);
+        if let Some(error) = errors.into_iter().min_by_key(|error| error.span().map(|span| span.start)) {
+            let kind = ObservedErrorKind::NotToml(error.message().to_owned());
+            return (
+                Observed::default(),
+                vec![ObservedError { span: error.span().unwrap_or_default(), kind }],
+            );
+        }
+        let mut reader = Reader { unit: Unit::Milliseconds, errors: Vec::new() };
+        let observed = reader.document(document.get_ref());
+        let mut errors = reader.errors;
+        errors.sort_by_key(|error| (error.span.start, error.span.end));
+        (observed, errors)
+    }
+
+    /// Returns the text of the file, with times in milliseconds.
+    pub fn text(&self) -> String {
+        let mut document = DocumentMut::new();
+        document.insert("unit", toml_edit::value(Unit::Milliseconds.name()));
+        let mut recordings = ArrayOfTables::new();
+        for it in &self.recordings {
+            let mut table = EditTable::new();
+            table.insert("source", toml_edit::value(&it.source));
+            if let Ok(date) = it.date.parse::<toml_edit::Datetime>() {
+                table.insert("date", toml_edit::value(date));
+            }
+            table.insert("host", toml_edit::value(&it.host));
+            table.insert("samples", toml_edit::value(&it.samples));
+            recordings.push(table);
+        }
+        document.insert("recording", Item::ArrayOfTables(recordings));
+        for (key, it) in &self.codels {
+            let mut table = times(it.executions, "greatest", it.greatest);
+            if it.wait > 0 {
+                table.insert("wait", number(it.wait));
+            }
+            if !it.is_wait_known {
+                table.insert("waits", toml_edit::value(UNKNOWN));
+            }
+            put(&mut document, &["codel", key], table);
+        }
+        for (section, entries) in [("program", &self.programs), ("access", &self.accesses)] {
+            for (key, it) in entries {
+                put(&mut document, &[section, key], times(it.executions, "greatest", it.greatest));
+            }
+        }
+        for ((lock, codel), it) in &self.locks {
+            put(&mut document, &["lock", lock, codel], times(it.executions, "held", it.greatest));
+        }
+        for (thread, it) in &self.work {
+            let mut table = EditTable::new();
+            table.insert("per_second", number(it.per_second));
+            put(&mut document, &["work", thread], table);
+        }
+        format!("{HEADER}{document}")
+    }
+
+    /// Adds what other recordings showed: counts are added, of times the greatest is kept. Adds nothing if all its recordings are in
+    /// already; returns whether it did.
+    pub fn merge(&mut self, other: Observed) -> bool {
+        let is_known = |it: &Recording| self.recordings.iter().any(|known| known.samples == it.samples);
+        if other.recordings.iter().all(is_known) {
+            return false;
+        }
+        self.recordings.extend(other.recordings);
+        for (key, it) in other.codels {
+            let all = self
+                .codels
+                .entry(key)
+                .or_insert(ObservedCodel { is_wait_known: it.is_wait_known, ..ObservedCodel::default() });
+            all.executions = all.executions.saturating_add(it.executions);
+            all.greatest = all.greatest.max(it.greatest);
+            match it.wait.cmp(&all.wait) {
+                std::cmp::Ordering::Greater => {
+                    (all.wait, all.is_wait_known) = (it.wait, it.is_wait_known);
+                }
+                std::cmp::Ordering::Equal => all.is_wait_known |= it.is_wait_known,
+                std::cmp::Ordering::Less => {}
+            }
+        }
+        merge_times(&mut self.programs, other.programs);
+        merge_times(&mut self.accesses, other.accesses);
+        merge_times(&mut self.locks, other.locks);
+        for (thread, it) in other.work {
+            let all = self.work.entry(thread).or_default();
+            all.per_second = all.per_second.max(it.per_second);
+        }
+        true
+    }
+}
+
+/// What the file begins with.
+const HEADER: &str = "# Written by `mauve trace import`: what was observed on the robot. `[timing] observed = [\"…\"]` in mauve.toml\n\
+                      # makes `mauve check` compare it with the timing tables.\n";
+
+/// The value of `waits` where the recording does not tell waiting from preemption.
+const UNKNOWN: &str = "unknown";
+
+fn merge_times<K: Ord>(all: &mut BTreeMap<K, ObservedTimes>, other: BTreeMap<K, ObservedTimes>) {
+    for (key, it) in other {
+        let all = all.entry(key).or_default();
+        all.executions = all.executions.saturating_add(it.executions);
+        all.greatest = all.greatest.max(it.greatest);
+    }
+}
+
+fn times(executions: u64, name: &str, greatest: u64) -> EditTable {
+    let mut table = EditTable::new();
+    table.insert("executions", toml_edit::value(i64::try_from(executions).unwrap_or(i64::MAX)));
+    table.insert(name, number(greatest));
+    table
+}
+
+fn number(nanos: u64) -> Item {
+    let text = Time::from_nanos(nanos).number_in(Unit::Milliseconds);
+    text.parse::<toml_edit::Value>().map_or(Item::None, Item::Value)
+}
+
+/// Puts a table at a path; the tables on the way have no header.
+fn put(document: &mut DocumentMut, path: &[&str], entry: EditTable) {
+    let Some((last, sections)) = path.split_last() else { return };
+    let mut table = document.as_table_mut();
+    for section in sections {
+        let new = || {
+            let mut new = EditTable::new();
+            new.set_implicit(true);
+            Item::Table(new)
+        };
+        match table.entry(section).or_insert_with(new) {
+            Item::Table(inner) => table = inner,
+            _ => return,
+        }
+    }
+    table.insert(last, Item::Table(entry));
+}
+
+struct Reader {
+    unit: Unit,
+    errors: Vec<ObservedError>,
+}
+
+type Entries<'a, 'text> = Vec<(Vec<String>, Range<usize>, &'a DeTable<'text>)>;
+
+impl Reader {
+    fn error(&mut self, span: Range<usize>, kind: ObservedErrorKind) {
+        self.errors.push(ObservedError { span, kind });
+    }
+
+    fn of_kind(&mut self, key: &str, value: &Spanned<DeValue>, expected: &'static str) {
+        let (key, found) = (key.to_owned(), TomlKind::of(value.get_ref()));
+        self.error(value.span(), ObservedErrorKind::OfKind { key, expected, found });
+    }
+
+    fn document(&mut self, document: &DeTable) -> Observed {
+        // First what the entries are read with.
+        if let Some(value) = document.get("unit") {
+            match value.get_ref().as_str().map(|name| (name, Unit::parse(name))) {
+                Some((_, Some(unit))) => self.unit = unit,
+                Some((name, None)) => {
+                    self.error(value.span(), ObservedErrorKind::UnknownUnit(name.to_owned()));
+                }
+                None => self.of_kind("unit", value, "a text"),
+            }
+        }
+        let mut observed = Observed::default();
+        for (key, value) in document.iter() {
+            let name: &str = key.get_ref();
+            match name {
+                "unit" => {}
+                "recording" => observed.recordings = self.recordings(value),
+                "codel" | "program" | "access" | "lock" | "work" => {
+                    let DeValue::Table(section) = value.get_ref() else {
+                        self.of_kind(name, value, "a section");
+                        continue;
+                    };
+                    let mut entries = Vec::new();
+                    self.entries(&[], section, &mut entries);
+                    for (parts, span, table) in entries {
+                        self.entry(&mut observed, name, &parts, span, table);
+                    }
+                }
+                _ => self.error(key.span(), ObservedErrorKind::UnknownKey(name.to_owned())),
+            }
+        }
+        observed
+    }
+
+    /// Finds the entries of a section. An entry is a table with a value that is no table, or an empty one; other tables are parts of
+    /// keys.
+    fn entries<'a, 'text>(
+        &mut self,
+        prefix: &[String],
+        section: &'a DeTable<'text>,
+        entries: &mut Entries<'a, 'text>,
+    ) {
+        for (key, value) in section.iter() {
+            let mut parts = prefix.to_vec();
+            parts.push(key.get_ref().to_string());
+            let is_table = |it: &Spanned<DeValue>| matches!(it.get_ref(), DeValue::Table(_));
+            match value.get_ref() {
+                DeValue::Table(table) if !table.is_empty() && table.iter().all(|(_, it)| is_table(it)) => {
+                    self.entries(&parts, table, entries);
+                }
+                DeValue::Table(table) => entries.push((parts, key.span(), table)),
+                _ => self.of_kind(key.get_ref(), value, "a table"),
+            }
+        }
+    }
+
+    fn entry(
+        &mut self,
+        observed: &mut Observed,
+        section: &str,
+        parts: &[String],
+        span: Range<usize>,
+        table: &DeTable,
+    ) {
+        let errors = self.errors.len();
+        let known: &[&'static str] = match section {
+            "codel" => &["executions", "greatest", "wait", "waits"],
+            "lock" => &["executions", "held"],
+            "work" => &["per_second"],
+            _ => &["executions", "greatest"],
+        };
+        for (key, _) in table.iter().filter(|(key, _)| !known.contains(&&**key.get_ref())) {
+            self.error(key.span(), ObservedErrorKind::UnknownKey(key.get_ref().to_string()));
+        }
+        let key = parts.join(".");
+        if section == "work" {
+            let per_second = self.time(table, "per_second", Some(&span));
+            if self.errors.len() == errors {
+                observed.work.insert(key, ObservedWork { span, per_second });
+            }
+            return;
+        }
+        let executions = self.count(table, &span);
+        let greatest = self.time(table, if section == "lock" { "held" } else { "greatest" }, Some(&span));
+        let wait = self.time(table, "wait", None);
+        let is_wait_known = match table.get("waits") {
+            None => true,
+            Some(value) => {
+                if value.get_ref().as_str() != Some(UNKNOWN) {
+                    self.of_kind("waits", value, "\"unknown\", or left out");
+                }
+                false
+            }
+        };
+        if self.errors.len() != errors {
+            return;
+        }
+        let times = ObservedTimes { span: span.clone(), executions, greatest };
+        match (section, parts) {
+            ("codel", _) => {
+                let codel = ObservedCodel { span, executions, greatest, wait, is_wait_known };
+                observed.codels.insert(key, codel);
+            }
+            ("program", _) => drop(observed.programs.insert(key, times)),
+            ("access", _) => drop(observed.accesses.insert(key, times)),
+            (_, [lock, codel @ ..]) if !codel.is_empty() => {
+                observed.locks.insert((lock.clone(), codel.join(".")), times);
+            }
+            _ => self.error(span, ObservedErrorKind::UnknownKey(key)),
+        }
+    }
+
+    fn recordings(&mut self, value: &Spanned<DeValue>) -> Vec<Recording> {
+        let DeValue::Array(array) = value.get_ref() else {
+            self.of_kind("recording", value, "tables `[[recording]]`");
+            return Vec::new();
+        };
+        let mut recordings = Vec::new();
+        for item in array.iter() {
+            let DeValue::Table(table) = item.get_ref() else {
+                self.of_kind("recording", item, "a table");
+                continue;
+            };
+            let mut recording = Recording { span: item.span(), ..Recording::default() };
+            if let Some(first) = table.iter().map(|(key, _)| key.span()).min_by_key(|span| span.start) {
+                recording.span = first;
+            }
+            for (key, value) in table.iter() {
+                let name: &str = key.get_ref();
+                match (name, value.get_ref()) {
+                    ("source", DeValue::String(text)) => recording.source = text.to_string(),
+                    ("host", DeValue::String(text)) => recording.host = text.to_string(),
+                    ("samples", DeValue::String(text)) => recording.samples = text.to_string(),
+                    ("date", DeValue::Datetime(date)) => recording.date = date.to_string(),
+                    ("source" | "host" | "samples", _) => self.of_kind(name, value, "a text"),
+                    ("date", _) => self.of_kind(name, value, "a date"),
+                    _ => self.error(key.span(), ObservedErrorKind::UnknownKey(name.to_owned())),
+                }
+            }
+            if !table.contains_key("samples") {
+                self.error(recording.span.clone(), ObservedErrorKind::MissingKey("samples"));
+            }
+            recordings.push(recording);
+        }
+        recordings
+    }
+
+    fn count(&mut self, table: &DeTable, entry: &Range<usize>) -> u64 {
+        let Some(value) = table.get("executions") else {
+            self.error(entry.clone(), ObservedErrorKind::MissingKey("executions"));
+            return 0;
+        };
+        let DeValue::Integer(integer) = value.get_ref() else {
+            self.of_kind("executions", value, "a whole number");
+            return 0;
+        };
+        u64::from_str_radix(integer.as_str(), integer.radix()).unwrap_or_else(|_| {
+            self.of_kind("executions", value, "a whole number that is not negative");
+            0
+        })
+    }
+
+    /// Reads a time in nanoseconds; with `entry`, the time must be there.
+    fn time(&mut self, table: &DeTable, name: &'static str, entry: Option<&Range<usize>>) -> u64 {
+        let Some(value) = table.get(name) else {
+            if let Some(entry) = entry {
+                self.error(entry.clone(), ObservedErrorKind::MissingKey(name));
+            }
+            return 0;
+        };
+        let text = match value.get_ref() {
+            DeValue::Integer(integer) => integer_text(integer),
+            DeValue::Float(float) => Some(float.as_str().to_owned()),
+            _ => {
+                self.of_kind(name, value, "a number");
+                return 0;
+            }
+        };
+        let unit = self.unit;
+        let time = match &text {
+            Some(text) => Time::parse(text, unit, Rounding::Up),
+            None => Err(TimeError::TooLarge),
+        };
+        time.map(Time::as_nanos).unwrap_or_else(|error| {
+            let text = text.unwrap_or_default();
+            self.error(value.span(), ObservedErrorKind::InvalidTime { text, unit, error });
+            0
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use expect_test::expect;
+
+    const TEXT: &str = r#"# Written by `mauve trace import`: what was observed on the robot. `[timing] observed = ["…"]` in mauve.toml
+# makes `mauve check` compare it with the timing tables.
+unit = "ms"
+
+[[recording]]
+source = "rec"
+date = 2026-11-26
+host = "arm"
+samples = "3abc82820ae84cf9"
+
+[codel."robot.grab"]
+executions = 3000
+greatest = 0.061
+wait = 8.06
+
+[codel."robot.look"]
+executions = 7
+greatest = 1
+wait = 0.5
+waits = "unknown"
+
+[program."robot.Camera/update"]
+executions = 3000
+greatest = 0.7
+
+[access."robot.Camera.frame"]
+executions = 3000
+greatest = 0.6
+
+[lock.bus."drivers.imu_read"]
+executions = 100
+held = 0.2
+
+[work."pool 1"]
+per_second = 12.5
+"#;
+
+    fn parse(text: &str) -> Observed {
+        let (observed, errors) = Observed::parse(text);
+        assert_eq!(errors, []);
+        observed
+    }
+
+    #[test]
+    fn what_is_written_is_read_again() {
+        let observed = parse(TEXT);
+        assert_eq!(observed.text(), TEXT);
+        assert_eq!(observed.locks[&("bus".to_owned(), "drivers.imu_read".to_owned())].greatest, 200_000);
+        assert_eq!(observed.work["pool 1"].per_second, 12_500_000);
+        let look = &observed.codels["robot.look"];
+        assert_eq!((look.wait, look.is_wait_known), (500_000, false));
+        // A key in parts is the same key.
+        assert_eq!(
+            parse(&TEXT.replace("codel.\"robot.grab\"", "codel.robot.grab")).codels["robot.grab"].wait,
+            8_060_000
+        );
+        assert_eq!(parse("unit = \"us\"\n[work.a]\nper_second = 3").work["a"].per_second, 3_000);
+        assert_eq!(parse(""), Observed::default());
+    }
+
+    #[test]
+    fn the_greatest_is_kept_and_a_recording_counts_once() {
+        let mut all = parse(TEXT);
+        assert!(!all.merge(parse(TEXT)));
+        assert_eq!(all, parse(TEXT));
+        let second = TEXT
+            .replace("3abc82820ae84cf9", "ff")
+            .replace("wait = 8.06", "wait = 7")
+            .replace("wait = 0.5\nwaits = \"unknown\"", "wait = 0.75")
+            .replace("greatest = 0.6\n", "greatest = 0.65\n");
+        assert!(all.merge(parse(&second)));
+        let [grab, look] = ["robot.grab", "robot.look"].map(|key| all.codels[key].clone());
+        assert_eq!((grab.executions, grab.wait, grab.is_wait_known), (6000, 8_060_000, true));
+        assert_eq!((look.executions, look.wait, look.is_wait_known), (14, 750_000, true));
+        assert_eq!(all.accesses["robot.Camera.frame"].greatest, 650_000);
+        assert_eq!(all.recordings.len(), 2);
+    }
+
+    #[test]
+    fn errors_name_their_place() {
+        let text = r#"
+speed = 1
+[[recording]]
+source = 1
+[codel.a]
+executions = -1
+greatest = 1
+[codel.b]
+executions = 1
+greatest = 1
+wait = "8 ms"
+waits = "some"
+[codel.c]
+executions = 1
+[program."P/u"]
+executions = 1
+greatest = -2
+wait = 1
+[lock.bus]
+executions = 1
+held = 1
+[access]
+x = 1
+"#;
+        let (observed, errors) = Observed::parse(text);
+        assert!(observed.codels.is_empty() && observed.locks.is_empty() && observed.accesses.is_empty());
+        let found: String =
+            errors.iter().map(|it| format!("{:?}: {:?}\n", &text[it.span.clone()], it.kind)).collect();
+        expect![[r#"
+            "speed": UnknownKey("speed")
+            "source": MissingKey("samples")
+            "1": OfKind { key: "source", expected: "a text", found: Number }
+            "-1": OfKind { key: "executions", expected: "a whole number that is not negative", found: Number }
+            "\"8 ms\"": OfKind { key: "wait", expected: "a number", found: String }
+            "\"some\"": OfKind { key: "waits", expected: "\"unknown\", or left out", found: String }
+            "c": MissingKey("greatest")
+            "-2": InvalidTime { text: "-2", unit: Milliseconds, error: Negative }
+            "wait": UnknownKey("wait")
+            "bus": UnknownKey("bus")
+            "1": OfKind { key: "x", expected: "a table", found: Number }
+        "#]]
+        .assert_eq(&found);
+        assert!(matches!(Observed::parse("[codel").1[0].kind, ObservedErrorKind::NotToml(_)));
+        assert!(matches!(Observed::parse("unit = \"h\"").1[0].kind, ObservedErrorKind::UnknownUnit(_)));
+    }
+}
