@@ -135,12 +135,41 @@ fn few_and_constant_executions_give_no_time() {
     let found = mauve_in(&folder, &["pwcet", "run.samples", "-o", "new.toml"]);
     assert_eq!(found.code, 1);
     assert!(
-        found.out.contains("Too few executions for a tail: measure at least 200, better 5000: a (3)"),
+        found.out.contains(
+            "Too few executions for a tail: measure at least 200, better 5000: a (3, the longest 0.000003 ms)"
+        ),
         "{}",
         found.out
     );
     assert!(found.out.contains("b: all executions took exactly 0.000005 ms"), "{}", found.out);
     assert!(!folder.join("new.toml").exists());
+}
+
+/// Whole microseconds from 10 to 16, and 12 executions of 20: the levels with enough executions are counted.
+#[test]
+fn a_coarse_clock_gives_the_times_that_can_be_counted() {
+    let folder = own_scratch("pwcet-coarse");
+    let time = |index: u32| if index % 5000 == 7 { 20_000 } else { 10_000 + index * 7 % 13 / 2 * 1000 };
+    let lines: String = (0..60_000).map(|index| format!("os.wakeup,{}\n", time(index))).collect();
+    std::fs::write(folder.join("run.csv"), format!("codel,execution_ns\n{lines}")).unwrap();
+    mauve_in(&folder, &["trace", "import", "run.csv", "-o", "run.samples"]);
+    // 60 of 60,000 should exceed the time of 1e-3, 6 that of 1e-4: 16 and 20 µs, and a step; 0.6 that of 1e-5.
+    let with = |levels: &str| {
+        mauve_in(&folder, &["pwcet", "run.samples", "--levels", levels, "--format", "json", "-o", "new.toml"])
+    };
+    let found = with("1e-3,1e-4,1e-5");
+    let document: serde_json::Value = serde_json::from_str(&found.out).unwrap();
+    assert_eq!(document["codels"][0]["bounds"], serde_json::json!([0.017, 0.021, null]));
+    let said = "`new.toml` gets no time of `os.wakeup`, which has none at 1e-5: measure more, or write a table with --levels 1e-3,1e-4";
+    assert!(found.code == 1 && found.err.contains(said), "{}", found.err);
+    assert!(!folder.join("new.toml").exists());
+
+    let found = with("1e-3,1e-4");
+    assert_eq!(found.code, 0, "{}", found.err);
+    let table = std::fs::read_to_string(folder.join("new.toml")).unwrap();
+    assert!(table.contains("\"os.wakeup\" = [17, 21]"), "{table}");
+    let table = mauve_in(&folder, &["pwcet", "run.samples", "--levels", "1e-3,1e-5"]).out;
+    assert!(table.contains("only 8 distinct times, in steps of 0.001 ms"), "{table}");
 }
 
 #[test]

@@ -103,19 +103,26 @@ fn rejected(check: &Check) -> String {
 /// assert_eq!(text, "3 executions are too few for a tail: measure at least 200, better 5000");
 /// ```
 pub fn measurement_refusal(refusal: &NoEstimate) -> String {
-    match *refusal {
+    match refusal {
         NoEstimate::TooFew { count } => format!(
             "{} too few for a tail: measure at least {LEAST_EXECUTIONS}, better 5000",
-            if count == 1 { "1 execution is".to_owned() } else { format!("{count} executions are") }
+            if *count == 1 { "1 execution is".to_owned() } else { format!("{count} executions are") }
         ),
         NoEstimate::Constant { time: constant } => format!(
             "all executions took exactly {}: a real clock gives different times; write the time by hand if it is the worst case",
-            time(constant as f64)
+            time(*constant as f64)
         ),
-        NoEstimate::TooCoarse { distinct, resolution } => format!(
-            "only {distinct} distinct times, in steps of {}: a tail needs at least {LEAST_DISTINCT}; measure with a finer clock, or with more varied inputs",
-            time(resolution as f64)
-        ),
+        NoEstimate::TooCoarse { distinct, resolution, counted } => {
+            let bounds: Vec<String> = counted.iter().flatten().map(|&it| time(it).to_string()).collect();
+            let counted = match bounds.is_empty() {
+                true => "no level has enough executions to count its bound".to_owned(),
+                false => format!("the bounds of the least strict levels are counted, with one step added ({})", bounds.join(", ")),
+            };
+            format!(
+                "only {distinct} distinct times, in steps of {}: a tail needs at least {LEAST_DISTINCT}; {counted}; for stricter levels, measure more, or with a finer clock",
+                time(*resolution as f64)
+            )
+        }
         NoEstimate::NoFit => {
             "no distribution fits the longest executions: look for outliers, several modes, or an interrupted measurement".to_owned()
         }

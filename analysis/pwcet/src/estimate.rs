@@ -3,6 +3,7 @@
 use crate::bootstrap;
 use crate::checks::{Check, CheckKind, adjust, checks};
 use crate::convergence::{Convergence, convergence};
+use crate::counted::counted_bounds;
 use crate::distributions::chi_square;
 use crate::gev::{BlockMaxima, block_maxima};
 use crate::gpd::Gpd;
@@ -136,7 +137,7 @@ pub enum Warning {
 }
 
 /// Why there is no estimate.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum NoEstimate {
     /// Fewer executions than [`LEAST_EXECUTIONS`].
     TooFew {
@@ -154,6 +155,8 @@ pub enum NoEstimate {
         distinct: usize,
         /// The resolution of the clock, in nanoseconds.
         resolution: u64,
+        /// For each level of the options, the bound that is counted without a tail, in nanoseconds.
+        counted: Vec<Option<f64>>,
     },
     /// No distribution fits the longest executions.
     NoFit,
@@ -220,7 +223,8 @@ pub fn estimate(executions: &[u64], options: &Options) -> Result<Estimate, NoEst
     values.dedup();
     let distinct = values.len();
     if distinct < LEAST_DISTINCT {
-        return Err(NoEstimate::TooCoarse { distinct, resolution });
+        let counted = counted_bounds(executions, &options.levels);
+        return Err(NoEstimate::TooCoarse { distinct, resolution, counted });
     }
     let times = Times::new(executions, resolution, options.seed);
     let Some(tail) = Tail::select(&times, options.model) else {
@@ -287,8 +291,9 @@ fn level_estimates(
     for index in order {
         let level = all[index];
         let depth = level * count as f64;
-        // A bound that fewer than one execution should exceed is not below one that was seen.
-        let seen = if depth < 1.0 { greatest } else { 0.0 };
+        // Where no time of the sample is above the quantile with the confidence, the bound is not below the greatest one: the fit
+        // may not know the rare mode that gave it.
+        let seen = if tail.is_counted(level) { 0.0 } else { greatest };
         let upper = tail.upper_bound(times, level).max(seen) + resolution as f64;
         greatest_bound = greatest_bound.max(upper);
         if greatest_bound.is_nan() || greatest_bound > LONGEST_BOUND {
@@ -366,4 +371,44 @@ fn warnings(estimate: &Estimate, model: TailModel) -> Vec<Warning> {
         warnings.push(Warning::ExponentialByChoice { shape: tail.free.shape });
     }
     warnings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::{generator, uniform};
+
+    fn options(levels: &[f64]) -> Options {
+        Options { levels: levels.to_vec(), model: TailModel::GeneralisedPareto, seed: 1, bootstraps: 0 }
+    }
+
+    /// 20,000 exponential times around 4 ms, `slow` of which take 10 ms more.
+    fn with_rare_mode(slow: usize) -> Vec<u64> {
+        let mut random = generator(5, 0);
+        let time = |index: usize| {
+            let rare = if index % 5000 == 777 && index / 5000 < slow { 1e7 } else { 0.0 };
+            (4e6 - 1e5 * uniform(&mut random).ln() + rare) as u64
+        };
+        (0..20_000).map(time).collect()
+    }
+
+    /// 2 of 20,000 should exceed the time of 1e-4: a bound from the other executions, below all of a rare mode, would be wrong.
+    #[test]
+    fn no_bound_is_below_an_execution_that_no_rank_covers() {
+        let levels = [1e-3, 1.5e-4, 1e-4, 1e-5, 1e-9];
+        for slow in 1..=4 {
+            let executions = with_rare_mode(slow);
+            let greatest = executions.iter().copied().max().unwrap() as f64;
+            let found = estimate(&executions, &options(&levels)).unwrap();
+            assert!(greatest > 1.4e7);
+            for it in &found.levels[1..] {
+                assert!(it.upper >= greatest, "{slow} slow executions, {:e}: {}", it.level, it.upper);
+            }
+            // 20 should exceed this one: the mode is rarer.
+            assert!(found.levels[0].upper < 6e6, "{}", found.levels[0].upper);
+            assert!(!found.warnings.is_empty(), "{slow} slow executions");
+        }
+        let found = estimate(&with_rare_mode(0), &options(&levels)).unwrap();
+        assert_eq!(found.warnings, []);
+    }
 }

@@ -3,7 +3,7 @@
 //! [`trace`] reads recorded traces, [`samples`] keeps their execution times. [`estimate`] takes the execution times of one codel, in the order in which they were measured, and returns for each level the
 //! time that an execution exceeds with that probability: a point estimate, and a 95 % upper confidence bound, which is the time for
 //! timing tables. An [`Estimate`] also has all that the times rest on: tests, fits, a hold-out, the convergence, and warnings.
-//! Where the executions support no number, the result is a [`NoEstimate`].
+//! Where the executions support no tail, the result is a [`NoEstimate`]; those of a coarse clock have the bounds that can be counted.
 //!
 //! **What a number claims.** If executions are independent and have one distribution whose tail is exponential or generalised
 //! Pareto above the threshold, the bound is above the true quantile in at least 95 of 100 measurements: `tests/coverage.rs` counts.
@@ -28,6 +28,7 @@
 //! | `gev.rs`, `simplex.rs` | [`BlockMaxima`]: the other way to estimate a tail, for comparison |
 //! | `checks.rs`, `distributions.rs` | [`Check`]: tests of the assumptions |
 //! | `hold_out.rs`, `convergence.rs` | what the first half promises of the second, and how estimates change with n |
+//! | `counted.rs` | [`counted_bounds`]: order statistics, where there is no tail |
 //! | `exceedances.rs` | [`exceedance_probability`]: whether executions keep the promise of a time |
 //! | `order.rs`, `random.rs` | times without ties; random numbers with a seed |
 //! | `trace.rs`, `trace/error.rs` | what a trace has, and why it cannot be read |
@@ -49,6 +50,7 @@ mod anderson_darling;
 mod bootstrap;
 mod checks;
 mod convergence;
+mod counted;
 mod distributions;
 mod estimate;
 mod exceedances;
@@ -68,6 +70,7 @@ pub mod trace;
 
 pub use checks::{Check, CheckKind};
 pub use convergence::Convergence;
+pub use counted::counted_bounds;
 pub use estimate::{
     CurvePoint, Estimate, FAR, FEW_EXECUTIONS, LEAST_DISTINCT, LevelEstimate, NoEstimate, Options, Warning,
     estimate, rounded_up,

@@ -42,34 +42,53 @@ impl Measurement {
         self.instances.iter().flat_map(|it| &it.executions).copied().max().unwrap_or_default()
     }
 
-    /// Returns the time of each level, in nanoseconds: the longest upper bound of an instance. `None` if no instance has an estimate,
-    /// or [`withheld_by`](Self::withheld_by) an instance without one.
-    pub fn times(&self) -> Option<Vec<f64>> {
-        if self.withheld_by().is_some() {
-            return None;
-        }
-        let estimates = || self.instances.iter().filter_map(|it| it.result.as_ref().ok());
-        let levels = estimates().next()?.levels.len();
-        let time = |level: usize| {
-            estimates().filter_map(|it| it.levels.get(level)).map(|it| it.upper).fold(0.0, f64::max)
+    /// Returns the time of each level of the options, in nanoseconds: the longest upper bound of an instance. `None` for a level at
+    /// which no instance has a bound, or one is [`withheld_by`](Self::withheld_by) an instance without one; empty if no instance has
+    /// any.
+    pub fn times(&self) -> Vec<Option<f64>> {
+        let time = |level: usize| match self.withheld_by(level) {
+            Some(_) => None,
+            None => self.instances.iter().filter_map(|it| it.bound(level)).reduce(f64::max),
         };
-        Some((0..levels).map(time).collect())
+        let levels = self.instances.iter().map(InstanceMeasurement::levels).max();
+        (0..levels.unwrap_or_default()).map(time).collect()
     }
 
-    /// Returns the instance because of which the bounds of the others are no times of the codel: it has no estimate, and an execution
-    /// in it took longer than all of theirs, or its tail has no bound. An instance without an estimate that was never slower than the
-    /// others is taken to be like them.
-    pub fn withheld_by(&self) -> Option<&InstanceMeasurement> {
-        let estimates = self.instances.iter().filter_map(|it| it.result.as_ref().ok());
-        let greatest = estimates.map(|it| it.greatest).max()?;
-        let is_slower = |it: &&InstanceMeasurement| match it.result {
+    /// Returns the instance because of which the bounds of the others at a level are no times of the codel: it has no bound, and an
+    /// execution in it took longer than all of theirs, or its tail has no bound. An instance without a bound that was never slower
+    /// than the others is taken to be like them.
+    pub fn withheld_by(&self, level: usize) -> Option<&InstanceMeasurement> {
+        let greatest = |it: &InstanceMeasurement| it.executions.iter().copied().max();
+        let bounded = self.instances.iter().filter(|it| it.bound(level).is_some());
+        let longest = bounded.filter_map(greatest).max()?;
+        let is_slower = |it: &InstanceMeasurement| match it.result {
             Ok(_) => false,
             Err(NoEstimate::InfiniteMean { .. } | NoEstimate::NoBound { .. } | NoEstimate::NoFit) => true,
             Err(NoEstimate::TooFew { .. } | NoEstimate::Constant { .. } | NoEstimate::TooCoarse { .. }) => {
-                it.executions.iter().any(|&time| time > greatest)
+                greatest(it) > Some(longest)
             }
         };
-        self.instances.iter().find(is_slower)
+        self.instances.iter().find(|it| it.bound(level).is_none() && is_slower(it))
+    }
+}
+
+impl InstanceMeasurement {
+    /// Returns the 95 % upper bound of a level of the options, in nanoseconds: estimated, or counted.
+    pub fn bound(&self, level: usize) -> Option<f64> {
+        match &self.result {
+            Ok(estimate) => estimate.levels.get(level).map(|it| it.upper),
+            Err(NoEstimate::TooCoarse { counted, .. }) => counted.get(level).copied().flatten(),
+            Err(_) => None,
+        }
+    }
+
+    /// Returns how many levels may have a bound.
+    fn levels(&self) -> usize {
+        match &self.result {
+            Ok(estimate) => estimate.levels.len(),
+            Err(NoEstimate::TooCoarse { counted, .. }) => counted.len(),
+            Err(_) => 0,
+        }
     }
 }
 
@@ -168,10 +187,10 @@ mod tests {
         let [left, right] = &plan.instances[..] else { panic!("{plan:?}") };
         assert_eq!((left.executions.len(), &left.runs[..], &right.runs[..]), (1500, &[0, 900][..], &[0][..]));
         let of = |it: &InstanceMeasurement| {
-            it.result.as_ref().unwrap().levels.iter().map(|it| it.upper).collect::<Vec<_>>()
+            it.result.as_ref().unwrap().levels.iter().map(|it| Some(it.upper)).collect::<Vec<_>>()
         };
         assert!(of(left) < of(right));
-        assert_eq!(plan.times(), Some(of(right)));
+        assert_eq!(plan.times(), of(right));
         assert!(measure(&mut files, |key| key.contains('/'), &options()).unwrap().is_empty());
     }
 
@@ -181,12 +200,12 @@ mod tests {
         let mut files = [file("c", 3, &[("left", 900, 1e5), ("right", 3, 9e7)])];
         let plan = measure(&mut files, |_| true, &options()).unwrap().remove(0);
         assert_eq!(plan.instances[1].result, Err(NoEstimate::TooFew { count: 3 }));
-        assert_eq!((plan.times(), plan.withheld_by()), (None, Some(&plan.instances[1])));
+        assert_eq!((plan.times(), plan.withheld_by(1)), (vec![None; 2], Some(&plan.instances[1])));
 
         let mut files = [file("d", 3, &[("left", 900, 1e5), ("right", 3, 1e4)])];
         let plan = measure(&mut files, |_| true, &options()).unwrap().remove(0);
         let left = plan.instances[0].result.as_ref().unwrap();
-        assert_eq!(plan.times(), Some(left.levels.iter().map(|it| it.upper).collect()));
+        assert_eq!(plan.times(), left.levels.iter().map(|it| Some(it.upper)).collect::<Vec<_>>());
     }
 
     #[test]
@@ -194,5 +213,38 @@ mod tests {
         let one = || file("e", 4, &[("left", 300, 1e5)]);
         let found = measure(&mut [one(), one()], |_| true, &options());
         assert!(matches!(found, Err((1, SamplesError::Repeated { run: 0 }))), "{found:?}");
+    }
+
+    /// 4000 executions in 4 steps of 1 µs: 1e-3 is counted (4 should exceed it), 1e-6 is not.
+    #[test]
+    fn a_coarse_clock_has_the_levels_that_it_supports() {
+        let coarse = |name: &str, slowest: u64| {
+            let path = std::env::temp_dir().join(format!("mauve-measurement-{}-{name}", std::process::id()));
+            let _ = std::fs::remove_file(&path);
+            let mut writer = SamplesWriter::open(&path).unwrap();
+            writer.begin(name, 0).unwrap();
+            let series = writer.series("nav.plan", "right").unwrap();
+            for index in 0..4000 {
+                let execution = if index == 3321 { slowest } else { 10_000 + index % 3 * 1000 };
+                writer.add(series, Execution { execution, elapsed: None, end: None, run: 0 }).unwrap();
+            }
+            writer.commit(&Summary::default()).unwrap();
+            let samples = Samples::open(&path).unwrap();
+            std::fs::remove_file(&path).unwrap();
+            samples
+        };
+        let plan = measure(&mut [coarse("f", 13_000)], |_| true, &options()).unwrap().remove(0);
+        // At least one exceeds the quantile with 98 %, two only with 91 %: the greatest time, and one step.
+        assert_eq!(plan.times(), [Some(14_000.0), None]);
+
+        // Another instance has an estimate: its bound counts at 1e-6, unless an execution of the coarse one was slower than all.
+        let mut files = [coarse("g", 13_000), file("h", 5, &[("left", 900, 1e5)])];
+        let plan = measure(&mut files, |_| true, &options()).unwrap().remove(0);
+        let left = plan.instances[0].result.as_ref().unwrap();
+        assert_eq!(plan.times(), left.levels.iter().map(|it| Some(it.upper)).collect::<Vec<_>>());
+        let mut files = [coarse("i", 90_000_000), file("j", 5, &[("left", 900, 1e5)])];
+        let plan = measure(&mut files, |_| true, &options()).unwrap().remove(0);
+        assert_eq!((plan.times()[1], plan.withheld_by(1)), (None, Some(&plan.instances[1])));
+        assert!(plan.times()[0] > Some(9e7), "{:?}", plan.times());
     }
 }

@@ -1,8 +1,7 @@
 //! The tail of a sample: the excesses over a threshold, and a generalised Pareto distribution with ξ ≥ 0 (peaks over threshold).
 
-use statrs::function::beta::beta_reg;
-
 use crate::anderson_darling;
+use crate::counted::upper_rank;
 use crate::gpd::Gpd;
 use crate::likelihood_region::{CHI_SQUARE, LikelihoodRegion};
 use crate::order::Times;
@@ -152,20 +151,14 @@ impl Tail {
         (conditional < 1.0).then_some(conditional)
     }
 
-    /// Returns the rank, from 1, of the least time that is above the quantile with the confidence: the number of times below the
-    /// quantile has a binomial distribution. `None` if no time is.
+    /// Returns the rank of the least time that is above the quantile with the confidence; `None` if no time is.
     fn upper_rank(&self, probability: f64) -> Option<usize> {
-        let count = self.count;
-        // P(X ≤ rank − 1), where X counts the times below the quantile.
-        let confidence = |rank: usize| {
-            if rank > count { 1.0 } else { beta_reg((count - rank + 1) as f64, rank as f64, probability) }
-        };
-        let (mut low, mut high) = (0, count + 1);
-        while high - low > 1 {
-            let middle = usize::midpoint(low, high);
-            if confidence(middle) >= CONFIDENCE { high = middle } else { low = middle }
-        }
-        (high <= count).then_some(high)
+        upper_rank(self.count, probability, CONFIDENCE)
+    }
+
+    /// Returns whether a time of the sample is above the quantile with the confidence.
+    pub(crate) fn is_counted(&self, probability: f64) -> bool {
+        self.upper_rank(probability).is_some()
     }
 }
 
@@ -184,26 +177,6 @@ mod tests {
     fn exponential(count: usize, seed: u64) -> Times {
         let mut random = generator(seed, 0);
         Times::of((0..count).map(|_| 1000.0 - 100.0 * uniform(&mut random).ln()).collect())
-    }
-
-    /// P(X ≤ rank − 1) ≥ 0.975, by a sum of binomial probabilities.
-    #[test]
-    fn counted_bounds_have_their_confidence() {
-        let times = exponential(400, 1);
-        let tail = Tail::select(&times, TailModel::GeneralisedPareto).expect("enough times");
-        for probability in [0.3, 0.5, 0.9] {
-            let rank = tail.upper_rank(probability).expect("enough times");
-            let up_to = |rank: usize| {
-                let mut term = probability.powi(400);
-                let mut sum = term;
-                for below in 1..rank {
-                    term *= (401 - below) as f64 / below as f64 * (1.0 - probability) / probability;
-                    sum += term;
-                }
-                sum
-            };
-            assert!(up_to(rank) >= CONFIDENCE && up_to(rank - 1) < CONFIDENCE, "{rank} at {probability}");
-        }
     }
 
     /// The bounds near the threshold, too: a fit alone covers less, since it takes the share of the excesses as exact.

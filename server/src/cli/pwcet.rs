@@ -125,22 +125,23 @@ impl Pwcet {
         }
         let measured = |measurement: Measurement| {
             let time = |nanoseconds: f64| Time::from_nanos(rounded_up(nanoseconds));
-            let times: Option<Vec<Time>> =
-                measurement.times().map(|times| times.into_iter().map(time).collect());
+            let mut times: Vec<Option<Time>> =
+                measurement.times().into_iter().map(|it| it.map(time)).collect();
+            times.resize(levels.len(), None);
             let budget = budgets.as_ref().and_then(|it| it.greatest.get(&measurement.key).copied());
-            let compared = times.as_ref().zip(budget_level).and_then(|(times, level)| times.get(level));
-            let is_over_budget = compared.zip(budget).is_some_and(|(time, budget)| *time > budget);
+            let compared = budget_level.and_then(|level| times.get(level).copied().flatten());
+            let is_over_budget = compared.zip(budget).is_some_and(|(time, budget)| time > budget);
             Measured { measurement, times, budget, is_over_budget }
         };
         let mut measurements: Vec<Measured> = measurements.into_iter().map(measured).collect();
         // First the codels that exceed their budget, then those without an estimate, then those with warnings.
         measurements.sort_by_key(|it| match () {
             () if it.is_over_budget => 0,
-            () if it.times.is_none() => 1,
+            () if it.all_times().is_none() => 1,
             () if !it.remarks().is_empty() => 2,
             () => 3,
         });
-        let mut code = u8::from(measurements.iter().any(|it| it.times.is_none() || it.is_over_budget));
+        let mut code = u8::from(measurements.iter().any(|it| it.all_times().is_none() || it.is_over_budget));
         let estimates = Estimates { options, levels, measurements, budgets, budget_level, recording };
         if let Some(path) = &self.output {
             let written = write::write(path, &self.samples, &files, &estimates, self.replace)?;

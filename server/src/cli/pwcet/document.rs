@@ -28,7 +28,8 @@ fn codel(levels: &[Level], it: &Measured) -> impl Serialize + use<> {
         key: it.measurement.key.clone(),
         executions: it.measurement.count(),
         greatest: ms(it.measurement.greatest() as f64),
-        bounds: it.times.as_ref().map(|times| times.iter().map(|&time| milliseconds(time)).collect::<Vec<_>>()),
+        bounds: (!it.is_refused())
+            .then(|| it.times.iter().map(|time| time.map(milliseconds)).collect::<Vec<_>>()),
         budget: it.budget.map(milliseconds),
         remarks: it.remarks(),
         over_budget: it.is_over_budget,

@@ -22,8 +22,8 @@ pub(super) struct Estimates {
 /// A codel or a program.
 pub(super) struct Measured {
     pub(super) measurement: Measurement,
-    /// The time of each level, rounded up to four digits; none if no instance has an estimate.
-    pub(super) times: Option<Vec<Time>>,
+    /// The time of each level, rounded up to four digits; none for a level that the executions do not support.
+    pub(super) times: Vec<Option<Time>>,
     /// The greatest time with which all deadlines are met.
     pub(super) budget: Option<Time>,
     /// Whether its time at the level of the budgets is longer.
@@ -31,6 +31,16 @@ pub(super) struct Measured {
 }
 
 impl Measured {
+    /// Returns the times if each level has one: those of a timing table.
+    pub(super) fn all_times(&self) -> Option<Vec<Time>> {
+        self.times.iter().copied().collect()
+    }
+
+    /// Returns whether no level has a time.
+    pub(super) fn is_refused(&self) -> bool {
+        self.times.iter().all(Option::is_none)
+    }
+
     /// Returns what is wrong with the measurement, in words; the instance is named if there are several.
     pub(super) fn remarks(&self) -> Vec<String> {
         let several = self.measurement.instances.len() > 1;
@@ -43,10 +53,15 @@ impl Measured {
                     remarks.extend(warnings.map(|warning| format!("{of}{warning}")));
                 }
                 Err(refusal) => {
-                    let withheld = self.measurement.withheld_by() == Some(instance);
+                    let is_withheld = |level| self.measurement.withheld_by(level) == Some(instance);
+                    let has_none = (0..self.times.len()).all(|level| instance.bound(level).is_none());
                     let then = match () {
-                        () if withheld => ": the codel has no time, since its time there is unknown",
-                        () if self.times.is_some() => ": it is taken to be no slower there than elsewhere",
+                        () if (0..self.times.len()).any(is_withheld) => {
+                            ": the codel has no time, since its time there is unknown"
+                        }
+                        () if has_none && !self.is_refused() => {
+                            ": it is taken to be no slower there than elsewhere"
+                        }
                         () => "",
                     };
                     remarks.push(format!("{of}{}{then}", measurement_refusal(refusal)));

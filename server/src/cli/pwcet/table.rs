@@ -32,8 +32,7 @@ pub(super) fn table(estimates: &Estimates) -> String {
         }
     }
     if !few.is_empty() {
-        let few: Vec<String> =
-            few.iter().map(|it| format!("{} ({})", it.measurement.key, it.measurement.count())).collect();
+        let few: Vec<String> = few.iter().map(|it| high_water(it)).collect();
         let _ = write!(
             out,
             "\nToo few executions for a tail: measure at least {LEAST_EXECUTIONS}, better 5000: {}",
@@ -46,7 +45,7 @@ pub(super) fn table(estimates: &Estimates) -> String {
     for line in &estimates.recording {
         let _ = writeln!(out, "\n{line}");
     }
-    let estimated = estimates.measurements.iter().filter(|it| it.times.is_some());
+    let estimated = estimates.measurements.iter().filter(|it| !it.is_refused());
     let instances = estimated.flat_map(|it| &it.measurement.instances);
     if let Some(least) = instances.map(|it| it.executions.len()).min().filter(|least| *least >= 6) {
         let _ = writeln!(
@@ -63,7 +62,7 @@ fn row(estimates: &Estimates, it: &Measured, with_budgets: bool) -> Vec<String> 
     let greatest = Time::from_nanos(rounded_up(it.measurement.greatest() as f64));
     let mut row = vec![it.measurement.key.clone(), it.measurement.count().to_string(), greatest.number()];
     row.extend(estimates.levels.iter().enumerate().map(|(level, _)| {
-        it.times.as_ref().and_then(|times| times.get(level)).map_or_else(|| "—".to_owned(), |it| it.number())
+        it.times.get(level).copied().flatten().map_or_else(|| "—".to_owned(), Time::number)
     }));
     if with_budgets {
         row.push(it.budget.map_or_else(|| "—".to_owned(), Time::number));
@@ -72,12 +71,19 @@ fn row(estimates: &Estimates, it: &Measured, with_budgets: bool) -> Vec<String> 
         it.measurement.instances.iter().filter_map(|it| it.result.as_ref().ok()).map(|it| it.warnings.len());
     row.push(match warnings.sum() {
         _ if it.is_over_budget => "✗ over budget".to_owned(),
-        _ if it.times.is_none() => "✗ no estimate".to_owned(),
+        _ if it.is_refused() => "✗ no estimate".to_owned(),
+        _ if it.all_times().is_none() => "✗ not at each level".to_owned(),
         0 if it.measurement.instances.iter().all(|it| it.result.is_ok()) => "✓".to_owned(),
         0 => "! see below".to_owned(),
         warnings => format!("! {}", counted(warnings, "warning")),
     });
     row
+}
+
+/// Returns what is known of a codel that runs rarely: `nav.plan (3, the longest 1.25 ms)`.
+fn high_water(it: &Measured) -> String {
+    let longest = Time::from_nanos(rounded_up(it.measurement.greatest() as f64));
+    format!("{} ({}, the longest {longest})", it.measurement.key, it.measurement.count())
 }
 
 /// Returns whether all instances have too few executions.

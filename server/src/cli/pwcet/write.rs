@@ -49,7 +49,7 @@ pub(super) fn write(
     };
     let found = estimates.measurements.iter();
     let mut records: Vec<Record> =
-        found.filter_map(|it| Some(origin.record(estimates, it, it.times.as_ref()?))).collect();
+        found.filter_map(|it| Some(origin.record(estimates, it, &it.all_times()?))).collect();
     records.sort_by(|a, b| a.key.cmp(&b.key));
     let updated = update_table(text, &estimates.levels, &records, replaces).map_err(|error| match error {
         UpdateError::Invalid(error) => {
@@ -78,12 +78,31 @@ pub(super) fn write(
             Time::from_nanos(rounded_up(*greatest as f64))
         )
     }));
+    messages.extend(estimates.measurements.iter().filter_map(|it| partly(path, estimates, it)));
     messages.push(match written {
         0 => format!("`{shown}` was not changed: no time could be written"),
         1 => format!("`{shown}` has the measured time of 1 codel or program"),
         written => format!("`{shown}` has the measured times of {written} codels and programs"),
     });
     Ok(Written { messages, is_exceeded: !exceeded.is_empty() })
+}
+
+/// Returns why the times of a codel are not written, if it has them at some levels only: an entry has all levels of its table.
+fn partly(path: &Path, estimates: &Estimates, it: &Measured) -> Option<String> {
+    if it.is_refused() || it.all_times().is_some() {
+        return None;
+    }
+    let of = |has: bool| {
+        let found = estimates.levels.iter().zip(&it.times).filter(|(_, time)| time.is_some() == has);
+        found.map(|(level, _)| level.to_string()).collect::<Vec<_>>().join(",")
+    };
+    Some(format!(
+        "`{}` gets no time of `{}`, which has none at {}: measure more, or write a table with --levels {}",
+        path.display(),
+        it.measurement.key,
+        of(false),
+        of(true)
+    ))
 }
 
 fn kept(path: &Path, it: &Kept) -> String {
@@ -103,7 +122,7 @@ fn exceeded(table: &Table, estimates: &Estimates, kept: &[Kept]) -> Vec<(String,
         let greatest = it.measurement.greatest();
         let entry = match kept.iter().find(|kept| kept.key == *key) {
             Some(kept) => kept.times.as_ref().map(|times| (kept.entry.as_str(), times)),
-            None if it.times.is_some() => continue,
+            None if it.all_times().is_some() => continue,
             // Without an estimate, the table stays as it is.
             None => {
                 let mut entries = table.codels.iter().chain(&table.programs);
