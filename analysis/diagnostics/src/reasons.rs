@@ -308,6 +308,11 @@ fn no_bound(why: NoBoundReason) -> Words {
              than 100 %; set `affinity` to fewer CPUs",
             "CPUs overloaded",
         ),
+        NoBoundReason::Waits => (
+            "with the waits of its codels and of those of higher or equal priority, the utilisation of the CPU is more than \
+             100 %; wait in a thread of your own, and give its result to the codel",
+            "waits too long",
+        ),
     };
     words(format!("no bound found: {why}"), short)
 }

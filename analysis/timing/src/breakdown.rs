@@ -63,10 +63,15 @@ impl<'a> Breakdown<'a> {
             let others =
                 (0..lane.members.len()).filter(|&other| other != place && lane.priority(other) >= priority);
             let others: Vec<usize> = others.collect();
+            let late = window.map_or(&[] as &[_], |window| &window.late);
             let of_other = |other: usize| {
                 let member = lane.members.at(other);
+                let late = late.iter().find(|(task, _)| *task == member.index);
+                member.late = late.map(|(_, time)| time.as_nanos());
                 // The analysis computed it before.
-                let it = member.contribution(length.as_nanos(), method, horizon).ok()?;
+                let it = member.contribution(length.as_nanos(), method, horizon);
+                member.late = None;
+                let it = it.ok()?;
                 Some(Interference { task: member.index, jobs: it.jobs, time: Time::from_nanos(it.time) })
             };
             others.into_iter().filter_map(of_other).filter(|it| it.jobs > 0).collect()

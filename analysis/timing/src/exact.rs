@@ -238,7 +238,8 @@ impl PathSearch<'_, '_, '_> {
                 let visited = counts.present() + self.varied.len() as u64 + 1;
                 self.budget = self.budget.checked_sub(visited).ok_or(NoBoundReason::Budget)?;
                 let rises_until = counts.raise(window, &mut self.lane.members, self.method)?;
-                let mut demand = u128::from(own) + counts.total();
+                let blocking = self.lane.blocking(self.place, job, window)?;
+                let mut demand = u128::from(own) + counts.total() + u128::from(blocking);
                 for ((place, requests), &node) in self.varied.iter().zip(&found.nodes) {
                     let jobs = self.lane.members.get(*place).jobs_released(window, None)?;
                     demand += u128::from(requests.demand(node, jobs));

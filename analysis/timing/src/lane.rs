@@ -17,12 +17,21 @@ pub(crate) struct Member<'a> {
     pub(crate) task: &'a Task,
     pub(crate) period: u64,
     pub(crate) jitter: u64,
+    /// B, how long a lower priority that holds a lock delays a job.
+    pub(crate) blocking: u64,
+    /// How often a job waits, at most.
+    pub(crate) waits: u64,
     /// The nominal instant of the first release in the window, counted from J before its start. Less than the period; 0 for a
     /// window that may begin at any instant.
     pub(crate) delay: u64,
     pub(crate) machine: &'a StateMachine,
     pub(crate) share: Share,
     curve: Curve<'a>,
+    /// What its jobs execute, if they wait, and the share of that.
+    executed: Option<(Curve<'a>, Share)>,
+    /// The response time by which the execution of its jobs may be late, where their waits do not count as execution. See
+    /// [`Lane::count_waits_as_jitter`].
+    pub(crate) late: Option<u64>,
     /// For [`Method::Ibf`], from its first use on.
     execution: Option<Box<ExecutionBound<'a>>>,
     /// For [`Method::Exact`], from their first use on.
@@ -35,6 +44,22 @@ enum Curve<'a> {
     /// M(n) is n times this.
     Linear(u64),
     Trace(Box<TraceBound<'a>>),
+}
+
+impl Curve<'_> {
+    fn demand(&mut self, jobs: u64) -> Result<u64, NoBoundReason> {
+        match self {
+            Curve::Linear(cost) => cost.checked_mul(jobs).ok_or(NoBoundReason::Overflow),
+            Curve::Trace(bound) => bound.demand(jobs).map(Time::as_nanos),
+        }
+    }
+
+    fn greatest_cycle_mean(&self) -> CycleMean {
+        match self {
+            Curve::Linear(cost) => CycleMean { cost: Time::from_nanos(*cost), length: 1 },
+            Curve::Trace(bound) => bound.greatest_cycle_mean(),
+        }
+    }
 }
 
 /// What a task of hp(i) contributes to a window.
@@ -66,18 +91,26 @@ impl<'a> Member<'a> {
                 Curve::Trace(Box::new(TraceBound::interruptible(machine, interrupt)))
             }
         };
-        let mean = match &curve {
-            Curve::Linear(cost) => CycleMean { cost: Time::from_nanos(*cost), length: 1 },
-            Curve::Trace(bound) => bound.greatest_cycle_mean(),
-        };
+        let executed = task.waits.as_ref().map(|waits| match &curve {
+            Curve::Linear(cost) => {
+                let executed = waits.executed.greatest_cost().max(task.demand.whole().unwrap_or_default());
+                Curve::Linear(executed.as_nanos().min(*cost))
+            }
+            Curve::Trace(_) => Curve::Trace(Box::new(TraceBound::interruptible(&waits.executed, interrupt))),
+        });
+        let share = |curve: &Curve<'_>| Some(Share::new(curve.greatest_cycle_mean(), task.period?));
         Some(Member {
             index,
             task,
             period: task.period?.as_nanos(),
             jitter: task.jitter.as_nanos(),
+            blocking: task.blocking.as_nanos(),
+            waits: task.waits.as_ref().and_then(|waits| waits.times).unwrap_or(0),
             delay: 0,
             machine,
-            share: Share::new(mean, task.period?),
+            share: share(&curve)?,
+            executed: executed.and_then(|executed| Some((share(&executed)?, executed))).map(|(a, b)| (b, a)),
+            late: None,
             curve,
             execution: None,
             paths: None,
@@ -95,16 +128,31 @@ impl<'a> Member<'a> {
 
     /// M(`jobs`).
     pub(crate) fn demand(&mut self, jobs: u64) -> Result<u64, NoBoundReason> {
-        match &mut self.curve {
-            Curve::Linear(cost) => cost.checked_mul(jobs).ok_or(NoBoundReason::Overflow),
-            Curve::Trace(bound) => bound.demand(jobs).map(Time::as_nanos),
+        self.curve.demand(jobs)
+    }
+
+    /// Returns by how much its execution may be late: its jitter, or its response time where its waits count as jitter.
+    fn lateness(&self) -> u64 {
+        self.late.map_or(self.jitter, |late| late.max(self.jitter))
+    }
+
+    /// Returns the share of a CPU that it takes from others.
+    pub(crate) fn interfering_share(&self) -> Share {
+        match &self.executed {
+            Some((_, share)) if self.late.is_some() => *share,
+            _ => self.share,
         }
+    }
+
+    /// Returns the share of a CPU that it executes for, without waits.
+    pub(crate) fn executed_share(&self) -> Share {
+        self.executed.as_ref().map_or(self.share, |(_, share)| *share)
     }
 
     /// Returns the number of jobs that are released in a window, ⌈(t + J − delay)/T⌉; with a horizon, in its first part.
     pub(crate) fn jobs_released(&self, window: u64, horizon: Option<Time>) -> Result<u64, NoBoundReason> {
         let window = horizon.map_or(window, |horizon| window.min(horizon.as_nanos()));
-        let since_first = window.checked_add(self.jitter).ok_or(NoBoundReason::Overflow)?;
+        let since_first = window.checked_add(self.lateness()).ok_or(NoBoundReason::Overflow)?;
         Ok(since_first.saturating_sub(self.delay).div_ceil(self.period))
     }
 
@@ -123,14 +171,18 @@ impl<'a> Member<'a> {
         horizon: Option<Time>,
     ) -> Result<Contribution, NoBoundReason> {
         let jobs = self.jobs_released(window, horizon)?;
+        let lateness = self.lateness();
         // Instants are counted from J before the window, which is longer than J.
-        let window_at = |instant: u64| instant - self.jitter;
+        let window_at = |instant: u64| instant - lateness;
         let next_release = window_at(jobs.saturating_mul(self.period).saturating_add(self.delay));
         if jobs == 0 {
             return Ok(Contribution { jobs, time: 0, holds_until: next_release, rises_until: 0 });
         }
         if method != Method::Ibf {
-            let time = self.demand(jobs)?;
+            let time = match &mut self.executed {
+                Some((executed, _)) if self.late.is_some() => executed.demand(jobs)?,
+                _ => self.curve.demand(jobs)?,
+            };
             return Ok(Contribution { jobs, time, holds_until: next_release, rises_until: 0 });
         }
         let (machine, interrupt) = (self.machine, self.interrupt);
@@ -319,6 +371,48 @@ pub(crate) struct Lane<'l, 'a> {
 impl Lane<'_, '_> {
     pub(crate) fn priority(&self, place: usize) -> Priority {
         self.members.get(place).task.priority
+    }
+
+    /// Returns for how long jobs of lower priority that hold locks delay the member at `place` in a window with `jobs` jobs of it.
+    ///
+    /// In the window, a lower priority executes only to leave a lock that it took before: that is B, once. While the member or one
+    /// of hp(i) waits, a lower priority may take a lock again: once more for each wait. Where some of hp(i) may run on other CPUs,
+    /// it may also take one between two jobs of the member.
+    pub(crate) fn blocking(&self, place: usize, jobs: u64, window: u64) -> Result<u64, NoBoundReason> {
+        let member = self.members.get(place);
+        if member.blocking == 0 {
+            return Ok(0);
+        }
+        let mut times = 1u128;
+        let mut has_several_cpus = false;
+        for other in (0..self.members.len()).filter(|&other| self.priority(other) >= member.task.priority) {
+            let of_other = self.members.get(other);
+            has_several_cpus |= !of_other.task.mask().is_power_of_two();
+            if of_other.waits > 0 {
+                let jobs = if other == place { jobs } else { of_other.jobs_released(window, None)? };
+                times += u128::from(jobs) * u128::from(of_other.waits);
+            }
+        }
+        if has_several_cpus {
+            times += u128::from(jobs - 1);
+        }
+        let blocking = times.checked_mul(u128::from(member.blocking));
+        blocking.and_then(|it| u64::try_from(it).ok()).ok_or(NoBoundReason::Overflow)
+    }
+
+    /// Whether lower priorities may have shorter windows than higher ones.
+    pub(crate) fn has_blocking_or_late_members(&self) -> bool {
+        (0..self.members.len())
+            .map(|place| self.members.get(place))
+            .any(|it| it.blocking > 0 || it.late.is_some())
+    }
+
+    /// Returns the tasks of hp(i) of the member at `place` whose waits count as jitter, with their response times.
+    pub(crate) fn late_members(&self, place: usize) -> Vec<(usize, Time)> {
+        let priority = self.priority(place);
+        let others = (0..self.members.len()).filter(|&it| it != place && self.priority(it) >= priority);
+        let others = others.map(|it| self.members.get(it));
+        others.filter_map(|it| Some((it.index, Time::from_nanos(it.late?)))).collect()
     }
 }
 

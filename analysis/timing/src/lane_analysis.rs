@@ -34,7 +34,7 @@ const MOST_TIGHTENED: u64 = 256;
 const FEWEST_PASSES: u64 = 16;
 
 /// The maximum number of exact comparisons per lane: the fractions have thousands of digits.
-const MOST_EXACT: u32 = 8;
+pub(crate) const MOST_EXACT: u32 = 8;
 
 const KEPT_ITERATIONS: usize = 32;
 
@@ -55,13 +55,13 @@ pub(crate) struct LaneResponse {
 
 /// What is known of hp(i) of one member, i.
 #[derive(Clone, Copy)]
-struct Load {
+pub(crate) struct Load {
     /// The utilisation of hp(i), compared with 1; `None` if the exact comparison is too expensive.
-    others: Option<Ordering>,
+    pub(crate) others: Option<Ordering>,
     /// The same with i.
-    all: Option<Ordering>,
+    pub(crate) all: Option<Ordering>,
     /// Whether one of them, or i, may run elsewhere.
-    several_cpus: bool,
+    pub(crate) several_cpus: bool,
 }
 
 impl Load {
@@ -75,11 +75,7 @@ impl<'a> Lane<'_, 'a> {
     pub(crate) fn analyse(&mut self, is_wanted: impl Fn(&Member<'_>) -> bool) -> Vec<LaneResponse> {
         let wanted: Vec<bool> =
             (0..self.members.len()).map(|place| is_wanted(self.members.get(place))).collect();
-        let mut places: Vec<usize> = (0..self.members.len()).collect();
-        places.sort_by_key(|&place| Reverse(self.priority(place)));
-        // The tasks of lower priority than all that are wanted do not matter.
-        let least = places.iter().rev().find(|&&place| wanted[place]).map(|&place| self.priority(place));
-        places.retain(|&place| least.is_some_and(|least| self.priority(place) >= least));
+        let places = self.by_priority(&wanted);
         let loads = match self.start {
             None => self.loads(&places),
             Some(_) => vec![Load::BELOW_ONE; self.members.len()],
@@ -131,9 +127,18 @@ impl<'a> Lane<'_, 'a> {
         found.into_iter().flatten().collect()
     }
 
+    /// Returns the members by decreasing priority, without those of lower priority than all that are wanted: they do not matter.
+    pub(crate) fn by_priority(&self, wanted: &[bool]) -> Vec<usize> {
+        let mut places: Vec<usize> = (0..self.members.len()).collect();
+        places.sort_by_key(|&place| Reverse(self.priority(place)));
+        let least = places.iter().rev().find(|&&place| wanted[place]).map(|&place| self.priority(place));
+        places.retain(|&place| least.is_some_and(|least| self.priority(place) >= least));
+        places
+    }
+
     /// Calls `solve` for the wanted ones of `places`, in order of decreasing priority, with counts of hp(i) below its fixed
     /// point. The result of `solve` is the length of a window that no lower priority has a shorter one than.
-    fn walk(
+    pub(crate) fn walk(
         &mut self,
         places: &[usize],
         wanted: &[bool],
@@ -142,8 +147,9 @@ impl<'a> Lane<'_, 'a> {
     ) {
         let mut counts = Counts::new(self.members.len());
         let mut of_one = Counts::new(0);
-        // A window that begins at one instant may end before the window of a higher priority, whose own job is released later.
-        let windows_grow = self.start.is_none();
+        // A window that begins at one instant may end before the window of a higher priority, whose own job is released later;
+        // and so may one without the blocking of the higher priority, or in which the waits of its jobs do not count.
+        let windows_grow = self.start.is_none() && !self.has_blocking_or_late_members();
         let groups: Vec<&[usize]> = places.chunk_by(|&a, &b| self.priority(a) == self.priority(b)).collect();
         for group in groups {
             if let (&[place], true) = (group, windows_grow) {
@@ -162,6 +168,11 @@ impl<'a> Lane<'_, 'a> {
                 of_one.exclude(place);
                 let length = solve(self, place, &mut of_one).unwrap_or(0);
                 longest = if windows_grow { longest.max(length) } else { 0 };
+            }
+            // What the group contributes to others may have changed: see `Lane::count_waits_as_jitter`.
+            for &place in group.iter().filter(|_| !windows_grow) {
+                counts.exclude(place);
+                counts.include(place, &mut self.members, method);
             }
             // The start for the next group, which has the whole group in its hp, so its windows are not shorter.
             // (What cannot be computed fails again there.)
@@ -212,8 +223,17 @@ impl<'a> Lane<'_, 'a> {
 
     /// Returns the response of the member at `place` by the demand of n jobs, starting from `counts` of hp(i) below its fixed
     /// point.
-    fn by_jobs(&mut self, place: usize, counts: &mut Counts, method: Method, load: Load) -> LaneResponse {
+    pub(crate) fn by_jobs(
+        &mut self,
+        place: usize,
+        counts: &mut Counts,
+        method: Method,
+        load: Load,
+    ) -> LaneResponse {
         let overloaded = match self.rule {
+            CpuRule::Cpu(_) if !self.is_overloaded_without_waits(place) => {
+                Bound::NoBound(NoBoundReason::Waits)
+            }
             CpuRule::Cpu(cpu) if !load.several_cpus => Bound::Unbounded { cpu },
             CpuRule::Cpu(_) | CpuRule::Linked(_) => Bound::NoBound(NoBoundReason::SeveralCpus),
         };
@@ -280,6 +300,17 @@ impl<'a> Lane<'_, 'a> {
         found
     }
 
+    /// Whether the utilisation by the member at `place` and hp(i) may exceed 1 if waits are not counted.
+    fn is_overloaded_without_waits(&self, place: usize) -> bool {
+        let priority = self.priority(place);
+        let members = || (0..self.members.len()).filter(|&it| self.priority(it) >= priority);
+        if members().all(|it| self.members.get(it).task.waits.is_none()) {
+            return true;
+        }
+        let utilisation = Utilisation::sum(members().map(|it| self.members.get(it).executed_share()));
+        utilisation.compare_roughly(None) == Some(Ordering::Greater)
+    }
+
     /// Returns the busy window by what jobs execute at most; its jobs are some of those of `by_jobs`.
     fn by_execution(&mut self, place: usize, counts: &mut Counts, by_jobs: Busy) -> Option<Busy> {
         let mut budget = self.budget();
@@ -324,15 +355,17 @@ impl<'a> Lane<'_, 'a> {
     ) -> Result<u64, NoBoundReason> {
         // A job without demand is preempted by jobs of higher priority too, so its demand is 1 ns.
         let own = self.members.at(place).demand(jobs)?.max(1);
-        let demand = |counts: &Counts| {
-            u64::try_from(u128::from(own) + counts.total()).map_err(|_| NoBoundReason::Overflow)
+        let demand = |lane: &Self, counts: &Counts, window: u64| {
+            let blocking = lane.blocking(place, jobs, window)?;
+            let demand = u128::from(own) + counts.total() + u128::from(blocking);
+            u64::try_from(demand).map_err(|_| NoBoundReason::Overflow)
         };
-        let mut window = demand(counts)?;
+        let mut window = demand(self, counts, 1)?;
         loop {
             (self.interrupt)();
             *budget = budget.checked_sub(counts.present() + 1).ok_or(NoBoundReason::Budget)?;
             let rises_until = counts.raise(window, &mut self.members, method)?;
-            let next = demand(counts)?;
+            let next = demand(self, counts, window)?;
             if next <= window {
                 return Ok(window);
             }
@@ -347,8 +380,13 @@ impl<'a> Lane<'_, 'a> {
     /// and L = H/Tᵢ. While the window lasts, f(q) + Jᵢ > (q − 1)·Tᵢ. So for (q − 1)·Tᵢ − Jᵢ ≥ nⱼ·Tⱼ and q ≥ nᵢ, both sides of
     /// t = Mᵢ(q) + Σ Mⱼ(⌈(t + Jⱼ)/Tⱼ⌉) grow by H, since Σ λ/T = 1, when t grows by H and q by L: f(q + L) = f(q) + H. Job q + L
     /// responds as q does, and ends the window if and only if q does.
+    ///
+    /// With waits, blocking grows with the window: no job repeats then.
     fn last_job(&mut self, place: usize) -> Option<u64> {
         let member = self.members.get(place);
+        if self.blocking(place, 2, 1) != Ok(member.blocking) {
+            return None;
+        }
         let (own_period, own_jitter, priority) = (member.period, member.jitter, member.task.priority);
         let mut first_regular = 1u64;
         let mut lap = 1u64;
@@ -425,7 +463,7 @@ impl<'a> Lane<'_, 'a> {
             return;
         }
         let has_iterations = Some(time) > deadline && method != Method::Exact;
-        let iterations = if has_iterations { self.iterations(place, own, method, None) } else { None };
+        let iterations = if has_iterations { self.iterations(place, job, own, method, None) } else { None };
         found.response.bound = Bound::Response(time);
         found.response.window = Some(Window {
             method,
@@ -435,6 +473,8 @@ impl<'a> Lane<'_, 'a> {
             start: self.start.map(Time::from_nanos),
             delay,
             iterations: iterations.unwrap_or_default(),
+            blocking: Time::from_nanos(self.blocking(place, job, length).unwrap_or_default()),
+            late: self.late_members(place),
         });
     }
 
@@ -443,6 +483,7 @@ impl<'a> Lane<'_, 'a> {
     fn iterations(
         &mut self,
         place: usize,
+        job: u64,
         own: u64,
         method: Method,
         horizon: Option<Time>,
@@ -458,7 +499,7 @@ impl<'a> Lane<'_, 'a> {
                 values.pop_front();
             }
             values.push_back(Time::from_nanos(window));
-            let mut demand = u128::from(own);
+            let mut demand = u128::from(own) + u128::from(self.blocking(place, job, window).ok()?);
             let mut rises_until = 0;
             for other in (0..self.members.len()).filter(|&other| other != place) {
                 let member = self.members.at(other);
@@ -481,7 +522,8 @@ impl<'a> Lane<'_, 'a> {
     fn truncate(&mut self, response: &mut Response, place: usize) {
         if let Some(horizon) = self.options.horizon {
             let own = response.own.unwrap_or_default().as_nanos();
-            let iterations = self.iterations(place, own, response.method, Some(horizon)).unwrap_or_default();
+            let iterations =
+                self.iterations(place, 1, own, response.method, Some(horizon)).unwrap_or_default();
             response.first_job = iterations.last().copied();
         }
     }
@@ -489,7 +531,11 @@ impl<'a> Lane<'_, 'a> {
 
 /// Compares a utilisation, optionally `without` one of its shares, with 1. Returns `None` if the exact comparison is too
 /// expensive: `exact_left` is the number of those that may be made.
-fn compare(utilisation: &Utilisation, without: Option<&Share>, exact_left: &mut u32) -> Option<Ordering> {
+pub(crate) fn compare(
+    utilisation: &Utilisation,
+    without: Option<&Share>,
+    exact_left: &mut u32,
+) -> Option<Ordering> {
     if let Some(load) = utilisation.compare_roughly(without) {
         return Some(load);
     }

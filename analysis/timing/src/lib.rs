@@ -33,6 +33,8 @@
 //! | `lane.rs` | one CPU, or linked CPUs as one: its tasks, and what they ask for in a window |
 //! | `lane_analysis.rs` | the analysis of one CPU |
 //! | `synchronised.rs` | the windows that begin at the releases of synchronised clocks |
+//! | `waits.rs` | waits as jitter |
+//! | `locks.rs` | [`Lock`]: for how long lower priorities delay the users of locks |
 //! | `operations.rs` | the calls of operations that jobs execute for others |
 //! | `tasks.rs` | [`Tasks`]: what a deployment runs at one level |
 //! | `set_analysis.rs` | [`SetAnalysis`]: its response times |
@@ -52,6 +54,7 @@ mod execution_bound;
 mod lane;
 mod lane_analysis;
 mod level;
+mod locks;
 mod machine;
 mod observed;
 mod operations;
@@ -69,11 +72,13 @@ mod testing;
 mod time;
 mod trace_bound;
 mod utilisation;
+mod waits;
 mod worst_case;
 
 pub use breakdown::Breakdown;
 pub use cycle_mean::CycleMean;
 pub use level::{Level, MOST_LEVELS};
+pub use locks::{Blocking, Lock, LockUser, Protocol};
 pub use machine::{Edge, MachineError, StateMachine};
 pub use observed::{
     Observed, ObservedCodel, ObservedError, ObservedErrorKind, ObservedTimes, ObservedWork, Recording,
@@ -90,7 +95,7 @@ pub use table::update::{Kept, UpdateError, Updated, update as update_table};
 pub use table::{Entry, KeyPart, Measured, Overhead, Table, Times, keys as table_keys};
 pub use task::{
     Analysis, Bound, CpuLoad, CpuRule, Demand, Interference, Method, NoBoundReason, Options, Priority,
-    Response, Status, Task, Window,
+    Response, Status, Task, Waits, Window,
 };
 pub use tasks::{Operation, THROTTLING, TaskKind, Tasks, name_of_other};
 pub use time::{Rounding, Time, TimeError, Unit};

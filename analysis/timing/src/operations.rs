@@ -1,6 +1,8 @@
 //! The operations that tasks execute for others: how many calls a job of the provider counts, and what it takes for them.
 
-use crate::{Bound, Demand, Method, Options, Priority, Task, Tasks, Time, response_times};
+use std::sync::Arc;
+
+use crate::{Bound, Demand, Method, Options, Priority, Task, Tasks, Time, Waits, response_times};
 
 /// The maximum number of iterations, before and after the providers whose numbers of calls still grow count as unknown.
 const MOST_ROUNDS: u32 = 32;
@@ -101,6 +103,10 @@ fn executing(set: &Tasks, counts: &mut [Option<u64>]) -> Vec<Task> {
             }),
             Demand::Unknown => None,
         });
+        if let (Some(time), Some(waits)) = (time, &task.waits) {
+            let executed = waits.executed.with_added(time);
+            task.waits = executed.map(|executed| Arc::new(Waits { executed, times: waits.times }));
+        }
         if demand.is_none() {
             *count = None;
         }

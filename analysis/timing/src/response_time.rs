@@ -58,6 +58,7 @@ pub fn response_times(tasks: &[Task], options: &Options, interrupt: &dyn Fn()) -
         let mut lane = lanes.lane(plan);
         let mut found = lane.analyse(|member| wanted.binary_search(&member.index).is_ok());
         lane.synchronise(&mut found);
+        lane.count_waits_as_jitter(&mut found);
         for found in found {
             let of_task = &mut best[found.task];
             *of_task = Some(better(of_task.take(), found.response));
@@ -146,7 +147,7 @@ impl<'a> Lanes<'a> {
 
 /// Returns, for each task that is analysed on linked CPUs, these: those that tasks of higher or equal priority link to its own,
 /// where one of these may use several CPUs, and tasks of any priority have different sets of several CPUs there.
-fn linked_cpus(tasks: &[Task]) -> Vec<Option<u64>> {
+pub(crate) fn linked_cpus(tasks: &[Task]) -> Vec<Option<u64>> {
     let mixed = linked(tasks.iter().map(Task::mask)).filter(|group| group.is_mixed);
     let mixed = mixed.fold(0, |all, group| all | group.cpus);
     let mut by_priority: Vec<usize> =
@@ -287,7 +288,7 @@ fn loads(tasks: &[Task], members: &[Member<'_>], unknown: &[usize]) -> Vec<CpuLo
     let load = |mask: u64| CpuLoad {
         mask,
         utilisation: Utilisation::sum(
-            members.iter().filter(|member| member.task.mask() & mask != 0).map(|member| member.share),
+            members.iter().filter(|member| member.task.mask() & mask != 0).map(Member::executed_share),
         ),
         complete: !unknown.iter().any(|&task| tasks[task].mask() & mask != 0),
     };

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::operations::with_calls;
 use crate::response_times;
 use crate::{
-    Analysis, Bound, CpuLoad, CycleMean, Demand, Method, Options, Response, Task, Tasks, Utilisation,
+    Analysis, Blocking, Bound, CpuLoad, CycleMean, Method, Options, Response, Task, Tasks, Utilisation,
 };
 
 /// The response times of [`Tasks`].
@@ -16,6 +16,8 @@ pub struct SetAnalysis {
     /// For each operation, the number of calls that each job of its provider counts; `None` where a response time that it
     /// depends on has no bound: then the provider is not analysed.
     pub calls: Vec<Option<u64>>,
+    /// What locks do to each task; empty without locks.
+    pub blocking: Vec<Blocking>,
     /// The CPUs that are used.
     pub cpus: Vec<CpuLoad>,
     /// The analysed tasks, each with the calls that it executes.
@@ -27,15 +29,23 @@ pub struct SetAnalysis {
 impl Tasks {
     /// Computes the response times. To cancel, `interrupt` unwinds.
     pub fn response_times(&self, options: &Options, interrupt: &dyn Fn()) -> SetAnalysis {
+        let (all, blocking) = self.with_blocking();
         let (all, calls) = match self.operations.as_slice() {
-            [] => (self.all.clone(), Vec::new()),
-            _ => with_calls(self, options, interrupt),
+            [] => (all, Vec::new()),
+            _ => with_calls(&Tasks { all, ..self.clone() }, options, interrupt),
         };
         let Analysis { responses, cpus } = response_times(&all, options, interrupt);
         let is_overloaded = responses.iter().any(|it| matches!(it.bound, Bound::Unbounded { .. }));
         let overloading = all.iter().filter(|_| is_overloaded);
         let shares = overloading.map(|task| share(task, options.method)).collect();
-        SetAnalysis { responses, calls, cpus, tasks: Arc::new(Tasks { all, ..self.clone() }), shares }
+        SetAnalysis {
+            responses,
+            calls,
+            blocking,
+            cpus,
+            tasks: Arc::new(Tasks { all, ..self.clone() }),
+            shares,
+        }
     }
 }
 
@@ -57,9 +67,10 @@ impl SetAnalysis {
 }
 
 fn share(task: &Task, method: Method) -> f64 {
-    let (Demand::Machine { machine, .. }, Some(period)) = (&task.demand, task.period) else { return 0.0 };
+    let (Some(machine), Some(period)) = (task.executed(), task.period) else { return 0.0 };
     let mean = match (method, task.demand.own(method)) {
-        (Method::Classic, Some(cost)) => CycleMean { cost, length: 1 },
+        (Method::Classic, Some(cost)) if task.waits.is_none() => CycleMean { cost, length: 1 },
+        (Method::Classic, _) => CycleMean { cost: machine.greatest_cost(), length: 1 },
         _ => machine.greatest_cycle_mean(),
     };
     Utilisation::new([(mean, period)]).as_f64()
@@ -68,7 +79,7 @@ fn share(task: &Task, method: Method) -> f64 {
 mod tests {
     use super::*;
     use crate::testing::machine;
-    use crate::{Breakdown, Priority, StateMachine, THROTTLING, TaskKind, Time};
+    use crate::{Breakdown, Demand, Priority, StateMachine, THROTTLING, TaskKind, Time};
 
     const MS: u64 = 1_000_000;
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 
-use crate::{StateMachine, Time, Utilisation};
+use crate::{Edge, MachineError, StateMachine, Time, Utilisation};
 
 /// The priority of a task. A greater one is a higher priority.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -46,6 +46,22 @@ pub struct Task {
     pub cpus: Option<u64>,
     /// The demand of its jobs. [`Demand::Unknown`] if any other property of the task is unusable.
     pub demand: Demand,
+    /// What of the demand its jobs wait for, off the CPU; `None` if they do not wait.
+    pub waits: Option<Arc<Waits>>,
+    /// B, the time for which jobs of lower priority that hold a lock delay its jobs, once in a window and once more for each wait
+    /// in it. [`Tasks::response_times`](crate::Tasks::response_times) computes it.
+    pub blocking: Time,
+}
+
+/// The waits of a task: the time that its jobs spend off the CPU by their own will, for a device, for other threads, or asleep.
+///
+/// The [`Demand`] contains the waits: a job that waits delays tasks of lower priority no longer than one that executes instead.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub struct Waits {
+    /// The machine without the waits: the same states and edges, each with the time that it executes.
+    pub executed: StateMachine,
+    /// How often a job waits, at most; `None` if that is unknown.
+    pub times: Option<u64>,
 }
 
 /// The demand of the jobs of a task.
@@ -73,6 +89,11 @@ impl Demand {
         }
     }
 
+    /// Returns the declared execution time of each job.
+    pub(crate) fn whole(&self) -> Option<Time> {
+        if let Demand::Machine { whole, .. } = self { *whole } else { None }
+    }
+
     pub(crate) fn own(&self, method: Method) -> Option<Time> {
         match (self, method) {
             (Demand::Unknown, _) => None,
@@ -83,6 +104,45 @@ impl Demand {
                 Some(machine.greatest_cost().max(whole.unwrap_or_default()))
             }
         }
+    }
+}
+
+impl Waits {
+    /// Returns the demand of jobs that execute an edge of a machine and wait for a time of each edge, in their order, with their
+    /// waits. `whole` is a declared execution time of each job.
+    ///
+    /// # Errors
+    ///
+    /// The times are too long for a machine.
+    pub fn with_demand(
+        executed: StateMachine,
+        of_edges: &[Time],
+        times: Option<u64>,
+        whole: Option<Time>,
+    ) -> Result<(Demand, Option<Arc<Waits>>), MachineError> {
+        if of_edges.iter().all(|wait| *wait == Time::ZERO) {
+            return Ok((Demand::Machine { machine: executed, whole }, None));
+        }
+        let with_wait = |(edge, wait): (&Edge, &Time)| {
+            let cost = edge.cost.checked_add(*wait).ok_or(MachineError::TooLarge)?;
+            Ok(Edge { cost, ..edge.clone() })
+        };
+        let edges: Result<Vec<Edge>, MachineError> =
+            executed.edges().iter().zip(of_edges).map(with_wait).collect();
+        let machine = StateMachine::new(executed.states(), edges?)?;
+        let waits = Waits { executed, times };
+        let whole = match whole {
+            Some(whole) => Some(whole.checked_add(waits.greatest(&machine)).ok_or(MachineError::TooLarge)?),
+            None => None,
+        };
+        Ok((Demand::Machine { machine, whole }, Some(Arc::new(waits))))
+    }
+
+    /// Returns the greatest time that a job waits: that of an edge of `machine`, the demand with the waits.
+    pub fn greatest(&self, machine: &StateMachine) -> Time {
+        let edges = machine.edges().iter().zip(self.executed.edges());
+        let waits = edges.filter_map(|(with, without)| with.cost.checked_sub(without.cost));
+        waits.max().unwrap_or_default()
     }
 }
 
@@ -110,6 +170,11 @@ impl Task {
     /// Returns the greatest execution time of one job, if the demand is known.
     pub fn greatest_cost(&self) -> Option<Time> {
         self.demand.machine().map(StateMachine::greatest_cost)
+    }
+
+    /// Returns what its jobs execute: their demand without waits.
+    pub fn executed(&self) -> Option<&StateMachine> {
+        self.waits.as_ref().map(|waits| &waits.executed).or(self.demand.machine())
     }
 
     /// Returns the CPUs on which it competes with real-time tasks: all if they are unknown, none in the background.
@@ -208,7 +273,7 @@ pub struct Analysis {
 pub struct CpuLoad {
     /// The CPUs, a bit each, as in [`Task::cpus`].
     pub mask: u64,
-    /// Σ λ/T over their tasks of known demand; it may be up to the number of CPUs.
+    /// Σ λ/T over their tasks of known demand, without waits; it may be up to the number of CPUs.
     pub utilisation: Utilisation,
     /// Whether all tasks are included; otherwise a task of unknown demand may run there, and `utilisation` is a lower
     /// bound.
@@ -283,6 +348,8 @@ pub enum NoBoundReason {
     /// The utilisation by the task and those that may run on each of its CPUs is greater than 1, but some of them may
     /// run elsewhere.
     SeveralCpus,
+    /// The utilisation by the task and hp(i) is greater than 1 if waits are counted as execution.
+    Waits,
 }
 
 /// Whether a deadline is met.
@@ -358,6 +425,11 @@ pub struct Window {
     /// Where the response time is later than the task's deadline: the successive values of the fixed-point iteration
     /// for `length`, from M(q) (paper, eq. 19–20); the last 32 at most. Otherwise empty.
     pub iterations: Vec<Time>,
+    /// The part of `length` in which jobs of lower priority hold locks.
+    pub blocking: Time,
+    /// The tasks whose waits are counted as jitter, not as execution, each with the response time by which their execution may be
+    /// late.
+    pub late: Vec<(usize, Time)>,
 }
 
 #[cfg(test)]

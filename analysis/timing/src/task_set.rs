@@ -46,7 +46,7 @@ use serde::{Deserialize, Serialize};
 pub use self::error::TaskSetError;
 pub use self::notation::Notation;
 pub use self::number::{Number, Numbers};
-use crate::{Level, Method, Unit};
+use crate::{Level, Method, Protocol, Unit};
 
 /// What a deployment runs, as its file has it.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
@@ -86,6 +86,9 @@ pub struct TaskSet {
     /// Real-time work that is not in the model, such as an interrupt thread: it interferes, and has no deadline.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub other: Vec<TaskEntry>,
+    /// The locks that tasks take.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lock: Vec<LockEntry>,
     /// The operations that take time. One that sends calls is before those that it sends them to.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub operation: Vec<OperationEntry>,
@@ -121,6 +124,12 @@ pub struct TaskEntry {
     /// The greatest execution time of a job.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<Numbers>,
+    /// The greatest time that a job waits off the CPU by its own will, in addition to `time`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wait: Option<Numbers>,
+    /// How often a job waits, at most; unknown, if it is left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub waits: Option<u64>,
     /// The edges of a state machine, in place of `time`. Each job executes one edge.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub machine: Option<Vec<EdgeEntry>>,
@@ -148,6 +157,9 @@ pub struct EdgeEntry {
     pub to: String,
     /// The greatest execution time of the job.
     pub time: Numbers,
+    /// The greatest time that the job waits, in addition to `time`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wait: Option<Numbers>,
     /// The transition that fires; none where the machine stays.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
@@ -170,6 +182,29 @@ pub struct OperationEntry {
     pub during: Option<usize>,
     /// The execution time of one call.
     pub time: Numbers,
+}
+
+/// A lock that tasks take.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a lock")]
+pub struct LockEntry {
+    /// Its name.
+    pub name: String,
+    /// How a job that holds it is kept from being preempted.
+    pub protocol: Protocol,
+    /// The tasks that take it.
+    pub user: Vec<LockUserEntry>,
+}
+
+/// A task that takes a lock.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a user of a lock")]
+pub struct LockUserEntry {
+    /// Its name.
+    pub task: String,
+    /// For how long a job executes while it holds the lock, at most; unknown, if it is left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held: Option<Numbers>,
 }
 
 /// Why something cannot be analysed.

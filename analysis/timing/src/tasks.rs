@@ -1,6 +1,6 @@
 //! What a deployment runs at one level: its activities, and what else delays them.
 
-use crate::{Demand, Priority, StateMachine, Task, Time};
+use crate::{Demand, Lock, Priority, StateMachine, Task, Time};
 
 /// An operation that one activity executes for another: in its own thread, at the start of its next period or between two
 /// periods.
@@ -27,6 +27,8 @@ pub struct Tasks {
     pub(crate) others: usize,
     /// The connected operations that cost time.
     pub operations: Vec<Operation>,
+    /// The locks that the tasks take.
+    pub locks: Vec<Lock>,
 }
 
 /// What a task of a deployment is.

@@ -212,16 +212,23 @@ fn executed(psms: &Psms<'_>) -> TaskEntry {
     };
     let state = |number: usize| shape.state(number).to_owned();
     let edges = shape.edges.all.iter().enumerate().filter_map(|(index, edge)| {
-        let time = times(&|psm| psm.machine.edges().get(index).map(|edge| edge.cost))?;
+        let time = times(&|psm| Some(psm.executed().edges().get(index)?.cost))?;
+        let wait = times(&|psm| psm.wait_of(index)).filter(|wait| *wait != Numbers::One(Number::Whole(0)));
         let name = edge.transition.as_ref().map(ToString::to_string);
-        Some(EdgeEntry { from: state(edge.source), to: state(edge.target), time, name })
+        Some(EdgeEntry { from: state(edge.source), to: state(edge.target), time, wait, name })
     });
     let mut edges: Vec<EdgeEntry> = edges.collect();
     let assumed = shape.assumed.iter().map(|(codel, time)| (codel.clone(), (*time).into()));
     let (initial, assumed) = (state(shape.initial), assumed.collect());
-    let entry = TaskEntry { classic_time: times(&|psm| psm.component_time), assumed, ..TaskEntry::default() };
+    let waits = at_levels.iter().flatten().filter_map(|psm| psm.waits.as_ref());
+    // Known where it is known at all levels; it differs if a codel waits at some levels only.
+    let waits = waits.map(|waits| waits.times).reduce(|one, other| Some(one?.max(other?))).flatten();
+    let classic_time = times(&|psm| psm.component_time);
+    let entry = TaskEntry { classic_time, assumed, waits, ..TaskEntry::default() };
     match edges.pop() {
-        Some(only) if edges.is_empty() && initial == "update" => TaskEntry { time: Some(only.time), ..entry },
+        Some(only) if edges.is_empty() && initial == "update" => {
+            TaskEntry { time: Some(only.time), wait: only.wait, ..entry }
+        }
         last => {
             edges.extend(last);
             // The first edge begins there, if nothing else is said.
@@ -234,7 +241,7 @@ fn executed(psms: &Psms<'_>) -> TaskEntry {
 
 /// Returns the machine of a task of a file at a level, as for a model, without its programs; `None` if it has no times there.
 pub fn psm_at<'db>(set: &TaskSet, task: &TaskEntry, level: Level) -> Option<Psm<'db>> {
-    let Demand::Machine { machine, whole } = set.demand(task, level) else { return None };
+    let (Demand::Machine { machine, whole }, waits) = set.demand(task, level) else { return None };
     let states = task.states();
     let initial = task.initial.as_ref().and_then(|initial| states.iter().position(|state| state == initial));
     let names = task.machine.iter().flatten().map(|edge| edge.name.as_deref()).chain([None]);
@@ -251,6 +258,7 @@ pub fn psm_at<'db>(set: &TaskSet, task: &TaskEntry, level: Level) -> Option<Psm<
         edges: Arc::new(Edges { all, first: vec![Vec::new(); states.len()] }),
         states: states.into_iter().map(Into::into).collect(),
         machine,
+        waits,
         programs: Vec::new(),
         operations: Vec::new(),
         overhead: Time::ZERO,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use mauve_timing::{Level, StateMachine, Time};
+use mauve_timing::{Level, StateMachine, Time, Waits};
 use rustc_hash::FxHashMap;
 
 use crate::reason::{MOST_REASONS, Reason, Refusal, Timed, TooLong, UnusableTime};
@@ -24,8 +24,10 @@ pub struct Psm<'db> {
     pub states: Vec<Name>,
     /// The number of the initial one.
     pub initial: usize,
-    /// The machine that the analysis reads; its edges are those of `edges`, in the same order.
+    /// The machine that the analysis reads; its edges are those of `edges`, in the same order. Waits are included.
     pub machine: StateMachine,
+    /// What of it codels wait; `None` if they do not.
+    pub waits: Option<Arc<Waits>>,
     /// The transition and the programs of each edge.
     pub edges: Arc<Edges>,
     /// The programs with their times: 0 where no edge executes them.
@@ -49,6 +51,16 @@ impl<'db> Psm<'db> {
     /// Returns the name of a state.
     pub fn state(&self, number: usize) -> &str {
         self.states.get(number).map_or("", Name::as_str)
+    }
+
+    /// Returns its machine without waits.
+    pub fn executed(&self) -> &StateMachine {
+        self.waits.as_ref().map_or(&self.machine, |waits| &waits.executed)
+    }
+
+    /// Returns how long the edge of this index waits.
+    pub fn wait_of(&self, edge: usize) -> Option<Time> {
+        self.machine.edges().get(edge)?.cost.checked_sub(self.executed().edges().get(edge)?.cost)
     }
 
     /// Returns the programs that an edge executes, in order.
@@ -290,6 +302,7 @@ impl<'a, 'db> Evaluator<'a, 'db> {
             states: behaviour.states.clone(),
             initial: behaviour.initial,
             machine,
+            waits: None,
             edges: behaviour.edges.clone(),
             programs: programs.collect(),
             operations: behaviour.operations.iter().map(id).zip(self.operations).collect(),

@@ -2,13 +2,17 @@
 
 use std::cmp::Reverse;
 use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
 use super::{
-    MOST_OPERATIONS, MOST_TASKS, NotAnalysed, Notation, Number, Numbers, OperationEntry, TaskEntry, TaskSet,
-    TaskSetError,
+    LockEntry, LockUserEntry, MOST_OPERATIONS, MOST_TASKS, NotAnalysed, Notation, Number, Numbers,
+    OperationEntry, TaskEntry, TaskSet, TaskSetError,
 };
 use crate::level::MOST_LEVELS;
-use crate::{Demand, Edge, Level, Method, Operation, Priority, Rounding, StateMachine, Task, Tasks, Time};
+use crate::{
+    Demand, Edge, Level, Lock, LockUser, Method, Operation, Priority, Rounding, StateMachine, Task, Tasks,
+    Time, Waits,
+};
 
 type Result<T> = std::result::Result<T, TaskSetError>;
 
@@ -34,8 +38,8 @@ impl TaskSet {
     }
 
     /// Returns what the jobs of a task execute at a level, as far as the file says, analysed or not.
-    pub fn demand(&self, task: &TaskEntry, level: Level) -> Demand {
-        Column::of(self, level).and_then(|column| column.demand(task)).unwrap_or(Demand::Unknown)
+    pub fn demand(&self, task: &TaskEntry, level: Level) -> (Demand, Option<Arc<Waits>>) {
+        Column::of(self, level).and_then(|column| column.demand(task)).unwrap_or_default()
     }
 
     /// Returns the codels of a task whose time is assumed, with it.
@@ -93,6 +97,9 @@ impl<'a> Reader<'a> {
         let others = all("other", &self.set.other, Self::other)?;
         let mut read = Tasks::new(activities).with_platform(others, self.set.rt_throttling == Some(true));
         read.operations = self.set.operation.iter().enumerate().map(operation).collect::<Result<_>>()?;
+        let lock =
+            |entry: &LockEntry| self.lock(entry, &indices).map_err(|error| error.of("lock", &entry.name));
+        read.locks = self.set.lock.iter().map(lock).collect::<Result<_>>()?;
         Ok(read)
     }
 
@@ -116,7 +123,7 @@ impl<'a> Reader<'a> {
         }
         let priority = entry.priority.as_ref().map_or(Ok(Priority::Unknown), priority)?;
         let mut cpus = entry.cpus.as_ref().map(mask).transpose()?;
-        let demand = self.times.demand(entry)?;
+        let (demand, waits) = self.times.demand(entry)?;
         if priority != Priority::Background
             && self.set.not_analysed.is_empty()
             && !self.has_reason(entry, Method::Psm)
@@ -151,7 +158,24 @@ impl<'a> Reader<'a> {
             offset,
             cpus,
             demand: if self.has_reason(entry, self.method) { Demand::Unknown } else { demand },
+            waits,
+            ..Task::default()
         })
+    }
+
+    fn lock(&self, entry: &LockEntry, indices: &HashMap<&str, usize>) -> Result<Lock> {
+        let user = |user: &LockUserEntry| {
+            let task = indices.get(user.task.as_str()).copied();
+            let task = task.ok_or_else(|| TaskSetError::NoTask(user.task.clone()))?;
+            let held = user.held.as_ref().map(|held| self.times.time_at("held", held)).transpose()?;
+            Ok(LockUser { task, held: held.flatten() })
+        };
+        let users: Vec<LockUser> = entry.user.iter().map(user).collect::<Result<_>>()?;
+        let mut seen = HashSet::new();
+        if let Some(twice) = entry.user.iter().find(|user| !seen.insert(&user.task)) {
+            return Err(TaskSetError::Repeated("user", twice.task.clone()));
+        }
+        Ok(Lock { name: entry.name.as_str().into(), protocol: entry.protocol, users })
     }
 
     /// Does the file say of the task why it is not analysed?
@@ -206,12 +230,20 @@ impl<'a> Column<'a> {
     }
 
     /// Returns what the jobs of a task execute at the level, as far as the file says, analysed or not.
-    fn demand(&self, entry: &TaskEntry) -> Result<Demand> {
-        let machine = self.machine(entry)?;
+    fn demand(&self, entry: &TaskEntry) -> Result<(Demand, Option<Arc<Waits>>)> {
+        let Some(executed) = self.machine(entry)? else { return Ok(Default::default()) };
         let whole =
             entry.classic_time.as_ref().map(|times| self.time_at("classic_time", times)).transpose()?;
-        let whole = whole.flatten();
-        Ok(machine.map_or(Demand::Unknown, |machine| Demand::Machine { machine, whole }))
+        let of_edges = entry.machine.iter().flatten().map(|edge| &edge.wait);
+        let of_entry = entry.machine.is_none().then_some(&entry.wait);
+        let wait = |wait: &Option<Numbers>| match wait {
+            // Known where the execution time is, or nothing is known.
+            Some(wait) => self.time_at("wait", wait),
+            None => Ok(Some(Time::ZERO)),
+        };
+        let waits: Option<Vec<Time>> = of_edges.chain(of_entry).map(wait).collect::<Result<_>>()?;
+        let Some(waits) = waits else { return Ok(Default::default()) };
+        Waits::with_demand(executed, &waits, entry.waits, whole.flatten()).map_err(TaskSetError::Machine)
     }
 
     fn machine(&self, entry: &TaskEntry) -> Result<Option<StateMachine>> {
@@ -219,7 +251,7 @@ impl<'a> Column<'a> {
             let Some(time) = &entry.time else { return Ok(None) };
             return Ok(self.time_at("time", time)?.map(StateMachine::single));
         };
-        if entry.time.is_some() {
+        if entry.time.is_some() || entry.wait.is_some() {
             return Err(TaskSetError::TimeAndMachine);
         }
         let numbers: HashMap<&str, u32> = entry.states().into_iter().zip(0..).collect();
@@ -281,6 +313,15 @@ fn check(set: &TaskSet) -> Result<()> {
             }
         }
     }
+    for entry in &set.lock {
+        let mut held = entry.user.iter().filter_map(|user| user.held.as_ref());
+        let names = entry.user.iter().map(|user| &user.task).chain([&entry.name]);
+        let mut check = || {
+            names.clone().try_for_each(|name| one_line(name))?;
+            held.try_for_each(|held| check_list(set, "held", held))
+        };
+        check().map_err(|error| error.of("lock", &entry.name))?;
+    }
     for entry in &set.operation {
         // One that takes no time at a level has 0 there.
         let check = || one_line(&entry.name).and_then(|()| check_count(set, "time", &entry.time));
@@ -305,6 +346,8 @@ fn check_entry(set: &TaskSet, entry: &TaskEntry) -> Result<()> {
         time_of(set, "assumed", time, Rounding::Up)?;
     }
     edges().try_for_each(|edge| check_list(set, "time", &edge.time))?;
+    let waits = edges().map(|edge| &edge.wait).chain([&entry.wait]).flatten();
+    waits.into_iter().try_for_each(|wait| check_list(set, "wait", wait))?;
     entry.time.iter().try_for_each(|times| check_list(set, "time", times))?;
     entry.classic_time.iter().try_for_each(|times| check_list(set, "classic_time", times))
 }

@@ -106,6 +106,7 @@ fn what_the_analysis_reads() {
         offset: time(8),
         cpus: Some(5),
         demand: Demand::Machine { machine, whole: time(900) },
+        ..Task::default()
     };
     assert_eq!(*front, expected);
     assert_eq!((rear.deadline, rear.jitter, rear.offset, rear.cpus), (time(1000), Time::ZERO, None, Some(1)));
@@ -240,7 +241,7 @@ fn what_is_refused_of_the_set() {
         expect![[r#"
             EarlierFormat("mauve-3")
             Syntax { message: "unknown variant `min`, expected one of `ns`, `us`, `ms`, `s`", line: 120 }
-            Syntax { message: "unknown field `more`, expected one of `generated`, `name`, `times`, `unit`, `levels`, `significance`, `cpus`, `rt_throttling`, `not_analysed`, `task`, `other`, `operation`", line: 7 }
+            Syntax { message: "unknown field `more`, expected one of `generated`, `name`, `times`, `unit`, `levels`, `significance`, `cpus`, `rt_throttling`, `not_analysed`, `task`, `other`, `lock`, `operation`", line: 7 }
             Repeated("level", "1e-3")
             Syntax { message: "expected a probability between 0 and 1, such as 1e-4", line: 6 }
             fine
@@ -365,7 +366,7 @@ fn what_is_refused_of_a_task() {
             Of { section: "task", name: "front", error: InvalidTime { key: "jitter", text: "-1", unit: Nanoseconds, error: Negative } }
             Repeated("task", "rear")
             Syntax { message: "invalid type: null, expected a string", line: 82 }
-            Syntax { message: "unknown field `priod`, expected one of `name`, `component`, `period`, `deadline`, `jitter`, `offset`, `priority`, `cpus`, `time`, `machine`, `initial`, `classic_time`, `assumed`, `not_analysed`", line: 94 }
+            Syntax { message: "unknown field `priod`, expected one of `name`, `component`, `period`, `deadline`, `jitter`, `offset`, `priority`, `cpus`, `time`, `wait`, `waits`, `machine`, `initial`, `classic_time`, `assumed`, `not_analysed`", line: 94 }
             Of { section: "task", name: "front", error: TimeAndMachine }
             Of { section: "task", name: "front", error: Missing { key: "time", level: Level { bits: 4562254508917369340 } } }
             Of { section: "task", name: "front", error: NoState("Busy") }
@@ -452,7 +453,7 @@ fn what_is_refused_of_a_text() {
         "null": Syntax { message: "invalid type: null, expected a task set", line: 1 }
         "{}": Syntax { message: "missing field `task`", line: 1 }
         "{\"name\": \"a\"}": Syntax { message: "missing field `task`", line: 1 }
-        "{\"format\": \"\u{7}\"}": Syntax { message: "unknown field `format`, expected one of `generated`, `name`, `times`, `unit`, `levels`, `significance`, `cpus`, `rt_throttling`, `not_analysed`, `task`, `other`, `operation`", line: 1 }
+        "{\"format\": \"\u{7}\"}": Syntax { message: "unknown field `format`, expected one of `generated`, `name`, `times`, `unit`, `levels`, `significance`, `cpus`, `rt_throttling`, `not_analysed`, `task`, `other`, `lock`, `operation`", line: 1 }
         "{\"task\": []}": fine: 0 tasks
         "{\"task\": [5]}": Syntax { message: "invalid type: integer `5`, expected a task", line: 1 }
         twice: Syntax { message: "duplicate field `sends`", line: 1 }
@@ -472,7 +473,7 @@ fn what_is_refused_of_a_text() {
         "name,period,time,priority\na,9,1,1,5\n": WrongColumns { line: 2 }
         "name,period,time,time,priority\na,9,1,1,5\n": WrongColumns { line: 2 }
         "name,period,time,priority\na,9,1\n": Of { section: "task", name: "a", error: Missing { key: "priority", level: Level { bits: 4547007122018943789 } } }
-        "name,period,tine,priority\n\na,9,1,1\n": Syntax { message: "unknown field `tine`, expected one of `name`, `component`, `period`, `deadline`, `jitter`, `offset`, `priority`, `cpus`, `time`, `machine`, `initial`, `classic_time`, `assumed`, `not_analysed`", line: 1 }
+        "name,period,tine,priority\n\na,9,1,1\n": Syntax { message: "unknown field `tine`, expected one of `name`, `component`, `period`, `deadline`, `jitter`, `offset`, `priority`, `cpus`, `time`, `wait`, `waits`, `machine`, `initial`, `classic_time`, `assumed`, `not_analysed`", line: 1 }
         "name,period,machine\n\na,9,x\n": Syntax { message: "invalid type: string \"x\", expected a sequence", line: 3 }
         "name,period,machine\na,9,x\n": Syntax { message: "invalid type: string \"x\", expected a sequence", line: 2 }
         "name,period,time,priority\n\"a\nb\",9,1,1\n": Of { section: "task", name: "a\nb", error: ControlCharacter("a\nb") }
@@ -587,6 +588,7 @@ fn many_states() {
         from: from.clone(),
         to: to.clone(),
         time: time.clone(),
+        wait: None,
         name: None,
     };
     let machine = states.iter().zip(states.iter().cycle().skip(1)).map(edge).collect();

@@ -1,0 +1,235 @@
+//! Locks: for how long a job of lower priority that holds one delays those of higher priority.
+//!
+//! Lock users are pinned to one CPU. There, a job of lower priority executes within the window of a task i only to leave a lock
+//! that it took before the window began, because a job waits for this lock (or, with a ceiling, might). Which priority it then
+//! has, and which locks count, depends on the [`Protocol`]:
+//!
+//! - With a *ceiling*, a job that holds a lock has the highest priority of all users of the lock. Only one job of lower priority
+//!   can be within such locks when the window begins: B is the greatest of their times.
+//! - With *inheritance*, it has the highest priority of the jobs that wait for the lock. Several may be within locks, each within
+//!   one, and each lock is held by one: B is the lesser of Σ over the tasks of their greatest time, and Σ over the locks of the
+//!   greatest time (L. Sha, R. Rajkumar, J. Lehoczky, "Priority Inheritance Protocols: An Approach to Real-Time
+//!   Synchronization", IEEE Transactions on Computers 39, 1990).
+//! - With *none* of them, it keeps its priority, and any task between the two delays both. Without such a task, B is that of
+//!   inheritance.
+//!
+//! A lock counts for i if i or a task of higher or equal priority uses it. While jobs of i or hp(i) wait, a job of lower priority
+//! may take a lock again: see `Lane::blocking`.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use crate::response_time::linked_cpus;
+use crate::{Demand, Priority, Task, Tasks, Time};
+
+/// How a job that holds a lock is kept from being preempted.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Protocol {
+    /// It inherits the priority of the jobs that wait for the lock (`PTHREAD_PRIO_INHERIT`).
+    Inheritance,
+    /// It has the highest priority of all users of the lock (`PTHREAD_PRIO_PROTECT`).
+    Ceiling,
+    /// It keeps its priority (`std::mutex`).
+    None,
+}
+
+impl Protocol {
+    /// All protocols.
+    pub const ALL: [Protocol; 3] = [Protocol::Inheritance, Protocol::Ceiling, Protocol::None];
+
+    /// `inheritance`, `ceiling` or `none`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Protocol::Inheritance => "inheritance",
+            Protocol::Ceiling => "ceiling",
+            Protocol::None => "none",
+        }
+    }
+}
+
+/// A lock that jobs of several tasks take.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub struct Lock {
+    /// Its name for readers of the result.
+    pub name: Arc<str>,
+    /// Its protocol.
+    pub protocol: Protocol,
+    /// The tasks that may take it, each once.
+    pub users: Vec<LockUser>,
+}
+
+/// A task that may take a lock.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub struct LockUser {
+    /// The index of the task.
+    pub task: usize,
+    /// For how long it executes while it holds the lock, at most; `None` if that is unknown.
+    pub held: Option<Time>,
+}
+
+/// What locks do to a task.
+#[derive(Clone, PartialEq, Eq, Hash, Debug)]
+pub enum Blocking {
+    /// Jobs of lower priority delay it for this long, once in a window and once more for each wait in it; 0 without locks.
+    Time(Time),
+    /// The time for which this task may hold this lock (an index into [`Tasks::locks`]) is unknown.
+    UnknownTime {
+        /// The lock.
+        lock: usize,
+        /// The task.
+        holder: usize,
+    },
+    /// The users of this lock, one of which it is, do not all run on one CPU.
+    SeveralCpus {
+        /// The lock.
+        lock: usize,
+    },
+    /// It may run on several CPUs, and a task of lower priority may hold this lock on one of them.
+    Migrates {
+        /// The lock.
+        lock: usize,
+    },
+    /// The task waits for this lock, which has no protocol, while others preempt the task that holds it.
+    Inversion {
+        /// The lock.
+        lock: usize,
+        /// The task of lower priority that holds the lock.
+        holder: usize,
+        /// The tasks that preempt the holder; empty if it is in the background, where any other process does.
+        between: Vec<usize>,
+    },
+    /// While this task waits, one of lower priority may take this lock again: how often is unknown.
+    UnknownWaits {
+        /// The lock.
+        lock: usize,
+        /// The task that waits.
+        waiting: usize,
+    },
+}
+
+impl Tasks {
+    /// Returns the tasks, each with its [`Task::blocking`], and what the locks do to each of them. A task that cannot be bounded
+    /// has unknown demand.
+    pub(crate) fn with_blocking(&self) -> (Vec<Task>, Vec<Blocking>) {
+        let mut tasks = self.all.clone();
+        if self.locks.is_empty() {
+            return (tasks, Vec::new());
+        }
+        let linked = linked_cpus(&self.all);
+        let found: Vec<Blocking> = (0..self.all.len()).map(|of| self.blocking_of(of, linked[of])).collect();
+        for (task, blocking) in tasks.iter_mut().zip(&found) {
+            match blocking {
+                Blocking::Time(time) => task.blocking = *time,
+                _ => task.demand = Demand::Unknown,
+            }
+            if let Blocking::SeveralCpus { lock } = blocking {
+                // While it holds the lock, it may have the highest priority of the users, and delays others on its CPUs.
+                let users = self.locks.get(*lock).map_or(&[] as &[LockUser], |lock| &lock.users);
+                let priorities = users.iter().filter_map(|user| Some(self.all.get(user.task)?.priority));
+                task.priority = priorities.max().unwrap_or_default().max(task.priority);
+            }
+        }
+        (tasks, found)
+    }
+
+    fn blocking_of(&self, of: usize, linked: Option<u64>) -> Blocking {
+        let Some(task) = self.all.get(of) else { return Blocking::Time(Time::ZERO) };
+        for (lock, Lock { protocol, users, .. }) in self.locks.iter().enumerate() {
+            if users.len() < 2 || !users.iter().any(|user| user.task == of) {
+                continue;
+            }
+            if self.cpus_of(users).is_none() {
+                return Blocking::SeveralCpus { lock };
+            }
+            let held_below = users.iter().filter(|user| self.is_below(user.task, task));
+            if *protocol == Protocol::None
+                && let Some((holder, between)) =
+                    held_below.filter_map(|user| self.between(of, user.task)).next()
+            {
+                return Blocking::Inversion { lock, holder, between };
+            }
+        }
+        if task.priority == Priority::Background {
+            return Blocking::Time(Time::ZERO);
+        }
+        self.time_of(of, task, linked)
+    }
+
+    /// B of the task `of`.
+    fn time_of(&self, of: usize, task: &Task, linked: Option<u64>) -> Blocking {
+        // With a ceiling: the greatest. Otherwise by lock, and by task.
+        let (mut of_ceilings, mut of_locks, mut of_tasks) = (0, 0u64, vec![0; self.all.len()]);
+        let mut first_lock = None;
+        for (lock, Lock { protocol, users, .. }) in self.locks.iter().enumerate() {
+            let is_above =
+                |user: &LockUser| self.all.get(user.task).is_some_and(|user| user.priority >= task.priority);
+            // Locks that are used on other CPUs, or on several, where nothing is analysed.
+            let Some(cpus) = self.cpus_of(users).filter(|cpus| cpus & task.mask() != 0) else { continue };
+            if !users.iter().any(is_above) {
+                continue;
+            }
+            let mut of_lock = 0;
+            for &LockUser { task: holder, held } in users.iter().filter(|it| self.is_below(it.task, task)) {
+                if linked.is_some() || task.mask() & !cpus != 0 {
+                    return Blocking::Migrates { lock };
+                }
+                let Some(held) = held.map(Time::as_nanos) else {
+                    return Blocking::UnknownTime { lock, holder };
+                };
+                first_lock = first_lock.or(Some(lock).filter(|_| held > 0));
+                match protocol {
+                    Protocol::Ceiling => of_ceilings = held.max(of_ceilings),
+                    Protocol::Inheritance | Protocol::None => {
+                        of_lock = held.max(of_lock);
+                        of_tasks[holder] = held.max(of_tasks[holder]);
+                    }
+                }
+            }
+            of_locks = of_locks.saturating_add(of_lock);
+        }
+        let of_tasks = of_tasks.into_iter().fold(0u64, u64::saturating_add);
+        let blocking = of_locks.min(of_tasks).saturating_add(of_ceilings);
+        let interferes = |other: &Task| other.priority >= task.priority && other.mask() & task.mask() != 0;
+        let waits_often = |other: &Task| {
+            interferes(other) && other.waits.as_ref().is_some_and(|waits| waits.times.is_none())
+        };
+        let mut waiting = std::iter::once(of).chain(0..self.all.len());
+        match (first_lock, waiting.find(|&it| self.all.get(it).is_some_and(waits_often))) {
+            (Some(lock), Some(waiting)) => Blocking::UnknownWaits { lock, waiting },
+            _ => Blocking::Time(Time::from_nanos(blocking)),
+        }
+    }
+
+    /// Returns the CPU that all users of a lock run on, as a mask; `None` if they are several, or unknown.
+    fn cpus_of(&self, users: &[LockUser]) -> Option<u64> {
+        let cpus = |user: &LockUser| self.all.get(user.task)?.cpus;
+        let all = users.iter().try_fold(0, |all, user| Some(all | cpus(user)?))?;
+        Some(all).filter(|cpus| cpus.is_power_of_two())
+    }
+
+    /// Whether the task `other` may have a lower priority than `task`.
+    fn is_below(&self, other: usize, task: &Task) -> bool {
+        self.all.get(other).is_some_and(|other| {
+            other.priority < task.priority
+                || task.priority != Priority::Background && other.priority == Priority::Unknown
+        })
+    }
+
+    /// Returns the tasks that preempt `holder` while it holds a lock that the task `of` waits for. `None` if there are none.
+    fn between(&self, of: usize, holder: usize) -> Option<(usize, Vec<usize>)> {
+        let (task, held_by) = (self.all.get(of)?, self.all.get(holder)?);
+        if held_by.priority == Priority::Background {
+            return Some((holder, Vec::new()));
+        }
+        let is_between = |&(index, it): &(usize, &Task)| {
+            let is_in = it.priority >= held_by.priority || held_by.priority == Priority::Unknown;
+            let is_below = it.priority < task.priority || it.priority == Priority::Unknown;
+            index != of && index != holder && is_in && is_below && it.mask() & held_by.mask() != 0
+        };
+        let between: Vec<usize> =
+            self.all.iter().enumerate().filter(is_between).map(|(index, _)| index).collect();
+        (!between.is_empty()).then_some((holder, between))
+    }
+}
