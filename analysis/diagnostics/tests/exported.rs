@@ -166,7 +166,7 @@ fn machines<'db>(
     let is_timed = timetable_of(db, first_tables(db, project, of)).incomplete.is_none();
     let mut machines = 0;
     for level in levels(set) {
-        let machine = match set.demand(&set.task[0], level) {
+        let machine = match set.demand(&set.task[0], level).0 {
             Demand::Machine { machine, .. } => Some(machine),
             Demand::Unknown => None,
         };
