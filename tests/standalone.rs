@@ -286,6 +286,27 @@ fn orocos_programs_refuse_what_they_cannot_do() {
     let looks: Vec<&str> = lines.filter(|line| line.starts_with("robot.look,1000000,eye,1000000,")).collect();
     assert_eq!(looks.len(), 10, "{recorded}");
 
+    // A recording is not overwritten, by the program or before it is built; neither is what a power failure left.
+    refused(&arguments, "executions.csv is a recording, which is not overwritten: name another folder");
+    let left = folder.join("left");
+    write(&left, &[("executions.csv.partial", "codel,execution_ns\nrobot.look,12")]);
+    refused(
+        &["--simulate-time", "--for", "1s", "--trace", left.to_str().unwrap()],
+        "executions.csv.partial is a recording, which is not overwritten",
+    );
+    for (recording, file) in [(&trace, "executions.csv"), (&left, "executions.csv.partial")] {
+        let arguments = ["--simulate-time", "--trace", recording.to_str().unwrap()];
+        let refusal = mauve_run(&folder, &folder.join("no-cache"), &arguments);
+        let expected = format!("has a recording, `{file}`, which is not overwritten: name another folder");
+        assert_eq!(refusal.status.code(), Some(2));
+        assert!(text(&refusal.stderr).contains(&expected), "{}", text(&refusal.stderr));
+        assert!(!folder.join("no-cache").exists());
+    }
+    assert_eq!(fs::read_to_string(trace.join("executions.csv")).unwrap(), recorded);
+    assert!(!left.join("periods.csv.partial").exists());
+    let left = fs::read_to_string(left.join("executions.csv.partial")).unwrap();
+    assert_eq!(left, "codel,execution_ns\nrobot.look,12");
+
     // The recording agrees with the model, and not with another one.
     let check = |expected: i32| {
         let mut check = Command::new(MAUVE);

@@ -307,3 +307,78 @@ fn orocos_packages_without_tracing_know_nothing_of_it() {
         }
     }
 }
+
+/// A trace in the common trace format: two packets of events of the codels `f` and `g`, 1000 events each.
+fn recorded_packets() -> (String, Vec<u8>) {
+    let metadata = r#"/* CTF 1.8 */
+typealias integer { size = 8; align = 8; signed = false; } := uint8_t;
+typealias integer { size = 32; align = 8; signed = false; } := uint32_t;
+typealias integer { size = 64; align = 8; signed = false; } := uint64_t;
+trace { major = 1; minor = 8; uuid = "00000000-0000-0000-0000-000000000000"; byte_order = le; packet.header := struct { uint32_t magic; uint8_t uuid[16]; uint32_t stream_id; uint64_t stream_instance_id; }; };
+env { hostname = "vm"; };
+clock { name = monotonic; freq = 1000000000; offset = 0; };
+typealias integer { size = 64; align = 8; signed = false; map = clock.monotonic.value; } := uint64_clock_t;
+stream {
+  id = 0;
+  packet.context := struct { uint64_clock_t timestamp_begin; uint64_clock_t timestamp_end; uint64_t content_size; uint64_t packet_size; uint32_t cpu_id; };
+  event.header := struct { uint32_t id; uint64_clock_t timestamp; };
+  event.context := struct { uint32_t vtid; };
+};
+event {
+  name = "mauve_x:codel"; id = 0; stream_id = 0;
+  fields := struct { string instance; string codel; uint8_t phase; uint64_t cpu_ns; };
+};
+"#;
+    let mut stream = Vec::new();
+    for packet in 0..2_u64 {
+        let mut events = Vec::new();
+        let time = |event: u64| (packet * 1000 + event) * 1000 + 1;
+        for event in 0..1000 {
+            events.extend(0_u32.to_le_bytes());
+            events.extend(time(event).to_le_bytes());
+            events.extend(7_u32.to_le_bytes());
+            events.extend(if event % 4 < 2 { *b"a\0f\0" } else { *b"a\0g\0" });
+            events.push((event % 2) as u8);
+            events.extend((time(event) / 2).to_le_bytes());
+        }
+        let bits = (32 + 36 + events.len() as u64) * 8;
+        stream.extend(0xC1FC_1FC1_u32.to_le_bytes());
+        stream.extend([0; 28]);
+        for number in [time(0), time(999), bits, bits] {
+            stream.extend(number.to_le_bytes());
+        }
+        stream.extend(0_u32.to_le_bytes());
+        stream.extend(events);
+    }
+    (metadata.to_owned(), stream)
+}
+
+/// A power failure cuts a stream in a packet: `babeltrace2` refuses it, and the packets before it are used.
+#[test]
+fn a_cut_stream_is_read_up_to_the_cut() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "tracing-cut");
+    let (metadata, stream) = recorded_packets();
+    let import = |name: &str, length: usize| {
+        mauve_tests::write(&folder, &[(format!("{name}/metadata"), metadata.clone())]);
+        std::fs::write(folder.join(name).join("stream_0"), &stream[..length]).unwrap();
+        let samples = format!("{name}.samples");
+        mauve_tests::mauve(crate::MAUVE, &folder, &["trace", "import", name, "-o", &samples])
+    };
+    let whole = import("whole", stream.len());
+    assert!(
+        whole.code == 0 && whole.err.is_empty() && whole.out.contains("imported 1000 executions"),
+        "{whole:?}"
+    );
+    let cut = import("cut", stream.len() * 3 / 4);
+    assert_eq!(cut.code, 0, "{cut:?}");
+    assert!(cut.err.contains("`cut` was cut, such as by a power failure"), "{}", cut.err);
+    let mut samples = Samples::open(folder.join("cut.samples").as_path()).unwrap();
+    let ids: Vec<_> = samples.series().iter().map(|it| it.id).collect();
+    let times: Vec<u64> =
+        ids.into_iter().flat_map(|id| samples.executions(id).unwrap()).map(|it| it.execution).collect();
+    // The first packet.
+    assert!(times.len() == 500 && times.iter().all(|time| *time == 500), "{times:?}");
+    // Nothing before the cut.
+    let nothing = import("nothing", 20);
+    assert!(nothing.code == 2 && nothing.err.contains("babeltrace2 cannot read"), "{nothing:?}");
+}

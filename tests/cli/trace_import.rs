@@ -65,6 +65,8 @@ fn a_trace_that_cannot_be_read_adds_nothing() {
         ("open/executions.csv.partial", HEADER),
         ("empty.csv", HEADER),
         ("other/a.txt", ""),
+        ("returns.csv", "codel,execution_ns\rf,7\r"),
+        ("semicolons.csv", "codel;execution_ns\nf;7\n"),
         ("stubs/executions.csv", &format!("{HEADER}(from tables),0,,,\nf,7,a,8,100\n")),
         ("stubs/periods.csv", "instance,begin_ns,end_ns,execution_ns\na,1,100,8\n"),
     ]);
@@ -72,6 +74,14 @@ fn a_trace_that_cannot_be_read_adds_nothing() {
         ("bad.csv", "`bad.csv`, line 3: `NaN` is not a time for `execution_ns`: write nanoseconds"),
         ("open", "`open/executions.csv.partial` is incomplete"),
         ("empty.csv", "`empty.csv` has no execution of a codel or a program"),
+        (
+            "returns.csv",
+            "`returns.csv`, line 1: the lines end in a carriage return only: convert the file with `tr '\\r' '\\n' < FILE",
+        ),
+        (
+            "semicolons.csv",
+            "`semicolons.csv`, line 1: the fields are separated by `;`: convert the file with `tr ';' ','",
+        ),
         ("other", "`other` is not a trace"),
         ("missing", "cannot read `missing`"),
         ("other/a.txt", "`other/a.txt`, line 1: the file is empty"),
@@ -86,6 +96,18 @@ fn a_trace_that_cannot_be_read_adds_nothing() {
     let run = import(&folder, &["good.csv", "bad.csv"]);
     assert_eq!(run.code, 2);
     assert!(run.out.contains("imported 1 execution in 1 run") && run.err.contains("line 3"), "{run:?}");
+}
+
+/// The cut number is a part of the greatest one: it is not taken for a small one.
+#[test]
+fn a_cut_file_is_read_up_to_the_cut() {
+    let text = "codel,execution_ns\nnav.plan,1020\nnav.plan,9876";
+    let folder = folder(&[("cut.csv", text)]);
+    let run = import(&folder, &["cut.csv"]);
+    assert_eq!(run.code, 0, "{run:?}");
+    assert_eq!(lines(&run.out)[1], "nav.plan — 1 1.020 µs 1.020 µs 1.020 µs");
+    assert!(run.err.contains("`cut.csv` was cut, such as by a power failure or a full disk"), "{}", run.err);
+    assert!(run.err.contains("is used (1 execution)"), "{}", run.err);
 }
 
 #[test]

@@ -34,6 +34,7 @@
 //! | `trace.rs`, `trace/error.rs` | what a trace has, and why it cannot be read |
 //! | `trace/reader.rs` | [`trace::TraceReader`]: recorded traces → [`trace::Span`]s, in one pass and in constant memory |
 //! | `trace/source.rs` | [`trace::Source`]: what a path is; the chunks of a session of LTTng |
+//! | `trace/cut.rs` | the complete packets of a recording of LTTng that a power failure cut |
 //! | `trace/babeltrace.rs` | runs `babeltrace2`; what the tracer discarded |
 //! | `trace/lines.rs` | the lines of a stream, without an allocation for each |
 //! | `trace/event.rs` | an event of LTTng, from the text of `babeltrace2` |

@@ -6,6 +6,7 @@
 mod babeltrace;
 mod column;
 mod csv;
+mod cut;
 mod error;
 mod event;
 mod lines;
@@ -96,6 +97,9 @@ pub struct Summary {
     pub clock_errors: u64,
     /// Spans with a longer execution than elapsed time, by more than the clocks can differ.
     pub suspicious: u64,
+    /// Last lines of files that have no line feed, and streams of LTTng that `babeltrace2` could not read to their end: a power
+    /// failure or a full disk has cut them. What follows the cut is not used.
+    pub cuts: u64,
     /// The execution times are those of timing tables: they are not measured.
     pub is_from_tables: bool,
     /// The time of the first event.
@@ -128,6 +132,7 @@ impl Summary {
         for (sum, count) in self.counts().into_iter().zip(later.counts()) {
             *sum = sum.saturating_add(*count);
         }
+        self.cuts = self.cuts.saturating_add(later.cuts);
         self.is_from_tables |= later.is_from_tables;
         self.first = self.first.or(later.first);
         self.last = later.last.or(self.last);

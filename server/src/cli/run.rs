@@ -58,6 +58,9 @@ pub(crate) struct Run {
 impl Run {
     pub(crate) fn run(self) -> Result<Output, String> {
         let arguments = self.arguments()?;
+        if let Some(folder) = self.trace.as_ref().filter(|_| !self.build_only) {
+            check_has_no_recording(folder)?;
+        }
         let mut db = Database::default();
         let workspaces = load(&mut db, std::slice::from_ref(&self.path), self.outside.allow_outside)?;
         let (project, deployment) = only_deployment(&db, &workspaces, self.deployment.as_deref(), "run")?;
@@ -169,6 +172,19 @@ impl Run {
         }
         Ok(out?.real)
     }
+}
+
+/// Refuses a folder that has a recording, complete or not: the program would refuse it after the build.
+fn check_has_no_recording(folder: &Path) -> Result<(), String> {
+    let files = ["executions.csv", "periods.csv", "executions.csv.partial", "periods.csv.partial"];
+    let Some(file) = files.into_iter().find(|file| folder.join(file).symlink_metadata().is_ok()) else {
+        return Ok(());
+    };
+    let shown = folder.display();
+    Err(format!(
+        "`{shown}` has a recording, `{file}`, which is not overwritten: name another folder for --trace, or move or remove that one; \
+         `mauve trace import` adds its executions to a sample file"
+    ))
 }
 
 /// Returns the name of the program, which is that of its main.

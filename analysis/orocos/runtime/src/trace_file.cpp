@@ -21,12 +21,24 @@ std::string key_of(const TraceRecord& it) {
 // A number, or an empty text where it is unknown.
 std::string known(std::int64_t number) { return number < 0 ? "" : std::to_string(number); }
 
+std::string has_recording(const std::string& path) {
+  return path + " is a recording, which is not overwritten: name another folder for --trace, or move or remove that one";
+}
+
 }  // namespace
 
 TraceFile::TraceFile(const std::string& folder, bool is_from_tables, std::string& problem) {
   if (mkdir(folder.c_str(), 0777) != 0 && errno != EEXIST) {
     problem = "the folder " + folder + " cannot be made: " + std::strerror(errno);
     return;
+  }
+  // A recording took hours, and its robot may be elsewhere now.
+  for (const char* const name : {"/executions.csv", "/periods.csv"}) {
+    struct stat status;
+    if (lstat((folder + name).c_str(), &status) == 0) {
+      problem = has_recording(folder + name);
+      return;
+    }
   }
   if (!begin(executions_, folder + "/executions.csv", "codel,execution_ns,instance,elapsed_ns,time_ns,order\n", problem)) return;
   if (!begin(periods_, folder + "/periods.csv",
@@ -42,9 +54,10 @@ TraceFile::~TraceFile() { remove(); }
 bool TraceFile::begin(File& to, const std::string& path, const char* header, std::string& problem) {
   to.path = path;
   to.partial = path + ".partial";
-  to.file = std::fopen(to.partial.c_str(), "we");
+  // Exclusively: what a power failure left, or another program records, stays.
+  to.file = std::fopen(to.partial.c_str(), "wxe");
   if (to.file == nullptr) {
-    problem = to.partial + " cannot be written: " + std::strerror(errno);
+    problem = errno == EEXIST ? has_recording(to.partial) : to.partial + " cannot be written: " + std::strerror(errno);
     return false;
   }
   if (std::fputs(header, to.file) < 0) error_ = errno;
@@ -102,16 +115,12 @@ std::string TraceFile::finish() {
     if (std::fclose(it->file) != 0 && error_ == 0) error_ = errno;
     it->file = nullptr;
   }
-  // Until both are complete, those of an earlier recording stay. Periods of another recording than the executions would be
-  // wrong: without executions.csv, the folder is no recording.
-  if (error_ == 0 && unlink(executions_.path.c_str()) != 0 && errno != ENOENT) error_ = errno;
+  // Without executions.csv, the folder is no recording: it gets its name last.
   for (File* const it : {&periods_, &executions_}) {
     if (error_ == 0 && std::rename(it->partial.c_str(), it->path.c_str()) != 0) error_ = errno;
   }
   if (error_ != 0) {
-    unlink(periods_.partial.c_str());
-    unlink(executions_.partial.c_str());
-    return executions_.path + " could not be written: " + std::strerror(error_);
+    return executions_.path + " could not be written: " + std::strerror(error_) + "; what was written is in " + executions_.partial;
   }
   return lost_ == 0 ? "" : executions_.path + " lacks " + std::to_string(lost_) + " executions: too many at once";
 }
@@ -121,7 +130,8 @@ void TraceFile::remove() {
     if (it->file == nullptr) continue;
     std::fclose(it->file);
     it->file = nullptr;
-    unlink(it->partial.c_str());
+    // What was recorded before an error stays.
+    if (order_ == 0) unlink(it->partial.c_str());
   }
 }
 

@@ -54,7 +54,7 @@ class TraceFile {
   TraceQueue& queue() { return queue_; }
   // To be called now and then, by one thread.
   void write();
-  // Completes the files. Returns what is wrong with them, or an empty text. Files that could not be written are removed.
+  // Completes the files. Returns what is wrong with them, or an empty text. What was written of files that could not be completed stays.
   std::string finish();
 
  private:

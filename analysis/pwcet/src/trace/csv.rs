@@ -15,7 +15,7 @@
 //! `time_ns` (when the execution ended). A file of periods requires `instance`, `begin_ns`, `end_ns` and `execution_ns`, and may
 //! have `release_ns`, `priority`, `cpus` (a bit for each that the thread might use) and `cpu` (the number of the one where the period
 //! began). Other columns are ignored. A field may be quoted, and may not have a line break. A value that cannot be read is an error
-//! and not skipped: it could be the greatest one.
+//! and not skipped: it could be the greatest one. A last line without its line feed is incomplete: it is counted, and not used.
 //!
 //! A line of executions with the key `(lost)` says how many executions and periods the recorder has lost, in `execution_ns`, and when;
 //! one with the key `(from tables)`, that the execution times are those of timing tables, and nothing was measured.
@@ -132,7 +132,15 @@ struct Rows<R> {
 impl<R: Read> Rows<R> {
     fn of(source: R, kind: FileKind) -> Result<Rows<R>, TraceError> {
         let mut lines = Lines::new(source);
-        let header = if lines.advance()? { columns(lines.line(), kind) } else { Err(CsvProblem::NoHeader) };
+        let header = match lines.advance() {
+            Ok(true) => {
+                columns(lines.line(), kind).map_err(|problem| foreign(lines.line()).unwrap_or(problem))
+            }
+            Ok(false) => Err(CsvProblem::NoHeader),
+            // A file with other line ends is one long line.
+            Err(TraceError::LongLine(line)) => Err(foreign(lines.begin()).ok_or(TraceError::LongLine(line))?),
+            Err(error) => return Err(error),
+        };
         let columns = header.map_err(|problem| TraceError::Csv { file: kind, line: 1, problem })?;
         let (ends, name) = (Vec::new(), Vec::new());
         Ok(Rows { lines, kind, columns, values: Values::default(), ends, name, order: 0 })
@@ -140,7 +148,10 @@ impl<R: Read> Rows<R> {
 
     fn next(&mut self, names: &mut Names, summary: &mut Summary) -> Result<Option<Row>, TraceError> {
         while self.lines.advance()? {
-            if !without_return(self.lines.line()).is_empty() {
+            if !self.lines.is_complete() {
+                // A cut number is another number, and a smaller one: `12` of `120000`.
+                summary.cuts += 1;
+            } else if !without_return(self.lines.line()).is_empty() {
                 return self.row(names, summary).map(Some);
             }
         }
@@ -206,6 +217,21 @@ impl<R: Read> Rows<R> {
         let done = self.lines.bytes();
         let progress = Progress { events: summary.events, bytes: size.map(|size| (done, size)) };
         if visitor.progress(progress).is_break() { Err(TraceError::Stopped) } else { Ok(()) }
+    }
+}
+
+/// Returns what a file is whose first line is no header.
+fn foreign(begin: &[u8]) -> Option<CsvProblem> {
+    let has = |byte: u8| begin.contains(&byte);
+    match begin {
+        [0x1f, 0x8b, ..] => Some(CsvProblem::Compressed),
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => Some(CsvProblem::Utf16),
+        // UTF-16 without a mark: every second byte of English is 0.
+        [0, _, ..] | [_, 0, ..] => Some(CsvProblem::Utf16),
+        _ if begin.strip_suffix(b"\r").unwrap_or(begin).contains(&b'\r') => Some(CsvProblem::CarriageReturns),
+        _ if has(b';') && !has(b',') => Some(CsvProblem::Separator(';')),
+        _ if has(b'\t') && !has(b',') => Some(CsvProblem::Separator('\t')),
+        _ => None,
     }
 }
 
@@ -454,9 +480,24 @@ mod tests {
 
     #[test]
     fn columns_in_any_order_quotes_and_line_ends() {
-        let text = "\u{feff}x,\"execution_ns\", codel\r\n1,5,\"a\"\"b,c\"\r\n\r\n,6,d";
+        let text = "\u{feff}x,\"execution_ns\", codel\r\n1,5,\"a\"\"b,c\"\r\n\r\n,6,d\n";
         let none = [None; 3];
         assert_eq!(rows(text.as_bytes()).unwrap().0, [row("a\"b,c", "", 5, none), row("d", "", 6, none)]);
+    }
+
+    /// Wherever a power failure cuts a file, the values are those of complete lines.
+    #[test]
+    fn a_cut_line_is_not_used() {
+        let text = "codel,execution_ns,time_ns\nf,1234567,10\ng,98765432,200\n";
+        let header = text.find('\n').unwrap() + 1;
+        let first = header + "f,1234567,10\n".len();
+        for end in header..=text.len() {
+            let (found, summary) = rows(&text.as_bytes()[..end]).unwrap();
+            let lines = text[header..end].matches('\n').count();
+            assert_eq!((found.len(), summary.spans), (lines, lines as u64), "{end}");
+            assert!(found.iter().all(|it| it.2 == 1_234_567 || it.2 == 98_765_432), "{found:?}");
+            assert_eq!(summary.cuts, u64::from(![header, first, text.len()].contains(&end)), "{end}");
+        }
     }
 
     #[test]
@@ -491,6 +532,24 @@ mod tests {
         ] {
             assert_eq!(problem(text), expected, "{text}");
         }
+        for (text, expected) in [
+            (&b"\x1f\x8b\x08\x00\n"[..], CsvProblem::Compressed),
+            (b"\xff\xfec\0o\0d\0e\0l\0,\0\n\0", CsvProblem::Utf16),
+            (b"\xfe\xff\0c\0o\0,\0\n", CsvProblem::Utf16),
+            (b"c\0o\0d\0e\0l\0,\0\n\0", CsvProblem::Utf16),
+            (b"codel,execution_ns\rf,1\rf,2\r", CsvProblem::CarriageReturns),
+            (b"codel;execution_ns\nf;1\n", CsvProblem::Separator(';')),
+            (b"codel\texecution_ns\nf\t1\n", CsvProblem::Separator('\t')),
+        ] {
+            let found = rows(text);
+            assert!(
+                matches!(&found, Err(TraceError::Csv { line: 1, problem, .. }) if *problem == expected),
+                "{found:?}"
+            );
+        }
+        // Longer than a line may be.
+        let returns = format!("codel,execution_ns\r{}", "f,1000\r".repeat(20_000));
+        assert_eq!(problem(&returns), (1, CsvProblem::CarriageReturns));
         let not_utf8 = rows(b"codel,execution_ns\n\xff,1\n");
         assert!(matches!(not_utf8, Err(TraceError::Csv { line: 2, problem: CsvProblem::NotUtf8, .. })));
     }

@@ -77,6 +77,14 @@ pub enum CsvProblem {
     AfterEnd(Column),
     /// The file is empty.
     NoHeader,
+    /// The file is compressed with gzip.
+    Compressed,
+    /// The file is in UTF-16.
+    Utf16,
+    /// Lines end in a carriage return only.
+    CarriageReturns,
+    /// Fields are separated by another character than a comma.
+    Separator(char),
     /// The header lacks a column.
     MissingColumn(Column),
     /// The header has a column twice.

@@ -21,17 +21,33 @@ pub(super) struct Lines<R> {
     number: u64,
     bytes: u64,
     is_ended: bool,
+    is_complete: bool,
 }
 
 impl<R: Read> Lines<R> {
     pub(super) fn new(source: R) -> Lines<R> {
         let buffer = vec![0; CHUNK + LONGEST_LINE];
-        Lines { source, buffer, begin: 0, end: 0, line: 0..0, number: 0, bytes: 0, is_ended: false }
+        Lines {
+            source,
+            buffer,
+            begin: 0,
+            end: 0,
+            line: 0..0,
+            number: 0,
+            bytes: 0,
+            is_ended: false,
+            is_complete: true,
+        }
     }
 
     /// The line that was read last, without its line feed.
     pub(super) fn line(&self) -> &[u8] {
         self.buffer.get(self.line.clone()).unwrap_or_default()
+    }
+
+    /// Returns whether the line that was read last has a line feed. Without one, it may be the begin of a longer line.
+    pub(super) fn is_complete(&self) -> bool {
+        self.is_complete
     }
 
     /// Reads the next line. Returns whether there is one; the last one needs no line feed.
@@ -50,6 +66,7 @@ impl<R: Read> Lines<R> {
                 if searched == 0 {
                     return Ok(false);
                 }
+                self.is_complete = false;
                 break self.end;
             }
             self.fill().map_err(TraceError::Reading)?;
@@ -62,6 +79,11 @@ impl<R: Read> Lines<R> {
         self.begin = (end + 1).min(self.end);
         self.number += 1;
         Ok(true)
+    }
+
+    /// The begin of what follows that line.
+    pub(super) fn begin(&self) -> &[u8] {
+        self.buffer.get(self.begin..self.end).unwrap_or_default()
     }
 
     /// The number of the line that was returned last, from 1.

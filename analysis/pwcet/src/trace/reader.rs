@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use super::babeltrace::{Babeltrace, Lost};
 use super::csv;
+use super::cut::Complete;
 use super::error::TraceError;
 use super::event::{self, Event, Line};
 use super::lines::Lines;
@@ -96,14 +97,35 @@ impl TraceReader {
     ///
     /// `babeltrace2` is not installed or fails, or the events lack their threads.
     pub fn read_chunk(&mut self, folder: &Path, visitor: &mut dyn Visitor) -> Result<(), TraceError> {
+        let before = self.summary.events;
+        match self.read_folder(folder, visitor) {
+            Err(TraceError::Babeltrace(said)) if self.summary.events == before => {
+                let complete = Complete::of(folder).map_err(|error| TraceError::io(folder, error))?;
+                // Another error of `babeltrace2`, or a recording that was cut in its first packet.
+                let Some(complete) = complete else { return Err(TraceError::Babeltrace(said)) };
+                self.read_folder(complete.path(), visitor)?;
+            }
+            // `babeltrace2` has printed what is before its error.
+            Err(TraceError::Babeltrace(_)) => {}
+            result => return result,
+        }
+        let now = self.summary.last.unwrap_or_default();
+        visitor.lost(now, now);
+        self.summary.cuts += 1;
+        self.nesting.lose_now(&mut self.summary);
+        Ok(())
+    }
+
+    /// Reads what `babeltrace2` prints of a folder.
+    fn read_folder(&mut self, folder: &Path, visitor: &mut dyn Visitor) -> Result<(), TraceError> {
         let mut lines = Lines::new(Babeltrace::start(folder)?);
         self.read_events(&mut lines, |it| &mut it.lost, visitor)?;
         let babeltrace = lines.source();
-        babeltrace.finish()?;
+        let result = babeltrace.finish();
         for lost in std::mem::take(&mut babeltrace.lost) {
             self.lose(lost, visitor);
         }
-        Ok(())
+        result
     }
 
     /// Reads lines of `babeltrace2`. `lost` takes the parts that were discarded, before the lines that they concern.
@@ -125,6 +147,8 @@ impl TraceReader {
                     self.summary.foreign += 1;
                     ControlFlow::Continue(())
                 }
+                // `babeltrace2` was ended, which its exit code says.
+                Line::WithoutThread | Line::Malformed if !lines.is_complete() => return Ok(()),
                 Line::WithoutThread => return Err(TraceError::NoThread),
                 Line::Malformed => return Err(malformed(line, lines.number())),
             };

@@ -130,7 +130,7 @@ pub(super) fn read(
     let said = |error: TraceError| match error {
         TraceError::Unfinished(path) => format!(
             "`{}` is incomplete: the program that records it still runs, or did not end properly; wait for its end, or copy the \
-             file to a name that ends in `.csv`, without its last line",
+             file to a name that ends in `.csv`: an incomplete last line is not used",
             path.display()
         ),
         error => trace_error(trace, &error),

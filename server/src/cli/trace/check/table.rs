@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use mauve_timing::Priority;
 use mauve_wcrt::observed::{EdgeCount, ExpectedInstance, IMPROBABLE, ObservedInstance, ObservedTime};
 
+use super::super::import::messages::cut;
 use super::checked::Checked;
 use super::findings::{message, number};
 use crate::cli::text::{counted, duration, table};
@@ -144,6 +145,9 @@ fn notes(it: &Checked<'_>) -> Vec<String> {
                 .to_owned(),
         );
     }
+    notes.extend(
+        cut("the recording", &it.summary).map(|text| text.replace("`the recording`", "the recording")),
+    );
     let missing = it.summary.dropped + it.summary.unbalanced + it.summary.clock_errors;
     if it.summary.losses > 0 || missing > 0 {
         notes.push(format!(

@@ -17,7 +17,7 @@ pub(in crate::cli::trace) fn trace_error(trace: &Path, error: &TraceError) -> St
         ),
         TraceError::Unfinished(path) => format!(
             "`{}` is incomplete: the program that records it still runs, or did not end properly; wait for its end, follow it \
-             with --watch, or copy the file to a name that ends in `.csv`, without its last line",
+             with --watch, or copy the file to a name that ends in `.csv`: an incomplete last line is not used",
             path.display()
         ),
         TraceError::Recording => format!(
@@ -88,6 +88,21 @@ fn csv_problem(file: FileKind, problem: &CsvProblem) -> String {
         CsvProblem::NoHeader => {
             format!("the file is empty; its first line names the columns, {required} at least")
         }
+        CsvProblem::Compressed => {
+            "the file is compressed with gzip: decompress it with `gunzip -k` first".to_owned()
+        }
+        CsvProblem::Utf16 => {
+            "the file is in UTF-16: convert it with `iconv -f UTF-16 -t UTF-8 FILE > NEW.csv`".to_owned()
+        }
+        CsvProblem::CarriageReturns => {
+            "the lines end in a carriage return only: convert the file with `tr '\\r' '\\n' < FILE > NEW.csv`"
+                .to_owned()
+        }
+        CsvProblem::Separator(separator) => format!(
+            "the fields are separated by {}: convert the file with `tr '{}' ',' < FILE > NEW.csv`, if its numbers have no comma",
+            if *separator == '\t' { "tabs".to_owned() } else { format!("`{separator}`") },
+            separator.escape_default()
+        ),
         CsvProblem::MissingColumn(column) => {
             format!("the header has no column `{}`; a file of {of} has the columns {required}", column.name())
         }
@@ -155,6 +170,7 @@ pub(in crate::cli) fn warnings(name: &str, it: &Summary) -> Vec<String> {
             incomplete(it.dropped)
         ));
     }
+    found.extend(cut(name, it));
     if it.unbalanced > 0 {
         found.push(format!(
             "`{name}`: {} have a begin without an end, or an end without a begin, and were not imported: the session was stopped \
@@ -177,6 +193,18 @@ pub(in crate::cli) fn warnings(name: &str, it: &Summary) -> Vec<String> {
         ));
     }
     found
+}
+
+/// Returns the warning about a recording that ends too early.
+pub(in crate::cli::trace) fn cut(name: &str, it: &Summary) -> Option<String> {
+    (it.cuts > 0).then(|| {
+        format!(
+            "`{name}` was cut, such as by a power failure or a full disk: what was complete before the cut is used ({}), and \
+             the last line without its line feed, or what `babeltrace2` could not read, is not. What the robot did then is in no \
+             time; if a file was written without its last line feed, add it",
+            executions(it.spans)
+        )
+    })
 }
 
 /// Returns the message for a session of LTTng without chunks.
