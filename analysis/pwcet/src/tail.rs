@@ -63,6 +63,11 @@ const CONFIDENCE: f64 = 0.975;
 /// low in 12 of 100 samples from 25 %, and in 5 from 15 %. From 10 %, bounds of exponential times at 1e-9 are a fifth longer.
 const SHARES: [f64; 8] = [0.15, 0.1, 0.07, 0.05, 0.035, 0.025, 0.015, 0.01];
 
+/// Of longer recordings, the shares of their excesses shrink with √n: otherwise the fit of the body keeps its error, while the interval
+/// narrows around it. The bounds of 50,000 lognormal times (σ = 0.5) at 1e-6 hold in 97 of 100 samples so, and in 86 with the same
+/// shares.
+const SHARED: usize = 5000;
+
 /// A fit of more excesses is no better, but slower.
 const MOST_EXCESSES: usize = 10_000;
 
@@ -74,7 +79,8 @@ impl Tail {
     /// fit. `None` where there are too few distinct times.
     pub(crate) fn select(times: &Times, model: TailModel) -> Option<Tail> {
         let count = times.count();
-        let mut sizes: Vec<usize> = SHARES.iter().map(|share| (share * count as f64) as usize).collect();
+        let few = (SHARED as f64 / count as f64).sqrt().min(1.0) * count as f64;
+        let mut sizes: Vec<usize> = SHARES.iter().map(|share| (share * few) as usize).collect();
         sizes.iter_mut().for_each(|size| *size = (*size).min(MOST_EXCESSES));
         sizes.push(LEAST_EXCESSES);
         sizes.retain(|&size| size >= LEAST_EXCESSES && size < count);
