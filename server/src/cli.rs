@@ -15,6 +15,7 @@ mod new;
 mod options;
 mod own_output;
 mod parse;
+mod platform;
 mod psm;
 mod pwcet;
 mod replay;
@@ -89,6 +90,8 @@ enum Command {
     /// longer than an entry that stays, or a deadline of the project is not proved; 2 wrong usage, or a file that cannot be read
     /// or written.
     Pwcet(pwcet::Pwcet),
+    /// Check what response times assume of this computer, or read what was measured of it.
+    Platform(platform::Platform),
     /// Explain a diagnostic code.
     Explain(explain::Explain),
     /// Format models: changes white space only.
@@ -128,6 +131,7 @@ impl Arguments {
             Command::Run(it) => it.run(),
             Command::Trace(it) => it.run(),
             Command::Pwcet(it) => it.run(),
+            Command::Platform(it) => it.run(),
             Command::Explain(it) => it.run(),
             Command::Fmt(it) => it.run(),
             Command::Parse(it) => it.run(),

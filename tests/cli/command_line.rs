@@ -569,6 +569,54 @@ fn pages_completions_and_measurements() {
     assert!(queries("a literal") > 0 && queries("a time") > 0, "{}", stats.out);
 }
 
+/// What `cyclictest` and `rtla` measured can be pasted: the entries are valid, and delay the activities.
+#[test]
+fn a_computer_is_checked_and_its_measurements_are_read() {
+    let folder = scratch(env!("CARGO_TARGET_TMPDIR"), "platform");
+    let noise = "    Operating System Noise\nduration: 0 00:01:00 | time is in us\nCPU Period Runtime Noise\n  0 #60 60000000 1031 99.99802 1000 60 0 0 5 0 1\n";
+    write(
+        &folder,
+        &[
+            ("noise.txt", noise),
+            ("latency.txt", "# Total: 000100000\n# Max Latencies: 00500\n"),
+            ("other.txt", "hello\n"),
+            ("kernel/proc/sys/kernel/sched_rt_runtime_us", "950000\n"),
+            ("kernel/proc/sys/kernel/sched_rt_period_us", "1000000\n"),
+        ],
+    );
+    let run = |arguments: &[&str]| mauve(MAUVE, &folder, arguments);
+    let found = run(&["platform", "import", "noise.txt", "latency.txt"]);
+    assert_eq!((found.code, found.err.as_str()), (0, ""));
+    let (platform, table) = found.out.split_once("# For a timing table with unit = \"ms\"").unwrap();
+    let model = "codel f(): int  shell S { }  core K(S) { update = { f(); } }  component C(S, K)
+        architecture A { instance a: C }  deployment D { architecture A  activity a { priority = 1  period = 10  affinity = 1 } }";
+    let config = format!("[timing]\ntables = [\"t.toml\"]\n[platform]\ncpus = 1\n{platform}");
+    let table = format!("codel.f = 2\n#{table}");
+    write(&folder, &[("robot/a.mal", model), ("robot/mauve.toml", &config), ("robot/t.toml", &table)]);
+    let wcrt = run(&["wcrt", "robot", "--format", "json"]);
+    let document: Value = serde_json::from_str(&wcrt.out).unwrap();
+    // 2 ms, 0.5 ms until it begins, and the noise of two samples.
+    assert_eq!(document["results"][0]["activities"][0]["response"], 4.5, "{}{}", wcrt.out, wcrt.err);
+
+    let refused = run(&["platform", "import", "noise.txt", "other.txt"]);
+    assert!(
+        refused.code == 2 && refused.err.contains("cannot read `other.txt`: it is none of"),
+        "{}",
+        refused.err
+    );
+
+    let checked = run(&["platform", "check", "--root", "kernel"]);
+    assert_eq!(checked.code, 1);
+    let line = checked.out.lines().find(|line| line.starts_with("bad")).unwrap();
+    assert!(
+        line.contains("throttling   real-time threads get 950 ms of each 1000 ms: run `sysctl"),
+        "{line}"
+    );
+    let json = run(&["platform", "check", "--root", "kernel", "--format", "json"]);
+    let document: Value = serde_json::from_str(&json.out).unwrap();
+    assert_eq!(document["checks"][1]["state"], "bad");
+}
+
 #[test]
 fn workspaces_roots_and_model_paths() {
     // Two configurations below the folder are two workspaces; a library elsewhere is found along MAUVE_MODELS.
