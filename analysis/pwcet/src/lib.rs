@@ -39,6 +39,7 @@
 //! | `trace/lines.rs` | the lines of a stream, without an allocation for each |
 //! | `trace/event.rs` | an event of LTTng, from the text of `babeltrace2` |
 //! | `trace/nesting.rs` | begins and ends → spans, across discarded events and damaged recordings |
+//! | `trace/observation.rs` | [`trace::Observation`]: the greatest time and wait of each codel |
 //! | `trace/csv.rs`, `trace/column.rs` | files of executions, in comma-separated values |
 //! | `trace/names.rs` | [`trace::Names`]: codels, programs and instances, by number |
 //! | `samples.rs`, `samples/error.rs` | [`samples::Samples`]: reads the sample file of all runs |

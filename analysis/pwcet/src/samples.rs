@@ -55,6 +55,11 @@ pub struct Run {
 }
 
 impl Run {
+    /// Returns a digest of its executions in hexadecimal: the same for the same trace.
+    pub fn digest(&self) -> String {
+        self.fingerprint.iter().take(8).map(|byte| format!("{byte:02x}")).collect()
+    }
+
     fn is_same(&self, other: &Run) -> bool {
         self.executions > 0 && self.executions == other.executions && self.fingerprint == other.fingerprint
     }

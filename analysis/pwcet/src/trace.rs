@@ -1,4 +1,5 @@
-//! Recorded traces, read in one pass and in constant memory: each execution of a period, a program or a codel, where it ends.
+//! Recorded traces, read in one pass and in constant memory: each execution of a period, a program or a codel, each access of a
+//! port and each holding of a lock, where it ends.
 //!
 //! A trace is a folder that LTTng has written, which `babeltrace2` reads, or a file of executions. An execution is reported only
 //! if it was recorded completely; what is dropped is counted in the [`Summary`].
@@ -12,6 +13,7 @@ mod event;
 mod lines;
 mod names;
 mod nesting;
+mod observation;
 mod reader;
 mod source;
 
@@ -19,7 +21,8 @@ use std::ops::ControlFlow;
 
 pub use column::{Column, FileKind};
 pub use error::{CsvProblem, TraceError};
-pub use names::{Name, NameId, Names, SpanKind};
+pub use names::{Name, NameId, Names, SpanKind, lock_of, port_of};
+pub use observation::{Observation, Seen, Wait};
 pub use reader::TraceReader;
 pub use source::Source;
 
@@ -50,6 +53,11 @@ pub struct Span {
     pub release: Option<u64>,
     /// Of a period, how its thread was scheduled when it began.
     pub scheduling: Option<Scheduling>,
+    /// Of a codel, how often its thread gave up the CPU by its own will, other than to wait for a recorded lock. None in recordings of
+    /// earlier versions.
+    pub waits: Option<u64>,
+    /// The time for which its thread waited for recorded locks.
+    pub blocked: u64,
 }
 
 /// How a thread is scheduled.
@@ -172,6 +180,11 @@ pub trait Visitor {
     /// The execution times are those of timing tables: they are not measured. Is called before the first span.
     fn times_are_from_tables(&mut self) -> ControlFlow<()> {
         ControlFlow::Continue(())
+    }
+
+    /// Threads of this name, which are not those of instances, used so much CPU time within this time.
+    fn work(&mut self, thread: &str, cpu: u64, elapsed: u64) {
+        let _ = (thread, cpu, elapsed);
     }
 
     /// Is called now and then.

@@ -70,6 +70,8 @@ enum Role {
     UnknownCodel {
         is_known: bool,
     },
+    Access,
+    Lock,
 }
 
 /// The executions of one name.
@@ -194,6 +196,8 @@ impl Observer {
         let mut time = None;
         let role = match name.kind {
             SpanKind::Period => Role::Period,
+            SpanKind::Access => Role::Access,
+            SpanKind::Lock => Role::Lock,
             SpanKind::Codel => {
                 let known = self.expected.codels.get(&name.key);
                 time = known.copied().flatten();

@@ -1,7 +1,7 @@
 //! The files of `mauve run --trace`, and their columns.
 
 /// The number of columns that are read.
-pub(super) const COLUMNS: usize = 12;
+pub(super) const COLUMNS: usize = 14;
 
 /// A column that is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,6 +30,10 @@ pub enum Column {
     Cpus,
     /// `cpu`: the number of the CPU where it began.
     Cpu,
+    /// `waits`: how often the thread waited by its own will, other than for a recorded lock.
+    Waits,
+    /// `blocked_ns`: the time for which it waited for recorded locks.
+    Blocked,
 }
 
 impl Column {
@@ -47,6 +51,8 @@ impl Column {
         (Column::Priority, "priority"),
         (Column::Cpus, "cpus"),
         (Column::Cpu, "cpu"),
+        (Column::Waits, "waits"),
+        (Column::Blocked, "blocked_ns"),
     ];
 
     /// Returns the name in a header.

@@ -17,6 +17,11 @@
 //! began). Other columns are ignored. A field may be quoted, and may not have a line break. A value that cannot be read is an error
 //! and not skipped: it could be the greatest one. A last line without its line feed is incomplete: it is counted, and not used.
 //!
+//! A file of executions may also have `waits` (how often the thread of a codel gave up the CPU by its own will, other than to wait for
+//! a lock that the recording has) and `blocked_ns` (for how long it waited for such locks). A line with the key `(access) PORT` is an
+//! access of a port; one with the key `(lock NAME) CODEL`, a time for which the codel held the lock; one with the key `(work) THREAD`
+//! says how much CPU time threads of this name used within the elapsed time, which are not those of instances.
+//!
 //! A line of executions with the key `(lost)` says how many executions and periods the recorder has lost, in `execution_ns`, and when;
 //! one with the key `(from tables)`, that the execution times are those of timing tables, and nothing was measured.
 //!
@@ -81,7 +86,7 @@ struct Row {
     kind: RowKind,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 enum RowKind {
     /// Something happened.
     Span,
@@ -89,6 +94,8 @@ enum RowKind {
     Loss,
     /// The execution times are not measured.
     FromTables,
+    /// Threads of this name, which are not those of instances, used CPU time.
+    Work(String),
 }
 
 impl RowKind {
@@ -97,20 +104,27 @@ impl RowKind {
         match key {
             b"(lost)" => RowKind::Loss,
             b"(from tables)" => RowKind::FromTables,
-            _ => RowKind::Span,
+            _ => match key.strip_prefix(b"(work) ") {
+                Some(thread) => RowKind::Work(String::from_utf8_lossy(thread).into_owned()),
+                None => RowKind::Span,
+            },
         }
     }
 }
 
 impl Row {
     fn report(&self, names: &Names, visitor: &mut dyn Visitor) -> ControlFlow<()> {
-        match self.kind {
+        match &self.kind {
             RowKind::Span => visitor.span(&self.span, names),
             RowKind::Loss => {
                 visitor.lost(self.span.begin.unwrap_or(0), self.span.end.unwrap_or(u64::MAX));
                 ControlFlow::Continue(())
             }
             RowKind::FromTables => visitor.times_are_from_tables(),
+            RowKind::Work(thread) => {
+                visitor.work(thread, self.span.execution, self.span.elapsed.unwrap_or(0));
+                ControlFlow::Continue(())
+            }
         }
     }
 }
@@ -167,7 +181,7 @@ impl<R: Read> Rows<R> {
             FileKind::Executions => self.values.execution(),
             FileKind::Periods => self.values.period(),
         };
-        let Said { key, instance, execution, elapsed, mut end, release, scheduling, cpu } =
+        let Said { key, instance, execution, elapsed, mut end, release, scheduling, cpu, waits, blocked } =
             said.map_err(problem)?;
         let line_order = self.values.time(Column::Order).map_err(problem)?;
         self.name.clear();
@@ -194,13 +208,28 @@ impl<R: Read> Rows<R> {
                 summary.lost_events = summary.lost_events.saturating_add(execution);
             }
             RowKind::FromTables => summary.is_from_tables = true,
+            RowKind::Work(_) => {}
         }
         summary.at(end);
         let order = self.order;
         self.order += 1;
         let begin = end.zip(elapsed).and_then(|(end, elapsed)| end.checked_sub(elapsed));
         let thread = None;
-        let span = Span { name, order, thread, cpu, begin, end, elapsed, execution, release, scheduling };
+        let (waits, blocked) = (waits, blocked.unwrap_or(0));
+        let span = Span {
+            name,
+            order,
+            thread,
+            cpu,
+            begin,
+            end,
+            elapsed,
+            execution,
+            release,
+            scheduling,
+            waits,
+            blocked,
+        };
         Ok(Row { span, order: line_order, kind })
     }
 
@@ -259,12 +288,12 @@ fn columns(line: &[u8], kind: FileKind) -> Result<Vec<Option<Column>>, CsvProble
 /// Reads a name that is new.
 fn name_of(file: FileKind, key: &[u8], instance: &[u8]) -> Result<Name, CsvProblem> {
     let utf8 = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).map_err(|_| CsvProblem::NotUtf8);
+    let key = utf8(key)?;
     let kind = match file {
         FileKind::Periods => SpanKind::Period,
-        FileKind::Executions if key.contains(&b'/') => SpanKind::Program,
-        FileKind::Executions => SpanKind::Codel,
+        FileKind::Executions => SpanKind::of(&key),
     };
-    Ok(Name { kind, key: utf8(key)?, instance: utf8(instance)? })
+    Ok(Name { kind, key, instance: utf8(instance)? })
 }
 
 /// Returns whether the last execution of this name ended later. If two in a row did, in their order, the last one was wrong.
@@ -311,6 +340,8 @@ impl Values {
             instance: self.text(Column::Instance),
             elapsed: self.time(Column::Elapsed)?,
             end: self.time(Column::Time)?,
+            waits: self.time(Column::Waits)?,
+            blocked: self.time(Column::Blocked)?,
             ..Said::default()
         })
     }
@@ -335,6 +366,7 @@ impl Values {
             release,
             scheduling: priority.map(|priority| Scheduling { priority, cpus }),
             cpu: self.small(Column::Cpu)?,
+            ..Said::default()
         })
     }
 
@@ -389,6 +421,8 @@ struct Said<'a> {
     release: Option<u64>,
     scheduling: Option<Scheduling>,
     cpu: Option<u32>,
+    waits: Option<u64>,
+    blocked: Option<u64>,
 }
 
 fn without_return(line: &[u8]) -> &[u8] {

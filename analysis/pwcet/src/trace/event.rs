@@ -8,7 +8,7 @@
 //! parser borrows from the line and allocates nothing.
 
 use super::Scheduling;
-use super::names::{Name, SpanKind};
+use super::names::{Name, SpanKind, access_key};
 
 /// A begin or an end of a span.
 #[derive(Debug, PartialEq, Eq)]
@@ -28,6 +28,11 @@ pub(super) struct Event<'a> {
     pub(super) cpu_ns: u64,
     /// Of the begin of a period.
     pub(super) scheduling: Option<Scheduling>,
+    /// Of a codel, how often the thread had given up the CPU by its own will; of a lock, how often while it waited for the lock. None
+    /// in recordings of earlier versions.
+    pub(super) waits: Option<u64>,
+    /// Of a lock, for how long the thread had it, and for how long it waited for it. Then `cpu_ns` is the CPU time meanwhile.
+    pub(super) lock: Option<(u64, u64)>,
 }
 
 /// A line of `babeltrace2`.
@@ -65,6 +70,8 @@ fn event(line: &[u8]) -> Option<Line<'_>> {
         b"component" => SpanKind::Period,
         b"program" => SpanKind::Program,
         b"codel" => SpanKind::Codel,
+        b"access" => SpanKind::Access,
+        b"lock" => SpanKind::Lock,
         _ => return Some(Line::Foreign),
     };
 
@@ -96,7 +103,16 @@ fn event(line: &[u8]) -> Option<Line<'_>> {
     };
     let cpu_ns = fields.next().filter(|field| field.name == b"cpu_ns")?;
     let cpu_ns = number(cpu_ns.value)?;
-    let scheduling = if is_end { None } else { scheduling(&mut fields) };
+    let (mut scheduling_of, mut waits, mut lock) = (None, None, None);
+    match kind {
+        SpanKind::Period if !is_end => scheduling_of = scheduling(&mut fields),
+        SpanKind::Codel => waits = fields.number("waits"),
+        SpanKind::Lock => {
+            lock = Some((fields.number("elapsed_ns")?, fields.number("blocked_ns")?));
+            waits = fields.number("waits");
+        }
+        _ => {}
+    }
     let Some(thread) = thread else { return Some(Line::WithoutThread) };
     Some(Line::Event(Event {
         time,
@@ -108,7 +124,9 @@ fn event(line: &[u8]) -> Option<Line<'_>> {
         text,
         is_end,
         cpu_ns,
-        scheduling,
+        scheduling: scheduling_of,
+        waits,
+        lock,
     }))
 }
 
@@ -132,6 +150,9 @@ pub(super) fn name(kind: SpanKind, text: &[u8]) -> Option<Name> {
     let key = match kind {
         SpanKind::Period => String::new(),
         SpanKind::Codel => field("codel")?,
+        SpanKind::Access => access_key(&field("port")?),
+        // The reader knows the codel.
+        SpanKind::Lock => field("lock")?,
         SpanKind::Program => {
             let component = field("component")?;
             let (state, transition, program) = (field("state")?, field("transition")?, field("program")?);
@@ -161,6 +182,14 @@ struct Field<'a> {
 /// The fields of `{ a = 1, b = "x" }, { c = { d = 2 } }`, without those inside of structures.
 struct Fields<'a> {
     rest: &'a [u8],
+}
+
+impl Fields<'_> {
+    /// Reads the next field, a number of this name.
+    fn number(&mut self, name: &str) -> Option<u64> {
+        let field = self.next().filter(|field| field.name == name.as_bytes())?;
+        number(field.value)
+    }
 }
 
 impl<'a> Iterator for Fields<'a> {

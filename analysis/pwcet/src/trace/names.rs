@@ -16,6 +16,51 @@ pub enum SpanKind {
     Program,
     /// A call of a codel.
     Codel,
+    /// A read or a write of a port.
+    Access,
+    /// From the moment when a codel has got a lock to the moment when it leaves the lock.
+    Lock,
+}
+
+impl SpanKind {
+    /// Returns what has this key. Parentheses are in no name of a codel, and tell apart what else recordings and sample files have:
+    ///
+    /// ```
+    /// use mauve_pwcet::trace::SpanKind;
+    ///
+    /// assert_eq!(SpanKind::of("nav.plan"), SpanKind::Codel);
+    /// assert_eq!(SpanKind::of("nav.Pilot/Moving.run"), SpanKind::Program);
+    /// assert_eq!(SpanKind::of("(access) nav.Pilot.goal"), SpanKind::Access);
+    /// assert_eq!(SpanKind::of("(lock bus) nav.plan"), SpanKind::Lock);
+    /// ```
+    pub fn of(key: &str) -> SpanKind {
+        match key {
+            _ if port_of(key).is_some() => SpanKind::Access,
+            _ if lock_of(key).is_some() => SpanKind::Lock,
+            _ if key.contains('/') => SpanKind::Program,
+            _ => SpanKind::Codel,
+        }
+    }
+}
+
+/// Returns the port that a key of [`SpanKind::Access`] names: its component, a dot and its name.
+pub fn port_of(key: &str) -> Option<&str> {
+    key.strip_prefix("(access) ")
+}
+
+/// Returns the key of the accesses of a port.
+pub(super) fn access_key(port: &str) -> String {
+    format!("(access) {port}")
+}
+
+/// Returns the lock and the codel that a key of [`SpanKind::Lock`] names.
+pub fn lock_of(key: &str) -> Option<(&str, &str)> {
+    key.strip_prefix("(lock ")?.split_once(") ")
+}
+
+/// Returns the key of the times for which a codel held a lock.
+pub(super) fn lock_key(lock: &str, codel: &str) -> String {
+    format!("(lock {lock}) {codel}")
 }
 
 /// What was executed, and by which instance.
@@ -23,7 +68,8 @@ pub enum SpanKind {
 pub struct Name {
     /// What it is.
     pub kind: SpanKind,
-    /// Of a codel and of a program, its key in a timing table: `nav.plan`, `nav.Pilot/Moving.lost.guard`. Empty for a period.
+    /// Of a codel and of a program, its key in a timing table: `nav.plan`, `nav.Pilot/Moving.lost.guard`. Of others, see
+    /// [`SpanKind::of`]. Empty for a period.
     pub key: String,
     /// The instance that executed it; empty where the trace does not name it.
     pub instance: String,
@@ -88,9 +134,13 @@ impl Names {
         Ok(id)
     }
 
-    fn of(&mut self, name: Name) -> Result<NameId, TraceError> {
+    /// Returns the id of a name.
+    pub(super) fn of(&mut self, name: Name) -> Result<NameId, TraceError> {
         if let Some(id) = self.ids.get(&name) {
             return Ok(*id);
+        }
+        if self.all.len() >= MOST_NAMES {
+            return Err(TraceError::TooManyNames);
         }
         let id = u32::try_from(self.all.len()).map(NameId).map_err(|_| TraceError::TooManyNames)?;
         self.all.push(name.clone());

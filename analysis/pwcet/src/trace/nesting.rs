@@ -64,6 +64,10 @@ struct Open {
     time: u64,
     cpu_ns: u64,
     scheduling: Option<Scheduling>,
+    waits: Option<u64>,
+    /// How often, and for how long, the thread waited for locks since the begin.
+    lock_waits: u64,
+    blocked: u64,
 }
 
 impl Nesting {
@@ -130,6 +134,16 @@ impl Nesting {
         state.end(event, thread, name, summary)
     }
 
+    /// Takes the times of a lock that a thread leaves. Returns the innermost open codel of the thread.
+    pub(super) fn leave_lock(&mut self, thread: Thread, waits: u64, blocked: u64) -> Option<NameId> {
+        let open = &mut self.threads.get_mut(&thread)?.open;
+        for it in open.iter_mut() {
+            it.lock_waits = it.lock_waits.saturating_add(waits);
+            it.blocked = it.blocked.saturating_add(blocked);
+        }
+        open.iter().rev().find(|it| it.kind == SpanKind::Codel).map(|it| it.name)
+    }
+
     /// Ends the trace: open spans are cut.
     pub(super) fn finish(&mut self, summary: &mut Summary) {
         summary.cut_at_end += self.threads.drain().map(|(_, state)| state.open.len() as u64).sum::<u64>();
@@ -168,6 +182,9 @@ impl State {
             time: event.time,
             cpu_ns: event.cpu_ns,
             scheduling: event.scheduling,
+            waits: event.waits,
+            lock_waits: 0,
+            blocked: 0,
         });
     }
 
@@ -196,6 +213,11 @@ impl State {
                     execution,
                     release: None,
                     scheduling: begin.scheduling,
+                    waits: begin
+                        .waits
+                        .zip(event.waits)
+                        .map(|(before, after)| after.saturating_sub(before).saturating_sub(begin.lock_waits)),
+                    blocked: begin.blocked,
                 })
             }
             // The begin of this end, or the end of that begin, is missing: which of both is unknown.
@@ -255,6 +277,8 @@ mod tests {
             is_end,
             cpu_ns,
             scheduling: None,
+            waits: None,
+            lock: None,
         };
         let thread = Thread { origin: 0, process: 0, thread: step.thread };
         nesting.event(&event, thread, NameId(step.name), summary)

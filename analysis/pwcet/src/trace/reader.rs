@@ -12,10 +12,10 @@ use super::cut::Complete;
 use super::error::TraceError;
 use super::event::{self, Event, Line};
 use super::lines::Lines;
-use super::names::Names;
+use super::names::{Name, Names, SpanKind, lock_key};
 use super::nesting::Nesting;
 use super::source::Source;
-use super::{Progress, Summary, Thread, Visitor};
+use super::{Progress, Span, Summary, Thread, Visitor};
 
 /// Events between two calls of [`Visitor::progress`].
 const PROGRESS: u64 = 1 << 16;
@@ -91,6 +91,17 @@ impl TraceReader {
         csv::read(source, None, size, &mut self.names, &mut self.summary, visitor)
     }
 
+    /// Reads executions and the periods beside them.
+    #[cfg(test)]
+    pub(super) fn read_both(
+        &mut self,
+        executions: &[u8],
+        periods: &[u8],
+        visitor: &mut dyn Visitor,
+    ) -> Result<(), TraceError> {
+        csv::read(executions, Some(periods), None, &mut self.names, &mut self.summary, visitor)
+    }
+
     /// Reads the next chunk of a trace of LTTng. It may have no event.
     ///
     /// # Errors
@@ -164,14 +175,18 @@ impl TraceReader {
     }
 
     fn event(&mut self, event: &Event<'_>, visitor: &mut dyn Visitor) -> Result<ControlFlow<()>, TraceError> {
-        let name = self.names.of_text(event.text, || {
-            event::name(event.kind, event.text).ok_or_else(|| malformed(event.text, 0))
-        })?;
         let thread = Thread {
             origin: self.origin_of(event.process)?,
             process: event.process_id.unwrap_or(0),
             thread: event.thread,
         };
+        if let Some((elapsed, blocked)) = event.lock {
+            let span = self.lock(event, thread, elapsed, blocked)?;
+            return Ok(visitor.span(&span, &self.names));
+        }
+        let name = self.names.of_text(event.text, || {
+            event::name(event.kind, event.text).ok_or_else(|| malformed(event.text, 0))
+        })?;
         self.summary.events += 1;
         self.summary.at(Some(event.time));
         let missing = self.summary.missing();
@@ -186,6 +201,39 @@ impl TraceReader {
             }
             None => Ok(ControlFlow::Continue(())),
         }
+    }
+
+    /// Reads a lock that a thread leaves: its event has both ends, since locks need not be left in the order in which they were got.
+    fn lock(
+        &mut self,
+        event: &Event<'_>,
+        thread: Thread,
+        elapsed: u64,
+        blocked: u64,
+    ) -> Result<Span, TraceError> {
+        let lock = event::name(event.kind, event.text).ok_or_else(|| malformed(event.text, 0))?.key;
+        let codel = self.nesting.leave_lock(thread, event.waits.unwrap_or(0), blocked);
+        let codel = codel.map(|id| self.names.get(id).clone());
+        let (codel, instance) =
+            codel.map_or_else(|| ("-".to_owned(), String::new()), |it| (it.key, it.instance));
+        let name = self.names.of(Name { kind: SpanKind::Lock, key: lock_key(&lock, &codel), instance })?;
+        self.summary.events += 1;
+        self.summary.spans += 1;
+        self.summary.at(Some(event.time));
+        Ok(Span {
+            name,
+            order: 0,
+            thread: Some(thread),
+            cpu: event.cpu,
+            begin: event.time.checked_sub(elapsed),
+            end: Some(event.time),
+            elapsed: Some(elapsed),
+            execution: event.cpu_ns,
+            release: None,
+            scheduling: None,
+            waits: None,
+            blocked,
+        })
     }
 
     fn origin_of(&mut self, process: &[u8]) -> Result<u32, TraceError> {
@@ -249,7 +297,6 @@ fn malformed(line: &[u8], number: u64) -> TraceError {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Span;
     use super::super::nesting::Gap;
     use super::*;
 
